@@ -1,0 +1,2 @@
+//! The `patchlock` command.
+fn main() {}

@@ -1,0 +1,1 @@
+//! Patchlock: a visual object tracker.
