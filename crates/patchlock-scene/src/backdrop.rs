@@ -14,9 +14,7 @@ const LEAF_COLOURS: [Colour; 6] = [
 
 /// Paints the whole backdrop.
 pub(crate) fn backdrop(width: usize, height: usize, seed: u64) -> Canvas {
-    let mut canvas = Canvas::clear(width, height);
-    let size = [width as f64, height as f64];
-    canvas.paint(canvas.area(), |point| Some(wood(seed, size, point)));
+    let mut canvas = Canvas::filled(width, height, |point| wood(seed, height as f64, point));
     for i in 0..(width / 60) as i64 {
         far_trunk(&mut canvas, seed, i);
     }
@@ -34,11 +32,14 @@ fn horizon(seed: u64, x: f64) -> f64 {
     0.5 + 0.12 * (cloud(seed ^ 0x11, x / 90.0, 0.5, 3) - 0.5)
 }
 
-fn wood(seed: u64, [_, height]: [f64; 2], [x, y]: [f64; 2]) -> Colour {
+fn wood(seed: u64, height: f64, [x, y]: [f64; 2]) -> Colour {
     let down = y / height;
     let clumps = cloud(seed ^ 0x12, x / 52.0, y / 40.0, 5);
-    let fine = value_noise(seed ^ 0x13, x / 3.1, y / 3.1);
-    let haze = mixed([196.0, 214.0, 196.0], [120.0, 156.0, 124.0], down * 1.6);
+    let fine = ramp(cloud(seed ^ 0x13, x / 7.0, y / 5.0, 3), 0.2, 0.8);
+    let haze = mixed([204.0, 220.0, 200.0], [136.0, 170.0, 136.0], down * 1.6);
+    let behind = cloud(seed ^ 0x19, x / 36.0, y / 50.0, 5);
+    let pale = mixed([128.0, 164.0, 138.0], [166.0, 192.0, 150.0], fine);
+    let haze = mixed(haze, pale, 0.85 * ramp(behind, 0.42, 0.56));
     let foliage = mixed([46.0, 84.0, 62.0], [112.0, 146.0, 84.0], fine);
     let far = mixed(haze, foliage, ramp(clumps, 0.42, 0.62));
     let moss = mixed(
@@ -66,7 +67,10 @@ fn far_trunk(canvas: &mut Canvas, seed: u64, i: i64) {
     canvas.paint(area, |[x, y]| {
         let side = (x - x0 - lean * (foot - y)) / half;
         let bark = cloud(seed ^ 0x15, x / 3.0, y / 17.0, 2);
-        (side.abs() < 1.0 && y < foot).then(|| dimmed(tone, 1.0 - 0.3 * side + 0.5 * (bark - 0.5)))
+        // Grass of uneven height stands before the foot.
+        let grass = 9.0 * value_noise(seed ^ 0x1a, x / 1.7, 0.5);
+        let seen = side.abs() < 1.0 && y < foot - grass;
+        seen.then(|| dimmed(tone, 1.0 - 0.3 * side + 0.5 * (bark - 0.5)))
     });
 }
 

@@ -42,7 +42,7 @@ fn bark(seed: u64, side: f64, [x, y]: [f64; 2]) -> Colour {
     let base = dimmed(base, 0.86 + 0.26 * peeling);
     // Birch scars are short dark dashes: noise much longer across than down.
     let bent = y + 3.0 * side * side;
-    let dashes = ramp(value_noise(seed ^ 0xb3, x / 15.0, bent / 3.6), 0.74, 0.84);
+    let dashes = ramp(cloud(seed ^ 0xb3, x / 15.0, bent / 3.6, 2), 0.66, 0.74);
     let knots = ramp(cloud(seed ^ 0xb4, x / 18.0, bent / 15.0, 3), 0.64, 0.7);
     mixed(base, SCAR, (0.85 * dashes).max(0.92 * knots))
 }

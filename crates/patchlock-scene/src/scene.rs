@@ -112,7 +112,7 @@ impl Scene {
         light_at(&self.config.light, k as f64)
     }
 
-    pub(crate) fn target(&self, k: usize) -> Placed {
+    fn target(&self, k: usize) -> Placed {
         assert!(k < self.len(), "frame {k} of a scene of {}", self.len());
         let pose = pose_at(&self.config.path, k as f64);
         Placed::new(self.config.target_size, pose)
@@ -132,5 +132,65 @@ impl Scene {
             }
         }
         rgb
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::badge::badge;
+    use crate::config::KeyPose;
+
+    /// Mean colour of the badge over the square of a pixel, placed by nothing
+    /// but the corners; nothing near the rim, where the backdrop shines in.
+    fn badge_over_pixel(truth: &Truth, [x, y]: [f64; 2]) -> Option<[f64; 3]> {
+        let [tl, tr, _, bl] = truth.corners;
+        let along = |end: [f64; 2], [px, py]: [f64; 2]| {
+            let (ex, ey) = (end[0] - tl[0], end[1] - tl[1]);
+            ((px - tl[0]) * ex + (py - tl[1]) * ey) / (ex * ex + ey * ey)
+        };
+        let mut sum = [0.0; 3];
+        for i in 0..64 {
+            let offset = [i % 8, i / 8].map(|n| (f64::from(n) - 3.5) / 8.0);
+            let point = [x + offset[0], y + offset[1]];
+            let place = [along(tr, point), along(bl, point)];
+            if place.iter().any(|p| !(0.06..0.94).contains(p)) {
+                return None;
+            }
+            let colour = badge(place);
+            sum = std::array::from_fn(|c| sum[c] + f64::from(colour[c]) / 64.0);
+        }
+        Some(sum)
+    }
+
+    /// A mirrored, shifted or wrongly turned badge fails here.
+    #[test]
+    fn rendered_pixels_show_the_badge_where_the_corners_say() {
+        let scene = Scene::new(SceneConfig {
+            path: vec![KeyPose {
+                frame: 0.0,
+                centre: [117.3, 88.8],
+                scale: 1.7,
+                degrees: 21.0,
+            }],
+            sensor_noise: 0.0,
+            ..SceneConfig::simple()
+        });
+        let (frame, truth) = (scene.frame(0), scene.truth(0));
+        let mean_error = |shift: f64| {
+            let mut errors = Vec::new();
+            for (i, rgb) in frame.rgb.chunks(3).enumerate() {
+                let (x, y) = ((i % frame.width) as f64, (i / frame.width) as f64);
+                if let Some(colour) = badge_over_pixel(&truth, [x + shift, y]) {
+                    errors.extend((0..3).map(|c| (f64::from(rgb[c]) - colour[c]).abs()));
+                }
+            }
+            assert!(errors.len() > 5000, "{}", errors.len());
+            errors.iter().sum::<f64>() / errors.len() as f64
+        };
+        // What remains is the coarseness of the renderer's few samples.
+        let error = mean_error(0.0);
+        assert!(error < 2.0, "{error}");
+        assert!(mean_error(0.5) > 3.0 * error && mean_error(-0.5) > 3.0 * error);
     }
 }

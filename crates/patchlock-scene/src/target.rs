@@ -63,7 +63,7 @@ impl Placed {
     }
 
     /// The inverse of [`Placed::to_frame`].
-    fn from_frame(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+    fn to_card(&self, [x, y]: [f64; 2]) -> [f64; 2] {
         let [cos, sin] = self.turn;
         let (dx, dy) = (x - self.pose.centre[0], y - self.pose.centre[1]);
         [cos * dx + sin * dy, cos * dy - sin * dx]
@@ -83,7 +83,7 @@ impl Placed {
 
     /// Colour at a point of the frame, or nothing beside the target.
     pub(crate) fn colour_at(&self, look: TargetLook, point: [f64; 2]) -> Option<Colour> {
-        let [a, b] = self.from_frame(point);
+        let [a, b] = self.to_card(point);
         if !self.contains([a, b]) {
             return None;
         }
