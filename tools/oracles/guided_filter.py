@@ -78,7 +78,8 @@ def main() -> None:
     assert max(differences) < 1e-5, "OpenCV disagrees in the interior"
     head = golden.header(
         ["numpy", "scipy", "opencv-contrib-python-headless"],
-        "He's guided filter of `input` with `guide`, box windows clipped at the borders with their true counts, brute force in f64, 10 digits.",
+        "He's guided filter of `input` with `guide`, box windows clipped at the borders with their true counts, "
+        "brute force in f64, 10 digits.",
         opencv_ximgproc_max_difference_in_interior=max(differences),
     )
     golden.write("guided_filter.json", {"header": head, "side": SIDE, "radius": RADIUS, "eps": EPS, "cases": list(cases)})
