@@ -109,7 +109,8 @@ def main() -> None:
     head = golden.header(
         ["opencv-contrib-python-headless", "scipy", "numpy"],
         "Bilinear samples of `image` at matrix * (a, b, 1), a and b in -15.5..15.5, rows of output along b; samples outside "
-        "the frame are 0. `exact` by cv2.warpAffine (equal to the last bit), `general` by map_coordinates(order=1, mode='grid-constant') in f64, 10 digits.",
+        "the frame are 0. `exact` by cv2.warpAffine (equal to the last bit), `general` by "
+        "map_coordinates(order=1, mode='grid-constant') in f64, 10 digits.",
         opencv_against_scipy_on_general_maps=max(differences),
     )
     golden.write("warp.json", {
