@@ -8,8 +8,8 @@ FOLDER (else $PATCHLOCK_DATA, else ../shared/data) holds sequences in the layout
 The frames belong to others and so do patches cut from them: nothing is written into the repository. `--out` writes the problems
 in the format of somp.json (without `random`) to any other place; the solver's test then reads them too:
 
-    python somp_real.py --out /tmp/somp_real.json
-    PATCHLOCK_SOMP_GOLDEN=/tmp/somp_real.json cargo test -p patchlock
+    python somp_real.py --out FILE
+    PATCHLOCK_SOMP_GOLDEN=FILE cargo test -p patchlock
 """
 
 import argparse
