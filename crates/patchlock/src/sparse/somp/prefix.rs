@@ -19,6 +19,10 @@ pub struct Shared {
     pub squares_rounded: Vec<f32>,
     /// `||d||^2` of each atom, or [`DEAD`].
     pub left: Vec<f32>,
+    /// The signal that candidates are compared with, the newest shared one, and its correlations; zero where nothing is shared.
+    pub reference: Vec<f32>,
+    /// Its correlations with the atoms.
+    pub reference_row: Vec<f32>,
     dim: usize,
 }
 
@@ -47,12 +51,23 @@ impl Shared {
                 *square += *x * *x;
             }
         }
+        self.fill_reference(shared, dim, stride);
         self.squares_rounded.clear();
         self.squares_rounded.extend(self.squares.iter().map(|&s| s as f32));
         self.left.clear();
         let left = (0..count).map(|k| alive(dictionary.squared_norm(k), rules.min_residual));
         self.left.extend(left);
         self.left.resize(stride, DEAD);
+    }
+
+    fn fill_reference(&mut self, shared: &[f32], dim: usize, stride: usize) {
+        self.reference.clear();
+        self.reference.extend_from_slice(&shared[shared.len().saturating_sub(dim)..]);
+        self.reference.resize(dim, 0.0);
+        self.reference_row.clear();
+        let newest = &self.correlations[self.correlations.len().saturating_sub(stride)..];
+        self.reference_row.extend(newest.iter().map(|&x| x as f32));
+        self.reference_row.resize(stride, 0.0);
     }
 }
 
@@ -72,14 +87,15 @@ pub struct Prefix {
     /// Their energy.
     pub energy: f64,
     /// `w_1`, the inner products of `q_1` with all atoms.
-    pub weights: Vec<f32>,
+    pub weights: Vec<f64>,
+    /// The same for the screen.
+    pub weights_rounded: Vec<f32>,
     /// The columns' correlations with the atoms, a row for each column.
     pub correlations: Vec<f32>,
     /// For each atom the sum of the squared correlations.
     pub squares: Vec<f32>,
     /// `||d_res||^2` of each atom, or [`DEAD`].
     pub left: Vec<f32>,
-    exact_weights: Vec<f64>,
     exact_squares: Vec<f64>,
 }
 
@@ -98,14 +114,14 @@ impl Prefix {
         self.norm = dictionary.squared_norm(atom).sqrt();
         self.direction.clear();
         self.direction.extend(dictionary.atom(atom).iter().map(|&v| f64::from(v) / self.norm));
-        self.exact_weights.clear();
-        self.exact_weights.extend((0..count).map(|k| dot(dictionary.atom(k), &self.direction)));
-        self.exact_weights.resize(stride, 0.0);
         self.weights.clear();
-        self.weights.extend(self.exact_weights.iter().map(|&w| w as f32));
+        self.weights.extend((0..count).map(|k| dot(dictionary.atom(k), &self.direction)));
+        self.weights.resize(stride, 0.0);
+        self.weights_rounded.clear();
+        self.weights_rounded.extend(self.weights.iter().map(|&w| w as f32));
         self.left.clear();
         self.left.extend((0..count).map(|k| {
-            alive(dictionary.squared_norm(k) - self.exact_weights[k].powi(2), rules.min_residual)
+            alive(dictionary.squared_norm(k) - self.weights[k].powi(2), rules.min_residual)
         }));
         self.left.resize(stride, DEAD);
         self.left[atom] = DEAD;
@@ -124,7 +140,7 @@ impl Prefix {
         for (column, (to, from)) in self.columns.chunks_exact_mut(dim).zip(rows) {
             let along = project_out(column, &self.direction);
             for k in 0..stride {
-                let x = from[k] - self.exact_weights[k] * along;
+                let x = from[k] - self.weights[k] * along;
                 to[k] = x as f32;
                 self.exact_squares[k] += x * x;
             }

@@ -2,12 +2,11 @@
 //! The exact part (basis, triangle, residuals) is `f64`; the rows over all atoms are the screen's.
 
 use super::prefix::Prefix;
-use super::screen::{
-    Bound, U, WIDEN, best_exactly, dot, project_out, screen, subtract, widened_square,
-};
+use super::screen::{Bound, Exact, Screened, Step, U, dot, project_out};
 use crate::config::MAX_ATOMS;
 use crate::sparse::codes::{Code, CodeRules};
 use crate::sparse::dictionary::Dictionary;
+use pulp::Simd;
 
 /// One candidate on its way; keep it for the next one, so that nothing is allocated.
 #[derive(Debug, Default)]
@@ -24,34 +23,64 @@ pub struct Pursuit {
     energy: f64,
     /// What remains of the shared columns, then of the candidate.
     residuals: Vec<f64>,
-    /// Of each residual its inner product with the newest `q`, and the error bound of its row.
-    projections: Vec<f64>,
+    /// Error bounds of their correlations.
     errors: Vec<f64>,
-    /// Error bounds of `w_j`.
-    weight_errors: [f64; MAX_ATOMS],
-    /// `w_2, w_3, ..`, a row each.
-    weights: Vec<f32>,
-    /// The shared columns' correlations with the atoms, from the third atom on.
-    correlations: Vec<f32>,
-    /// The candidate's correlations with the atoms.
-    own: Vec<f32>,
-    /// Lower bounds of `||d_res||^2`, from the third atom on.
-    left: Vec<f32>,
-    /// For each atom the sum of the squared correlations.
-    squares: Vec<f32>,
+    /// `w_2, w_3, ..`, a row each; the same for the screen.
+    weights: Vec<f64>,
+    weights_rounded: Vec<f32>,
+    /// `q_j^T r` from `q_2` on, for the screen: of the candidate, and of each shared column.
+    along_rounded: [f32; MAX_ATOMS],
+    columns_along: Vec<[f32; MAX_ATOMS]>,
+    screened: Screened,
+}
+
+/// What the chosen atoms leave, in `f64`.
+struct Remainder<'a> {
+    dictionary: &'a Dictionary,
+    support: &'a [usize],
+    basis: &'a [f64],
+    residuals: &'a [f64],
+    min_residual: f64,
+}
+
+impl Exact for Remainder<'_> {
+    #[inline(always)]
+    fn squares_and_left(&self, k: usize) -> Option<(f64, f64)> {
+        if self.support.contains(&k) {
+            return None;
+        }
+        let (dim, atom) = (self.dictionary.dim(), self.dictionary.atom(k));
+        let mut left = self.dictionary.squared_norm(k);
+        for q in self.basis.chunks_exact(dim) {
+            left -= dot(atom, q).powi(2);
+        }
+        if left < self.min_residual {
+            return None;
+        }
+        let mut squares = 0.0;
+        for residual in self.residuals.chunks_exact(dim) {
+            squares += dot(atom, residual).powi(2);
+        }
+        Some((squares, left))
+    }
 }
 
 impl Pursuit {
-    /// Puts the candidate behind the prefix's atom.
+    /// Puts the candidate, whose correlations err by at most `error`, behind the prefix's atom.
     #[inline(always)]
-    pub fn begin(&mut self, dictionary: &Dictionary, prefix: &Prefix, candidate: &[f32]) {
+    pub fn begin(
+        &mut self,
+        dictionary: &Dictionary,
+        prefix: &Prefix,
+        candidate: &[f32],
+        error: f64,
+    ) {
         let (dim, stride) = (dictionary.dim(), dictionary.stride());
         self.support.clear();
         self.support.push(prefix.atom);
         self.basis.clear();
         self.basis.extend_from_slice(&prefix.direction);
         self.triangle[0][0] = prefix.norm;
-        self.weight_errors[0] = U;
 
         self.residuals.clear();
         self.residuals.extend_from_slice(&prefix.columns);
@@ -62,21 +91,19 @@ impl Pursuit {
         self.energy = prefix.energy + dot(own, own);
 
         let columns = self.residuals.len() / dim;
-        self.projections.resize(columns, 0.0);
+        self.columns_along.resize(columns - 1, [0.0; MAX_ATOMS]);
         self.errors.clear();
         self.errors.resize(columns, 0.0);
-        self.errors[columns - 1] = dim as f64 * U + self.along[0].abs() * 4.0 * U;
-        for row in [&mut self.own, &mut self.left, &mut self.squares] {
-            row.resize(stride, 0.0);
-        }
-        self.correlations.resize(prefix.correlations.len(), 0.0);
+        self.errors[columns - 1] = error + self.along[0].abs() * 3.0 * U;
         self.weights.resize((MAX_ATOMS - 1) * stride, 0.0);
+        self.weights_rounded.resize((MAX_ATOMS - 1) * stride, 0.0);
     }
 
     /// Chooses the atoms after the first, and gives the code. `correlations` are the candidate's with all atoms.
     #[inline(always)]
-    pub fn run(
+    pub fn run<S: Simd>(
         &mut self,
+        simd: S,
         dictionary: &Dictionary,
         prefix: &Prefix,
         correlations: &[f32],
@@ -84,44 +111,40 @@ impl Pursuit {
     ) -> Code {
         let final_energy = rules.final_energy(self.errors.len(), self.whole_energy);
         while self.support.len() < rules.atoms && self.energy > final_energy {
-            let bound = Bound::new(self.errors.iter().map(|e| e * e).sum(), rules.selection);
-            let best = if self.support.len() == 1 {
-                self.own.copy_from_slice(correlations);
-                subtract(&mut self.own, &prefix.weights, self.along[0] as f32);
-                self.squares.copy_from_slice(&prefix.squares);
-                let look = screen(&mut self.squares, &self.own, &prefix.left, rules.selection);
-                let exact = |k| self.exact(dictionary, k, rules);
-                best_exactly(look, &self.squares, &prefix.left, &bound, exact)
-            } else {
-                self.advance(dictionary, prefix);
-                sum_squares(&self.correlations, dictionary.stride(), &mut self.squares);
-                let look = screen(&mut self.squares, &self.own, &self.left, rules.selection);
-                let exact = |k| self.exact(dictionary, k, rules);
-                best_exactly(look, &self.squares, &self.left, &bound, exact)
+            let deep = self.support.len() - 1;
+            if deep > 0 {
+                self.find_weights(dictionary, prefix);
+            }
+            let step = Step {
+                own: correlations,
+                first: Some((&prefix.weights_rounded, self.along[0] as f32)),
+                weights: &self.weights_rounded,
+                along: &self.along_rounded[..deep],
+                columns: &prefix.correlations,
+                columns_along: &self.columns_along,
+                columns_squared: &prefix.squares,
+                left: &prefix.left,
             };
-            match best {
-                Some(atom) => self.take(dictionary, atom),
+            let bound = Bound::new(self.errors.iter().map(|e| e * e).sum(), rules.selection);
+            step.screen(simd, &bound, &mut self.screened);
+            let exact = Remainder {
+                dictionary,
+                support: &self.support,
+                basis: &self.basis,
+                residuals: &self.residuals,
+                min_residual: rules.min_residual,
+            };
+            match self.screened.best_exactly(simd, &bound, &exact) {
+                Some(atom) => self.take(dictionary, atom, rules),
                 None => break,
             }
         }
         self.code()
     }
 
-    /// The sum of squared correlations of an atom with the residuals, and its `||d_res||^2`; none where it is not eligible.
-    #[inline(always)]
-    fn exact(&self, dictionary: &Dictionary, k: usize, rules: &CodeRules) -> Option<(f64, f64)> {
-        let (dim, atom) = (dictionary.dim(), dictionary.atom(k));
-        let explained: f64 = self.basis.chunks_exact(dim).map(|q| dot(atom, q).powi(2)).sum();
-        let left = dictionary.squared_norm(k) - explained;
-        if left < rules.min_residual || self.support.contains(&k) {
-            return None;
-        }
-        Some((self.residuals.chunks_exact(dim).map(|r| dot(atom, r).powi(2)).sum(), left))
-    }
-
     /// Adds an atom: extends basis and triangle, and projects its direction out of the residuals.
     #[inline(always)]
-    fn take(&mut self, dictionary: &Dictionary, atom: usize) {
+    fn take(&mut self, dictionary: &Dictionary, atom: usize, rules: &CodeRules) {
         let (dim, step) = (dictionary.dim(), self.support.len());
         let start = self.basis.len();
         self.basis.extend(dictionary.atom(atom).iter().map(|&v| f64::from(v)));
@@ -139,48 +162,50 @@ impl Pursuit {
             row[step] = along;
         }
         self.triangle[step][step] = norm;
-        let carried: f64 =
-            along.iter().zip(&self.weight_errors).take(step).map(|(a, e)| a.abs() * e).sum();
-        let weight_error = ((2 * step + 6) as f64 * U + carried) / norm;
-        self.weight_errors[step] = weight_error;
-
-        let columns = self.projections.iter_mut().zip(&mut self.errors);
-        for (residual, (projection, error)) in self.residuals.chunks_exact_mut(dim).zip(columns) {
-            *projection = project_out(residual, direction);
-            *error += projection.abs() * (weight_error + 4.0 * U);
-        }
-        self.energy = dot(&self.residuals, &self.residuals);
-        // The candidate is the last column.
-        self.along[step] = self.projections.last().copied().unwrap_or_default();
         self.support.push(atom);
+        // The candidate is the last column. Once the code is complete, nobody asks for the shared ones.
+        let (shared, own) = self.residuals.split_at_mut(self.columns_along.len() * dim);
+        let (own_error, errors) = match self.errors.split_last_mut() {
+            Some(split) => split,
+            None => return,
+        };
+        let p = project_out(own, direction);
+        self.along[step] = p;
+        self.along_rounded[step - 1] = p as f32;
+        *own_error += p.abs() * 3.0 * U;
+        self.energy -= p * p;
+        if self.support.len() < rules.atoms {
+            let columns = self.columns_along.iter_mut().zip(errors);
+            for (residual, (along, error)) in shared.chunks_exact_mut(dim).zip(columns) {
+                let p = project_out(residual, direction);
+                along[step - 1] = p as f32;
+                *error += p.abs() * 3.0 * U;
+                self.energy -= p * p;
+            }
+        }
     }
 
-    /// Projects the newest atom out of the screen's rows.
+    /// `w` of the newest atom, from its row of the Gram matrix.
     #[inline(always)]
-    fn advance(&mut self, dictionary: &Dictionary, prefix: &Prefix) {
-        let stride = dictionary.stride();
-        let newest = self.support.len() - 1;
-        if newest == 1 {
-            self.correlations.copy_from_slice(&prefix.correlations);
-            self.left.copy_from_slice(&prefix.left);
-        }
+    fn find_weights(&mut self, dictionary: &Dictionary, prefix: &Prefix) {
+        let (stride, newest) = (dictionary.stride(), self.support.len() - 1);
         let (older, weights) = self.weights.split_at_mut((newest - 1) * stride);
         let weights = &mut weights[..stride];
-        weights.copy_from_slice(dictionary.gram_row(self.support[newest]));
-        subtract(weights, &prefix.weights, self.triangle[0][newest] as f32);
+        let rounded = &mut self.weights_rounded[(newest - 1) * stride..][..stride];
+        let gram = dictionary.gram_row(self.support[newest]);
+        let inverse = 1.0 / self.triangle[newest][newest];
+        let first_along = self.triangle[0][newest];
+        for ((w, g), first) in weights.iter_mut().zip(gram).zip(&prefix.weights) {
+            *w = g - first * first_along;
+        }
         for (row, along) in older.chunks_exact(stride).zip(&self.triangle[1..]) {
-            subtract(weights, row, along[newest] as f32);
+            let along = along[newest];
+            weights.iter_mut().zip(row).for_each(|(w, other)| *w -= other * along);
         }
-        let inverse = (1.0 / self.triangle[newest][newest]) as f32;
-        let loss = widened_square(self.weight_errors[newest]);
-        for (w, left) in weights.iter_mut().zip(&mut self.left) {
+        for (w, rounded) in weights.iter_mut().zip(rounded) {
             *w *= inverse;
-            *left -= WIDEN * *w * *w + loss;
+            *rounded = *w as f32;
         }
-        for (row, &along) in self.correlations.chunks_exact_mut(stride).zip(&self.projections) {
-            subtract(row, weights, along as f32);
-        }
-        subtract(&mut self.own, weights, self.along[newest] as f32);
     }
 
     /// The refitted coefficients of the candidate: back substitution in the triangle.
@@ -192,14 +217,5 @@ impl Pursuit {
             coefficients[j] = (self.along[j] - known) / self.triangle[j][j];
         }
         Code::new(&self.support, &coefficients[..length])
-    }
-}
-
-/// For each atom the sum of the squares of all rows.
-#[inline(always)]
-fn sum_squares(rows: &[f32], stride: usize, squares: &mut [f32]) {
-    squares.fill(0.0);
-    for row in rows.chunks_exact(stride) {
-        squares.iter_mut().zip(row).for_each(|(s, x)| *s += x * x);
     }
 }
