@@ -1,0 +1,134 @@
+//! The target: its outline, its place in a frame and its truth.
+
+use crate::badge::badge;
+use crate::canvas::{Area, Canvas, Colour};
+use crate::config::{Post, TargetLook};
+use crate::path::Pose;
+use crate::post::covers;
+
+/// Radius of the rounded corners as a share of the shorter side.
+const CORNER_RADIUS: f64 = 0.13;
+
+/// Points along each axis at which it is asked whether the target is hidden.
+const HIDDEN_SAMPLES: i32 = 96;
+
+/// What is true of the target in one frame.
+///
+/// The [crate documentation](crate) says how coordinates count.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Truth {
+    /// `[x, y, w, h]`: an upright box with the width and height of the target
+    /// around its centre, which is `x + (w - 1) / 2`, `y + (h - 1) / 2`.
+    ///
+    /// It scales with the target but does not grow when the target turns.
+    pub bbox: [f64; 4],
+    /// Outer corners of the turned target: top left, top right, bottom right,
+    /// bottom left as seen before turning.
+    ///
+    /// They are where the edges of the target meet (before its corners are
+    /// rounded). Unturned, the top left one is half a pixel up and left of
+    /// `bbox`'s first pixel centre.
+    pub corners: [[f64; 2]; 4],
+    /// Size relative to the configured size.
+    pub scale: f64,
+    /// Turn in radians, clockwise as seen on the screen.
+    pub rotation: f64,
+    /// Share of the target's area behind the tree trunk, `0..=1`.
+    pub hidden: f64,
+}
+
+/// The target as it stands in one frame.
+pub(crate) struct Placed {
+    pose: Pose,
+    /// Width and height in pixels, scale included.
+    size: [f64; 2],
+    /// Cosine and sine of the turn.
+    turn: [f64; 2],
+}
+
+impl Placed {
+    pub(crate) fn new(base_size: [f64; 2], pose: Pose) -> Self {
+        Placed {
+            pose,
+            size: base_size.map(|side| side * pose.scale),
+            turn: [pose.rotation.cos(), pose.rotation.sin()],
+        }
+    }
+
+    /// A point of the target, measured from its centre, in frame coordinates.
+    fn to_frame(&self, [a, b]: [f64; 2]) -> [f64; 2] {
+        let [cos, sin] = self.turn;
+        let [cx, cy] = self.pose.centre;
+        [cx + cos * a - sin * b, cy + sin * a + cos * b]
+    }
+
+    /// The inverse of [`Placed::to_frame`].
+    fn to_card(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let [cos, sin] = self.turn;
+        let (dx, dy) = (x - self.pose.centre[0], y - self.pose.centre[1]);
+        [cos * dx + sin * dy, cos * dy - sin * dx]
+    }
+
+    /// Whether a point measured from the centre is on the rounded card.
+    fn contains(&self, [a, b]: [f64; 2]) -> bool {
+        let [w, h] = self.size;
+        let radius = CORNER_RADIUS * w.min(h);
+        let past_x = a.abs() - (w / 2.0 - radius);
+        let past_y = b.abs() - (h / 2.0 - radius);
+        if past_x <= 0.0 || past_y <= 0.0 {
+            return past_x <= radius && past_y <= radius;
+        }
+        past_x * past_x + past_y * past_y <= radius * radius
+    }
+
+    /// Colour at a point of the frame, or nothing beside the target.
+    pub(crate) fn colour_at(&self, look: TargetLook, point: [f64; 2]) -> Option<Colour> {
+        let [a, b] = self.to_card(point);
+        if !self.contains([a, b]) {
+            return None;
+        }
+        Some(match look {
+            TargetLook::Flat(colour) => colour.map(f32::from),
+            TargetLook::Badge => badge([a / self.size[0] + 0.5, b / self.size[1] + 0.5]),
+        })
+    }
+
+    pub(crate) fn paint_on(&self, canvas: &mut Canvas, look: TargetLook) {
+        let reach = self.size[0].hypot(self.size[1]) / 2.0;
+        let area = Area::around(self.pose.centre, reach);
+        canvas.paint(area, |point| self.colour_at(look, point));
+    }
+
+    pub(crate) fn truth(&self, post: Option<(Post, u64)>) -> Truth {
+        let [w, h] = self.size;
+        let [cx, cy] = self.pose.centre;
+        let corner = |right: f64, down: f64| self.to_frame([right * w / 2.0, down * h / 2.0]);
+        Truth {
+            bbox: [cx - (w - 1.0) / 2.0, cy - (h - 1.0) / 2.0, w, h],
+            corners: [
+                corner(-1.0, -1.0),
+                corner(1.0, -1.0),
+                corner(1.0, 1.0),
+                corner(-1.0, 1.0),
+            ],
+            scale: self.pose.scale,
+            rotation: self.pose.rotation,
+            hidden: post.map_or(0.0, |(post, seed)| self.hidden_share(post, seed)),
+        }
+    }
+
+    fn hidden_share(&self, post: Post, seed: u64) -> f64 {
+        let place = |i: i32| (f64::from(i) + 0.5) / f64::from(HIDDEN_SAMPLES) - 0.5;
+        let (mut on_target, mut behind) = (0u32, 0u32);
+        for j in 0..HIDDEN_SAMPLES {
+            for i in 0..HIDDEN_SAMPLES {
+                let point = [place(i) * self.size[0], place(j) * self.size[1]];
+                if self.contains(point) {
+                    on_target += 1;
+                    behind += u32::from(covers(post, seed, self.to_frame(point)));
+                }
+            }
+        }
+        f64::from(behind) / f64::from(on_target)
+    }
+}

@@ -1,0 +1,260 @@
+//! Measures rendered frames and compares them with what the truth says.
+
+use patchlock_scene::{KeyPose, Post, Scene, SceneConfig, SceneFrame, TargetLook, Truth};
+
+/// How much of each pixel the target covers, measured from two renderings
+/// that differ only in how red the target is.
+fn coverage(config: &SceneConfig, k: usize) -> Vec<f64> {
+    let with = |red| {
+        let config = SceneConfig {
+            target_look: TargetLook::Flat([red, 90, 90]),
+            light: Vec::new(),
+            sensor_noise: 0.0,
+            ..config.clone()
+        };
+        Scene::new(config).frame(k)
+    };
+    let (bright, dark) = (with(255), with(0));
+    let reds = bright.rgb.iter().zip(&dark.rgb).step_by(3);
+    reds.map(|(&a, &b)| (f64::from(a) - f64::from(b)) / 255.0)
+        .collect()
+}
+
+/// Area, centre and angle of the long axis of a coverage mask.
+fn shape(mask: &[f64], width: usize) -> (f64, [f64; 2], f64) {
+    let points = |i: usize| [(i % width) as f64, (i / width) as f64];
+    let area: f64 = mask.iter().sum();
+    let mean = |of: &dyn Fn([f64; 2]) -> f64| {
+        let sum: f64 = mask
+            .iter()
+            .enumerate()
+            .map(|(i, m)| m * of(points(i)))
+            .sum();
+        sum / area
+    };
+    let centre = [mean(&|p| p[0]), mean(&|p| p[1])];
+    let xx = mean(&|p| (p[0] - centre[0]).powi(2));
+    let yy = mean(&|p| (p[1] - centre[1]).powi(2));
+    let xy = mean(&|p| (p[0] - centre[0]) * (p[1] - centre[1]));
+    (area, centre, 0.5 * (2.0 * xy).atan2(xx - yy))
+}
+
+fn box_centre(truth: &Truth) -> [f64; 2] {
+    let [x, y, w, h] = truth.bbox;
+    [x + (w - 1.0) / 2.0, y + (h - 1.0) / 2.0]
+}
+
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).hypot(a[1] - b[1])
+}
+
+fn mean_level(frame: &SceneFrame) -> f64 {
+    frame.rgb.iter().map(|&v| f64::from(v)).sum::<f64>() / frame.rgb.len() as f64
+}
+
+/// The rounded corners take this share of the target away.
+fn rounding(truth: &Truth) -> f64 {
+    let [_, _, w, h] = truth.bbox;
+    let radius = 0.13 * w.min(h);
+    (4.0 - std::f64::consts::PI) * radius * radius
+}
+
+#[test]
+fn target_is_drawn_where_and_as_large_as_the_truth_says() {
+    let config = SceneConfig {
+        post: None,
+        ..SceneConfig::demo()
+    };
+    let scene = Scene::new(config.clone());
+    for k in [0, 13, 24, 60, 61, 97, 126, 149] {
+        let truth = scene.truth(k);
+        let (area, centre, angle) = shape(&coverage(&config, k), config.width);
+        let off = distance(centre, box_centre(&truth));
+        // A ninth of a pixel is what the renderer can place an edge to.
+        assert!(off < 0.05, "frame {k}: centre off by {off}");
+        let turned = (angle - truth.rotation).to_degrees();
+        assert!(turned.abs() < 0.3, "frame {k}: turned by {turned} more");
+        let expected = truth.bbox[2] * truth.bbox[3] - rounding(&truth);
+        assert!((area / expected - 1.0).abs() < 0.01, "frame {k}: {area}");
+    }
+}
+
+#[test]
+fn hidden_share_is_what_the_trunk_hides() {
+    let config = SceneConfig::occluded();
+    let open = SceneConfig {
+        post: None,
+        ..config.clone()
+    };
+    let scene = Scene::new(config.clone());
+    for k in [0, 20, 26, 32, 40, 59] {
+        let seen: f64 = coverage(&config, k).iter().sum();
+        let whole: f64 = coverage(&open, k).iter().sum();
+        let hidden = scene.truth(k).hidden;
+        let measured = 1.0 - seen / whole;
+        assert!(
+            (hidden - measured).abs() < 0.01,
+            "frame {k}: {hidden} {measured}"
+        );
+    }
+}
+
+#[test]
+fn half_of_the_demo_target_is_hidden_for_about_25_frames() {
+    let scene = Scene::demo();
+    let hidden: Vec<f64> = (0..scene.len()).map(|k| scene.truth(k).hidden).collect();
+    assert!(hidden[..40].iter().all(|&h| h == 0.0));
+    assert!(hidden[110..].iter().all(|&h| h == 0.0));
+    let half = hidden.iter().filter(|&&h| h > 0.45).count();
+    assert!((20..=30).contains(&half), "{half} frames");
+    assert!(hidden.iter().all(|&h| h < 0.6));
+}
+
+#[test]
+fn corners_agree_with_the_box() {
+    let scene = Scene::demo();
+    for k in 0..scene.len() {
+        let truth = scene.truth(k);
+        let [tl, tr, br, bl] = truth.corners;
+        let mean = |axis: usize| (tl[axis] + tr[axis] + br[axis] + bl[axis]) / 4.0;
+        assert!(distance([mean(0), mean(1)], box_centre(&truth)) < 1e-9);
+        assert!((distance(tl, tr) - truth.bbox[2]).abs() < 1e-9);
+        assert!((distance(tl, bl) - truth.bbox[3]).abs() < 1e-9);
+        let rotation = (tr[1] - tl[1]).atan2(tr[0] - tl[0]);
+        assert!((rotation - truth.rotation).abs() < 1e-9);
+        assert!((truth.bbox[2] - 80.0 * truth.scale).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn demo_motion_keeps_within_its_limits() {
+    let scene = Scene::demo();
+    let truths: Vec<Truth> = (0..scene.len()).map(|k| scene.truth(k)).collect();
+    for pair in truths.windows(2) {
+        let moved = distance(box_centre(&pair[0]), box_centre(&pair[1]));
+        assert!(moved > 0.1 && moved < 4.0, "{moved} pixels");
+        assert!((pair[1].rotation - pair[0].rotation).to_degrees().abs() < 1.0);
+        assert!((pair[1].scale / pair[0].scale - 1.0).abs() < 0.02);
+    }
+    let least = truths.iter().map(|t| t.scale).fold(f64::MAX, f64::min);
+    let most = truths.iter().map(|t| t.scale).fold(f64::MIN, f64::max);
+    assert_eq!((least, most), (0.8, 1.3));
+    let inside = |p: [f64; 2]| p[0] > 0.0 && p[0] < 479.0 && p[1] > 0.0 && p[1] < 359.0;
+    assert!(truths.iter().flat_map(|t| t.corners).all(inside));
+}
+
+#[test]
+fn light_changes_the_mean_level_as_configured() {
+    let lit = Scene::demo();
+    let even = Scene::new(SceneConfig {
+        light: Vec::new(),
+        ..SceneConfig::demo()
+    });
+    assert_eq!(lit.frame(30), even.frame(30));
+    assert_eq!(lit.light(112), (0.55, 6.0));
+    assert_eq!(lit.light(134), (1.25, -4.0));
+    for k in [104, 112, 123, 134] {
+        let (gain, offset) = lit.light(k);
+        let expected = gain * mean_level(&even.frame(k)) + offset;
+        let level = mean_level(&lit.frame(k));
+        // Bright pixels saturate when the gain is above 1.
+        let room = if gain > 1.0 { 2.0 } else { 0.2 };
+        assert!(
+            (level - expected).abs() < room,
+            "frame {k}: {level} {expected}"
+        );
+    }
+}
+
+#[test]
+fn noise_has_the_configured_spread_and_changes_every_frame() {
+    let still = SceneConfig {
+        path: vec![KeyPose {
+            frame: 0.0,
+            centre: [100.0, 90.0],
+            scale: 1.0,
+            degrees: 0.0,
+        }],
+        ..SceneConfig::simple()
+    };
+    let noisy = Scene::new(still.clone());
+    let clean = Scene::new(SceneConfig {
+        sensor_noise: 0.0,
+        ..still
+    });
+    assert_eq!(clean.frame(3), clean.frame(4));
+    assert_ne!(noisy.frame(3), noisy.frame(4));
+    let (noisy, clean) = (noisy.frame(3).rgb, clean.frame(3).rgb);
+    let squares = noisy.iter().zip(&clean);
+    let squares = squares.map(|(&a, &b)| (f64::from(a) - f64::from(b)).powi(2));
+    let spread = (squares.sum::<f64>() / noisy.len() as f64).sqrt();
+    // Whole grey levels add a little to the 2 levels asked for.
+    assert!((1.9..2.2).contains(&spread), "{spread}");
+}
+
+#[test]
+fn same_configuration_gives_the_same_frames_in_any_order() {
+    let (a, b) = (Scene::occluded(), Scene::occluded());
+    let later = b.frame(30);
+    assert_eq!(a.frame(5), b.frame(5));
+    assert_eq!(a.frame(30), later);
+    assert_eq!(a.truth(30), b.truth(30));
+    let other = Scene::new(SceneConfig {
+        seed: 8,
+        ..SceneConfig::occluded()
+    });
+    assert_ne!(other.frame(5), a.frame(5));
+    assert_eq!(other.truth(5).bbox, a.truth(5).bbox);
+}
+
+#[test]
+fn simple_scene_only_moves_and_grows() {
+    let scene = Scene::simple();
+    assert_eq!(scene.len(), 40);
+    assert!(!scene.is_empty());
+    let frame = scene.frame(39);
+    assert_eq!((frame.width, frame.height), (240, 180));
+    assert_eq!(frame.rgb.len(), 240 * 180 * 3);
+    for k in 0..scene.len() {
+        let truth = scene.truth(k);
+        assert_eq!((truth.rotation, truth.hidden), (0.0, 0.0));
+        assert_eq!(scene.light(k), (1.0, 0.0));
+        let [x, y, w, h] = truth.bbox;
+        // The corners are outer edges, half a pixel beyond pixel centres.
+        assert!(distance(truth.corners[0], [x - 0.5, y - 0.5]) < 1e-9);
+        assert!(distance(truth.corners[2], [x + w - 0.5, y + h - 0.5]) < 1e-9);
+    }
+}
+
+#[test]
+fn target_and_trunk_may_leave_the_frame() {
+    let scene = Scene::new(SceneConfig {
+        path: vec![KeyPose {
+            frame: 0.0,
+            centre: [-400.0, 500.0],
+            scale: 1.0,
+            degrees: 45.0,
+        }],
+        post: Some(Post {
+            centre_x: 240.0,
+            width: 30.0,
+        }),
+        ..SceneConfig::simple()
+    });
+    assert_eq!(scene.frame(0).rgb.len(), 240 * 180 * 3);
+    assert_eq!(scene.truth(0).hidden, 0.0);
+}
+
+#[test]
+#[should_panic(expected = "frame 40 of a scene of 40")]
+fn there_is_no_frame_after_the_last() {
+    Scene::simple().frame(40);
+}
+
+#[test]
+#[should_panic(expected = "rising order")]
+fn poses_must_rise() {
+    let mut config = SceneConfig::simple();
+    config.path.reverse();
+    Scene::new(config);
+}

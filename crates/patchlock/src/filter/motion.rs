@@ -1,0 +1,46 @@
+//! The motion model (Sec. 2): independent Gaussian noise around the last estimate.
+
+use super::state::State;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+
+/// Redraws of one state before its shape is kept as it was. Even where half of all draws are refused, it is never reached.
+const MAX_REDRAWS: usize = 100;
+
+/// Standard deviations of the six numbers of a state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// Of x, y (pixels), scale, rotation (radians), aspect and skew (radians).
+    pub sigma: [f64; 6],
+    /// Whether the scale's noise is multiplied by the scale.
+    pub relative_scale: bool,
+}
+
+impl Motion {
+    /// Draws one state around `last`. A state whose scale or aspect is not positive and finite is drawn again.
+    pub fn draw(&self, last: &State, rng: &mut Pcg64) -> State {
+        for _ in 0..MAX_REDRAWS {
+            let state = self.draw_once(last, rng);
+            if state.is_valid() {
+                return state;
+            }
+        }
+        *last
+    }
+
+    fn draw_once(&self, last: &State, rng: &mut Pcg64) -> State {
+        let noise = self.sigma.map(|sigma| {
+            let normal: f64 = StandardNormal.sample(rng);
+            sigma * normal
+        });
+        let scale_unit = if self.relative_scale { last.scale } else { 1.0 };
+        State {
+            x: last.x + noise[0],
+            y: last.y + noise[1],
+            scale: last.scale + scale_unit * noise[2],
+            rotation: last.rotation + noise[3],
+            aspect: last.aspect + noise[4],
+            skew: last.skew + noise[5],
+        }
+    }
+}

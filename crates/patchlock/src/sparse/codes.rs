@@ -1,0 +1,62 @@
+//! A sparse code: a few atoms of the dictionary and their coefficients.
+
+use crate::config::{MAX_ATOMS, Selection};
+
+/// The code of one patch: up to [`MAX_ATOMS`] atoms, in the order in which they were chosen, with signed coefficients.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Code {
+    atoms: [u32; MAX_ATOMS],
+    coefficients: [f64; MAX_ATOMS],
+    length: usize,
+}
+
+impl Code {
+    /// The chosen atoms (columns of the dictionary).
+    pub fn support(&self) -> &[u32] {
+        &self.atoms[..self.length]
+    }
+
+    /// The coefficients, one an atom.
+    pub fn coefficients(&self) -> &[f64] {
+        &self.coefficients[..self.length]
+    }
+
+    /// Atoms with their coefficients.
+    pub fn entries(&self) -> impl Iterator<Item = (usize, f64)> {
+        self.support().iter().zip(self.coefficients()).map(|(&atom, &x)| (atom as usize, x))
+    }
+
+    /// A code of these atoms and coefficients; more than [`MAX_ATOMS`] are left out.
+    pub fn new(atoms: &[usize], coefficients: &[f64]) -> Self {
+        let mut code = Self::default();
+        for (&atom, &x) in atoms.iter().zip(coefficients).take(MAX_ATOMS) {
+            code.atoms[code.length] = atom as u32;
+            code.coefficients[code.length] = x;
+            code.length += 1;
+        }
+        code
+    }
+}
+
+/// How codes are made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CodeRules {
+    /// Most atoms in a code, at most [`MAX_ATOMS`].
+    pub atoms: usize,
+    /// How the next atom is chosen.
+    pub selection: Selection,
+    /// An atom is eligible while `||d_res||^2` is at least this.
+    pub min_residual: f64,
+    /// The code is complete when the remaining energy is at most this for each column.
+    pub stop_energy: f64,
+}
+
+/// Share of the signals' energy that counts as rounding: the signals are `f32`, whose rounding leaves about 1e-14 of it.
+const ROUNDING: f64 = 1e-12;
+
+impl CodeRules {
+    /// The energy at which a joint problem of `columns` signals with this total energy is complete.
+    pub fn final_energy(&self, columns: usize, energy: f64) -> f64 {
+        self.stop_energy * columns as f64 + ROUNDING * energy
+    }
+}

@@ -1,0 +1,77 @@
+//! The definition of a joint code, written to be obviously right: `f64`, and at each step every projection is a least-squares
+//! problem solved afresh. Far too slow to track with; the tests hold the fast solver to it.
+
+use crate::config::Selection;
+use crate::sparse::codes::{Code, CodeRules};
+use crate::sparse::dictionary::Dictionary;
+use nalgebra::DMatrix;
+
+/// Codes `candidate` jointly with the `shared` signals (rows of `dim` samples).
+pub fn solve(
+    dictionary: &Dictionary,
+    shared: &[f32],
+    candidate: &[f32],
+    rules: &CodeRules,
+) -> Code {
+    let dim = dictionary.dim();
+    let atoms = matrix(dim, (0..dictionary.len()).map(|k| dictionary.atom(k)));
+    let signals = matrix(dim, shared.chunks_exact(dim).chain([candidate]));
+    let final_energy = rules.final_energy(signals.ncols(), signals.norm_squared());
+
+    let mut support: Vec<usize> = Vec::new();
+    while support.len() < rules.atoms {
+        let chosen = atoms.select_columns(&support);
+        let signals_left = &signals - &chosen * least_squares(&chosen, &signals);
+        if signals_left.norm_squared() <= final_energy {
+            break;
+        }
+        let atoms_left = &atoms - &chosen * least_squares(&chosen, &atoms);
+        match best_atom(&support, &signals_left, &atoms_left, rules) {
+            Some(atom) => support.push(atom),
+            None => break,
+        }
+    }
+    let coefficients = least_squares(&atoms.select_columns(&support), &signals);
+    let of_candidate = coefficients.column(signals.ncols() - 1);
+    Code::new(&support, &of_candidate.iter().copied().collect::<Vec<_>>())
+}
+
+/// The eligible atom with the largest positive score, the first of equal ones.
+fn best_atom(
+    support: &[usize],
+    signals_left: &DMatrix<f64>,
+    atoms_left: &DMatrix<f64>,
+    rules: &CodeRules,
+) -> Option<usize> {
+    let mut best = (None, 0.0);
+    for (k, atom) in atoms_left.column_iter().enumerate() {
+        let left = atom.norm_squared();
+        if left < rules.min_residual || support.contains(&k) {
+            continue;
+        }
+        let correlation = signals_left.tr_mul(&atom).norm_squared();
+        let score = match rules.selection {
+            Selection::OrderRecursive => correlation / left,
+            Selection::Textbook => correlation,
+        };
+        if score > best.1 {
+            best = (Some(k), score);
+        }
+    }
+    best.0
+}
+
+/// The coefficients `x` that minimise `||right - left x||` for every column of `right`.
+fn least_squares(left: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> {
+    let qr = left.clone().qr();
+    let projected = qr.q().tr_mul(right);
+    // Eligible atoms are independent, so the triangle is regular; an empty one has no solution to find.
+    qr.r()
+        .solve_upper_triangular(&projected)
+        .unwrap_or_else(|| DMatrix::zeros(left.ncols(), right.ncols()))
+}
+
+fn matrix<'a>(dim: usize, columns: impl Iterator<Item = &'a [f32]>) -> DMatrix<f64> {
+    let samples: Vec<f64> = columns.flatten().map(|&v| f64::from(v)).collect();
+    DMatrix::from_vec(dim, samples.len() / dim, samples)
+}
