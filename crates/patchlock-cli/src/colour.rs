@@ -62,7 +62,8 @@ impl Colour {
     fn to_rgb_coefficients(self) -> Coefficients {
         let (red, blue) = self.weights();
         let green = 1.0 - red - blue;
-        let (luma, chroma) = if self.full_range { (1.0, 1.0) } else { (255.0 / 219.0, 255.0 / 224.0) };
+        let (luma, chroma) =
+            if self.full_range { (1.0, 1.0) } else { (255.0 / 219.0, 255.0 / 224.0) };
         let fixed = |value: f64| (value * 65536.0).round() as i32;
         Coefficients {
             luma_offset: if self.full_range { 0 } else { 16 },
@@ -106,7 +107,9 @@ pub fn luma_to_grey(luma: &[u8], full_range: bool) -> Vec<u8> {
     if full_range {
         return luma.to_vec();
     }
-    luma.iter().map(|&y| ((f32::from(y) - 16.0) * (255.0 / 219.0)).round().clamp(0.0, 255.0) as u8).collect()
+    luma.iter()
+        .map(|&y| ((f32::from(y) - 16.0) * (255.0 / 219.0)).round().clamp(0.0, 255.0) as u8)
+        .collect()
 }
 
 /// RGB bytes to 4:2:0 planes of BT.601, limited range. Odd sizes are padded to even ones by repeating the last row
@@ -148,10 +151,19 @@ mod tests {
 
     #[test]
     fn primary_colours_survive_the_way_there_and_back() {
-        for colour in [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 255], [0, 0, 0], [90, 140, 30]] {
+        for colour in
+            [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 255], [0, 0, 0], [90, 140, 30]]
+        {
             let rgb: Vec<u8> = colour.iter().copied().cycle().take(4 * 4 * 3).collect();
             let yuv = to_yuv420(&rgb, 4, 4);
-            let planes = Planes { width: 4, height: 4, y: &yuv.y, u: &yuv.u, v: &yuv.v, subsampling: (2, 2) };
+            let planes = Planes {
+                width: 4,
+                height: 4,
+                y: &yuv.y,
+                u: &yuv.u,
+                v: &yuv.v,
+                subsampling: (2, 2),
+            };
             for (back, was) in to_rgb(&planes, Colour::default()).iter().zip(&rgb) {
                 assert!(back.abs_diff(*was) <= 2, "{colour:?} came back with {back} for {was}");
             }
@@ -160,7 +172,8 @@ mod tests {
 
     #[test]
     fn range_and_matrix_change_the_colours() {
-        let planes = Planes { width: 1, height: 1, y: &[120], u: &[90], v: &[200], subsampling: (1, 1) };
+        let planes =
+            Planes { width: 1, height: 1, y: &[120], u: &[90], v: &[200], subsampling: (1, 1) };
         let limited = to_rgb(&planes, Colour::default());
         let full = to_rgb(&planes, Colour { full_range: true, ..Colour::default() });
         let hd = to_rgb(&planes, Colour { matrix: Matrix::Bt709, full_range: false });

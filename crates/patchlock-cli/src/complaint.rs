@@ -64,8 +64,11 @@ pub fn report(error: &anyhow::Error) -> Exit {
     let mut text = format!("{error:#}");
     // One line: what a library says over several lines is still one message.
     text = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    eprintln!("error: {text}");
     let complaint = error.chain().find_map(|cause| cause.downcast_ref::<Complaint>());
+    match complaint {
+        Some(complaint) if complaint.exit == Exit::Interrupted => eprintln!("{text}"),
+        _ => eprintln!("error: {text}"),
+    }
     if let Some(hint) = complaint.and_then(Complaint::advice) {
         eprintln!("hint: {hint}");
     }

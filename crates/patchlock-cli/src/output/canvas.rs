@@ -4,7 +4,8 @@ use std::io::{self, Write};
 
 use anyhow::{Context, Result};
 use resvg::tiny_skia::{
-    Color, FillRule, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, Rect, Stroke, Transform,
+    Color, FillRule, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, Rect, Stroke,
+    Transform,
 };
 
 /// A picture to draw on.
@@ -28,7 +29,8 @@ pub struct Area {
 impl Canvas {
     /// A canvas of one colour.
     pub fn plain(width: usize, height: usize, colour: [u8; 3]) -> Result<Self> {
-        let mut pixmap = Pixmap::new(u32::try_from(width)?, u32::try_from(height)?).context("a picture without size")?;
+        let mut pixmap = Pixmap::new(u32::try_from(width)?, u32::try_from(height)?)
+            .context("a picture without size")?;
         pixmap.fill(opaque(colour));
         Ok(Self { pixmap })
     }
@@ -47,7 +49,11 @@ impl Canvas {
 
     /// The picture as RGB bytes.
     pub fn to_rgb(&self) -> Vec<u8> {
-        self.pixmap.data().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect()
+        self.pixmap
+            .data()
+            .chunks_exact(4)
+            .flat_map(|pixel| [pixel[0], pixel[1], pixel[2]])
+            .collect()
     }
 
     /// Writes the picture as PNG.
@@ -86,7 +92,13 @@ impl Canvas {
         let Some(path) = polygon(corners) else { return };
         for (width, colour, opacity) in [(width + 2.0, [0, 0, 0], 0.45), (width, colour, 1.0)] {
             let stroke = Stroke { width, line_join: LineJoin::Round, ..Stroke::default() };
-            self.pixmap.stroke_path(&path, &paint(colour, opacity), &stroke, Transform::identity(), None);
+            self.pixmap.stroke_path(
+                &path,
+                &paint(colour, opacity),
+                &stroke,
+                Transform::identity(),
+                None,
+            );
         }
     }
 
@@ -98,7 +110,14 @@ impl Canvas {
     /// Puts another picture on this one.
     pub fn paste(&mut self, other: &Canvas, left: usize, top: usize) {
         let place = Transform::identity();
-        self.pixmap.draw_pixmap(left as i32, top as i32, other.pixmap.as_ref(), &PixmapPaint::default(), place, None);
+        self.pixmap.draw_pixmap(
+            left as i32,
+            top as i32,
+            other.pixmap.as_ref(),
+            &PixmapPaint::default(),
+            place,
+            None,
+        );
     }
 }
 

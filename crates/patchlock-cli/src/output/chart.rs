@@ -69,25 +69,37 @@ impl Chart<'_> {
 
     /// Shades the frames in which part of the target is hidden; the more of it, the darker.
     fn shade_hidden(&self, svg: &mut String) {
-        for (frame, hidden) in self.hidden.iter().enumerate().filter(|(_, hidden)| **hidden > 0.01) {
-            let (from, to) = (self.x(frame as f64 - 0.5).max(LEFT), self.x(frame as f64 + 0.5).min(WIDTH - RIGHT));
-            put(svg, format_args!(
-                "<rect x=\"{from:.2}\" y=\"{TOP}\" width=\"{:.2}\" height=\"{}\" fill=\"#8494a8\" fill-opacity=\"{:.2}\" \
+        for (frame, hidden) in self.hidden.iter().enumerate().filter(|(_, hidden)| **hidden > 0.01)
+        {
+            let (from, to) = (
+                self.x(frame as f64 - 0.5).max(LEFT),
+                self.x(frame as f64 + 0.5).min(WIDTH - RIGHT),
+            );
+            put(
+                svg,
+                format_args!(
+                    "<rect x=\"{from:.2}\" y=\"{TOP}\" width=\"{:.2}\" height=\"{}\" fill=\"#8494a8\" fill-opacity=\"{:.2}\" \
                  shape-rendering=\"crispEdges\"/>\n",
-                to - from,
-                HEIGHT - TOP - BOTTOM,
-                0.10 + 0.42 * hidden.min(1.0)
-            ));
+                    to - from,
+                    HEIGHT - TOP - BOTTOM,
+                    0.10 + 0.42 * hidden.min(1.0)
+                ),
+            );
         }
         for span in spans(self.hidden) {
             let most = self.hidden[span.clone()].iter().copied().fold(0.0, f64::max);
-            let middle = self.x((span.start + span.end - 1) as f64 / 2.0).clamp(LEFT + 75.0, WIDTH - RIGHT - 75.0);
-            put(svg, format_args!(
-                "<text x=\"{middle:.1}\" y=\"{:.1}\" font-size=\"12\" fill=\"#45536a\" text-anchor=\"middle\">\
+            let middle = self
+                .x((span.start + span.end - 1) as f64 / 2.0)
+                .clamp(LEFT + 75.0, WIDTH - RIGHT - 75.0);
+            put(
+                svg,
+                format_args!(
+                    "<text x=\"{middle:.1}\" y=\"{:.1}\" font-size=\"12\" fill=\"#45536a\" text-anchor=\"middle\">\
                  up to {:.0} % hidden</text>\n",
-                HEIGHT - BOTTOM - 12.0,
-                100.0 * most
-            ));
+                    HEIGHT - BOTTOM - 12.0,
+                    100.0 * most
+                ),
+            );
         }
     }
 
@@ -95,32 +107,44 @@ impl Chart<'_> {
         for tick in 0..=4 {
             let value = f64::from(tick) / 4.0;
             let y = y(value);
-            put(svg, format_args!(
-                "<line x1=\"{LEFT}\" x2=\"{}\" y1=\"{y}\" y2=\"{y}\" stroke=\"#d9dfe6\"/>\n\
+            put(
+                svg,
+                format_args!(
+                    "<line x1=\"{LEFT}\" x2=\"{}\" y1=\"{y}\" y2=\"{y}\" stroke=\"#d9dfe6\"/>\n\
                  <text x=\"{}\" y=\"{}\" font-size=\"13\" fill=\"#5b6675\" text-anchor=\"end\">{value:.2}</text>\n",
-                WIDTH - RIGHT,
-                LEFT - 10.0,
-                y + 4.5
-            ));
+                    WIDTH - RIGHT,
+                    LEFT - 10.0,
+                    y + 4.5
+                ),
+            );
         }
         let step = round_step(self.overlap.len() as f64 / 8.0);
         for frame in (0..self.overlap.len()).step_by(step) {
             let x = self.x(frame as f64);
-            put(svg, format_args!(
-                "<text x=\"{x:.1}\" y=\"{}\" font-size=\"13\" fill=\"#5b6675\" text-anchor=\"middle\">{frame}</text>\n",
-                HEIGHT - BOTTOM + 20.0
-            ));
+            put(
+                svg,
+                format_args!(
+                    "<text x=\"{x:.1}\" y=\"{}\" font-size=\"13\" fill=\"#5b6675\" text-anchor=\"middle\">{frame}</text>\n",
+                    HEIGHT - BOTTOM + 20.0
+                ),
+            );
         }
-        put(svg, format_args!(
-            "<text x=\"{}\" y=\"{}\" font-size=\"13\" fill=\"#5b6675\" text-anchor=\"end\">frame</text>\n",
-            WIDTH - RIGHT,
-            HEIGHT - 10.0
-        ));
+        put(
+            svg,
+            format_args!(
+                "<text x=\"{}\" y=\"{}\" font-size=\"13\" fill=\"#5b6675\" text-anchor=\"end\">frame</text>\n",
+                WIDTH - RIGHT,
+                HEIGHT - 10.0
+            ),
+        );
     }
 
     fn line(&self, values: &[f64], colour: &str, width: &str, more: &str) -> String {
-        let points: Vec<String> =
-            values.iter().enumerate().map(|(k, &v)| format!("{:.2},{:.2}", self.x(k as f64), y(v))).collect();
+        let points: Vec<String> = values
+            .iter()
+            .enumerate()
+            .map(|(k, &v)| format!("{:.2},{:.2}", self.x(k as f64), y(v)))
+            .collect();
         format!(
             "<polyline points=\"{}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" \
              stroke-linejoin=\"round\"{more}/>\n",
@@ -129,19 +153,28 @@ impl Chart<'_> {
     }
 
     fn words(&self, svg: &mut String) {
-        put(svg, format_args!(
-            "<text x=\"{LEFT}\" y=\"32\" font-size=\"19\" fill=\"#1c2530\">Overlap with the truth, frame by frame</text>\n\
+        put(
+            svg,
+            format_args!(
+                "<text x=\"{LEFT}\" y=\"32\" font-size=\"19\" fill=\"#1c2530\">Overlap with the truth, frame by frame</text>\n\
              <text x=\"{LEFT}\" y=\"56\" font-size=\"13\" fill=\"#5b6675\">{}</text>\n",
-            self.subtitle
-        ));
+                self.subtitle
+            ),
+        );
         let x = WIDTH - RIGHT - 130.0;
-        put(svg, format_args!(
-            "<line x1=\"{x}\" x2=\"{}\" y1=\"28\" y2=\"28\" stroke=\"#0f8f7c\" stroke-width=\"2.6\"/>\n\
+        put(
+            svg,
+            format_args!(
+                "<line x1=\"{x}\" x2=\"{}\" y1=\"28\" y2=\"28\" stroke=\"#0f8f7c\" stroke-width=\"2.6\"/>\n\
              <text x=\"{}\" y=\"32.5\" font-size=\"13\" fill=\"#1c2530\">overlap</text>\n\
              <line x1=\"{x}\" x2=\"{}\" y1=\"51\" y2=\"51\" stroke=\"#e07b27\" stroke-width=\"1.6\" stroke-dasharray=\"5 4\"/>\n\
              <text x=\"{}\" y=\"55.5\" font-size=\"13\" fill=\"#1c2530\">own score</text>\n",
-            x + 34.0, x + 44.0, x + 34.0, x + 44.0
-        ));
+                x + 34.0,
+                x + 44.0,
+                x + 34.0,
+                x + 44.0
+            ),
+        );
     }
 }
 

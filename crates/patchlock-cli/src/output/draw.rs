@@ -19,7 +19,10 @@ const PANEL_OPACITY: f32 = 0.72;
 /// Draws everything on a frame; the result is RGB bytes of the same size.
 pub fn annotate(tracked: &Tracked<'_>) -> Vec<u8> {
     let rgb = tracked.picture.to_rgb();
-    let Some(mut canvas) = Canvas::from_rgb(tracked.picture.width, tracked.picture.height, &rgb) else { return rgb };
+    let Some(mut canvas) = Canvas::from_rgb(tracked.picture.width, tracked.picture.height, &rgb)
+    else {
+        return rgb;
+    };
     outlines(&mut canvas, tracked.row);
     status(&mut canvas, tracked.row);
     maps(&mut canvas, [&tracked.estimate.large, &tracked.estimate.small]);
@@ -39,7 +42,11 @@ pub fn outlines(canvas: &mut Canvas, row: &Row) {
     canvas.outline(&[[x, y], [x + w, y], [x + w, y + h], [x, y + h]], scale, BOX);
     let corners = [[row.x1, row.y1], [row.x2, row.y2], [row.x3, row.y3], [row.x4, row.y4]];
     // Corners are points, and a point with integer coordinates is the middle of a pixel.
-    canvas.outline(&corners.map(|[x, y]| [x as f32 + 0.5, y as f32 + 0.5]), 1.8 * scale, by_score(row.score));
+    canvas.outline(
+        &corners.map(|[x, y]| [x as f32 + 0.5, y as f32 + 0.5]),
+        1.8 * scale,
+        by_score(row.score),
+    );
 }
 
 /// From orange, lost, to teal, certain.
@@ -64,10 +71,25 @@ fn status(canvas: &mut Canvas, row: &Row) {
     canvas.fill_round(panel, margin * 0.7, PANEL, PANEL_OPACITY);
     let middle = margin * 1.8 + size / 2.0;
     canvas.text(&label, 2.0 * margin, middle, size, [200, 206, 214]);
-    canvas.text(&score, 2.0 * margin + inner - text::width(&score, size), middle, size, by_score(row.score));
-    let bar = Area { x: 2.0 * margin, y: panel.y + panel.h - margin * 0.85, w: inner, h: (scale * 2.0).round() };
+    canvas.text(
+        &score,
+        2.0 * margin + inner - text::width(&score, size),
+        middle,
+        size,
+        by_score(row.score),
+    );
+    let bar = Area {
+        x: 2.0 * margin,
+        y: panel.y + panel.h - margin * 0.85,
+        w: inner,
+        h: (scale * 2.0).round(),
+    };
     canvas.fill(bar, [90, 98, 108], 0.8);
-    canvas.fill(Area { w: inner * row.score.clamp(0.0, 1.0) as f32, ..bar }, by_score(row.score), 1.0);
+    canvas.fill(
+        Area { w: inner * row.score.clamp(0.0, 1.0) as f32, ..bar },
+        by_score(row.score),
+        1.0,
+    );
 }
 
 /// The grids of large and of small patches in the lower right corner, each as wide as the other.
@@ -96,10 +118,16 @@ fn grid(canvas: &mut Canvas, map: &VisibilityMap, area: Area) {
     let edge = |k: usize, count: usize, length: f32| (length * k as f32 / count as f32).round();
     for (k, &visible) in map.visible.iter().enumerate().take(map.rows * map.columns) {
         let (row, column) = (k / map.columns, k % map.columns);
-        let (left, right) = (edge(column, map.columns, area.w), edge(column + 1, map.columns, area.w));
+        let (left, right) =
+            (edge(column, map.columns, area.w), edge(column + 1, map.columns, area.w));
         let (top, bottom) = (edge(row, map.rows, area.h), edge(row + 1, map.rows, area.h));
         let seam = if right - left > 2.5 { 1.0 } else { 0.0 };
-        let cell = Area { x: area.x + left, y: area.y + top, w: right - left - seam, h: bottom - top - seam };
+        let cell = Area {
+            x: area.x + left,
+            y: area.y + top,
+            w: right - left - seam,
+            h: bottom - top - seam,
+        };
         canvas.fill(cell, if visible { SEEN } else { HIDDEN }, 1.0);
     }
 }

@@ -5,12 +5,15 @@ pub mod chart;
 pub mod draw;
 pub mod mp4;
 pub mod pending;
+pub mod plan;
 pub mod row;
 pub mod strip;
 pub mod summary;
 pub mod tables;
 pub mod text;
 pub mod video;
+
+use std::path::PathBuf;
 
 use anyhow::Result;
 use patchlock::Estimate;
@@ -33,6 +36,6 @@ pub trait Sink {
     /// Takes one frame.
     fn write(&mut self, tracked: &Tracked<'_>) -> Result<()>;
 
-    /// Completes the output and puts it in its place.
-    fn finish(self: Box<Self>) -> Result<()>;
+    /// Completes the output and puts it in its place; gives the file, if it is one.
+    fn finish(self: Box<Self>) -> Result<Option<PathBuf>>;
 }

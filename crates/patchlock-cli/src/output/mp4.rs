@@ -6,11 +6,13 @@ use std::num::NonZeroU32;
 use anyhow::{Context, Result, anyhow};
 use rusty_h264::{Encoder, EncoderConfig, Preset};
 use shiguredo_mp4::bitstream::h264::{
-    H264NalUnitType, H264SampleEntryConfig, build_avc1_box_from_annexb, parse_annexb_nal_units,
+    H264NalUnitType, H264SampleEntryConfig, LengthSize, build_avc1_box_from_annexb,
+    parse_annexb_nal_units,
 };
-use shiguredo_mp4::bitstream::nal::LengthSize;
 use shiguredo_mp4::boxes::{SampleEntry, UnknownBox};
-use shiguredo_mp4::mux::{Mp4FileMuxer, Mp4FileMuxerOptions, Sample, estimate_maximum_moov_box_size};
+use shiguredo_mp4::mux::{
+    Mp4FileMuxer, Mp4FileMuxerOptions, Sample, estimate_maximum_moov_box_size,
+};
 use shiguredo_mp4::{BoxSize, BoxType, TrackKind};
 
 use crate::colour;
@@ -39,7 +41,13 @@ pub struct Mp4Writer<W: Write + Seek> {
 impl<W: Write + Seek> Mp4Writer<W> {
     /// Begins a file of frames of one size. `expected` frames, where known, get room for their index at the front of
     /// the file, so that players can begin before they have all of it.
-    pub fn new(mut out: W, width: usize, height: usize, rate: FrameRate, expected: Option<usize>) -> Result<Self> {
+    pub fn new(
+        mut out: W,
+        width: usize,
+        height: usize,
+        rate: FrameRate,
+        expected: Option<usize>,
+    ) -> Result<Self> {
         let mut config = EncoderConfig::new(width.next_multiple_of(2), height.next_multiple_of(2));
         config.preset = Preset::Balanced;
         config.qp = QUALITY;
@@ -49,9 +57,11 @@ impl<W: Write + Seek> Mp4Writer<W> {
         config.scenecut = 0;
         config.lookahead = 0;
         config.mbtree = false;
-        let encoder = Encoder::new(config).map_err(|error| anyhow!("cannot encode {width} x {height}: {error:?}"))?;
+        let encoder = Encoder::new(config)
+            .map_err(|error| anyhow!("cannot encode {width} x {height}: {error:?}"))?;
         let options = Mp4FileMuxerOptions {
-            reserved_moov_box_size: expected.map_or(0, |count| estimate_maximum_moov_box_size(&[count])),
+            reserved_moov_box_size: expected
+                .map_or(0, |count| estimate_maximum_moov_box_size(&[count])),
             ..Mp4FileMuxerOptions::default()
         };
         let muxer = Mp4FileMuxer::with_options(options).context("cannot begin the MP4")?;
@@ -63,7 +73,10 @@ impl<W: Write + Seek> Mp4Writer<W> {
     /// Adds a frame of RGB bytes.
     pub fn push(&mut self, rgb: &[u8]) -> Result<()> {
         let frame = colour::to_yuv420(rgb, self.width, self.height);
-        let stream = self.encoder.try_encode(&frame).map_err(|error| anyhow!("cannot encode a frame: {error:?}"))?;
+        let stream = self
+            .encoder
+            .try_encode(&frame)
+            .map_err(|error| anyhow!("cannot encode a frame: {error:?}"))?;
         let units = parse_annexb_nal_units(&stream).context("the encoder wrote no valid stream")?;
         let mut data = Vec::with_capacity(stream.len());
         for unit in units.iter().filter(|unit| !is_parameter_set(unit.nal_unit_type)) {
@@ -115,7 +128,8 @@ fn is_parameter_set(kind: H264NalUnitType) -> bool {
 
 fn sample_entry(stream: &[u8]) -> Result<SampleEntry> {
     let config = H264SampleEntryConfig { length_size: LengthSize::FourBytes };
-    let mut entry = build_avc1_box_from_annexb(stream, &config).context("the encoder wrote no parameter sets")?;
+    let mut entry = build_avc1_box_from_annexb(stream, &config)
+        .context("the encoder wrote no parameter sets")?;
     entry.unknown_boxes.push(UnknownBox {
         box_type: BoxType::Normal(*b"colr"),
         box_size: BoxSize::U32(u32::try_from(COLOUR_BOX_SIZE)?),

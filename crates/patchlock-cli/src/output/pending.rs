@@ -25,15 +25,22 @@ enum Writer {
 /// Complains early about a target that could not be written in the end.
 pub fn check(target: &Path, overwrite: bool) -> Result<(), Complaint> {
     if target.is_dir() {
-        return Err(usage(format!("cannot write {}: it is a folder", target.display())).hint("name a file in it"));
+        return Err(usage(format!("cannot write {}: it is a folder", target.display()))
+            .hint("name a file in it"));
     }
     if target.is_file() && !overwrite {
-        return Err(usage(format!("{} exists already", target.display())).hint("--overwrite replaces it"));
+        return Err(
+            usage(format!("{} exists already", target.display())).hint("--overwrite replaces it")
+        );
     }
     let folder = folder_of(target);
     if !folder.is_dir() {
-        return Err(failed(format!("cannot write {}: there is no folder {}", target.display(), folder.display()))
-            .hint(format!("mkdir -p '{}' makes it", folder.display())));
+        return Err(failed(format!(
+            "cannot write {}: there is no folder {}",
+            target.display(),
+            folder.display()
+        ))
+        .hint(format!("mkdir -p '{}' makes it", folder.display())));
     }
     Ok(())
 }
@@ -50,7 +57,10 @@ impl PendingFile {
         // A link is followed: its target gets the new content, the link stays.
         let target = fs::canonicalize(target).unwrap_or_else(|_| target.to_path_buf());
         let writer = if target.exists() && !target.is_file() {
-            fs::OpenOptions::new().write(true).open(&target).map(|file| Writer::Direct(BufWriter::new(file)))
+            fs::OpenOptions::new()
+                .write(true)
+                .open(&target)
+                .map(|file| Writer::Direct(BufWriter::new(file)))
         } else {
             temporary_in(&folder_of(&target)).map(|file| Writer::Temporary(BufWriter::new(file)))
         };
@@ -63,15 +73,23 @@ impl PendingFile {
         &self.target
     }
 
-    /// Puts the complete file in its place.
-    pub fn commit(self) -> Result<(), Complaint> {
+    /// Puts the complete file in its place and says where that is.
+    pub fn commit(self) -> Result<PathBuf, Complaint> {
         let complain = |error: io::Error| cannot_write(&self.target, &error);
         let file = match self.writer {
-            Writer::Direct(mut writer) => return writer.flush().map_err(complain),
-            Writer::Temporary(writer) => writer.into_inner().map_err(|error| complain(error.into_error()))?,
+            Writer::Direct(mut writer) => {
+                return writer.flush().map(|()| self.target.clone()).map_err(complain);
+            }
+            Writer::Temporary(writer) => {
+                writer.into_inner().map_err(|error| complain(error.into_error()))?
+            }
         };
-        let placed = if self.overwrite { file.persist(&self.target) } else { file.persist_noclobber(&self.target) };
-        placed.map(|_| ()).map_err(|error| complain(error.error))
+        let placed = if self.overwrite {
+            file.persist(&self.target)
+        } else {
+            file.persist_noclobber(&self.target)
+        };
+        placed.map(|_| self.target.clone()).map_err(|error| complain(error.error))
     }
 
     /// Turns an error of writing into one that names the file.
@@ -96,9 +114,15 @@ fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
 
 fn cannot_write(target: &Path, error: &io::Error) -> Complaint {
     let hint = match error.kind() {
-        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "the disk is full: make room or write elsewhere",
-        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => "choose a folder you may write in",
-        io::ErrorKind::AlreadyExists => "it appeared while the tracker ran; --overwrite replaces it",
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
+            "the disk is full: make room or write elsewhere"
+        }
+        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
+            "choose a folder you may write in"
+        }
+        io::ErrorKind::AlreadyExists => {
+            "it appeared while the tracker ran; --overwrite replaces it"
+        }
         _ => "check the folder and the disk",
     };
     failed(format!("cannot write {}: {error}", target.display())).hint(hint)
@@ -146,6 +170,10 @@ mod tests {
         assert!(PendingFile::create(&target, false).is_err(), "it exists");
         drop(PendingFile::create(&target, true).expect("may overwrite"));
         assert_eq!(fs::read(&target).expect("reads"), b"data", "a dropped file changes nothing");
-        assert_eq!(fs::read_dir(folder.path()).expect("lists").count(), 1, "no temporary files are left");
+        assert_eq!(
+            fs::read_dir(folder.path()).expect("lists").count(),
+            1,
+            "no temporary files are left"
+        );
     }
 }

@@ -45,7 +45,8 @@ pub struct Row {
 impl Row {
     /// A line from an estimate. `bbox` is apart because the first line holds the box as given.
     pub fn new(frame: usize, bbox: &BoundingBox, estimate: &Estimate, ms: f64) -> Self {
-        let [[x1, y1], [x2, y2], [x3, y3], [x4, y4]] = estimate.corners.map(|corner| corner.map(tidy));
+        let [[x1, y1], [x2, y2], [x3, y3], [x4, y4]] =
+            estimate.corners.map(|corner| corner.map(tidy));
         Self {
             frame,
             x: tidy(bbox.x),

@@ -33,7 +33,8 @@ pub fn draw(panels: &[Panel]) -> Result<Canvas> {
     let mut strip = Canvas::plain(width, height + 2 * GAP + CAPTION, GROUND)?;
     let mut left = GAP;
     for panel in panels {
-        let frame = Canvas::from_rgb(panel.width, panel.height, &panel.rgb).context("a frame without pixels")?;
+        let frame = Canvas::from_rgb(panel.width, panel.height, &panel.rgb)
+            .context("a frame without pixels")?;
         strip.paste(&frame, left, GAP);
         let top = (GAP + panel.height) as f32;
         let x = left as f32;

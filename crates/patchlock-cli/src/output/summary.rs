@@ -1,6 +1,7 @@
 //! The run in numbers, as a JSON object.
 
 use std::io::Write;
+use std::path::PathBuf;
 
 use anyhow::Result;
 use serde::Serialize;
@@ -47,7 +48,7 @@ impl Summary {
     }
 
     /// Writes the object and puts the file in its place.
-    pub fn write(&self, mut file: PendingFile) -> Result<()> {
+    pub fn write(&self, mut file: PendingFile) -> Result<PathBuf> {
         let mut text = serde_json::to_string_pretty(self)?;
         text.push('\n');
         if let Err(error) = file.write_all(text.as_bytes()).and_then(|()| file.flush()) {

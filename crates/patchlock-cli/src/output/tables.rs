@@ -1,7 +1,7 @@
 //! Tables of boxes, by the end of the file's name: `.csv`, `.jsonl`, `.txt`.
 
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 
@@ -24,7 +24,8 @@ pub enum Format {
 impl Format {
     /// The format that a file's name asks for.
     pub fn of(path: &Path) -> Result<Self, Complaint> {
-        let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+        let extension =
+            path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
         match extension.as_str() {
             "csv" => Ok(Self::Csv),
             "jsonl" => Ok(Self::Jsonl),
@@ -53,7 +54,8 @@ impl<W: Write> Table<W> {
         let first = !std::mem::replace(&mut self.begun, true);
         match self.format {
             Format::Csv => {
-                let mut writer = csv::WriterBuilder::new().has_headers(first).from_writer(&mut self.writer);
+                let mut writer =
+                    csv::WriterBuilder::new().has_headers(first).from_writer(&mut self.writer);
                 writer.serialize(row).map_err(io::Error::from)?;
                 writer.flush()?;
             }
@@ -62,7 +64,14 @@ impl<W: Write> Table<W> {
                 self.writer.write_all(b"\n")?;
             }
             // Pixel centres at integers: the benchmark counts the first pixel as 1.
-            Format::Txt => writeln!(self.writer, "{:.4},{:.4},{:.4},{:.4}", row.x + 1.0, row.y + 1.0, row.w, row.h)?,
+            Format::Txt => writeln!(
+                self.writer,
+                "{:.4},{:.4},{:.4},{:.4}",
+                row.x + 1.0,
+                row.y + 1.0,
+                row.w,
+                row.h
+            )?,
         }
         self.writer.flush()
     }
@@ -78,8 +87,8 @@ impl Sink for Table<PendingFile> {
         self.row(tracked.row).map_err(|error| self.writer.complain(&error).into())
     }
 
-    fn finish(self: Box<Self>) -> Result<()> {
-        Ok(self.into_inner().commit()?)
+    fn finish(self: Box<Self>) -> Result<Option<PathBuf>> {
+        Ok(Some(self.into_inner().commit()?))
     }
 }
 
@@ -121,8 +130,8 @@ impl Sink for Stdout {
         })
     }
 
-    fn finish(self: Box<Self>) -> Result<()> {
-        Ok(())
+    fn finish(self: Box<Self>) -> Result<Option<PathBuf>> {
+        Ok(None)
     }
 }
 
@@ -134,8 +143,23 @@ mod tests {
         let mut table = Table::new(format, Vec::new());
         for frame in [4, 6] {
             let row = Row {
-                frame, x: 10.5, y: 0.0, w: 30.0, h: 20.25, score: 0.5, visible_large: 1.0, visible_small: 0.25,
-                x1: 1.0, y1: 2.0, x2: 3.0, y2: 4.0, x3: 5.0, y3: 6.0, x4: 7.0, y4: 8.0, ms: 12.5,
+                frame,
+                x: 10.5,
+                y: 0.0,
+                w: 30.0,
+                h: 20.25,
+                score: 0.5,
+                visible_large: 1.0,
+                visible_small: 0.25,
+                x1: 1.0,
+                y1: 2.0,
+                x2: 3.0,
+                y2: 4.0,
+                x3: 5.0,
+                y3: 6.0,
+                x4: 7.0,
+                y4: 8.0,
+                ms: 12.5,
             };
             table.row(&row).expect("memory takes all");
         }
@@ -155,7 +179,8 @@ mod tests {
     #[test]
     fn jsonl_has_an_object_a_line() {
         let text = written(Format::Jsonl);
-        let rows: Vec<serde_json::Value> = text.lines().map(|l| serde_json::from_str(l).expect("JSON")).collect();
+        let rows: Vec<serde_json::Value> =
+            text.lines().map(|l| serde_json::from_str(l).expect("JSON")).collect();
         assert_eq!(rows[1]["frame"], 6);
         assert_eq!(rows[0]["h"], 20.25);
         assert!(text.starts_with("{\"frame\":4,\"x\":10.5,"));

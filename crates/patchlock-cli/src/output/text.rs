@@ -33,7 +33,13 @@ pub fn draw(pixmap: &mut Pixmap, text: &str, left: f32, middle: f32, size: f32, 
         if let Some(outline) = font.outline_glyph(glyph) {
             let bounds = outline.px_bounds();
             outline.draw(|dx, dy, coverage| {
-                blend(pixmap, bounds.min.x as i64 + i64::from(dx), bounds.min.y as i64 + i64::from(dy), coverage, colour);
+                blend(
+                    pixmap,
+                    bounds.min.x as i64 + i64::from(dx),
+                    bounds.min.y as i64 + i64::from(dy),
+                    coverage,
+                    colour,
+                );
             });
         }
     }
@@ -47,9 +53,12 @@ fn blend(pixmap: &mut Pixmap, x: i64, y: i64, coverage: f32, colour: [u8; 3]) {
     let at = (y * width + x) as usize;
     let under = pixmap.pixels()[at].demultiply();
     let share = coverage.clamp(0.0, 1.0);
-    let mix = |over: u8, under: u8| (f32::from(over) * share + f32::from(under) * (1.0 - share)).round() as u8;
+    let mix = |over: u8, under: u8| {
+        (f32::from(over) * share + f32::from(under) * (1.0 - share)).round() as u8
+    };
     let [r, g, b] = colour;
-    let mixed = ColorU8::from_rgba(mix(r, under.red()), mix(g, under.green()), mix(b, under.blue()), 255);
+    let mixed =
+        ColorU8::from_rgba(mix(r, under.red()), mix(g, under.green()), mix(b, under.blue()), 255);
     pixmap.pixels_mut()[at] = mixed.premultiply();
 }
 

@@ -1,7 +1,7 @@
 //! The annotated video.
 
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 
@@ -46,7 +46,13 @@ impl Video {
         if let State::Waiting(_) = self.state
             && let State::Waiting(file) = std::mem::replace(&mut self.state, State::Broken)
         {
-            self.state = State::Writing(Box::new(Mp4Writer::new(file, width, height, self.rate, self.expected)?));
+            self.state = State::Writing(Box::new(Mp4Writer::new(
+                file,
+                width,
+                height,
+                self.rate,
+                self.expected,
+            )?));
         }
         match &mut self.state {
             State::Writing(writer) => Ok(writer),
@@ -66,10 +72,10 @@ impl Sink for Video {
         })
     }
 
-    fn finish(self: Box<Self>) -> Result<()> {
+    fn finish(self: Box<Self>) -> Result<Option<PathBuf>> {
         match self.state {
-            State::Writing(writer) => Ok(writer.finish()?.commit()?),
-            State::Waiting(_) | State::Broken => Ok(()),
+            State::Writing(writer) => Ok(Some(writer.finish()?.commit()?)),
+            State::Waiting(_) | State::Broken => Ok(None),
         }
     }
 }

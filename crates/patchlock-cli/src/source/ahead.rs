@@ -24,7 +24,10 @@ pub struct Ahead {
 
 impl Ahead {
     /// Starts the thread. It ends with the frames, at an error, or when this value is dropped.
-    pub fn start(mut source: Box<dyn FrameSource>, indices: impl Iterator<Item = usize> + Send + 'static) -> Self {
+    pub fn start(
+        mut source: Box<dyn FrameSource>,
+        indices: impl Iterator<Item = usize> + Send + 'static,
+    ) -> Self {
         let (sender, frames) = mpsc::sync_channel(DEPTH);
         thread::spawn(move || {
             for index in indices {
@@ -40,7 +43,10 @@ impl Ahead {
     }
 
     /// The next frame with its number; `None` at the end, and soon after Ctrl-C.
-    #[expect(clippy::should_implement_trait, reason = "a fallible next reads better here than an iterator of results")]
+    #[expect(
+        clippy::should_implement_trait,
+        reason = "a fallible next reads better here than an iterator of results"
+    )]
     pub fn next(&mut self) -> Result<Option<(usize, Picture)>> {
         loop {
             if interrupt::requested() {
@@ -59,7 +65,9 @@ impl Ahead {
 
     /// The thread is gone without a last word: the decoder library panicked.
     fn decoder_died(&self) -> anyhow::Error {
-        let place = self.last.map_or("the first frame".to_string(), |index| format!("the frame after {index}"));
+        let place = self
+            .last
+            .map_or("the first frame".to_string(), |index| format!("the frame after {index}"));
         failed(format!("the decoder gave up at {place}: its data are damaged"))
             .hint("convert the video once with ffmpeg -i IN -c:v libx264 OUT.mp4")
             .into()

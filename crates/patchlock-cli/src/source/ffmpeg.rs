@@ -18,7 +18,9 @@ pub fn open(path: &Path, reason: &str, reverse: bool) -> Result<Box<dyn FrameSou
     let mut last_error = None;
     for sync in EVERY_FRAME_ONCE {
         let Some(mut child) = spawn(path, sync, reason)? else { continue };
-        let (Some(output), Some(errors)) = (child.stdout.take(), child.stderr.take()) else { continue };
+        let (Some(output), Some(errors)) = (child.stdout.take(), child.stderr.take()) else {
+            continue;
+        };
         let words = thread::spawn(move || last_words(errors));
         let pipe = Pipe { child, output, words: Some(words), name: path.display().to_string() };
         match y4m::open_stream(pipe, &path.display().to_string(), reverse) {
@@ -32,7 +34,8 @@ pub fn open(path: &Path, reason: &str, reverse: bool) -> Result<Box<dyn FrameSou
             }
         }
     }
-    Err(last_error.unwrap_or_else(|| failed(format!("ffmpeg did not start for {}", path.display())).into()))
+    Err(last_error
+        .unwrap_or_else(|| failed(format!("ffmpeg did not start for {}", path.display())).into()))
 }
 
 fn spawn(path: &Path, sync: [&str; 2], reason: &str) -> Result<Option<Child>> {
@@ -64,7 +67,12 @@ fn last_words(mut errors: ChildStderr) -> String {
     // What can't be read can't be reported; the exit status still tells of the failure.
     let _ = errors.read_to_end(&mut text);
     let text = String::from_utf8_lossy(&text);
-    text.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("no reason given").trim().to_string()
+    text.lines()
+        .rev()
+        .find(|line| !line.trim().is_empty())
+        .unwrap_or("no reason given")
+        .trim()
+        .to_string()
 }
 
 /// The output of ffmpeg, which at its end turns a failed exit into an error.
@@ -93,4 +101,3 @@ impl Drop for Pipe {
         let _ = self.child.wait();
     }
 }
-

@@ -31,7 +31,9 @@ impl Images {
         let files = visible_files(folder)?.into_iter().filter(|file| is_image(file)).collect();
         Self::sorted(files, || {
             let advice = match image_subfolder(folder) {
-                Some(inner) => format!("there are some in {}: name that folder instead", inner.display()),
+                Some(inner) => {
+                    format!("there are some in {}: name that folder instead", inner.display())
+                }
                 None => format!("a frame is a file that ends in {}", EXTENSIONS.join(", ")),
             };
             failed(format!("no images in the folder {}", folder.display())).hint(advice)
@@ -51,10 +53,12 @@ impl Images {
     /// The files that match a glob, in natural order.
     pub fn glob(text: &str) -> Result<Self> {
         let paths = glob::glob(text).with_context(|| format!("{text} is no valid glob"))?;
-        let files = paths.collect::<Result<Vec<_>, _>>().with_context(|| format!("cannot list {text}"))?;
+        let files =
+            paths.collect::<Result<Vec<_>, _>>().with_context(|| format!("cannot list {text}"))?;
         let files = files.into_iter().filter(|file| is_image(file)).collect();
         Self::sorted(files, || {
-            failed(format!("no image matches {text}")).hint("quote the glob, so that the shell does not expand it")
+            failed(format!("no image matches {text}"))
+                .hint("quote the glob, so that the shell does not expand it")
         })
     }
 
@@ -63,7 +67,10 @@ impl Images {
         Self { files: vec![file.to_path_buf()] }
     }
 
-    fn sorted(mut files: Vec<PathBuf>, none: impl Fn() -> crate::complaint::Complaint) -> Result<Self> {
+    fn sorted(
+        mut files: Vec<PathBuf>,
+        none: impl Fn() -> crate::complaint::Complaint,
+    ) -> Result<Self> {
         if files.is_empty() {
             return Err(none().into());
         }
@@ -136,8 +143,11 @@ fn visible_files(folder: &Path) -> Result<Vec<PathBuf>> {
 
 /// Benchmarks keep the frames one folder deeper: find them to advise, not to guess.
 fn image_subfolder(folder: &Path) -> Option<PathBuf> {
-    let inner = fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path()).filter(|path| path.is_dir());
-    let mut inner: Vec<_> = inner.filter(|path| visible_files(path).is_ok_and(|f| f.iter().any(|f| is_image(f)))).collect();
+    let inner =
+        fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path()).filter(|path| path.is_dir());
+    let mut inner: Vec<_> = inner
+        .filter(|path| visible_files(path).is_ok_and(|f| f.iter().any(|f| is_image(f))))
+        .collect();
     inner.sort();
     inner.into_iter().next()
 }
@@ -163,12 +173,18 @@ impl Pattern {
         }
         let width = if digits.is_empty() { 1 } else { digits.parse().ok()? };
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        Some(Self { folder: folder.to_path_buf(), before: before.into(), after: after.into(), width })
+        Some(Self {
+            folder: folder.to_path_buf(),
+            before: before.into(),
+            after: after.into(),
+            width,
+        })
     }
 
     fn matches(&self, file: &Path) -> bool {
         let name = file.file_name().and_then(|name| name.to_str()).unwrap_or("");
-        let number = name.strip_prefix(&self.before).and_then(|rest| rest.strip_suffix(&self.after));
+        let number =
+            name.strip_prefix(&self.before).and_then(|rest| rest.strip_suffix(&self.after));
         number.is_some_and(|digits| {
             let all_digits = !digits.is_empty() && digits.chars().all(|c| c.is_ascii_digit());
             let padding = digits.len() > self.width && digits.starts_with('0');
@@ -189,7 +205,12 @@ mod tests {
         assert!(hits(&four, "a0001.jpg") && hits(&four, "a12345.jpg"));
         assert!(!hits(&four, "a1.jpg") && !hits(&four, "a00001.jpg") && !hits(&four, "a0001.png"));
         let free = Pattern::parse("%d.png").expect("a pattern");
-        assert!(hits(&free, "7.png") && hits(&free, "70.png") && !hits(&free, "07.png") && !hits(&free, "x.png"));
+        assert!(
+            hits(&free, "7.png")
+                && hits(&free, "70.png")
+                && !hits(&free, "07.png")
+                && !hits(&free, "x.png")
+        );
         assert_eq!(Pattern::parse("100%.png"), None);
         assert_eq!(Pattern::parse("a%sd.png"), None);
     }
@@ -197,7 +218,10 @@ mod tests {
     #[test]
     fn a_cut_jpeg_is_noticed() {
         assert!(jpeg_is_whole(&[0xff, 0xd8, 0xff, 0xda, 1, 2, 0xff, 0xd9]));
-        assert!(!jpeg_is_whole(&[0xff, 0xd8, 0xff, 0xd9, 0xff, 0xda, 1, 2]), "the end marker is a thumbnail's");
+        assert!(
+            !jpeg_is_whole(&[0xff, 0xd8, 0xff, 0xd9, 0xff, 0xda, 1, 2]),
+            "the end marker is a thumbnail's"
+        );
         assert!(!jpeg_is_whole(&[0xff, 0xd8, 0xff, 0xda, 1, 2]));
     }
 }

@@ -81,7 +81,9 @@ pub fn open(name: &str, reverse: bool) -> Result<Box<dyn FrameSource>> {
 fn open_file(path: &Path, reverse: bool) -> Result<Box<dyn FrameSource>> {
     let mut head = Vec::new();
     let file = File::open(path).with_context(|| format!("cannot open {}", path.display()))?;
-    file.take(16).read_to_end(&mut head).with_context(|| format!("cannot read {}", path.display()))?;
+    file.take(16)
+        .read_to_end(&mut head)
+        .with_context(|| format!("cannot read {}", path.display()))?;
     if head.is_empty() {
         return Err(failed(format!("{} is empty", path.display())).into());
     }

@@ -59,7 +59,8 @@ pub struct Mp4 {
 
 /// Whether the first bytes of a file are those of an MP4 or QuickTime container.
 pub fn looks_like_mp4(head: &[u8]) -> bool {
-    head.get(4..8).is_some_and(|kind| [b"ftyp", b"moov", b"mdat", b"wide"].iter().any(|known| kind == *known))
+    head.get(4..8)
+        .is_some_and(|kind| [b"ftyp", b"moov", b"mdat", b"wide"].iter().any(|known| kind == *known))
 }
 
 impl Mp4 {
@@ -68,7 +69,11 @@ impl Mp4 {
         let name = path.display().to_string();
         let broken = |error: anyhow::Error| {
             let complaint = failed(format!("cannot read {name}: {error:#}"));
-            OpenError::Broken(complaint.hint("the file may be cut short or still be written: copy it again").into())
+            OpenError::Broken(
+                complaint
+                    .hint("the file may be cut short or still be written: copy it again")
+                    .into(),
+            )
         };
         let mut file = File::open(path).map_err(|error| broken(error.into()))?;
         let mut demuxer = demux(&mut file).map_err(broken)?;
@@ -99,7 +104,8 @@ impl Mp4 {
     /// Puts the decoder where it reaches the wanted frame with the least work.
     fn seek_for(&mut self, index: usize) {
         let goal = self.stored[index];
-        let keyframe = (0..=goal).rev().find(|&k| self.samples[k].keyframe && self.samples[k].shown <= index);
+        let keyframe =
+            (0..=goal).rev().find(|&k| self.samples[k].keyframe && self.samples[k].shown <= index);
         let keyframe = keyframe.unwrap_or(0);
         if goal < self.next || keyframe > self.next {
             self.decoder = Decoder::new();
@@ -140,7 +146,8 @@ impl Mp4 {
         let mut stream = if sample.keyframe || at == 0 { self.headers.clone() } else { Vec::new() };
         let mut rest = data.as_slice();
         while !rest.is_empty() {
-            let (length, after) = rest.split_at_checked(self.length_bytes).context("its data are damaged")?;
+            let (length, after) =
+                rest.split_at_checked(self.length_bytes).context("its data are damaged")?;
             let length = length.iter().fold(0_usize, |value, &byte| value << 8 | usize::from(byte));
             let (unit, after) = after.split_at_checked(length).context("its data are damaged")?;
             stream.extend(START_CODE);
@@ -226,10 +233,15 @@ struct RawSamples {
 
 fn video_samples(demuxer: &mut Mp4FileDemuxer) -> Result<(Option<SampleEntry>, RawSamples)> {
     let tracks = demuxer.tracks().map_err(|error| anyhow!("its index is damaged: {error}"))?;
-    let video = tracks.iter().find(|track| track.kind == TrackKind::Video).context("there is no video in it")?;
+    let video = tracks
+        .iter()
+        .find(|track| track.kind == TrackKind::Video)
+        .context("there is no video in it")?;
     let (id, timescale) = (video.track_id, video.timescale.get());
     let (mut entry, mut list, mut duration) = (None, Vec::new(), 0_u64);
-    while let Some(sample) = demuxer.next_sample().map_err(|error| anyhow!("its index is damaged: {error}"))? {
+    while let Some(sample) =
+        demuxer.next_sample().map_err(|error| anyhow!("its index is damaged: {error}"))?
+    {
         if sample.track.track_id != id {
             continue;
         }
@@ -258,8 +270,9 @@ fn in_both_orders(raw: &RawSamples) -> (Vec<Sample>, Vec<usize>) {
     let mut shown = vec![0; stored.len()];
     stored.iter().enumerate().for_each(|(number, &k)| shown[k] = number);
     let samples = raw.list.iter().zip(shown);
-    let samples =
-        samples.map(|(&(offset, size, keyframe, _), shown)| Sample { offset, size, keyframe, shown }).collect();
+    let samples = samples
+        .map(|(&(offset, size, keyframe, _), shown)| Sample { offset, size, keyframe, shown })
+        .collect();
     (samples, stored)
 }
 

@@ -13,7 +13,8 @@ pub fn compare(a: &str, b: &str) -> Ordering {
             (Some(x), Some(y)) if x.is_ascii_digit() && y.is_ascii_digit() => {
                 let (number_left, rest_left) = take_number(left);
                 let (number_right, rest_right) = take_number(right);
-                let by_value = number_left.len().cmp(&number_right.len()).then(number_left.cmp(number_right));
+                let by_value =
+                    number_left.len().cmp(&number_right.len()).then(number_left.cmp(number_right));
                 if by_value.is_ne() {
                     return by_value;
                 }
@@ -39,9 +40,13 @@ mod tests {
 
     #[test]
     fn numbers_count_as_numbers() {
-        let mut names = ["b1.png", "a10.png", "a2.png", "a02.png", "a1b3.png", "a1b20.png", "a.png"];
+        let mut names =
+            ["b1.png", "a10.png", "a2.png", "a02.png", "a1b3.png", "a1b20.png", "a.png"];
         names.sort_by(|a, b| compare(a, b));
-        assert_eq!(names, ["a.png", "a1b3.png", "a1b20.png", "a02.png", "a2.png", "a10.png", "b1.png"]);
+        assert_eq!(
+            names,
+            ["a.png", "a1b3.png", "a1b20.png", "a02.png", "a2.png", "a10.png", "b1.png"]
+        );
     }
 
     #[test]

@@ -21,7 +21,8 @@ impl Order {
     /// What can be said against the range before the source is open.
     pub fn check(&self) -> Result<(), Complaint> {
         if self.stride == 0 {
-            return Err(usage("--stride is 0: the same frame would come for ever").hint("--stride 1 takes every frame"));
+            return Err(usage("--stride is 0: the same frame would come for ever")
+                .hint("--stride 1 takes every frame"));
         }
         match self.end {
             Some(end) if end <= self.start => Err(usage(format!(
@@ -48,6 +49,18 @@ impl Order {
         };
         let rising = (self.start..end).step_by(self.stride);
         Ok(if self.reverse { Box::new(rising.rev()) } else { Box::new(rising) })
+    }
+
+    /// How many frames will be tracked, where the length of the source is known or the range is closed by it.
+    pub fn count(&self, length: Option<usize>) -> Option<usize> {
+        let end = self.end.unwrap_or(usize::MAX).min(length?);
+        Some(end.saturating_sub(self.start).div_ceil(self.stride.max(1)))
+    }
+
+    /// The complaint that a source of unknown length ended before the range began.
+    pub fn beyond_unknown(&self) -> Complaint {
+        usage(format!("--start {} is beyond the end of the source", self.start))
+            .hint("frames count from 0")
     }
 
     /// The complaint that the range begins after the last frame.

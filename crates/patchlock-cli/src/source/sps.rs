@@ -24,7 +24,8 @@ pub struct StreamInfo {
 pub fn parse(nal: &[u8]) -> Option<StreamInfo> {
     let rbsp = without_emulation_prevention(nal.get(1..)?);
     let mut bits = Bits { data: &rbsp, at: 0 };
-    let mut info = StreamInfo { chroma_format: 1, bit_depth: 8, matrix: 2, ..StreamInfo::default() };
+    let mut info =
+        StreamInfo { chroma_format: 1, bit_depth: 8, matrix: 2, ..StreamInfo::default() };
     let profile = bits.take(8)?;
     bits.take(16)?; // constraint flags, level
     bits.ue()?; // the set's own number
@@ -183,8 +184,13 @@ mod tests {
 
     /// Packs (value, bits) pairs, most significant bit first.
     fn pack(fields: &[(u32, usize)]) -> Vec<u8> {
-        let bits: Vec<u8> = fields.iter().flat_map(|&(v, n)| (0..n).rev().map(move |k| (v >> k & 1) as u8)).collect();
-        bits.chunks(8).map(|c| c.iter().enumerate().fold(0, |byte, (k, b)| byte | b << (7 - k))).collect()
+        let bits: Vec<u8> = fields
+            .iter()
+            .flat_map(|&(v, n)| (0..n).rev().map(move |k| (v >> k & 1) as u8))
+            .collect();
+        bits.chunks(8)
+            .map(|c| c.iter().enumerate().fold(0, |byte, (k, b)| byte | b << (7 - k)))
+            .collect()
     }
 
     /// `ue(v)` as a field: the code of v is v + 1 in twice its length minus one bits.
@@ -197,10 +203,34 @@ mod tests {
     fn reads_crop_range_and_matrix() {
         let mut nal = vec![0x67];
         nal.extend(pack(&[
-            (77, 8), (0, 8), (30, 8), ue(0), // Main profile
-            ue(0), ue(2), ue(1), (0, 1), ue(19), ue(14), (1, 1), (1, 1), // order type 2, 320x240
-            (1, 1), ue(1), ue(0), ue(3), ue(0), // crop 2 at the left, 6 at the top
-            (1, 1), (0, 1), (0, 1), (1, 1), (5, 3), (1, 1), (1, 1), (1, 8), (1, 8), (1, 8), (1, 1),
+            (77, 8),
+            (0, 8),
+            (30, 8),
+            ue(0), // Main profile
+            ue(0),
+            ue(2),
+            ue(1),
+            (0, 1),
+            ue(19),
+            ue(14),
+            (1, 1),
+            (1, 1), // order type 2, 320x240
+            (1, 1),
+            ue(1),
+            ue(0),
+            ue(3),
+            ue(0), // crop 2 at the left, 6 at the top
+            (1, 1),
+            (0, 1),
+            (0, 1),
+            (1, 1),
+            (5, 3),
+            (1, 1),
+            (1, 1),
+            (1, 8),
+            (1, 8),
+            (1, 8),
+            (1, 1),
         ]));
         let info = parse(&nal).expect("the set is whole");
         assert_eq!((info.crop_left, info.crop_top), (2, 6));

@@ -33,7 +33,8 @@ impl Header {
         if words.next().map(str::as_bytes) != Some(MAGIC) {
             bail!("these are no Y4M data: they do not begin with YUV4MPEG2");
         }
-        let mut header = Self { width: 0, height: 0, rate: None, subsampling: Some((2, 2)), full_range: false };
+        let mut header =
+            Self { width: 0, height: 0, rate: None, subsampling: Some((2, 2)), full_range: false };
         for word in words.filter(|word| !word.is_empty()) {
             let (tag, value) = word.split_at(word.chars().next().map_or(0, char::len_utf8));
             match tag {
@@ -53,7 +54,8 @@ impl Header {
     }
 
     fn chroma_samples(&self) -> usize {
-        self.subsampling.map_or(0, |(across, down)| self.width.div_ceil(across) * self.height.div_ceil(down))
+        self.subsampling
+            .map_or(0, |(across, down)| self.width.div_ceil(across) * self.height.div_ceil(down))
     }
 
     fn frame_bytes(&self) -> usize {
@@ -66,8 +68,12 @@ impl Header {
         let pixels = match self.subsampling {
             None => Pixels::Grey8(colour::luma_to_grey(y, self.full_range)),
             Some(subsampling) => {
-                let planes = Planes { width: self.width, height: self.height, y, u, v, subsampling };
-                Pixels::Rgb8(colour::to_rgb(&planes, Colour { full_range: self.full_range, ..Colour::default() }))
+                let planes =
+                    Planes { width: self.width, height: self.height, y, u, v, subsampling };
+                Pixels::Rgb8(colour::to_rgb(
+                    &planes,
+                    Colour { full_range: self.full_range, ..Colour::default() },
+                ))
             }
         };
         Picture { width: self.width, height: self.height, pixels }
@@ -86,7 +92,9 @@ fn parse_chroma(value: &str) -> Result<Option<(usize, usize)>> {
         "444" => Some((1, 1)),
         "411" => Some((4, 1)),
         "mono" => None,
-        other => bail!("the Y4M colour format {other} is not supported, only 8-bit 420, 422, 444, 411 and mono"),
+        other => bail!(
+            "the Y4M colour format {other} is not supported, only 8-bit 420, 422, 444, 411 and mono"
+        ),
     })
 }
 
@@ -110,18 +118,26 @@ fn read_header(input: &mut impl BufRead, name: &str) -> Result<Header> {
 }
 
 fn damaged(name: &str, index: usize, what: &str) -> anyhow::Error {
-    failed(format!("cannot read frame {index} of {name}: {what}")).hint("what was tracked before it is kept").into()
+    failed(format!("cannot read frame {index} of {name}: {what}"))
+        .hint("what was tracked before it is kept")
+        .into()
 }
 
 /// Opens a stream. For reverse order it is first copied to a temporary file, since a pipe can't be read backwards.
-pub fn open_stream(input: impl Read + Send + 'static, name: &str, reverse: bool) -> Result<Box<dyn FrameSource>> {
+pub fn open_stream(
+    input: impl Read + Send + 'static,
+    name: &str,
+    reverse: bool,
+) -> Result<Box<dyn FrameSource>> {
     let mut input = BufReader::new(input);
     if !reverse {
         let header = read_header(&mut input, name)?;
         return Ok(Box::new(Y4mStream { input, header, name: name.to_string(), next: 0 }));
     }
-    let mut spool = tempfile::tempfile().context("cannot create a temporary file to reverse the stream")?;
-    std::io::copy(&mut input, &mut spool).with_context(|| format!("cannot copy {name} to a temporary file"))?;
+    let mut spool =
+        tempfile::tempfile().context("cannot create a temporary file to reverse the stream")?;
+    std::io::copy(&mut input, &mut spool)
+        .with_context(|| format!("cannot copy {name} to a temporary file"))?;
     spool.rewind()?;
     Ok(Box::new(Y4mFile::index(spool, name)?))
 }
@@ -138,7 +154,8 @@ impl<R: Read> Y4mStream<R> {
     /// The raw samples of the next frame; `None` at the end.
     fn read_next(&mut self) -> Result<Option<Vec<u8>>> {
         let index = self.next;
-        let line = read_line(&mut self.input).map_err(|error| damaged(&self.name, index, &format!("{error:#}")))?;
+        let line = read_line(&mut self.input)
+            .map_err(|error| damaged(&self.name, index, &format!("{error:#}")))?;
         if line.is_empty() {
             return Ok(None);
         }
@@ -146,7 +163,9 @@ impl<R: Read> Y4mStream<R> {
             return Err(damaged(&self.name, index, "the frame's header is missing"));
         }
         let mut data = vec![0; self.header.frame_bytes()];
-        self.input.read_exact(&mut data).map_err(|_| damaged(&self.name, index, "the data end too early"))?;
+        self.input
+            .read_exact(&mut data)
+            .map_err(|_| damaged(&self.name, index, "the data end too early"))?;
         self.next += 1;
         Ok(Some(data))
     }
@@ -194,7 +213,8 @@ impl Y4mFile {
         let header = read_header(&mut input, name)?;
         let mut offsets = Vec::new();
         while input.stream_position()? < size {
-            let line = read_line(&mut input).map_err(|error| damaged(name, offsets.len(), &format!("{error:#}")))?;
+            let line = read_line(&mut input)
+                .map_err(|error| damaged(name, offsets.len(), &format!("{error:#}")))?;
             if !line.starts_with("FRAME") {
                 return Err(damaged(name, offsets.len(), "the frame's header is missing"));
             }
@@ -218,7 +238,8 @@ impl FrameSource for Y4mFile {
     fn frame(&mut self, index: usize) -> Result<Option<Picture>> {
         let Some(&offset) = self.offsets.get(index) else { return Ok(None) };
         let mut data = vec![0; self.header.frame_bytes()];
-        let read = self.file.seek(SeekFrom::Start(offset)).and_then(|_| self.file.read_exact(&mut data));
+        let read =
+            self.file.seek(SeekFrom::Start(offset)).and_then(|_| self.file.read_exact(&mut data));
         read.map_err(|_| damaged(&self.name, index, "the data end too early"))?;
         Ok(Some(self.header.picture(&data)))
     }
@@ -256,7 +277,8 @@ mod tests {
         let mut data = stream(3);
         data.truncate(data.len() - 5);
         for reverse in [false, true] {
-            let mut source = open_stream(std::io::Cursor::new(data.clone()), "s", reverse).expect("opens");
+            let mut source =
+                open_stream(std::io::Cursor::new(data.clone()), "s", reverse).expect("opens");
             assert!(source.frame(1).expect("whole").is_some());
             let error = source.frame(2).expect_err("cut");
             assert!(error.to_string().contains("frame 2"), "{error}");
@@ -265,7 +287,13 @@ mod tests {
 
     #[test]
     fn bad_headers_are_refused() {
-        for bad in ["YUV4MPEG2 W0 H5", "YUV4MPEG2 W5", "JUNK W5 H5", "YUV4MPEG2 W5 H5 C420p10", "YUV4MPEG2 Wx H5"] {
+        for bad in [
+            "YUV4MPEG2 W0 H5",
+            "YUV4MPEG2 W5",
+            "JUNK W5 H5",
+            "YUV4MPEG2 W5 H5 C420p10",
+            "YUV4MPEG2 Wx H5",
+        ] {
             assert!(Header::parse(bad).is_err(), "{bad}");
         }
         let plain = Header::parse("YUV4MPEG2 W5 H5").expect("all else has defaults");
