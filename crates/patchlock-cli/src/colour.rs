@@ -116,33 +116,41 @@ pub fn luma_to_grey(luma: &[u8], full_range: bool) -> Vec<u8> {
 /// or column, because H.264 with 4:2:0 has even sizes only.
 pub fn to_yuv420(rgb: &[u8], width: usize, height: usize) -> rusty_h264::YuvFrame {
     let (wide, high) = (width.next_multiple_of(2), height.next_multiple_of(2));
-    let pixel = |x: usize, y: usize| {
-        let at = (y.min(height - 1) * width + x.min(width - 1)) * 3;
-        [f32::from(rgb[at]), f32::from(rgb[at + 1]), f32::from(rgb[at + 2])]
-    };
+    let row = |y: usize| &rgb[y.min(height - 1) * width * 3..][..width * 3];
     let mut frame = rusty_h264::YuvFrame::black(wide, high);
-    for y in 0..high {
-        for x in 0..wide {
-            let [r, g, b] = pixel(x, y);
-            let luma = 16.0 + (0.299 * r + 0.587 * g + 0.114 * b) * (219.0 / 255.0);
-            frame.y[y * wide + x] = luma.round() as u8;
+    for (y, luma) in frame.y.chunks_exact_mut(wide).enumerate() {
+        for (out, pixel) in luma.iter_mut().zip(row(y).chunks_exact(3)) {
+            // 0.299, 0.587, 0.114 times 219 / 255 in 16 bits of fraction
+            let [r, g, b] = [pixel[0], pixel[1], pixel[2]].map(i32::from);
+            *out = clamp(16_829 * r + 33_039 * g + 6_416 * b + (16 << 16) + 32_768);
+        }
+        if wide > width {
+            luma[width] = luma[width - 1];
         }
     }
-    for y in 0..high / 2 {
-        for x in 0..wide / 2 {
-            let mut mean = [0.0_f32; 3];
-            for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-                let p = pixel(2 * x + dx, 2 * y + dy);
-                (0..3).for_each(|k| mean[k] += p[k] / 4.0);
-            }
-            let [r, g, b] = mean;
-            let luma = 0.299 * r + 0.587 * g + 0.114 * b;
-            let at = y * (wide / 2) + x;
-            frame.u[at] = (128.0 + (b - luma) / 1.772 * (224.0 / 255.0)).round() as u8;
-            frame.v[at] = (128.0 + (r - luma) / 1.402 * (224.0 / 255.0)).round() as u8;
+    let half = wide / 2;
+    let chroma = frame.u.chunks_exact_mut(half).zip(frame.v.chunks_exact_mut(half));
+    for (y, (blue, red)) in chroma.enumerate() {
+        let (upper, lower) = (row(2 * y), row(2 * y + 1));
+        for x in 0..half {
+            let (left, right) = (6 * x, (6 * x + 3).min(width * 3 - 3));
+            let sum = |k: usize| {
+                [upper[left + k], upper[right + k], lower[left + k], lower[right + k]]
+                    .map(i32::from)
+                    .iter()
+                    .sum::<i32>()
+            };
+            let [r, g, b] = [sum(0), sum(1), sum(2)];
+            // The weights of one pixel times 224 / 255, for a sum of four in 18 bits of fraction
+            blue[x] = chroma_sample(-9_714 * r - 19_071 * g + 28_785 * b);
+            red[x] = chroma_sample(28_785 * r - 24_104 * g - 4_681 * b);
         }
     }
     frame
+}
+
+fn chroma_sample(fixed: i32) -> u8 {
+    ((fixed + (128 << 18) + (1 << 17)) >> 18).clamp(0, 255) as u8
 }
 
 #[cfg(test)]

@@ -48,6 +48,8 @@ const FILES: [(&str, &str); 8] = [
     (ABOUT, "this list; it marks the folder as made by the demo"),
 ];
 const ABOUT: &str = "about.txt";
+/// Side of the square part of a frame that the strip shows.
+const PANEL: usize = 320;
 const MARK: &str = "Made by `patchlock demo`";
 
 /// Renders a short scene with exact truth, tracks it, and shows what the results look like
@@ -165,14 +167,7 @@ impl Show {
         self.overlap.push(overlap);
         self.score.push(estimate.score);
         if let Some(moment) = self.moments.iter().find(|moment| moment.frame == k) {
-            self.panels.push(Panel {
-                width: picture.width,
-                height: picture.height,
-                rgb: draw::annotate(&tracked),
-                title: moment.what.clone(),
-                note: format!("frame {k} · overlap {overlap:.2} · score {:.2}", estimate.score),
-                mark: draw::by_score(estimate.score),
-            });
+            self.panels.push(panel(&tracked, &moment.what, overlap));
         }
         Ok(estimate.score)
     }
@@ -198,6 +193,30 @@ impl Show {
         }
         save(out, ABOUT, about().as_bytes())?;
         Ok(self.overlap)
+    }
+}
+
+/// The part of the frame around the target, drawn on as the whole frame would be.
+fn panel(tracked: &Tracked<'_>, what: &str, overlap: f64) -> Panel {
+    let Tracked { row, estimate, picture } = tracked;
+    let side = PANEL.min(picture.width).min(picture.height);
+    let begin = |centre: f64, length: usize| {
+        ((centre - side as f64 / 2.0).max(0.0) as usize).min(length - side)
+    };
+    let (left, top) =
+        (begin(row.x + row.w / 2.0, picture.width), begin(row.y + row.h / 2.0, picture.height));
+    let rgb = picture.to_rgb();
+    let rows = rgb.chunks_exact(picture.width * 3).skip(top).take(side);
+    let part = rows.flat_map(|row| &row[left * 3..(left + side) * 3]).copied().collect();
+    let row = row.shifted(-(left as f64), -(top as f64));
+    let part = Picture::rgb(side, side, part);
+    Panel {
+        width: side,
+        height: side,
+        rgb: draw::annotate(&Tracked { row: &row, estimate, picture: &part }),
+        title: what.to_string(),
+        note: format!("overlap {overlap:.2} · score {:.2}", row.score),
+        mark: draw::by_score(row.score),
     }
 }
 
@@ -257,25 +276,18 @@ fn moments(scene: &Scene) -> Vec<Moment> {
     let hidden = most(&|k| scene.truth(k).hidden);
     let darkest = most(&|k| -scene.light(k).0);
     let largest = most(&|k| scene.truth(k).scale);
-    let turn = |k: usize| format!("turned {:+.0}°", scene.truth(k).rotation.to_degrees());
+    let turn = |k: usize| format!("{:+.0}°", scene.truth(k).rotation.to_degrees());
     let mut moments = vec![
-        Moment { frame: 0, what: "the box that is given".into() },
+        Moment { frame: 0, what: "the given box".into() },
         Moment {
             frame: smallest,
-            what: format!(
-                "{} of the size, {}",
-                percent(scene.truth(smallest).scale),
-                turn(smallest)
-            ),
+            what: format!("{} size, {}", percent(scene.truth(smallest).scale), turn(smallest)),
         },
         Moment { frame: hidden, what: format!("{} hidden", percent(scene.truth(hidden).hidden)) },
-        Moment {
-            frame: darkest,
-            what: format!("{} of the light", percent(scene.light(darkest).0)),
-        },
+        Moment { frame: darkest, what: format!("{} light", percent(scene.light(darkest).0)) },
         Moment {
             frame: largest,
-            what: format!("{} of the size, {}", percent(scene.truth(largest).scale), turn(largest)),
+            what: format!("{} size, {}", percent(scene.truth(largest).scale), turn(largest)),
         },
     ];
     moments.sort_by_key(|moment| moment.frame);

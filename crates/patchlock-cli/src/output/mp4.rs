@@ -49,7 +49,7 @@ impl<W: Write + Seek> Mp4Writer<W> {
         expected: Option<usize>,
     ) -> Result<Self> {
         let mut config = EncoderConfig::new(width.next_multiple_of(2), height.next_multiple_of(2));
-        config.preset = Preset::Balanced;
+        config.preset = Preset::Fast;
         config.qp = QUALITY;
         config.gop_size = KEYFRAME_EVERY;
         config.framerate = rate.frames as f32 / rate.seconds as f32;

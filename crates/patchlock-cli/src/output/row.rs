@@ -67,6 +67,18 @@ impl Row {
             ms: (ms * 1e3).round() / 1e3,
         }
     }
+
+    /// The same as it stands in a picture whose upper left corner is elsewhere.
+    pub fn shifted(&self, dx: f64, dy: f64) -> Self {
+        let mut row = self.clone();
+        [&mut row.x, &mut row.x1, &mut row.x2, &mut row.x3, &mut row.x4]
+            .into_iter()
+            .for_each(|x| *x += dx);
+        [&mut row.y, &mut row.y1, &mut row.y2, &mut row.y3, &mut row.y4]
+            .into_iter()
+            .for_each(|y| *y += dy);
+        row
+    }
 }
 
 /// A millionth of a pixel is more than any tracker means; the rest would only make the tables hard to read.

@@ -8,7 +8,7 @@ const GROUND: [u8; 3] = [18, 22, 28];
 const TITLE: [u8; 3] = [236, 240, 244];
 const NOTE: [u8; 3] = [158, 168, 180];
 const GAP: usize = 14;
-const CAPTION: usize = 52;
+const CAPTION: usize = 68;
 
 /// One frame of the strip.
 pub struct Panel {
@@ -38,9 +38,9 @@ pub fn draw(panels: &[Panel]) -> Result<Canvas> {
         strip.paste(&frame, left, GAP);
         let top = (GAP + panel.height) as f32;
         let x = left as f32;
-        strip.fill_round(Area { x, y: top + 14.0, w: 4.0, h: 38.0 }, 2.0, panel.mark, 1.0);
-        strip.text(&panel.title, x + 14.0, top + 22.0, 17.0, TITLE);
-        strip.text(&panel.note, x + 14.0, top + 45.0, 14.0, NOTE);
+        strip.fill_round(Area { x, y: top + 14.0, w: 5.0, h: 52.0 }, 2.0, panel.mark, 1.0);
+        strip.text(&panel.title, x + 17.0, top + 26.0, 24.0, TITLE);
+        strip.text(&panel.note, x + 17.0, top + 55.0, 18.0, NOTE);
         left += panel.width + GAP;
     }
     Ok(strip)
