@@ -121,7 +121,7 @@ fn grid(canvas: &mut Canvas, map: &VisibilityMap, area: Area) {
         let (left, right) =
             (edge(column, map.columns, area.w), edge(column + 1, map.columns, area.w));
         let (top, bottom) = (edge(row, map.rows, area.h), edge(row + 1, map.rows, area.h));
-        let seam = if right - left > 2.5 { 1.0 } else { 0.0 };
+        let seam = if right - left > 4.5 { 1.0 } else { 0.0 };
         let cell = Area {
             x: area.x + left,
             y: area.y + top,
