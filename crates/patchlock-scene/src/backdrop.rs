@@ -42,11 +42,7 @@ fn wood(seed: u64, height: f64, [x, y]: [f64; 2]) -> Colour {
     let haze = mixed(haze, pale, 0.85 * ramp(behind, 0.42, 0.56));
     let foliage = mixed([46.0, 84.0, 62.0], [112.0, 146.0, 84.0], fine);
     let far = mixed(haze, foliage, ramp(clumps, 0.42, 0.62));
-    let moss = mixed(
-        [48.0, 62.0, 36.0],
-        [118.0, 126.0, 62.0],
-        ramp(clumps, 0.25, 0.75),
-    );
+    let moss = mixed([48.0, 62.0, 36.0], [118.0, 126.0, 62.0], ramp(clumps, 0.25, 0.75));
     let ground = dimmed(moss, 0.8 + 0.4 * fine);
     let edge = horizon(seed, x);
     mixed(far, ground, ramp(down, edge - 0.02, edge + 0.03))
@@ -60,10 +56,7 @@ fn far_trunk(canvas: &mut Canvas, seed: u64, i: i64) {
     let foot = height * (horizon(seed, x0) + 0.02 + 0.16 * pick(2));
     let tone = mixed([104.0, 112.0, 98.0], [58.0, 54.0, 46.0], pick(2));
     let lean = 0.06 * (pick(3) - 0.5);
-    let area = Area {
-        min: [x0 - half - 14.0, 0.0],
-        max: [x0 + half + 14.0, foot],
-    };
+    let area = Area { min: [x0 - half - 14.0, 0.0], max: [x0 + half + 14.0, foot] };
     canvas.paint(area, |[x, y]| {
         let side = (x - x0 - lean * (foot - y)) / half;
         let bark = cloud(seed ^ 0x15, x / 3.0, y / 17.0, 2);

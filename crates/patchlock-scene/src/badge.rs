@@ -32,10 +32,7 @@ pub(crate) fn badge(point: Point) -> Colour {
 
 /// The picture inside the frame, nearest things first.
 fn picture(point: Point) -> Colour {
-    boat(point)
-        .or_else(|| lake(point))
-        .or_else(|| mountains(point))
-        .unwrap_or_else(|| sky(point))
+    boat(point).or_else(|| lake(point)).or_else(|| mountains(point)).unwrap_or_else(|| sky(point))
 }
 
 fn sky([u, v]: Point) -> Colour {
@@ -67,13 +64,7 @@ fn mountains([u, v]: Point) -> Option<Colour> {
         });
     }
     let far = peak(u, 0.98, 0.4, 0.6).min(peak(u, 0.6, 0.5, 0.5)) + rough;
-    (v > far).then(|| {
-        mixed(
-            [150.0, 84.0, 128.0],
-            [214.0, 128.0, 122.0],
-            ramp(v, 0.4, 0.66),
-        )
-    })
+    (v > far).then(|| mixed([150.0, 84.0, 128.0], [214.0, 128.0, 122.0], ramp(v, 0.4, 0.66)))
 }
 
 /// Height of a mountain's outline over `u`.
@@ -107,11 +98,7 @@ fn boat(point: Point) -> Option<Colour> {
     }
     if inside([[0.52, 0.3], [0.72, 0.7], [0.52, 0.7]], point) {
         let band = (0.52..0.6).contains(&v);
-        return Some(if band {
-            [226.0, 70.0, 52.0]
-        } else {
-            [255.0, 252.0, 240.0]
-        });
+        return Some(if band { [226.0, 70.0, 52.0] } else { [255.0, 252.0, 240.0] });
     }
     if inside([[0.48, 0.36], [0.48, 0.7], [0.34, 0.7]], point) {
         return Some([250.0, 190.0, 60.0]);

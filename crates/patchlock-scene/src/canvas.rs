@@ -27,21 +27,14 @@ pub(crate) struct Area {
 impl Area {
     /// A square around a centre.
     pub(crate) fn around(centre: [f64; 2], reach: f64) -> Self {
-        Area {
-            min: centre.map(|c| c - reach),
-            max: centre.map(|c| c + reach),
-        }
+        Area { min: centre.map(|c| c - reach), max: centre.map(|c| c + reach) }
     }
 }
 
 impl Canvas {
     /// A layer with nothing on it.
     pub(crate) fn clear(width: usize, height: usize) -> Self {
-        Canvas {
-            width,
-            height,
-            pixels: vec![[0.0; 4]; width * height],
-        }
+        Canvas { width, height, pixels: vec![[0.0; 4]; width * height] }
     }
 
     /// A full layer of something so smooth that one sample per pixel will do.

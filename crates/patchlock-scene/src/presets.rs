@@ -21,10 +21,7 @@ impl SceneConfig {
                 pose(126.0, [366.0, 164.0], 1.3, 12.0),
                 pose(149.0, [392.0, 206.0], 1.14, 2.0),
             ],
-            post: Some(Post {
-                centre_x: 246.0,
-                width: 42.0,
-            }),
+            post: Some(Post { centre_x: 246.0, width: 42.0 }),
             light: vec![
                 light(94.0, 1.0, 0.0),
                 light(112.0, 0.55, 6.0),
@@ -58,32 +55,17 @@ impl SceneConfig {
     pub fn occluded() -> Self {
         SceneConfig {
             frames: 60,
-            path: vec![
-                pose(0.0, [56.0, 84.0], 1.0, 0.0),
-                pose(59.0, [184.0, 98.0], 1.0, 0.0),
-            ],
-            post: Some(Post {
-                centre_x: 120.0,
-                width: 25.0,
-            }),
+            path: vec![pose(0.0, [56.0, 84.0], 1.0, 0.0), pose(59.0, [184.0, 98.0], 1.0, 0.0)],
+            post: Some(Post { centre_x: 120.0, width: 25.0 }),
             ..Self::simple()
         }
     }
 }
 
 fn pose(frame: f64, centre: [f64; 2], scale: f64, degrees: f64) -> KeyPose {
-    KeyPose {
-        frame,
-        centre,
-        scale,
-        degrees,
-    }
+    KeyPose { frame, centre, scale, degrees }
 }
 
 fn light(frame: f64, gain: f64, offset: f64) -> KeyLight {
-    KeyLight {
-        frame,
-        gain,
-        offset,
-    }
+    KeyLight { frame, gain, offset }
 }

@@ -85,16 +85,11 @@ impl Scene {
     /// If there is no such frame.
     pub fn frame(&self, k: usize) -> SceneFrame {
         let mut canvas = self.behind.clone();
-        self.target(k)
-            .paint_on(&mut canvas, self.config.target_look);
+        self.target(k).paint_on(&mut canvas, self.config.target_look);
         if let Some(in_front) = &self.in_front {
             canvas.lay_over(in_front);
         }
-        SceneFrame {
-            width: canvas.width,
-            height: canvas.height,
-            rgb: self.exposed(&canvas, k),
-        }
+        SceneFrame { width: canvas.width, height: canvas.height, rgb: self.exposed(&canvas, k) }
     }
 
     /// What is true of the target in frame `k`, counted from 0.
@@ -167,12 +162,7 @@ mod tests {
     #[test]
     fn rendered_pixels_show_the_badge_where_the_corners_say() {
         let scene = Scene::new(SceneConfig {
-            path: vec![KeyPose {
-                frame: 0.0,
-                centre: [117.3, 88.8],
-                scale: 1.7,
-                degrees: 21.0,
-            }],
+            path: vec![KeyPose { frame: 0.0, centre: [117.3, 88.8], scale: 1.7, degrees: 21.0 }],
             sensor_noise: 0.0,
             ..SceneConfig::simple()
         });

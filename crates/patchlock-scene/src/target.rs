@@ -105,12 +105,7 @@ impl Placed {
         let corner = |right: f64, down: f64| self.to_frame([right * w / 2.0, down * h / 2.0]);
         Truth {
             bbox: [cx - (w - 1.0) / 2.0, cy - (h - 1.0) / 2.0, w, h],
-            corners: [
-                corner(-1.0, -1.0),
-                corner(1.0, -1.0),
-                corner(1.0, 1.0),
-                corner(-1.0, 1.0),
-            ],
+            corners: [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
             scale: self.pose.scale,
             rotation: self.pose.rotation,
             hidden: post.map_or(0.0, |(post, seed)| self.hidden_share(post, seed)),

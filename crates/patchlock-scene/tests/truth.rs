@@ -16,8 +16,7 @@ fn coverage(config: &SceneConfig, k: usize) -> Vec<f64> {
     };
     let (bright, dark) = (with(255), with(0));
     let reds = bright.rgb.iter().zip(&dark.rgb).step_by(3);
-    reds.map(|(&a, &b)| (f64::from(a) - f64::from(b)) / 255.0)
-        .collect()
+    reds.map(|(&a, &b)| (f64::from(a) - f64::from(b)) / 255.0).collect()
 }
 
 /// Area, centre and angle of the long axis of a coverage mask.
@@ -25,11 +24,7 @@ fn shape(mask: &[f64], width: usize) -> (f64, [f64; 2], f64) {
     let points = |i: usize| [(i % width) as f64, (i / width) as f64];
     let area: f64 = mask.iter().sum();
     let mean = |of: &dyn Fn([f64; 2]) -> f64| {
-        let sum: f64 = mask
-            .iter()
-            .enumerate()
-            .map(|(i, m)| m * of(points(i)))
-            .sum();
+        let sum: f64 = mask.iter().enumerate().map(|(i, m)| m * of(points(i))).sum();
         sum / area
     };
     let centre = [mean(&|p| p[0]), mean(&|p| p[1])];
@@ -61,10 +56,7 @@ fn rounding(truth: &Truth) -> f64 {
 
 #[test]
 fn target_is_drawn_where_and_as_large_as_the_truth_says() {
-    let config = SceneConfig {
-        post: None,
-        ..SceneConfig::demo()
-    };
+    let config = SceneConfig { post: None, ..SceneConfig::demo() };
     let scene = Scene::new(config.clone());
     for k in [0, 13, 24, 60, 61, 97, 126, 149] {
         let truth = scene.truth(k);
@@ -82,20 +74,14 @@ fn target_is_drawn_where_and_as_large_as_the_truth_says() {
 #[test]
 fn hidden_share_is_what_the_trunk_hides() {
     let config = SceneConfig::occluded();
-    let open = SceneConfig {
-        post: None,
-        ..config.clone()
-    };
+    let open = SceneConfig { post: None, ..config.clone() };
     let scene = Scene::new(config.clone());
     for k in [0, 20, 26, 32, 40, 59] {
         let seen: f64 = coverage(&config, k).iter().sum();
         let whole: f64 = coverage(&open, k).iter().sum();
         let hidden = scene.truth(k).hidden;
         let measured = 1.0 - seen / whole;
-        assert!(
-            (hidden - measured).abs() < 0.01,
-            "frame {k}: {hidden} {measured}"
-        );
+        assert!((hidden - measured).abs() < 0.01, "frame {k}: {hidden} {measured}");
     }
 }
 
@@ -146,10 +132,7 @@ fn demo_motion_keeps_within_its_limits() {
 #[test]
 fn light_changes_the_mean_level_as_configured() {
     let lit = Scene::demo();
-    let even = Scene::new(SceneConfig {
-        light: Vec::new(),
-        ..SceneConfig::demo()
-    });
+    let even = Scene::new(SceneConfig { light: Vec::new(), ..SceneConfig::demo() });
     assert_eq!(lit.frame(30), even.frame(30));
     assert_eq!(lit.light(112), (0.55, 6.0));
     assert_eq!(lit.light(134), (1.25, -4.0));
@@ -159,29 +142,18 @@ fn light_changes_the_mean_level_as_configured() {
         let level = mean_level(&lit.frame(k));
         // Bright pixels saturate when the gain is above 1.
         let room = if gain > 1.0 { 2.0 } else { 0.2 };
-        assert!(
-            (level - expected).abs() < room,
-            "frame {k}: {level} {expected}"
-        );
+        assert!((level - expected).abs() < room, "frame {k}: {level} {expected}");
     }
 }
 
 #[test]
 fn noise_has_the_configured_spread_and_changes_every_frame() {
     let still = SceneConfig {
-        path: vec![KeyPose {
-            frame: 0.0,
-            centre: [100.0, 90.0],
-            scale: 1.0,
-            degrees: 0.0,
-        }],
+        path: vec![KeyPose { frame: 0.0, centre: [100.0, 90.0], scale: 1.0, degrees: 0.0 }],
         ..SceneConfig::simple()
     };
     let noisy = Scene::new(still.clone());
-    let clean = Scene::new(SceneConfig {
-        sensor_noise: 0.0,
-        ..still
-    });
+    let clean = Scene::new(SceneConfig { sensor_noise: 0.0, ..still });
     assert_eq!(clean.frame(3), clean.frame(4));
     assert_ne!(noisy.frame(3), noisy.frame(4));
     let (noisy, clean) = (noisy.frame(3).rgb, clean.frame(3).rgb);
@@ -199,10 +171,7 @@ fn same_configuration_gives_the_same_frames_in_any_order() {
     assert_eq!(a.frame(5), b.frame(5));
     assert_eq!(a.frame(30), later);
     assert_eq!(a.truth(30), b.truth(30));
-    let other = Scene::new(SceneConfig {
-        seed: 8,
-        ..SceneConfig::occluded()
-    });
+    let other = Scene::new(SceneConfig { seed: 8, ..SceneConfig::occluded() });
     assert_ne!(other.frame(5), a.frame(5));
     assert_eq!(other.truth(5).bbox, a.truth(5).bbox);
 }
@@ -229,16 +198,8 @@ fn simple_scene_only_moves_and_grows() {
 #[test]
 fn target_and_trunk_may_leave_the_frame() {
     let scene = Scene::new(SceneConfig {
-        path: vec![KeyPose {
-            frame: 0.0,
-            centre: [-400.0, 500.0],
-            scale: 1.0,
-            degrees: 45.0,
-        }],
-        post: Some(Post {
-            centre_x: 240.0,
-            width: 30.0,
-        }),
+        path: vec![KeyPose { frame: 0.0, centre: [-400.0, 500.0], scale: 1.0, degrees: 45.0 }],
+        post: Some(Post { centre_x: 240.0, width: 30.0 }),
         ..SceneConfig::simple()
     });
     assert_eq!(scene.frame(0).rgb.len(), 240 * 180 * 3);

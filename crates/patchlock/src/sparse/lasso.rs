@@ -5,12 +5,13 @@
 //! ```
 //!
 //! `U` (`dim x k`) has orthonormal columns, so for a given `e` the best `q` is the soft threshold of `U^T (y - e)`, and for a given `q`
-//! the best `e` is that of `y - U q`. Taking turns never raises the objective, and since the part that is not smooth is a sum over single
-//! coordinates it converges to the exact solution.
+//! the best `e` is that of `y - U q`. Taking turns is a proximal gradient step of length 1 on what remains of the problem when `e` is
+//! eliminated, and converges to the exact solution. Where many samples are outliers it does so slowly; Nesterov's momentum, started
+//! again whenever it points uphill (O'Donoghue, Candes, 2015), makes that some hundred turns.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Turns taken at most; some tens are usual.
+/// Turns taken at most.
 const MAX_TURNS: usize = 10_000;
 
 /// It has converged when no coefficient moved by more than this times lambda.
@@ -27,18 +28,25 @@ pub struct Reconstruction {
 
 /// Solves the problem for `signal` (`y`) in `basis` (`U`).
 pub fn reconstruct(basis: &DMatrix<f64>, signal: &DVector<f64>, lambda: f64) -> Reconstruction {
+    let error_of = |q: &DVector<f64>| (signal - basis * q).map(|v| soft_threshold(v, lambda));
+    let turn =
+        |q: &DVector<f64>| basis.tr_mul(&(signal - error_of(q))).map(|v| soft_threshold(v, lambda));
     let mut q = DVector::zeros(basis.ncols());
-    let mut e = signal.map(|v| soft_threshold(v, lambda));
+    let (mut ahead, mut momentum) = (q.clone(), 1.0f64);
     for _ in 0..MAX_TURNS {
-        let next = basis.tr_mul(&(signal - &e)).map(|v| soft_threshold(v, lambda));
-        let moved = (&next - &q).amax();
-        q = next;
-        e = (signal - basis * &q).map(|v| soft_threshold(v, lambda));
-        if moved <= TOLERANCE * lambda {
+        let next = turn(&ahead);
+        let (step, correction) = (&next - &q, &ahead - &next);
+        if step.amax().max(correction.amax()) <= TOLERANCE * lambda.max(TOLERANCE) {
             break;
         }
+        if correction.dot(&step) > 0.0 {
+            momentum = 1.0;
+        }
+        let following = (1.0 + (1.0 + 4.0 * momentum * momentum).sqrt()) / 2.0;
+        ahead = &next + step * ((momentum - 1.0) / following);
+        (q, momentum) = (next, following);
     }
-    Reconstruction { coefficients: q, error: e }
+    Reconstruction { error: error_of(&q), coefficients: q }
 }
 
 /// `v` moved towards 0 by `lambda`, but not past it.

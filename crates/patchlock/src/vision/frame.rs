@@ -168,7 +168,7 @@ impl GreyImage {
             Samples::Grey32f(s) => {
                 for y in 0..height {
                     let row = &s[y * stride..][..width];
-                    if let Some(x) = row.iter().position(|v| !(v.abs() <= MAX_SAMPLE)) {
+                    if let Some(x) = row.iter().position(|v| v.is_nan() || v.abs() > MAX_SAMPLE) {
                         return Err(Error::Frame(format!(
                             "the sample at x {x}, y {y} is {}; all must be finite and at most {MAX_SAMPLE:e} in magnitude",
                             row[x]

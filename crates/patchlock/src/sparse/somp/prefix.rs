@@ -42,9 +42,9 @@ impl Shared {
         self.squares.resize(stride, 0.0);
         let rows = self.correlations.chunks_exact_mut(stride);
         for (column, row) in self.columns.chunks_exact(dim).zip(rows) {
-            for k in 0..count {
-                row[k] = dot(dictionary.atom(k), column);
-                self.squares[k] += row[k] * row[k];
+            for (k, (x, square)) in row.iter_mut().zip(&mut self.squares).take(count).enumerate() {
+                *x = dot(dictionary.atom(k), column);
+                *square += *x * *x;
             }
         }
         self.squares_rounded.clear();

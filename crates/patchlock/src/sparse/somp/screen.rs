@@ -60,7 +60,9 @@ pub fn screen(
     let mut best_left = [1.0f32; LANES];
     let mut best_chunk = [u32::MAX; LANES];
     let chunks = own.as_chunks::<LANES>().0.iter().zip(left.as_chunks::<LANES>().0);
-    for (chunk, ((own, left), squares)) in chunks.zip(squares.as_chunks_mut::<LANES>().0).enumerate() {
+    for (chunk, ((own, left), squares)) in
+        chunks.zip(squares.as_chunks_mut::<LANES>().0).enumerate()
+    {
         for lane in 0..LANES {
             let square = squares[lane] + own[lane] * own[lane];
             squares[lane] = square;

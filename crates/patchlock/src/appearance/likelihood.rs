@@ -1,0 +1,108 @@
+//! The likelihood of a candidate (Eq. 24): the weighted features of both scales.
+
+use super::weights::patch_weight;
+use crate::config::{Gamma, Scales, TrackerConfig};
+
+/// What one patch contributes.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Feature {
+    /// The pooled share of its code (`F_i` or `G_i`).
+    pub share: f64,
+    /// The squared error of its masked reconstruction; infinite for a patch of zero norm.
+    pub error: f64,
+}
+
+/// How the features of a candidate become one number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LikelihoodRules {
+    epsilon: f64,
+    occlusion_weights: bool,
+    gamma: Gamma,
+    scales: Scales,
+}
+
+impl LikelihoodRules {
+    /// The rules of a configuration.
+    pub fn new(config: &TrackerConfig) -> Self {
+        Self {
+            epsilon: config.epsilon,
+            occlusion_weights: config.occlusion_weights,
+            gamma: config.gamma,
+            scales: config.scales,
+        }
+    }
+
+    /// Whether a patch is visible: `kappa_i` or `tau_i`.
+    pub fn visible(&self, feature: &Feature) -> bool {
+        feature.error < self.epsilon
+    }
+
+    /// `p = gamma * mean_i(omega_i F_i) + mean_i(omega_i G_i)`. Features come with their position weights.
+    pub fn likelihood(
+        &self,
+        large: impl Iterator<Item = (Feature, f64)> + Clone,
+        small: impl Iterator<Item = (Feature, f64)>,
+    ) -> f64 {
+        let gamma = self.gamma(large.clone().map(|(feature, _)| feature));
+        let (large, small) = (self.weighted_mean(large), self.weighted_mean(small));
+        match self.scales {
+            Scales::Both => gamma * large + small,
+            Scales::Large => gamma * large,
+            Scales::Small => small,
+        }
+    }
+
+    fn weighted_mean(&self, features: impl Iterator<Item = (Feature, f64)>) -> f64 {
+        mean(features.map(|(feature, position)| {
+            let visible = !self.occlusion_weights || self.visible(&feature);
+            patch_weight(visible, position) * feature.share
+        }))
+    }
+
+    fn gamma(&self, large: impl Iterator<Item = Feature>) -> f64 {
+        let visible = |feature: Feature| f64::from(u8::from(self.visible(&feature)));
+        match self.gamma {
+            Gamma::ExpVisible => (mean(large.map(visible)) - 1.0).exp(),
+            Gamma::One => 1.0,
+            Gamma::Visible => mean(large.map(visible)),
+            Gamma::ExpError => (-mean(large.map(|feature| feature.error.min(1.0)))).exp(),
+        }
+    }
+}
+
+fn mean(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), v| (sum + v, count + 1.0));
+    if count > 0.0 { sum / count } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn features(shares: &[f64], errors: &[f64]) -> Vec<(Feature, f64)> {
+        let feature = |(&share, &error)| (Feature { share, error }, 0.5);
+        shares.iter().zip(errors).map(feature).collect()
+    }
+
+    fn likelihood(config: &TrackerConfig) -> f64 {
+        let large = features(&[0.5, 1.0], &[0.01, 0.5]);
+        let small = features(&[0.2, 0.4], &[0.5, 0.079]);
+        LikelihoodRules::new(config).likelihood(large.into_iter(), small.into_iter())
+    }
+
+    #[test]
+    fn it_is_eq_24() {
+        let paper = TrackerConfig::default();
+        // Large: one of two visible, so gamma = exp(-1/2), weights 1.5 and 1; small: weights 1 and 1.5.
+        let (large, small) = ((1.5 * 0.5 + 1.0) / 2.0, (0.2 + 1.5 * 0.4) / 2.0);
+        assert!((likelihood(&paper) - ((-0.5f64).exp() * large + small)).abs() < 1e-12);
+        let with = |gamma, scales| likelihood(&TrackerConfig { gamma, scales, ..paper.clone() });
+        assert!((with(Gamma::One, Scales::Both) - (large + small)).abs() < 1e-12);
+        assert!((with(Gamma::Visible, Scales::Large) - 0.5 * large).abs() < 1e-12);
+        assert!((with(Gamma::ExpError, Scales::Large) - (-0.255f64).exp() * large).abs() < 1e-12);
+        assert!((with(Gamma::One, Scales::Small) - small).abs() < 1e-12);
+        let all =
+            TrackerConfig { occlusion_weights: false, scales: Scales::Small, ..paper.clone() };
+        assert!((likelihood(&all) - 1.5 * 0.3).abs() < 1e-12);
+    }
+}

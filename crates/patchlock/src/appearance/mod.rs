@@ -1,0 +1,11 @@
+//! The appearance of the target: what its codes say, what weighs how much, and how it is learned.
+
+pub mod buffer;
+pub mod likelihood;
+pub mod mask;
+pub mod pooling;
+pub mod scale;
+pub mod subspace;
+pub mod templates;
+pub mod update;
+pub mod weights;

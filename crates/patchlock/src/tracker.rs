@@ -1,0 +1,409 @@
+//! The tracker: the paper's loop, put together from its parts.
+//!
+//! ```text
+//! init:    box -> state; first templates -> dictionaries, buffers, subspace
+//! update:  state -> particles -> candidates -> patches -> joint codes -> pooled features -> likelihoods -> state
+//!          -> subspace; every few frames templates, dictionaries, buffers
+//! ```
+
+use crate::appearance::likelihood::{Feature, LikelihoodRules};
+use crate::appearance::pooling::PoolRules;
+use crate::appearance::scale::{Findings, Scale, ScaleRules, Workers};
+use crate::appearance::weights::position_weights;
+use crate::config::{FirstTemplates, Outside, ScaleMotion, TrackerConfig};
+use crate::estimate::{Estimate, VisibilityMap};
+use crate::filter::{motion::Motion, particles, state::State};
+use crate::memory::{Lesson, Memory};
+use crate::observe::{FrameView, Observer, PatchView, UpdateView};
+use crate::sparse::codes::CodeRules;
+use crate::vision::frame::{Frame, GreyImage};
+use crate::vision::geometry::BoundingBox;
+use crate::vision::patches::{PatchGrid, normalise};
+use crate::vision::warp;
+use crate::{Error, Snapshot};
+use rayon::prelude::*;
+
+/// Follows one target through the frames of a video.
+///
+/// ```
+/// use patchlock::{BoundingBox, Frame, Tracker, TrackerConfig};
+///
+/// let mut tracker = Tracker::new(TrackerConfig { particles: 50, ..TrackerConfig::preset("paper")? })?;
+/// let pixels: Vec<u8> = (0..120 * 90).map(|k| (k * k % 251) as u8).collect();
+/// let frame = Frame::grey8(&pixels, 120, 90)?;
+/// tracker.init(&frame, BoundingBox { x: 30.0, y: 20.0, w: 40.0, h: 32.0 })?;
+/// let estimate = tracker.update(&frame)?;
+/// println!("{:?}, visibility {:.2}", estimate.bbox, estimate.score);
+/// # Ok::<(), patchlock::Error>(())
+/// ```
+///
+/// The candidates are weighed in the `rayon` pool that the caller is in, so `pool.install(|| tracker.update(&frame))` chooses the
+/// number of threads. For the same seed the boxes are the same, bit for bit, on any number of them.
+#[derive(Debug)]
+pub struct Tracker {
+    config: TrackerConfig,
+    target: Option<Target>,
+    work: Work,
+}
+
+/// A target: what is remembered of it, and what is derived from that.
+#[derive(Debug)]
+struct Target {
+    memory: Memory,
+    large: Scale,
+    small: Scale,
+}
+
+/// Buffers that live from frame to frame so that nothing is allocated anew.
+#[derive(Debug, Default)]
+struct Work {
+    image: GreyImage,
+    particles: Vec<State>,
+    candidates: Vec<f32>,
+    likelihoods: Vec<f64>,
+    large: Findings,
+    small: Findings,
+    workers: Workers,
+}
+
+impl Tracker {
+    /// A tracker without a target yet.
+    ///
+    /// # Errors
+    /// [`Error::Config`] names the field that is wrong, its value and what is allowed.
+    pub fn new(config: TrackerConfig) -> Result<Self, Error> {
+        config.validate()?;
+        Ok(Self { config, target: None, work: Work::default() })
+    }
+
+    /// The configuration.
+    pub fn config(&self) -> &TrackerConfig {
+        &self.config
+    }
+
+    /// Begins on the target in this box of this frame; a target so far is forgotten. The result is what a new tracker would give.
+    ///
+    /// # Errors
+    /// [`Error::BoxShape`], [`Error::BoxOutside`] or [`Error::Frame`]; then the tracker is as it was.
+    pub fn init(&mut self, frame: &Frame<'_>, bbox: BoundingBox) -> Result<Estimate, Error> {
+        bbox.check_in(frame.width(), frame.height())?;
+        self.work.image.fill(frame)?;
+        let side = self.config.template_side;
+        let state = State::from_box(bbox.centre(), bbox.w, bbox.h, side);
+        let image = &self.work.image;
+        let memory = Memory::begin(&self.config, (frame.width(), frame.height()), state, |state| {
+            let mut template = vec![0.0; side * side];
+            candidate(image, state, side, &mut template);
+            template
+        });
+        let target = Target::new(memory, &self.config);
+        self.work.particles.clear();
+        self.work.particles.push(state);
+        self.work.warp(side);
+        self.work.weigh(&target, &self.config);
+        let estimate = self.work.estimate(0, &target, &self.config);
+        self.target = Some(target);
+        Ok(estimate)
+    }
+
+    /// Begins anew on a box of this frame, to correct the track by hand or after a loss; the same as [`Tracker::init`].
+    ///
+    /// # Errors
+    /// As [`Tracker::init`].
+    pub fn reinit(&mut self, frame: &Frame<'_>, bbox: BoundingBox) -> Result<Estimate, Error> {
+        self.init(frame, bbox)
+    }
+
+    /// Finds the target in the next frame and learns from it.
+    ///
+    /// # Errors
+    /// [`Error::NotInitialised`] before the first `init`; [`Error::FrameSize`] or [`Error::Frame`] where the frame does not fit, and
+    /// then the tracker is as it was.
+    pub fn update(&mut self, frame: &Frame<'_>) -> Result<Estimate, Error> {
+        self.step(frame, None)
+    }
+
+    /// As [`Tracker::update`], and shows the observer what happened. The boxes are the same.
+    ///
+    /// # Errors
+    /// As [`Tracker::update`].
+    pub fn update_observed(
+        &mut self,
+        frame: &Frame<'_>,
+        observer: &mut dyn Observer,
+    ) -> Result<Estimate, Error> {
+        self.step(frame, Some(observer))
+    }
+
+    /// Everything that is needed to go on to the same boxes later: serialise it with any `serde` format that keeps floats exact.
+    pub fn snapshot(&self) -> Snapshot {
+        Snapshot::new(self.config.clone(), self.target.as_ref().map(|target| target.memory.clone()))
+    }
+
+    /// A tracker that goes on where the snapshot was taken.
+    ///
+    /// # Errors
+    /// [`Error::Snapshot`] or [`Error::Config`] where the parts do not fit together.
+    pub fn restore(snapshot: Snapshot) -> Result<Self, Error> {
+        let (config, memory) = snapshot.check()?;
+        let target = memory.map(|memory| Target::new(memory, &config));
+        Ok(Self { config, target, work: Work::default() })
+    }
+
+    fn step(
+        &mut self,
+        frame: &Frame<'_>,
+        observer: Option<&mut dyn Observer>,
+    ) -> Result<Estimate, Error> {
+        let Self { config, target, work } = self;
+        let target = target.as_mut().ok_or(Error::NotInitialised)?;
+        target.memory.check_size(frame.width(), frame.height())?;
+        work.image.fill(frame)?;
+
+        let memory = &mut target.memory;
+        let motion = motion(config);
+        let (last, rng) = (memory.state, &mut memory.rng);
+        particles::draw(&mut work.particles, config.particles, &last, &motion, rng);
+        work.warp(config.template_side);
+        let nearest =
+            target.memory.is_gathering() && config.first_templates == FirstTemplates::Nearest;
+        if nearest {
+            work.compare_with(target.memory.last_template());
+        } else {
+            work.weigh(target, config);
+        }
+        let best = particles::most_likely(&work.likelihoods);
+        let estimate = if nearest {
+            work.estimate_unseen(best, target, config)
+        } else {
+            work.estimate(best, target, config)
+        };
+        let lesson = target.learn(best, work, &estimate, config);
+        if let Some(observer) = observer {
+            observer.observe(&work.view(best, target, &lesson, config));
+        }
+        Ok(estimate)
+    }
+}
+
+impl Target {
+    fn new(memory: Memory, config: &TrackerConfig) -> Self {
+        let large = Scale::new(
+            PatchGrid::new(
+                config.template_side,
+                config.large_patch,
+                config.large_step,
+                config.subtract_mean,
+            ),
+            memory.templates(),
+            memory.large_buffer(),
+        );
+        let small = Scale::new(
+            PatchGrid::new(
+                config.template_side,
+                config.small_patch,
+                config.small_step,
+                config.subtract_mean,
+            ),
+            memory.small_templates(),
+            memory.small_buffer(),
+        );
+        Self { memory, large, small }
+    }
+
+    /// Takes the estimate into the memory, and follows with dictionaries and buffers.
+    fn learn(
+        &mut self,
+        best: usize,
+        work: &Work,
+        estimate: &Estimate,
+        config: &TrackerConfig,
+    ) -> Lesson {
+        let tracked = work.candidate(best, config.template_side);
+        let state = work.particles[best];
+        let lesson = self.memory.learn(state, tracked, estimate, self.large.grid(), config);
+        if lesson.large_dictionary {
+            self.large.set_templates(self.memory.templates());
+        }
+        if lesson.small_dictionary {
+            self.small.set_templates(self.memory.small_templates());
+        }
+        if lesson.large_buffer {
+            self.large.set_buffer(self.memory.large_buffer());
+        }
+        if lesson.small_buffer {
+            self.small.set_buffer(self.memory.small_buffer());
+        }
+        lesson
+    }
+}
+
+impl Work {
+    fn candidate(&self, k: usize, side: usize) -> &[f32] {
+        &self.candidates[k * side * side..][..side * side]
+    }
+
+    /// Warps the candidates of all particles.
+    fn warp(&mut self, side: usize) {
+        let (image, particles) = (&self.image, &self.particles);
+        self.candidates.resize(particles.len() * side * side, 0.0);
+        let candidates = self.candidates.par_chunks_mut(side * side);
+        candidates.zip(particles).for_each(|(out, state)| candidate(image, state, side, out));
+    }
+
+    /// The likelihoods of all candidates (Eq. 24).
+    fn weigh(&mut self, target: &Target, config: &TrackerConfig) {
+        let length = config.template_side * config.template_side;
+        let rules = scale_rules(config);
+        for (scale, findings) in
+            [(&target.large, &mut self.large), (&target.small, &mut self.small)]
+        {
+            scale.weigh(&self.candidates, length, &rules, &mut self.workers, findings);
+        }
+        let positions = |scale: &Scale| {
+            position_weights(scale.grid().per_side(), config.beta, config.position_weights)
+        };
+        let (large, small) = (positions(&target.large), positions(&target.small));
+        let likelihood = LikelihoodRules::new(config);
+        self.likelihoods.clear();
+        self.likelihoods.extend(self.particles.iter().enumerate().map(|(k, state)| {
+            if config.outside == Outside::Reject && leaves(&self.image, state, config.template_side)
+            {
+                return f64::NEG_INFINITY;
+            }
+            let large = weighted(&self.large, k, &large);
+            likelihood.likelihood(large, weighted(&self.small, k, &small))
+        }));
+    }
+
+    /// While the first templates are gathered by nearest neighbour, the inner product with the last of them ranks the candidates: for
+    /// unit vectors the largest one is the smallest distance.
+    fn compare_with(&mut self, template: &[f32]) {
+        let product = |candidate: &[f32]| -> f64 {
+            candidate.iter().zip(template).map(|(&a, &b)| f64::from(a) * f64::from(b)).sum()
+        };
+        self.likelihoods.clear();
+        self.likelihoods.extend(self.candidates.chunks_exact(template.len()).map(product));
+    }
+
+    fn estimate(&self, best: usize, target: &Target, config: &TrackerConfig) -> Estimate {
+        let rules = LikelihoodRules::new(config);
+        let map = |scale: &Scale, findings: &Findings| {
+            let visible = findings.features(best).map(|feature| rules.visible(&feature));
+            visibility_map(scale, visible.collect())
+        };
+        let maps = (map(&target.large, &self.large), map(&target.small, &self.small));
+        self.estimate_with(best, maps, config)
+    }
+
+    /// The estimate where no codes are made: nothing is known to be hidden.
+    fn estimate_unseen(&self, best: usize, target: &Target, config: &TrackerConfig) -> Estimate {
+        let map = |scale: &Scale| visibility_map(scale, vec![true; scale.grid().locations()]);
+        self.estimate_with(best, (map(&target.large), map(&target.small)), config)
+    }
+
+    fn estimate_with(
+        &self,
+        best: usize,
+        (large, small): (VisibilityMap, VisibilityMap),
+        config: &TrackerConfig,
+    ) -> Estimate {
+        let state = &self.particles[best];
+        let (w, h) = state.size(config.template_side);
+        let (visible_large, visible_small) = (large.share(), small.share());
+        Estimate {
+            bbox: BoundingBox::around([state.x, state.y], w, h),
+            corners: warp::corners(&state.matrix(), config.template_side as f64 / 2.0),
+            likelihood: self.likelihoods[best],
+            score: (visible_large + visible_small) / 2.0,
+            visible_large,
+            visible_small,
+            large,
+            small,
+        }
+    }
+
+    fn view<'a>(
+        &'a self,
+        best: usize,
+        target: &'a Target,
+        lesson: &'a Lesson,
+        config: &TrackerConfig,
+    ) -> FrameView<'a> {
+        let rules = LikelihoodRules::new(config);
+        let patches = |findings: &Findings| {
+            let coded = findings.codes(best).zip(findings.features(best));
+            coded
+                .map(|(&code, feature)| PatchView {
+                    code,
+                    feature,
+                    visible: rules.visible(&feature),
+                })
+                .collect()
+        };
+        FrameView {
+            frame: target.memory.frames(),
+            particles: &self.particles,
+            likelihoods: &self.likelihoods,
+            best,
+            candidate: self.candidate(best, config.template_side),
+            large: patches(&self.large),
+            small: patches(&self.small),
+            templates: target.memory.templates(),
+            update: lesson.replaced.map(|replaced| UpdateView { replaced, mask: &lesson.mask }),
+        }
+    }
+}
+
+/// The features of candidate `k` with their position weights.
+fn weighted<'a>(
+    findings: &'a Findings,
+    k: usize,
+    positions: &'a [f64],
+) -> impl Iterator<Item = (Feature, f64)> + Clone + 'a {
+    findings.features(k).zip(positions.iter().copied())
+}
+
+/// Warps and normalises one candidate.
+fn candidate(image: &GreyImage, state: &State, side: usize, out: &mut [f32]) {
+    warp::warp(image, &state.matrix(), side, out);
+    normalise(out);
+}
+
+/// Whether a corner of the candidate lies outside the frame.
+fn leaves(image: &GreyImage, state: &State, side: usize) -> bool {
+    let (right, bottom) = (image.width() as f64 - 1.0, image.height() as f64 - 1.0);
+    let corners = warp::corners(&state.matrix(), (side as f64 - 1.0) / 2.0);
+    !corners.iter().all(|[x, y]| (0.0..=right).contains(x) && (0.0..=bottom).contains(y))
+}
+
+fn visibility_map(scale: &Scale, visible: Vec<bool>) -> VisibilityMap {
+    let per_side = scale.grid().per_side();
+    VisibilityMap { rows: per_side, columns: per_side, visible }
+}
+
+fn motion(config: &TrackerConfig) -> Motion {
+    Motion {
+        sigma: [
+            config.sigma_x,
+            config.sigma_y,
+            config.sigma_scale,
+            config.sigma_rotation,
+            config.sigma_aspect,
+            config.sigma_skew,
+        ],
+        relative_scale: config.scale_motion == ScaleMotion::Relative,
+    }
+}
+
+fn scale_rules(config: &TrackerConfig) -> ScaleRules {
+    ScaleRules {
+        codes: CodeRules {
+            atoms: config.atoms,
+            selection: config.selection,
+            min_residual: config.min_residual,
+            stop_energy: config.stop_energy,
+        },
+        pool: PoolRules { coefficients: config.coefficients, divide: config.divide },
+    }
+}
