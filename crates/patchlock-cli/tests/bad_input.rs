@@ -70,7 +70,7 @@ fn mp4_cut_in_the_middle_keeps_what_was_tracked() {
     let bench = Bench::new();
     let video = bench.mp4("v.mp4", 8);
     let data = fs::read(&video).unwrap();
-    fs::write(&video, &data[..data.len() - 900]).unwrap();
+    fs::write(&video, &data[..data.len() - 30]).unwrap();
     let result = bench.track("v.mp4").args(["--save", "a.csv"]).assert();
     complains(result, 1, &["cannot decode frame", "v.mp4", "too early", "note: the "]);
     let rows = bench.lines("a.csv").len() - 1;
@@ -109,9 +109,6 @@ fn unknown_codec_without_ffmpeg() {
     // The same for a container that is known with a codec that is not.
     let video = bench.mp4("v.mp4", 2);
     let mut data = fs::read(&video).unwrap();
-    let at = data.windows(4).position(|name| name == b"avc1").unwrap();
-    let entry = data[at..].windows(4).position(|name| name == b"avcC").unwrap();
-    assert!(entry < 120);
     let places: Vec<usize> = (0..data.len() - 4).filter(|&k| &data[k..k + 4] == b"avc1").collect();
     places.into_iter().for_each(|k| data[k..k + 4].copy_from_slice(b"xyz1"));
     fs::write(&video, data).unwrap();

@@ -102,11 +102,6 @@ impl<W: Write + Seek> Mp4Writer<W> {
         Ok(())
     }
 
-    /// Where the frames go.
-    pub fn get_ref(&self) -> &W {
-        &self.out
-    }
-
     /// Writes the index and gives the writer back.
     pub fn finish(mut self) -> Result<W> {
         if self.frames > 0 {

@@ -96,6 +96,15 @@ impl PendingFile {
     pub fn complain(&self, error: &io::Error) -> Complaint {
         cannot_write(&self.target, error)
     }
+
+    /// The same for a caller that has given the file away: a way to complain later.
+    pub fn complainer(&self) -> impl Fn(anyhow::Error) -> anyhow::Error + 'static {
+        let target = self.target.clone();
+        move |error| match error.downcast_ref::<io::Error>() {
+            Some(cause) => cannot_write(&target, cause).into(),
+            None => error,
+        }
+    }
 }
 
 /// Temporary files are private by default; a result should have the permissions of any other new file.

@@ -1,9 +1,8 @@
 //! The annotated video.
 
-use std::io;
 use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Error, Result};
 
 use super::draw;
 use super::mp4::Mp4Writer;
@@ -26,6 +25,7 @@ pub struct Video {
     state: State,
     rate: FrameRate,
     expected: Option<usize>,
+    complain: Box<dyn Fn(Error) -> Error>,
 }
 
 /// The size is known only with the first frame.
@@ -39,7 +39,8 @@ enum State {
 impl Video {
     /// A video that begins with the first frame. `expected` says how many will come, if that is known.
     pub fn new(file: PendingFile, rate: FrameRate, expected: Option<usize>) -> Self {
-        Self { state: State::Waiting(file), rate, expected }
+        let complain = Box::new(file.complainer());
+        Self { state: State::Waiting(file), rate, expected, complain }
     }
 
     fn writer(&mut self, width: usize, height: usize) -> Result<&mut Mp4Writer<PendingFile>> {
@@ -64,17 +65,13 @@ impl Video {
 impl Sink for Video {
     fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
         let rgb = draw::annotate(tracked);
-        let writer = self.writer(tracked.picture.width, tracked.picture.height)?;
-        let result = writer.push(&rgb);
-        result.map_err(|error| match error.downcast_ref::<io::Error>() {
-            Some(cause) => writer.get_ref().complain(cause).into(),
-            None => error,
-        })
+        let writer = self.writer(tracked.picture.width, tracked.picture.height);
+        writer.and_then(|writer| writer.push(&rgb)).map_err(&self.complain)
     }
 
     fn finish(self: Box<Self>) -> Result<Option<PathBuf>> {
         match self.state {
-            State::Writing(writer) => Ok(Some(writer.finish()?.commit()?)),
+            State::Writing(writer) => Ok(Some(writer.finish().map_err(&self.complain)?.commit()?)),
             State::Waiting(_) | State::Broken => Ok(None),
         }
     }
