@@ -30,7 +30,7 @@ const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock demo
       writes to ./demo
-  patchlock demo --out /tmp/look
+  patchlock demo --out pictures
       writes to another folder
 
 The files of an earlier demo are replaced without asking: a demo is there to be run again. A file of the same name in a
