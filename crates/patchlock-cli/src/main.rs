@@ -1,2 +1,7 @@
-//! The `patchlock` command.
-fn main() {}
+//! The `patchlock` command: everything it does is in the library part of this crate.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    patchlock_cli::run()
+}

@@ -1,0 +1,95 @@
+//! `patchlock config`: all settings as commented TOML.
+
+use std::io::{self, Write};
+
+use anyhow::Result;
+use clap::Args;
+use patchlock::{PARAMETERS, TrackerConfig};
+
+use crate::settings;
+
+const EXAMPLES: &str = "\
+EXAMPLES:
+  patchlock config
+      shows every setting with its meaning, its range and its place in the paper
+  patchlock config > my.toml
+  patchlock track video.mp4 --box 120,80,64,48 --config my.toml
+      changes settings; a file may also hold only the lines that differ from the preset";
+
+/// Width of comment lines.
+const LINE: usize = 100;
+
+/// Prints the whole configuration as TOML with a comment for each setting.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct ConfigArgs {
+    /// The set of values to print
+    #[arg(long, value_name = "NAME", default_value = "paper")]
+    preset: String,
+}
+
+/// Prints the configuration.
+pub fn run(args: &ConfigArgs) -> Result<()> {
+    let text = commented(&settings::preset(&args.preset)?, &args.preset)?;
+    match io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error.into()),
+        _ => Ok(()),
+    }
+}
+
+/// The configuration with comments. Read back, it is the same configuration.
+pub fn commented(config: &TrackerConfig, preset: &str) -> Result<String> {
+    let table = toml::Table::try_from(config)?;
+    let mut text = format!("# Patchlock {}: the preset \"{preset}\".\n", env!("CARGO_PKG_VERSION"));
+    text += "# Change values here and use the file with: patchlock track ... --config FILE\n";
+    let mut section = "";
+    for parameter in PARAMETERS {
+        let Some(value) = table.get(parameter.name) else { continue };
+        if parameter.section != section {
+            section = parameter.section;
+            text += &format!("\n# ---- {section} ----\n");
+        }
+        text += &comment(&format!("{} Range: {}.", sentence(parameter.purpose), parameter.range));
+        text += &format!("{} = {value}\n", parameter.name);
+    }
+    Ok(text)
+}
+
+fn sentence(text: &str) -> String {
+    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    if text.ends_with('.') { text } else { text + "." }
+}
+
+/// Breaks a comment into lines.
+fn comment(text: &str) -> String {
+    let mut lines = String::from("\n#");
+    let mut length = 1;
+    for word in text.split_whitespace() {
+        if length + 1 + word.len() > LINE {
+            lines += "\n#";
+            length = 1;
+        }
+        lines += " ";
+        lines += word;
+        length += 1 + word.len();
+    }
+    lines + "\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_printed_is_the_same_configuration_again() {
+        for name in patchlock::PRESETS {
+            let config = settings::preset(name).expect("a known preset");
+            let text = commented(&config, name).expect("prints");
+            let back: TrackerConfig = toml::from_str(&text).expect("reads");
+            assert_eq!(back, config);
+            let fields = toml::Table::try_from(&config).expect("a table").len();
+            assert_eq!(PARAMETERS.len(), fields, "every field has a comment");
+            assert!(text.lines().all(|line| line.len() <= LINE + 20), "{text}");
+        }
+    }
+}

@@ -1,0 +1,329 @@
+//! `patchlock demo`: a rendered scene, tracked and compared with the truth.
+
+use std::env;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use clap::Args;
+use patchlock::{BoundingBox, TrackerConfig};
+use patchlock_scene::Scene;
+
+use crate::complaint::{Complaint, failed, interrupted, usage};
+use crate::engine::Engine;
+use crate::interrupt;
+use crate::output::chart::Chart;
+use crate::output::draw;
+use crate::output::mp4::Mp4Writer;
+use crate::output::pending::PendingFile;
+use crate::output::row::Row;
+use crate::output::strip::{self, Panel};
+use crate::output::tables::{Format, Table};
+use crate::output::video::Video;
+use crate::output::{Sink, Tracked};
+use crate::picture::Picture;
+use crate::progress::Progress;
+use crate::source::FrameRate;
+
+const EXAMPLES: &str = "\
+EXAMPLES:
+  patchlock demo
+      writes to ./demo
+  patchlock demo --out pictures
+      writes to another folder
+
+The files of an earlier demo are replaced without asking: a demo is there to be run again. A file of the same name in a
+folder that no demo has made is not, unless --overwrite is given.";
+
+/// What the demo writes, with what it is.
+const FILES: [(&str, &str); 8] = [
+    ("input.mp4", "the rendered scene, to try track on"),
+    ("demo.mp4", "the same with the track drawn in"),
+    ("demo.csv", "the boxes, a line a frame"),
+    ("truth.csv", "where the target really was"),
+    ("overlap.svg", "overlap of the two over time"),
+    ("overlap.png", "the same as an image"),
+    ("strip.png", "some frames side by side"),
+    (ABOUT, "this list; it marks the folder as made by the demo"),
+];
+const ABOUT: &str = "about.txt";
+/// Side of the square part of a frame that the strip shows.
+const PANEL: usize = 320;
+const MARK: &str = "Made by `patchlock demo`";
+
+/// Renders a short scene with exact truth, tracks it, and shows what the results look like
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct DemoArgs {
+    /// Folder for the results; it is made if it is missing
+    #[arg(long, value_name = "DIR", default_value = "demo")]
+    out: PathBuf,
+
+    /// Replace files of these names also where no demo made them
+    #[arg(long)]
+    overwrite: bool,
+
+    /// No progress bar
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+/// Runs the demo.
+pub fn run(args: &DemoArgs) -> Result<()> {
+    prepare(&args.out, args.overwrite)?;
+    interrupt::listen()?;
+    let scene = Scene::demo();
+    let mut show = Show::new(&args.out, &scene)?;
+    let progress = Progress::new(Some(scene.len()), args.quiet);
+    for k in 0..scene.len() {
+        if interrupt::requested() {
+            return Err(
+                interrupted(format!("stopped after {k} frames; nothing was written")).into()
+            );
+        }
+        let score = show.frame(&scene, k)?;
+        progress.step(show.engine.fps(), score);
+    }
+    progress.finish("");
+    let fps = show.engine.fps();
+    let overlap = show.finish(&scene, &args.out)?;
+    tell(&args.out, &scene, &overlap, fps);
+    Ok(())
+}
+
+/// Makes the folder, and refuses to replace what is not a demo's.
+fn prepare(out: &Path, overwrite: bool) -> Result<(), Complaint> {
+    if out.exists() && !out.is_dir() {
+        return Err(usage(format!("--out {}: this is a file, not a folder", out.display()))
+            .hint("name a folder"));
+    }
+    let ours = fs::read_to_string(out.join(ABOUT)).is_ok_and(|text| text.starts_with(MARK));
+    let foreign = FILES.iter().map(|(name, _)| out.join(name)).find(|path| path.exists());
+    if let Some(path) = foreign.filter(|_| !ours && !overwrite) {
+        return Err(usage(format!("{} exists already and no demo made it", path.display()))
+            .hint("--overwrite replaces it, --out chooses another folder"));
+    }
+    fs::create_dir_all(out).map_err(|error| {
+        failed(format!("cannot make the folder {}: {error}", out.display()))
+            .hint("--out chooses another folder")
+    })
+}
+
+/// The files in the making, and what is measured on the way.
+struct Show {
+    engine: Engine,
+    input: Mp4Writer<PendingFile>,
+    sinks: Vec<Box<dyn Sink>>,
+    overlap: Vec<f64>,
+    score: Vec<f64>,
+    moments: Vec<Moment>,
+    panels: Vec<Panel>,
+}
+
+impl Show {
+    fn new(out: &Path, scene: &Scene) -> Result<Self> {
+        let create = |name: &str| PendingFile::create(&out.join(name), true);
+        let first = scene.frame(0);
+        let frames = Some(scene.len());
+        Ok(Self {
+            engine: Engine::new(TrackerConfig::preset("paper")?, None)?,
+            input: Mp4Writer::new(
+                create("input.mp4")?,
+                first.width,
+                first.height,
+                FrameRate::DEFAULT,
+                frames,
+            )?,
+            sinks: vec![
+                Box::new(Table::new(Format::Csv, create("demo.csv")?)),
+                Box::new(Video::new(create("demo.mp4")?, FrameRate::DEFAULT, frames)),
+            ],
+            overlap: Vec::new(),
+            score: Vec::new(),
+            moments: moments(scene),
+            panels: Vec::new(),
+        })
+    }
+
+    /// Renders and tracks one frame; gives the score.
+    fn frame(&mut self, scene: &Scene, k: usize) -> Result<f64> {
+        let rendered = scene.frame(k);
+        let picture = Picture::rgb(rendered.width, rendered.height, rendered.rgb);
+        let truth = truth_box(scene, k);
+        self.input.push(&picture.to_rgb())?;
+        let (bbox, (estimate, ms)) = if k == 0 {
+            (truth, self.engine.begin(k, &picture, truth)?)
+        } else {
+            let (estimate, ms) = self.engine.follow(k, &picture)?;
+            (estimate.bbox, (estimate, ms))
+        };
+        let row = Row::new(k, &bbox, &estimate, ms);
+        let tracked = Tracked { row: &row, estimate: &estimate, picture: &picture };
+        for sink in &mut self.sinks {
+            sink.write(&tracked)?;
+        }
+        let overlap = bbox.overlap(&truth);
+        self.overlap.push(overlap);
+        self.score.push(estimate.score);
+        if let Some(moment) = self.moments.iter().find(|moment| moment.frame == k) {
+            self.panels.push(panel(&tracked, &moment.what, overlap));
+        }
+        Ok(estimate.score)
+    }
+
+    /// Completes all files; gives the overlap of each frame.
+    fn finish(self, scene: &Scene, out: &Path) -> Result<Vec<f64>> {
+        let hidden: Vec<f64> = (0..scene.len()).map(|k| scene.truth(k).hidden).collect();
+        let subtitle = format!(
+            "mean {:.3}, lowest {:.3}; the box is given in frame 0",
+            mean(&self.overlap),
+            lowest(&self.overlap).1
+        );
+        let chart = Chart { overlap: &self.overlap, score: &self.score, hidden: &hidden, subtitle };
+        let mut strip = Vec::new();
+        strip::draw(&self.panels)?.write_png(&mut strip)?;
+        save(out, "overlap.svg", chart.svg().as_bytes())?;
+        save(out, "overlap.png", &chart.png()?)?;
+        save(out, "strip.png", &strip)?;
+        save(out, "truth.csv", truth_table(scene)?.as_bytes())?;
+        self.input.finish()?.commit()?;
+        for sink in self.sinks {
+            sink.finish()?;
+        }
+        save(out, ABOUT, about().as_bytes())?;
+        Ok(self.overlap)
+    }
+}
+
+/// The part of the frame around the target, drawn on as the whole frame would be.
+fn panel(tracked: &Tracked<'_>, what: &str, overlap: f64) -> Panel {
+    let Tracked { row, estimate, picture } = tracked;
+    let side = PANEL.min(picture.width).min(picture.height);
+    let begin = |centre: f64, length: usize| {
+        ((centre - side as f64 / 2.0).max(0.0) as usize).min(length - side)
+    };
+    let (left, top) =
+        (begin(row.x + row.w / 2.0, picture.width), begin(row.y + row.h / 2.0, picture.height));
+    let rgb = picture.to_rgb();
+    let rows = rgb.chunks_exact(picture.width * 3).skip(top).take(side);
+    let part = rows.flat_map(|row| &row[left * 3..(left + side) * 3]).copied().collect();
+    let row = row.shifted(-(left as f64), -(top as f64));
+    let part = Picture::rgb(side, side, part);
+    Panel {
+        width: side,
+        height: side,
+        rgb: draw::annotate(&Tracked { row: &row, estimate, picture: &part }),
+        title: what.to_string(),
+        note: format!("overlap {overlap:.2} · score {:.2}", row.score),
+        mark: draw::by_score(row.score),
+    }
+}
+
+fn save(out: &Path, name: &str, data: &[u8]) -> Result<()> {
+    let mut file = PendingFile::create(&out.join(name), true)?;
+    if let Err(error) = file.write_all(data).and_then(|()| file.flush()) {
+        return Err(file.complain(&error).into());
+    }
+    file.commit()?;
+    Ok(())
+}
+
+fn truth_box(scene: &Scene, k: usize) -> BoundingBox {
+    let [x, y, w, h] = scene.truth(k).bbox;
+    BoundingBox { x, y, w, h }
+}
+
+/// The truth in the columns of the track, as far as they have a meaning there.
+fn truth_table(scene: &Scene) -> Result<String> {
+    let mut table = csv::Writer::from_writer(Vec::new());
+    table.write_record([
+        "frame", "x", "y", "w", "h", "x1", "y1", "x2", "y2", "x3", "y3", "x4", "y4", "hidden",
+    ])?;
+    for k in 0..scene.len() {
+        let truth = scene.truth(k);
+        let numbers =
+            truth.bbox.into_iter().chain(truth.corners.into_iter().flatten()).chain([truth.hidden]);
+        let numbers = numbers.map(|number| format!("{number:.4}"));
+        table.write_record(std::iter::once(k.to_string()).chain(numbers))?;
+    }
+    String::from_utf8(table.into_inner().context("cannot complete the table of truth")?)
+        .context("a table is text")
+}
+
+fn about() -> String {
+    let mut text = format!(
+        "{MARK}, version {}; running it again replaces these files.\n\n",
+        env!("CARGO_PKG_VERSION")
+    );
+    FILES.iter().for_each(|(name, what)| text += &format!("{name:<12} {what}\n"));
+    text
+}
+
+/// A frame worth a place in the strip.
+struct Moment {
+    frame: usize,
+    what: String,
+}
+
+/// The beginning and the frames in which each difficulty is greatest, in the order of time.
+fn moments(scene: &Scene) -> Vec<Moment> {
+    let percent = |share: f64| format!("{:.0} %", 100.0 * share);
+    let most = |value: &dyn Fn(usize) -> f64| {
+        (1..scene.len()).max_by(|&a, &b| value(a).total_cmp(&value(b))).unwrap_or(0)
+    };
+    let smallest = most(&|k| -scene.truth(k).scale);
+    let hidden = most(&|k| scene.truth(k).hidden);
+    let darkest = most(&|k| -scene.light(k).0);
+    let largest = most(&|k| scene.truth(k).scale);
+    let turn = |k: usize| format!("{:+.0}°", scene.truth(k).rotation.to_degrees());
+    let mut moments = vec![
+        Moment { frame: 0, what: "the given box".into() },
+        Moment {
+            frame: smallest,
+            what: format!("{} size, {}", percent(scene.truth(smallest).scale), turn(smallest)),
+        },
+        Moment { frame: hidden, what: format!("{} hidden", percent(scene.truth(hidden).hidden)) },
+        Moment { frame: darkest, what: format!("{} light", percent(scene.light(darkest).0)) },
+        Moment {
+            frame: largest,
+            what: format!("{} size, {}", percent(scene.truth(largest).scale), turn(largest)),
+        },
+    ];
+    moments.sort_by_key(|moment| moment.frame);
+    moments.dedup_by_key(|moment| moment.frame);
+    moments
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+/// The place and the value of the lowest one.
+fn lowest(values: &[f64]) -> (usize, f64) {
+    let all = values.iter().copied().enumerate();
+    all.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0))
+}
+
+/// Says what came out and what to do next.
+fn tell(out: &Path, scene: &Scene, overlap: &[f64], fps: f64) {
+    let (frame, least) = lowest(overlap);
+    let BoundingBox { x, y, w, h } = truth_box(scene, 0);
+    let program = env::args().next().unwrap_or_else(|| "patchlock".into());
+    let out = out.display();
+    let mut text = format!(
+        "Tracked {} rendered frames at {fps:.1} frames a second.\n\
+         Overlap with the truth: mean {:.3}, lowest {least:.3} (frame {frame}).\n\nIn {out}:\n",
+        overlap.len(),
+        mean(overlap)
+    );
+    FILES.iter().for_each(|(name, what)| text += &format!("  {name:<12} {what}\n"));
+    text += &format!(
+        "\nThe same by hand, from the video file:\n  \
+         {program} track {out}/input.mp4 --box {x},{y},{w},{h} --video {out}/mine.mp4 --save {out}/mine.csv\n\n\
+         Then on a video of your own: look up left, top, width and height of the object in its first frame, and\n  \
+         {program} track VIDEO.mp4 --box X,Y,W,H --video tracked.mp4 --save boxes.csv\n"
+    );
+    // Nobody may be reading; the files are there all the same.
+    let _ = std::io::stdout().write_all(text.as_bytes());
+}

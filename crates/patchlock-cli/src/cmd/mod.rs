@@ -1,0 +1,50 @@
+//! The verbs, one file each.
+
+pub mod config;
+pub mod demo;
+pub mod track;
+
+use anyhow::Result;
+use clap::{Parser, Subcommand};
+
+const EXAMPLES: &str = "\
+EXAMPLES:
+  patchlock demo
+      renders a scene, tracks it and shows what the results look like
+  patchlock track video.mp4 --box 120,80,64,48 --save boxes.csv --video tracked.mp4
+      tracks what is in the box of the first frame
+  patchlock config > my.toml
+      writes all settings to a file, to change some and use them with track --config my.toml
+
+EXIT CODES:
+  0  done
+  1  failed: a file can't be read or written, a frame is damaged; what was tracked before is kept
+  2  wrong use: the options are wrong or do not fit to the source
+  130  stopped by Ctrl-C; the files are complete up to there";
+
+/// Tracks one object through a video: you draw a box in the first frame, it finds the object in all others and says
+/// how sure it is and what is hidden.
+#[derive(Debug, Parser)]
+#[command(name = "patchlock", version, after_help = EXAMPLES, max_term_width = 110)]
+pub struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    Track(Box<track::TrackArgs>),
+    Demo(demo::DemoArgs),
+    Config(config::ConfigArgs),
+}
+
+impl Cli {
+    /// Does what the command line asks for.
+    pub fn run(self) -> Result<()> {
+        match self.verb {
+            Verb::Track(args) => track::run(&args),
+            Verb::Demo(args) => demo::run(&args),
+            Verb::Config(args) => config::run(&args),
+        }
+    }
+}

@@ -1,0 +1,260 @@
+//! `patchlock track`: one object through one source.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Error, Result};
+use clap::{ArgGroup, Args};
+use patchlock::BoundingBox;
+
+use crate::complaint::{failed, interrupted};
+use crate::engine::Engine;
+use crate::interrupt;
+use crate::output::plan::{Opened, Plan};
+use crate::output::row::Row;
+use crate::output::summary::Summary;
+use crate::output::tables::ReaderLeft;
+use crate::output::{Sink, Tracked};
+use crate::picture::Picture;
+use crate::progress::Progress;
+use crate::source::{self, Ahead, FrameRate, Order};
+use crate::{settings, target};
+
+const EXAMPLES: &str = "\
+EXAMPLES:
+  patchlock track video.mp4 --box 120,80,64,48 --save boxes.csv --video tracked.mp4
+      the boxes as a table, and a video to look at
+  patchlock track frames/ --box 120,80,64,48 > boxes.csv
+      without an output option the CSV goes to standard output
+  patchlock track 'img/%04d.jpg' --box-from groundtruth_rect.txt --save result.txt
+      a benchmark's frames and its first box, and the boxes in the benchmark's own format
+  patchlock track video.mp4 --box 300,90,50,80 --start 0 --end 251 --reverse --save back.csv
+      backwards from frame 250, where the box is, to frame 0
+  ffmpeg -i video.webm -f yuv4mpegpipe -pix_fmt yuv420p - | patchlock track - --box 120,80,64,48
+      from any program that writes Y4M";
+
+/// Tracks the object in a box through a video or a folder of frames
+///
+/// SOURCE is a folder of images (in natural order: 2.jpg before 10.jpg), a pattern such as 'img/%04d.jpg', a glob in
+/// quotes, an MP4 with H.264 video, a Y4M file, or - for Y4M on standard input. Every other video goes through the
+/// program ffmpeg, if there is one. Images are jpg, png, tiff, bmp or webp; grey stays grey, 16-bit grey stays
+/// 16-bit. Rotation tags of cameras and edit lists of MP4 files are not applied.
+///
+/// Frames count from 0. Pixels count from 0 with their centres at whole numbers, so a box covers its first pixel x to
+/// its last pixel x + w - 1.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES, group(ArgGroup::new("target").required(true).args(["bbox", "box_from"])))]
+pub struct TrackArgs {
+    /// Frames: a folder, a pattern, a glob, a video file, or - for Y4M on stdin
+    source: String,
+
+    /// The object in the first tracked frame: left, top (from 0), width, height; fractions allowed
+    #[arg(long = "box", id = "bbox", value_name = "X,Y,W,H", allow_hyphen_values = true)]
+    bbox: Option<String>,
+
+    /// Take the box from the first line of a truth file, which counts from 1 (commas, tabs or spaces)
+    #[arg(long, value_name = "FILE")]
+    box_from: Option<PathBuf>,
+
+    /// The set of settings to begin with
+    #[arg(long, value_name = "NAME", default_value = "paper")]
+    preset: String,
+
+    /// Settings that differ from the preset, as TOML; see patchlock config
+    #[arg(long, value_name = "FILE.toml")]
+    config: Option<PathBuf>,
+
+    /// Seed of the random numbers [default: that of the settings]; the same seed gives the same boxes
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+
+    /// Threads to use [default: one for each core]; the boxes are the same for any number
+    #[arg(long, value_name = "N")]
+    threads: Option<usize>,
+
+    /// First frame of the range
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    start: usize,
+
+    /// End of the range, not included: --start 10 --end 20 tracks frames 10 to 19 [default: all frames]
+    #[arg(long, value_name = "N")]
+    end: Option<usize>,
+
+    /// Take every Nth frame of the range
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    stride: usize,
+
+    /// From the last frame of the range to the first; the box is then in the last one
+    #[arg(long)]
+    reverse: bool,
+
+    /// Save the boxes; may be given several times. The end of the name says how: .csv and .jsonl (0-based, all
+    /// columns), .txt (x,y,w,h a line, 1-based)
+    #[arg(long, value_name = "FILE")]
+    save: Vec<PathBuf>,
+
+    /// Save a video (MP4, H.264) with box, outline, visible patches, score and frame number drawn in. It plays at the
+    /// speed of the source, or at 30 frames a second where that is not known
+    #[arg(long, value_name = "FILE.mp4")]
+    video: Option<PathBuf>,
+
+    /// Save the run in numbers as JSON: frames, tracking_fps (without decoding), ms_median, ms_p95, ...
+    #[arg(long, value_name = "FILE.json")]
+    summary: Option<PathBuf>,
+
+    /// No progress bar
+    #[arg(long, short)]
+    quiet: bool,
+
+    /// Replace files that exist already
+    #[arg(long)]
+    overwrite: bool,
+}
+
+impl TrackArgs {
+    fn order(&self) -> Order {
+        Order { start: self.start, end: self.end, stride: self.stride, reverse: self.reverse }
+    }
+
+    fn target(&self) -> Result<BoundingBox> {
+        Ok(match (&self.bbox, &self.box_from) {
+            (Some(text), _) => target::parse(text)?,
+            (None, Some(file)) => target::from_file(file)?,
+            (None, None) => return Err(failed("there is no box").into()), // clap asks for one of the two
+        })
+    }
+
+    fn plan(&self) -> Result<Plan> {
+        let inputs =
+            [Some(Path::new(&self.source)), self.config.as_deref(), self.box_from.as_deref()];
+        let inputs: Vec<&Path> = inputs.into_iter().flatten().collect();
+        let (video, summary) = (self.video.as_deref(), self.summary.as_deref());
+        Ok(Plan::check(&self.save, video, summary, self.overwrite, &inputs)?)
+    }
+}
+
+/// Tracks.
+pub fn run(args: &TrackArgs) -> Result<()> {
+    let order = args.order();
+    order.check()?;
+    let bbox = args.target()?;
+    let config = settings::resolve(&args.preset, args.config.as_deref(), args.seed)?;
+    let seed = config.seed;
+    let mut engine = Engine::new(config, args.threads)?;
+    let plan = args.plan()?;
+
+    let source = source::open(&args.source, args.reverse)?;
+    let rate = played_by(source.rate().unwrap_or(FrameRate::DEFAULT), args.stride);
+    let length = source.length();
+    let expected = order.count(length);
+    interrupt::listen()?;
+    let mut frames = Ahead::start(source, order.indices(length)?);
+    let Some((index, picture)) = frames.next()? else { return Err(nothing_to_track(&order)) };
+    target::check(&bbox, index, picture.width, picture.height)?;
+
+    let Opened { mut sinks, summary } = plan.open(rate, expected)?;
+    let progress = Progress::new(expected, args.quiet);
+    let tracked =
+        track_all(&mut engine, &mut frames, (index, picture), bbox, &mut sinks, &progress);
+    let count = engine.times_ms().len();
+    let numbers = Summary::new(engine.times_ms(), &args.preset, seed, engine.threads());
+    progress
+        .finish(&format!("tracked {count} frames at {:.1} frames a second", numbers.tracking_fps));
+    let mut kept = Kept::default();
+    if count > 0 {
+        sinks.into_iter().for_each(|sink| kept.add(sink.finish()));
+        summary.into_iter().for_each(|file| kept.add(numbers.write(file).map(Some)));
+    }
+    conclude(tracked, kept, count)
+}
+
+/// Every stride-th frame at the same speed of the world needs fewer frames a second.
+fn played_by(rate: FrameRate, stride: usize) -> FrameRate {
+    let stride = u32::try_from(stride).unwrap_or(u32::MAX);
+    FrameRate { seconds: rate.seconds.saturating_mul(stride), ..rate }
+}
+
+fn nothing_to_track(order: &Order) -> Error {
+    if interrupt::requested() {
+        return interrupted("stopped before the first frame").into();
+    }
+    match order.start {
+        0 => failed("the source has no frames").into(),
+        _ => order.beyond_unknown().into(),
+    }
+}
+
+/// The loop. An error leaves in the sinks what was tracked before; a sink that can't write is dropped.
+fn track_all(
+    engine: &mut Engine,
+    frames: &mut Ahead,
+    first: (usize, Picture),
+    bbox: BoundingBox,
+    sinks: &mut Vec<Box<dyn Sink>>,
+    progress: &Progress,
+) -> Result<()> {
+    let (mut index, mut picture) = first;
+    let (mut estimate, mut ms) = engine.begin(index, &picture, bbox)?;
+    let mut row = Row::new(index, &bbox, &estimate, ms); // the first line is the box as given
+    loop {
+        write_all(sinks, &Tracked { row: &row, estimate: &estimate, picture: &picture })?;
+        progress.step(engine.fps(), estimate.score);
+        let Some(next) = frames.next()? else { return Ok(()) };
+        (index, picture) = next;
+        (estimate, ms) = engine.follow(index, &picture)?;
+        row = Row::new(index, &estimate.bbox, &estimate, ms);
+    }
+}
+
+fn write_all(sinks: &mut Vec<Box<dyn Sink>>, tracked: &Tracked<'_>) -> Result<()> {
+    let mut result = Ok(());
+    sinks.retain_mut(|sink| match sink.write(tracked) {
+        Ok(()) => true,
+        Err(error) => {
+            result = Err(error);
+            false
+        }
+    });
+    result
+}
+
+/// The outputs that were completed, and the first error on the way.
+#[derive(Default)]
+struct Kept {
+    files: Vec<PathBuf>,
+    error: Option<Error>,
+}
+
+impl Kept {
+    fn add(&mut self, finished: Result<Option<PathBuf>>) {
+        match finished {
+            Ok(file) => self.files.extend(file),
+            Err(error) => self.error = self.error.take().or(Some(error)),
+        }
+    }
+}
+
+/// What the run ends with. The first error counts; on the way out the user learns what is kept.
+fn conclude(tracked: Result<()>, kept: Kept, count: usize) -> Result<()> {
+    let error = match tracked {
+        Err(error) if error.is::<ReaderLeft>() => return Ok(()),
+        Err(error) => Some(error),
+        Ok(()) => kept.error,
+    };
+    let names: Vec<String> = kept.files.iter().map(|file| file.display().to_string()).collect();
+    match error {
+        Some(error) => {
+            if !names.is_empty() {
+                eprintln!(
+                    "note: the {count} frames tracked before this are in {}",
+                    names.join(", ")
+                );
+            }
+            Err(error)
+        }
+        None if interrupt::requested() => Err(interrupted(format!(
+            "stopped after {count} frames; the files are complete up to there"
+        ))
+        .into()),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,199 @@
+//! Between RGB and the YCbCr planes of video.
+
+/// The weights of red and blue in luma, by standard.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Matrix {
+    /// ITU-R BT.601: the default of everything that does not say.
+    Bt601,
+    /// ITU-R BT.709: high definition, where the file says so.
+    Bt709,
+}
+
+/// How the numbers in the planes stand for colours.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Colour {
+    /// Which luma weights.
+    pub matrix: Matrix,
+    /// Whether luma uses 0..=255 instead of 16..=235.
+    pub full_range: bool,
+}
+
+impl Default for Colour {
+    fn default() -> Self {
+        Self { matrix: Matrix::Bt601, full_range: false }
+    }
+}
+
+/// Planes of one picture. Chroma planes are empty for grey.
+#[derive(Debug, Clone)]
+pub struct Planes<'a> {
+    /// Pixels in a row of luma.
+    pub width: usize,
+    /// Rows of luma.
+    pub height: usize,
+    /// Luma.
+    pub y: &'a [u8],
+    /// Blue difference.
+    pub u: &'a [u8],
+    /// Red difference.
+    pub v: &'a [u8],
+    /// Luma pixels to one chroma sample, across and down.
+    pub subsampling: (usize, usize),
+}
+
+/// Fixed point with 16 bits of fraction.
+struct Coefficients {
+    luma_offset: i32,
+    luma: i32,
+    red_v: i32,
+    green_u: i32,
+    green_v: i32,
+    blue_u: i32,
+}
+
+impl Colour {
+    fn weights(self) -> (f64, f64) {
+        match self.matrix {
+            Matrix::Bt601 => (0.299, 0.114),
+            Matrix::Bt709 => (0.2126, 0.0722),
+        }
+    }
+
+    fn to_rgb_coefficients(self) -> Coefficients {
+        let (red, blue) = self.weights();
+        let green = 1.0 - red - blue;
+        let (luma, chroma) =
+            if self.full_range { (1.0, 1.0) } else { (255.0 / 219.0, 255.0 / 224.0) };
+        let fixed = |value: f64| (value * 65536.0).round() as i32;
+        Coefficients {
+            luma_offset: if self.full_range { 0 } else { 16 },
+            luma: fixed(luma),
+            red_v: fixed(chroma * 2.0 * (1.0 - red)),
+            green_u: fixed(-chroma * 2.0 * (1.0 - blue) * blue / green),
+            green_v: fixed(-chroma * 2.0 * (1.0 - red) * red / green),
+            blue_u: fixed(chroma * 2.0 * (1.0 - blue)),
+        }
+    }
+}
+
+/// Planes to RGB bytes. Each chroma sample serves all luma pixels it covers.
+pub fn to_rgb(planes: &Planes<'_>, colour: Colour) -> Vec<u8> {
+    let c = colour.to_rgb_coefficients();
+    let (across, down) = planes.subsampling;
+    let chroma_width = planes.width.div_ceil(across);
+    let mut rgb = Vec::with_capacity(planes.width * planes.height * 3);
+    for row in 0..planes.height {
+        let luma = &planes.y[row * planes.width..][..planes.width];
+        let chroma = row / down * chroma_width;
+        for (column, &y) in luma.iter().enumerate() {
+            let at = chroma + column / across;
+            let u = i32::from(planes.u[at]) - 128;
+            let v = i32::from(planes.v[at]) - 128;
+            let y = (i32::from(y) - c.luma_offset) * c.luma + 32768;
+            rgb.push(clamp(y + c.red_v * v));
+            rgb.push(clamp(y + c.green_u * u + c.green_v * v));
+            rgb.push(clamp(y + c.blue_u * u));
+        }
+    }
+    rgb
+}
+
+fn clamp(fixed: i32) -> u8 {
+    (fixed >> 16).clamp(0, 255) as u8
+}
+
+/// Luma of limited range stretched to 0..=255, for sources without colour.
+pub fn luma_to_grey(luma: &[u8], full_range: bool) -> Vec<u8> {
+    if full_range {
+        return luma.to_vec();
+    }
+    luma.iter()
+        .map(|&y| ((f32::from(y) - 16.0) * (255.0 / 219.0)).round().clamp(0.0, 255.0) as u8)
+        .collect()
+}
+
+/// RGB bytes to 4:2:0 planes of BT.601, limited range. Odd sizes are padded to even ones by repeating the last row
+/// or column, because H.264 with 4:2:0 has even sizes only.
+pub fn to_yuv420(rgb: &[u8], width: usize, height: usize) -> rusty_h264::YuvFrame {
+    let (wide, high) = (width.next_multiple_of(2), height.next_multiple_of(2));
+    let row = |y: usize| &rgb[y.min(height - 1) * width * 3..][..width * 3];
+    let mut frame = rusty_h264::YuvFrame::black(wide, high);
+    for (y, luma) in frame.y.chunks_exact_mut(wide).enumerate() {
+        for (out, pixel) in luma.iter_mut().zip(row(y).chunks_exact(3)) {
+            // 0.299, 0.587, 0.114 times 219 / 255 in 16 bits of fraction
+            let [r, g, b] = [pixel[0], pixel[1], pixel[2]].map(i32::from);
+            *out = clamp(16_829 * r + 33_039 * g + 6_416 * b + (16 << 16) + 32_768);
+        }
+        if wide > width {
+            luma[width] = luma[width - 1];
+        }
+    }
+    let half = wide / 2;
+    let chroma = frame.u.chunks_exact_mut(half).zip(frame.v.chunks_exact_mut(half));
+    for (y, (blue, red)) in chroma.enumerate() {
+        let (upper, lower) = (row(2 * y), row(2 * y + 1));
+        for x in 0..half {
+            let (left, right) = (6 * x, (6 * x + 3).min(width * 3 - 3));
+            let sum = |k: usize| {
+                [upper[left + k], upper[right + k], lower[left + k], lower[right + k]]
+                    .map(i32::from)
+                    .iter()
+                    .sum::<i32>()
+            };
+            let [r, g, b] = [sum(0), sum(1), sum(2)];
+            // The weights of one pixel times 224 / 255, for a sum of four in 18 bits of fraction
+            blue[x] = chroma_sample(-9_714 * r - 19_071 * g + 28_785 * b);
+            red[x] = chroma_sample(28_785 * r - 24_104 * g - 4_681 * b);
+        }
+    }
+    frame
+}
+
+fn chroma_sample(fixed: i32) -> u8 {
+    ((fixed + (128 << 18) + (1 << 17)) >> 18).clamp(0, 255) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn primary_colours_survive_the_way_there_and_back() {
+        for colour in
+            [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 255], [0, 0, 0], [90, 140, 30]]
+        {
+            let rgb: Vec<u8> = colour.iter().copied().cycle().take(4 * 4 * 3).collect();
+            let yuv = to_yuv420(&rgb, 4, 4);
+            let planes = Planes {
+                width: 4,
+                height: 4,
+                y: &yuv.y,
+                u: &yuv.u,
+                v: &yuv.v,
+                subsampling: (2, 2),
+            };
+            for (back, was) in to_rgb(&planes, Colour::default()).iter().zip(&rgb) {
+                assert!(back.abs_diff(*was) <= 2, "{colour:?} came back with {back} for {was}");
+            }
+        }
+    }
+
+    #[test]
+    fn range_and_matrix_change_the_colours() {
+        let planes =
+            Planes { width: 1, height: 1, y: &[120], u: &[90], v: &[200], subsampling: (1, 1) };
+        let limited = to_rgb(&planes, Colour::default());
+        let full = to_rgb(&planes, Colour { full_range: true, ..Colour::default() });
+        let hd = to_rgb(&planes, Colour { matrix: Matrix::Bt709, full_range: false });
+        assert_eq!(full, [221, 82, 53]); // R = 120 + 1.402 * 72; B = 120 - 1.772 * 38
+        assert_ne!(limited, full);
+        assert_ne!(limited, hd);
+    }
+
+    #[test]
+    fn odd_sizes_are_padded() {
+        let yuv = to_yuv420(&[200; 3 * 5 * 3], 3, 5);
+        assert_eq!((yuv.width, yuv.height, yuv.y.len(), yuv.u.len()), (4, 6, 24, 6));
+        assert!(yuv.y.iter().all(|&y| y == yuv.y[0]));
+    }
+}

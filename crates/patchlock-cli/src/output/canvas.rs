@@ -1,0 +1,158 @@
+//! A small layer over the drawing library: RGB in and out, lines that stay visible on any ground.
+
+use std::io::{self, Write};
+
+use anyhow::{Context, Result};
+use resvg::tiny_skia::{
+    Color, FillRule, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, Rect, Stroke,
+    Transform,
+};
+
+/// A picture to draw on.
+pub struct Canvas {
+    pixmap: Pixmap,
+}
+
+/// A rectangle by its upper left corner and its size, in pixels; pixel k reaches from k to k + 1.
+#[derive(Debug, Clone, Copy)]
+pub struct Area {
+    /// Left side.
+    pub x: f32,
+    /// Upper side.
+    pub y: f32,
+    /// Width.
+    pub w: f32,
+    /// Height.
+    pub h: f32,
+}
+
+impl Canvas {
+    /// A canvas of one colour.
+    pub fn plain(width: usize, height: usize, colour: [u8; 3]) -> Result<Self> {
+        let mut pixmap = Pixmap::new(u32::try_from(width)?, u32::try_from(height)?)
+            .context("a picture without size")?;
+        pixmap.fill(opaque(colour));
+        Ok(Self { pixmap })
+    }
+
+    /// A canvas that shows a picture; `None` if the picture has no size or not this one.
+    pub fn from_rgb(width: usize, height: usize, rgb: &[u8]) -> Option<Self> {
+        let mut pixmap = Pixmap::new(u32::try_from(width).ok()?, u32::try_from(height).ok()?)?;
+        if rgb.len() != width * height * 3 {
+            return None;
+        }
+        for (to, from) in pixmap.data_mut().chunks_exact_mut(4).zip(rgb.chunks_exact(3)) {
+            to.copy_from_slice(&[from[0], from[1], from[2], 255]);
+        }
+        Some(Self { pixmap })
+    }
+
+    /// The picture as RGB bytes.
+    pub fn to_rgb(&self) -> Vec<u8> {
+        self.pixmap
+            .data()
+            .chunks_exact(4)
+            .flat_map(|pixel| [pixel[0], pixel[1], pixel[2]])
+            .collect()
+    }
+
+    /// Writes the picture as PNG.
+    pub fn write_png(&self, out: &mut impl Write) -> io::Result<()> {
+        let png = self.pixmap.encode_png().map_err(io::Error::other)?;
+        out.write_all(&png)
+    }
+
+    /// Width in pixels.
+    pub fn width(&self) -> f32 {
+        self.pixmap.width() as f32
+    }
+
+    /// Height in pixels.
+    pub fn height(&self) -> f32 {
+        self.pixmap.height() as f32
+    }
+
+    /// Fills a rectangle; `opacity` 0 to 1.
+    pub fn fill(&mut self, area: Area, colour: [u8; 3], opacity: f32) {
+        if let Some(rect) = Rect::from_xywh(area.x, area.y, area.w, area.h) {
+            self.pixmap.fill_rect(rect, &paint(colour, opacity), Transform::identity(), None);
+        }
+    }
+
+    /// Fills a rectangle with round corners.
+    pub fn fill_round(&mut self, area: Area, radius: f32, colour: [u8; 3], opacity: f32) {
+        if let Some(path) = round_rectangle(area, radius) {
+            let ink = paint(colour, opacity);
+            self.pixmap.fill_path(&path, &ink, FillRule::Winding, Transform::identity(), None);
+        }
+    }
+
+    /// Draws a closed outline with a dark seam, which keeps it visible on bright and on dark ground.
+    pub fn outline(&mut self, corners: &[[f32; 2]], width: f32, colour: [u8; 3]) {
+        let Some(path) = polygon(corners) else { return };
+        for (width, colour, opacity) in [(width + 2.0, [0, 0, 0], 0.45), (width, colour, 1.0)] {
+            let stroke = Stroke { width, line_join: LineJoin::Round, ..Stroke::default() };
+            self.pixmap.stroke_path(
+                &path,
+                &paint(colour, opacity),
+                &stroke,
+                Transform::identity(),
+                None,
+            );
+        }
+    }
+
+    /// Text with its left end at `left` and the middle of its capitals at `middle`.
+    pub fn text(&mut self, text: &str, left: f32, middle: f32, size: f32, colour: [u8; 3]) {
+        super::text::draw(&mut self.pixmap, text, left, middle, size, colour);
+    }
+
+    /// Puts another picture on this one.
+    pub fn paste(&mut self, other: &Canvas, left: usize, top: usize) {
+        let place = Transform::identity();
+        self.pixmap.draw_pixmap(
+            left as i32,
+            top as i32,
+            other.pixmap.as_ref(),
+            &PixmapPaint::default(),
+            place,
+            None,
+        );
+    }
+}
+
+fn opaque([r, g, b]: [u8; 3]) -> Color {
+    Color::from_rgba8(r, g, b, 255)
+}
+
+fn paint([r, g, b]: [u8; 3], opacity: f32) -> Paint<'static> {
+    let mut paint = Paint { anti_alias: true, ..Paint::default() };
+    paint.set_color_rgba8(r, g, b, (opacity.clamp(0.0, 1.0) * 255.0).round() as u8);
+    paint
+}
+
+fn polygon(corners: &[[f32; 2]]) -> Option<Path> {
+    let mut path = PathBuilder::new();
+    let (first, rest) = corners.split_first()?;
+    path.move_to(first[0], first[1]);
+    rest.iter().for_each(|corner| path.line_to(corner[0], corner[1]));
+    path.close();
+    path.finish()
+}
+
+fn round_rectangle(area: Area, radius: f32) -> Option<Path> {
+    let Area { x, y, w, h } = area;
+    let r = radius.min(w / 2.0).min(h / 2.0);
+    let mut path = PathBuilder::new();
+    path.move_to(x + r, y);
+    path.line_to(x + w - r, y);
+    path.quad_to(x + w, y, x + w, y + r);
+    path.line_to(x + w, y + h - r);
+    path.quad_to(x + w, y + h, x + w - r, y + h);
+    path.line_to(x + r, y + h);
+    path.quad_to(x, y + h, x, y + h - r);
+    path.line_to(x, y + r);
+    path.quad_to(x, y, x + r, y);
+    path.close();
+    path.finish()
+}

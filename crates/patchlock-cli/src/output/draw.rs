@@ -1,0 +1,133 @@
+//! The track on a frame: the box, the outline of the turned target, what is visible of it, score and frame number.
+
+use patchlock::VisibilityMap;
+
+use super::Tracked;
+use super::canvas::{Area, Canvas};
+use super::row::Row;
+use super::text;
+
+/// Patches that are seen, and all that is going well. Teal and orange differ for every kind of eye.
+pub const SEEN: [u8; 3] = [46, 211, 183];
+/// Patches that are hidden, and low scores.
+pub const HIDDEN: [u8; 3] = [255, 127, 40];
+/// The upright box.
+pub const BOX: [u8; 3] = [255, 255, 255];
+const PANEL: [u8; 3] = [12, 16, 22];
+const PANEL_OPACITY: f32 = 0.72;
+
+/// Draws everything on a frame; the result is RGB bytes of the same size.
+pub fn annotate(tracked: &Tracked<'_>) -> Vec<u8> {
+    let rgb = tracked.picture.to_rgb();
+    let Some(mut canvas) = Canvas::from_rgb(tracked.picture.width, tracked.picture.height, &rgb)
+    else {
+        return rgb;
+    };
+    outlines(&mut canvas, tracked.row);
+    status(&mut canvas, tracked.row);
+    maps(&mut canvas, [&tracked.estimate.large, &tracked.estimate.small]);
+    canvas.to_rgb()
+}
+
+/// How large signs are drawn: they grow more slowly than the frame, so that they neither vanish nor cover it.
+fn scale(canvas: &Canvas) -> f32 {
+    (canvas.width().min(canvas.height()) / 240.0).powf(0.7).clamp(0.75, 4.0)
+}
+
+/// The upright box and the outline of the target.
+pub fn outlines(canvas: &mut Canvas, row: &Row) {
+    let scale = scale(canvas);
+    let (x, y, w, h) = (row.x as f32, row.y as f32, row.w as f32, row.h as f32);
+    // A box covers whole pixels and the drawing has pixel k from k to k + 1: the same numbers.
+    canvas.outline(&[[x, y], [x + w, y], [x + w, y + h], [x, y + h]], scale, BOX);
+    let corners = [[row.x1, row.y1], [row.x2, row.y2], [row.x3, row.y3], [row.x4, row.y4]];
+    // Corners are points, and a point with integer coordinates is the middle of a pixel.
+    canvas.outline(
+        &corners.map(|[x, y]| [x as f32 + 0.5, y as f32 + 0.5]),
+        1.8 * scale,
+        by_score(row.score),
+    );
+}
+
+/// From orange, lost, to teal, certain.
+pub fn by_score(score: f64) -> [u8; 3] {
+    let share = ((score - 0.25) / 0.5).clamp(0.0, 1.0);
+    std::array::from_fn(|k| {
+        let (low, high) = (f64::from(HIDDEN[k]), f64::from(SEEN[k]));
+        (low + (high - low) * share).round() as u8
+    })
+}
+
+/// Frame number, score and a bar of the score in the upper left corner.
+fn status(canvas: &mut Canvas, row: &Row) {
+    let scale = scale(canvas);
+    let size = (12.0 * scale).round();
+    let margin = (6.0 * scale).round();
+    let label = format!("{}", row.frame);
+    let score = format!("{:.2}", row.score);
+    let gap = size * 0.9;
+    let inner = text::width(&label, size) + gap + text::width(&score, size);
+    let panel = Area { x: margin, y: margin, w: inner + 2.0 * margin, h: size + 2.2 * margin };
+    canvas.fill_round(panel, margin * 0.7, PANEL, PANEL_OPACITY);
+    let middle = margin * 1.8 + size / 2.0;
+    canvas.text(&label, 2.0 * margin, middle, size, [200, 206, 214]);
+    canvas.text(
+        &score,
+        2.0 * margin + inner - text::width(&score, size),
+        middle,
+        size,
+        by_score(row.score),
+    );
+    let bar = Area {
+        x: 2.0 * margin,
+        y: panel.y + panel.h - margin * 0.85,
+        w: inner,
+        h: (scale * 2.0).round(),
+    };
+    canvas.fill(bar, [90, 98, 108], 0.8);
+    canvas.fill(
+        Area { w: inner * row.score.clamp(0.0, 1.0) as f32, ..bar },
+        by_score(row.score),
+        1.0,
+    );
+}
+
+/// The grids of large and of small patches in the lower right corner, each as wide as the other.
+fn maps(canvas: &mut Canvas, maps: [&VisibilityMap; 2]) {
+    let scale = scale(canvas);
+    let margin = (6.0 * scale).round();
+    let side = 13.0 * (2.6 * scale).round();
+    let panel = Area {
+        x: canvas.width() - 3.0 * margin - 2.0 * side - margin,
+        y: canvas.height() - 3.0 * margin - side,
+        w: 2.0 * side + 3.0 * margin,
+        h: side + 2.0 * margin,
+    };
+    canvas.fill_round(panel, margin * 0.7, PANEL, PANEL_OPACITY);
+    for (k, map) in maps.into_iter().enumerate() {
+        let x = panel.x + margin + k as f32 * (side + margin);
+        grid(canvas, map, Area { x, y: panel.y + margin, w: side, h: side });
+    }
+}
+
+/// One grid of patches. Cells begin at whole pixels, so that thin gaps between them look even.
+fn grid(canvas: &mut Canvas, map: &VisibilityMap, area: Area) {
+    if map.rows == 0 || map.columns == 0 {
+        return;
+    }
+    let edge = |k: usize, count: usize, length: f32| (length * k as f32 / count as f32).round();
+    for (k, &visible) in map.visible.iter().enumerate().take(map.rows * map.columns) {
+        let (row, column) = (k / map.columns, k % map.columns);
+        let (left, right) =
+            (edge(column, map.columns, area.w), edge(column + 1, map.columns, area.w));
+        let (top, bottom) = (edge(row, map.rows, area.h), edge(row + 1, map.rows, area.h));
+        let seam = if right - left > 4.5 { 1.0 } else { 0.0 };
+        let cell = Area {
+            x: area.x + left,
+            y: area.y + top,
+            w: right - left - seam,
+            h: bottom - top - seam,
+        };
+        canvas.fill(cell, if visible { SEEN } else { HIDDEN }, 1.0);
+    }
+}

@@ -1,0 +1,41 @@
+//! Results out: tables, the annotated video, the summary. Every file is complete or not there at all.
+
+pub mod canvas;
+pub mod chart;
+pub mod draw;
+pub mod mp4;
+pub mod pending;
+pub mod plan;
+pub mod row;
+pub mod strip;
+pub mod summary;
+pub mod tables;
+pub mod text;
+pub mod video;
+
+use std::path::PathBuf;
+
+use anyhow::Result;
+use patchlock::Estimate;
+
+use crate::picture::Picture;
+use row::Row;
+
+/// Everything there is to say about one tracked frame.
+pub struct Tracked<'a> {
+    /// The line of the tables.
+    pub row: &'a Row,
+    /// What the tracker said.
+    pub estimate: &'a Estimate,
+    /// The frame.
+    pub picture: &'a Picture,
+}
+
+/// Something that takes tracked frames, one after the other.
+pub trait Sink {
+    /// Takes one frame.
+    fn write(&mut self, tracked: &Tracked<'_>) -> Result<()>;
+
+    /// Completes the output and puts it in its place; gives the file, if it is one.
+    fn finish(self: Box<Self>) -> Result<Option<PathBuf>>;
+}

@@ -1,0 +1,108 @@
+//! Which files a run writes: all is checked before the work, all is opened before the first frame is tracked.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+
+use super::Sink;
+use super::pending::{self, PendingFile};
+use super::tables::{Format, Stdout, Table};
+use super::video::{self, Video};
+use crate::complaint::{Complaint, usage};
+use crate::source::FrameRate;
+
+/// The outputs that the command line asks for.
+#[derive(Debug)]
+pub struct Plan {
+    tables: Vec<(Format, PathBuf)>,
+    video: Option<PathBuf>,
+    summary: Option<PathBuf>,
+    overwrite: bool,
+}
+
+/// The outputs, open.
+pub struct Opened {
+    /// What takes the tracked frames.
+    pub sinks: Vec<Box<dyn Sink>>,
+    /// The file for the summary.
+    pub summary: Option<PendingFile>,
+}
+
+impl Plan {
+    /// Checks names, doubles, and what exists already. `inputs` are files that must not be replaced.
+    pub fn check(
+        save: &[PathBuf],
+        video: Option<&Path>,
+        summary: Option<&Path>,
+        overwrite: bool,
+        inputs: &[&Path],
+    ) -> Result<Self, Complaint> {
+        let tables: Result<Vec<_>, _> =
+            save.iter().map(|path| Ok((Format::of(path)?, path.clone()))).collect();
+        if let Some(video) = video {
+            video::check_name(video)?;
+        }
+        let plan = Self {
+            tables: tables?,
+            video: video.map(Path::to_path_buf),
+            summary: summary.map(Path::to_path_buf),
+            overwrite,
+        };
+        let mut taken: Vec<PathBuf> = Vec::new();
+        for path in plan.paths() {
+            pending::check(path, overwrite)?;
+            let place = place(path);
+            if inputs.iter().any(|input| self::place(input) == place) {
+                return Err(usage(format!("{} is read and would be replaced", path.display()))
+                    .hint("choose another name"));
+            }
+            if taken.contains(&place) {
+                return Err(usage(format!("{} is named for two outputs", path.display()))
+                    .hint("give each its own name"));
+            }
+            taken.push(place);
+        }
+        Ok(plan)
+    }
+
+    /// All files, in the order of the options.
+    pub fn paths(&self) -> impl Iterator<Item = &Path> {
+        let tables = self.tables.iter().map(|(_, path)| path.as_path());
+        tables.chain(self.video.as_deref()).chain(self.summary.as_deref())
+    }
+
+    /// Opens all files. Without any, the table goes to standard output.
+    pub fn open(&self, rate: FrameRate, expected: Option<usize>) -> Result<Opened> {
+        let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
+        for (format, path) in &self.tables {
+            sinks.push(Box::new(Table::new(*format, PendingFile::create(path, self.overwrite)?)));
+        }
+        if let Some(path) = &self.video {
+            sinks.push(Box::new(Video::new(
+                PendingFile::create(path, self.overwrite)?,
+                rate,
+                expected,
+            )));
+        }
+        let summary = self
+            .summary
+            .as_deref()
+            .map(|path| PendingFile::create(path, self.overwrite))
+            .transpose()?;
+        if sinks.is_empty() && summary.is_none() {
+            sinks.push(Box::new(Stdout::new()));
+        }
+        Ok(Opened { sinks, summary })
+    }
+}
+
+/// The same for every spelling of a path.
+fn place(path: &Path) -> PathBuf {
+    if let Ok(whole) = path.canonicalize() {
+        return whole;
+    }
+    let parent =
+        path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let parent = parent.canonicalize().unwrap_or_else(|_| parent.to_path_buf());
+    path.file_name().map_or_else(|| parent.clone(), |name| parent.join(name))
+}

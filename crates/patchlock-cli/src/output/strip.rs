@@ -1,0 +1,47 @@
+//! Some frames of a track side by side, each with its caption: the track in one picture.
+
+use anyhow::{Context, Result};
+
+use super::canvas::{Area, Canvas};
+
+const GROUND: [u8; 3] = [18, 22, 28];
+const TITLE: [u8; 3] = [236, 240, 244];
+const NOTE: [u8; 3] = [158, 168, 180];
+const GAP: usize = 14;
+const CAPTION: usize = 68;
+
+/// One frame of the strip.
+pub struct Panel {
+    /// Pixels in a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// The drawn frame.
+    pub rgb: Vec<u8>,
+    /// First line under it.
+    pub title: String,
+    /// Second line under it.
+    pub note: String,
+    /// Colour of the mark before the title.
+    pub mark: [u8; 3],
+}
+
+/// Puts the panels side by side.
+pub fn draw(panels: &[Panel]) -> Result<Canvas> {
+    let width: usize = panels.iter().map(|panel| panel.width + GAP).sum::<usize>() + GAP;
+    let height = panels.iter().map(|panel| panel.height).max().context("a strip without frames")?;
+    let mut strip = Canvas::plain(width, height + 2 * GAP + CAPTION, GROUND)?;
+    let mut left = GAP;
+    for panel in panels {
+        let frame = Canvas::from_rgb(panel.width, panel.height, &panel.rgb)
+            .context("a frame without pixels")?;
+        strip.paste(&frame, left, GAP);
+        let top = (GAP + panel.height) as f32;
+        let x = left as f32;
+        strip.fill_round(Area { x, y: top + 14.0, w: 5.0, h: 52.0 }, 2.0, panel.mark, 1.0);
+        strip.text(&panel.title, x + 17.0, top + 26.0, 24.0, TITLE);
+        strip.text(&panel.note, x + 17.0, top + 55.0, 18.0, NOTE);
+        left += panel.width + GAP;
+    }
+    Ok(strip)
+}

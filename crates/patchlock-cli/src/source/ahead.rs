@@ -1,0 +1,75 @@
+//! Decoding ahead on a thread of its own, so that the tracker never waits for the decoder.
+
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::thread;
+use std::time::Duration;
+
+use anyhow::Result;
+
+use super::FrameSource;
+use crate::complaint::failed;
+use crate::interrupt;
+use crate::picture::Picture;
+
+/// Frames that wait, decoded: more would only cost memory.
+const DEPTH: usize = 2;
+/// How often a wait for the decoder looks for Ctrl-C.
+const PATIENCE: Duration = Duration::from_millis(100);
+
+/// The frames of a source, in a given order, decoded ahead.
+pub struct Ahead {
+    frames: Receiver<(usize, Result<Option<Picture>>)>,
+    last: Option<usize>,
+}
+
+impl Ahead {
+    /// Starts the thread. It ends with the frames, at an error, or when this value is dropped.
+    pub fn start(
+        mut source: Box<dyn FrameSource>,
+        indices: impl Iterator<Item = usize> + Send + 'static,
+    ) -> Self {
+        let (sender, frames) = mpsc::sync_channel(DEPTH);
+        thread::spawn(move || {
+            for index in indices {
+                let frame = source.frame(index);
+                let more = matches!(frame, Ok(Some(_)));
+                if sender.send((index, frame)).is_err() || !more {
+                    return;
+                }
+            }
+            let _ = sender.send((0, Ok(None)));
+        });
+        Self { frames, last: None }
+    }
+
+    /// The next frame with its number; `None` at the end, and soon after Ctrl-C.
+    #[expect(
+        clippy::should_implement_trait,
+        reason = "a fallible next reads better here than an iterator of results"
+    )]
+    pub fn next(&mut self) -> Result<Option<(usize, Picture)>> {
+        loop {
+            if interrupt::requested() {
+                return Ok(None);
+            }
+            match self.frames.recv_timeout(PATIENCE) {
+                Ok((index, frame)) => {
+                    self.last = Some(index);
+                    return Ok(frame?.map(|picture| (index, picture)));
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Err(self.decoder_died()),
+            }
+        }
+    }
+
+    /// The thread is gone without a last word: the decoder library panicked.
+    fn decoder_died(&self) -> anyhow::Error {
+        let place = self
+            .last
+            .map_or("the first frame".to_string(), |index| format!("the frame after {index}"));
+        failed(format!("the decoder gave up at {place}: its data are damaged"))
+            .hint("convert the video once with ffmpeg -i IN -c:v libx264 OUT.mp4")
+            .into()
+    }
+}

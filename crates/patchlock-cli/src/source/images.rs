@@ -1,0 +1,227 @@
+//! Frames from image files: a folder, a printf pattern, a glob, or one image.
+
+use std::fs;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use image::{DynamicImage, ImageReader};
+
+use super::{FrameRate, FrameSource, natural};
+use crate::complaint::failed;
+use crate::picture::{Picture, Pixels};
+
+/// What counts as an image, by the end of its name.
+pub const EXTENSIONS: &[&str] = &["jpg", "jpeg", "png", "tif", "tiff", "bmp", "webp"];
+
+/// A list of image files, one a frame.
+pub struct Images {
+    files: Vec<PathBuf>,
+}
+
+/// Whether the name ends like an image.
+pub fn is_image(path: &Path) -> bool {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+    EXTENSIONS.iter().any(|known| known.eq_ignore_ascii_case(extension))
+}
+
+impl Images {
+    /// All images of a folder, in natural order.
+    pub fn folder(folder: &Path) -> Result<Self> {
+        let files = visible_files(folder)?.into_iter().filter(|file| is_image(file)).collect();
+        Self::sorted(files, || {
+            let advice = match image_subfolder(folder) {
+                Some(inner) => {
+                    format!("there are some in {}: name that folder instead", inner.display())
+                }
+                None => format!("a frame is a file that ends in {}", EXTENSIONS.join(", ")),
+            };
+            failed(format!("no images in the folder {}", folder.display())).hint(advice)
+        })
+    }
+
+    /// The files that a pattern such as `img/%04d.jpg` stands for, by number. Numbers may start anywhere and have gaps.
+    pub fn pattern(text: &str, pattern: &Pattern) -> Result<Self> {
+        let names = visible_files(&pattern.folder)?;
+        let files = names.into_iter().filter(|file| pattern.matches(file)).collect();
+        Self::sorted(files, || {
+            failed(format!("no file matches the pattern {text}"))
+                .hint("%d stands for a number, %04d for one padded to four digits")
+        })
+    }
+
+    /// The files that match a glob, in natural order.
+    pub fn glob(text: &str) -> Result<Self> {
+        let paths = glob::glob(text).with_context(|| format!("{text} is no valid glob"))?;
+        let files =
+            paths.collect::<Result<Vec<_>, _>>().with_context(|| format!("cannot list {text}"))?;
+        let files = files.into_iter().filter(|file| is_image(file)).collect();
+        Self::sorted(files, || {
+            failed(format!("no image matches {text}"))
+                .hint("quote the glob, so that the shell does not expand it")
+        })
+    }
+
+    /// One image: a sequence of one frame.
+    pub fn single(file: &Path) -> Self {
+        Self { files: vec![file.to_path_buf()] }
+    }
+
+    fn sorted(
+        mut files: Vec<PathBuf>,
+        none: impl Fn() -> crate::complaint::Complaint,
+    ) -> Result<Self> {
+        if files.is_empty() {
+            return Err(none().into());
+        }
+        files.sort_by(|a, b| natural::compare(&a.to_string_lossy(), &b.to_string_lossy()));
+        Ok(Self { files })
+    }
+}
+
+impl FrameSource for Images {
+    fn length(&self) -> Option<usize> {
+        Some(self.files.len())
+    }
+
+    fn rate(&self) -> Option<FrameRate> {
+        None
+    }
+
+    fn frame(&mut self, index: usize) -> Result<Option<Picture>> {
+        let Some(file) = self.files.get(index) else { return Ok(None) };
+        load(file).map(Some).map_err(|error| {
+            failed(format!("cannot read frame {index}, {}: {error:#}", file.display()))
+                .hint("replace or remove that file; what was tracked before it is kept")
+                .into()
+        })
+    }
+}
+
+/// Reads one image in its own depth. Orientation tags of cameras are not applied: frames are taken as stored.
+pub fn load(file: &Path) -> Result<Picture> {
+    let bytes = fs::read(file)?;
+    anyhow::ensure!(!bytes.is_empty(), "the file is empty");
+    let reader = ImageReader::new(Cursor::new(&bytes)).with_guessed_format()?;
+    let is_jpeg = reader.format() == Some(image::ImageFormat::Jpeg);
+    let image = reader.decode()?;
+    anyhow::ensure!(!is_jpeg || jpeg_is_whole(&bytes), "the image data end too early");
+    Ok(to_picture(image))
+}
+
+/// JPEG decoders fill a missing rest with grey and say nothing, which would poison the track. A whole file has an
+/// end marker after its last start of scan; neither marker can occur inside compressed data.
+fn jpeg_is_whole(bytes: &[u8]) -> bool {
+    let last = |marker: u8| bytes.windows(2).rposition(|pair| pair == [0xff, marker]);
+    last(0xd9) > last(0xda)
+}
+
+fn to_picture(image: DynamicImage) -> Picture {
+    let (width, height) = (image.width() as usize, image.height() as usize);
+    let pixels = match image {
+        DynamicImage::ImageLuma8(grey) => Pixels::Grey8(grey.into_raw()),
+        DynamicImage::ImageLuma16(grey) => Pixels::Grey16(grey.into_raw()),
+        DynamicImage::ImageLumaA8(_) => Pixels::Grey8(image.into_luma8().into_raw()),
+        DynamicImage::ImageLumaA16(_) => Pixels::Grey16(image.into_luma16().into_raw()),
+        other => Pixels::Rgb8(other.into_rgb8().into_raw()),
+    };
+    Picture { width, height, pixels }
+}
+
+fn visible_files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let cannot = || format!("cannot list the folder {}", folder.display());
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).with_context(cannot)? {
+        let path = entry.with_context(cannot)?.path();
+        let hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
+        if !hidden && path.is_file() {
+            files.push(path);
+        }
+    }
+    Ok(files)
+}
+
+/// Benchmarks keep the frames one folder deeper: find them to advise, not to guess.
+fn image_subfolder(folder: &Path) -> Option<PathBuf> {
+    let inner =
+        fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path()).filter(|path| path.is_dir());
+    let mut inner: Vec<_> = inner
+        .filter(|path| visible_files(path).is_ok_and(|f| f.iter().any(|f| is_image(f))))
+        .collect();
+    inner.sort();
+    inner.into_iter().next()
+}
+
+/// A printf pattern with one number: `%d` or `%0Nd`.
+#[derive(Debug, PartialEq)]
+pub struct Pattern {
+    folder: PathBuf,
+    before: String,
+    after: String,
+    width: usize,
+}
+
+impl Pattern {
+    /// `None` if the last part of the path holds no number placeholder.
+    pub fn parse(text: &str) -> Option<Self> {
+        let path = Path::new(text);
+        let name = path.file_name()?.to_str()?;
+        let (before, rest) = name.split_once('%')?;
+        let (digits, after) = rest.split_once('d')?;
+        if !digits.chars().all(|c| c.is_ascii_digit()) {
+            return None;
+        }
+        let width = if digits.is_empty() { 1 } else { digits.parse().ok()? };
+        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        Some(Self {
+            folder: folder.to_path_buf(),
+            before: before.into(),
+            after: after.into(),
+            width,
+        })
+    }
+
+    fn matches(&self, file: &Path) -> bool {
+        let name = file.file_name().and_then(|name| name.to_str()).unwrap_or("");
+        let number =
+            name.strip_prefix(&self.before).and_then(|rest| rest.strip_suffix(&self.after));
+        number.is_some_and(|digits| {
+            let all_digits = !digits.is_empty() && digits.chars().all(|c| c.is_ascii_digit());
+            let padding = digits.len() > self.width && digits.starts_with('0');
+            all_digits && digits.len() >= self.width && !padding
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn patterns_match_as_printf_writes() {
+        let four = Pattern::parse("img/a%04d.jpg").expect("a pattern");
+        assert_eq!(four.folder, Path::new("img"));
+        let hits = |p: &Pattern, name: &str| p.matches(Path::new(name));
+        assert!(hits(&four, "a0001.jpg") && hits(&four, "a12345.jpg"));
+        assert!(!hits(&four, "a1.jpg") && !hits(&four, "a00001.jpg") && !hits(&four, "a0001.png"));
+        let free = Pattern::parse("%d.png").expect("a pattern");
+        assert!(
+            hits(&free, "7.png")
+                && hits(&free, "70.png")
+                && !hits(&free, "07.png")
+                && !hits(&free, "x.png")
+        );
+        assert_eq!(Pattern::parse("100%.png"), None);
+        assert_eq!(Pattern::parse("a%sd.png"), None);
+    }
+
+    #[test]
+    fn a_cut_jpeg_is_noticed() {
+        assert!(jpeg_is_whole(&[0xff, 0xd8, 0xff, 0xda, 1, 2, 0xff, 0xd9]));
+        assert!(
+            !jpeg_is_whole(&[0xff, 0xd8, 0xff, 0xd9, 0xff, 0xda, 1, 2]),
+            "the end marker is a thumbnail's"
+        );
+        assert!(!jpeg_is_whole(&[0xff, 0xd8, 0xff, 0xda, 1, 2]));
+    }
+}

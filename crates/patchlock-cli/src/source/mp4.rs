@@ -1,0 +1,311 @@
+//! MP4 with H.264, decoded in pure Rust. Frames come in the order in which they are shown, whatever the order in
+//! which they are stored. Rotation tags and edit lists are not applied.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{Read, Seek, SeekFrom};
+use std::path::Path;
+
+use anyhow::{Context, Result, anyhow, bail};
+use rusty_h264::{Decoder, YuvFrame};
+use shiguredo_mp4::TrackKind;
+use shiguredo_mp4::boxes::{Avc1Box, SampleEntry};
+use shiguredo_mp4::demux::{Input, Mp4FileDemuxer};
+
+use super::sps::{self, StreamInfo};
+use super::{FrameRate, FrameSource};
+use crate::colour::{self, Colour, Matrix, Planes};
+use crate::complaint::failed;
+use crate::picture::Picture;
+
+/// Frames kept when reading backwards: a longer group of pictures is decoded again for each such part of it.
+const BACKWARD_WINDOW: usize = 64;
+const START_CODE: [u8; 4] = [0, 0, 0, 1];
+
+/// Why a file can't be read here.
+pub enum OpenError {
+    /// The container is fine; the video in it is something else, or a kind of H.264 that is not supported.
+    Codec(String),
+    /// Damaged or unreadable.
+    Broken(anyhow::Error),
+}
+
+/// One stored picture.
+struct Sample {
+    offset: u64,
+    size: usize,
+    keyframe: bool,
+    /// Number in the order of showing.
+    shown: usize,
+}
+
+/// An MP4 file with an H.264 video in it.
+pub struct Mp4 {
+    file: File,
+    name: String,
+    /// In the order of storing, which is that of decoding.
+    samples: Vec<Sample>,
+    /// From the number in the order of showing to the place in `samples`.
+    stored: Vec<usize>,
+    rate: Option<FrameRate>,
+    headers: Vec<u8>,
+    length_bytes: usize,
+    info: StreamInfo,
+    decoder: Decoder,
+    next: usize,
+    last_wanted: usize,
+    ready: BTreeMap<usize, YuvFrame>,
+}
+
+/// Whether the first bytes of a file are those of an MP4 or QuickTime container.
+pub fn looks_like_mp4(head: &[u8]) -> bool {
+    head.get(4..8)
+        .is_some_and(|kind| [b"ftyp", b"moov", b"mdat", b"wide"].iter().any(|known| kind == *known))
+}
+
+impl Mp4 {
+    /// Reads the index of a file.
+    pub fn open(path: &Path) -> Result<Self, OpenError> {
+        let name = path.display().to_string();
+        let broken = |error: anyhow::Error| {
+            let complaint = failed(format!("cannot read {name}: {error:#}"));
+            OpenError::Broken(
+                complaint
+                    .hint("the file may be cut short or still be written: copy it again")
+                    .into(),
+            )
+        };
+        let mut file = File::open(path).map_err(|error| broken(error.into()))?;
+        let mut demuxer = demux(&mut file).map_err(broken)?;
+        let (entry, raw) = video_samples(&mut demuxer).map_err(broken)?;
+        let avc = match entry {
+            Some(SampleEntry::Avc1(avc)) => avc,
+            None => return Err(OpenError::Codec("a fragmented or empty video".into())),
+            Some(other) => return Err(OpenError::Codec(format!("{} video", codec_name(&other)))),
+        };
+        let info = supported(&avc)?;
+        let (samples, stored) = in_both_orders(&raw);
+        Ok(Self {
+            file,
+            samples,
+            stored,
+            rate: raw.rate,
+            headers: parameter_sets(&avc),
+            length_bytes: usize::from(avc.avcc_box.length_size_minus_one.get()) + 1,
+            info,
+            decoder: Decoder::new(),
+            next: 0,
+            last_wanted: 0,
+            ready: BTreeMap::new(),
+            name,
+        })
+    }
+
+    /// Puts the decoder where it reaches the wanted frame with the least work.
+    fn seek_for(&mut self, index: usize) {
+        let goal = self.stored[index];
+        let keyframe =
+            (0..=goal).rev().find(|&k| self.samples[k].keyframe && self.samples[k].shown <= index);
+        let keyframe = keyframe.unwrap_or(0);
+        if goal < self.next || keyframe > self.next {
+            self.decoder = Decoder::new();
+            self.next = keyframe;
+        }
+    }
+
+    fn decode_until(&mut self, index: usize, keep_from: usize) -> Result<YuvFrame> {
+        self.ready = self.ready.split_off(&keep_from);
+        while !self.ready.contains_key(&index) {
+            if self.next > self.stored[index] {
+                bail!("there is no picture in its data");
+            }
+            let sample = &self.samples[self.next];
+            let shown = sample.shown;
+            let data = self.read_sample(self.next)?;
+            self.next += 1;
+            let frame = self.decoder.decode(&data).map_err(|error| anyhow!("{error}"))?;
+            if let Some(frame) = frame
+                && shown >= keep_from
+            {
+                self.ready.insert(shown, frame);
+            }
+        }
+        self.ready.remove(&index).context("there is no picture in its data")
+    }
+
+    /// The data of a stored picture with start codes instead of lengths, as the decoder takes them.
+    fn read_sample(&mut self, at: usize) -> Result<Vec<u8>> {
+        let sample = &self.samples[at];
+        let end = sample.offset.checked_add(sample.size as u64);
+        if end.is_none_or(|end| self.file.metadata().is_ok_and(|file| file.len() < end)) {
+            bail!("the file ends too early");
+        }
+        let mut data = vec![0; sample.size];
+        self.file.seek(SeekFrom::Start(sample.offset))?;
+        self.file.read_exact(&mut data).context("the file ends too early")?;
+        let mut stream = if sample.keyframe || at == 0 { self.headers.clone() } else { Vec::new() };
+        let mut rest = data.as_slice();
+        while !rest.is_empty() {
+            let (length, after) =
+                rest.split_at_checked(self.length_bytes).context("its data are damaged")?;
+            let length = length.iter().fold(0_usize, |value, &byte| value << 8 | usize::from(byte));
+            let (unit, after) = after.split_at_checked(length).context("its data are damaged")?;
+            stream.extend(START_CODE);
+            stream.extend(unit);
+            rest = after;
+        }
+        Ok(stream)
+    }
+
+    fn picture(&self, frame: &YuvFrame) -> Picture {
+        let planes = Planes {
+            width: frame.width,
+            height: frame.height,
+            y: &frame.y,
+            u: &frame.u,
+            v: &frame.v,
+            subsampling: (2, 2),
+        };
+        // Without a word from the file BT.601 holds, also for high definition: the tracker sees luma anyway.
+        let matrix = if self.info.matrix == 1 { Matrix::Bt709 } else { Matrix::Bt601 };
+        let rgb = colour::to_rgb(&planes, Colour { matrix, full_range: self.info.full_range });
+        let (left, top) = (self.info.crop_left, self.info.crop_top);
+        let (width, height) = (frame.width.saturating_sub(left), frame.height.saturating_sub(top));
+        if (left, top) == (0, 0) {
+            return Picture::rgb(width, height, rgb);
+        }
+        let rows = rgb.chunks_exact(frame.width * 3).skip(top);
+        Picture::rgb(width, height, rows.flat_map(|row| &row[left * 3..]).copied().collect())
+    }
+}
+
+impl FrameSource for Mp4 {
+    fn length(&self) -> Option<usize> {
+        Some(self.samples.len())
+    }
+
+    fn rate(&self) -> Option<FrameRate> {
+        self.rate
+    }
+
+    fn frame(&mut self, index: usize) -> Result<Option<Picture>> {
+        if index >= self.samples.len() {
+            return Ok(None);
+        }
+        let backwards = index < self.last_wanted;
+        self.last_wanted = index;
+        let keep_from = if backwards { index.saturating_sub(BACKWARD_WINDOW) } else { index };
+        if !self.ready.contains_key(&index) {
+            self.seek_for(index);
+        }
+        let frame = self.decode_until(index, keep_from).map_err(|error| {
+            failed(format!("cannot decode frame {index} of {}: {error:#}", self.name))
+                .hint("what was tracked before it is kept; --end stops before it, --start goes on after it")
+        })?;
+        Ok(Some(self.picture(&frame)))
+    }
+}
+
+/// Feeds the container's index to the demultiplexer, piece by piece as it asks.
+fn demux(file: &mut File) -> Result<Mp4FileDemuxer> {
+    let size = file.metadata()?.len();
+    let mut demuxer = Mp4FileDemuxer::new();
+    while let Some(wanted) = demuxer.required_input() {
+        if wanted.position >= size {
+            bail!("it has no index (moov box)");
+        }
+        let rest = size - wanted.position;
+        let count = wanted.size.map_or(rest, |count| rest.min(count as u64));
+        let mut data = vec![0; usize::try_from(count)?];
+        file.seek(SeekFrom::Start(wanted.position))?;
+        file.read_exact(&mut data)?;
+        demuxer.handle_input(Input { position: wanted.position, data: &data });
+    }
+    demuxer.tracks().map_err(|error| anyhow!("its index is damaged: {error}"))?;
+    Ok(demuxer)
+}
+
+/// The stored pictures as the container lists them.
+struct RawSamples {
+    list: Vec<(u64, usize, bool, i64)>, // offset, size, keyframe, time of showing
+    rate: Option<FrameRate>,
+}
+
+fn video_samples(demuxer: &mut Mp4FileDemuxer) -> Result<(Option<SampleEntry>, RawSamples)> {
+    let tracks = demuxer.tracks().map_err(|error| anyhow!("its index is damaged: {error}"))?;
+    let video = tracks
+        .iter()
+        .find(|track| track.kind == TrackKind::Video)
+        .context("there is no video in it")?;
+    let (id, timescale) = (video.track_id, video.timescale.get());
+    let (mut entry, mut list, mut duration) = (None, Vec::new(), 0_u64);
+    while let Some(sample) =
+        demuxer.next_sample().map_err(|error| anyhow!("its index is damaged: {error}"))?
+    {
+        if sample.track.track_id != id {
+            continue;
+        }
+        entry = entry.or_else(|| sample.sample_entry.cloned());
+        let shown = i64::try_from(sample.timestamp)? + sample.composition_time_offset.unwrap_or(0);
+        duration += u64::from(sample.duration);
+        list.push((sample.data_offset, sample.data_size, sample.keyframe, shown));
+    }
+    let rate = rate(list.len() as u64 * u64::from(timescale), duration);
+    Ok((entry, RawSamples { list, rate }))
+}
+
+/// A fraction in lowest terms; `None` where that makes no sense.
+fn rate(frames: u64, seconds: u64) -> Option<FrameRate> {
+    let (mut a, mut b) = (frames, seconds);
+    while b > 0 {
+        (a, b) = (b, a % b);
+    }
+    FrameRate::new(u32::try_from(frames.checked_div(a)?).ok()?, u32::try_from(seconds / a).ok()?)
+}
+
+/// Gives each stored picture its number in the order of showing, and the way back.
+fn in_both_orders(raw: &RawSamples) -> (Vec<Sample>, Vec<usize>) {
+    let mut stored: Vec<usize> = (0..raw.list.len()).collect();
+    stored.sort_by_key(|&k| raw.list[k].3); // stable: equal times keep the stored order
+    let mut shown = vec![0; stored.len()];
+    stored.iter().enumerate().for_each(|(number, &k)| shown[k] = number);
+    let samples = raw.list.iter().zip(shown);
+    let samples = samples
+        .map(|(&(offset, size, keyframe, _), shown)| Sample { offset, size, keyframe, shown })
+        .collect();
+    (samples, stored)
+}
+
+/// Checks that the decoder knows this kind of H.264.
+fn supported(avc: &Avc1Box) -> Result<StreamInfo, OpenError> {
+    let info = avc.avcc_box.sps_list.first().and_then(|set| sps::parse(set));
+    let Some(info) = info else {
+        return Err(OpenError::Codec("H.264 without a readable parameter set".into()));
+    };
+    if info.chroma_format != 1 {
+        return Err(OpenError::Codec("H.264 that is not 4:2:0".into()));
+    }
+    if info.bit_depth != 8 {
+        return Err(OpenError::Codec(format!("H.264 of {} bits", info.bit_depth)));
+    }
+    if info.mixed_interlace {
+        return Err(OpenError::Codec("interlaced H.264".into()));
+    }
+    Ok(info)
+}
+
+fn parameter_sets(avc: &Avc1Box) -> Vec<u8> {
+    let sets = avc.avcc_box.sps_list.iter().chain(&avc.avcc_box.pps_list);
+    sets.flat_map(|set| START_CODE.iter().chain(set)).copied().collect()
+}
+
+fn codec_name(entry: &SampleEntry) -> String {
+    match entry {
+        SampleEntry::Hev1(_) | SampleEntry::Hvc1(_) => "H.265 (HEVC)".into(),
+        SampleEntry::Vp08(_) => "VP8".into(),
+        SampleEntry::Vp09(_) => "VP9".into(),
+        SampleEntry::Av01(_) => "AV1".into(),
+        SampleEntry::Unknown(other) => format!("{}", other.box_type),
+        _ => "unknown".into(),
+    }
+}

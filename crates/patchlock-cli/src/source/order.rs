@@ -1,0 +1,88 @@
+//! Which frames of a source are tracked, in which order.
+
+use anyhow::Result;
+
+use crate::complaint::{Complaint, usage};
+
+/// Frames `start..end` by `stride`, forwards or backwards. The set of frames is the same in both directions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Order {
+    /// First frame of the range.
+    pub start: usize,
+    /// First frame after the range.
+    pub end: Option<usize>,
+    /// Distance from one frame to the next.
+    pub stride: usize,
+    /// From the last frame of the range to the first.
+    pub reverse: bool,
+}
+
+impl Order {
+    /// What can be said against the range before the source is open.
+    pub fn check(&self) -> Result<(), Complaint> {
+        if self.stride == 0 {
+            return Err(usage("--stride is 0: the same frame would come for ever")
+                .hint("--stride 1 takes every frame"));
+        }
+        match self.end {
+            Some(end) if end <= self.start => Err(usage(format!(
+                "--end {end} is not after --start {}: no frame is left to track",
+                self.start
+            ))
+            .hint("--end is the first frame that is not tracked; leave it out to go to the last frame")),
+            _ => Ok(()),
+        }
+    }
+
+    /// The frame numbers in the order of tracking. An end beyond the source stands for its last frame.
+    pub fn indices(&self, length: Option<usize>) -> Result<Box<dyn Iterator<Item = usize> + Send>> {
+        if let Some(length) = length
+            && self.start >= length
+        {
+            return Err(self.beyond(length).into());
+        }
+        let end = match (self.end, length) {
+            (Some(end), Some(length)) => end.min(length),
+            (Some(end), None) => end,
+            (None, Some(length)) => length,
+            (None, None) => usize::MAX,
+        };
+        let rising = (self.start..end).step_by(self.stride);
+        Ok(if self.reverse { Box::new(rising.rev()) } else { Box::new(rising) })
+    }
+
+    /// How many frames will be tracked, where the length of the source is known or the range is closed by it.
+    pub fn count(&self, length: Option<usize>) -> Option<usize> {
+        let end = self.end.unwrap_or(usize::MAX).min(length?);
+        Some(end.saturating_sub(self.start).div_ceil(self.stride.max(1)))
+    }
+
+    /// The complaint that a source of unknown length ended before the range began.
+    pub fn beyond_unknown(&self) -> Complaint {
+        usage(format!("--start {} is beyond the end of the source", self.start))
+            .hint("frames count from 0")
+    }
+
+    /// The complaint that the range begins after the last frame.
+    pub fn beyond(&self, length: usize) -> Complaint {
+        usage(format!("--start {} is beyond the end: the source has {length} frames", self.start))
+            .hint(format!("frames count from 0, so the last one is {}", length.saturating_sub(1)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Order;
+
+    fn list(start: usize, end: Option<usize>, stride: usize, reverse: bool) -> Vec<usize> {
+        Order { start, end, stride, reverse }.indices(Some(10)).expect("a good range").collect()
+    }
+
+    #[test]
+    fn both_directions_visit_the_same_frames() {
+        assert_eq!(list(1, None, 3, false), [1, 4, 7]);
+        assert_eq!(list(1, None, 3, true), [7, 4, 1]);
+        assert_eq!(list(2, Some(5), 1, false), [2, 3, 4]);
+        assert_eq!(list(8, Some(500), 1, false), [8, 9]);
+    }
+}

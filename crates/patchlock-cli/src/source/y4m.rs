@@ -1,0 +1,302 @@
+//! Y4M (YUV4MPEG2): uncompressed video with a one-line header, from a stream or a file. 8 bits a sample.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
+use std::path::Path;
+
+use anyhow::{Context, Result, bail};
+
+use super::{FrameRate, FrameSource};
+use crate::colour::{self, Colour, Planes};
+use crate::complaint::failed;
+use crate::picture::{Picture, Pixels};
+
+/// The first bytes of every such stream.
+pub const MAGIC: &[u8] = b"YUV4MPEG2";
+/// No sensible header line is longer; a file without line ends must not fill the memory.
+const LONGEST_LINE: u64 = 1024;
+
+/// What the header line says.
+#[derive(Debug, Clone, PartialEq)]
+struct Header {
+    width: usize,
+    height: usize,
+    rate: Option<FrameRate>,
+    /// Luma pixels to one chroma sample; `None` for grey.
+    subsampling: Option<(usize, usize)>,
+    full_range: bool,
+}
+
+impl Header {
+    fn parse(line: &str) -> Result<Self> {
+        let mut words = line.split(' ');
+        if words.next().map(str::as_bytes) != Some(MAGIC) {
+            bail!("these are no Y4M data: they do not begin with YUV4MPEG2");
+        }
+        let mut header =
+            Self { width: 0, height: 0, rate: None, subsampling: Some((2, 2)), full_range: false };
+        for word in words.filter(|word| !word.is_empty()) {
+            let (tag, value) = word.split_at(word.chars().next().map_or(0, char::len_utf8));
+            match tag {
+                "W" => header.width = value.parse().context("the width is no number")?,
+                "H" => header.height = value.parse().context("the height is no number")?,
+                "F" => header.rate = parse_rate(value),
+                "C" => header.subsampling = parse_chroma(value)?,
+                "X" if value == "COLORRANGE=FULL" => header.full_range = true,
+                _ => {} // interlacing, aspect and comments change nothing here
+            }
+        }
+        let sane = 1..=32_768;
+        if !sane.contains(&header.width) || !sane.contains(&header.height) {
+            bail!("the Y4M header gives a size of {} x {}", header.width, header.height);
+        }
+        Ok(header)
+    }
+
+    fn chroma_samples(&self) -> usize {
+        self.subsampling
+            .map_or(0, |(across, down)| self.width.div_ceil(across) * self.height.div_ceil(down))
+    }
+
+    fn frame_bytes(&self) -> usize {
+        self.width * self.height + 2 * self.chroma_samples()
+    }
+
+    fn picture(&self, data: &[u8]) -> Picture {
+        let (y, chroma) = data.split_at(self.width * self.height);
+        let (u, v) = chroma.split_at(self.chroma_samples());
+        let pixels = match self.subsampling {
+            None => Pixels::Grey8(colour::luma_to_grey(y, self.full_range)),
+            Some(subsampling) => {
+                let planes =
+                    Planes { width: self.width, height: self.height, y, u, v, subsampling };
+                Pixels::Rgb8(colour::to_rgb(
+                    &planes,
+                    Colour { full_range: self.full_range, ..Colour::default() },
+                ))
+            }
+        };
+        Picture { width: self.width, height: self.height, pixels }
+    }
+}
+
+fn parse_rate(value: &str) -> Option<FrameRate> {
+    let (frames, seconds) = value.split_once(':')?;
+    FrameRate::new(frames.parse().ok()?, seconds.parse().ok()?)
+}
+
+fn parse_chroma(value: &str) -> Result<Option<(usize, usize)>> {
+    Ok(match value {
+        "420" | "420jpeg" | "420mpeg2" | "420paldv" => Some((2, 2)),
+        "422" => Some((2, 1)),
+        "444" => Some((1, 1)),
+        "411" => Some((4, 1)),
+        "mono" => None,
+        other => bail!(
+            "the Y4M colour format {other} is not supported, only 8-bit 420, 422, 444, 411 and mono"
+        ),
+    })
+}
+
+/// Reads a line without its end; an empty answer is the end of the data.
+fn read_line(input: &mut impl BufRead) -> Result<String> {
+    let mut line = Vec::new();
+    input.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line)?;
+    if line.pop_if(|last| *last == b'\n').is_none() && line.len() as u64 == LONGEST_LINE {
+        bail!("a header line has no end");
+    }
+    Ok(String::from_utf8_lossy(&line).into_owned())
+}
+
+fn read_header(input: &mut impl BufRead, name: &str) -> Result<Header> {
+    let header = read_line(input).and_then(|line| Header::parse(&line));
+    header.map_err(|error| {
+        failed(format!("cannot read {name}: {error:#}"))
+            .hint("ffmpeg -i IN -f yuv4mpegpipe -pix_fmt yuv420p - writes what can be read here")
+            .into()
+    })
+}
+
+fn damaged(name: &str, index: usize, what: &str) -> anyhow::Error {
+    failed(format!("cannot read frame {index} of {name}: {what}"))
+        .hint("what was tracked before it is kept")
+        .into()
+}
+
+/// Opens a stream. For reverse order it is first copied to a temporary file, since a pipe can't be read backwards.
+pub fn open_stream(
+    input: impl Read + Send + 'static,
+    name: &str,
+    reverse: bool,
+) -> Result<Box<dyn FrameSource>> {
+    let mut input = BufReader::new(input);
+    if !reverse {
+        let header = read_header(&mut input, name)?;
+        return Ok(Box::new(Y4mStream { input, header, name: name.to_string(), next: 0 }));
+    }
+    let mut spool =
+        tempfile::tempfile().context("cannot create a temporary file to reverse the stream")?;
+    std::io::copy(&mut input, &mut spool)
+        .with_context(|| format!("cannot copy {name} to a temporary file"))?;
+    spool.rewind()?;
+    Ok(Box::new(Y4mFile::index(spool, name)?))
+}
+
+/// Y4M from a pipe: frames only forwards.
+struct Y4mStream<R> {
+    input: BufReader<R>,
+    header: Header,
+    name: String,
+    next: usize,
+}
+
+impl<R: Read> Y4mStream<R> {
+    /// The raw samples of the next frame; `None` at the end.
+    fn read_next(&mut self) -> Result<Option<Vec<u8>>> {
+        let index = self.next;
+        let line = read_line(&mut self.input)
+            .map_err(|error| damaged(&self.name, index, &format!("{error:#}")))?;
+        if line.is_empty() {
+            return Ok(None);
+        }
+        if !line.starts_with("FRAME") {
+            return Err(damaged(&self.name, index, "the frame's header is missing"));
+        }
+        let mut data = vec![0; self.header.frame_bytes()];
+        self.input
+            .read_exact(&mut data)
+            .map_err(|_| damaged(&self.name, index, "the data end too early"))?;
+        self.next += 1;
+        Ok(Some(data))
+    }
+}
+
+impl<R: Read + Send> FrameSource for Y4mStream<R> {
+    fn length(&self) -> Option<usize> {
+        None
+    }
+
+    fn rate(&self) -> Option<FrameRate> {
+        self.header.rate
+    }
+
+    fn frame(&mut self, index: usize) -> Result<Option<Picture>> {
+        loop {
+            let is_wanted = self.next == index;
+            let Some(data) = self.read_next()? else { return Ok(None) };
+            if is_wanted {
+                return Ok(Some(self.header.picture(&data)));
+            }
+        }
+    }
+}
+
+/// Y4M from a file: frames in any order.
+pub struct Y4mFile {
+    file: File,
+    header: Header,
+    name: String,
+    /// Where the samples of each frame begin.
+    offsets: Vec<u64>,
+}
+
+impl Y4mFile {
+    /// Opens a file and finds its frames.
+    pub fn open(path: &Path) -> Result<Self> {
+        let name = path.display().to_string();
+        Self::index(File::open(path).with_context(|| format!("cannot open {name}"))?, &name)
+    }
+
+    fn index(file: File, name: &str) -> Result<Self> {
+        let size = file.metadata()?.len();
+        let mut input = BufReader::new(file);
+        let header = read_header(&mut input, name)?;
+        let mut offsets = Vec::new();
+        while input.stream_position()? < size {
+            let line = read_line(&mut input)
+                .map_err(|error| damaged(name, offsets.len(), &format!("{error:#}")))?;
+            if !line.starts_with("FRAME") {
+                return Err(damaged(name, offsets.len(), "the frame's header is missing"));
+            }
+            offsets.push(input.stream_position()?);
+            // A last frame that is cut off stays in the list, so that reading it is the error it should be.
+            input.seek_relative(i64::try_from(header.frame_bytes())?)?;
+        }
+        Ok(Self { file: input.into_inner(), header, name: name.to_string(), offsets })
+    }
+}
+
+impl FrameSource for Y4mFile {
+    fn length(&self) -> Option<usize> {
+        Some(self.offsets.len())
+    }
+
+    fn rate(&self) -> Option<FrameRate> {
+        self.header.rate
+    }
+
+    fn frame(&mut self, index: usize) -> Result<Option<Picture>> {
+        let Some(&offset) = self.offsets.get(index) else { return Ok(None) };
+        let mut data = vec![0; self.header.frame_bytes()];
+        let read =
+            self.file.seek(SeekFrom::Start(offset)).and_then(|_| self.file.read_exact(&mut data));
+        read.map_err(|_| damaged(&self.name, index, "the data end too early"))?;
+        Ok(Some(self.header.picture(&data)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stream(frames: u8) -> Vec<u8> {
+        let mut data = b"YUV4MPEG2 W4 H2 F25:1 Ip C444 XCOLORRANGE=FULL\n".to_vec();
+        for k in 0..frames {
+            data.extend(b"FRAME\n");
+            data.extend([k; 8]);
+            data.extend([128; 16]);
+        }
+        data
+    }
+
+    #[test]
+    fn stream_and_spooled_file_agree() {
+        let mut forwards = open_stream(std::io::Cursor::new(stream(5)), "s", false).expect("opens");
+        let mut backwards = open_stream(std::io::Cursor::new(stream(5)), "s", true).expect("opens");
+        assert_eq!((forwards.length(), backwards.length()), (None, Some(5)));
+        assert_eq!(forwards.rate(), FrameRate::new(25, 1));
+        let rising: Vec<_> = [0, 2, 4].map(|k| forwards.frame(k).expect("reads")).into();
+        let falling: Vec<_> = [4, 2, 0].map(|k| backwards.frame(k).expect("reads")).into();
+        assert_eq!(rising, falling.into_iter().rev().collect::<Vec<_>>());
+        assert_eq!(rising[1].as_ref().map(|p| p.pixels.clone()), Some(Pixels::Rgb8(vec![2; 24])));
+        assert!(forwards.frame(5).expect("reads").is_none());
+    }
+
+    #[test]
+    fn a_cut_frame_is_an_error_that_names_it() {
+        let mut data = stream(3);
+        data.truncate(data.len() - 5);
+        for reverse in [false, true] {
+            let mut source =
+                open_stream(std::io::Cursor::new(data.clone()), "s", reverse).expect("opens");
+            assert!(source.frame(1).expect("whole").is_some());
+            let error = source.frame(2).expect_err("cut");
+            assert!(error.to_string().contains("frame 2"), "{error}");
+        }
+    }
+
+    #[test]
+    fn bad_headers_are_refused() {
+        for bad in [
+            "YUV4MPEG2 W0 H5",
+            "YUV4MPEG2 W5",
+            "JUNK W5 H5",
+            "YUV4MPEG2 W5 H5 C420p10",
+            "YUV4MPEG2 Wx H5",
+        ] {
+            assert!(Header::parse(bad).is_err(), "{bad}");
+        }
+        let plain = Header::parse("YUV4MPEG2 W5 H5").expect("all else has defaults");
+        assert_eq!(plain.frame_bytes(), 25 + 2 * 9);
+    }
+}

@@ -1,0 +1,269 @@
+//! Bad input: each case says what, where and what to do, and ends with the right exit code.
+
+mod support;
+
+use std::fs;
+
+use assert_cmd::assert::Assert;
+use predicates::prelude::*;
+use support::{Bench, patchlock};
+
+/// One line of error and one of advice, the exit code, and these words.
+fn complains(result: Assert, code: i32, words: &[&str]) {
+    let mut result = result.code(code);
+    for word in words {
+        result = result.stderr(predicate::str::contains(*word));
+    }
+    result
+        .stderr(predicate::str::contains("error: "))
+        .stderr(predicate::str::contains("panicked").not());
+}
+
+#[test]
+fn missing_file() {
+    let bench = Bench::new();
+    complains(bench.track("nowhere.mp4").assert(), 1, &["no file or folder nowhere.mp4", "hint: "]);
+    complains(bench.track("nowhere/%04d.jpg").assert(), 1, &["nowhere"]);
+    complains(bench.track("*.jpg").assert(), 1, &["no image matches *.jpg"]);
+    complains(bench.bare("x").args(["--box-from", "no.txt"]).assert(), 1, &["no.txt", "hint: "]);
+}
+
+#[test]
+fn folder_without_images() {
+    let bench = Bench::new();
+    bench.images("seq/img", 1);
+    complains(bench.track("seq").assert(), 1, &["no images in the folder seq", "seq/img"]);
+    fs::create_dir(bench.path("empty")).unwrap();
+    complains(bench.track("empty").assert(), 1, &["no images", "jpg"]);
+    complains(bench.track("empty/%d.png").assert(), 1, &["no file matches"]);
+}
+
+#[test]
+fn damaged_images_in_the_middle_keep_what_was_tracked() {
+    for kind in ["garbage", "empty", "half png", "half jpeg"] {
+        let bench = Bench::new();
+        bench.images("f", 4);
+        let victim = bench.path("f/2.png");
+        match kind {
+            "garbage" => fs::write(&victim, b"this is no image").unwrap(),
+            "empty" => fs::write(&victim, b"").unwrap(),
+            "half png" => {
+                let data = fs::read(&victim).unwrap();
+                fs::write(&victim, &data[..data.len() / 2]).unwrap();
+            }
+            _ => {
+                support::grey_jpeg(&bench.path("t.jpg"), 2);
+                let data = fs::read(bench.path("t.jpg")).unwrap();
+                fs::write(&victim, &data[..data.len() * 2 / 3]).unwrap();
+            }
+        }
+        let result = bench.track("f").args(["--save", "a.csv", "--video", "a.mp4"]).assert();
+        complains(result, 1, &["frame 2", "2.png", "hint: ", "note: the 2 frames"]);
+        assert_eq!(bench.lines("a.csv").len(), 3, "{kind}: a header and two rows");
+        assert!(bench.path("a.mp4").exists());
+        assert!(bench.leftovers().is_empty());
+    }
+}
+
+#[test]
+fn mp4_cut_in_the_middle_keeps_what_was_tracked() {
+    let bench = Bench::new();
+    let video = bench.mp4("v.mp4", 8);
+    let data = fs::read(&video).unwrap();
+    fs::write(&video, &data[..data.len() - 30]).unwrap();
+    let result = bench.track("v.mp4").args(["--save", "a.csv"]).assert();
+    complains(result, 1, &["cannot decode frame", "v.mp4", "too early", "note: the "]);
+    let rows = bench.lines("a.csv").len() - 1;
+    assert!((1..8).contains(&rows), "{rows} rows");
+}
+
+#[test]
+fn mp4_without_its_index() {
+    let bench = Bench::new();
+    let video = bench.mp4("v.mp4", 3);
+    let data = fs::read(&video).unwrap();
+    fs::write(&video, &data[..60]).unwrap();
+    complains(bench.track("v.mp4").assert(), 1, &["cannot read v.mp4", "hint: "]);
+}
+
+#[test]
+fn damage_anywhere_in_an_mp4_never_panics() {
+    let bench = Bench::new();
+    let data = fs::read(bench.mp4("v.mp4", 4)).unwrap();
+    for step in 1..24 {
+        let mut broken = data.clone();
+        let at = data.len() * step / 24;
+        broken[at..(at + 40).min(data.len())].fill(0xa5);
+        fs::write(bench.path("b.mp4"), broken).unwrap();
+        let output = bench.track("b.mp4").args(["--quiet"]).env("PATH", "").output().unwrap();
+        assert!(matches!(output.status.code(), Some(0 | 1)), "{:?}", output);
+    }
+}
+
+#[test]
+fn unknown_codec_without_ffmpeg() {
+    let bench = Bench::new();
+    fs::write(bench.path("v.webm"), b"\x1a\x45\xdf\xa3 something else entirely").unwrap();
+    let words = ["v.webm", "ffmpeg", "none in the PATH", "hint: install ffmpeg"];
+    complains(bench.track("v.webm").env("PATH", "").assert(), 1, &words);
+    // The same for a container that is known with a codec that is not.
+    let video = bench.mp4("v.mp4", 2);
+    let mut data = fs::read(&video).unwrap();
+    let places: Vec<usize> = (0..data.len() - 4).filter(|&k| &data[k..k + 4] == b"avc1").collect();
+    places.into_iter().for_each(|k| data[k..k + 4].copy_from_slice(b"xyz1"));
+    fs::write(&video, data).unwrap();
+    complains(bench.track("v.mp4").env("PATH", "").assert(), 1, &["xyz1", "ffmpeg"]);
+}
+
+#[test]
+fn a_box_that_does_not_fit() {
+    let bench = Bench::new();
+    bench.images("f", 2);
+    let boxed = |text: &str| bench.bare("f").arg("--box").arg(text).assert();
+    complains(boxed("500,10,20,20"), 2, &["500,10,20,20", "frame 0", "96 x 72", "hint: "]);
+    complains(boxed("-50,10,20,20"), 2, &["no part of the box"]);
+    for bad in ["10,10,0,20", "10,10,20,-5", "10,10,20,NaN", "inf,10,20,20"] {
+        complains(boxed(bad), 2, &[bad, "hint: a box is X,Y,W,H"]);
+    }
+    for bad in ["10,10,20", "10;10;20;20", "a,b,c,d", "", "1,2,3,4,5"] {
+        complains(boxed(bad), 2, &["not four numbers", "hint: a box is X,Y,W,H"]);
+    }
+    fs::write(bench.path("t.txt"), "hello\n").unwrap();
+    complains(
+        bench.bare("f").args(["--box-from", "t.txt"]).assert(),
+        2,
+        &["t.txt", "hello", "counted from 1"],
+    );
+    bench.bare("f").assert().code(2).stderr(predicate::str::contains("--box"));
+}
+
+#[test]
+fn frames_of_changing_size() {
+    let bench = Bench::new();
+    bench.images("f", 4);
+    image::RgbImage::new(50, 40).save(bench.path("f/2.png")).unwrap();
+    let result = bench.track("f").args(["--save", "a.csv"]).assert();
+    complains(result, 1, &["frame 2 is 50 x 40", "96 x 72", "hint: "]);
+    assert_eq!(bench.lines("a.csv").len(), 3);
+}
+
+#[test]
+fn unknown_presets_and_settings() {
+    let bench = Bench::new();
+    complains(
+        bench.track("x").args(["--preset", "papre"]).assert(),
+        2,
+        &["papre", "the presets are: paper"],
+    );
+    let configured = |text: &str| {
+        fs::write(bench.path("c.toml"), text).unwrap();
+        let mut command = patchlock();
+        command
+            .current_dir(bench.folder.path())
+            .args(["track", "x", "--box", "1,1,9,9", "--config", "c.toml"]);
+        command.assert()
+    };
+    complains(configured("partcles = 3"), 2, &["c.toml", "partcles", "did you mean particles?"]);
+    complains(configured("particles = \"many\""), 2, &["particles", "many", "takes: 1 to"]);
+    complains(configured("particles = 0"), 2, &["particles", "allowed"]);
+    complains(configured("seed = 1\nparticles 3"), 2, &["c.toml, line 2", "TOML"]);
+    complains(patchlock().args(["config", "--preset", "nope"]).assert(), 2, &["nope", "paper"]);
+}
+
+#[test]
+fn outputs_that_cannot_be_written() {
+    let bench = Bench::new();
+    bench.images("f", 2);
+    let saved = |name: &str| bench.track("f").args(["--save", name]).assert();
+    complains(saved("no/such/a.csv"), 1, &["no/such", "hint: mkdir"]);
+    complains(saved("a.xlsx"), 2, &["a.xlsx", ".csv, .jsonl, .txt"]);
+    complains(saved("noend"), 2, &[".csv, .jsonl, .txt"]);
+    complains(bench.track("f").args(["--video", "a.avi"]).assert(), 2, &["a.avi", "mp4"]);
+    fs::write(bench.path("a.csv"), "old").unwrap();
+    complains(saved("a.csv"), 2, &["a.csv exists already", "--overwrite"]);
+    assert_eq!(fs::read_to_string(bench.path("a.csv")).unwrap(), "old");
+    let twice = bench.track("f").args(["--save", "b.csv", "--save", "./b.csv"]).assert();
+    complains(twice, 2, &["b.csv", "two outputs"]);
+    let itself = bench.track("f/0.png").args(["--overwrite", "--summary", "f/0.png"]).assert();
+    complains(itself, 2, &["is read and would be replaced"]);
+    bench.track("f").args(["--save", "a.csv", "--overwrite"]).assert().success();
+    assert_eq!(bench.lines("a.csv").len(), 3);
+}
+
+#[cfg(unix)]
+#[test]
+fn folders_without_permission() {
+    use std::os::unix::fs::PermissionsExt;
+    let bench = Bench::new();
+    bench.images("f", 2);
+    fs::create_dir(bench.path("ro")).unwrap();
+    fs::set_permissions(bench.path("ro"), fs::Permissions::from_mode(0o555)).unwrap();
+    if fs::write(bench.path("ro/probe"), "").is_ok() {
+        println!("skipped: this user may write everywhere");
+        return;
+    }
+    complains(bench.track("f").args(["--save", "ro/a.csv"]).assert(), 1, &["ro/a.csv", "hint: "]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn full_disk() {
+    if !std::path::Path::new("/dev/full").exists() {
+        println!("skipped: there is no /dev/full here");
+        return;
+    }
+    let bench = Bench::new();
+    bench.images("f", 3);
+    for option in [
+        ["--save", "full.csv"],
+        ["--save", "full.jsonl"],
+        ["--save", "full.txt"],
+        ["--video", "full.mp4"],
+    ] {
+        std::os::unix::fs::symlink("/dev/full", bench.path(option[1])).unwrap();
+        let result =
+            bench.track("f").args(option).args(["--save", "good.csv", "--overwrite"]).assert();
+        complains(result, 1, &["/dev/full", "hint: the disk is full"]);
+        assert!(bench.path("good.csv").exists(), "the other output is kept");
+        assert!(bench.leftovers().is_empty());
+    }
+    std::os::unix::fs::symlink("/dev/full", bench.path("full.json")).unwrap();
+    let result = bench.track("f").args(["--summary", "full.json"]).assert();
+    complains(result, 1, &["/dev/full", "hint: the disk is full"]);
+}
+
+#[test]
+fn ranges_that_hold_no_frame() {
+    let bench = Bench::new();
+    bench.images("f", 3);
+    complains(bench.track("f").args(["--stride", "0"]).assert(), 2, &["--stride is 0"]);
+    complains(
+        bench.track("f").args(["--start", "3"]).assert(),
+        2,
+        &["--start 3", "3 frames", "the last one is 2"],
+    );
+    complains(
+        bench.track("f").args(["--start", "2", "--end", "2"]).assert(),
+        2,
+        &["--end 2", "not after"],
+    );
+    let stream = bench.track("-").args(["--start", "9"]).write_stdin(support::y4m(3)).assert();
+    complains(stream, 2, &["--start 9", "beyond the end"]);
+    complains(bench.track("f").args(["--threads", "0"]).assert(), 2, &["--threads 0"]);
+}
+
+#[test]
+fn bad_streams() {
+    let bench = Bench::new();
+    complains(
+        bench.track("-").write_stdin("no video").assert(),
+        1,
+        &["standard input", "YUV4MPEG2"],
+    );
+    complains(bench.track("-").write_stdin("").assert(), 1, &["standard input"]);
+    let mut cut = support::y4m(3);
+    cut.truncate(cut.len() - 100);
+    let result = bench.track("-").args(["--save", "a.csv"]).write_stdin(cut).assert();
+    complains(result, 1, &["frame 2", "too early", "note: the 2 frames"]);
+    assert_eq!(bench.lines("a.csv").len(), 3);
+}

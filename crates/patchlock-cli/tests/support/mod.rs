@@ -1,0 +1,130 @@
+//! What the tests of the command line share: a small film in every kind of source, and a quick configuration.
+#![allow(dead_code, reason = "each test file uses its own part")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+use image::{GrayImage, ImageBuffer, Luma, RgbImage};
+use patchlock_cli::output::mp4::Mp4Writer;
+use patchlock_cli::source::FrameRate;
+use tempfile::TempDir;
+
+pub const WIDTH: usize = 96;
+pub const HEIGHT: usize = 72;
+pub const BOX: &str = "20,18,32,28";
+pub const COLUMNS: &str =
+    "frame,x,y,w,h,score,visible_large,visible_small,x1,y1,x2,y2,x3,y3,x4,y4,ms";
+
+/// A folder of its own for each test.
+pub struct Bench {
+    pub folder: TempDir,
+}
+
+impl Bench {
+    pub fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("quick.toml"), "particles = 12\n").unwrap();
+        Self { folder }
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// `patchlock track SOURCE --box ...` with few particles, run in the folder of the test.
+    pub fn track(&self, source: &str) -> Command {
+        let mut command = self.bare(source);
+        command.args(["--box", BOX]);
+        command
+    }
+
+    /// The same without a box.
+    pub fn bare(&self, source: &str) -> Command {
+        let mut command = patchlock();
+        command.current_dir(self.folder.path()).args(["track", source, "--config", "quick.toml"]);
+        command
+    }
+
+    /// A folder of numbered PNG files.
+    pub fn images(&self, name: &str, count: usize) {
+        fs::create_dir_all(self.path(name)).unwrap();
+        for k in 0..count {
+            let image =
+                RgbImage::from_raw(WIDTH as u32, HEIGHT as u32, film(k, WIDTH, HEIGHT)).unwrap();
+            image.save(self.path(name).join(format!("{k}.png"))).unwrap();
+        }
+    }
+
+    pub fn mp4(&self, name: &str, count: usize) -> PathBuf {
+        let file = fs::File::create(self.path(name)).unwrap();
+        let rate = FrameRate { frames: 25, seconds: 1 };
+        let mut writer = Mp4Writer::new(file, WIDTH, HEIGHT, rate, Some(count)).unwrap();
+        (0..count).for_each(|k| writer.push(&film(k, WIDTH, HEIGHT)).unwrap());
+        writer.finish().unwrap();
+        self.path(name)
+    }
+
+    pub fn lines(&self, name: &str) -> Vec<String> {
+        fs::read_to_string(self.path(name)).unwrap().lines().map(str::to_string).collect()
+    }
+
+    /// Names in the folder that look like forgotten temporary files.
+    pub fn leftovers(&self) -> Vec<PathBuf> {
+        let entries = fs::read_dir(self.folder.path()).unwrap().map(|entry| entry.unwrap().path());
+        entries.filter(|path| path.extension().is_some_and(|e| e == "part")).collect()
+    }
+}
+
+pub fn patchlock() -> Command {
+    Command::cargo_bin("patchlock").unwrap()
+}
+
+/// RGB of a textured card that moves one pixel to the right a frame, before a smooth ground.
+pub fn film(k: usize, width: usize, height: usize) -> Vec<u8> {
+    let mut rgb = Vec::with_capacity(width * height * 3);
+    for y in 0..height {
+        for x in 0..width {
+            let (u, v) = (x as i64 - 20 - k as i64, y as i64 - 18);
+            if (0..32).contains(&u) && (0..28).contains(&v) {
+                let tile = (u / 5 * 3 + v / 5 * 7) % 5;
+                rgb.extend([60 + 40 * tile as u8, 220 - 30 * tile as u8, 40 + 6 * (u as u8)]);
+            } else {
+                rgb.extend([40 + (x as u8) / 2, 60 + (y as u8), 90]);
+            }
+        }
+    }
+    rgb
+}
+
+/// The film as 4:4:4 Y4M whose three planes are the three colours: all that matters is that they move.
+pub fn y4m(count: usize) -> Vec<u8> {
+    let mut data = format!("YUV4MPEG2 W{WIDTH} H{HEIGHT} F25:1 C444\n").into_bytes();
+    for k in 0..count {
+        data.extend(b"FRAME\n");
+        let rgb = film(k, WIDTH, HEIGHT);
+        (0..3).for_each(|plane| data.extend(rgb.iter().skip(plane).step_by(3)));
+    }
+    data
+}
+
+pub fn grey16(file: &Path, k: usize) {
+    let rgb = film(k, WIDTH, HEIGHT);
+    let samples: Vec<u16> =
+        rgb.chunks_exact(3).map(|p| u16::from(p[0]) * 12 + u16::from(p[1]) % 12).collect();
+    let image: ImageBuffer<Luma<u16>, _> =
+        ImageBuffer::from_raw(WIDTH as u32, HEIGHT as u32, samples).unwrap();
+    image.save(file).unwrap();
+}
+
+pub fn grey_jpeg(file: &Path, k: usize) {
+    let rgb = film(k, WIDTH, HEIGHT);
+    let samples = rgb.chunks_exact(3).map(|p| p[1]).collect();
+    GrayImage::from_raw(WIDTH as u32, HEIGHT as u32, samples).unwrap().save(file).unwrap();
+}
+
+/// The numbers of a column.
+pub fn column(lines: &[String], name: &str) -> Vec<f64> {
+    let place = lines[0].split(',').position(|column| column == name).unwrap();
+    lines[1..].iter().map(|line| line.split(',').nth(place).unwrap().parse().unwrap()).collect()
+}

@@ -1,0 +1,263 @@
+//! The verb `track` on every kind of source and output.
+
+mod support;
+
+use std::fs;
+
+use predicates::prelude::*;
+use support::{BOX, Bench, COLUMNS, column};
+
+#[test]
+fn a_folder_gives_all_outputs() {
+    let bench = Bench::new();
+    bench.images("f", 12);
+    bench
+        .track("f")
+        .args([
+            "--save",
+            "a.csv",
+            "--save",
+            "a.jsonl",
+            "--save",
+            "a.txt",
+            "--video",
+            "a.mp4",
+            "--summary",
+            "a.json",
+        ])
+        .args(["--seed", "5", "--threads", "2"])
+        .assert()
+        .success()
+        .stdout("")
+        .stderr("");
+    let csv = bench.lines("a.csv");
+    assert_eq!(csv[0], COLUMNS);
+    assert!(
+        csv[1].starts_with("0,20.0,18.0,32.0,28.0,"),
+        "the first row is the box as given: {}",
+        csv[1]
+    );
+    assert_eq!(
+        column(&csv, "frame"),
+        (0..12).map(f64::from).collect::<Vec<_>>(),
+        "2.png comes before 10.png"
+    );
+    assert_eq!(bench.lines("a.jsonl").len(), 12);
+    let txt = bench.lines("a.txt");
+    assert_eq!((txt.len(), txt[0].as_str()), (12, "21.0000,19.0000,32.0000,28.0000"));
+    let summary: serde_json::Value =
+        serde_json::from_slice(&fs::read(bench.path("a.json")).unwrap()).unwrap();
+    assert_eq!(
+        (&summary["frames"], &summary["seed"], &summary["threads"]),
+        (&12.into(), &5.into(), &2.into())
+    );
+    assert_eq!(
+        (&summary["preset"], &summary["version"]),
+        (&"paper".into(), &env!("CARGO_PKG_VERSION").into())
+    );
+    for number in ["tracking_fps", "ms_median", "ms_p95"] {
+        assert!(summary[number].as_f64().unwrap() > 0.0, "{number}");
+    }
+    assert!(bench.leftovers().is_empty());
+}
+
+#[test]
+fn without_outputs_the_table_is_printed() {
+    let bench = Bench::new();
+    bench.images("f", 2);
+    bench.track("f").assert().success().stdout(predicate::str::starts_with(COLUMNS));
+}
+
+#[test]
+fn the_seed_decides_and_the_threads_do_not() {
+    let bench = Bench::new();
+    bench.images("f", 4);
+    let boxes = |seed: &str, threads: &str| {
+        let output =
+            bench.track("f").args(["--seed", seed, "--threads", threads]).output().unwrap();
+        let lines: Vec<String> =
+            String::from_utf8(output.stdout).unwrap().lines().map(str::to_string).collect();
+        column(&lines, "x")
+    };
+    assert_eq!(boxes("1", "1"), boxes("1", "3"));
+    assert_ne!(boxes("1", "1"), boxes("2", "1"));
+}
+
+#[test]
+fn ranges_strides_and_reverse_choose_frames() {
+    let bench = Bench::new();
+    bench.images("f", 9);
+    bench.mp4("v.mp4", 9);
+    fs::write(bench.path("v.y4m"), support::y4m(9)).unwrap();
+    let frames = |source: &str, options: &[&str], stdin: Vec<u8>| {
+        let output = bench.track(source).args(options).write_stdin(stdin).output().unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        let lines: Vec<String> = text.lines().map(str::to_string).collect();
+        assert!(output.status.success(), "{source} {}", String::from_utf8_lossy(&output.stderr));
+        column(&lines, "frame")
+    };
+    for source in ["f", "v.mp4", "v.y4m", "-"] {
+        let data = || if source == "-" { support::y4m(9) } else { Vec::new() };
+        assert_eq!(
+            frames(source, &["--start", "2", "--end", "7", "--stride", "2"], data()),
+            [2.0, 4.0, 6.0],
+            "{source}"
+        );
+        assert_eq!(
+            frames(source, &["--start", "6", "--reverse"], data()),
+            [8.0, 7.0, 6.0],
+            "{source}"
+        );
+    }
+}
+
+#[test]
+fn patterns_globs_and_truth_files() {
+    let bench = Bench::new();
+    bench.images("f", 3);
+    fs::write(bench.path("truth.txt"), "21\t19\t32\t28\n1\t1\t1\t1\n").unwrap();
+    for source in ["f/%d.png", "f/*.png"] {
+        let run = bench.bare(source).args(["--box-from", "truth.txt"]).assert().success();
+        run.stdout(predicate::str::contains("\n0,20.0,18.0,32.0,28.0,"))
+            .stdout(predicate::str::contains("\n2,"));
+    }
+}
+
+#[test]
+fn grey_images_of_both_depths_are_tracked() {
+    let bench = Bench::new();
+    fs::create_dir(bench.path("deep")).unwrap();
+    fs::create_dir(bench.path("jpeg")).unwrap();
+    for k in 0..3 {
+        support::grey16(&bench.path(&format!("deep/{k}.png")), k);
+        support::grey_jpeg(&bench.path(&format!("jpeg/{k}.jpg")), k);
+    }
+    for source in ["deep", "jpeg"] {
+        bench
+            .track(source)
+            .args(["--save", &format!("{source}.csv"), "--video", &format!("{source}.mp4")])
+            .assert()
+            .success();
+        assert_eq!(bench.lines(&format!("{source}.csv")).len(), 4);
+    }
+}
+
+#[test]
+fn other_formats_come_through_ffmpeg() {
+    if !cfg!(unix) {
+        println!("skipped: the stand-in for ffmpeg is a shell script");
+        return;
+    }
+    use std::os::unix::fs::PermissionsExt;
+    let bench = Bench::new();
+    fs::write(bench.path("real.y4m"), support::y4m(3)).unwrap();
+    fs::write(bench.path("v.webm"), "not ours").unwrap();
+    let script = |text: &str| {
+        fs::create_dir_all(bench.path("bin")).unwrap();
+        fs::write(bench.path("bin/ffmpeg"), format!("#!/bin/sh\n{text}\n")).unwrap();
+        fs::set_permissions(bench.path("bin/ffmpeg"), fs::Permissions::from_mode(0o755)).unwrap();
+        let path = format!("{}:/usr/bin:/bin", bench.path("bin").display());
+        bench.track("v.webm").env("PATH", path).assert()
+    };
+    script("cat real.y4m").success().stdout(predicate::str::contains("\n2,"));
+    // An old version does not know one option, the other spelling is tried.
+    script("case \"$*\" in *fps_mode*) echo \"Unrecognized option 'fps_mode'.\" >&2; exit 1;; esac; cat real.y4m")
+        .success()
+        .stdout(predicate::str::contains("\n2,"));
+    script("echo 'Invalid data found' >&2; exit 1")
+        .code(1)
+        .stderr(predicate::str::contains("Invalid data found"));
+    script("cat real.y4m; echo 'error in stream' >&2; exit 1").code(1).stderr(
+        predicate::str::contains("frame 3").and(predicate::str::contains("error in stream")),
+    );
+}
+
+#[test]
+fn what_config_prints_changes_nothing() {
+    let bench = Bench::new();
+    bench.images("f", 2);
+    let printed = support::patchlock().arg("config").output().unwrap().stdout;
+    let text = String::from_utf8(printed).unwrap().replace("particles = 650", "particles = 12");
+    fs::write(bench.path("all.toml"), text).unwrap();
+    let x = |config: &str| {
+        let mut command = support::patchlock();
+        command
+            .current_dir(bench.folder.path())
+            .args(["track", "f", "--box", BOX, "--config", config]);
+        let text = String::from_utf8(command.output().unwrap().stdout).unwrap();
+        column(&text.lines().map(str::to_string).collect::<Vec<_>>(), "x")
+    };
+    assert_eq!(x("all.toml"), x("quick.toml"));
+}
+
+#[test]
+fn help_teaches() {
+    for verb in ["track", "demo", "config"] {
+        let help = support::patchlock().args([verb, "--help"]).assert().success();
+        help.stdout(predicate::str::contains("EXAMPLES:"));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_reader_that_leaves_is_no_error() {
+    let bench = Bench::new();
+    bench.images("f", 6);
+    let program = assert_cmd::cargo::cargo_bin("patchlock");
+    let line = format!(
+        "{{ '{}' track f --box {BOX} --config quick.toml; echo code $? >&2; }} | head -n 1",
+        program.display()
+    );
+    let output = std::process::Command::new("sh")
+        .args(["-c", &line])
+        .current_dir(bench.folder.path())
+        .output()
+        .unwrap();
+    assert_eq!(String::from_utf8_lossy(&output.stderr).trim(), "code 0");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_complete_files() {
+    use std::io::Write;
+    use std::process::{Command, Stdio};
+    let bench = Bench::new();
+    let mut child = Command::new(assert_cmd::cargo::cargo_bin("patchlock"))
+        .current_dir(bench.folder.path())
+        .args([
+            "track",
+            "-",
+            "--box",
+            BOX,
+            "--config",
+            "quick.toml",
+            "--save",
+            "a.csv",
+            "--video",
+            "a.mp4",
+        ])
+        .stdin(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // The pipe stays open: without Ctrl-C the program would wait for more frames for ever.
+    let mut stdin = child.stdin.take().unwrap();
+    stdin.write_all(&support::y4m(3)).unwrap();
+    stdin.flush().unwrap();
+    let begun = |bench: &Bench| {
+        bench
+            .leftovers()
+            .iter()
+            .any(|p| fs::read_to_string(p).is_ok_and(|t| t.lines().count() == 4))
+    };
+    let patience = std::time::Instant::now();
+    while !begun(&bench) && patience.elapsed().as_secs() < 60 {
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+    Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(bench.lines("a.csv").len(), 4);
+    assert!(bench.path("a.mp4").exists() && bench.leftovers().is_empty());
+    drop(stdin);
+}
