@@ -6,6 +6,7 @@
 //!          -> subspace; every few frames templates, dictionaries, buffers
 //! ```
 
+use crate::appearance::elimination::{Elimination, Wanted};
 use crate::appearance::likelihood::{Feature, LikelihoodRules};
 use crate::appearance::pooling::PoolRules;
 use crate::appearance::scale::{Findings, Scale, ScaleRules, Workers};
@@ -64,6 +65,7 @@ struct Work {
     large: Findings,
     small: Findings,
     workers: Workers,
+    race: Elimination,
 }
 
 impl Tracker {
@@ -100,7 +102,7 @@ impl Tracker {
         self.work.particles.clear();
         self.work.particles.push(state);
         self.work.warp(side);
-        self.work.weigh(&target, &self.config);
+        self.work.weigh(&target, &self.config, Whose::All);
         let estimate = self.work.estimate(0, &target, &self.config);
         self.target = Some(target);
         Ok(estimate)
@@ -170,7 +172,8 @@ impl Tracker {
         if nearest {
             work.compare_with(target.memory.last_template());
         } else {
-            work.weigh(target, config);
+            let whose = if observer.is_some() { Whose::All } else { Whose::Best };
+            work.weigh(target, config, whose);
         }
         let best = particles::most_likely(&work.likelihoods);
         let estimate = if nearest {
@@ -251,29 +254,51 @@ impl Work {
         candidates.zip(particles).for_each(|(out, state)| candidate(image, state, side, out));
     }
 
-    /// The likelihoods of all candidates (Eq. 24).
-    fn weigh(&mut self, target: &Target, config: &TrackerConfig) {
-        let length = config.template_side * config.template_side;
-        let rules = scale_rules(config);
-        for (scale, findings) in
-            [(&target.large, &mut self.large), (&target.small, &mut self.small)]
-        {
-            scale.weigh(&self.candidates, length, &rules, &mut self.workers, findings);
-        }
-        let positions = |scale: &Scale| {
-            position_weights(scale.grid().per_side(), config.beta, config.position_weights)
+    /// The likelihoods of the candidates (Eq. 24): of all of them, or of those that can be the most likely one, the others then
+    /// having minus infinity.
+    fn weigh(&mut self, target: &Target, config: &TrackerConfig, whose: Whose) {
+        let Self { image, particles, candidates, likelihoods, large, small, workers, race } = self;
+        let candidates = (candidates.as_slice(), config.template_side * config.template_side);
+        let (rules, likelihood) = (scale_rules(config), LikelihoodRules::new(config));
+        let (large_positions, small_positions) =
+            (positions(&target.large, config), positions(&target.small, config));
+        large.begin(particles.len(), target.large.grid().locations());
+        small.begin(particles.len(), target.small.grid().locations());
+
+        let all: Vec<u32> = (0..particles.len() as u32).collect();
+        target.large.weigh(candidates, &all, |_| true, &rules, workers, large);
+        let refused = |k: usize| {
+            config.outside == Outside::Reject && leaves(image, &particles[k], config.template_side)
         };
-        let (large, small) = (positions(&target.large), positions(&target.small));
-        let likelihood = LikelihoodRules::new(config);
-        self.likelihoods.clear();
-        self.likelihoods.extend(self.particles.iter().enumerate().map(|(k, state)| {
-            if config.outside == Outside::Reject && leaves(&self.image, state, config.template_side)
-            {
-                return f64::NEG_INFINITY;
-            }
-            let large = weighted(&self.large, k, &large);
-            likelihood.likelihood(large, weighted(&self.small, k, &small))
+        race.begin((0..particles.len()).map(|k| match refused(k) {
+            true => f64::NEG_INFINITY,
+            false => likelihood.large_part(weighted(large, k, &large_positions)),
         }));
+        // Without the division a share may exceed 1, and there is no bound to drop candidates by.
+        if whose == Whose::All || !config.divide {
+            target.small.weigh(candidates, race.remaining(), |_| true, &rules, workers, small);
+        } else {
+            let mut code = |which: &[u32], wanted: &Wanted<'_>| {
+                target.small.weigh(candidates, which, wanted, &rules, workers, small);
+                let places = small_positions.iter().enumerate().filter(|(i, _)| wanted(*i));
+                let gains = which.iter().map(|&k| {
+                    let gain = |(i, &position)| {
+                        likelihood.weighted(&small.feature(k as usize, i), position)
+                    };
+                    places.clone().map(gain).sum::<f64>()
+                });
+                gains.collect::<Vec<_>>()
+            };
+            let most = |i: usize| likelihood.most(small_positions[i]);
+            race.run(small_positions.len(), most, &mut code);
+        }
+        likelihoods.clear();
+        likelihoods.resize(particles.len(), f64::NEG_INFINITY);
+        for &k in race.remaining() {
+            let large = weighted(large, k as usize, &large_positions);
+            let small = weighted(small, k as usize, &small_positions);
+            likelihoods[k as usize] = likelihood.likelihood(large, small);
+        }
     }
 
     /// While the first templates are gathered by nearest neighbour, the inner product with the last of them ranks the candidates: for
@@ -353,6 +378,19 @@ impl Work {
             update: lesson.replaced.map(|replaced| UpdateView { replaced, mask: &lesson.mask }),
         }
     }
+}
+
+/// Whose likelihoods are wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Whose {
+    /// Every candidate's.
+    All,
+    /// The most likely candidate's.
+    Best,
+}
+
+fn positions(scale: &Scale, config: &TrackerConfig) -> Vec<f64> {
+    position_weights(scale.grid().per_side(), config.beta, config.position_weights)
 }
 
 /// The features of candidate `k` with their position weights.

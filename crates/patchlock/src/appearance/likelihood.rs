@@ -43,20 +43,43 @@ impl LikelihoodRules {
         large: impl Iterator<Item = (Feature, f64)> + Clone,
         small: impl Iterator<Item = (Feature, f64)>,
     ) -> f64 {
-        let gamma = self.gamma(large.clone().map(|(feature, _)| feature));
-        let (large, small) = (self.weighted_mean(large), self.weighted_mean(small));
+        self.large_part(large) + self.small_part(small)
+    }
+
+    /// The large patches' part, `gamma * mean_i(omega_i F_i)`.
+    pub fn large_part(&self, large: impl Iterator<Item = (Feature, f64)> + Clone) -> f64 {
         match self.scales {
-            Scales::Both => gamma * large + small,
-            Scales::Large => gamma * large,
-            Scales::Small => small,
+            Scales::Both | Scales::Large => {
+                let gamma = self.gamma(large.clone().map(|(feature, _)| feature));
+                gamma * mean(large.map(|(feature, position)| self.weighted(&feature, position)))
+            }
+            Scales::Small => 0.0,
         }
     }
 
-    fn weighted_mean(&self, features: impl Iterator<Item = (Feature, f64)>) -> f64 {
-        mean(features.map(|(feature, position)| {
-            let visible = !self.occlusion_weights || self.visible(&feature);
-            patch_weight(visible, position) * feature.share
-        }))
+    /// The small patches' part, `mean_i(omega_i G_i)`.
+    pub fn small_part(&self, small: impl Iterator<Item = (Feature, f64)>) -> f64 {
+        match self.scales {
+            Scales::Both | Scales::Small => {
+                mean(small.map(|(feature, position)| self.weighted(&feature, position)))
+            }
+            Scales::Large => 0.0,
+        }
+    }
+
+    /// `omega_i F_i` of one patch.
+    pub fn weighted(&self, feature: &Feature, position: f64) -> f64 {
+        let visible = !self.occlusion_weights || self.visible(feature);
+        patch_weight(visible, position) * feature.share
+    }
+
+    /// The most that a small patch with this position weight can add to the sum that [`Self::small_part`] takes the mean of, where
+    /// shares are at most 1.
+    pub fn most(&self, position: f64) -> f64 {
+        match self.scales {
+            Scales::Both | Scales::Small => patch_weight(true, position),
+            Scales::Large => 0.0,
+        }
     }
 
     fn gamma(&self, large: impl Iterator<Item = Feature>) -> f64 {

@@ -43,6 +43,7 @@ pub struct Workers(Vec<Mutex<Worker>>);
 #[derive(Debug, Default)]
 struct Worker {
     patches: Vec<f32>,
+    codes: Vec<Code>,
     solver: batched::Scratch,
 }
 
@@ -90,63 +91,76 @@ impl Scale {
         &self.shared[location * length..][..length]
     }
 
-    /// Codes all patches of all candidates (templates of `template_len` samples, one after the other).
-    /// Locations are independent, so the result is the same on any number of threads.
+    /// Codes the patches of the candidates `which` at the locations that are `wanted`; `candidates` are templates of `template_len`
+    /// samples, one after the other. Locations are independent, so the result is the same on any number of threads.
     pub fn weigh(
         &self,
-        candidates: &[f32],
-        template_len: usize,
+        (candidates, template_len): (&[f32], usize),
+        which: &[u32],
+        wanted: impl Fn(usize) -> bool + Sync,
         rules: &ScaleRules,
         workers: &mut Workers,
         findings: &mut Findings,
     ) {
-        let count = candidates.len() / template_len;
-        let length = count * self.grid.locations();
-        findings.candidates = count;
-        findings.codes.resize(length, Code::default());
-        findings.features.resize(length, Feature::default());
-        if count == 0 {
+        if which.is_empty() {
             return;
         }
+        let count = findings.candidates;
         // One for each thread of the pool, and one for a caller that is in none.
         workers.0.resize_with(rayon::current_num_threads() + 1, Mutex::default);
         let rows =
             findings.codes.par_chunks_mut(count).zip(findings.features.par_chunks_mut(count));
-        rows.enumerate().for_each(|(location, (codes, features))| {
+        let rows = rows.enumerate().filter(|(location, _)| wanted(*location));
+        rows.for_each(|(location, (codes, features))| {
             let thread = rayon::current_thread_index().map_or(0, |k| k + 1);
             let worker = &workers.0[thread % workers.0.len()];
             let mut worker = worker.lock().unwrap_or_else(PoisonError::into_inner);
-            let templates = candidates.chunks_exact(template_len);
-            self.weigh_location(location, templates, rules, &mut worker, codes, features);
+            let template = |k: u32| &candidates[k as usize * template_len..][..template_len];
+            let templates = which.iter().map(|&k| template(k));
+            self.code_location(location, templates, rules, &mut worker);
+            let coded = worker.patches.chunks_exact(self.grid.dim()).zip(&worker.codes);
+            for (&k, (patch, &code)) in which.iter().zip(coded) {
+                codes[k as usize] = code;
+                features[k as usize] = Feature {
+                    share: own_share(&code, location, self.dictionary.locations(), rules.pool),
+                    error: masked_error(&self.dictionary, patch, &code, location),
+                };
+            }
         });
     }
 
-    fn weigh_location<'a>(
+    fn code_location<'a>(
         &self,
         location: usize,
-        templates: impl Iterator<Item = &'a [f32]>,
+        templates: impl ExactSizeIterator<Item = &'a [f32]>,
         rules: &ScaleRules,
         worker: &mut Worker,
-        codes: &mut [Code],
-        features: &mut [Feature],
     ) {
-        let Worker { patches, solver } = worker;
+        let Worker { patches, codes, solver } = worker;
         let dim = self.grid.dim();
-        patches.resize(codes.len() * dim, 0.0);
+        patches.resize(templates.len() * dim, 0.0);
+        codes.resize(templates.len(), Code::default());
         for (template, patch) in templates.zip(patches.chunks_exact_mut(dim)) {
             self.grid.cut(template, location, patch);
         }
         let shared = self.shared(location);
         batched::solve(&self.dictionary, shared, patches, &rules.codes, solver, codes);
-        let coded = patches.chunks_exact(dim).zip(codes.iter());
-        for ((patch, code), feature) in coded.zip(features) {
-            feature.share = own_share(code, location, self.dictionary.locations(), rules.pool);
-            feature.error = masked_error(&self.dictionary, patch, code, location);
-        }
     }
 }
 
 impl Findings {
+    /// Makes room for this many candidates and locations.
+    pub fn begin(&mut self, candidates: usize, locations: usize) {
+        self.candidates = candidates;
+        self.codes.resize(candidates * locations, Code::default());
+        self.features.resize(candidates * locations, Feature::default());
+    }
+
+    /// One candidate's feature at one location.
+    pub fn feature(&self, candidate: usize, location: usize) -> Feature {
+        self.features[location * self.candidates + candidate]
+    }
+
     /// The features of one candidate, location after location.
     pub fn features(&self, candidate: usize) -> impl Iterator<Item = Feature> + Clone {
         self.features.iter().skip(candidate).step_by(self.candidates.max(1)).copied()

@@ -119,9 +119,8 @@ impl Step<'_> {
         let weights = |j: usize| &tiles::<S>(&self.weights[j * stride..][..stride])[t];
         for (j, &along) in self.along.iter().enumerate() {
             take_off(simd, own, weights(j), along);
-            for i in 0..TILE {
-                let w = weights(j)[i];
-                left[i] = simd.mul_add_e_f32s(simd.neg_f32s(w), w, left[i]);
+            for (left, &w) in left.iter_mut().zip(weights(j)) {
+                *left = simd.mul_add_e_f32s(simd.neg_f32s(w), w, *left);
             }
         }
         let mut squares = [simd.splat_f32s(0.0); TILE];
