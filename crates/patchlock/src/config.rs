@@ -17,6 +17,9 @@ pub const MAX_ATOMS: usize = 8;
 /// The largest dictionary, in atoms; its Gram matrix then takes 256 MiB.
 pub const MAX_DICTIONARY: usize = 8192;
 
+/// The largest seed: every file format keeps whole numbers up to it.
+const MAX_SEED: f64 = 9_007_199_254_740_991.0;
+
 /// The values that a field may take.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Range {
@@ -221,7 +224,7 @@ const fn number(min: f64, max: f64) -> Range {
 parameters! {
     "Sec. 2, motion" {
         /// Seed of all randomness: the same seed gives the same boxes.
-        seed: u64 = 0, number(0.0, u64::MAX as f64);
+        seed: u64 = 0, number(0.0, MAX_SEED);
         /// Number of particles, the candidates weighed on each frame.
         particles: usize = 650, number(1.0, 100_000.0);
         /// Standard deviation of the centre's motion along x, in pixels a frame.
