@@ -100,7 +100,8 @@ fn names_behind(code: &str, root: &str) -> BTreeSet<String> {
             continue;
         }
         let rest = &code[place + start.len()..];
-        let first = |text: &str| text.trim_start().split(|c| !is_word(c)).next().unwrap().to_owned();
+        let first =
+            |text: &str| text.trim_start().split(|c| !is_word(c)).next().unwrap().to_owned();
         match rest.strip_prefix('{') {
             Some(group) => names.extend(top_level(group).iter().map(|part| first(part))),
             None => drop(names.insert(first(rest))),
@@ -232,7 +233,8 @@ fn crates_depend_in_one_direction() {
             assert!(may.contains(&dependency.as_str()), "{name} depends on {dependency}");
         }
         for dependency in ours(&manifest, "dev-dependencies") {
-            let known = may.contains(&dependency.as_str()) || tests_may.contains(&dependency.as_str());
+            let known =
+                may.contains(&dependency.as_str()) || tests_may.contains(&dependency.as_str());
             assert!(known, "the tests of {name} depend on {dependency}");
         }
         assert!(ours(&manifest, "build-dependencies").is_empty(), "{name}");
@@ -246,6 +248,9 @@ fn the_reader_sees_groups_and_manifests() {
     assert_eq!(names, ["Error", "config", "sparse", "vision"]);
     assert_eq!(longest_climb("use super::super::a; use super::b;"), 2);
     let manifest = "[dependencies]\nserde = \"1\"\npatchlock-a.workspace = true\n[dev-dependencies]\npatchlock-b = { path = \"x\" }\n[dependencies.patchlock-c]\n";
-    assert_eq!(ours(manifest, "dependencies").into_iter().collect::<Vec<_>>(), ["patchlock-a", "patchlock-c"]);
+    assert_eq!(
+        ours(manifest, "dependencies").into_iter().collect::<Vec<_>>(),
+        ["patchlock-a", "patchlock-c"]
+    );
     assert_eq!(ours(manifest, "dev-dependencies").into_iter().collect::<Vec<_>>(), ["patchlock-b"]);
 }

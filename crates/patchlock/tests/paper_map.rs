@@ -55,7 +55,11 @@ fn rows(map: &str) -> Vec<Row> {
 /// The numbers in `3-9, 12`.
 fn numbers(equations: &str) -> BTreeSet<u32> {
     let mut all = BTreeSet::new();
-    for part in equations.split(',').map(str::trim).filter(|part| part.starts_with(|c: char| c.is_ascii_digit())) {
+    for part in equations
+        .split(',')
+        .map(str::trim)
+        .filter(|part| part.starts_with(|c: char| c.is_ascii_digit()))
+    {
         let (first, last) = part.split_once('-').unwrap_or((part, part));
         all.extend(first.parse::<u32>().unwrap()..=last.parse::<u32>().unwrap());
     }
@@ -64,7 +68,8 @@ fn numbers(equations: &str) -> BTreeSet<u32> {
 
 /// The file of a path as the map writes it: below `src`, or `tests/..`.
 fn file(path: &str) -> PathBuf {
-    let base = if path.starts_with("tests/") { library().to_owned() } else { library().join("src") };
+    let base =
+        if path.starts_with("tests/") { library().to_owned() } else { library().join("src") };
     base.join(path)
 }
 
@@ -85,7 +90,9 @@ fn declares(source: &str, name: &str) -> bool {
                     .is_some_and(ends)
         });
         let word_enum = bare.strip_prefix(name).is_some_and(|rest| rest.trim_start() == "{");
-        let field = bare.strip_prefix(name).is_some_and(|rest| rest.starts_with(':') && !rest.starts_with("::"));
+        let field = bare
+            .strip_prefix(name)
+            .is_some_and(|rest| rest.starts_with(':') && !rest.starts_with("::"));
         item || word_enum || field
     })
 }
@@ -98,7 +105,9 @@ fn tests(source: &str, name: &str) -> bool {
     place.is_some_and(|place| {
         // Attributes and docs stand between `#[test]` and the function.
         let above = lines[..place].iter().rev();
-        above.take_while(|line| line.starts_with("#[") || line.starts_with("//")).any(|line| *line == "#[test]")
+        above
+            .take_while(|line| line.starts_with("#[") || line.starts_with("//"))
+            .any(|line| *line == "#[test]")
     })
 }
 
@@ -115,10 +124,12 @@ fn look_up(reference: &str) -> Result<(String, Vec<String>), String> {
 
 #[test]
 fn every_equation_has_a_row() {
-    let covered: BTreeSet<u32> = rows(&map()).iter().flat_map(|row| numbers(&row.equations)).collect();
+    let covered: BTreeSet<u32> =
+        rows(&map()).iter().flat_map(|row| numbers(&row.equations)).collect();
     let missing: Vec<u32> = EQUATIONS.filter(|number| !covered.contains(number)).collect();
     assert!(missing.is_empty(), "PAPER.md has no row for Eq. {missing:?}");
-    let foreign: Vec<u32> = covered.into_iter().filter(|number| !EQUATIONS.contains(number)).collect();
+    let foreign: Vec<u32> =
+        covered.into_iter().filter(|number| !EQUATIONS.contains(number)).collect();
     assert!(foreign.is_empty(), "the paper has no Eq. {foreign:?}");
 }
 
