@@ -43,3 +43,8 @@ pub use observe::{FrameView, Observer};
 pub use tracker::Tracker;
 pub use vision::frame::Frame;
 pub use vision::geometry::BoundingBox;
+
+/// Compiles and runs the examples of the README.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

@@ -1,0 +1,194 @@
+//! Real sequences of the tracker benchmark (OTB), where they are at hand. They belong to others and are not part of the
+//! repository: `PATCHLOCK_DATA` names the folder that holds `otb-dev/`; without it `../shared/data`, seen from the root of the
+//! workspace, is tried. Where there is none, each test says so and passes.
+//!
+//! The long sequences are cut so that this takes minutes; `PATCHLOCK_FULL=1` takes them whole.
+
+use std::env;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use patchlock::BoundingBox;
+use patchlock_cli::output::mp4::Mp4Writer;
+use patchlock_cli::source::FrameRate;
+
+/// Past the test harness, which would swallow it.
+fn say(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// The sequences, or why there are none.
+fn data(test: &str) -> Option<PathBuf> {
+    let near = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    let folder = env::var_os("PATCHLOCK_DATA").map_or_else(near, PathBuf::from).join("otb-dev");
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    say(&format!(
+        "{test}: SKIPPED, there are no sequences at {} (PATCHLOCK_DATA names the folder that holds otb-dev)",
+        folder.display()
+    ));
+    None
+}
+
+/// One target of one sequence.
+struct Sequence {
+    name: String,
+    images: PathBuf,
+    truth: PathBuf,
+}
+
+impl Sequence {
+    fn of(data: &Path, name: &str) -> Self {
+        let folder = data.join(name);
+        let truth = folder.join("groundtruth_rect.txt");
+        Self { name: name.to_owned(), images: folder.join("img"), truth }
+    }
+
+    /// All targets in the folder; a sequence may have several.
+    fn all(data: &Path) -> Vec<Self> {
+        let mut all = Vec::new();
+        for entry in fs::read_dir(data).unwrap() {
+            let folder = entry.unwrap().path();
+            let name = folder.file_name().unwrap().to_string_lossy().into_owned();
+            for file in fs::read_dir(&folder).unwrap() {
+                let truth = file.unwrap().path();
+                let file_name = truth.file_name().unwrap().to_string_lossy().into_owned();
+                if file_name.starts_with("groundtruth_rect") {
+                    let name = format!("{name} {file_name}");
+                    all.push(Self { name, images: folder.join("img"), truth });
+                }
+            }
+        }
+        all.sort_by(|a, b| a.name.cmp(&b.name));
+        all
+    }
+
+    /// `patchlock track` on the first `count` frames; gives the boxes of the text file, and that file.
+    fn track(
+        &self,
+        source: &Path,
+        count: Option<usize>,
+        more: &[&str],
+    ) -> (Vec<BoundingBox>, String) {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("boxes.txt");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_patchlock"));
+        command.arg("track").arg(source).arg("--box-from").arg(&self.truth);
+        command.args(["--preset", "paper", "--quiet", "--save"]).arg(&out).args(more);
+        if let Some(count) = count {
+            command.args(["--end", &count.to_string()]);
+        }
+        let result = command.output().unwrap();
+        let said = String::from_utf8_lossy(&result.stderr);
+        assert!(result.status.success(), "{}: {said}", self.name);
+        let text = fs::read_to_string(&out).unwrap();
+        (boxes(&text), text)
+    }
+}
+
+/// Lines of `x,y,w,h` with commas, tabs or blanks between them, counted from 1.
+fn boxes(text: &str) -> Vec<BoundingBox> {
+    let number = |word: &str| word.parse::<f64>().unwrap();
+    text.lines()
+        .filter(|line| !line.trim().is_empty())
+        .map(|line| {
+            let words = line.split(|c: char| c == ',' || c.is_whitespace());
+            let n: Vec<f64> = words.filter(|word| !word.is_empty()).map(number).collect();
+            BoundingBox { x: n[0], y: n[1], w: n[2], h: n[3] }
+        })
+        .collect()
+}
+
+fn distance(a: &BoundingBox, b: &BoundingBox) -> f64 {
+    let ([ax, ay], [bx, by]) = (a.centre(), b.centre());
+    (ax - bx).hypot(ay - by)
+}
+
+/// Share of the frames whose centre is at most 20 pixels off, the first one included; frames without truth do not count.
+fn dp(tracked: &[BoundingBox], truth: &[BoundingBox]) -> f64 {
+    let pairs: Vec<_> = tracked.iter().zip(truth).filter(|(_, t)| t.w > 0.0 && t.h > 0.0).collect();
+    let near = pairs.iter().filter(|(a, b)| distance(a, b) <= 20.0).count();
+    near as f64 / pairs.len() as f64
+}
+
+#[test]
+fn four_sequences_are_followed() {
+    let Some(data) = data("four_sequences_are_followed") else { return };
+    let full = env::var_os("PATCHLOCK_FULL").is_some_and(|value| value == "1");
+    let mut scores = Vec::new();
+    for (name, short) in
+        [("Crossing", 120), ("David", 150), ("CarScale", 120), ("MountainBike", 120)]
+    {
+        let sequence = Sequence::of(&data, name);
+        let mut truth = boxes(&fs::read_to_string(&sequence.truth).unwrap());
+        let count = (!full).then_some(short);
+        truth.truncate(count.unwrap_or(usize::MAX));
+        let (tracked, _) = sequence.track(&sequence.images, count, &[]);
+        assert_eq!(tracked.len(), truth.len(), "{name}: a line for each frame");
+        let dp = dp(&tracked, &truth);
+        say(&format!("{name}: DP {dp:.3} over {} frames", truth.len()));
+        scores.push((name, dp));
+    }
+    assert!(scores.iter().all(|(_, dp)| *dp >= 0.9), "{scores:?}");
+}
+
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let Some(data) = data("the_number_of_threads_changes_nothing") else { return };
+    let sequence = Sequence::of(&data, "Crossing");
+    let track = |threads| sequence.track(&sequence.images, Some(15), &["--threads", threads]).1;
+    assert_eq!(track("1"), track("2"));
+}
+
+#[test]
+fn a_video_gives_the_track_of_its_frames() {
+    let Some(data) = data("a_video_gives_the_track_of_its_frames") else { return };
+    let sequence = Sequence::of(&data, "Crossing");
+    let count = 60;
+    let mut images: Vec<PathBuf> =
+        fs::read_dir(&sequence.images).unwrap().map(|entry| entry.unwrap().path()).collect();
+    images.sort();
+    let folder = tempfile::tempdir().unwrap();
+    let video = folder.path().join("crossing.mp4");
+    let mut writer = None;
+    for image in &images[..count] {
+        let rgb = image::open(image).unwrap().to_rgb8();
+        let (width, height) = (rgb.width() as usize, rgb.height() as usize);
+        let writer = writer.get_or_insert_with(|| {
+            let out = fs::File::create(&video).unwrap();
+            Mp4Writer::new(out, width, height, FrameRate::DEFAULT, Some(count)).unwrap()
+        });
+        writer.push(&rgb).unwrap();
+    }
+    writer.unwrap().finish().unwrap();
+
+    let (from_frames, _) = sequence.track(&sequence.images, Some(count), &[]);
+    let (from_video, _) = sequence.track(&video, None, &[]);
+    assert_eq!((from_frames.len(), from_video.len()), (count, count));
+    let mean = |value: &dyn Fn(&BoundingBox, &BoundingBox) -> f64| {
+        from_frames.iter().zip(&from_video).map(|(a, b)| value(a, b)).sum::<f64>() / count as f64
+    };
+    let (apart, overlap) = (mean(&distance), mean(&|a, b| a.overlap(b)));
+    say(&format!("video and frames: centres {apart:.2} px apart, overlap {overlap:.3}"));
+    // The same seed draws the same candidates, but compression changes their likelihoods a little, so that now and then a
+    // neighbour wins. The target is 17 pixels wide: a wrong target would be much further away.
+    assert!(apart < 3.0, "{apart}");
+    assert!(overlap > 0.8, "{overlap}");
+}
+
+#[test]
+fn every_target_can_be_begun() {
+    let Some(data) = data("every_target_can_be_begun") else { return };
+    let all = Sequence::all(&data);
+    assert!(!all.is_empty(), "{} holds no sequences", data.display());
+    for sequence in &all {
+        let (tracked, _) = sequence.track(&sequence.images, Some(6), &[]);
+        assert_eq!(tracked.len(), 6, "{}", sequence.name);
+        let finite = tracked.iter().all(|b| [b.x, b.y, b.w, b.h].iter().all(|v| v.is_finite()));
+        assert!(finite && tracked.iter().all(|b| b.w > 0.0 && b.h > 0.0), "{}", sequence.name);
+    }
+    say(&format!("{} targets ran", all.len()));
+}

@@ -1,0 +1,256 @@
+//! Who may know whom, between the rooms of the library and between the crates, read from the source text. ARCHITECTURE.md
+//! says why.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A place in the library, and the parts of the library that it may name.
+type Rule = (&'static str, &'static [&'static str]);
+
+/// Each room, or file beside the rooms. Every place may name itself.
+const MAY_NAME: &[Rule] = &[
+    ("vision", &["config", "error", "estimate"]),
+    ("sparse", &["config", "error", "estimate"]),
+    ("filter", &["config", "error", "estimate"]),
+    ("appearance", &["config", "error", "estimate", "vision", "sparse"]),
+    ("config", &["error"]),
+    ("error", &[]),
+    ("estimate", &["vision"]),
+    // Only the types of what it shows.
+    ("observe", &["appearance", "filter", "sparse"]),
+    ("memory", &["config", "error", "estimate", "vision", "sparse", "filter", "appearance"]),
+    (
+        "tracker",
+        &[
+            "config",
+            "error",
+            "estimate",
+            "vision",
+            "sparse",
+            "filter",
+            "appearance",
+            "memory",
+            "observe",
+        ],
+    ),
+];
+
+/// What `lib.rs` re-exports, and where it comes from.
+const RE_EXPORTS: &[(&str, &str)] = &[
+    ("PARAMETERS", "config"),
+    ("PRESETS", "config"),
+    ("Parameter", "config"),
+    ("TrackerConfig", "config"),
+    ("Error", "error"),
+    ("Estimate", "estimate"),
+    ("VisibilityMap", "estimate"),
+    ("Snapshot", "memory"),
+    ("FrameView", "observe"),
+    ("Observer", "observe"),
+    ("Tracker", "tracker"),
+    ("Frame", "vision"),
+    ("BoundingBox", "vision"),
+];
+
+/// Parts of the standard library that the tracker must not touch: files, the terminal, the outside world and the clock.
+const FORBIDDEN_STD: &[&str] = &["fs", "io", "env", "net", "process", "time", "os"];
+const FORBIDDEN_WORDS: &[&str] =
+    &["println!", "eprintln!", "print!", "eprint!", "dbg!", "Instant", "SystemTime"];
+
+/// Each crate of the workspace with the crates of the workspace that it may depend on, and those that only its tests may.
+const CRATES: &[(&str, &[&str], &[&str])] = &[
+    ("patchlock-scene", &[], &[]),
+    ("patchlock", &[], &["patchlock-scene"]),
+    ("patchlock-cli", &["patchlock", "patchlock-scene"], &[]),
+];
+
+fn library() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
+}
+
+/// All Rust files below a folder.
+fn rust_files(folder: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            files.extend(rust_files(&path));
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            files.push(path);
+        }
+    }
+    files.sort();
+    files
+}
+
+/// The source without comments, so that the docs may name anything.
+fn code(file: &Path) -> String {
+    let text = fs::read_to_string(file).unwrap();
+    text.lines().map(|line| line.split("//").next().unwrap_or("")).collect::<Vec<_>>().join("\n")
+}
+
+/// The names that follow `root::` in the code, those of a group `root::{..}` one by one.
+fn names_behind(code: &str, root: &str) -> BTreeSet<String> {
+    let start = format!("{root}::");
+    let is_word = |c: char| c.is_alphanumeric() || c == '_';
+    let mut names = BTreeSet::new();
+    for (place, _) in code.match_indices(&start) {
+        if code[..place].ends_with(is_word) {
+            continue;
+        }
+        let rest = &code[place + start.len()..];
+        let first =
+            |text: &str| text.trim_start().split(|c| !is_word(c)).next().unwrap().to_owned();
+        match rest.strip_prefix('{') {
+            Some(group) => names.extend(top_level(group).iter().map(|part| first(part))),
+            None => drop(names.insert(first(rest))),
+        }
+    }
+    names.retain(|name| !name.is_empty());
+    names
+}
+
+/// The parts of a group up to its closing brace; commas of groups within it do not count.
+fn top_level(group: &str) -> Vec<String> {
+    let (mut parts, mut depth) = (vec![String::new()], 0);
+    for c in group.chars() {
+        match c {
+            '}' if depth == 0 => break,
+            ',' if depth == 0 => {
+                parts.push(String::new());
+                continue;
+            }
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            _ => {}
+        }
+        parts.last_mut().unwrap().push(c);
+    }
+    parts
+}
+
+/// The longest chain `super::super::..` in the code.
+fn longest_climb(code: &str) -> usize {
+    (1..).take_while(|&steps| code.contains(&"super::".repeat(steps))).last().unwrap_or(0)
+}
+
+#[test]
+fn rooms_name_only_what_they_may() {
+    let mut wrong = Vec::new();
+    for file in rust_files(&library()) {
+        let inside = file.strip_prefix(library()).unwrap();
+        let place = inside.iter().next().unwrap().to_str().unwrap().trim_end_matches(".rs");
+        if place == "lib" {
+            continue;
+        }
+        let Some((_, may)) = MAY_NAME.iter().find(|(name, _)| *name == place) else {
+            wrong.push(format!("{}: no rule in this test for `{place}`", inside.display()));
+            continue;
+        };
+        let code = code(&file);
+        for name in names_behind(&code, "crate") {
+            let home = RE_EXPORTS.iter().find(|(export, _)| *export == name);
+            let home = home.map_or(name.as_str(), |(_, home)| home);
+            if home != place && !may.contains(&home) {
+                wrong.push(format!("{} names crate::{name}", inside.display()));
+            }
+        }
+        // `super` must not lead out of the room: only `crate::` may, where the rule above sees it.
+        let is_root = inside.file_name().is_some_and(|name| name == "mod.rs");
+        let depth = inside.iter().count() - 1 - usize::from(is_root);
+        let allowed = depth.max(1); // for the tests at the end of a file, which begin with `use super::*`
+        if longest_climb(&code) > allowed {
+            wrong.push(format!("{} climbs out of its room with super::", inside.display()));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn the_rooms_of_the_rule_exist() {
+    for (place, _) in MAY_NAME {
+        let room = library().join(place);
+        assert!(room.is_dir() || room.with_extension("rs").is_file(), "{place}");
+    }
+}
+
+#[test]
+fn the_library_touches_no_files_terminal_or_clock() {
+    let mut wrong = Vec::new();
+    for file in rust_files(&library()) {
+        let code = code(&file);
+        // The tests stand at the end of a file.
+        let code = code.split("#[cfg(test)]").next().unwrap();
+        let place = file.strip_prefix(library()).unwrap().display();
+        for word in FORBIDDEN_WORDS {
+            if code.contains(word) {
+                wrong.push(format!("{place} contains {word}"));
+            }
+        }
+        for name in names_behind(code, "std") {
+            if FORBIDDEN_STD.contains(&name.as_str()) {
+                wrong.push(format!("{place} uses std::{name}"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The crates of this workspace that a manifest names below a heading such as `dependencies`.
+fn ours(manifest: &str, heading: &str) -> BTreeSet<String> {
+    let mut below = false;
+    let mut names = BTreeSet::new();
+    for line in manifest.lines().map(str::trim) {
+        if let Some(section) = line.strip_prefix('[') {
+            let section = section.trim_end_matches(']');
+            below = section.rsplit('.').next() == Some(heading);
+            // A table for one dependency: [dependencies.name].
+            if let Some((_, name)) = section.split_once(&format!("{heading}.")) {
+                names.insert(name.to_owned());
+            }
+        } else if below {
+            names.insert(line.split(['.', '=', ' ']).next().unwrap_or("").to_owned());
+        }
+    }
+    names.retain(|name| name.starts_with("patchlock"));
+    names
+}
+
+#[test]
+fn crates_depend_in_one_direction() {
+    let crates = library().join("../..");
+    for entry in fs::read_dir(&crates).unwrap() {
+        let folder = entry.unwrap().path();
+        if !folder.join("Cargo.toml").is_file() {
+            continue;
+        }
+        let name = folder.file_name().unwrap().to_str().unwrap().to_owned();
+        let rule = CRATES.iter().find(|(known, ..)| *known == name);
+        let (_, may, tests_may) = rule.unwrap_or_else(|| panic!("no rule in this test for {name}"));
+        let manifest = fs::read_to_string(folder.join("Cargo.toml")).unwrap();
+        for dependency in ours(&manifest, "dependencies") {
+            assert!(may.contains(&dependency.as_str()), "{name} depends on {dependency}");
+        }
+        for dependency in ours(&manifest, "dev-dependencies") {
+            let known =
+                may.contains(&dependency.as_str()) || tests_may.contains(&dependency.as_str());
+            assert!(known, "the tests of {name} depend on {dependency}");
+        }
+        assert!(ours(&manifest, "build-dependencies").is_empty(), "{name}");
+    }
+}
+
+#[test]
+fn the_reader_sees_groups_and_manifests() {
+    let code = "use crate::{Error, config::{A, B},\n vision::frame};\nlet x = crate::sparse::f(); mycrate::no";
+    let names: Vec<_> = names_behind(code, "crate").into_iter().collect();
+    assert_eq!(names, ["Error", "config", "sparse", "vision"]);
+    assert_eq!(longest_climb("use super::super::a; use super::b;"), 2);
+    let manifest = "[dependencies]\nserde = \"1\"\npatchlock-a.workspace = true\n[dev-dependencies]\npatchlock-b = { path = \"x\" }\n[dependencies.patchlock-c]\n";
+    assert_eq!(
+        ours(manifest, "dependencies").into_iter().collect::<Vec<_>>(),
+        ["patchlock-a", "patchlock-c"]
+    );
+    assert_eq!(ours(manifest, "dev-dependencies").into_iter().collect::<Vec<_>>(), ["patchlock-b"]);
+}
