@@ -1,0 +1,59 @@
+//! The incremental subspace against one batch SVD of all columns so far, by numpy.
+
+use crate::{difference, golden};
+use nalgebra::DVector;
+use patchlock::appearance::subspace::{Subspace, SubspaceRules};
+use serde::Deserialize;
+
+/// The sequence that begins with one column ten times.
+const CONSTANT: &str = "constant first batch";
+
+#[derive(Deserialize)]
+struct File {
+    dimension: usize,
+    probes: Vec<Vec<f32>>,
+    sequences: Vec<Sequence>,
+}
+
+#[derive(Deserialize)]
+struct Sequence {
+    name: String,
+    max_rank: usize,
+    batches: Vec<Batch>,
+}
+
+#[derive(Deserialize)]
+struct Batch {
+    columns: Vec<Vec<f32>>,
+    mean: Vec<f64>,
+    singular_values: Vec<f64>,
+    projections: Vec<Vec<f64>>,
+}
+
+/// Takes in the batches of a sequence, and compares after each.
+fn check(sequence: &Sequence, probes: &[Vec<f32>]) {
+    let Sequence { name, max_rank, batches } = sequence;
+    let rules = SubspaceRules { forgetting: 1.0, keep: 1e-12, vectors: *max_rank };
+    let mut subspace = Subspace::default();
+    for (k, batch) in batches.iter().enumerate() {
+        subspace.add(&batch.columns, &rules);
+        assert!(difference(subspace.mean().iter(), &batch.mean) < 1e-8, "{name} {k}: mean");
+        let values = subspace.values();
+        assert_eq!(values.len(), batch.singular_values.len(), "{name} {k}: {values:?}");
+        assert!(difference(values, &batch.singular_values) < 1e-8, "{name} {k}: {values:?}");
+        let basis = subspace.basis();
+        for (probe, want) in probes.iter().zip(&batch.projections) {
+            let probe = DVector::from_iterator(probe.len(), probe.iter().map(|&v| f64::from(v)));
+            let got = &basis * basis.tr_mul(&probe);
+            assert!(difference(got.iter(), want) < 1e-8, "{name} {k}: projection");
+        }
+    }
+}
+
+#[test]
+fn after_every_batch_it_is_the_batch_svd_of_all_columns() {
+    let file: File = golden("subspace.json");
+    assert_eq!((file.dimension, file.sequences.len()), (60, 5));
+    let of_changing_columns = file.sequences.iter().filter(|s| s.name != CONSTANT);
+    of_changing_columns.for_each(|sequence| check(sequence, &file.probes));
+}

@@ -1,0 +1,124 @@
+//! Both solvers behind one name, and what a support explains, computed by neither of them.
+
+// Each test program uses a part of this.
+#![allow(dead_code)]
+
+use patchlock::config::Selection;
+use patchlock::sparse::codes::{Code, CodeRules};
+use patchlock::sparse::dictionary::Dictionary;
+use patchlock::sparse::somp::{batched, definition};
+
+/// The rules of the preset `paper`.
+pub const RULES: CodeRules = CodeRules {
+    atoms: 4,
+    selection: Selection::OrderRecursive,
+    min_residual: 1e-6,
+    stop_energy: 0.0,
+};
+
+/// Scores that differ by less than this share are the same up to the rounding of `f64`.
+pub const TIE: f64 = 1e-9;
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Solver {
+    Definition,
+    Batched,
+}
+
+impl Solver {
+    pub const ALL: [Self; 2] = [Self::Definition, Self::Batched];
+
+    /// The code of one candidate.
+    pub fn solve(
+        self,
+        dictionary: &Dictionary,
+        shared: &[f32],
+        candidate: &[f32],
+        rules: &CodeRules,
+    ) -> Code {
+        match self {
+            Self::Definition => definition::solve(dictionary, shared, candidate, rules),
+            Self::Batched => solve_all(dictionary, shared, candidate, rules)[0],
+        }
+    }
+}
+
+/// The codes of many candidates by the batched solver.
+pub fn solve_all(
+    dictionary: &Dictionary,
+    shared: &[f32],
+    candidates: &[f32],
+    rules: &CodeRules,
+) -> Vec<Code> {
+    let mut codes = vec![Code::default(); candidates.len() / dictionary.dim()];
+    let mut scratch = batched::Scratch::default();
+    batched::solve(dictionary, shared, candidates, rules, &mut scratch, &mut codes);
+    codes
+}
+
+pub fn indices(code: &Code) -> Vec<usize> {
+    code.support().iter().map(|&k| k as usize).collect()
+}
+
+/// What the code leaves of the candidate.
+pub fn residual(dictionary: &Dictionary, candidate: &[f32], code: &Code) -> Vec<f64> {
+    let mut left = wide(candidate);
+    for (atom, x) in code.entries() {
+        left.iter_mut().zip(dictionary.atom(atom)).for_each(|(l, &d)| *l -= x * f64::from(d));
+    }
+    left
+}
+
+/// Orthonormal directions that span some atoms.
+pub struct Span(Vec<Vec<f64>>);
+
+impl Span {
+    pub fn new(dictionary: &Dictionary, support: &[usize]) -> Self {
+        let mut span = Self(Vec::new());
+        for &k in support {
+            let mut direction = span.rest(dictionary.atom(k));
+            let norm = energy(&direction).sqrt();
+            direction.iter_mut().for_each(|v| *v /= norm);
+            span.0.push(direction);
+        }
+        span
+    }
+
+    /// What is left of a vector when the span is projected out, twice against rounding.
+    pub fn rest(&self, vector: &[f32]) -> Vec<f64> {
+        let mut left = wide(vector);
+        for q in self.0.iter().chain(&self.0) {
+            let along = dot(&left, q);
+            left.iter_mut().zip(q).for_each(|(l, q)| *l -= along * q);
+        }
+        left
+    }
+
+    /// The score by which `atom` would be chosen next.
+    pub fn score(
+        &self,
+        dictionary: &Dictionary,
+        signals: &[&[f32]],
+        atom: usize,
+        selection: Selection,
+    ) -> f64 {
+        let atom = self.rest(dictionary.atom(atom));
+        let correlation: f64 = signals.iter().map(|s| dot(&self.rest(s), &atom).powi(2)).sum();
+        match selection {
+            Selection::OrderRecursive => correlation / energy(&atom),
+            Selection::Textbook => correlation,
+        }
+    }
+}
+
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+pub fn energy(v: &[f64]) -> f64 {
+    dot(v, v)
+}
+
+pub fn wide(v: &[f32]) -> Vec<f64> {
+    v.iter().map(|&v| f64::from(v)).collect()
+}
