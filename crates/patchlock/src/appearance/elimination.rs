@@ -9,7 +9,7 @@
 const LEADERS: usize = 16;
 
 /// Parts in which the locations of the others are coded.
-const ROUNDS: usize = 12;
+const ROUNDS: usize = 21;
 
 /// More than rounding can add to a likelihood.
 const MARGIN: f64 = 1e-9;
