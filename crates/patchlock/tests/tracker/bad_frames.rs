@@ -1,0 +1,152 @@
+//! Frames of every kind give what they should, or are refused; none breaks anything.
+
+use crate::film::{SIMPLE, bits, numbers, quick};
+use patchlock::{BoundingBox, Error, Estimate, Frame, Tracker, TrackerConfig};
+
+/// The samples of a frame of the scene as grey.
+fn grey(k: usize) -> Vec<u8> {
+    let grey = |rgb: &[u8]| {
+        let [r, g, b] = [rgb[0], rgb[1], rgb[2]].map(f64::from);
+        (0.2989 * r + 0.5870 * g + 0.1140 * b).round() as u8
+    };
+    SIMPLE.rgb(k).chunks_exact(3).map(grey).collect()
+}
+
+const COUNT: usize = 16;
+
+/// Tracks frames that were made from the grey ones.
+fn track<T>(make: impl Fn(&[u8]) -> Vec<T>, view: impl Fn(&[T]) -> Frame<'_>) -> Vec<Estimate> {
+    let mut tracker = Tracker::new(quick()).unwrap();
+    let frames: Vec<Vec<T>> = (0..COUNT).map(|k| make(&grey(k))).collect();
+    tracker.init(&view(&frames[0]), SIMPLE.truth(0)).unwrap();
+    frames[1..].iter().map(|frame| tracker.update(&view(frame)).unwrap()).collect()
+}
+
+#[test]
+fn every_kind_of_sample_gives_the_same_boxes() {
+    let (w, h) = (SIMPLE.width(), SIMPLE.height());
+    let grey8 = track(<[u8]>::to_vec, |s| Frame::grey8(s, w, h).unwrap());
+    let grey16 = track(
+        |g| g.iter().map(|&v| u16::from(v) * 257).collect::<Vec<u16>>(),
+        |s| Frame::grey16(s, w, h).unwrap(),
+    );
+    let grey32f = track(
+        |g| g.iter().map(|&v| f32::from(v) / 255.0).collect::<Vec<f32>>(),
+        |s| Frame::grey32f(s, w, h).unwrap(),
+    );
+    assert_eq!(bits(&grey8), bits(&grey16));
+    assert_eq!(bits(&grey8), bits(&grey32f));
+    // The weights of the colours add to 0.9999.
+    let rgb8 = track(
+        |g| g.iter().flat_map(|&v| [v; 3]).collect::<Vec<u8>>(),
+        |s| Frame::rgb8(s, w, h).unwrap(),
+    );
+    for (a, b) in grey8.iter().zip(&rgb8) {
+        assert!(a.bbox.overlap(&b.bbox) > 0.99, "{:?} {:?}", a.bbox, b.bbox);
+    }
+}
+
+/// Puts `gap` samples of noise after every row.
+fn widened<T: Copy>(samples: &[T], row: usize, gap: usize, noise: T) -> Vec<T> {
+    samples.chunks_exact(row).flat_map(|row| row.iter().copied().chain(vec![noise; gap])).collect()
+}
+
+#[test]
+fn gaps_between_rows_change_nothing() {
+    let (w, h) = (SIMPLE.width(), SIMPLE.height());
+    let dense = track(<[u8]>::to_vec, |s| Frame::grey8(s, w, h).unwrap());
+    let strided = track(
+        |g| widened(g, w, 13, 199),
+        |s| Frame::grey8(s, w, h).and_then(|f| f.with_stride(w + 13)).unwrap(),
+    );
+    assert_eq!(bits(&dense), bits(&strided));
+    let floats = track(
+        |g| widened(&g.iter().map(|&v| f32::from(v) / 255.0).collect::<Vec<_>>(), w, 5, f32::NAN),
+        |s| Frame::grey32f(s, w, h).and_then(|f| f.with_stride(w + 5)).unwrap(),
+    );
+    assert_eq!(bits(&dense), bits(&floats));
+    let colours = track(
+        |g| g.iter().flat_map(|&v| [v; 3]).collect::<Vec<u8>>(),
+        |s| Frame::rgb8(s, w, h).unwrap(),
+    );
+    let strided = track(
+        |g| widened(&g.iter().flat_map(|&v| [v; 3]).collect::<Vec<u8>>(), 3 * w, 7, 31),
+        |s| Frame::rgb8(s, w, h).and_then(|f| f.with_stride(3 * w + 7)).unwrap(),
+    );
+    assert_eq!(bits(&colours), bits(&strided));
+}
+
+#[test]
+fn a_refused_frame_leaves_the_tracker_as_it_was() {
+    let (w, h) = (SIMPLE.width(), SIMPLE.height());
+    let undisturbed = SIMPLE.track(&quick(), 0..12);
+    let mut tracker = SIMPLE.begin(&quick(), 0);
+    for (k, want) in (1..).zip(&undisturbed) {
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30] {
+            let mut samples = vec![0.5; w * h];
+            samples[w * h / 2] = bad;
+            let frame = Frame::grey32f(&samples, w, h).unwrap();
+            let before = tracker.snapshot();
+            assert!(matches!(tracker.update(&frame), Err(Error::Frame(_))), "{bad}");
+            assert!(matches!(tracker.init(&frame, SIMPLE.truth(0)), Err(Error::Frame(_))), "{bad}");
+            assert_eq!(tracker.snapshot(), before);
+        }
+        let samples = vec![90; w * h];
+        for (w, h) in [(h, w), (w - 1, h), (w, h - 1), (1, 1)] {
+            let error = tracker.update(&Frame::grey8(&samples, w, h).unwrap()).unwrap_err();
+            assert!(matches!(error, Error::FrameSize { .. }), "{error}");
+        }
+        assert_eq!(tracker.update(&SIMPLE.frame(k)).unwrap(), *want);
+    }
+}
+
+#[test]
+fn an_update_needs_a_target() {
+    let mut tracker = Tracker::new(quick()).unwrap();
+    assert_eq!(tracker.update(&SIMPLE.frame(0)), Err(Error::NotInitialised));
+    tracker.init(&SIMPLE.frame(0), SIMPLE.truth(0)).unwrap();
+    assert_eq!(SIMPLE.go_on(&mut tracker, 1..5), SIMPLE.track(&quick(), 0..5));
+}
+
+/// Tracks one frame again and again.
+fn stare(samples: &[u8], w: usize, h: usize, bbox: BoundingBox, config: &TrackerConfig) {
+    let frame = Frame::grey8(samples, w, h).unwrap();
+    let mut tracker = Tracker::new(config.clone()).unwrap();
+    let first = tracker.init(&frame, bbox).unwrap();
+    let rest = (0..30).map(|_| tracker.update(&frame).unwrap());
+    for estimate in std::iter::once(first).chain(rest) {
+        let all = numbers(&estimate);
+        assert!(all.iter().all(|v| v.is_finite()), "{w}x{h} of {}: {all:?}", samples[0]);
+        assert!((0.0..=1.0).contains(&estimate.score));
+    }
+}
+
+#[test]
+fn frames_with_nothing_on_them_break_nothing() {
+    use patchlock::config::FirstTemplates::{Nearest, Shifts, WarmUp};
+    let bbox = BoundingBox { x: 20.0, y: 10.0, w: 24.0, h: 20.0 };
+    for first_templates in [Shifts, WarmUp, Nearest] {
+        for subtract_mean in [false, true] {
+            let config = TrackerConfig {
+                first_templates,
+                subtract_mean,
+                small_update_interval: 5,
+                ..quick()
+            };
+            for grey in [0, 128, 255] {
+                stare(&[grey; 80 * 60], 80, 60, bbox, &config);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_smallest_frames_break_nothing() {
+    let one = BoundingBox { x: 0.0, y: 0.0, w: 1.0, h: 1.0 };
+    stare(&[77], 1, 1, one, &quick());
+    stare(&[0], 1, 1, one, &quick());
+    stare(&[77, 200], 2, 1, one, &quick());
+    stare(&[77, 200], 2, 1, BoundingBox { w: 2.0, ..one }, &quick());
+    stare(&[200, 3], 1, 2, BoundingBox { h: 2.0, ..one }, &quick());
+    stare(&[0, 255], 2, 1, BoundingBox { x: -3.0, y: -3.0, w: 9.0, h: 9.0 }, &quick());
+}

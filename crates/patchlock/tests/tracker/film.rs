@@ -1,0 +1,87 @@
+//! Rendered scenes, and trackers that run on them.
+
+use patchlock::{BoundingBox, Estimate, Frame, Tracker, TrackerConfig};
+use patchlock_scene::{Scene, SceneFrame};
+use std::ops::Range;
+use std::sync::LazyLock;
+
+/// 40 frames of a target that moves slowly and grows a little.
+pub static SIMPLE: LazyLock<Film> = LazyLock::new(|| Film::new(Scene::simple()));
+
+/// 60 frames in which a tree hides half of the target.
+pub static OCCLUDED: LazyLock<Film> = LazyLock::new(|| Film::new(Scene::occluded()));
+
+/// A scene, rendered once.
+pub struct Film {
+    scene: Scene,
+    frames: Vec<SceneFrame>,
+}
+
+impl Film {
+    pub fn new(scene: Scene) -> Self {
+        let frames = (0..scene.len()).map(|k| scene.frame(k)).collect();
+        Self { scene, frames }
+    }
+
+    pub fn len(&self) -> usize {
+        self.frames.len()
+    }
+
+    pub fn width(&self) -> usize {
+        self.frames[0].width
+    }
+
+    pub fn height(&self) -> usize {
+        self.frames[0].height
+    }
+
+    pub fn frame(&self, k: usize) -> Frame<'_> {
+        let frame = &self.frames[k];
+        Frame::rgb8(&frame.rgb, frame.width, frame.height).unwrap()
+    }
+
+    pub fn rgb(&self, k: usize) -> &[u8] {
+        &self.frames[k].rgb
+    }
+
+    pub fn truth(&self, k: usize) -> BoundingBox {
+        let [x, y, w, h] = self.scene.truth(k).bbox;
+        BoundingBox { x, y, w, h }
+    }
+
+    /// A tracker that has begun on the truth of frame `k`.
+    pub fn begin(&self, config: &TrackerConfig, k: usize) -> Tracker {
+        let mut tracker = Tracker::new(config.clone()).unwrap();
+        tracker.init(&self.frame(k), self.truth(k)).unwrap();
+        tracker
+    }
+
+    /// Goes on over these frames.
+    pub fn go_on(&self, tracker: &mut Tracker, frames: Range<usize>) -> Vec<Estimate> {
+        frames.map(|k| tracker.update(&self.frame(k)).unwrap()).collect()
+    }
+
+    /// The estimates of all frames but the first of these.
+    pub fn track(&self, config: &TrackerConfig, frames: Range<usize>) -> Vec<Estimate> {
+        let mut tracker = self.begin(config, frames.start);
+        self.go_on(&mut tracker, frames.start + 1..frames.end)
+    }
+}
+
+/// The preset `paper` with so few particles and patches that a frame takes milliseconds.
+pub fn quick() -> TrackerConfig {
+    TrackerConfig { particles: 40, small_step: 8, ..TrackerConfig::preset("paper").unwrap() }
+}
+
+/// Every number of the estimates, to the last bit.
+pub fn bits(estimates: &[Estimate]) -> Vec<Vec<u64>> {
+    estimates.iter().map(|e| numbers(e).into_iter().map(f64::to_bits).collect()).collect()
+}
+
+pub fn numbers(estimate: &Estimate) -> Vec<f64> {
+    let Estimate { bbox, corners, likelihood, score, visible_large, visible_small, .. } = estimate;
+    let mut all = vec![bbox.x, bbox.y, bbox.w, bbox.h];
+    all.extend(corners.as_flattened());
+    all.extend([likelihood, score, visible_large, visible_small]);
+    all
+}

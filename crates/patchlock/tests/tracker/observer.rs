@@ -1,0 +1,166 @@
+//! What the observer is shown is what happened.
+
+use crate::film::{OCCLUDED, quick};
+use patchlock::appearance::weights::{patch_weight, position_weights};
+use patchlock::config::FirstTemplates;
+use patchlock::filter::particles::most_likely;
+use patchlock::observe::PatchView;
+use patchlock::vision::patches::PatchGrid;
+use patchlock::{Estimate, FrameView, TrackerConfig};
+
+const FRAMES: usize = 36;
+
+/// Tracks past the tree and hands over each frame's estimate with what was seen, and the templates before it.
+fn watch(config: &TrackerConfig, mut look: impl FnMut(&Estimate, &FrameView<'_>, &[Vec<f32>])) {
+    let mut tracker = OCCLUDED.begin(config, 0);
+    let mut templates: Vec<Vec<f32>> = Vec::new();
+    for k in 1..FRAMES {
+        // The estimate comes after the view, so the frame is tracked twice.
+        let mut twin = patchlock::Tracker::restore(tracker.snapshot()).unwrap();
+        let estimate = twin.update(&OCCLUDED.frame(k)).unwrap();
+        let mut views = 0;
+        let mut observer = |view: &FrameView<'_>| {
+            views += 1;
+            assert_eq!(view.frame, k as u64);
+            look(&estimate, view, &templates);
+            templates = view.templates.to_vec();
+        };
+        let same = tracker.update_observed(&OCCLUDED.frame(k), &mut observer).unwrap();
+        assert_eq!((same, views), (estimate, 1));
+    }
+}
+
+#[test]
+fn particles_and_likelihoods_are_those_of_the_estimate() {
+    let config = quick();
+    watch(&config, |estimate, view, _| {
+        assert_eq!(view.particles.len(), config.particles);
+        assert_eq!(view.likelihoods.len(), config.particles);
+        assert_eq!(view.best, most_likely(view.likelihoods));
+        assert!(view.likelihoods.iter().all(|&l| l <= view.likelihoods[view.best]));
+        assert_eq!(view.likelihoods[view.best], estimate.likelihood);
+        let state = view.particles[view.best];
+        assert_eq!(state.size(config.template_side), (estimate.bbox.w, estimate.bbox.h));
+        let [x, y] = estimate.bbox.centre();
+        assert!((x - state.x).abs() < 1e-9 && (y - state.y).abs() < 1e-9);
+        let norm: f64 = view.candidate.iter().map(|&v| f64::from(v).powi(2)).sum();
+        assert!((norm - 1.0).abs() < 1e-6);
+    });
+}
+
+/// The pooled share of a code's patch, as Eq. 10-11 have it.
+fn share(patch: &PatchView, location: usize, locations: usize) -> f64 {
+    let own = |atom: usize| atom % locations == location;
+    let sum = |of_own: bool| -> f64 {
+        let entries = patch.code.entries().filter(|&(atom, _)| !of_own || own(atom));
+        entries.map(|(_, x)| x.abs()).sum()
+    };
+    if sum(false) > 0.0 { sum(true) / sum(false) } else { 0.0 }
+}
+
+#[test]
+fn features_follow_from_the_codes() {
+    let config = quick();
+    watch(&config, |estimate, view, _| {
+        for (patches, map) in [(&view.large, &estimate.large), (&view.small, &estimate.small)] {
+            assert_eq!(patches.len(), map.rows * map.columns);
+            for (location, patch) in patches.iter().enumerate() {
+                assert!(patch.code.support().len() <= config.atoms);
+                let share = share(patch, location, patches.len());
+                assert!((patch.feature.share - share).abs() < 1e-12);
+                assert_eq!(patch.visible, patch.feature.error < config.epsilon);
+                assert_eq!(patch.visible, map.visible[location]);
+            }
+        }
+    });
+}
+
+#[test]
+fn the_likelihood_follows_from_the_features() {
+    let config = quick();
+    watch(&config, |estimate, view, _| {
+        let weighted = |patches: &[PatchView]| {
+            let side = (patches.len() as f64).sqrt() as usize;
+            let positions = position_weights(side, config.beta, true);
+            let weighted = patches.iter().zip(positions).map(|(patch, position)| {
+                patch_weight(patch.visible, position) * patch.feature.share
+            });
+            weighted.sum::<f64>() / patches.len() as f64
+        };
+        let gamma = (estimate.visible_large - 1.0).exp();
+        let want = gamma * weighted(&view.large) + weighted(&view.small);
+        assert!((estimate.likelihood - want).abs() < 1e-12, "{} {want}", estimate.likelihood);
+    });
+}
+
+/// The large dictionary is that of the templates after the frame before.
+#[test]
+fn errors_follow_from_codes_templates_and_candidate() {
+    let config = quick();
+    let grid = PatchGrid::new(32, config.large_patch, config.large_step, false);
+    let mut compared = 0;
+    watch(&config, |_, view, templates| {
+        if templates.is_empty() {
+            return;
+        }
+        let atoms: Vec<Vec<f32>> = templates.iter().map(|t| grid.cut_all(t)).collect();
+        let atoms: Vec<&[f32]> = atoms.iter().flat_map(|t| t.chunks_exact(grid.dim())).collect();
+        let candidate = grid.cut_all(view.candidate);
+        let patches = candidate.chunks_exact(grid.dim()).zip(&view.large);
+        for (location, (signal, patch)) in patches.enumerate() {
+            let mut left: Vec<f64> = signal.iter().map(|&v| f64::from(v)).collect();
+            for (atom, x) in patch.code.entries().filter(|(k, _)| k % grid.locations() == location)
+            {
+                left.iter_mut().zip(atoms[atom]).for_each(|(l, &d)| *l -= x * f64::from(d));
+            }
+            let error: f64 = left.iter().map(|v| v * v).sum();
+            assert!((error - patch.feature.error).abs() < 1e-9, "{error} {:?}", patch.feature);
+            compared += 1;
+        }
+    });
+    assert_eq!(compared, (FRAMES - 2) * 9);
+}
+
+#[test]
+fn a_template_is_replaced_on_every_fifth_frame() {
+    let config = quick();
+    let mut partly_hidden = 0;
+    watch(&config, |estimate, view, before| {
+        assert_eq!(view.templates.len(), config.templates);
+        assert!(view.templates.iter().all(|t| t.len() == 32 * 32));
+        let enough = estimate.visible_small + estimate.visible_large > 2.0 * config.delta;
+        let due = view.frame % config.update_interval as u64 == 0 && enough;
+        assert_eq!(view.update.is_some(), due, "frame {}", view.frame);
+        let Some(update) = view.update else {
+            assert!(before.is_empty() || before == view.templates);
+            return;
+        };
+        assert!((1..config.templates).contains(&update.replaced));
+        assert_eq!(update.mask.len(), 32 * 32);
+        assert!(update.mask.iter().all(|v| (0.0..=1.0).contains(v)));
+        partly_hidden += usize::from(update.mask.iter().any(|&v| v < 0.5));
+        let mut expected = before.to_vec();
+        expected.remove(update.replaced);
+        assert_eq!(view.templates[..config.templates - 1], expected);
+        assert_eq!(view.templates[0], before[0]);
+    });
+    assert!(partly_hidden > 0);
+}
+
+#[test]
+fn gathering_shows_the_templates_that_are_there() {
+    let with = |first_templates| TrackerConfig { first_templates, ..quick() };
+    watch(&with(FirstTemplates::Nearest), |_, view, _| {
+        let expected = (view.frame as usize + 1).min(10);
+        assert_eq!(view.templates.len(), expected, "frame {}", view.frame);
+        assert_eq!(view.update.is_some_and(|u| u.mask.is_empty()), false);
+    });
+    watch(&with(FirstTemplates::WarmUp), |_, view, _| {
+        assert_eq!(view.templates.len(), 10);
+        if view.frame <= 9 {
+            let update = view.update.unwrap();
+            assert_eq!((update.replaced, update.mask.len()), (1, 0));
+            assert_eq!(view.templates[9], view.candidate);
+        }
+    });
+}

@@ -1,0 +1,76 @@
+//! The same seed gives the same boxes, bit for bit, whatever else is different.
+
+use crate::film::{SIMPLE, bits, quick};
+use patchlock::config::FirstTemplates;
+use patchlock::{Estimate, FrameView, TrackerConfig};
+
+const FRAMES: std::ops::Range<usize> = 0..24;
+
+fn config() -> TrackerConfig {
+    TrackerConfig { small_step: 4, ..quick() }
+}
+
+fn on_threads(count: usize, config: &TrackerConfig) -> Vec<Estimate> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build().unwrap();
+    pool.install(|| SIMPLE.track(config, FRAMES))
+}
+
+#[test]
+fn on_any_number_of_threads() {
+    let one = on_threads(1, &config());
+    for count in [2, 5] {
+        let more = on_threads(count, &config());
+        assert_eq!(bits(&one), bits(&more), "{count} threads");
+        assert_eq!(one, more);
+    }
+    // In no pool of its own.
+    assert_eq!(one, SIMPLE.track(&config(), FRAMES));
+}
+
+#[test]
+fn with_an_observer() {
+    let mut tracker = SIMPLE.begin(&config(), 0);
+    let mut seen = 0;
+    let mut observer = |view: &FrameView<'_>| seen += view.particles.len();
+    let observed: Vec<_> = (1..FRAMES.end)
+        .map(|k| tracker.update_observed(&SIMPLE.frame(k), &mut observer).unwrap())
+        .collect();
+    assert_eq!(seen, (FRAMES.end - 1) * config().particles);
+    let alone = SIMPLE.track(&config(), FRAMES);
+    assert_eq!(bits(&observed), bits(&alone));
+    assert_eq!(observed, alone);
+}
+
+#[test]
+fn twice_but_not_with_another_seed() {
+    let first = SIMPLE.track(&config(), FRAMES);
+    assert_eq!(bits(&first), bits(&SIMPLE.track(&config(), FRAMES)));
+    let other = SIMPLE.track(&TrackerConfig { seed: 1, ..config() }, FRAMES);
+    assert!(bits(&first).iter().zip(bits(&other)).all(|(a, b)| *a != b));
+}
+
+#[test]
+fn after_beginning_anew_at_any_time() {
+    for first_templates in [FirstTemplates::Shifts, FirstTemplates::WarmUp, FirstTemplates::Nearest]
+    {
+        let config = TrackerConfig { first_templates, ..quick() };
+        let mut fresh = SIMPLE.begin(&config, 5);
+        let fresh = SIMPLE.go_on(&mut fresh, 6..20);
+        for tracked in [0, 1, 4, 13] {
+            let mut tracker = SIMPLE.begin(&config, 0);
+            SIMPLE.go_on(&mut tracker, 1..1 + tracked);
+            tracker.reinit(&SIMPLE.frame(5), SIMPLE.truth(5)).unwrap();
+            let again = SIMPLE.go_on(&mut tracker, 6..20);
+            assert_eq!(bits(&again), bits(&fresh), "{first_templates:?} after {tracked}");
+            assert_eq!(again, fresh);
+        }
+    }
+}
+
+#[test]
+fn the_first_estimate_is_the_box_itself() {
+    let mut tracker = SIMPLE.begin(&quick(), 0);
+    let estimate = tracker.reinit(&SIMPLE.frame(0), SIMPLE.truth(0)).unwrap();
+    assert!(estimate.bbox.overlap(&SIMPLE.truth(0)) > 1.0 - 1e-9);
+    assert!(estimate.score > 0.8, "{}", estimate.score);
+}
