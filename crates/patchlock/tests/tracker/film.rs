@@ -70,7 +70,7 @@ impl Film {
 
 /// The preset `paper` with so few particles and patches that a frame takes milliseconds.
 pub fn quick() -> TrackerConfig {
-    TrackerConfig { particles: 40, small_step: 8, ..TrackerConfig::preset("paper").unwrap() }
+    TrackerConfig { particles: 30, small_step: 8, ..TrackerConfig::preset("paper").unwrap() }
 }
 
 /// Every number of the estimates, to the last bit.
