@@ -14,7 +14,7 @@ pub const PRESETS: &[&str] = &["paper"];
 /// The most atoms that one code may hold.
 pub const MAX_ATOMS: usize = 8;
 
-/// The largest dictionary, in atoms; its Gram matrix then takes 256 MiB.
+/// The largest dictionary, in atoms; its Gram matrix then takes 512 MiB.
 pub const MAX_DICTIONARY: usize = 8192;
 
 /// The largest seed: every file format keeps whole numbers up to it.

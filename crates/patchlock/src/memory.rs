@@ -14,6 +14,9 @@ use serde::{Deserialize, Serialize};
 /// The stream of the random numbers; any fixed one does.
 const STREAM: u128 = 0x7061_7463_686c_6f63;
 
+/// More frames than any video has; counting on from here never overflows.
+const MAX_FRAMES: u64 = 1 << 53;
+
 /// The target as it is remembered between two frames. Templates and buffers are normalised candidates.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Memory {
@@ -241,6 +244,10 @@ impl Memory {
         };
         let checks = [
             (self.width > 0 && self.height > 0, "the frame size is 0"),
+            (
+                self.frames.max(self.steps) <= MAX_FRAMES,
+                "it has counted more frames than a video has",
+            ),
             (self.state.is_valid(), "the state is not a shape"),
             (enough && sound(&self.templates), "the templates do not fit the configuration"),
             (

@@ -18,7 +18,7 @@ pub struct FrameView<'a> {
     pub best: usize,
     /// The estimate's candidate: the warped, normalised template, row by row.
     pub candidate: &'a [f32],
-    /// The estimate's patches at the large and at the small scale.
+    /// The estimate's patches at the large and at the small scale; none while first templates are gathered by nearest neighbour.
     pub large: Vec<PatchView>,
     /// As `large`.
     pub small: Vec<PatchView>,

@@ -137,7 +137,8 @@ impl Tracker {
         self.step(frame, Some(observer))
     }
 
-    /// Everything that is needed to go on to the same boxes later: serialise it with any `serde` format that keeps floats exact.
+    /// Everything that is needed to go on to the same boxes later: serialise it with a `serde` format that
+    /// keeps floats exact and knows 128-bit integers, such as the text of JSON (with `serde_json`'s feature `float_roundtrip`).
     pub fn snapshot(&self) -> Snapshot {
         Snapshot::new(self.config.clone(), self.target.as_ref().map(|target| target.memory.clone()))
     }
@@ -309,6 +310,9 @@ impl Work {
         };
         self.likelihoods.clear();
         self.likelihoods.extend(self.candidates.chunks_exact(template.len()).map(product));
+        // Nothing is coded on this frame, so an observer must not find the codes of an earlier one.
+        self.large.begin(0, 0);
+        self.small.begin(0, 0);
     }
 
     fn estimate(&self, best: usize, target: &Target, config: &TrackerConfig) -> Estimate {

@@ -13,6 +13,18 @@
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
+/// Squared singular values below this are rounding: the vectors have norm 1, and `f32` resolves differences of 1e-8.
+const NOISE: f64 = 1e-20;
+
+/// A matrix of this size converges in some tens of iterations.
+const MAX_SVD_ITERATIONS: usize = 10_000;
+
+/// Nothing in the subspace of vectors of norm 1 is larger than this, rounding included.
+const MAX_ENTRY: f64 = 1.001;
+
+/// More vectors than any video has frames.
+const MAX_WEIGHT: f64 = 1e15;
+
 /// How the subspace forgets and what it keeps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SubspaceRules {
@@ -52,12 +64,15 @@ impl Subspace {
 
     /// Whether this could have come from vectors of length `dim`.
     pub fn fits(&self, dim: usize) -> bool {
-        let all = self.mean.iter().chain(&self.basis).chain(&self.values);
+        let entries = self.mean.iter().chain(&self.basis);
+        // The squares of the values add to at most the number of vectors, which is the weight.
+        let most = self.weight * MAX_ENTRY;
         self.mean.len() == dim
             && self.basis.len() == dim * self.values.len()
             && self.values.len() <= dim
-            && self.weight >= 0.0
-            && all.into_iter().chain([&self.weight]).all(|v| v.is_finite())
+            && (0.0..=MAX_WEIGHT).contains(&self.weight)
+            && entries.into_iter().all(|v| v.abs() <= MAX_ENTRY)
+            && self.values.iter().all(|v| (0.0..=most).contains(&(v * v)))
     }
 
     /// Takes in a batch of vectors of one length.
@@ -101,10 +116,13 @@ impl Subspace {
         let below = fresh.tr_mul(columns);
         joint.view_mut((old, old), (fresh.ncols(), columns.ncols())).copy_from(&below);
 
-        let svd = joint.svd(true, false);
-        let Some(turn) = svd.u else { return };
-        let values = svd.singular_values;
-        let least = values.norm_squared() * rules.keep;
+        // Where it does not converge (nothing of norm 1 makes it so), the subspace stays as it was.
+        let svd = joint.try_svd(true, false, f64::EPSILON, MAX_SVD_ITERATIONS);
+        let Some((turn, values)) = svd.and_then(|svd| svd.u.map(|u| (u, svd.singular_values)))
+        else {
+            return;
+        };
+        let least = (values.norm_squared() * rules.keep).max(NOISE);
         let mut order: Vec<usize> = (0..values.len()).collect();
         order.sort_by(|&a, &b| values[b].total_cmp(&values[a]));
         order.retain(|&k| values[k] > 0.0 && values[k] * values[k] >= least);

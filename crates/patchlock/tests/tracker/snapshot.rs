@@ -141,6 +141,10 @@ fn a_damaged_snapshot_is_refused() {
         ("/memory/batch/0", json!([1.0])),
         ("/memory/subspace/mean", json!([])),
         ("/memory/subspace/weight", json!(-1.0)),
+        ("/memory/subspace/mean", json!(vec![1e300; 1024])),
+        ("/memory/subspace/basis/0", json!(1e300)),
+        ("/memory/frames", json!(u64::MAX - 2)),
+        ("/memory/steps", json!(u64::MAX - 2)),
         ("/memory/rng", json!(5)),
     ];
     for (at, value) in replaced {
