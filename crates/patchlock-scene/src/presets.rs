@@ -5,7 +5,7 @@ use crate::config::{KeyLight, KeyPose, Post, SceneConfig, TargetLook};
 impl SceneConfig {
     /// 150 frames of 480 x 360 with everything: the target moves by up to four
     /// pixels a frame, turns, shrinks and grows, passes behind a tree that
-    /// hides half of it, and then the light fails and comes back too strong.
+    /// hides nearly half of it, and then the light fails and comes back too strong.
     pub fn demo() -> Self {
         SceneConfig {
             width: 480,

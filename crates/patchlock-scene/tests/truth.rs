@@ -86,14 +86,14 @@ fn hidden_share_is_what_the_trunk_hides() {
 }
 
 #[test]
-fn half_of_the_demo_target_is_hidden_for_about_25_frames() {
+fn nearly_half_of_the_demo_target_is_hidden_in_the_middle() {
     let scene = Scene::demo();
     let hidden: Vec<f64> = (0..scene.len()).map(|k| scene.truth(k).hidden).collect();
     assert!(hidden[..40].iter().all(|&h| h == 0.0));
     assert!(hidden[110..].iter().all(|&h| h == 0.0));
-    let half = hidden.iter().filter(|&&h| h > 0.45).count();
-    assert!((20..=30).contains(&half), "{half} frames");
-    assert!(hidden.iter().all(|&h| h < 0.6));
+    let half = hidden.iter().filter(|&&h| h > 0.4).count();
+    assert!((15..=25).contains(&half), "{half} frames");
+    assert!(hidden.iter().any(|&h| h > 0.45) && hidden.iter().all(|&h| h < 0.5));
 }
 
 #[test]
