@@ -62,7 +62,8 @@ const FORBIDDEN_WORDS: &[&str] =
 const CRATES: &[(&str, &[&str], &[&str])] = &[
     ("patchlock-scene", &[], &[]),
     ("patchlock", &[], &["patchlock-scene"]),
-    ("patchlock-cli", &["patchlock", "patchlock-scene"], &[]),
+    ("patchlock-eval", &["patchlock"], &["patchlock-scene"]),
+    ("patchlock-cli", &["patchlock", "patchlock-eval", "patchlock-scene"], &[]),
 ];
 
 fn library() -> PathBuf {
@@ -238,6 +239,23 @@ fn crates_depend_in_one_direction() {
             assert!(known, "the tests of {name} depend on {dependency}");
         }
         assert!(ours(&manifest, "build-dependencies").is_empty(), "{name}");
+    }
+}
+
+#[test]
+fn metrics_see_boxes_and_a_protocol() {
+    let metrics = library().join("../../patchlock-eval/src/metrics");
+    for file in rust_files(&metrics) {
+        let code = code(&file);
+        let own: BTreeSet<_> = names_behind(&code, "crate");
+        assert!(own.iter().all(|name| name == "protocol"), "{}: {own:?}", file.display());
+        let tracker: BTreeSet<_> = names_behind(&code, "patchlock");
+        assert!(
+            tracker.iter().all(|name| name == "BoundingBox"),
+            "{}: {tracker:?}",
+            file.display()
+        );
+        assert!(longest_climb(&code) <= 1, "{} climbs out of its room", file.display());
     }
 }
 

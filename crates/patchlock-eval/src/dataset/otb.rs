@@ -1,0 +1,60 @@
+//! The tracker benchmark's layout: `<Name>/img/0001.jpg`, `<Name>/groundtruth_rect.txt`, or `groundtruth_rect.1.txt` and so on where
+//! a sequence has several targets.
+
+use std::path::{Path, PathBuf};
+
+use super::{Builder, Dataset, Layout, table, truth};
+use crate::{Error, files};
+
+/// `None` where no folder below holds such a truth. The root may be a sequence itself.
+pub fn read(root: &Path) -> Result<Option<Dataset>, Error> {
+    let mut builder = Builder::new(Layout::Otb, root);
+    let mut folders = vec![root.to_path_buf()];
+    folders.extend(files::entries(root)?.into_iter().filter(|path| path.is_dir()));
+    for folder in folders {
+        read_sequence(&folder, &mut builder)?;
+    }
+    let found = !builder.dataset.sequences.is_empty() || !builder.dataset.remarks.is_empty();
+    Ok(found.then_some(builder.dataset))
+}
+
+fn read_sequence(folder: &Path, builder: &mut Builder) -> Result<(), Error> {
+    for file in files::entries(folder)? {
+        let file_name = files::name_of(&file);
+        let Some(part) = part_of(&file_name) else { continue };
+        let sequence = files::name_of(folder);
+        let name = if part.is_empty() { sequence } else { format!("{sequence}.{part}") };
+        let truth = truth::read(&file, Layout::Otb.origin());
+        let rows = truth.as_ref().map_or(0, |truth| truth.boxes.len());
+        let frames = frames(&files::images(&folder.join("img"))?, rows, &name);
+        builder.add(&name, truth, frames);
+    }
+    Ok(())
+}
+
+/// The part between `groundtruth_rect` and `.txt`: empty, or the number of the target.
+fn part_of(file: &str) -> Option<&str> {
+    let part = file.strip_prefix("groundtruth_rect")?.strip_suffix(".txt")?;
+    part.is_empty()
+        .then_some(part)
+        .or_else(|| part.strip_prefix('.').filter(|part| !part.is_empty()))
+}
+
+/// The images that belong to so many rows of truth: all of them, or those of the sequence's range in the table.
+fn frames(images: &[PathBuf], rows: usize, name: &str) -> Result<Vec<PathBuf>, String> {
+    if images.is_empty() {
+        return Err("there are no images in its folder img".to_string());
+    }
+    if images.len() == rows {
+        return Ok(images.to_vec());
+    }
+    let fitting = table::ranges(name).into_iter().filter(|range| range.len() == rows);
+    for range in fitting {
+        let inside = |image: &&PathBuf| files::number_of(image).is_some_and(|n| range.has(n));
+        let inside: Vec<PathBuf> = images.iter().filter(inside).cloned().collect();
+        if inside.len() == rows {
+            return Ok(inside);
+        }
+    }
+    Err(format!("{} images, but {rows} rows of truth", images.len()))
+}

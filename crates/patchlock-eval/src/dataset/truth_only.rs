@@ -1,0 +1,21 @@
+//! A folder of text files with boxes, a file a target.
+
+use std::path::Path;
+
+use super::{Builder, Dataset, Layout, truth};
+use crate::{Error, files};
+
+/// `None` where there is no text file of boxes.
+pub fn read(root: &Path) -> Result<Option<Dataset>, Error> {
+    let texts: Vec<_> = files::entries(root)?
+        .into_iter()
+        .filter(|path| path.is_file() && files::ends_with(path, "txt"))
+        .collect();
+    let mut builder = Builder::new(Layout::TruthOnly, root);
+    for file in texts {
+        let truth = truth::read(&file, Layout::TruthOnly.origin());
+        builder.add(&files::stem_of(&file), truth, Ok(Vec::new()));
+    }
+    // A folder where no text is a list of boxes is something else.
+    Ok((!builder.dataset.sequences.is_empty()).then_some(builder.dataset))
+}

@@ -1,0 +1,67 @@
+//! What can go wrong, said so that the user knows what to change.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Every error of this crate. Each names the place and the reason; [`Error::advice`] is the next step.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file or folder can't be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// The file or folder.
+        path: PathBuf,
+        /// The reason that the system gives.
+        source: io::Error,
+    },
+    /// The folder holds no sequences in a layout that is known.
+    #[error("{} is no dataset: {reason}", path.display())]
+    NoDataset {
+        /// The folder.
+        path: PathBuf,
+        /// What was looked for.
+        reason: String,
+    },
+    /// The folder or file holds no results in a layout that is known.
+    #[error("{} holds no results: {reason}", path.display())]
+    NoResults {
+        /// The folder or file.
+        path: PathBuf,
+        /// What was looked for.
+        reason: String,
+    },
+    /// A line of a file of boxes is not a box.
+    #[error("{}, line {line}: {reason}", path.display())]
+    Line {
+        /// The file.
+        path: PathBuf,
+        /// Line, counted from 1.
+        line: usize,
+        /// What is wrong with it.
+        reason: String,
+    },
+}
+
+impl Error {
+    /// The same for any path.
+    pub(crate) fn read(path: &Path, source: io::Error) -> Self {
+        Self::Read { path: path.to_path_buf(), source }
+    }
+
+    /// One line: what to do next.
+    pub fn advice(&self) -> &'static str {
+        match self {
+            Self::Read { .. } => "check the name and that you may read it",
+            Self::NoDataset { .. } => {
+                "name the folder that holds the sequences; patchlock dataset DIR says what is in a folder"
+            }
+            Self::NoResults { .. } => {
+                "name a tracker's folder with one text file a target, or a folder of such folders"
+            }
+            Self::Line { .. } => {
+                "a line is x,y,w,h; a box that the tracker did not give is NaN,NaN,NaN,NaN"
+            }
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! Folders and names of files.
+
+use std::cmp::Ordering;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::Error;
+
+/// What is in a folder, in natural order; names that begin with a dot are left out.
+pub fn entries(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let cannot = |error| Error::read(folder, error);
+    let mut paths = Vec::new();
+    for entry in fs::read_dir(folder).map_err(cannot)? {
+        let path = entry.map_err(cannot)?.path();
+        if !name_of(&path).starts_with('.') {
+            paths.push(path);
+        }
+    }
+    paths.sort_by(|a, b| natural_order(&name_of(a), &name_of(b)));
+    Ok(paths)
+}
+
+/// The last part of a path.
+pub fn name_of(path: &Path) -> String {
+    path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+/// The name without its end after the last dot.
+pub fn stem_of(path: &Path) -> String {
+    path.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+/// Whether the name ends so, in whatever case.
+pub fn ends_with(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|end| end.eq_ignore_ascii_case(extension))
+}
+
+/// `2` before `10`.
+pub fn natural_order(a: &str, b: &str) -> Ordering {
+    let key = |name: &str| -> Vec<(String, u128, usize)> {
+        let mut parts = Vec::new();
+        let mut rest = name;
+        while !rest.is_empty() {
+            let words = rest.find(|c: char| c.is_ascii_digit()).unwrap_or(rest.len());
+            let (word, behind) = rest.split_at(words);
+            let digits = behind.find(|c: char| !c.is_ascii_digit()).unwrap_or(behind.len());
+            let (number, behind) = behind.split_at(digits);
+            parts.push((word.to_string(), number.parse().unwrap_or(0), number.len()));
+            rest = behind;
+        }
+        parts
+    };
+    key(a).cmp(&key(b))
+}
+
+/// What counts as an image, by the end of its name.
+pub const IMAGE_EXTENSIONS: &[&str] = &["jpg", "jpeg", "png", "tif", "tiff", "bmp", "webp"];
+
+/// The images of a folder, in natural order; empty where there is no such folder.
+pub fn images(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    if !folder.is_dir() {
+        return Ok(Vec::new());
+    }
+    let is_image = |path: &PathBuf| IMAGE_EXTENSIONS.iter().any(|end| ends_with(path, end));
+    Ok(entries(folder)?.into_iter().filter(is_image).collect())
+}
+
+/// The number at the end of the stem: 12 of `img0012.jpg`.
+pub fn number_of(path: &Path) -> Option<u64> {
+    let stem = stem_of(path);
+    let digits = stem.len() - stem.trim_end_matches(|c: char| c.is_ascii_digit()).len();
+    stem[stem.len() - digits..].parse().ok()
+}

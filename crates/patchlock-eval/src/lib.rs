@@ -1,0 +1,20 @@
+//! The tracker benchmark: sequences in, trajectories on disk, scores out.
+//!
+//! The way of the data, in one direction: a [`dataset`] is read (frames and truth), a tracker's boxes are read as
+//! [`results`], [`metrics`] compares the two frame by frame and makes curves, and [`score`] sums them up over targets and seeds.
+//! Every convention of the comparison is a field of one value, [`protocol::Protocol`].
+//!
+//! Boxes are [`patchlock::BoundingBox`]: pixels counted from 0. The files of most benchmarks count from 1; a dataset knows its
+//! [`origin`](dataset::Dataset::origin), and results are taken to count as the truth does that they are scored against.
+
+pub mod dataset;
+pub mod error;
+mod files;
+pub mod metrics;
+pub mod names;
+pub mod protocol;
+pub mod results;
+pub mod score;
+pub mod text;
+
+pub use error::Error;

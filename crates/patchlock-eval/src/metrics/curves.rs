@@ -1,0 +1,153 @@
+//! From frames to curves.
+
+use super::frames::Comparison;
+use crate::protocol::{DP_PLACE, Protocol, SUCCESS_PLACE};
+
+/// Shares of frames at the thresholds of the protocol, 0 to 1.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Curves {
+    /// Share of frames whose centre is near enough.
+    pub precision: Vec<f64>,
+    /// The same with normalised distances.
+    pub normalised: Vec<f64>,
+    /// Share of frames that overlap enough.
+    pub success: Vec<f64>,
+}
+
+impl Curves {
+    /// Precision at 20 pixels.
+    pub fn dp20(&self) -> f64 {
+        self.precision.get(DP_PLACE).copied().unwrap_or(0.0)
+    }
+
+    /// Mean of the success curve.
+    pub fn auc(&self) -> f64 {
+        mean(&self.success)
+    }
+
+    /// Success at an overlap of 0.5.
+    pub fn success50(&self) -> f64 {
+        self.success.get(SUCCESS_PLACE).copied().unwrap_or(0.0)
+    }
+
+    /// Mean of the curve of normalised precision.
+    pub fn norm_precision(&self) -> f64 {
+        mean(&self.normalised)
+    }
+
+    /// The mean of several curves, point by point; `None` of none.
+    pub fn mean<'a>(curves: impl IntoIterator<Item = &'a Curves>) -> Option<Curves> {
+        let all: Vec<&Curves> = curves.into_iter().collect();
+        let mean = |part: fn(&Curves) -> &[f64]| -> Vec<f64> {
+            let points = all.first().map_or(0, |first| part(first).len());
+            let at = |k: usize| all.iter().map(|c| part(c)[k]).sum::<f64>() / all.len() as f64;
+            (0..points).map(at).collect()
+        };
+        (!all.is_empty()).then(|| Curves {
+            precision: mean(|c| &c.precision),
+            normalised: mean(|c| &c.normalised),
+            success: mean(|c| &c.success),
+        })
+    }
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+/// Counts of frames, which can be added up over several runs on one target before shares are made of them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tally {
+    /// Frames that count.
+    pub frames: usize,
+    /// Sum of their overlaps.
+    pub overlap: f64,
+    precision: Vec<usize>,
+    normalised: Vec<usize>,
+    success: Vec<usize>,
+}
+
+impl Tally {
+    /// Nothing counted yet.
+    pub fn new(protocol: &Protocol) -> Self {
+        Self {
+            frames: 0,
+            overlap: 0.0,
+            precision: vec![0; protocol.precision.len()],
+            normalised: vec![0; protocol.normalised.len()],
+            success: vec![0; protocol.success.len()],
+        }
+    }
+
+    /// Counts the frames of a comparison; the protocol is that of [`Tally::new`].
+    pub fn add(&mut self, comparison: &Comparison, protocol: &Protocol) {
+        for overlap in comparison.overlaps.iter().flatten() {
+            self.frames += 1;
+            self.overlap += overlap;
+            count(&mut self.success, &protocol.success, |threshold| *overlap > threshold);
+        }
+        for distance in comparison.distances.iter().flatten() {
+            count(&mut self.precision, &protocol.precision, |threshold| *distance <= threshold);
+        }
+        for distance in comparison.normalised.iter().flatten() {
+            count(&mut self.normalised, &protocol.normalised, |threshold| *distance <= threshold);
+        }
+    }
+
+    /// The shares; `None` where no frame counts.
+    pub fn curves(&self) -> Option<Curves> {
+        let share = |counts: &[usize]| -> Vec<f64> {
+            counts.iter().map(|&count| count as f64 / self.frames as f64).collect()
+        };
+        (self.frames > 0).then(|| Curves {
+            precision: share(&self.precision),
+            normalised: share(&self.normalised),
+            success: share(&self.success),
+        })
+    }
+
+    /// The mean overlap; `None` where no frame counts.
+    pub fn mean_overlap(&self) -> Option<f64> {
+        (self.frames > 0).then(|| self.overlap / self.frames as f64)
+    }
+}
+
+fn count(counts: &mut [usize], thresholds: &[f64], passes: impl Fn(f64) -> bool) {
+    for (count, &threshold) in counts.iter_mut().zip(thresholds) {
+        *count += usize::from(passes(threshold));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn at_most_for_distances_and_more_than_for_overlaps() {
+        let protocol = Protocol::otb();
+        let mut tally = Tally::new(&protocol);
+        let comparison = Comparison {
+            overlaps: vec![Some(1.0), Some(0.5), None, Some(0.15), Some(0.0)],
+            distances: vec![Some(0.0), Some(20.0), None, Some(20.5), Some(f64::INFINITY)],
+            normalised: vec![Some(0.0), Some(0.5), None, Some(0.51), Some(f64::INFINITY)],
+        };
+        tally.add(&comparison, &protocol);
+        let curves = tally.curves().unwrap();
+        assert_eq!((curves.precision[0], curves.precision[20]), (0.25, 0.5));
+        assert_eq!((curves.precision[21], curves.precision[50]), (0.75, 0.75));
+        assert_eq!((curves.normalised[0], curves.normalised[50]), (0.25, 0.5));
+        // 1 > 0.95 but not > 1; 0.15 is not > 0.15; 0 is not > 0.
+        assert_eq!((curves.success[0], curves.success[2], curves.success[3]), (0.75, 0.75, 0.5));
+        assert_eq!((curves.success[10], curves.success[19], curves.success[20]), (0.25, 0.25, 0.0));
+        assert_eq!(tally.mean_overlap(), Some(1.65 / 4.0));
+        tally.add(&comparison, &protocol);
+        assert_eq!(tally.curves().unwrap(), curves, "twice the same is the same share");
+        assert_eq!(tally.frames, 8);
+    }
+
+    #[test]
+    fn nothing_has_no_share() {
+        assert_eq!(Tally::new(&Protocol::otb()).curves(), None);
+        assert_eq!(Curves::mean([]), None);
+    }
+}

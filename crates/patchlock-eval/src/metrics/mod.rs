@@ -1,0 +1,7 @@
+//! Boxes against truth: per frame, and as curves. Sees boxes and a protocol, never a tracker.
+
+mod curves;
+mod frames;
+
+pub use curves::{Curves, Tally};
+pub use frames::{Comparison, compare, last_given};

@@ -1,0 +1,190 @@
+//! Text files of boxes: one line a frame, numbers with commas, tabs or blanks between them.
+//!
+//! Files come from many hands, so every encoding that occurs is read (UTF-8 with and without a mark, UTF-16, lines that end as on Windows), and what is odd
+//! is remembered to be told. What has no meaning is an error that names the line, never left out.
+
+use std::fs;
+use std::path::Path;
+
+use patchlock::BoundingBox;
+
+use crate::Error;
+
+/// The numbers of a file, a row a line.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Table {
+    /// One row a line; empty lines at the end are not rows.
+    pub rows: Vec<Vec<f64>>,
+    /// What is odd about the file but does not change its meaning, such as its encoding.
+    pub oddities: Vec<String>,
+}
+
+/// Reads a file of numbers.
+///
+/// # Errors
+/// [`Error::Read`]; [`Error::Line`] for a line that is empty or holds something that is no number.
+pub fn read(path: &Path) -> Result<Table, Error> {
+    let bytes = fs::read(path).map_err(|error| Error::read(path, error))?;
+    let (text, oddities) = decode(&bytes);
+    let mut rows = Vec::new();
+    for (k, line) in text.trim_end().lines().enumerate() {
+        rows.push(numbers(line).map_err(|reason| Error::Line {
+            path: path.to_path_buf(),
+            line: k + 1,
+            reason,
+        })?);
+    }
+    Ok(Table { rows, oddities })
+}
+
+/// The text of a file in whatever encoding, with what is odd about it.
+pub fn decode(bytes: &[u8]) -> (String, Vec<String>) {
+    let mut oddities = Vec::new();
+    let wide = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
+        let units: Vec<u16> = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
+        String::from_utf16_lossy(&units)
+    };
+    // Numbers in UTF-16 without a mark: every other byte is zero.
+    let zeros_at = |place: usize| {
+        bytes.len() > 3 && bytes.iter().skip(place).step_by(2).all(|&byte| byte == 0)
+    };
+    let mut note = |text: &str| oddities.push(text.to_string());
+    let text = if let Some(rest) = bytes.strip_prefix(&[0xef, 0xbb, 0xbf]) {
+        note("begins with a byte-order mark");
+        String::from_utf8_lossy(rest).into_owned()
+    } else if let Some(rest) = bytes.strip_prefix(&[0xff, 0xfe]) {
+        note("is in UTF-16");
+        wide(rest, u16::from_le_bytes)
+    } else if let Some(rest) = bytes.strip_prefix(&[0xfe, 0xff]) {
+        note("is in UTF-16");
+        wide(rest, u16::from_be_bytes)
+    } else if zeros_at(1) {
+        note("is in UTF-16 without a byte-order mark");
+        wide(bytes, u16::from_le_bytes)
+    } else if zeros_at(0) {
+        note("is in UTF-16 without a byte-order mark");
+        wide(bytes, u16::from_be_bytes)
+    } else {
+        String::from_utf8_lossy(bytes).into_owned()
+    };
+    // Old Macs ended lines with a lone carriage return.
+    if text.contains('\r') {
+        let text = text.replace("\r\n", "\n");
+        if text.contains('\r') {
+            note("ends lines with carriage returns alone");
+        }
+        return (text.replace('\r', "\n"), oddities);
+    }
+    (text, oddities)
+}
+
+/// The numbers of a line; the error says what is wrong with it.
+pub fn numbers(line: &str) -> Result<Vec<f64>, String> {
+    let line = line.trim();
+    if line.is_empty() {
+        return Err("the line is empty".to_string());
+    }
+    // With commas every field counts, also an empty one; blanks alone may be doubled.
+    let words: Vec<&str> = if line.contains(',') {
+        line.split(',').map(str::trim).collect()
+    } else {
+        line.split_whitespace().collect()
+    };
+    words.into_iter().enumerate().map(|(k, word)| number(word, k)).collect()
+}
+
+fn number(word: &str, place: usize) -> Result<f64, String> {
+    if word.is_empty() {
+        return Err(format!("field {} is empty", place + 1));
+    }
+    // How programs on old Windows print a NaN: 1.#QNAN, -1.#IND.
+    if word.contains("#QNAN") || word.contains("#IND") {
+        return Ok(f64::NAN);
+    }
+    let shown: String = word.chars().take(24).collect();
+    word.parse().map_err(|_| format!("\"{shown}\" is no number"))
+}
+
+/// The box of a row: `x,y,w,h`, or the upright box around a polygon of `x1,y1,x2,y2,..`. `None` for a row with NaN. `origin` is what
+/// the file calls the first pixel, 0 or 1.
+///
+/// # Errors
+/// What is wrong with the row.
+pub fn region(row: &[f64], origin: f64) -> Result<Option<BoundingBox>, String> {
+    if row.iter().any(|value| value.is_nan()) {
+        return match row.len() {
+            1 | 4 | 6 | 8 => Ok(None),
+            count => Err(format!("{count} numbers, where a box has 4")),
+        };
+    }
+    if let Some(value) = row.iter().find(|value| value.is_infinite()) {
+        return Err(format!("{value} is no place in a frame"));
+    }
+    match row {
+        [x, y, w, h] => Ok(Some(BoundingBox { x: x - origin, y: y - origin, w: *w, h: *h })),
+        points if points.len() >= 6 && points.len().is_multiple_of(2) => {
+            Ok(Some(around(points, origin)))
+        }
+        _ => Err(format!("{} numbers, where a box has 4 and a polygon 6, 8 or more", row.len())),
+    }
+}
+
+/// The upright box around the points, from the least to the largest coordinate.
+fn around(points: &[f64], origin: f64) -> BoundingBox {
+    let span = |first: usize| {
+        let values = || points.iter().skip(first).step_by(2).copied();
+        (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max))
+    };
+    let ((left, right), (top, bottom)) = (span(0), span(1));
+    BoundingBox { x: left - origin, y: top - origin, w: right - left, h: bottom - top }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commas_tabs_and_blanks() {
+        for line in ["1,2,3.5,4", "1\t2\t3.5\t4", " 1  2 3.5 4 ", "1, 2, 3.5,\t4"] {
+            assert_eq!(numbers(line), Ok(vec![1.0, 2.0, 3.5, 4.0]), "{line}");
+        }
+        assert_eq!(numbers("1,,3,4"), Err("field 2 is empty".to_string()));
+        assert_eq!(numbers("1,2,x,4"), Err("\"x\" is no number".to_string()));
+        assert_eq!(numbers(" "), Err("the line is empty".to_string()));
+        assert!(numbers("NaN -nan 1.#QNAN -1.#IND").unwrap().iter().all(|v| v.is_nan()));
+    }
+
+    #[test]
+    fn every_encoding_gives_the_same_text() {
+        let text = "1,2,3,4\n5,6,7,8\n";
+        let wide: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+        let big: Vec<u8> = text.encode_utf16().flat_map(u16::to_be_bytes).collect();
+        let files = [
+            (text.as_bytes().to_vec(), 0),
+            ([b"\xef\xbb\xbf", text.as_bytes()].concat(), 1),
+            ([b"\xff\xfe".to_vec(), wide.clone()].concat(), 1),
+            ([b"\xfe\xff".to_vec(), big.clone()].concat(), 1),
+            (wide, 1),
+            (big, 1),
+            (text.replace('\n', "\r\n").into_bytes(), 0),
+            (text.replace('\n', "\r").into_bytes(), 1),
+        ];
+        for (bytes, odd) in files {
+            let (decoded, oddities) = decode(&bytes);
+            assert_eq!((decoded.as_str(), oddities.len()), (text, odd), "{oddities:?}");
+        }
+        assert_eq!(decode(b"").0, "");
+    }
+
+    #[test]
+    fn rows_are_boxes_or_polygons() {
+        let bbox = BoundingBox { x: 9.0, y: 19.0, w: 30.0, h: 40.0 };
+        assert_eq!(region(&[10.0, 20.0, 30.0, 40.0], 1.0), Ok(Some(bbox)));
+        let polygon = [10.0, 60.0, 40.0, 20.0, 25.0, 20.0, 12.0, 30.0];
+        assert_eq!(region(&polygon, 1.0), Ok(Some(bbox)));
+        assert_eq!(region(&[f64::NAN, 1.0, 2.0, 3.0], 1.0), Ok(None));
+        for bad in [&[1.0, 2.0, 3.0][..], &[1.0; 5], &[1.0, 2.0, f64::INFINITY, 4.0], &[]] {
+            assert!(region(bad, 1.0).is_err(), "{bad:?}");
+        }
+    }
+}

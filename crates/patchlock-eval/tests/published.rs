@@ -1,0 +1,66 @@
+//! The scores of trackers whose boxes the benchmark's authors published, against the figures that they published. The boxes belong to others and
+//! are not part of the repository: `PATCHLOCK_DATA` names the folder that holds `otb2013-published/`; without it `../shared/data`, seen from the
+//! root of the workspace, is tried. Where there is none, the test says so and passes.
+
+use std::env;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use patchlock_eval::dataset::{Dataset, Layout};
+use patchlock_eval::protocol::Protocol;
+use patchlock_eval::{results, score};
+
+/// DP at 20 pixels and AUC over all 51 targets, one pass: Wu, Lim, Yang, CVPR 2013.
+const PUBLISHED: [(&str, f64, f64); 5] = [
+    ("SCM", 0.650, 0.499),
+    ("Struck", 0.656, 0.473),
+    ("TLD", 0.608, 0.438),
+    ("ASLA", 0.531, 0.435),
+    ("IVT", 0.500, 0.357),
+];
+
+fn published(test: &str) -> Option<PathBuf> {
+    let near = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    let folder =
+        env::var_os("PATCHLOCK_DATA").map_or_else(near, PathBuf::from).join("otb2013-published");
+    if folder.join("annotations").is_dir() {
+        return Some(folder);
+    }
+    let skipped = format!("{test}: SKIPPED, there is no {}", folder.display());
+    let _ = writeln!(std::io::stderr(), "{skipped} (PATCHLOCK_DATA names the folder around it)");
+    None
+}
+
+#[test]
+fn five_trackers_score_what_was_published() {
+    let Some(folder) = published("five_trackers_score_what_was_published") else { return };
+    let truth = Dataset::open(&folder.join("annotations")).unwrap();
+    assert_eq!((truth.layout, truth.sequences.len()), (Layout::TruthOnly, 51));
+    for (name, dp20, auc) in PUBLISHED {
+        let results = results::read(&folder.join(name), truth.origin()).unwrap();
+        let board = score::scoreboard(&results, &truth, &Protocol::otb());
+        assert!(board.refused.is_empty(), "{:?}", board.refused);
+        let [tracker] = &board.trackers[..] else {
+            panic!("one tracker, but {}", board.trackers.len())
+        };
+        assert_eq!((tracker.name.as_str(), tracker.targets.len()), (name, 51));
+        let (got_dp, got_auc) = (tracker.overall.dp20.mean, tracker.overall.auc.mean);
+        assert!((got_dp - dp20).abs() <= 0.002, "{name}: DP {got_dp:.4}, published {dp20}");
+        assert!((got_auc - auc).abs() <= 0.002, "{name}: AUC {got_auc:.4}, published {auc}");
+    }
+}
+
+#[test]
+fn a_trajectory_of_the_wrong_length_is_refused() {
+    let Some(folder) = published("a_trajectory_of_the_wrong_length_is_refused") else { return };
+    let truth = Dataset::open(&folder.join("annotations")).unwrap();
+    // Its files of two targets hold more frames than count.
+    let results = results::read(&folder.join("LSK"), truth.origin()).unwrap();
+    let reasons = score::tracker(&results[0], &truth, &Protocol::otb()).unwrap_err();
+    assert!(
+        reasons
+            .iter()
+            .any(|reason| reason.contains("770 boxes, but the truth of david has 471 frames")),
+        "{reasons:?}"
+    );
+}
