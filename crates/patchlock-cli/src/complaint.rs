@@ -59,6 +59,19 @@ impl fmt::Display for Complaint {
 
 impl std::error::Error for Complaint {}
 
+impl From<patchlock_eval::Error> for Complaint {
+    fn from(error: patchlock_eval::Error) -> Self {
+        use patchlock_eval::Error;
+        let (message, advice) = (error.to_string(), error.advice());
+        match error {
+            Error::NoDataset { .. } | Error::NoResults { .. } | Error::Conflict { .. } => {
+                usage(message).hint(advice)
+            }
+            _ => failed(message).hint(advice),
+        }
+    }
+}
+
 /// Prints an error as `error: ...` and `hint: ...`, and gives the exit code that belongs to it.
 pub fn report(error: &anyhow::Error) -> Exit {
     let mut text = format!("{error:#}");

@@ -7,7 +7,7 @@ use patchlock::{BoundingBox, Estimate, Tracker, TrackerConfig};
 use rayon::ThreadPool;
 
 use crate::complaint::{failed, usage};
-use crate::picture::Picture;
+use patchlock_eval::picture::Picture;
 
 /// More threads than any machine has: a number above it is a slip.
 const MOST_THREADS: usize = 1024;

@@ -9,7 +9,6 @@ pub mod complaint;
 pub mod engine;
 pub mod interrupt;
 pub mod output;
-pub mod picture;
 pub mod progress;
 pub mod settings;
 pub mod source;

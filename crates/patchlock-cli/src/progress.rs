@@ -2,7 +2,13 @@
 
 use std::io::IsTerminal;
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use patchlock_eval::bench::runner::Watch;
+use patchlock_eval::bench::store::Task;
+
+use crate::interrupt;
 
 /// A bar with speed and score; silent in a pipe and when asked to be.
 pub struct Progress {
@@ -40,5 +46,53 @@ impl Progress {
         if self.visible {
             eprintln!("{line}");
         }
+    }
+}
+
+/// A bar over the frames of many runs.
+pub struct RunsProgress {
+    bar: Progress,
+    runs: usize,
+    ended: AtomicUsize,
+    whole: AtomicUsize,
+}
+
+impl RunsProgress {
+    /// A bar for these runs.
+    pub fn new(tasks: &[Task], quiet: bool) -> Self {
+        let frames = tasks.iter().map(|task| task.frames.len()).sum();
+        let (ended, whole) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        Self { bar: Progress::new(Some(frames), quiet), runs: tasks.len(), ended, whole }
+    }
+
+    /// Takes the bar away; gives the number of runs that are complete.
+    pub fn finish(&self) -> usize {
+        self.bar.bar.finish_and_clear();
+        self.whole.load(Ordering::Relaxed)
+    }
+}
+
+impl Watch for RunsProgress {
+    fn begins(&self, task: &Task) {
+        let number = (self.ended.load(Ordering::Relaxed) + 1).min(self.runs);
+        self.bar.bar.set_message(format!(
+            "frames  run {number} of {}: {} seed {}",
+            self.runs, task.target, task.seed
+        ));
+    }
+
+    fn frame(&self) {
+        self.bar.bar.inc(1);
+    }
+
+    fn ends(&self, left: usize, complete: bool) {
+        self.ended.fetch_add(1, Ordering::Relaxed);
+        self.whole.fetch_add(usize::from(complete), Ordering::Relaxed);
+        // Frames that will not come any more must not be waited for.
+        self.bar.bar.dec_length(left as u64);
+    }
+
+    fn stopped(&self) -> bool {
+        interrupt::requested()
     }
 }

@@ -75,7 +75,7 @@ fn unknown_field(name: &str, file: &Path) -> Complaint {
 }
 
 /// Up to three names that could be meant.
-fn near_matches<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+pub fn near_matches<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let limit = (name.len() / 3).max(2);
     let mut near: Vec<(usize, &str)> = known
         .map(|other| (distance(name, other), other))

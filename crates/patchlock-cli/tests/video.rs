@@ -5,8 +5,8 @@ mod support;
 use std::fs;
 
 use patchlock_cli::output::mp4::Mp4Writer;
-use patchlock_cli::picture::Pixels;
 use patchlock_cli::source::{self, FrameRate};
+use patchlock_eval::picture::Pixels;
 use patchlock_scene::Scene;
 
 fn psnr(a: &[u8], b: &[u8]) -> f64 {

@@ -41,12 +41,63 @@ pub enum Error {
         /// What is wrong with it.
         reason: String,
     },
+    /// A file or folder can't be written.
+    #[error("cannot write {}: {source}", path.display())]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// The reason that the system gives.
+        source: io::Error,
+    },
+    /// A manifest of a run is damaged.
+    #[error("{} is no manifest: {reason}", path.display())]
+    Manifest {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A folder holds the runs of something else.
+    #[error("{} holds runs of something else: {difference}", path.display())]
+    Conflict {
+        /// The folder.
+        path: PathBuf,
+        /// What is different.
+        difference: String,
+    },
+    /// The frames of a sequence can't be used.
+    #[error("{0}")]
+    Sequence(String),
+    /// A frame can't be read.
+    #[error("cannot read the frame {}: {reason}", path.display())]
+    Frame {
+        /// The image file.
+        path: PathBuf,
+        /// The reason.
+        reason: String,
+    },
+    /// The tracker stopped in a frame.
+    #[error("the tracker stopped at {}: {reason}", path.display())]
+    Tracker {
+        /// The image file.
+        path: PathBuf,
+        /// The reason that it gives.
+        reason: String,
+    },
+    /// A tracker can't be made ready.
+    #[error("{0}")]
+    Subject(String),
 }
 
 impl Error {
     /// The same for any path.
     pub(crate) fn read(path: &Path, source: io::Error) -> Self {
         Self::Read { path: path.to_path_buf(), source }
+    }
+
+    /// The same for any path.
+    pub(crate) fn write(path: &Path, source: io::Error) -> Self {
+        Self::Write { path: path.to_path_buf(), source }
     }
 
     /// One line: what to do next.
@@ -59,6 +110,16 @@ impl Error {
             Self::NoResults { .. } => {
                 "name a tracker's folder with one text file a target, or a folder of such folders"
             }
+            Self::Write { .. } => "choose a folder that you may write in, and look at the disk",
+            Self::Manifest { .. } => {
+                "remove the file; the run that it belongs to is then made again"
+            }
+            Self::Conflict { .. } => {
+                "--name gives these runs a folder of their own, --out another place"
+            }
+            Self::Sequence(_) => "patchlock dataset DIR says what is wrong with each sequence",
+            Self::Frame { .. } => "replace the file",
+            Self::Tracker { .. } | Self::Subject(_) => "the other sequences are not affected",
             Self::Line { .. } => {
                 "a line is x,y,w,h; a box that the tracker did not give is NaN,NaN,NaN,NaN"
             }

@@ -1,10 +1,10 @@
 //! Folders and names of files.
 
-use std::cmp::Ordering;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::Error;
+use crate::images::is_image;
+use crate::{Error, natural};
 
 /// What is in a folder, in natural order; names that begin with a dot are left out.
 pub fn entries(folder: &Path) -> Result<Vec<PathBuf>, Error> {
@@ -16,7 +16,7 @@ pub fn entries(folder: &Path) -> Result<Vec<PathBuf>, Error> {
             paths.push(path);
         }
     }
-    paths.sort_by(|a, b| natural_order(&name_of(a), &name_of(b)));
+    paths.sort_by(|a, b| natural::compare(&name_of(a), &name_of(b)));
     Ok(paths)
 }
 
@@ -35,34 +35,12 @@ pub fn ends_with(path: &Path, extension: &str) -> bool {
     path.extension().is_some_and(|end| end.eq_ignore_ascii_case(extension))
 }
 
-/// `2` before `10`.
-pub fn natural_order(a: &str, b: &str) -> Ordering {
-    let key = |name: &str| -> Vec<(String, u128, usize)> {
-        let mut parts = Vec::new();
-        let mut rest = name;
-        while !rest.is_empty() {
-            let words = rest.find(|c: char| c.is_ascii_digit()).unwrap_or(rest.len());
-            let (word, behind) = rest.split_at(words);
-            let digits = behind.find(|c: char| !c.is_ascii_digit()).unwrap_or(behind.len());
-            let (number, behind) = behind.split_at(digits);
-            parts.push((word.to_string(), number.parse().unwrap_or(0), number.len()));
-            rest = behind;
-        }
-        parts
-    };
-    key(a).cmp(&key(b))
-}
-
-/// What counts as an image, by the end of its name.
-pub const IMAGE_EXTENSIONS: &[&str] = &["jpg", "jpeg", "png", "tif", "tiff", "bmp", "webp"];
-
 /// The images of a folder, in natural order; empty where there is no such folder.
 pub fn images(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     if !folder.is_dir() {
         return Ok(Vec::new());
     }
-    let is_image = |path: &PathBuf| IMAGE_EXTENSIONS.iter().any(|end| ends_with(path, end));
-    Ok(entries(folder)?.into_iter().filter(is_image).collect())
+    Ok(entries(folder)?.into_iter().filter(|path| is_image(path)).collect())
 }
 
 /// The number at the end of the stem: 12 of `img0012.jpg`.

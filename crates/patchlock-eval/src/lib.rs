@@ -7,11 +7,15 @@
 //! Boxes are [`patchlock::BoundingBox`]: pixels counted from 0. The files of most benchmarks count from 1; a dataset knows its
 //! [`origin`](dataset::Dataset::origin), and results are taken to count as the truth does that they are scored against.
 
+pub mod bench;
 pub mod dataset;
 pub mod error;
 mod files;
+pub mod images;
 pub mod metrics;
 pub mod names;
+pub mod natural;
+pub mod picture;
 pub mod protocol;
 pub mod results;
 pub mod score;

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use patchlock::BoundingBox;
 
-use crate::dataset::{Dataset, Sequence};
+use crate::dataset::{Dataset, OTB_ATTRIBUTES, Sequence};
 use crate::metrics::{self, Comparison, Curves, Tally};
 use crate::names;
 use crate::protocol::Protocol;
@@ -133,7 +133,7 @@ pub fn tracker(
     protocol: &Protocol,
 ) -> Result<TrackerScore, Vec<String>> {
     let mut reasons = results.faults.clone();
-    let mut notes = Vec::new();
+    let mut notes = results.notes.clone();
     let runs = by_target(results, truth, &mut reasons, &mut notes);
     let mut targets = Vec::new();
     for sequence in &truth.sequences {
@@ -282,6 +282,25 @@ fn common_seeds(targets: &[TargetScore], notes: &mut Vec<String>) -> Vec<u64> {
         ));
     }
     whole.into_iter().map(|(seed, _)| seed).collect()
+}
+
+/// The attributes that the targets of these trackers carry, with the targets that carry each; the tracker benchmark's own first and in its order.
+pub fn attributes(trackers: &[TrackerScore]) -> Vec<(String, Vec<String>)> {
+    let known = OTB_ATTRIBUTES.iter().map(|(name, _)| name.to_string());
+    let mut parts: Vec<(String, Vec<String>)> = known.map(|name| (name, Vec::new())).collect();
+    for target in trackers.iter().flat_map(|tracker| &tracker.targets) {
+        for attribute in &target.attributes {
+            let place = parts.iter().position(|(name, _)| name == attribute).unwrap_or_else(|| {
+                parts.push((attribute.clone(), Vec::new()));
+                parts.len() - 1
+            });
+            if !parts[place].1.contains(&target.target) {
+                parts[place].1.push(target.target.clone());
+            }
+        }
+    }
+    parts.retain(|(_, targets)| !targets.is_empty());
+    parts
 }
 
 /// The means over some targets, such as those of one attribute; `None` of no targets or no seeds.

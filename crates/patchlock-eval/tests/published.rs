@@ -37,7 +37,7 @@ fn five_trackers_score_what_was_published() {
     let truth = Dataset::open(&folder.join("annotations")).unwrap();
     assert_eq!((truth.layout, truth.sequences.len()), (Layout::TruthOnly, 51));
     for (name, dp20, auc) in PUBLISHED {
-        let results = results::read(&folder.join(name), truth.origin()).unwrap();
+        let results = results::read(&folder.join(name), &truth).unwrap();
         let board = score::scoreboard(&results, &truth, &Protocol::otb());
         assert!(board.refused.is_empty(), "{:?}", board.refused);
         let [tracker] = &board.trackers[..] else {
@@ -55,7 +55,7 @@ fn a_trajectory_of_the_wrong_length_is_refused() {
     let Some(folder) = published("a_trajectory_of_the_wrong_length_is_refused") else { return };
     let truth = Dataset::open(&folder.join("annotations")).unwrap();
     // Its files of two targets hold more frames than count.
-    let results = results::read(&folder.join("LSK"), truth.origin()).unwrap();
+    let results = results::read(&folder.join("LSK"), &truth).unwrap();
     let reasons = score::tracker(&results[0], &truth, &Protocol::otb()).unwrap_err();
     assert!(
         reasons

@@ -22,9 +22,9 @@ use crate::output::strip::{self, Panel};
 use crate::output::tables::{Format, Table};
 use crate::output::video::Video;
 use crate::output::{Sink, Tracked};
-use crate::picture::Picture;
 use crate::progress::Progress;
 use crate::source::FrameRate;
+use patchlock_eval::picture::Picture;
 
 const EXAMPLES: &str = "\
 EXAMPLES:

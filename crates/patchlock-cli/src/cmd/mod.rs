@@ -1,7 +1,9 @@
 //! The verbs, one file each.
 
+pub mod bench;
 pub mod config;
 pub mod demo;
+pub mod score;
 pub mod track;
 
 use anyhow::Result;
@@ -15,6 +17,8 @@ EXAMPLES:
       tracks what is in the box of the first frame
   patchlock config > my.toml
       writes all settings to a file, to change some and use them with track --config my.toml
+  patchlock bench OTB --out out && patchlock score out --truth OTB
+      tracks every target of a benchmark and scores it
 
 EXIT CODES:
   0  done
@@ -36,6 +40,8 @@ enum Verb {
     Track(Box<track::TrackArgs>),
     Demo(demo::DemoArgs),
     Config(config::ConfigArgs),
+    Bench(bench::BenchArgs),
+    Score(score::ScoreArgs),
 }
 
 impl Cli {
@@ -45,6 +51,8 @@ impl Cli {
             Verb::Track(args) => track::run(&args),
             Verb::Demo(args) => demo::run(&args),
             Verb::Config(args) => config::run(&args),
+            Verb::Bench(args) => bench::run(&args),
+            Verb::Score(args) => score::run(&args),
         }
     }
 }

@@ -14,10 +14,10 @@ use crate::output::row::Row;
 use crate::output::summary::Summary;
 use crate::output::tables::ReaderLeft;
 use crate::output::{Sink, Tracked};
-use crate::picture::Picture;
 use crate::progress::Progress;
 use crate::source::{self, Ahead, FrameRate, Order};
 use crate::{settings, target};
+use patchlock_eval::picture::Picture;
 
 const EXAMPLES: &str = "\
 EXAMPLES:

@@ -11,6 +11,7 @@ pub mod strip;
 pub mod summary;
 pub mod tables;
 pub mod text;
+pub mod text_table;
 pub mod video;
 
 use std::path::PathBuf;
@@ -18,7 +19,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use patchlock::Estimate;
 
-use crate::picture::Picture;
+use patchlock_eval::picture::Picture;
 use row::Row;
 
 /// Everything there is to say about one tracked frame.

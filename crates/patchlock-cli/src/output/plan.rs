@@ -37,8 +37,8 @@ impl Plan {
         overwrite: bool,
         inputs: &[&Path],
     ) -> Result<Self, Complaint> {
-        let tables: Result<Vec<_>, _> =
-            save.iter().map(|path| Ok((Format::of(path)?, path.clone()))).collect();
+        let table = |path: &PathBuf| Format::of(path).map(|format| (format, path.clone()));
+        let tables: Result<Vec<_>, _> = save.iter().map(table).collect();
         if let Some(video) = video {
             video::check_name(video)?;
         }

@@ -9,7 +9,7 @@ use anyhow::Result;
 use super::FrameSource;
 use crate::complaint::failed;
 use crate::interrupt;
-use crate::picture::Picture;
+use patchlock_eval::picture::Picture;
 
 /// Frames that wait, decoded: more would only cost memory.
 const DEPTH: usize = 2;

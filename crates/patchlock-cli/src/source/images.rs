@@ -1,28 +1,19 @@
 //! Frames from image files: a folder, a printf pattern, a glob, or one image.
 
 use std::fs;
-use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use image::{DynamicImage, ImageReader};
+use patchlock_eval::images::{self, EXTENSIONS, is_image};
+use patchlock_eval::natural;
+use patchlock_eval::picture::Picture;
 
-use super::{FrameRate, FrameSource, natural};
+use super::{FrameRate, FrameSource};
 use crate::complaint::failed;
-use crate::picture::{Picture, Pixels};
-
-/// What counts as an image, by the end of its name.
-pub const EXTENSIONS: &[&str] = &["jpg", "jpeg", "png", "tif", "tiff", "bmp", "webp"];
 
 /// A list of image files, one a frame.
 pub struct Images {
     files: Vec<PathBuf>,
-}
-
-/// Whether the name ends like an image.
-pub fn is_image(path: &Path) -> bool {
-    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
-    EXTENSIONS.iter().any(|known| known.eq_ignore_ascii_case(extension))
 }
 
 impl Images {
@@ -90,42 +81,12 @@ impl FrameSource for Images {
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>> {
         let Some(file) = self.files.get(index) else { return Ok(None) };
-        load(file).map(Some).map_err(|error| {
-            failed(format!("cannot read frame {index}, {}: {error:#}", file.display()))
+        images::load(file).map(Some).map_err(|error| {
+            failed(format!("cannot read frame {index}, {}: {error}", file.display()))
                 .hint("replace or remove that file; what was tracked before it is kept")
                 .into()
         })
     }
-}
-
-/// Reads one image in its own depth. Orientation tags of cameras are not applied: frames are taken as stored.
-pub fn load(file: &Path) -> Result<Picture> {
-    let bytes = fs::read(file)?;
-    anyhow::ensure!(!bytes.is_empty(), "the file is empty");
-    let reader = ImageReader::new(Cursor::new(&bytes)).with_guessed_format()?;
-    let is_jpeg = reader.format() == Some(image::ImageFormat::Jpeg);
-    let image = reader.decode()?;
-    anyhow::ensure!(!is_jpeg || jpeg_is_whole(&bytes), "the image data end too early");
-    Ok(to_picture(image))
-}
-
-/// JPEG decoders fill a missing rest with grey and say nothing, which would poison the track. A whole file has an
-/// end marker after its last start of scan; neither marker can occur inside compressed data.
-fn jpeg_is_whole(bytes: &[u8]) -> bool {
-    let last = |marker: u8| bytes.windows(2).rposition(|pair| pair == [0xff, marker]);
-    last(0xd9) > last(0xda)
-}
-
-fn to_picture(image: DynamicImage) -> Picture {
-    let (width, height) = (image.width() as usize, image.height() as usize);
-    let pixels = match image {
-        DynamicImage::ImageLuma8(grey) => Pixels::Grey8(grey.into_raw()),
-        DynamicImage::ImageLuma16(grey) => Pixels::Grey16(grey.into_raw()),
-        DynamicImage::ImageLumaA8(_) => Pixels::Grey8(image.into_luma8().into_raw()),
-        DynamicImage::ImageLumaA16(_) => Pixels::Grey16(image.into_luma16().into_raw()),
-        other => Pixels::Rgb8(other.into_rgb8().into_raw()),
-    };
-    Picture { width, height, pixels }
 }
 
 fn visible_files(folder: &Path) -> Result<Vec<PathBuf>> {
@@ -213,15 +174,5 @@ mod tests {
         );
         assert_eq!(Pattern::parse("100%.png"), None);
         assert_eq!(Pattern::parse("a%sd.png"), None);
-    }
-
-    #[test]
-    fn a_cut_jpeg_is_noticed() {
-        assert!(jpeg_is_whole(&[0xff, 0xd8, 0xff, 0xda, 1, 2, 0xff, 0xd9]));
-        assert!(
-            !jpeg_is_whole(&[0xff, 0xd8, 0xff, 0xd9, 0xff, 0xda, 1, 2]),
-            "the end marker is a thumbnail's"
-        );
-        assert!(!jpeg_is_whole(&[0xff, 0xd8, 0xff, 0xda, 1, 2]));
     }
 }

@@ -4,7 +4,6 @@ mod ahead;
 mod ffmpeg;
 mod images;
 mod mp4;
-mod natural;
 mod order;
 mod sps;
 mod y4m;
@@ -19,7 +18,7 @@ pub use ahead::Ahead;
 pub use order::Order;
 
 use crate::complaint::failed;
-use crate::picture::Picture;
+use patchlock_eval::picture::Picture;
 
 /// Frames a second, as a fraction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,7 +89,7 @@ fn open_file(path: &Path, reverse: bool) -> Result<Box<dyn FrameSource>> {
     if head.starts_with(y4m::MAGIC) {
         return Ok(Box::new(y4m::Y4mFile::open(path)?));
     }
-    if images::is_image(path) {
+    if patchlock_eval::images::is_image(path) {
         return Ok(Box::new(images::Images::single(path)));
     }
     if !mp4::looks_like_mp4(&head) {

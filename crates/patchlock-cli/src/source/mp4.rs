@@ -16,7 +16,7 @@ use super::sps::{self, StreamInfo};
 use super::{FrameRate, FrameSource};
 use crate::colour::{self, Colour, Matrix, Planes};
 use crate::complaint::failed;
-use crate::picture::Picture;
+use patchlock_eval::picture::Picture;
 
 /// Frames kept when reading backwards: a longer group of pictures is decoded again for each such part of it.
 const BACKWARD_WINDOW: usize = 64;

@@ -9,7 +9,7 @@ use anyhow::{Context, Result, bail};
 use super::{FrameRate, FrameSource};
 use crate::colour::{self, Colour, Planes};
 use crate::complaint::failed;
-use crate::picture::{Picture, Pixels};
+use patchlock_eval::picture::{Picture, Pixels};
 
 /// The first bytes of every such stream.
 pub const MAGIC: &[u8] = b"YUV4MPEG2";

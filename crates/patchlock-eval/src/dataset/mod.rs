@@ -11,8 +11,7 @@ use std::path::{Path, PathBuf};
 use patchlock::BoundingBox;
 
 use crate::Error;
-use crate::files;
-use crate::names;
+use crate::{names, natural};
 pub use table::OTB_ATTRIBUTES;
 
 /// How the files of a dataset lie.
@@ -106,7 +105,7 @@ impl Dataset {
     /// [`Error::Read`]; [`Error::NoDataset`] where no layout fits. What is wrong with one sequence is a remark, and the others are read.
     pub fn open(root: &Path) -> Result<Self, Error> {
         let mut dataset = read(root)?;
-        dataset.sequences.sort_by(|a, b| files::natural_order(&a.name, &b.name));
+        dataset.sequences.sort_by(|a, b| natural::compare(&a.name, &b.name));
         table::add_attributes(&mut dataset)?;
         Ok(dataset)
     }
@@ -114,6 +113,15 @@ impl Dataset {
     /// What its files call the first pixel: 0 or 1.
     pub fn origin(&self) -> f64 {
         self.layout.origin()
+    }
+
+    /// Why the frames of a target can't be used, in the words of the remark on it.
+    pub fn why_no_frames(&self, name: &str) -> String {
+        let about = |remark: &&Remark| {
+            remark.target.as_deref() == Some(name) && remark.severity == Severity::NoFrames
+        };
+        let remark = self.remarks.iter().find(about);
+        remark.map_or("it has no frames".to_string(), |remark| remark.text.clone())
     }
 
     /// The sequence of this name, in whatever spelling.

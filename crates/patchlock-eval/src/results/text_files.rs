@@ -1,47 +1,31 @@
-//! `<target>.txt` with `x,y,w,h` a line, as the tracker benchmark has it.
+//! `<target>.txt` in the tracker's folder: `x,y,w,h` a line as the tracker benchmark has it, or lines of MOT.
 
 use std::path::Path;
 
-use patchlock::BoundingBox;
-
-use super::{Layout, Results, Run};
+use super::{Layout, Results, boxes, mot, seconds};
 use crate::files::{ends_with, entries, name_of, stem_of};
 use crate::{Error, text};
 
 /// `None` where the folder has no text file.
 pub fn read(folder: &Path, origin: f64) -> Result<Option<Results>, Error> {
-    let mut results = Results {
-        name: name_of(folder),
-        layout: Layout::Otb,
-        runs: Vec::new(),
-        faults: Vec::new(),
-    };
+    let mut results = Results::new(name_of(folder), Layout::Otb);
     for file in entries(folder)?.into_iter().filter(|path| ends_with(path, "txt")) {
-        match boxes(&file, origin) {
-            Ok(boxes) => results.runs.push(Run {
-                target: stem_of(&file),
-                seed: 0,
-                variant: 0,
-                first: 0,
-                boxes,
-                seconds: None,
-                file,
-            }),
+        let target = stem_of(&file);
+        match text::read(&file) {
             Err(error) => results.faults.push(error.to_string()),
+            Ok(table) if mot::is_mot(&table) => {
+                results.layout = Layout::Mot;
+                results.add(target, 0, &file, mot::boxes(&file, &table, origin));
+            }
+            Ok(table) => {
+                results.add(target.clone(), 0, &file, boxes(&file, &table, origin));
+                // The got10k toolkit writes times to a folder beside the boxes.
+                let times = folder.join("times").join(format!("{target}_time.txt"));
+                if let Some(run) = results.runs.last_mut().filter(|run| run.file == file) {
+                    run.seconds = seconds(&times, run.boxes.len());
+                }
+            }
         }
     }
-    Ok((!results.runs.is_empty() || !results.faults.is_empty()).then_some(results))
-}
-
-/// The boxes of a file. A row with NaN is a box that was not given.
-pub fn boxes(file: &Path, origin: f64) -> Result<Vec<Option<BoundingBox>>, Error> {
-    let table = text::read(file)?;
-    let row = |(k, row): (usize, &Vec<f64>)| {
-        text::region(row, origin).map_err(|reason| Error::Line {
-            path: file.to_path_buf(),
-            line: k + 1,
-            reason,
-        })
-    };
-    table.rows.iter().enumerate().map(row).collect()
+    Ok((!results.is_empty()).then_some(results))
 }

@@ -1,0 +1,255 @@
+//! `patchlock bench`: a tracker over all sequences of a dataset, to trajectories on disk.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
+use clap::Args;
+use patchlock::TrackerConfig;
+use patchlock_eval::bench::runner::{self, Failure};
+use patchlock_eval::bench::schemes::Scheme;
+use patchlock_eval::bench::store::{Identity, Store, Task};
+use patchlock_eval::bench::subject::{Patchlock, Subject};
+use patchlock_eval::dataset::{Dataset, Sequence};
+use patchlock_eval::names;
+
+use crate::complaint::{Complaint, failed, interrupted, usage};
+use crate::progress::RunsProgress;
+use crate::{interrupt, settings};
+
+const EXAMPLES: &str = "\
+EXAMPLES:
+  patchlock bench OTB --out out
+      every target of the folder OTB once, with the preset paper, to out/paper
+  patchlock bench OTB --out out --seeds 5 --sequences David,Jogging
+      five seeds of three targets: Jogging has two
+  patchlock bench OTB --out out --config wide.toml --name wide --attributes FM,MB
+      other settings under a name of their own, on the targets with fast motion or motion blur
+  patchlock bench OTB --out out --shard 1/4
+      the first quarter of the work; all four may run at once, on machines that share the folder
+  patchlock score out --truth OTB
+      then: the scores
+
+It can be killed at any moment: the same command goes on where it stopped, with the same results. Times are honest only while nothing else
+runs and with --jobs 1.";
+
+/// Runs a tracker over the sequences of a dataset, and keeps boxes and times of each run
+///
+/// DATASET is recognised by looking; patchlock dataset DIR says what is in a folder. Boxes go to OUT/<name>/<protocol>/<target>/<seed>.txt, a
+/// line a frame as the truth has them, and everything about the run to .json beside it: settings and their hash, seed, machine, times.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct BenchArgs {
+    /// The folder with the sequences
+    dataset: PathBuf,
+
+    /// Folder for the results; it is made if it is missing
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+
+    /// Where the tracker begins: ope (the first frame), tre (20 start frames), sre (12 first boxes)
+    #[arg(long, value_name = "NAME", default_value = "ope")]
+    protocol: Scheme,
+
+    /// The set of settings to begin with
+    #[arg(long, value_name = "NAME", default_value = "paper")]
+    preset: String,
+
+    /// Settings that differ from the preset, as TOML; see patchlock config
+    #[arg(long, value_name = "FILE.toml")]
+    config: Option<PathBuf>,
+
+    /// Name of the results [default: that of the settings file, or of the preset]
+    #[arg(long)]
+    name: Option<String>,
+
+    /// Number of seeds to run each target with, from that of the settings on
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    seeds: u64,
+
+    /// Only these targets, or all targets of these sequences
+    #[arg(long, value_name = "A,B", value_delimiter = ',')]
+    sequences: Vec<String>,
+
+    /// Only targets that have at least one of these attributes
+    #[arg(long, value_name = "IV,OCC", value_delimiter = ',')]
+    attributes: Vec<String>,
+
+    /// Runs side by side, each on its share of the threads; with more than 1 the times say nothing about the speed
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1024))]
+    jobs: u64,
+
+    /// Threads for all runs together [default: one for each core]; the boxes are the same for any number
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1024))]
+    threads: Option<u64>,
+
+    /// Only the Ith of N parts of the runs, counted from 1; all parts may use one folder
+    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
+    shard: Option<(usize, usize)>,
+
+    /// No progress bar
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+fn parse_shard(text: &str) -> Result<(usize, usize), String> {
+    let numbers = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    numbers
+        .filter(|&(i, n): &(usize, usize)| (1..=n).contains(&i))
+        .ok_or_else(|| "it must be I/N with I from 1 to N, such as 1/4".to_string())
+}
+
+/// Runs what is not there yet.
+pub fn run(args: &BenchArgs) -> Result<()> {
+    let dataset = Dataset::open(&args.dataset).map_err(Complaint::from)?;
+    let config = settings::resolve(&args.preset, args.config.as_deref(), None)?;
+    let chosen = choose(&dataset, &args.sequences, &args.attributes)?;
+    let seeds: Vec<u64> = (0..args.seeds).map(|k| config.seed + k).collect();
+    let (tasks, mut failures) = runner::tasks(&dataset, &chosen, args.protocol, &seeds);
+    let (part, parts) = args.shard.unwrap_or((1, 1));
+    let tasks = runner::shard(tasks, part, parts);
+
+    let subject = Identity::patchlock(&config, &args.preset);
+    let store = Store::open(&args.out, &name(args)?, args.protocol, subject, dataset.origin())
+        .map_err(Complaint::from)?;
+    let all = tasks.len();
+    let tasks = runner::missing(tasks, &store).map_err(Complaint::from)?;
+    interrupt::listen()?;
+    let jobs = args.jobs as usize;
+    let threads = threads_each(args.threads, jobs);
+    let make = |seed| subject_for(&config, seed, threads);
+    let progress = RunsProgress::new(&tasks, args.quiet);
+    failures.extend(runner::run(&tasks, &store, &make, jobs, threads, &progress));
+    let made = progress.finish();
+    tell(args, &store, made, all - tasks.len(), &failures);
+    conclude(&tasks, made, &failures)
+}
+
+fn subject_for(
+    config: &TrackerConfig,
+    seed: u64,
+    threads: usize,
+) -> Result<Box<dyn Subject>, patchlock_eval::Error> {
+    Ok(Box::new(Patchlock::new(TrackerConfig { seed, ..config.clone() }, threads)?))
+}
+
+/// The share of one run.
+fn threads_each(threads: Option<u64>, jobs: usize) -> usize {
+    let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+    (threads.map_or_else(cores, |threads| threads as usize) / jobs).max(1)
+}
+
+/// The name of the tracker's folder.
+fn name(args: &BenchArgs) -> Result<String, Complaint> {
+    let stem = args.config.as_deref().and_then(Path::file_stem).map(|stem| stem.to_string_lossy());
+    let name = match (&args.name, stem) {
+        (Some(name), _) => name.clone(),
+        (None, Some(stem)) => stem.into_owned(),
+        (None, None) => args.preset.clone(),
+    };
+    let is_plain = !name.is_empty() && !name.starts_with('.') && !name.contains(['/', '\\']);
+    if is_plain {
+        return Ok(name);
+    }
+    Err(usage(format!("--name {name}: it is the name of a folder in --out"))
+        .hint("letters, digits, - and _ are good"))
+}
+
+/// The sequences that the options leave.
+fn choose<'a>(
+    dataset: &'a Dataset,
+    sequences: &[String],
+    attributes: &[String],
+) -> Result<Vec<&'a Sequence>, Complaint> {
+    let all = &dataset.sequences;
+    let means = |wanted: &str, sequence: &Sequence| {
+        let whole = sequence.name.rsplit_once('.').map_or("", |(whole, _)| whole);
+        names::same(wanted, &sequence.name) || names::same(wanted, whole)
+    };
+    for wanted in sequences {
+        if !all.iter().any(|sequence| means(wanted, sequence)) {
+            let near =
+                settings::near_matches(wanted, all.iter().map(|sequence| sequence.name.as_str()));
+            let advice = match near.is_empty() {
+                true => "patchlock dataset DIR lists them".to_string(),
+                false => format!("did you mean {}?", near.join(" or ")),
+            };
+            return Err(
+                usage(format!("--sequences: the dataset has no target {wanted}")).hint(advice)
+            );
+        }
+    }
+    for wanted in attributes {
+        if !all
+            .iter()
+            .any(|sequence| sequence.attributes.iter().any(|a| a.eq_ignore_ascii_case(wanted)))
+        {
+            return Err(usage(format!(
+                "--attributes: no target of the dataset has the attribute {wanted}"
+            ))
+            .hint(known_attributes(dataset)));
+        }
+    }
+    let named = |sequence: &&Sequence| {
+        sequences.is_empty() || sequences.iter().any(|wanted| means(wanted, sequence))
+    };
+    let fits = |sequence: &&Sequence| {
+        let has =
+            |wanted: &String| sequence.attributes.iter().any(|a| a.eq_ignore_ascii_case(wanted));
+        attributes.is_empty() || attributes.iter().any(has)
+    };
+    let chosen: Vec<&Sequence> = all.iter().filter(named).filter(fits).collect();
+    if chosen.is_empty() {
+        return Err(usage(
+            "no target is left: none of the --sequences has one of the --attributes",
+        )
+        .hint("patchlock dataset DIR lists the targets with their attributes"));
+    }
+    Ok(chosen)
+}
+
+fn known_attributes(dataset: &Dataset) -> String {
+    let mut known: Vec<&str> =
+        dataset.sequences.iter().flat_map(|s| &s.attributes).map(String::as_str).collect();
+    known.sort_unstable();
+    known.dedup();
+    match known.is_empty() {
+        true => {
+            "nothing is known about its attributes; attributes.csv beside the dataset may list them"
+                .to_string()
+        }
+        false => format!("they have {}", known.join(", ")),
+    }
+}
+
+/// What was done, and what to do next.
+fn tell(args: &BenchArgs, store: &Store, made: usize, before: usize, failures: &[Failure]) {
+    for failure in failures {
+        let run =
+            if failure.run.is_empty() { String::new() } else { format!(" ({})", failure.run) };
+        eprintln!("error: {}{run}: {}", failure.target, failure.error);
+    }
+    if args.quiet {
+        return;
+    }
+    let already = if before > 0 { format!(", {before} were there already") } else { String::new() };
+    println!("{made} runs made{already}; they are in {}", store.folder().display());
+    println!("next: patchlock score {} --truth {}", args.out.display(), args.dataset.display());
+}
+
+fn conclude(tasks: &[Task], made: usize, failures: &[Failure]) -> Result<()> {
+    if interrupt::requested() {
+        let left = tasks.len() - made;
+        return Err(interrupted(format!(
+            "stopped; {left} runs are left, and the same command goes on with them"
+        ))
+        .into());
+    }
+    if failures.is_empty() {
+        return Ok(());
+    }
+    let mut targets: Vec<&str> = failures.iter().map(|failure| failure.target.as_str()).collect();
+    targets.dedup();
+    Err(failed(format!("{} of the runs failed, on {}", failures.len(), names::some_of(&targets)))
+        .hint("the others are complete; the same command tries again what is missing")
+        .into())
+}

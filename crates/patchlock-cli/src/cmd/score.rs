@@ -1,0 +1,277 @@
+//! `patchlock score`: results against truth, in numbers.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use anyhow::Result;
+use clap::{Args, ValueEnum};
+use patchlock_eval::dataset::Dataset;
+use patchlock_eval::protocol::Protocol;
+use patchlock_eval::results;
+use patchlock_eval::score::{self, Measure, Scoreboard, Summary, TrackerScore};
+use serde_json::{Value, json};
+
+use crate::complaint::{Complaint, failed};
+use crate::output::text_table::TextTable;
+
+const EXAMPLES: &str = "\
+EXAMPLES:
+  patchlock score out --truth OTB
+      every tracker whose results are in the folder out, such as patchlock bench writes them
+  patchlock score published/SCM published/Struck --truth published/annotations
+      results of others, against a folder with a text file of truth for each target
+  patchlock score out --truth OTB --by attribute
+      and the same for the targets that share an attribute
+  patchlock score out --truth OTB --json > scores.json
+
+RESULTS are recognised by looking: what patchlock bench writes; <target>.txt with x,y,w,h a line (OTB, got10k); <target>/<target>_001.txt
+(got10k, VOT with its codes and polygons); <target>.txt with frame,id,x,y,w,h,.. (MOT). Names of targets may differ in case
+and in - _ . before a number.
+
+DP is the share of frames whose centre is within 20 pixels of the truth, AUC the mean success over 21 overlap thresholds. METHODOLOGY.md has
+every convention.";
+
+/// Scores results against the truth: precision, success, overlap, speed, with their spread over seeds
+///
+/// A tracker's number is the mean over targets, then over seeds; +- is the standard deviation over seeds. A tracker with a
+/// trajectory of the wrong length, or one that can't be read, is not scored, and the exit code is 1.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct ScoreArgs {
+    /// Folders of trackers, or folders around such folders
+    #[arg(required = true)]
+    results: Vec<PathBuf>,
+
+    /// The dataset, or a folder of text files with the true boxes, one file a target
+    #[arg(long, value_name = "DATASET|DIR")]
+    truth: PathBuf,
+
+    /// Also score parts of the dataset
+    #[arg(long, value_name = "WHAT")]
+    by: Option<By>,
+
+    /// JSON on standard output instead of tables
+    #[arg(long)]
+    json: bool,
+}
+
+/// Parts of a dataset.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum By {
+    /// The targets that share an attribute
+    Attribute,
+    /// Each target
+    Target,
+}
+
+/// Scores and prints.
+pub fn run(args: &ScoreArgs) -> Result<()> {
+    let truth = Dataset::open(&args.truth).map_err(Complaint::from)?;
+    let results = results::read_all(&args.results, &truth).map_err(Complaint::from)?;
+    let board = score::scoreboard(&results, &truth, &Protocol::otb());
+    let text = if args.json {
+        serde_json::to_string_pretty(&json_of(&board, args.by))? + "\n"
+    } else {
+        tables(&board, args.by)
+    };
+    match io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush()) {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => return Err(error.into()),
+        _ => {}
+    }
+    tell_notes(&board, truth.sequences.len());
+    conclude(&board)
+}
+
+/// What a reader should know, on standard error, so that the tables stay clean.
+fn tell_notes(board: &Scoreboard, targets: usize) {
+    for tracker in &board.trackers {
+        for note in &tracker.notes {
+            eprintln!("note: {}: {note}", tracker.name);
+        }
+    }
+    let differ = board.trackers.iter().any(|tracker| {
+        let names =
+            |t: &TrackerScore| t.targets.iter().map(|t| t.target.clone()).collect::<Vec<_>>();
+        names(tracker) != names(&board.trackers[0])
+    });
+    if differ {
+        eprintln!(
+            "note: the trackers were scored on different targets of the {targets}: compare their means with care"
+        );
+    }
+}
+
+fn conclude(board: &Scoreboard) -> Result<()> {
+    for refused in &board.refused {
+        for reason in &refused.reasons {
+            eprintln!("error: {}: {reason}", refused.name);
+        }
+    }
+    if board.refused.is_empty() {
+        return Ok(());
+    }
+    let names: Vec<&str> = board.refused.iter().map(|refused| refused.name.as_str()).collect();
+    Err(failed(format!("not scored: {}", names.join(", ")))
+        .hint("a result has one box for each row of its target's truth: correct the files, or leave the tracker out")
+        .into())
+}
+
+/// The tables for people.
+fn tables(board: &Scoreboard, by: Option<By>) -> String {
+    let mut text = String::new();
+    if !board.trackers.is_empty() {
+        text += &overall(board).text();
+    }
+    match by {
+        None => {}
+        Some(By::Attribute) => {
+            for (title, number) in NUMBERS {
+                text += &format!(
+                    "\n{title} by attribute\n\n{}",
+                    parts(board, &attributes(board), number).text()
+                );
+            }
+        }
+        Some(By::Target) => {
+            for (title, number) in NUMBERS {
+                text += &format!(
+                    "\n{title} by target\n\n{}",
+                    parts(board, &each_target(board), number).text()
+                );
+            }
+        }
+    }
+    text
+}
+
+/// A number of a summary.
+type Number = fn(&Summary) -> Measure;
+
+/// The two numbers that the tables of parts show.
+const NUMBERS: [(&str, Number); 2] = [("DP", |s| s.dp20), ("AUC", |s| s.auc)];
+
+fn overall(board: &Scoreboard) -> TextTable {
+    let titles = [
+        "tracker",
+        "targets",
+        "seeds",
+        "DP",
+        "AUC",
+        "success 0.5",
+        "overlap",
+        "norm. prec.",
+        "fps",
+    ];
+    let mut table = TextTable::new(&titles);
+    let mut trackers: Vec<&TrackerScore> = board.trackers.iter().collect();
+    trackers.sort_by(|a, b| b.overall.auc.mean.total_cmp(&a.overall.auc.mean));
+    for tracker in trackers {
+        let s = &tracker.overall;
+        table.row([
+            tracker.name.clone(),
+            tracker.targets.len().to_string(),
+            tracker.seeds.len().to_string(),
+            with_spread(s.dp20),
+            with_spread(s.auc),
+            with_spread(s.success50),
+            with_spread(s.mean_overlap),
+            with_spread(s.norm_precision),
+            s.fps.map_or("-".to_string(), |fps| format!("{:.1}", fps.mean)),
+        ]);
+    }
+    table
+}
+
+fn with_spread(measure: Measure) -> String {
+    match measure.sd {
+        Some(sd) => format!("{:.3} +- {sd:.3}", measure.mean),
+        None => format!("{:.3}", measure.mean),
+    }
+}
+
+/// A part of the dataset: its name and its targets.
+type Part = (String, Vec<String>);
+
+/// The attributes that occur, in the benchmark's order, with their targets.
+fn attributes(board: &Scoreboard) -> Vec<Part> {
+    score::attributes(&board.trackers)
+}
+
+fn each_target(board: &Scoreboard) -> Vec<Part> {
+    let mut parts: Vec<Part> = Vec::new();
+    for target in board.trackers.iter().flat_map(|tracker| &tracker.targets) {
+        if !parts.iter().any(|(name, _)| *name == target.target) {
+            parts.push((target.target.clone(), vec![target.target.clone()]));
+        }
+    }
+    parts
+}
+
+/// A row a part, a column a tracker.
+fn parts(board: &Scoreboard, parts: &[Part], number: Number) -> TextTable {
+    let mut titles = vec!["", "targets"];
+    titles.extend(board.trackers.iter().map(|tracker| tracker.name.as_str()));
+    let mut table = TextTable::new(&titles);
+    for (name, targets) in parts {
+        let mut row = vec![name.clone(), targets.len().to_string()];
+        row.extend(board.trackers.iter().map(|tracker| {
+            part(tracker, targets).map_or("-".to_string(), |s| with_spread(number(&s)))
+        }));
+        table.row(row);
+    }
+    table
+}
+
+fn part(tracker: &TrackerScore, targets: &[String]) -> Option<Summary> {
+    let inside = tracker.targets.iter().filter(|target| targets.contains(&target.target));
+    score::summary(inside, &tracker.seeds)
+}
+
+fn json_of(board: &Scoreboard, by: Option<By>) -> Value {
+    let trackers: Vec<Value> =
+        board.trackers.iter().map(|tracker| tracker_json(board, tracker, by)).collect();
+    let refused = board.refused.iter();
+    let refused: Vec<Value> =
+        refused.map(|refused| json!({"name": refused.name, "reasons": refused.reasons})).collect();
+    json!({"trackers": trackers, "refused": refused})
+}
+
+fn tracker_json(board: &Scoreboard, tracker: &TrackerScore, by: Option<By>) -> Value {
+    let mut value = summary_json(&tracker.overall);
+    value["name"] = json!(tracker.name);
+    value["targets"] = json!(tracker.targets.len());
+    value["seeds"] = json!(tracker.seeds.len());
+    value["notes"] = json!(tracker.notes);
+    let parts = match by {
+        None => return value,
+        Some(By::Attribute) => ("attributes", attributes(board)),
+        Some(By::Target) => ("by_target", each_target(board)),
+    };
+    let mut object = serde_json::Map::new();
+    for (name, targets) in parts.1 {
+        let Some(summary) = part(tracker, &targets) else { continue };
+        let mut part = summary_json(&summary);
+        part["targets"] = json!(targets.len());
+        object.insert(name, part);
+    }
+    value[parts.0] = Value::Object(object);
+    value
+}
+
+/// The numbers; `_sd` is null where there is one seed, `fps` where times are not known.
+fn summary_json(s: &Summary) -> Value {
+    let mut value = json!({});
+    let measures = [
+        ("dp20", Some(s.dp20)),
+        ("auc", Some(s.auc)),
+        ("success50", Some(s.success50)),
+        ("mean_overlap", Some(s.mean_overlap)),
+        ("norm_precision", Some(s.norm_precision)),
+        ("fps", s.fps),
+    ];
+    for (name, measure) in measures {
+        value[name] = json!(measure.map(|m| m.mean));
+        value[format!("{name}_sd")] = json!(measure.and_then(|m| m.sd));
+    }
+    value
+}

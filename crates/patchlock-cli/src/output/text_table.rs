@@ -1,0 +1,57 @@
+//! Tables in plain text: names to the left, numbers to the right.
+
+/// Rows under titles, as wide as their widest cell.
+pub struct TextTable {
+    rows: Vec<Vec<String>>,
+}
+
+impl TextTable {
+    /// A table with these titles.
+    pub fn new(titles: &[&str]) -> Self {
+        Self { rows: vec![titles.iter().map(|title| title.to_string()).collect()] }
+    }
+
+    /// Adds a row.
+    pub fn row(&mut self, cells: impl IntoIterator<Item = String>) {
+        self.rows.push(cells.into_iter().collect());
+    }
+
+    /// The table, a line a row.
+    pub fn text(&self) -> String {
+        let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
+        let width = |k: usize| {
+            let cells = self.rows.iter().filter_map(|row| row.get(k));
+            cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
+        };
+        let widths: Vec<usize> = (0..columns).map(width).collect();
+        let mut text = String::new();
+        for row in &self.rows {
+            let mut line = String::new();
+            for (k, (cell, &width)) in row.iter().zip(&widths).enumerate() {
+                line += &match k {
+                    0 => format!("{cell:<width$}"),
+                    _ => format!("  {cell:>width$}"),
+                };
+            }
+            text += line.trim_end();
+            text.push('\n');
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_are_aligned() {
+        let mut table = TextTable::new(&["tracker", "DP"]);
+        table.row(["a".to_string(), "0.5".to_string()]);
+        table.row(["longer name".to_string(), "0.123 +- 0.001".to_string()]);
+        let lines: Vec<String> = table.text().lines().map(str::to_string).collect();
+        assert_eq!(lines[0], "tracker                  DP");
+        assert_eq!(lines[1], "a                       0.5");
+        assert_eq!(lines[2], "longer name  0.123 +- 0.001");
+    }
+}

@@ -1,0 +1,158 @@
+//! All runs, one after the other or several side by side.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+use super::schemes::{self, Scheme};
+use super::store::{Store, Task};
+use super::subject::Subject;
+use crate::dataset::{Dataset, Sequence};
+use crate::{Error, images};
+
+/// Makes a new tracker under test for a seed.
+pub type Make<'a> = &'a (dyn Fn(u64) -> Result<Box<dyn Subject>, Error> + Sync);
+
+/// What is told on the way, from any thread.
+pub trait Watch: Sync {
+    /// A run begins.
+    fn begins(&self, task: &Task);
+    /// One frame more was tracked.
+    fn frame(&self);
+    /// A run has ended; so many of its frames were not tracked, and it is complete or not.
+    fn ends(&self, left: usize, complete: bool);
+    /// Whether to stop: the runs that are not complete are dropped.
+    fn stopped(&self) -> bool;
+}
+
+/// A run that was not possible.
+#[derive(Debug)]
+pub struct Failure {
+    /// The target.
+    pub target: String,
+    /// The run, such as `seed 1`; empty where the whole target is meant.
+    pub run: String,
+    /// The reason.
+    pub error: Error,
+}
+
+/// The runs to make on sequences: every target, then every seed, then every start. Sequences whose frames can't be used are failures.
+pub fn tasks(
+    dataset: &Dataset,
+    sequences: &[&Sequence],
+    scheme: Scheme,
+    seeds: &[u64],
+) -> (Vec<Task>, Vec<Failure>) {
+    let (mut tasks, mut failures) = (Vec::new(), Vec::new());
+    for sequence in sequences {
+        let mut fail = |error| {
+            failures.push(Failure { target: sequence.name.clone(), run: String::new(), error });
+        };
+        if sequence.frames.len() != sequence.truth.len() {
+            fail(Error::Sequence(dataset.why_no_frames(&sequence.name)));
+            continue;
+        }
+        let size = || {
+            let path = sequence.frames.first().cloned().unwrap_or_default();
+            images::size(&path).map_err(|error| Error::Frame { path, reason: error.to_string() })
+        };
+        match schemes::starts(scheme, sequence, dataset.origin(), size) {
+            Err(error) => fail(error),
+            Ok(starts) => {
+                for (&seed, start) in
+                    seeds.iter().flat_map(|seed| starts.iter().map(move |start| (seed, start)))
+                {
+                    let (target, frames) =
+                        (sequence.name.clone(), sequence.frames[start.first..].to_vec());
+                    tasks.push(Task { target, frames, seed, start: *start });
+                }
+            }
+        }
+    }
+    (tasks, failures)
+}
+
+/// Makes the runs, `jobs` of them side by side, each tracker with so many threads. One that fails is reported and holds nobody up.
+pub fn run(
+    tasks: &[Task],
+    store: &Store,
+    make: Make<'_>,
+    jobs: usize,
+    threads: usize,
+    watch: &dyn Watch,
+) -> Vec<Failure> {
+    let next = AtomicUsize::new(0);
+    let failures = Mutex::new(Vec::new());
+    let work = || {
+        while let Some(task) = tasks.get(next.fetch_add(1, Ordering::Relaxed)) {
+            if watch.stopped() {
+                return;
+            }
+            watch.begins(task);
+            let mut done = 0;
+            let result = one(task, store, make, jobs, threads, watch, &mut done);
+            let left = task.frames.len() - done;
+            watch.ends(left, left == 0 && result.is_ok());
+            if let Err(error) = result {
+                let run = format!("seed {}, start {}", task.seed, task.start.variant);
+                let failure = Failure { target: task.target.clone(), run, error };
+                failures.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(failure);
+            }
+        }
+    };
+    thread::scope(|scope| (0..jobs.max(1)).for_each(|_| drop(scope.spawn(work))));
+    failures.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+/// One run; counts its frames.
+fn one(
+    task: &Task,
+    store: &Store,
+    make: Make<'_>,
+    jobs: usize,
+    threads: usize,
+    watch: &dyn Watch,
+    done: &mut usize,
+) -> Result<(), Error> {
+    let mut subject = make(task.seed)?;
+    let (mut boxes, mut seconds) = (Vec::new(), Vec::new());
+    for frame in &task.frames {
+        if watch.stopped() {
+            return Ok(());
+        }
+        let answer = if boxes.is_empty() {
+            subject.begin(frame, task.start.bbox)?
+        } else {
+            subject.follow(frame)?
+        };
+        boxes.push(answer.bbox);
+        seconds.push(answer.seconds);
+        *done += 1;
+        watch.frame();
+    }
+    store.keep(task, &boxes, seconds, threads, jobs)
+}
+
+/// The tasks that a shard `part` of `parts` makes, counted from 1.
+pub fn shard(tasks: Vec<Task>, part: usize, parts: usize) -> Vec<Task> {
+    tasks
+        .into_iter()
+        .enumerate()
+        .filter(|(k, _)| k % parts + 1 == part)
+        .map(|(_, task)| task)
+        .collect()
+}
+
+/// Those that are not in the store yet.
+///
+/// # Errors
+/// [`Error::Conflict`].
+pub fn missing(tasks: Vec<Task>, store: &Store) -> Result<Vec<Task>, Error> {
+    let mut missing = Vec::new();
+    for task in tasks {
+        if !store.holds(&task)? {
+            missing.push(task);
+        }
+    }
+    Ok(missing)
+}

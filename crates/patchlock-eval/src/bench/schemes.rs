@@ -1,0 +1,237 @@
+//! Where a tracker begins: once, at many frames, or on many boxes. After Wu, Lim, Yang (CVPR 2013) and the program that they gave away with it.
+//!
+//! - **OPE**, one-pass evaluation: from the first frame that has truth, on its true box.
+//! - **TRE**, temporal robustness: 20 starts. Let the frames that may be started on be those whose true box has a positive position and size
+//!   (in the files' own numbers) and at least 19 frames after them, and E their count. The starts are, of these, numbers `1 + floor(k E / 19)` for
+//!   `k = 0 .. 18`, and number E; each runs to the end of the sequence. The program leaves out more frames, from lists of its authors' (hidden or out of
+//!   view), which are not used here. In a short sequence starts that coincide are run once.
+//! - **SRE**, spatial robustness: from the first frame on 12 boxes. Of a true box of size w x h:
+//!   left, right, up, down: moved by `ceil(0.1 w)` or `ceil(0.1 h)` pixels; the four corners: one corner pulled outwards by 10 % of w and h, rounded, while the
+//!   opposite one stays; then scaled by 0.8, 0.9, 1.1 and 1.2 around the centre, rounded to whole pixels. What leaves the frame is cut off.
+//!
+//! The truth against which a run is scored stays the true one.
+
+use std::fmt;
+use std::str::FromStr;
+
+use patchlock::BoundingBox;
+
+use crate::dataset::Sequence;
+
+/// How many starts TRE has.
+const STARTS: usize = 20;
+/// A start of TRE leaves at least so many frames to be tracked, itself included.
+const SHORTEST: usize = 20;
+/// How far SRE moves a box, in its own size.
+const SHIFT: f64 = 0.1;
+/// How SRE scales a box.
+const SCALES: [f64; 4] = [0.8, 0.9, 1.1, 1.2];
+
+/// Where a tracker begins.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Scheme {
+    /// One-pass evaluation.
+    Ope,
+    /// Temporal robustness evaluation.
+    Tre,
+    /// Spatial robustness evaluation.
+    Sre,
+}
+
+impl Scheme {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Ope, Self::Tre, Self::Sre];
+
+    /// The name, as in a folder.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ope => "ope",
+            Self::Tre => "tre",
+            Self::Sre => "sre",
+        }
+    }
+}
+
+impl fmt::Display for Scheme {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Scheme {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let known = Self::ALL.into_iter().find(|scheme| scheme.name().eq_ignore_ascii_case(text));
+        known.ok_or_else(|| format!("there is no protocol {text}; there are ope, tre and sre"))
+    }
+}
+
+/// One beginning.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Start {
+    /// Its number, from 0.
+    pub variant: usize,
+    /// Row of the truth and of the frames at which it begins.
+    pub first: usize,
+    /// The box that the tracker is given, counted from 0.
+    pub bbox: BoundingBox,
+}
+
+/// All beginnings on a target. `origin` is what the truth's file calls the first pixel; `size` gives width and height of the first frame, and is asked by SRE only.
+///
+/// # Errors
+/// What `size` says.
+pub fn starts<E>(
+    scheme: Scheme,
+    sequence: &Sequence,
+    origin: f64,
+    size: impl FnOnce() -> Result<(usize, usize), E>,
+) -> Result<Vec<Start>, E> {
+    let known = |k: &usize| sequence.truth[*k].is_some();
+    let Some(first) = (0..sequence.truth.len()).find(known) else { return Ok(Vec::new()) };
+    let at =
+        |variant, first: usize| sequence.truth[first].map(|bbox| Start { variant, first, bbox });
+    Ok(match scheme {
+        Scheme::Ope => at(0, first).into_iter().collect(),
+        Scheme::Tre => {
+            let frames = tre_frames(&sequence.truth, origin);
+            let frames = if frames.is_empty() { vec![first] } else { frames };
+            frames.into_iter().enumerate().filter_map(|(k, frame)| at(k, frame)).collect()
+        }
+        Scheme::Sre => {
+            let Some(truth) = sequence.truth[first] else { return Ok(Vec::new()) };
+            let boxes = sre_boxes(&truth, size()?).into_iter().enumerate();
+            boxes.map(|(variant, bbox)| Start { variant, first, bbox }).collect()
+        }
+    })
+}
+
+/// The start frames of TRE, without repetition.
+fn tre_frames(truth: &[Option<BoundingBox>], origin: f64) -> Vec<usize> {
+    let usable = |k: &usize| {
+        let positive = |b: BoundingBox| b.x + origin > 0.0 && b.y + origin > 0.0;
+        truth.len() - k >= SHORTEST && truth[*k].is_some_and(positive)
+    };
+    let frames: Vec<usize> = (0..truth.len()).filter(usable).collect();
+    let count = frames.len();
+    // Numbers count from 1, so that the last is `count`.
+    let numbers = (0..STARTS - 1).map(|k| 1 + k * count / (STARTS - 1)).chain([count]);
+    let mut starts: Vec<usize> =
+        numbers.filter_map(|n| frames.get(n.checked_sub(1)?)).copied().collect();
+    starts.dedup();
+    starts
+}
+
+/// The first boxes of SRE, in the order of the head of this file.
+fn sre_boxes(truth: &BoundingBox, (width, height): (usize, usize)) -> Vec<BoundingBox> {
+    let BoundingBox { x, y, w, h } = *truth;
+    let (dx, dy) = (SHIFT * w, SHIFT * h);
+    let (right, bottom) = (x + w, y + h);
+    let corners = |left: f64, top: f64, right: f64, bottom: f64| BoundingBox {
+        x: left,
+        y: top,
+        w: right - left,
+        h: bottom - top,
+    };
+    let mut boxes = vec![
+        BoundingBox { x: x - dx.ceil(), ..*truth },
+        BoundingBox { x: x + dx.ceil(), ..*truth },
+        BoundingBox { y: y - dy.ceil(), ..*truth },
+        BoundingBox { y: y + dy.ceil(), ..*truth },
+        corners((x - dx).round(), (y - dy).round(), right, bottom),
+        corners(x, (y - dy).round(), (right + dx).round(), bottom),
+        corners((x - dx).round(), y, right, (bottom + dy).round()),
+        corners(x, y, (right + dx).round(), (bottom + dy).round()),
+    ];
+    boxes.extend(SCALES.map(|scale| {
+        let (w_new, h_new) = (scale * w, scale * h);
+        BoundingBox {
+            x: (x + (w - w_new) / 2.0).round(),
+            y: (y + (h - h_new) / 2.0).round(),
+            w: w_new.round(),
+            h: h_new.round(),
+        }
+    }));
+    boxes.into_iter().map(|bbox| inside(&bbox, width as f64, height as f64)).collect()
+}
+
+/// The part of a box that lies in the frame, at least one pixel.
+fn inside(bbox: &BoundingBox, width: f64, height: f64) -> BoundingBox {
+    // As in the program: the position is moved into the frame, and only what then goes beyond the far side is cut off.
+    let (x, y) = (bbox.x.clamp(0.0, width - 1.0), bbox.y.clamp(0.0, height - 1.0));
+    BoundingBox { x, y, w: bbox.w.min(width - x).max(1.0), h: bbox.h.min(height - y).max(1.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sequence(truth: Vec<Option<BoundingBox>>) -> Sequence {
+        Sequence { name: "a".into(), frames: Vec::new(), truth, attributes: Vec::new() }
+    }
+
+    const BOX: BoundingBox = BoundingBox { x: 40.0, y: 30.0, w: 20.0, h: 50.0 };
+
+    fn begins(scheme: Scheme, truth: Vec<Option<BoundingBox>>) -> Vec<usize> {
+        let size = || Ok::<_, ()>((100, 100));
+        starts(scheme, &sequence(truth), 1.0, size).unwrap().iter().map(|s| s.first).collect()
+    }
+
+    #[test]
+    fn one_pass_begins_where_the_truth_does() {
+        assert_eq!(begins(Scheme::Ope, vec![None, Some(BOX), Some(BOX)]), [1]);
+        assert!(begins(Scheme::Ope, vec![None]).is_empty());
+    }
+
+    #[test]
+    fn twenty_starts_of_a_long_sequence() {
+        let starts = begins(Scheme::Tre, vec![Some(BOX); 209]);
+        // 190 frames have at least 19 after them; every tenth of them, and the last.
+        let expected: Vec<usize> = (0..19).map(|k| 10 * k).chain([189]).collect();
+        assert_eq!(starts, expected);
+    }
+
+    #[test]
+    fn starts_leave_out_frames_without_a_usable_box() {
+        let outside = BoundingBox { x: -1.5, ..BOX };
+        let mut truth = vec![Some(BOX); 39];
+        truth[0] = None;
+        truth[1] = Some(outside);
+        let starts = begins(Scheme::Tre, truth);
+        assert_eq!(starts, (2..20).collect::<Vec<_>>(), "18 frames can be started on: each once");
+        assert_eq!(begins(Scheme::Tre, vec![Some(BOX); 5]), [0], "shorter than a start needs");
+    }
+
+    #[test]
+    fn twelve_first_boxes() {
+        let size = || Ok::<_, ()>((100, 100));
+        let starts = starts(Scheme::Sre, &sequence(vec![Some(BOX)]), 1.0, size).unwrap();
+        let boxes: Vec<_> =
+            starts.iter().map(|s| [s.bbox.x, s.bbox.y, s.bbox.w, s.bbox.h]).collect();
+        let expected = [
+            [38.0, 30.0, 20.0, 50.0],
+            [42.0, 30.0, 20.0, 50.0],
+            [40.0, 25.0, 20.0, 50.0],
+            [40.0, 35.0, 20.0, 50.0],
+            [38.0, 25.0, 22.0, 55.0],
+            [40.0, 25.0, 22.0, 55.0],
+            [38.0, 30.0, 22.0, 55.0],
+            [40.0, 30.0, 22.0, 55.0],
+            [42.0, 35.0, 16.0, 40.0],
+            [41.0, 33.0, 18.0, 45.0],
+            [39.0, 27.0, 22.0, 55.0], // 1.1 * 50 is a little more than 55
+            [38.0, 25.0, 24.0, 60.0],
+        ];
+        assert_eq!(boxes, expected);
+    }
+
+    #[test]
+    fn first_boxes_stay_in_the_frame() {
+        let corner = BoundingBox { x: 0.0, y: 60.0, w: 20.0, h: 40.0 };
+        for bbox in sre_boxes(&corner, (100, 100)) {
+            bbox.check_in(100, 100).unwrap();
+            assert!(bbox.x >= 0.0 && bbox.y + bbox.h <= 100.0, "{bbox:?}");
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! Image files: which are images, and their pixels.
+
+use std::fs;
+use std::io::Cursor;
+use std::path::Path;
+
+use image::{DynamicImage, ImageReader};
+
+use crate::picture::{Picture, Pixels};
+
+/// What counts as an image, by the end of its name.
+pub const EXTENSIONS: &[&str] = &["jpg", "jpeg", "png", "tif", "tiff", "bmp", "webp"];
+
+/// Why an image can't be read.
+#[derive(Debug, thiserror::Error)]
+pub enum LoadError {
+    /// The file can't be read.
+    #[error("{0}")]
+    File(#[from] std::io::Error),
+    /// There is nothing in it.
+    #[error("the file is empty")]
+    Empty,
+    /// It is no image, or a damaged one.
+    #[error("{0}")]
+    Damaged(#[from] image::ImageError),
+    /// The rest is missing.
+    #[error("the image data end too early")]
+    Cut,
+}
+
+/// Whether the name ends like an image.
+pub fn is_image(path: &Path) -> bool {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+    EXTENSIONS.iter().any(|known| known.eq_ignore_ascii_case(extension))
+}
+
+/// Width and height, from the head of the file alone.
+///
+/// # Errors
+/// [`LoadError`], but not every damage of the pixels shows.
+pub fn size(file: &Path) -> Result<(usize, usize), LoadError> {
+    let reader = ImageReader::open(file)?.with_guessed_format()?;
+    let (width, height) = reader.into_dimensions()?;
+    Ok((width as usize, height as usize))
+}
+
+/// Reads one image in its own depth. Orientation tags of cameras are not applied: frames are taken as stored.
+///
+/// # Errors
+/// [`LoadError`].
+pub fn load(file: &Path) -> Result<Picture, LoadError> {
+    let bytes = fs::read(file)?;
+    if bytes.is_empty() {
+        return Err(LoadError::Empty);
+    }
+    let reader = ImageReader::new(Cursor::new(&bytes)).with_guessed_format()?;
+    let is_jpeg = reader.format() == Some(image::ImageFormat::Jpeg);
+    let image = reader.decode()?;
+    if is_jpeg && !jpeg_is_whole(&bytes) {
+        return Err(LoadError::Cut);
+    }
+    Ok(to_picture(image))
+}
+
+/// JPEG decoders fill a missing rest with grey and say nothing, which would poison the track. A whole file has an
+/// end marker after its last start of scan; neither marker can occur inside compressed data.
+fn jpeg_is_whole(bytes: &[u8]) -> bool {
+    let last = |marker: u8| bytes.windows(2).rposition(|pair| pair == [0xff, marker]);
+    last(0xd9) > last(0xda)
+}
+
+fn to_picture(image: DynamicImage) -> Picture {
+    let (width, height) = (image.width() as usize, image.height() as usize);
+    let pixels = match image {
+        DynamicImage::ImageLuma8(grey) => Pixels::Grey8(grey.into_raw()),
+        DynamicImage::ImageLuma16(grey) => Pixels::Grey16(grey.into_raw()),
+        DynamicImage::ImageLumaA8(_) => Pixels::Grey8(image.into_luma8().into_raw()),
+        DynamicImage::ImageLumaA16(_) => Pixels::Grey16(image.into_luma16().into_raw()),
+        other => Pixels::Rgb8(other.into_rgb8().into_raw()),
+    };
+    Picture { width, height, pixels }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cut_jpeg_is_noticed() {
+        assert!(jpeg_is_whole(&[0xff, 0xd8, 0xff, 0xda, 1, 2, 0xff, 0xd9]));
+        assert!(
+            !jpeg_is_whole(&[0xff, 0xd8, 0xff, 0xd9, 0xff, 0xda, 1, 2]),
+            "the end marker is a thumbnail's"
+        );
+        assert!(!jpeg_is_whole(&[0xff, 0xd8, 0xff, 0xda, 1, 2]));
+    }
+}

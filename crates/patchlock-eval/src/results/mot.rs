@@ -1,0 +1,47 @@
+//! Lines of MOT: `frame,id,x,y,w,h,confidence,..`, frames counted from 1, one object.
+
+use std::path::Path;
+
+use patchlock::BoundingBox;
+
+use crate::text::Table;
+use crate::{Error, text};
+
+/// Whether the rows look like it: 7, 9 or 10 numbers, of which the first two are whole.
+pub fn is_mot(table: &Table) -> bool {
+    let whole = |value: f64| value.fract() == 0.0;
+    let row = |row: &Vec<f64>| matches!(row.len(), 7 | 9 | 10) && whole(row[0]) && whole(row[1]);
+    !table.rows.is_empty() && table.rows.iter().all(row)
+}
+
+/// One box a frame up to the last frame that is named; a frame that is not named has none.
+pub fn boxes(file: &Path, table: &Table, origin: f64) -> Result<Vec<Option<BoundingBox>>, Error> {
+    let error =
+        |line: usize, reason: String| Error::Line { path: file.to_path_buf(), line, reason };
+    let mut boxes: Vec<Option<BoundingBox>> = Vec::new();
+    let mut object = None;
+    for (k, row) in table.rows.iter().enumerate() {
+        let line = k + 1;
+        let (frame, id) = (row[0], row[1]);
+        if !(1.0..=1e7).contains(&frame) {
+            return Err(error(line, format!("frame {frame}: frames count from 1")));
+        }
+        if *object.get_or_insert(id) != id {
+            let first = object.unwrap_or(id);
+            return Err(error(
+                line,
+                format!("object {id} beside object {first}: a file holds one target"),
+            ));
+        }
+        let frame = frame as usize;
+        if boxes.len() < frame {
+            boxes.resize(frame, None);
+        }
+        if boxes[frame - 1].is_some() {
+            return Err(error(line, format!("frame {frame} comes twice")));
+        }
+        boxes[frame - 1] =
+            text::region(&row[2..6], origin).map_err(|reason| error(line, reason))?;
+    }
+    Ok(boxes)
+}
