@@ -8,11 +8,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use patchlock::BoundingBox;
 
-use crate::dataset::{Dataset, OTB_ATTRIBUTES, Sequence};
+use crate::dataset::{self, Dataset, OTB_ATTRIBUTES, Sequence};
 use crate::metrics::{self, Comparison, Curves, Tally};
 use crate::names;
 use crate::protocol::Protocol;
 use crate::results::{Results, Run};
+
+/// Overlap of the first box with the truth below which a trajectory begins elsewhere.
+const SAME_BEGINNING: f64 = 0.5;
 
 /// One pass over one target: what was measured of each frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -135,14 +138,36 @@ pub fn tracker(
     let mut reasons = results.faults.clone();
     let mut notes = results.notes.clone();
     let runs = by_target(results, truth, &mut reasons, &mut notes);
-    let mut targets = Vec::new();
+    let (mut targets, mut elsewhere, mut first_only) = (Vec::new(), Vec::new(), Vec::new());
     for sequence in &truth.sequences {
         let Some(runs) = runs.get(&names::key(&sequence.name)) else { continue };
-        let checked: Result<Vec<_>, String> = runs.iter().map(|run| pass(run, sequence)).collect();
-        match checked {
-            Ok(passes) => targets.push(target(sequence, runs, passes, protocol, &mut notes)),
+        if !Dataset::can_be_scored(sequence) {
+            first_only.push(&sequence.name);
+            continue;
+        }
+        let passes: Result<Vec<_>, String> = runs.iter().map(|run| pass(run, sequence)).collect();
+        match passes {
+            Ok(passes) => {
+                if passes.iter().any(|pass| begins_elsewhere(pass, sequence)) {
+                    elsewhere.push(&sequence.name);
+                }
+                targets.push(target(sequence, runs, passes, protocol, &mut notes));
+            }
             Err(reason) => reasons.push(reason),
         }
+    }
+    if !elsewhere.is_empty() {
+        notes.push(format!(
+            "its first box is not the truth's on {} of the targets ({}): are these results of another dataset, or of other frames?",
+            elsewhere.len(),
+            names::some_of(&elsewhere)
+        ));
+    }
+    if !first_only.is_empty() {
+        notes.push(format!(
+            "only the first frame of {} has truth: not scored",
+            names::some_of(&first_only)
+        ));
     }
     if targets.is_empty() && reasons.is_empty() {
         reasons.push(
@@ -207,17 +232,16 @@ fn by_target<'a>(
 
 /// Compares one run with the truth. The error says what does not fit.
 fn pass(run: &Run, sequence: &Sequence) -> Result<Pass, String> {
-    let rows = sequence.truth.len();
     let truth = sequence.truth.get(run.first..).unwrap_or_default();
     if run.boxes.len() != truth.len() {
+        let (file, boxes, name) = (run.file.display(), run.boxes.len(), &sequence.name);
         let begin =
             if run.first > 0 { format!(" from frame {} on", run.first) } else { String::new() };
+        let part = dataset::counted_part(name, truth.len()).map(|part| format!(" ({part})"));
         return Err(format!(
-            "{}: {} boxes, but the truth of {} has {} frames{begin}",
-            run.file.display(),
-            run.boxes.len(),
-            sequence.name,
-            rows - run.first.min(rows)
+            "{file}: {boxes} boxes, but the truth of {name} has {} frames{begin}{}",
+            truth.len(),
+            part.unwrap_or_default()
         ));
     }
     Ok(Pass {
@@ -226,6 +250,13 @@ fn pass(run: &Run, sequence: &Sequence) -> Result<Pass, String> {
         boxes: metrics::last_given(&run.boxes),
         frames: metrics::compare(&run.boxes, truth),
     })
+}
+
+/// The first box is given, so it should be the truth's or, in SRE, near it.
+fn begins_elsewhere(pass: &Pass, sequence: &Sequence) -> bool {
+    let truth = sequence.truth.get(pass.first).copied().flatten();
+    let given = pass.boxes.first().copied().flatten();
+    truth.zip(given).is_some_and(|(truth, given)| given.overlap(&truth) < SAME_BEGINNING)
 }
 
 fn target(

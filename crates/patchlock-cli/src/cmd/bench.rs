@@ -1,6 +1,7 @@
 //! `patchlock bench`: a tracker over all sequences of a dataset, to trajectories on disk.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use anyhow::Result;
 use clap::Args;
@@ -9,6 +10,7 @@ use patchlock_eval::bench::runner::{self, Failure};
 use patchlock_eval::bench::schemes::Scheme;
 use patchlock_eval::bench::store::{Identity, Store, Task};
 use patchlock_eval::bench::subject::{Patchlock, Subject};
+use patchlock_eval::bench::trax::Trax;
 use patchlock_eval::dataset::{Dataset, Sequence};
 use patchlock_eval::names;
 
@@ -26,6 +28,8 @@ EXAMPLES:
       other settings under a name of their own, on the targets with fast motion or motion blur
   patchlock bench OTB --out out --shard 1/4
       the first quarter of the work; all four may run at once, on machines that share the folder
+  patchlock bench OTB --out out --cmd \"python3 my_tracker.py\" --name mine
+      a tracker of your own that speaks TraX, measured in the same way
   patchlock score out --truth OTB
       then: the scores
 
@@ -34,7 +38,7 @@ runs and with --jobs 1.";
 
 /// Runs a tracker over the sequences of a dataset, and keeps boxes and times of each run
 ///
-/// DATASET is recognised by looking; patchlock dataset DIR says what is in a folder. Boxes go to OUT/<name>/<protocol>/<target>/<seed>.txt, a
+/// DATASET is recognised by looking; patchlock dataset DIR says what is in a folder. Boxes go to OUT/NAME/PROTOCOL/TARGET/SEED.txt, a
 /// line a frame as the truth has them, and everything about the run to .json beside it: settings and their hash, seed, machine, times.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -57,6 +61,15 @@ pub struct BenchArgs {
     /// Settings that differ from the preset, as TOML; see patchlock config
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
+
+    /// Run another tracker instead of ours: a program that speaks TraX (protocol 3, text on its standard input and output, images as paths). It is
+    /// started anew for each run, with the seed in the variable PATCHLOCK_SEED. Its times include reading the images
+    #[arg(long, value_name = "PROGRAM ...", conflicts_with_all = ["preset", "config", "threads"], requires = "name")]
+    cmd: Option<String>,
+
+    /// Seconds to wait for each answer of the program of --cmd
+    #[arg(long, value_name = "S", default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..=86_400))]
+    timeout: u64,
 
     /// Name of the results [default: that of the settings file, or of the preset]
     #[arg(long)]
@@ -101,22 +114,22 @@ fn parse_shard(text: &str) -> Result<(usize, usize), String> {
 /// Runs what is not there yet.
 pub fn run(args: &BenchArgs) -> Result<()> {
     let dataset = Dataset::open(&args.dataset).map_err(Complaint::from)?;
-    let config = settings::resolve(&args.preset, args.config.as_deref(), None)?;
+    let entrant = Entrant::new(args)?;
     let chosen = choose(&dataset, &args.sequences, &args.attributes)?;
-    let seeds: Vec<u64> = (0..args.seeds).map(|k| config.seed + k).collect();
+    let seeds: Vec<u64> = (0..args.seeds).map(|k| entrant.first_seed() + k).collect();
     let (tasks, mut failures) = runner::tasks(&dataset, &chosen, args.protocol, &seeds);
     let (part, parts) = args.shard.unwrap_or((1, 1));
     let tasks = runner::shard(tasks, part, parts);
 
-    let subject = Identity::patchlock(&config, &args.preset);
-    let store = Store::open(&args.out, &name(args)?, args.protocol, subject, dataset.origin())
-        .map_err(Complaint::from)?;
+    let store =
+        Store::open(&args.out, &name(args)?, args.protocol, entrant.identity(), dataset.origin())
+            .map_err(Complaint::from)?;
     let all = tasks.len();
     let tasks = runner::missing(tasks, &store).map_err(Complaint::from)?;
     interrupt::listen()?;
     let jobs = args.jobs as usize;
     let threads = threads_each(args.threads, jobs);
-    let make = |seed| subject_for(&config, seed, threads);
+    let make = |seed| entrant.subject(seed, threads);
     let progress = RunsProgress::new(&tasks, args.quiet);
     failures.extend(runner::run(&tasks, &store, &make, jobs, threads, &progress));
     let made = progress.finish();
@@ -124,12 +137,53 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     conclude(&tasks, made, &failures)
 }
 
-fn subject_for(
-    config: &TrackerConfig,
-    seed: u64,
-    threads: usize,
-) -> Result<Box<dyn Subject>, patchlock_eval::Error> {
-    Ok(Box::new(Patchlock::new(TrackerConfig { seed, ..config.clone() }, threads)?))
+/// What is to be run.
+enum Entrant {
+    Patchlock { config: Box<TrackerConfig>, preset: String },
+    Trax { command: Vec<String>, patience: Duration },
+}
+
+impl Entrant {
+    fn new(args: &BenchArgs) -> Result<Self> {
+        let Some(command) = &args.cmd else {
+            let config = settings::resolve(&args.preset, args.config.as_deref(), None)?;
+            return Ok(Self::Patchlock { config: Box::new(config), preset: args.preset.clone() });
+        };
+        let words = shell_words::split(command).ok().filter(|words| !words.is_empty());
+        let command = words.ok_or_else(|| {
+            usage(format!("--cmd {command}: it is no command line"))
+                .hint("quote it as a shell wants it: --cmd \"python3 'my tracker.py'\"")
+        })?;
+        Ok(Self::Trax { command, patience: Duration::from_secs(args.timeout) })
+    }
+
+    fn first_seed(&self) -> u64 {
+        match self {
+            Self::Patchlock { config, .. } => config.seed,
+            Self::Trax { .. } => 0,
+        }
+    }
+
+    fn identity(&self) -> Identity {
+        match self {
+            Self::Patchlock { config, preset } => Identity::patchlock(config, preset),
+            Self::Trax { command, .. } => Identity::Trax { command: command.clone() },
+        }
+    }
+
+    /// A new tracker for one run.
+    fn subject(
+        &self,
+        seed: u64,
+        threads: usize,
+    ) -> Result<Box<dyn Subject>, patchlock_eval::Error> {
+        Ok(match self {
+            Self::Patchlock { config, .. } => {
+                Box::new(Patchlock::new(TrackerConfig { seed, ..(**config).clone() }, threads)?)
+            }
+            Self::Trax { command, patience } => Box::new(Trax::start(command, seed, *patience)?),
+        })
+    }
 }
 
 /// The share of one run.

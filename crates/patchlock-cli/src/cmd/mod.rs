@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod config;
+pub mod dataset;
 pub mod demo;
 pub mod score;
 pub mod track;
@@ -40,7 +41,8 @@ enum Verb {
     Track(Box<track::TrackArgs>),
     Demo(demo::DemoArgs),
     Config(config::ConfigArgs),
-    Bench(bench::BenchArgs),
+    Dataset(dataset::DatasetArgs),
+    Bench(Box<bench::BenchArgs>),
     Score(score::ScoreArgs),
 }
 
@@ -51,6 +53,7 @@ impl Cli {
             Verb::Track(args) => track::run(&args),
             Verb::Demo(args) => demo::run(&args),
             Verb::Config(args) => config::run(&args),
+            Verb::Dataset(args) => dataset::run(&args),
             Verb::Bench(args) => bench::run(&args),
             Verb::Score(args) => score::run(&args),
         }

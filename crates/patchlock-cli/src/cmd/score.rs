@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 use patchlock_eval::dataset::Dataset;
+use patchlock_eval::names;
 use patchlock_eval::protocol::Protocol;
 use patchlock_eval::results;
 use patchlock_eval::score::{self, Measure, Scoreboard, Summary, TrackerScore};
@@ -82,12 +83,19 @@ pub fn run(args: &ScoreArgs) -> Result<()> {
     conclude(&board)
 }
 
-/// What a reader should know, on standard error, so that the tables stay clean.
+/// What a reader should know, on standard error, so that the tables stay clean. What holds for several trackers is said once.
 fn tell_notes(board: &Scoreboard, targets: usize) {
+    let mut notes: Vec<(&str, Vec<&str>)> = Vec::new();
     for tracker in &board.trackers {
         for note in &tracker.notes {
-            eprintln!("note: {}: {note}", tracker.name);
+            match notes.iter_mut().find(|(text, _)| text == note) {
+                Some((_, trackers)) => trackers.push(&tracker.name),
+                None => notes.push((note, vec![&tracker.name])),
+            }
         }
+    }
+    for (note, trackers) in notes {
+        eprintln!("note: {}: {note}", names::some_of(&trackers));
     }
     let differ = board.trackers.iter().any(|tracker| {
         let names =

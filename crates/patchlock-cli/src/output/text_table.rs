@@ -1,4 +1,4 @@
-//! Tables in plain text: names to the left, numbers to the right.
+//! Tables in plain text: words to the left, numbers to the right.
 
 /// Rows under titles, as wide as their widest cell.
 pub struct TextTable {
@@ -24,19 +24,27 @@ impl TextTable {
             cells.map(|cell| cell.chars().count()).max().unwrap_or(0)
         };
         let widths: Vec<usize> = (0..columns).map(width).collect();
+        let numbers: Vec<bool> = (0..columns).map(|k| self.is_numbers(k)).collect();
         let mut text = String::new();
         for row in &self.rows {
             let mut line = String::new();
             for (k, (cell, &width)) in row.iter().zip(&widths).enumerate() {
-                line += &match k {
-                    0 => format!("{cell:<width$}"),
-                    _ => format!("  {cell:>width$}"),
+                line += if k > 0 { "  " } else { "" };
+                line += &match numbers[k] {
+                    true => format!("{cell:>width$}"),
+                    false => format!("{cell:<width$}"),
                 };
             }
             text += line.trim_end();
             text.push('\n');
         }
         text
+    }
+
+    /// Whether every cell below the title begins as a number, or is the `-` of none.
+    fn is_numbers(&self, column: usize) -> bool {
+        let mut cells = self.rows.iter().skip(1).filter_map(|row| row.get(column));
+        cells.all(|cell| cell == "-" || cell.starts_with(|c: char| c.is_ascii_digit()))
     }
 }
 

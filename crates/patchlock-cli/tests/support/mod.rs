@@ -1,6 +1,8 @@
 //! What the tests of the command line share: a small film in every kind of source, and a quick configuration.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
+pub mod benchmark;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 

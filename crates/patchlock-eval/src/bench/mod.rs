@@ -8,3 +8,4 @@ pub mod runner;
 pub mod schemes;
 pub mod store;
 pub mod subject;
+pub mod trax;

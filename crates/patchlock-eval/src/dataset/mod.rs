@@ -1,33 +1,51 @@
 //! Sequences with truth, read from the layouts in which benchmarks are given away. Each is recognised by looking.
 
+mod folders;
+mod frames;
+mod inspect;
 mod otb;
 mod table;
+mod trackingnet;
 mod truth;
 mod truth_only;
+mod uav123;
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
 use patchlock::BoundingBox;
 
-use crate::Error;
-use crate::{names, natural};
-pub use table::OTB_ATTRIBUTES;
+use crate::{Error, names, natural};
+use frames::Images;
+pub use inspect::Findings;
+pub use table::{OTB_ATTRIBUTES, counted_part};
 
 /// How the files of a dataset lie.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Layout {
     /// `<Name>/img/0001.jpg`, `<Name>/groundtruth_rect[.k].txt`.
     Otb,
+    /// `<Name>/00000001.jpg`, `<Name>/groundtruth.txt`, `<Name>/absence.label`.
+    Got10k,
+    /// `<Name>/img/00000001.jpg`, `<Name>/groundtruth.txt`, `<Name>/full_occlusion.txt`, `<Name>/out_of_view.txt`.
+    Lasot,
+    /// `data_seq/<set>/<name>/000001.jpg`, `anno/<set>/<name>.txt`.
+    Uav123,
+    /// `<name>/color/00000001.jpg`, `<name>/groundtruth.txt` with boxes or polygons.
+    Vot,
+    /// `frames/<name>/0.jpg`, `anno/<name>.txt`.
+    TrackingNet,
     /// A folder of text files, `<name>.txt`: truth without frames.
     TruthOnly,
 }
 
 impl Layout {
-    /// What the files call the first pixel.
+    /// What the files call the first pixel. Only the tracker benchmark says so; of the others, those whose own programs are in MATLAB are taken to
+    /// count from 1, and the others from 0. Scores do not depend on it.
     pub fn origin(self) -> f64 {
         match self {
-            Self::Otb | Self::TruthOnly => 1.0,
+            Self::Otb | Self::TruthOnly | Self::Lasot | Self::Uav123 => 1.0,
+            Self::Got10k | Self::Vot | Self::TrackingNet => 0.0,
         }
     }
 }
@@ -36,6 +54,11 @@ impl fmt::Display for Layout {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Otb => "OTB",
+            Self::Got10k => "GOT-10k",
+            Self::Lasot => "LaSOT",
+            Self::Uav123 => "UAV123",
+            Self::Vot => "VOT",
+            Self::TrackingNet => "TrackingNet",
             Self::TruthOnly => "text files of truth, without frames",
         })
     }
@@ -115,6 +138,16 @@ impl Dataset {
         self.layout.origin()
     }
 
+    /// Whether the truth of a target is more than the first box.
+    pub fn can_be_scored(sequence: &Sequence) -> bool {
+        sequence.truth.len() == 1 || sequence.truth.iter().flatten().nth(1).is_some()
+    }
+
+    /// Looks into the frames for what the files of truth alone don't show. Reads the head of each sequence's first image.
+    pub fn inspect(&self) -> inspect::Findings {
+        inspect::inspect(self)
+    }
+
     /// Why the frames of a target can't be used, in the words of the remark on it.
     pub fn why_no_frames(&self, name: &str) -> String {
         let about = |remark: &&Remark| {
@@ -130,17 +163,28 @@ impl Dataset {
     }
 }
 
+/// A reader of one layout: `None` where the folder is in another.
+type Reader = fn(&Path) -> Result<Option<Dataset>, Error>;
+
+/// The readers, the least mistakable layout first.
+const READERS: [Reader; 5] =
+    [otb::read, uav123::read, trackingnet::read, folders::read, truth_only::read];
+
 fn read(root: &Path) -> Result<Dataset, Error> {
-    if let Some(dataset) = otb::read(root)? {
-        return Ok(dataset);
+    if root.is_file() {
+        let reason = "it is a file; a dataset is a folder".to_string();
+        return Err(Error::NoDataset { path: root.to_path_buf(), reason });
     }
-    if let Some(dataset) = truth_only::read(root)? {
-        return Ok(dataset);
+    for reader in READERS {
+        if let Some(dataset) = reader(root)? {
+            return Ok(dataset);
+        }
     }
     Err(Error::NoDataset {
         path: root.to_path_buf(),
-        reason: "there are neither sequences of a known layout nor text files of boxes in it"
-            .into(),
+        reason: "there is none of <Name>/groundtruth_rect.txt (OTB), anno and data_seq (UAV123), anno and frames (TrackingNet), \
+                 <Name>/groundtruth.txt (GOT-10k, LaSOT, VOT) or a text file of boxes in it"
+            .to_string(),
     })
 }
 
@@ -160,25 +204,50 @@ impl Builder {
         self.dataset.remarks.push(Remark { target, severity, text: text.into() });
     }
 
-    /// Adds a target, or the reason why it can't be.
+    fn remark_all(&mut self, text: String) {
+        self.dataset.remarks.push(Remark { target: None, severity: Severity::Note, text });
+    }
+
+    /// Adds a target, or the reason why it can't be. Without `images` the layout has none.
     fn add(
         &mut self,
         name: &str,
         truth: Result<truth::Truth, Error>,
-        frames: Result<Vec<PathBuf>, String>,
+        images: Option<Images>,
+        attributes: Vec<String>,
     ) {
-        let truth = match truth {
+        let mut truth = match truth {
             Ok(truth) => truth,
             Err(error) => return self.remark(name, Severity::NoTruth, error.to_string()),
         };
         for oddity in &truth.oddities {
             self.remark(name, Severity::Note, oddity);
         }
-        let frames = frames.unwrap_or_else(|reason| {
-            self.remark(name, Severity::NoFrames, reason);
-            Vec::new()
-        });
-        let (name, attributes) = (name.to_string(), Vec::new());
+        let mut frames = Vec::new();
+        if let Some(images) = images {
+            self.only_the_first(name, &mut truth, &images);
+            match frames::fit(&images, truth.boxes.len()) {
+                Ok((fitting, odd)) => {
+                    frames = fitting;
+                    odd.into_iter().for_each(|odd| self.remark(name, Severity::Note, odd));
+                }
+                Err(reason) => self.remark(name, Severity::NoFrames, reason),
+            }
+        }
+        let name = name.to_string();
         self.dataset.sequences.push(Sequence { name, frames, truth: truth.boxes, attributes });
+    }
+
+    /// GOT-10k and TrackingNet keep the truth of their test parts to themselves, but for the first box.
+    fn only_the_first(&mut self, name: &str, truth: &mut truth::Truth, images: &Images) {
+        let keeps = matches!(self.dataset.layout, Layout::Got10k | Layout::TrackingNet);
+        if keeps && truth.boxes.len() == 1 && images.files.len() > 1 {
+            truth.boxes.resize(images.files.len(), None);
+            self.remark(
+                name,
+                Severity::Note,
+                "only the first frame has truth: it can be tracked, but not scored",
+            );
+        }
     }
 }

@@ -1,8 +1,9 @@
 //! The tracker benchmark's layout: `<Name>/img/0001.jpg`, `<Name>/groundtruth_rect.txt`, or `groundtruth_rect.1.txt` and so on where
 //! a sequence has several targets.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
+use super::frames::Images;
 use super::{Builder, Dataset, Layout, table, truth};
 use crate::{Error, files};
 
@@ -25,9 +26,9 @@ fn read_sequence(folder: &Path, builder: &mut Builder) -> Result<(), Error> {
         let sequence = files::name_of(folder);
         let name = if part.is_empty() { sequence } else { format!("{sequence}.{part}") };
         let truth = truth::read(&file, Layout::Otb.origin());
-        let rows = truth.as_ref().map_or(0, |truth| truth.boxes.len());
-        let frames = frames(&files::images(&folder.join("img"))?, rows, &name);
-        builder.add(&name, truth, frames);
+        let files = files::images(&folder.join("img"))?;
+        let images = Images { files, ranges: table::ranges(&name) };
+        builder.add(&name, truth, Some(images), Vec::new());
     }
     Ok(())
 }
@@ -38,23 +39,4 @@ fn part_of(file: &str) -> Option<&str> {
     part.is_empty()
         .then_some(part)
         .or_else(|| part.strip_prefix('.').filter(|part| !part.is_empty()))
-}
-
-/// The images that belong to so many rows of truth: all of them, or those of the sequence's range in the table.
-fn frames(images: &[PathBuf], rows: usize, name: &str) -> Result<Vec<PathBuf>, String> {
-    if images.is_empty() {
-        return Err("there are no images in its folder img".to_string());
-    }
-    if images.len() == rows {
-        return Ok(images.to_vec());
-    }
-    let fitting = table::ranges(name).into_iter().filter(|range| range.len() == rows);
-    for range in fitting {
-        let inside = |image: &&PathBuf| files::number_of(image).is_some_and(|n| range.has(n));
-        let inside: Vec<PathBuf> = images.iter().filter(inside).cloned().collect();
-        if inside.len() == rows {
-            return Ok(inside);
-        }
-    }
-    Err(format!("{} images, but {rows} rows of truth", images.len()))
 }

@@ -1,7 +1,11 @@
 //! The table of the tracker benchmark's sequences: which frames count, and the attributes of each target.
 
+use std::fs;
+use std::path::Path;
+
 use super::Dataset;
-use crate::{Error, names};
+use super::frames::Range;
+use crate::{Error, names, text};
 
 /// Short names and meanings of the tracker benchmark's attributes, in its order.
 pub const OTB_ATTRIBUTES: [(&str, &str); 11] = [
@@ -28,47 +32,68 @@ fn rows() -> impl Iterator<Item = (&'static str, &'static str, &'static str)> {
     })
 }
 
-/// Numbers of image files, both ends included.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Range {
-    /// The first one.
-    pub first: u64,
-    /// The last one.
-    pub last: u64,
-}
-
-impl Range {
-    /// How many there are.
-    pub fn len(self) -> usize {
-        (self.last.saturating_sub(self.first) + 1) as usize
-    }
-
-    /// Whether the number is one of them.
-    pub fn has(self, number: u64) -> bool {
-        (self.first..=self.last).contains(&number)
-    }
+/// Where results hold all frames of a sequence of which only a part counts: that part, in words.
+pub fn counted_part(name: &str, rows: usize) -> Option<String> {
+    let range = ranges(name).into_iter().find(|range| range.len() == rows)?;
+    Some(format!("the benchmark counts frames {} to {} of this sequence", range.first, range.last))
 }
 
 /// The ranges of file numbers that count, as the editions of the benchmark have them; empty where all do.
 pub fn ranges(name: &str) -> Vec<Range> {
     let row = rows().find(|(target, ..)| names::same(target, name));
     let ranges = row.filter(|row| row.1 != "-").map_or("", |row| row.1);
-    let range = |text: &str| {
-        let (first, last) = text.split_once("..")?;
-        Some(Range { first: first.parse().ok()?, last: last.parse().ok()? })
-    };
-    ranges.split('|').filter_map(range).collect()
+    ranges.split('|').filter_map(Range::parse).collect()
 }
 
-/// Gives each target the attributes of the table.
+/// Name of a table of attributes that a user may put into or beside a dataset: a header with `sequence` and short names, then a line a target with 0 or 1.
+const USERS_TABLE: &str = "attributes.csv";
+
+/// Gives each target that has no attributes yet those of the user's table, or of the one above.
+///
+/// # Errors
+/// [`Error::Line`] where the user's table is damaged.
 pub fn add_attributes(dataset: &mut Dataset) -> Result<(), Error> {
-    for sequence in &mut dataset.sequences {
-        let row = rows().find(|(target, ..)| names::same(target, &sequence.name));
-        let attributes = row.filter(|row| row.2 != "-").map_or("", |row| row.2);
-        sequence.attributes =
-            attributes.split(',').filter(|a| !a.is_empty()).map(str::to_string).collect();
+    let users = users_table(&dataset.root)?;
+    for sequence in dataset.sequences.iter_mut().filter(|sequence| sequence.attributes.is_empty()) {
+        let name = &sequence.name;
+        let listed = users.iter().find(|(target, _)| names::same(target, name));
+        sequence.attributes = match listed {
+            Some((_, attributes)) => attributes.clone(),
+            None => own_attributes(name),
+        };
     }
     Ok(())
+}
+
+fn own_attributes(name: &str) -> Vec<String> {
+    let row = rows().find(|(target, ..)| names::same(target, name));
+    let attributes = row.filter(|row| row.2 != "-").map_or("", |row| row.2);
+    attributes.split(',').filter(|a| !a.is_empty()).map(str::to_string).collect()
+}
+
+/// Targets with their attributes; empty where there is no such table.
+fn users_table(root: &Path) -> Result<Vec<(String, Vec<String>)>, Error> {
+    let beside = root.canonicalize().ok().and_then(|root| Some(root.parent()?.join(USERS_TABLE)));
+    let places = [Some(root.join(USERS_TABLE)), beside];
+    let Some(path) = places.into_iter().flatten().find(|path| path.is_file()) else {
+        return Ok(Vec::new());
+    };
+    let bytes = fs::read(&path).map_err(|error| Error::read(&path, error))?;
+    let (text, _) = text::decode(&bytes);
+    let mut lines = text.lines().map(|line| line.split(',').map(str::trim).collect::<Vec<_>>());
+    let header = lines.next().unwrap_or_default();
+    let mut table = Vec::new();
+    for (k, row) in lines.enumerate().filter(|(_, row)| row.len() > 1) {
+        let flags: Vec<&str> = row[1..].to_vec();
+        if row.len() != header.len() || flags.iter().any(|flag| !matches!(*flag, "0" | "1")) {
+            let reason =
+                format!("a target's name and {} times 0 or 1 belong here", header.len() - 1);
+            return Err(Error::Line { path, line: k + 2, reason });
+        }
+        let set = header[1..].iter().zip(flags).filter(|(_, flag)| *flag == "1");
+        table.push((row[0].to_string(), set.map(|(name, _)| name.to_string()).collect()));
+    }
+    Ok(table)
 }
 
 #[cfg(test)]

@@ -14,6 +14,30 @@ pub struct Truth {
     pub oddities: Vec<String>,
 }
 
+impl Truth {
+    /// Takes away the truth of the frames that a file flags: the target is not to be seen there.
+    ///
+    /// # Errors
+    /// [`Error::Line`] where there is not one flag for each frame.
+    pub fn without(&mut self, flags: &Path) -> Result<(), Error> {
+        let rows: Vec<f64> = text::read(flags)?.rows.into_iter().flatten().collect();
+        if rows.len() != self.boxes.len() {
+            let reason = format!("{} flags, but {} rows of truth", rows.len(), self.boxes.len());
+            return Err(Error::Line { path: flags.to_path_buf(), line: 1, reason });
+        }
+        let mut gone = 0;
+        for (bbox, _) in self.boxes.iter_mut().zip(rows).filter(|(_, flag)| *flag > 0.0) {
+            gone += usize::from(bbox.take().is_some());
+        }
+        if gone > 0 {
+            let file = flags.file_name().unwrap_or_default().display();
+            self.oddities
+                .push(format!("in {gone} frames it is not to be seen ({file}): they do not count"));
+        }
+        Ok(())
+    }
+}
+
 /// Reads the truth of a target. A row with NaN or without a positive width and height is a frame without truth.
 pub fn read(path: &Path, origin: f64) -> Result<Truth, Error> {
     let table = text::read(path)?;

@@ -14,7 +14,7 @@ pub fn read(root: &Path) -> Result<Option<Dataset>, Error> {
     let mut builder = Builder::new(Layout::TruthOnly, root);
     for file in texts {
         let truth = truth::read(&file, Layout::TruthOnly.origin());
-        builder.add(&files::stem_of(&file), truth, Ok(Vec::new()));
+        builder.add(&files::stem_of(&file), truth, None, Vec::new());
     }
     // A folder where no text is a list of boxes is something else.
     Ok((!builder.dataset.sequences.is_empty()).then_some(builder.dataset))

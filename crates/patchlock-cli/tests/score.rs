@@ -1,0 +1,118 @@
+//! The verbs `score` and `dataset`.
+
+mod support;
+
+use std::fs;
+
+use predicates::prelude::*;
+use predicates::str::contains;
+use serde_json::Value;
+use support::benchmark::Benchmark;
+
+/// A benchmark of targets A and B, and a tracker whose boxes are the truth for A and far off for B.
+fn half_right() -> Benchmark {
+    let benchmark = Benchmark::new(2, 3);
+    fs::create_dir(benchmark.path("half")).unwrap();
+    fs::write(benchmark.path("half/a.txt"), "21,19,32,28\n22,19,32,28\n23,19,32,28\n").unwrap();
+    fs::write(benchmark.path("half/b.txt"), "21,19,32,28\n90,19,32,28\n90,19,32,28\n").unwrap();
+    fs::write(benchmark.path("attributes.csv"), "sequence,IV,OCC\nA,1,1\nB,0,1\n").unwrap();
+    benchmark
+}
+
+#[test]
+fn tables_and_json_say_the_same() {
+    let benchmark = half_right();
+    let table = benchmark
+        .patchlock(&["score", "half", "--truth", "data", "--by", "attribute"])
+        .assert()
+        .success()
+        .stderr("");
+    let table = String::from_utf8(table.get_output().stdout.clone()).unwrap();
+    let lines: Vec<Vec<&str>> =
+        table.lines().map(|line| line.split_whitespace().collect()).collect();
+    // A is right in all frames; B in one of three. An overlap of 1 is more than 20 of the 21 thresholds.
+    assert_eq!(lines[1][..5], ["half", "2", "1", "0.667", "0.635"], "{table}");
+    assert!(
+        lines.contains(&vec!["IV", "1", "1.000"]) && lines.contains(&vec!["OCC", "2", "0.667"]),
+        "{table}"
+    );
+    let json = benchmark
+        .patchlock(&["score", "half", "--truth", "data", "--by", "attribute", "--json"])
+        .assert()
+        .success();
+    let json: Value = serde_json::from_slice(&json.get_output().stdout).unwrap();
+    let tracker = &json["trackers"][0];
+    assert!((tracker["dp20"].as_f64().unwrap() - 2.0 / 3.0).abs() < 1e-12);
+    assert!((tracker["auc"].as_f64().unwrap() - 20.0 / 21.0 * 2.0 / 3.0).abs() < 1e-12);
+    assert_eq!(
+        (&tracker["seeds"], &tracker["dp20_sd"], &tracker["fps"]),
+        (&1.into(), &Value::Null, &Value::Null)
+    );
+    assert_eq!(tracker["attributes"]["IV"]["dp20"], 1.0);
+    benchmark
+        .patchlock(&["score", "half", "--truth", "data", "--by", "target"])
+        .assert()
+        .success()
+        .stdout(contains("B        1  0.333"));
+}
+
+#[test]
+fn wrong_results_are_said_and_the_others_scored() {
+    let benchmark = half_right();
+    fs::create_dir(benchmark.path("short")).unwrap();
+    fs::write(benchmark.path("short/A.txt"), "21,19,32,28\n").unwrap();
+    benchmark
+        .patchlock(&["score", "half", "short", "--truth", "data"])
+        .assert()
+        .code(1)
+        .stdout(contains("half").and(contains("short").not()))
+        .stderr(
+            contains("1 boxes, but the truth of A has 3 frames").and(contains("not scored: short")),
+        );
+    benchmark
+        .patchlock(&["score", "data/A/img", "--truth", "data"])
+        .assert()
+        .code(2)
+        .stderr(contains("holds no results"));
+    benchmark
+        .patchlock(&["score", "half", "--truth", "half/a.txt"])
+        .assert()
+        .code(2)
+        .stderr(contains("no dataset"));
+    benchmark.patchlock(&["score", "half"]).assert().code(2).stderr(contains("--truth"));
+}
+
+#[test]
+fn a_dataset_is_told() {
+    let benchmark = half_right();
+    benchmark
+        .patchlock(&["dataset", "data"])
+        .assert()
+        .success()
+        .stdout(
+            contains("layout OTB, 2 targets, 6 frames, 6 rows of truth").and(contains("96 x 72")),
+        )
+        .stdout(contains("Nothing odd"));
+    fs::remove_file(benchmark.path("data/B/img/1.png")).unwrap();
+    fs::write(
+        benchmark.path("data/A/groundtruth_rect.txt"),
+        "21,19,32,28\nNaN,NaN,NaN,NaN\n500,19,32,28\n",
+    )
+    .unwrap();
+    let json = benchmark.patchlock(&["dataset", "data", "--json"]).assert().code(1);
+    let json: Value = serde_json::from_slice(&json.get_output().stdout).unwrap();
+    assert_eq!((&json["layout"], &json["targets"][0]["boxes"]), (&"OTB".into(), &2.into()));
+    benchmark
+        .patchlock(&["dataset", "data"])
+        .assert()
+        .code(1)
+        .stdout(contains("! B: the image with number 1 is missing"))
+        .stdout(contains("  A: the truth of 1 of 3 frames is NaN"))
+        .stdout(contains("  A: 1 of 2 boxes lie wholly outside the frame of 96 x 72"))
+        .stderr(contains("1 targets can't be used"));
+    benchmark
+        .patchlock(&["dataset", "half/a.txt"])
+        .assert()
+        .code(2)
+        .stderr(contains("it is a file"));
+}

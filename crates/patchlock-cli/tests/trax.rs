@@ -1,0 +1,156 @@
+//! `bench --cmd`: other programs under test, through TraX. The program here is a few lines of Python with its standard library alone; where there is
+//! no `python3` these tests say so and pass.
+
+mod support;
+
+use std::fs;
+use std::io::Write;
+use std::process::Command;
+
+use predicates::prelude::*;
+use predicates::str::contains;
+use support::benchmark::Benchmark;
+
+/// A tracker that says that the target moves two pixels a frame, and misbehaves as its argument asks.
+const SERVER: &str = r#"
+import os, sys, time
+mode = sys.argv[1]
+say = lambda text: print(text, flush=True)
+if mode == "mute": time.sleep(600)
+if mode == "chatter": say("loading weights")
+region = "polygon" if mode == "polygon" else "rectangle"
+version = 4 if mode == "new" else 3
+say(f'@@TRAX:hello "trax.version={version}" "trax.image=path;" "trax.region={region};" trax.name=tiny')
+frame = 0
+for line in sys.stdin:
+    words = line.split('"')
+    if line.startswith("@@TRAX:quit"): break
+    path = words[1]
+    assert path.startswith("file:///") and os.path.isfile(path[7:]), path
+    if line.startswith("@@TRAX:initialize"):
+        numbers = [float(word) for word in words[3].split(",")]
+        if mode == "polygon":
+            assert len(numbers) == 8, numbers
+            numbers = [numbers[0], numbers[1], numbers[4] - numbers[0], numbers[5] - numbers[1]]
+        x, y, w, h = numbers
+        x += float(os.environ["PATCHLOCK_SEED"])
+    else:
+        assert line.startswith("@@TRAX:frame"), line
+        frame += 1
+        x += 2
+    if mode == "crash" and frame == 2: sys.exit("out of memory")
+    if mode == "hang" and frame == 2: time.sleep(600)
+    if mode == "nonsense" and frame == 2: say('@@TRAX:state "here"'); continue
+    if mode == "babble" and frame == 2: say('@@TRAX:banana'); continue
+    if mode == "lost" and frame == 2: say('@@TRAX:state "0"'); continue
+    if mode == "quit" and frame == 2: say('@@TRAX:quit "trax.reason=no more ideas"'); break
+    if mode == "polygon": say(f'@@TRAX:state "{x},{y},{x+w},{y},{x+w},{y+h},{x},{y+h}"')
+    else: say(f'@@TRAX:state "{x},{y},{w},{h}" confidence=0.5')
+"#;
+
+/// The benchmark with the server in it, or the reason why there is none.
+fn benchmark(test: &str) -> Option<Benchmark> {
+    if Command::new("python3").arg("--version").output().is_err() {
+        let _ = writeln!(std::io::stderr(), "{test}: SKIPPED, there is no python3");
+        return None;
+    }
+    let benchmark = Benchmark::new(2, 4);
+    fs::write(benchmark.path("my server.py"), SERVER).unwrap();
+    Some(benchmark)
+}
+
+fn bench(benchmark: &Benchmark, mode: &str, more: &[&str]) -> assert_cmd::Command {
+    let program = format!("python3 'my server.py' {mode}");
+    let mut command =
+        benchmark.patchlock(&["bench", "data", "--out", "out", "--cmd", &program, "--name", mode]);
+    command.args(["--timeout", "2"]).args(more);
+    command
+}
+
+#[test]
+fn its_boxes_are_kept() {
+    let Some(benchmark) = benchmark("its_boxes_are_kept") else { return };
+    for mode in ["good", "polygon", "chatter"] {
+        bench(&benchmark, mode, &["--seeds", "2"]).assert().success().stderr("");
+        let boxes = benchmark.trajectories("out");
+        let expected = "21,19,32,28\n23,19,32,28\n25,19,32,28\n27,19,32,28\n";
+        assert_eq!(boxes[&format!("{mode}/ope/A/0.txt")], expected, "{mode}");
+        assert!(
+            boxes[&format!("{mode}/ope/A/1.txt")].ends_with("\n28,19,32,28\n"),
+            "the seed is told"
+        );
+    }
+    benchmark
+        .patchlock(&["score", "out/good", "--truth", "data"])
+        .assert()
+        .success()
+        .stdout(contains("good").and(contains("1.000")));
+    // It is another subject than our tracker under the same name.
+    benchmark
+        .bench("out", &["--name", "good"])
+        .assert()
+        .code(2)
+        .stderr(contains("holds runs of something else"));
+}
+
+#[test]
+fn a_frame_without_an_answer_is_one() {
+    let Some(benchmark) = benchmark("a_frame_without_an_answer_is_one") else { return };
+    bench(&benchmark, "lost", &[]).assert().success();
+    let boxes = &benchmark.trajectories("out")["lost/ope/A/0.txt"];
+    assert_eq!(boxes.lines().nth(2), Some("NaN,NaN,NaN,NaN"));
+}
+
+#[test]
+fn what_goes_wrong_is_said_for_each_run() {
+    let Some(benchmark) = benchmark("what_goes_wrong_is_said_for_each_run") else { return };
+    for (mode, said) in [
+        (
+            "crash",
+            "the tracker ended (exit status: 1) instead of giving its answer; it said: out of memory",
+        ),
+        ("nonsense", "its state \"here\": \"here\" is no number"),
+        ("babble", "answers with the message banana"),
+        ("quit", "gave up (quit): no more ideas"),
+        ("new", "speaks version 4 of TraX"),
+    ] {
+        let both =
+            contains("error: A (seed 0").and(contains("error: B (seed 0")).and(contains(said));
+        bench(&benchmark, mode, &[]).assert().code(1).stdout(contains("0 runs made")).stderr(both);
+    }
+    assert!(benchmark.trajectories("out").is_empty(), "nothing half-done is kept");
+}
+
+#[test]
+fn nobody_waits_for_ever() {
+    let Some(benchmark) = benchmark("nobody_waits_for_ever") else { return };
+    let one = ["--sequences", "A"];
+    bench(&benchmark, "hang", &one)
+        .assert()
+        .code(1)
+        .stderr(contains("kept waiting for its answer for 2 s"));
+    bench(&benchmark, "mute", &one)
+        .assert()
+        .code(1)
+        .stderr(contains("kept waiting for its greeting for 2 s"));
+}
+
+#[test]
+fn programs_that_can_not_be_started() {
+    let benchmark = Benchmark::new(1, 3);
+    let start = |command: &str| {
+        benchmark
+            .patchlock(&["bench", "data", "--out", "out", "--name", "x", "--cmd", command])
+            .assert()
+    };
+    start("no-such-program-anywhere")
+        .code(1)
+        .stderr(contains("cannot start no-such-program-anywhere"));
+    start("'unclosed").code(2).stderr(contains("no command line"));
+    start("").code(2);
+    benchmark
+        .patchlock(&["bench", "data", "--out", "o", "--cmd", "x"])
+        .assert()
+        .code(2)
+        .stderr(contains("--name"));
+}

@@ -1,0 +1,214 @@
+//! Another program as the tracker under test, through TraX, protocol 3: lines of text on its standard input and output (Čehovin: "TraX: The
+//! visual Tracking eXchange protocol and library", Neurocomputing 260, 2017).
+//!
+//! The program says `hello` with what it can do; it is given `initialize` with the path of an image and a box, then `frame` with the path of
+//! the next image, and answers each with `state` and a box. Boxes are `left,top,width,height`, pixels counted from 0, or a polygon. Its time is
+//! that from our line to its answer: reading the image is in it, because it does that itself.
+
+mod message;
+mod process;
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use patchlock::BoundingBox;
+
+use super::subject::{Answer, Subject};
+use crate::{Error, text};
+use message::Message;
+use process::{Process, Silence};
+
+/// The newest version of the protocol that is spoken here; older ones differ in nothing that is used.
+const VERSION: u32 = 3;
+/// The variable of the environment that tells the program its seed.
+pub const SEED_VARIABLE: &str = "PATCHLOCK_SEED";
+
+/// How regions are given to the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Region {
+    Rectangle,
+    Polygon,
+}
+
+/// A program that has said hello.
+pub struct Trax {
+    process: Process,
+    region: Region,
+}
+
+impl Trax {
+    /// Starts the program and waits for its greeting, so long at most.
+    ///
+    /// # Errors
+    /// [`Error::Subject`] where it can't be started, says nothing, or can't do what is needed.
+    pub fn start(command: &[String], seed: u64, patience: Duration) -> Result<Self, Error> {
+        let subject = |reason: String| Error::Subject(reason);
+        let mut process = Process::start(command, (SEED_VARIABLE, &seed.to_string()), patience)
+            .map_err(subject)?;
+        let hello = next(&mut process, "its greeting").map_err(subject)?;
+        if hello.name != "hello" {
+            return Err(subject(format!(
+                "the tracker begins with the message {} instead of hello",
+                hello.name
+            )));
+        }
+        let region = capabilities(&hello).map_err(subject)?;
+        Ok(Self { process, region })
+    }
+
+    fn ask(&mut self, file: &Path, line: &str) -> Result<Answer, Error> {
+        let error = |reason| Error::Tracker { path: file.to_path_buf(), reason };
+        let start = Instant::now();
+        self.process.write(line).map_err(error)?;
+        let state = next(&mut self.process, "its answer").map_err(error)?;
+        let seconds = start.elapsed().as_secs_f64();
+        match (state.name.as_str(), state.arguments.first()) {
+            ("state", Some(region)) => {
+                let bbox = read_region(region)
+                    .map_err(|reason| error(format!("its state \"{region}\": {reason}")))?;
+                Ok(Answer { bbox, seconds })
+            }
+            ("state", None) => Err(error("its state has no region".to_string())),
+            ("quit", _) => Err(error(format!("the tracker gave up (quit){}", reason_of(&state)))),
+            (other, _) => {
+                Err(error(format!("the tracker answers with the message {other} instead of state")))
+            }
+        }
+    }
+}
+
+/// What a tracker that quits may say of it.
+fn reason_of(quit: &Message) -> String {
+    quit.get("trax.reason").map(|reason| format!(": {reason}")).unwrap_or_default()
+}
+
+/// The next message; other lines are chatter.
+fn next(process: &mut Process, what: &str) -> Result<Message, String> {
+    let line = process.next(|line| Message::parse(line).is_some());
+    match line {
+        Ok(line) => match Message::parse(&line) {
+            Some(Ok(message)) => Ok(message),
+            Some(Err(reason)) => Err(format!("the tracker's message \"{line}\": {reason}")),
+            None => Err(format!("no message: {line}")),
+        },
+        Err(Silence::TooLong(seconds)) => Err(format!(
+            "the tracker kept waiting for {what} for {seconds} s{}",
+            process.last_words()
+        )),
+        Err(Silence::Ended(status)) => Err(format!(
+            "the tracker ended ({status}) instead of giving {what}{}",
+            process.last_words()
+        )),
+    }
+}
+
+/// Whether the program speaks what is spoken here, and how it wants regions.
+fn capabilities(hello: &Message) -> Result<Region, String> {
+    let version = hello.get("trax.version").unwrap_or("1");
+    if !version.parse::<u32>().is_ok_and(|version| (1..=VERSION).contains(&version)) {
+        return Err(format!(
+            "the tracker speaks version {version} of TraX; 1 to {VERSION} are understood"
+        ));
+    }
+    let list = |key: &str, default: &str| -> Vec<String> {
+        hello
+            .get(key)
+            .unwrap_or(default)
+            .split(';')
+            .filter(|s| !s.is_empty())
+            .map(str::to_string)
+            .collect()
+    };
+    let images = list("trax.image", "path");
+    if !images.iter().any(|image| image == "path") {
+        return Err(format!(
+            "the tracker takes images as {}; only path can be given",
+            images.join(", ")
+        ));
+    }
+    let regions = list("trax.region", "rectangle");
+    let takes = |name: &str| regions.iter().any(|region| region == name);
+    match (takes("rectangle"), takes("polygon")) {
+        (true, _) => Ok(Region::Rectangle),
+        (_, true) => Ok(Region::Polygon),
+        _ => Err(format!(
+            "the tracker takes regions as {}; rectangle and polygon can be given",
+            regions.join(", ")
+        )),
+    }
+}
+
+fn write_region(b: &BoundingBox, region: Region) -> String {
+    let (right, bottom) = (b.x + b.w, b.y + b.h);
+    match region {
+        Region::Rectangle => format!("{},{},{},{}", b.x, b.y, b.w, b.h),
+        Region::Polygon => {
+            format!("{},{},{right},{},{right},{bottom},{},{bottom}", b.x, b.y, b.y, b.x)
+        }
+    }
+}
+
+/// A box, a polygon, or one number: a code for "nothing".
+fn read_region(region: &str) -> Result<Option<BoundingBox>, String> {
+    match text::numbers(region)?.as_slice() {
+        [_] => Ok(None),
+        row => text::region(row, 0.0),
+    }
+}
+
+/// The path as the protocol has it.
+fn url(file: &Path) -> Result<String, Error> {
+    let whole = file.canonicalize().map_err(|error| Error::read(file, error))?;
+    Ok(format!("file://{}", whole.display()))
+}
+
+impl Subject for Trax {
+    fn begin(&mut self, frame: &Path, bbox: BoundingBox) -> Result<Answer, Error> {
+        let line = message::line("initialize", &[&url(frame)?, &write_region(&bbox, self.region)]);
+        let answer = self.ask(frame, &line)?;
+        // The first line of a trajectory is the box as given.
+        Ok(Answer { bbox: Some(bbox), ..answer })
+    }
+
+    fn follow(&mut self, frame: &Path) -> Result<Answer, Error> {
+        let line = message::line("frame", &[&url(frame)?]);
+        self.ask(frame, &line)
+    }
+}
+
+impl Drop for Trax {
+    fn drop(&mut self) {
+        let _ = self.process.write(&message::line("quit", &[]));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn greet(line: &str) -> Result<Region, String> {
+        capabilities(&Message::parse(line).unwrap().unwrap())
+    }
+
+    #[test]
+    fn greetings() {
+        assert_eq!(greet("@@TRAX:hello"), Ok(Region::Rectangle));
+        let polygon =
+            "@@TRAX:hello trax.version=3 trax.image=memory;path; trax.region=mask;polygon;";
+        assert_eq!(greet(polygon), Ok(Region::Polygon));
+        for bad in ["trax.version=4", "trax.version=x", "trax.image=memory", "trax.region=mask"] {
+            assert!(greet(&format!("@@TRAX:hello {bad}")).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn regions_go_there_and_back() {
+        let bbox = BoundingBox { x: -1.5, y: 2.25, w: 30.0, h: 4.5 };
+        for region in [Region::Rectangle, Region::Polygon] {
+            assert_eq!(read_region(&write_region(&bbox, region)), Ok(Some(bbox)));
+        }
+        assert_eq!(read_region("0"), Ok(None));
+        assert_eq!(read_region("NaN,NaN,NaN,NaN"), Ok(None));
+        assert!(read_region("m0,0,3,3").is_err() && read_region("").is_err());
+    }
+}

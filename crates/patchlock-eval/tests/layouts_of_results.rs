@@ -1,0 +1,99 @@
+//! Every layout of results, as a tiny made-up example.
+
+mod support;
+
+use patchlock::BoundingBox;
+use patchlock_eval::dataset::Dataset;
+use patchlock_eval::results::{self, Layout, Results};
+use support::{Folder, rows};
+
+const BOX: Option<BoundingBox> = Some(BoundingBox { x: 2.0, y: 3.0, w: 5.0, h: 6.0 });
+
+fn folder() -> Folder {
+    let folder = Folder::new();
+    folder.file("truth/one.txt", rows(3));
+    folder
+}
+
+fn read(folder: &Folder, path: &str) -> Vec<Results> {
+    let truth = Dataset::open(&folder.path().join("truth")).unwrap();
+    results::read(&folder.path().join(path), &truth).unwrap()
+}
+
+#[test]
+fn otb_text() {
+    let folder = folder();
+    folder.file("KCF/One.txt", "3,4,5,6\nNaN,NaN,NaN,NaN\n3\t4\t5\t6\n");
+    let [results] = &read(&folder, "KCF")[..] else { panic!("one tracker") };
+    assert_eq!((results.name.as_str(), results.layout), ("KCF", Layout::Otb));
+    assert_eq!(results.runs[0].boxes, [BOX, None, BOX]);
+}
+
+#[test]
+fn got10k() {
+    let folder = folder();
+    folder.file("SiamFC/one/one_001.txt", rows(3));
+    folder.file("SiamFC/one/one_002.txt", rows(3));
+    folder.file("SiamFC/one/one_time.txt", "0.5\n0.25\n0.25\n");
+    let [results] = &read(&folder, "SiamFC")[..] else { panic!("one tracker") };
+    assert_eq!((results.layout, results.runs.len()), (Layout::Got10k, 2));
+    assert_eq!((results.runs[0].seed, results.runs[1].seed), (0, 1));
+    assert_eq!(results.runs[0].seconds, Some(vec![0.5, 0.25, 0.25]));
+    // Its runs on OTB are in a folder with the times beside them.
+    folder.file("other/one.txt", rows(3));
+    folder.file("other/times/one_time.txt", "1\n1\n1\n");
+    let other = read(&folder, "other");
+    assert_eq!((other[0].layout, other[0].runs.len()), (Layout::Otb, 1));
+    assert_eq!(other[0].runs[0].seconds, Some(vec![1.0; 3]));
+}
+
+#[test]
+fn vot() {
+    let folder = folder();
+    folder.file("CSRT/baseline/one/one_001.txt", "1\n3,4,8,4,8,10,3,10\n2\n");
+    let [results] = &read(&folder, "CSRT")[..] else { panic!("one tracker") };
+    assert_eq!((results.name.as_str(), results.layout), ("CSRT baseline", Layout::Vot));
+    assert_eq!(results.runs[0].boxes, [BOX, BOX, None], "begun on the truth, a polygon, a failure");
+    assert!(results.notes[0].contains("begun again after a failure"), "{:?}", results.notes);
+    folder.file("bad/one/one_001.txt", "1\n7\n3,4,5,6\n");
+    assert!(read(&folder, "bad")[0].faults[0].contains("line 2: 7 is none of the codes"));
+}
+
+#[test]
+fn mot() {
+    let folder = folder();
+    folder.file("SORT/one.txt", "1,1,3,4,5,6,1,-1,-1,-1\n3,1,3,4,5,6,1,-1,-1,-1\n");
+    let [results] = &read(&folder, "SORT")[..] else { panic!("one tracker") };
+    assert_eq!(
+        (results.layout, results.runs[0].boxes.as_slice()),
+        (Layout::Mot, &[BOX, None, BOX][..])
+    );
+    for (rows, said) in [
+        ("1,1,3,4,5,6,1,-1,-1,-1\n1,2,3,4,5,6,1,-1,-1,-1\n", "a file holds one target"),
+        ("2,1,3,4,5,6,1,-1,-1,-1\n2,1,3,4,5,6,1,-1,-1,-1\n", "frame 2 comes twice"),
+        ("0,1,3,4,5,6,1,-1,-1,-1\n", "frames count from 1"),
+    ] {
+        folder.file("SORT/one.txt", rows);
+        let faults = &read(&folder, "SORT")[0].faults;
+        assert!(faults[0].contains(said), "{faults:?}");
+    }
+}
+
+#[test]
+fn a_folder_of_trackers() {
+    let folder = folder();
+    folder.file("all/A/one.txt", rows(3));
+    folder.file("all/B/one/one_001.txt", rows(3));
+    folder.file("all/notes.md", "not a tracker");
+    let names = |found: Vec<Results>| found.into_iter().map(|r| r.name).collect::<Vec<_>>();
+    assert_eq!(names(read(&folder, "all")), ["A", "B"]);
+    assert_eq!(names(read(&folder, ".")), ["A", "B"], "the truth itself is no tracker");
+    folder.file("more/A/one.txt", rows(3));
+    let truth = Dataset::open(&folder.path().join("truth")).unwrap();
+    let paths = [folder.path().join("all"), folder.path().join("more")];
+    let found = names(results::read_all(&paths, &truth).unwrap());
+    assert!(
+        found[0].starts_with("A (") && found[2].starts_with("A (") && found[0] != found[2],
+        "{found:?}"
+    );
+}
