@@ -59,7 +59,7 @@ pub struct RunsProgress {
 
 impl RunsProgress {
     /// A bar for these runs.
-    pub fn new(tasks: &[Task], quiet: bool) -> Self {
+    pub fn new(tasks: &[Task<'_>], quiet: bool) -> Self {
         let frames = tasks.iter().map(|task| task.frames.len()).sum();
         let (ended, whole) = (AtomicUsize::new(0), AtomicUsize::new(0));
         Self { bar: Progress::new(Some(frames), quiet), runs: tasks.len(), ended, whole }
@@ -73,7 +73,7 @@ impl RunsProgress {
 }
 
 impl Watch for RunsProgress {
-    fn begins(&self, task: &Task) {
+    fn begins(&self, task: &Task<'_>) {
         let number = (self.ended.load(Ordering::Relaxed) + 1).min(self.runs);
         self.bar.bar.set_message(format!(
             "frames  run {number} of {}: {} seed {}",

@@ -179,6 +179,14 @@ fn many_starts_and_many_first_boxes() {
     let names: Vec<&str> =
         score["trackers"].as_array().unwrap().iter().map(|t| t["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["quick TRE", "quick SRE"]);
+    // What is not there yet of a target would shift its score.
+    fs::remove_file(benchmark.path("out/quick/sre/A/0-3.txt")).unwrap();
+    fs::remove_file(benchmark.path("out/quick/sre/A/0-3.json")).unwrap();
+    benchmark
+        .patchlock(&["score", "out", "--truth", "data"])
+        .assert()
+        .code(1)
+        .stderr(contains("A, seed 0: 11 of 12 runs are there"));
 }
 
 #[test]

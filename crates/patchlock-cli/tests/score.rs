@@ -53,7 +53,7 @@ fn tables_and_json_say_the_same() {
         .patchlock(&["score", "half", "--truth", "data", "--by", "target"])
         .assert()
         .success()
-        .stdout(contains("B        1  0.333"));
+        .stdout(contains("B             1  0.333"));
 }
 
 #[test]

@@ -260,6 +260,23 @@ fn metrics_see_boxes_and_a_protocol() {
 }
 
 #[test]
+fn the_benchmark_prints_nothing_and_only_its_runs_have_a_clock() {
+    let source = library().join("../../patchlock-eval/src");
+    for file in rust_files(&source) {
+        let code = code(&file);
+        let code = code.split("#[cfg(test)]").next().unwrap();
+        let place = file.strip_prefix(&source).unwrap();
+        let runs = place.starts_with("bench");
+        for word in FORBIDDEN_WORDS {
+            let is_clock = matches!(*word, "Instant" | "SystemTime");
+            assert!(!code.contains(word) || (runs && is_clock), "{} has {word}", place.display());
+        }
+        let starts_programs = names_behind(code, "std").contains("process");
+        assert!(!starts_programs || runs, "{} starts programs", place.display());
+    }
+}
+
+#[test]
 fn the_reader_sees_groups_and_manifests() {
     let code = "use crate::{Error, config::{A, B},\n vision::frame};\nlet x = crate::sparse::f(); mycrate::no";
     let names: Vec<_> = names_behind(code, "crate").into_iter().collect();

@@ -290,7 +290,7 @@ fn tell(args: &BenchArgs, store: &Store, made: usize, before: usize, failures: &
     println!("next: patchlock score {} --truth {}", args.out.display(), args.dataset.display());
 }
 
-fn conclude(tasks: &[Task], made: usize, failures: &[Failure]) -> Result<()> {
+fn conclude(tasks: &[Task<'_>], made: usize, failures: &[Failure]) -> Result<()> {
     if interrupt::requested() {
         let left = tasks.len() - made;
         return Err(interrupted(format!(

@@ -130,24 +130,14 @@ fn tables(board: &Scoreboard, by: Option<By>) -> String {
     if !board.trackers.is_empty() {
         text += &overall(board).text();
     }
-    match by {
-        None => {}
-        Some(By::Attribute) => {
-            for (title, number) in NUMBERS {
-                text += &format!(
-                    "\n{title} by attribute\n\n{}",
-                    parts(board, &attributes(board), number).text()
-                );
-            }
-        }
-        Some(By::Target) => {
-            for (title, number) in NUMBERS {
-                text += &format!(
-                    "\n{title} by target\n\n{}",
-                    parts(board, &each_target(board), number).text()
-                );
-            }
-        }
+    let (what, parts) = match by {
+        None => return text,
+        Some(By::Attribute) => ("attribute", score::attributes(&board.trackers)),
+        Some(By::Target) => ("target", each_target(board)),
+    };
+    for (title, number) in NUMBERS {
+        text +=
+            &format!("\n{title} by {what}\n\n{}", part_table(board, what, &parts, number).text());
     }
     text
 }
@@ -200,11 +190,6 @@ fn with_spread(measure: Measure) -> String {
 /// A part of the dataset: its name and its targets.
 type Part = (String, Vec<String>);
 
-/// The attributes that occur, in the benchmark's order, with their targets.
-fn attributes(board: &Scoreboard) -> Vec<Part> {
-    score::attributes(&board.trackers)
-}
-
 fn each_target(board: &Scoreboard) -> Vec<Part> {
     let mut parts: Vec<Part> = Vec::new();
     for target in board.trackers.iter().flat_map(|tracker| &tracker.targets) {
@@ -216,8 +201,8 @@ fn each_target(board: &Scoreboard) -> Vec<Part> {
 }
 
 /// A row a part, a column a tracker.
-fn parts(board: &Scoreboard, parts: &[Part], number: Number) -> TextTable {
-    let mut titles = vec!["", "targets"];
+fn part_table(board: &Scoreboard, what: &str, parts: &[Part], number: Number) -> TextTable {
+    let mut titles = vec![what, "targets"];
     titles.extend(board.trackers.iter().map(|tracker| tracker.name.as_str()));
     let mut table = TextTable::new(&titles);
     for (name, targets) in parts {
@@ -252,7 +237,7 @@ fn tracker_json(board: &Scoreboard, tracker: &TrackerScore, by: Option<By>) -> V
     value["notes"] = json!(tracker.notes);
     let parts = match by {
         None => return value,
-        Some(By::Attribute) => ("attributes", attributes(board)),
+        Some(By::Attribute) => ("attributes", score::attributes(&board.trackers)),
         Some(By::Target) => ("by_target", each_target(board)),
     };
     let mut object = serde_json::Map::new();

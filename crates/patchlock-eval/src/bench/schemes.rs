@@ -11,6 +11,7 @@
 //!
 //! The truth against which a run is scored stays the true one.
 
+use std::convert::Infallible;
 use std::fmt;
 use std::str::FromStr;
 
@@ -76,6 +77,13 @@ pub struct Start {
     pub first: usize,
     /// The box that the tracker is given, counted from 0.
     pub bbox: BoundingBox,
+}
+
+/// How many beginnings there are on a target.
+pub fn count(scheme: Scheme, sequence: &Sequence, origin: f64) -> usize {
+    // The size of the frame moves boxes of SRE, but never changes their number.
+    let starts = starts(scheme, sequence, origin, || Ok::<_, Infallible>((1, 1)));
+    starts.map_or(0, |starts| starts.len())
 }
 
 /// All beginnings on a target. `origin` is what the truth's file calls the first pixel; `size` gives width and height of the first frame, and is asked by SRE only.

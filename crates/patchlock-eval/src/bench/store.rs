@@ -138,12 +138,12 @@ pub struct RunManifest {
 }
 
 /// One run that is to be made.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Task {
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Task<'a> {
     /// The target's name.
-    pub target: String,
+    pub target: &'a str,
     /// The image files, from the first of the run on.
-    pub frames: Vec<PathBuf>,
+    pub frames: &'a [PathBuf],
     /// The seed.
     pub seed: u64,
     /// Where it begins.
@@ -209,19 +209,19 @@ impl Store {
     }
 
     /// The file of a run without its ending.
-    fn stem(&self, task: &Task) -> PathBuf {
+    fn stem(&self, task: &Task<'_>) -> PathBuf {
         let run = match self.scheme {
             Scheme::Ope => task.seed.to_string(),
             Scheme::Tre | Scheme::Sre => format!("{}-{}", task.seed, task.start.variant),
         };
-        self.folder.join(self.scheme.name()).join(&task.target).join(run)
+        self.folder.join(self.scheme.name()).join(task.target).join(run)
     }
 
     /// Whether the run is there, complete.
     ///
     /// # Errors
     /// [`Error::Conflict`] where a complete run of this name began elsewhere: it is one of another dataset.
-    pub fn holds(&self, task: &Task) -> Result<bool, Error> {
+    pub fn holds(&self, task: &Task<'_>) -> Result<bool, Error> {
         let stem = self.stem(task);
         let Ok(manifest) = read_json::<RunManifest>(&stem.with_extension("json")) else {
             return Ok(false);
@@ -250,7 +250,7 @@ impl Store {
     /// [`Error::Write`].
     pub fn keep(
         &self,
-        task: &Task,
+        task: &Task<'_>,
         boxes: &[Option<BoundingBox>],
         seconds: Vec<f64>,
         threads: usize,
@@ -265,7 +265,7 @@ impl Store {
             configuration_hash: self.hash.clone(),
             subject: self.subject.clone(),
             protocol: self.scheme.name().to_string(),
-            target: task.target.clone(),
+            target: task.target.to_string(),
             seed: task.seed,
             variant: task.start.variant,
             first: task.start.first,

@@ -1,16 +1,18 @@
 //! What `patchlock bench` writes; see [`crate::bench::store`]. The runs of each protocol are results of their own.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
 use super::{Layout, Results, Run, boxes};
-use crate::bench::schemes::Scheme;
+use crate::bench::schemes::{self, Scheme};
 use crate::bench::store::{self, MANIFEST, Manifest, RunManifest};
+use crate::dataset::Dataset;
 use crate::files::{ends_with, entries};
 use crate::{Error, names, text};
 
 /// Reads a tracker's folder.
-pub fn read(folder: &Path, origin: f64) -> Result<Vec<Results>, Error> {
+pub fn read(folder: &Path, truth: &Dataset) -> Result<Vec<Results>, Error> {
     let manifest: Manifest = store::read_json(&folder.join(MANIFEST))?;
     let mut all = Vec::new();
     for scheme in Scheme::ALL {
@@ -26,13 +28,35 @@ pub fn read(folder: &Path, origin: f64) -> Result<Vec<Results>, Error> {
         };
         let mut results = Results::new(name, Layout::Bench);
         for target in entries(&inner)?.into_iter().filter(|path| path.is_dir()) {
-            read_target(&target, &manifest, origin, &mut results)?;
+            read_target(&target, &manifest, truth.origin(), &mut results)?;
         }
+        leave_out_parts(&mut results, scheme, truth);
         if !results.is_empty() {
             all.push(results);
         }
     }
     Ok(all)
+}
+
+/// A target that was not begun everywhere yet would be scored on other frames than the others: its seed is left out and said.
+fn leave_out_parts(results: &mut Results, scheme: Scheme, truth: &Dataset) {
+    let mut there: BTreeMap<(String, u64), usize> = BTreeMap::new();
+    for run in &results.runs {
+        *there.entry((run.target.clone(), run.seed)).or_default() += 1;
+    }
+    for ((target, seed), count) in there {
+        let Some(sequence) = truth.find(&target) else { continue };
+        let all = schemes::count(scheme, sequence, truth.origin());
+        if count < all {
+            results.notes.push(format!(
+                "{target}, seed {seed}: {count} of {all} runs are there, so it is left out"
+            ));
+            results.runs.retain(|run| run.target != target || run.seed != seed);
+        }
+    }
+    if results.runs.is_empty() {
+        results.faults.append(&mut results.notes);
+    }
 }
 
 fn read_target(

@@ -173,7 +173,7 @@ fn below(folder: &Path, truth: &Dataset, depth: usize) -> Result<Vec<Results>, E
 fn one(folder: &Path, truth: &Dataset) -> Result<Vec<Results>, Error> {
     let origin = truth.origin();
     if folder.join(crate::bench::store::MANIFEST).is_file() {
-        return bench::read(folder, origin);
+        return bench::read(folder, truth);
     }
     if let Some(results) = per_target::read(folder, truth)? {
         return Ok(vec![results]);
