@@ -10,6 +10,7 @@ pub mod engine;
 pub mod interrupt;
 pub mod output;
 pub mod progress;
+pub mod selection;
 pub mod settings;
 pub mod source;
 pub mod target;

@@ -79,6 +79,15 @@ fn wrong_results_are_said_and_the_others_scored() {
         .assert()
         .code(2)
         .stderr(contains("no dataset"));
+    // Truth that is wrong is told as well.
+    fs::write(benchmark.path("data/B/groundtruth_rect.txt"), "21,19,32,28\n\n23,19,32,28\n")
+        .unwrap();
+    benchmark
+        .patchlock(&["score", "half", "--truth", "data"])
+        .assert()
+        .code(1)
+        .stdout(contains("half           1"))
+        .stderr(contains("truth of B: ").and(contains("line 2: the line is empty")));
     benchmark.patchlock(&["score", "half"]).assert().code(2).stderr(contains("--truth"));
 }
 
@@ -109,7 +118,7 @@ fn a_dataset_is_told() {
         .stdout(contains("! B: the image with number 1 is missing"))
         .stdout(contains("  A: the truth of 1 of 3 frames is NaN"))
         .stdout(contains("  A: 1 of 2 boxes lie wholly outside the frame of 96 x 72"))
-        .stderr(contains("1 targets can't be used"));
+        .stderr(contains("1 fault in the way"));
     benchmark
         .patchlock(&["dataset", "half/a.txt"])
         .assert()

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use patchlock::BoundingBox;
 
-use crate::dataset::{self, Dataset, OTB_ATTRIBUTES, Sequence};
+use crate::dataset::{self, Dataset, OTB_ATTRIBUTES, Remark, Sequence, Severity};
 use crate::metrics::{self, Comparison, Curves, Tally};
 use crate::names;
 use crate::protocol::Protocol;
@@ -115,11 +115,15 @@ pub struct Scoreboard {
     pub trackers: Vec<TrackerScore>,
     /// The others. Their results are not scored in part: a mean over the targets that happen to be right would mislead.
     pub refused: Vec<Refused>,
+    /// The targets whose truth is wrong, with the reason: nobody was scored on them.
+    pub without_truth: Vec<String>,
 }
 
 /// Scores trackers.
 pub fn scoreboard(results: &[Results], truth: &Dataset, protocol: &Protocol) -> Scoreboard {
-    let mut board = Scoreboard::default();
+    let wrong = truth.remarks.iter().filter(|remark| remark.severity == Severity::NoTruth);
+    let without_truth = wrong.map(Remark::to_string).collect();
+    let mut board = Scoreboard { without_truth, ..Scoreboard::default() };
     for results in results {
         match tracker(results, truth, protocol) {
             Ok(score) => board.trackers.push(score),

@@ -131,10 +131,11 @@ fn truth_alone() {
     let folder = Folder::new();
     folder.file("deer.txt", rows(3));
     folder.file("jogging-2.txt", rows(2));
+    folder.file("readme.txt", "Boxes of two targets.\n");
     let dataset = folder.dataset();
     assert_eq!((dataset.layout, dataset.sequences.len()), (Layout::TruthOnly, 2));
     assert!(dataset.find("Jogging.2").unwrap().frames.is_empty());
-    assert!(dataset.remarks.is_empty());
+    assert_eq!(dataset.remarks.len(), 1, "the text beside them: {:?}", dataset.remarks);
 }
 
 #[test]

@@ -11,12 +11,12 @@ use patchlock_eval::bench::schemes::Scheme;
 use patchlock_eval::bench::store::{Identity, Store, Task};
 use patchlock_eval::bench::subject::{Patchlock, Subject};
 use patchlock_eval::bench::trax::Trax;
-use patchlock_eval::dataset::{Dataset, Sequence};
-use patchlock_eval::names;
+use patchlock_eval::dataset::{Dataset, Layout, Remark};
+use patchlock_eval::names::{self, counted};
 
 use crate::complaint::{Complaint, failed, interrupted, usage};
 use crate::progress::RunsProgress;
-use crate::{interrupt, settings};
+use crate::{interrupt, selection, settings};
 
 const EXAMPLES: &str = "\
 EXAMPLES:
@@ -115,9 +115,17 @@ fn parse_shard(text: &str) -> Result<(usize, usize), String> {
 pub fn run(args: &BenchArgs) -> Result<()> {
     let dataset = Dataset::open(&args.dataset).map_err(Complaint::from)?;
     let entrant = Entrant::new(args)?;
-    let chosen = choose(&dataset, &args.sequences, &args.attributes)?;
+    if dataset.layout == Layout::TruthOnly {
+        return Err(usage(format!("{} holds truth without frames", args.dataset.display()))
+            .hint(
+                "name the folder of the sequences; patchlock dataset DIR shows what is recognised",
+            )
+            .into());
+    }
+    let chosen = selection::choose(&dataset, &args.sequences, &args.attributes)?;
     let seeds: Vec<u64> = (0..args.seeds).map(|k| entrant.first_seed() + k).collect();
-    let (tasks, mut failures) = runner::tasks(&dataset, &chosen, args.protocol, &seeds);
+    let (tasks, mut failures) = runner::tasks(&dataset, &chosen.sequences, args.protocol, &seeds);
+    failures.extend(chosen.without_truth.into_iter().map(without_truth));
     let (part, parts) = args.shard.unwrap_or((1, 1));
     let tasks = runner::shard(tasks, part, parts);
 
@@ -135,6 +143,12 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     let made = progress.finish();
     tell(args, &store, made, all - tasks.len(), &failures);
     conclude(&tasks, made, &failures)
+}
+
+fn without_truth(remark: &Remark) -> Failure {
+    let target = remark.target.clone().unwrap_or_default();
+    let error = patchlock_eval::Error::Sequence(remark.text.clone());
+    Failure { target, run: String::new(), error }
 }
 
 /// What is to be run.
@@ -208,73 +222,6 @@ fn name(args: &BenchArgs) -> Result<String, Complaint> {
         .hint("letters, digits, - and _ are good"))
 }
 
-/// The sequences that the options leave.
-fn choose<'a>(
-    dataset: &'a Dataset,
-    sequences: &[String],
-    attributes: &[String],
-) -> Result<Vec<&'a Sequence>, Complaint> {
-    let all = &dataset.sequences;
-    let means = |wanted: &str, sequence: &Sequence| {
-        let whole = sequence.name.rsplit_once('.').map_or("", |(whole, _)| whole);
-        names::same(wanted, &sequence.name) || names::same(wanted, whole)
-    };
-    for wanted in sequences {
-        if !all.iter().any(|sequence| means(wanted, sequence)) {
-            let near =
-                settings::near_matches(wanted, all.iter().map(|sequence| sequence.name.as_str()));
-            let advice = match near.is_empty() {
-                true => "patchlock dataset DIR lists them".to_string(),
-                false => format!("did you mean {}?", near.join(" or ")),
-            };
-            return Err(
-                usage(format!("--sequences: the dataset has no target {wanted}")).hint(advice)
-            );
-        }
-    }
-    for wanted in attributes {
-        if !all
-            .iter()
-            .any(|sequence| sequence.attributes.iter().any(|a| a.eq_ignore_ascii_case(wanted)))
-        {
-            return Err(usage(format!(
-                "--attributes: no target of the dataset has the attribute {wanted}"
-            ))
-            .hint(known_attributes(dataset)));
-        }
-    }
-    let named = |sequence: &&Sequence| {
-        sequences.is_empty() || sequences.iter().any(|wanted| means(wanted, sequence))
-    };
-    let fits = |sequence: &&Sequence| {
-        let has =
-            |wanted: &String| sequence.attributes.iter().any(|a| a.eq_ignore_ascii_case(wanted));
-        attributes.is_empty() || attributes.iter().any(has)
-    };
-    let chosen: Vec<&Sequence> = all.iter().filter(named).filter(fits).collect();
-    if chosen.is_empty() {
-        return Err(usage(
-            "no target is left: none of the --sequences has one of the --attributes",
-        )
-        .hint("patchlock dataset DIR lists the targets with their attributes"));
-    }
-    Ok(chosen)
-}
-
-fn known_attributes(dataset: &Dataset) -> String {
-    let mut known: Vec<&str> =
-        dataset.sequences.iter().flat_map(|s| &s.attributes).map(String::as_str).collect();
-    known.sort_unstable();
-    known.dedup();
-    match known.is_empty() {
-        true => {
-            "nothing is known about its attributes; attributes.csv beside the dataset may list them"
-                .to_string()
-        }
-        false => format!("they have {}", known.join(", ")),
-    }
-}
-
 /// What was done, and what to do next.
 fn tell(args: &BenchArgs, store: &Store, made: usize, before: usize, failures: &[Failure]) {
     for failure in failures {
@@ -285,8 +232,8 @@ fn tell(args: &BenchArgs, store: &Store, made: usize, before: usize, failures: &
     if args.quiet {
         return;
     }
-    let already = if before > 0 { format!(", {before} were there already") } else { String::new() };
-    println!("{made} runs made{already}; they are in {}", store.folder().display());
+    let already = if before > 0 { format!(", {before} there already") } else { String::new() };
+    println!("{} made{already}; they are in {}", counted(made, "run"), store.folder().display());
     println!("next: patchlock score {} --truth {}", args.out.display(), args.dataset.display());
 }
 
@@ -294,7 +241,8 @@ fn conclude(tasks: &[Task<'_>], made: usize, failures: &[Failure]) -> Result<()>
     if interrupt::requested() {
         let left = tasks.len() - made;
         return Err(interrupted(format!(
-            "stopped; {left} runs are left, and the same command goes on with them"
+            "stopped; {} left, and the same command goes on there",
+            counted(left, "run")
         ))
         .into());
     }
@@ -303,7 +251,11 @@ fn conclude(tasks: &[Task<'_>], made: usize, failures: &[Failure]) -> Result<()>
     }
     let mut targets: Vec<&str> = failures.iter().map(|failure| failure.target.as_str()).collect();
     targets.dedup();
-    Err(failed(format!("{} of the runs failed, on {}", failures.len(), names::some_of(&targets)))
-        .hint("the others are complete; the same command tries again what is missing")
-        .into())
+    Err(failed(format!(
+        "{} failed, on {}",
+        counted(failures.len(), "run"),
+        names::some_of(&targets)
+    ))
+    .hint("the others are complete; the same command tries again what is missing")
+    .into())
 }

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use patchlock_eval::dataset::{Dataset, Findings, Remark, Severity};
+use patchlock_eval::names::counted;
 use serde_json::{Value, json};
 
 use crate::complaint::{Complaint, failed};
@@ -60,8 +61,8 @@ pub fn run(args: &DatasetArgs) -> Result<()> {
     // Truth without frames is what such a folder is; elsewhere a target without frames is a fault.
     let faults = remarks.iter().filter(|remark| remark.severity > Severity::Note).count();
     if faults > 0 {
-        return Err(failed(format!("{faults} targets can't be used as they are"))
-            .hint("what is wrong with each is marked with ! above; the others can be used")
+        return Err(failed(format!("{} in the way", counted(faults, "fault")))
+            .hint("they are marked with ! above; the other targets can be used")
             .into());
     }
     Ok(())

@@ -110,13 +110,22 @@ fn tell_notes(board: &Scoreboard, targets: usize) {
 }
 
 fn conclude(board: &Scoreboard) -> Result<()> {
+    for wrong in &board.without_truth {
+        eprintln!("error: truth of {wrong}");
+    }
     for refused in &board.refused {
         for reason in &refused.reasons {
             eprintln!("error: {}: {reason}", refused.name);
         }
     }
-    if board.refused.is_empty() {
+    if board.refused.is_empty() && board.without_truth.is_empty() {
         return Ok(());
+    }
+    if board.refused.is_empty() {
+        let count = names::counted(board.without_truth.len(), "target");
+        return Err(failed(format!("the truth of {count} is wrong: nobody is scored there"))
+            .hint("correct the files of truth; patchlock dataset DIR shows everything odd")
+            .into());
     }
     let names: Vec<&str> = board.refused.iter().map(|refused| refused.name.as_str()).collect();
     Err(failed(format!("not scored: {}", names.join(", ")))
@@ -226,7 +235,7 @@ fn json_of(board: &Scoreboard, by: Option<By>) -> Value {
     let refused = board.refused.iter();
     let refused: Vec<Value> =
         refused.map(|refused| json!({"name": refused.name, "reasons": refused.reasons})).collect();
-    json!({"trackers": trackers, "refused": refused})
+    json!({"trackers": trackers, "refused": refused, "without_truth": board.without_truth})
 }
 
 fn tracker_json(board: &Scoreboard, tracker: &TrackerScore, by: Option<By>) -> Value {

@@ -1,6 +1,6 @@
 //! What `patchlock bench` writes; see [`crate::bench::store`]. The runs of each protocol are results of their own.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
@@ -27,9 +27,11 @@ pub fn read(folder: &Path, truth: &Dataset) -> Result<Vec<Results>, Error> {
             }
         };
         let mut results = Results::new(name, Layout::Bench);
+        let mut times = Times::default();
         for target in entries(&inner)?.into_iter().filter(|path| path.is_dir()) {
-            read_target(&target, &manifest, truth.origin(), &mut results)?;
+            read_target(&target, &manifest, truth.origin(), &mut results, &mut times)?;
         }
+        results.notes.extend(times.notes());
         leave_out_parts(&mut results, scheme, truth);
         if !results.is_empty() {
             all.push(results);
@@ -59,46 +61,68 @@ fn leave_out_parts(results: &mut Results, scheme: Scheme, truth: &Dataset) {
     }
 }
 
+/// What of the runs' manifests tells about their times.
+#[derive(Default)]
+struct Times {
+    side_by_side: bool,
+    machines: BTreeSet<(String, usize)>,
+}
+
+impl Times {
+    fn add(&mut self, manifest: &RunManifest) {
+        self.side_by_side |= manifest.jobs > 1;
+        self.machines.insert((manifest.machine.processor.clone(), manifest.threads));
+    }
+
+    fn notes(&self) -> impl Iterator<Item = String> {
+        let shared = self.side_by_side.then(|| {
+            "several runs went on side by side, so their times say nothing about the speed"
+                .to_string()
+        });
+        let machines = names::counted(self.machines.len(), "kind");
+        let mixed = (self.machines.len() > 1)
+            .then(|| format!("its times come from {machines} of processor or number of threads"));
+        shared.into_iter().chain(mixed)
+    }
+}
+
 fn read_target(
     folder: &Path,
     tracker: &Manifest,
     origin: f64,
     results: &mut Results,
+    times: &mut Times,
 ) -> Result<(), Error> {
-    let (mut unfinished, mut shared) = (Vec::new(), false);
+    let mut unfinished = Vec::new();
     for file in entries(folder)?.into_iter().filter(|path| ends_with(path, "txt")) {
         let manifest = file.with_extension("json");
         if !manifest.exists() {
             unfinished.push(file.display().to_string());
             continue;
         }
-        match read_run(&file, &manifest, tracker, origin) {
-            Ok((run, jobs)) => {
-                shared |= jobs > 1;
-                results.runs.push(run);
-            }
+        let run = store::read_json(&manifest).and_then(|manifest: RunManifest| {
+            times.add(&manifest);
+            read_run(&file, manifest, tracker, origin)
+        });
+        match run {
+            Ok(run) => results.runs.push(run),
             Err(error) => results.faults.push(error.to_string()),
         }
     }
     if !unfinished.is_empty() {
         results.notes.push(format!("not complete and left out: {}", names::some_of(&unfinished)));
     }
-    let note = "several runs went on side by side, so their times say nothing about the speed";
-    if shared && !results.notes.iter().any(|other| other == note) {
-        results.notes.push(note.to_string());
-    }
     Ok(())
 }
 
 fn read_run(
     file: &Path,
-    manifest_file: &Path,
+    manifest: RunManifest,
     tracker: &Manifest,
     origin: f64,
-) -> Result<(Run, usize), Error> {
-    let manifest: RunManifest = store::read_json(manifest_file)?;
+) -> Result<Run, Error> {
     let wrong = |reason: &str| Error::Manifest {
-        path: manifest_file.to_path_buf(),
+        path: file.with_extension("json"),
         reason: reason.to_string(),
     };
     let bytes = fs::read(file).map_err(|error| Error::read(file, error))?;
@@ -110,7 +134,7 @@ fn read_run(
     }
     let boxes = boxes(file, &text::read(file)?, origin)?;
     let honest = manifest.jobs == 1 && manifest.seconds.len() == boxes.len();
-    let run = Run {
+    Ok(Run {
         target: manifest.target,
         seed: manifest.seed,
         variant: manifest.variant,
@@ -118,6 +142,5 @@ fn read_run(
         boxes,
         seconds: honest.then_some(manifest.seconds),
         file: file.to_path_buf(),
-    };
-    Ok((run, manifest.jobs))
+    })
 }

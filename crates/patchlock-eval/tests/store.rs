@@ -1,0 +1,69 @@
+//! Runs on disk are read back as they were written.
+
+mod support;
+
+use patchlock::{BoundingBox, TrackerConfig};
+use patchlock_eval::bench::schemes::{Scheme, Start};
+use patchlock_eval::bench::store::{Identity, Store, Task};
+use patchlock_eval::dataset::Dataset;
+use patchlock_eval::{Error, results};
+use support::{Folder, rows};
+
+#[test]
+fn boxes_and_times_come_back() {
+    let folder = Folder::new();
+    folder.file("truth/a.txt", rows(3));
+    let truth = Dataset::open(&folder.path().join("truth")).unwrap();
+    let config = TrackerConfig::preset("paper").unwrap();
+    let open = |config: &TrackerConfig| {
+        let identity = Identity::patchlock(config, "paper");
+        Store::open(&folder.path().join("out"), "ours", Scheme::Ope, identity, truth.origin())
+    };
+    let store = open(&config).unwrap();
+    let first = BoundingBox { x: 2.0, y: 3.0, w: 5.0, h: 6.0 };
+    let frames = ["a/1.png".into(), "a/2.png".into(), "a/3.png".into()];
+    let start = Start { variant: 0, first: 0, bbox: first };
+    let task = Task { target: "a", frames: &frames, seed: 7, start };
+    assert!(!store.holds(&task).unwrap());
+    let odd = BoundingBox { x: 1.0 / 3.0, y: -std::f64::consts::PI, w: 5.1e-7, h: 1e5 / 7.0 };
+    let seconds = vec![0.1, 1.0 / 3.0, 2e-9];
+    store.keep(&task, &[Some(first), None, Some(odd)], seconds.clone(), 2, 1).unwrap();
+    assert!(store.holds(&task).unwrap());
+
+    let [back] = &results::read(&folder.path().join("out"), &truth).unwrap()[..] else {
+        panic!("one tracker")
+    };
+    let run = &back.runs[0];
+    assert_eq!((run.target.as_str(), run.seed, &run.seconds), ("a", 7, &Some(seconds)));
+    assert_eq!(run.boxes[..2], [Some(first), None]);
+    let got = run.boxes[2].unwrap();
+    // Sizes come back to the last bit. Positions lose at most the bit that adding 1 costs.
+    assert_eq!((got.w, got.h), (odd.w, odd.h));
+    assert!((got.x - odd.x).abs() < 1e-15 && (got.y - odd.y).abs() < 1e-15);
+
+    // The seed is the run's, not the configuration's; everything else makes other runs.
+    assert!(open(&TrackerConfig { seed: 99, ..config.clone() }).is_ok());
+    let other = open(&TrackerConfig { particles: 99, ..config });
+    assert!(matches!(other, Err(Error::Conflict { .. })));
+    let elsewhere = Task { start: Start { bbox: odd, ..start }, ..task };
+    assert!(matches!(store.holds(&elsewhere), Err(Error::Conflict { .. })));
+}
+
+#[test]
+fn boxes_that_were_changed_afterwards_are_not_scored() {
+    let folder = Folder::new();
+    folder.file("truth/a.txt", rows(1));
+    let truth = Dataset::open(&folder.path().join("truth")).unwrap();
+    let identity = Identity::Trax { command: vec!["x".into()] };
+    let out = folder.path().join("out");
+    let store = Store::open(&out, "x", Scheme::Ope, identity, truth.origin()).unwrap();
+    let bbox = BoundingBox { x: 2.0, y: 3.0, w: 5.0, h: 6.0 };
+    let frames = ["a/1.png".into()];
+    let start = Start { variant: 0, first: 0, bbox };
+    let task = Task { target: "a", frames: &frames, seed: 0, start };
+    store.keep(&task, &[Some(bbox)], vec![0.1], 1, 1).unwrap();
+    folder.file("out/x/ope/a/0.txt", "3,4,5,7\n");
+    let faults = &results::read(&out, &truth).unwrap()[0].faults;
+    assert!(faults[0].contains("not those that it was written for"), "{faults:?}");
+    assert!(!store.holds(&task).unwrap(), "and are made again");
+}
