@@ -36,7 +36,12 @@ impl Progress {
 
     /// One frame more.
     pub fn step(&self, fps: f64, score: f64) {
-        self.bar.set_message(format!("{fps:.1} fps  score {score:.2}"));
+        self.advance(format!("{fps:.1} fps  score {score:.2}"));
+    }
+
+    /// One piece of work more, with a word about it.
+    pub fn advance(&self, message: impl Into<std::borrow::Cow<'static, str>>) {
+        self.bar.set_message(message);
         self.bar.inc(1);
     }
 

@@ -31,6 +31,18 @@ pub enum Error {
         /// What was looked for.
         reason: String,
     },
+    /// Trackers that can't be put side by side.
+    #[error("there is nothing to compare: {reason}")]
+    NothingToCompare {
+        /// What is missing.
+        reason: String,
+    },
+    /// A picture that can't be drawn.
+    #[error("cannot draw: {reason}")]
+    Picture {
+        /// The reason.
+        reason: String,
+    },
     /// A line of a file of boxes is not a box.
     #[error("{}, line {line}: {reason}", path.display())]
     Line {
@@ -120,6 +132,10 @@ impl Error {
             Self::Sequence(_) => "patchlock dataset DIR says what is wrong with each sequence",
             Self::Frame { .. } => "replace the file",
             Self::Tracker { .. } | Self::Subject(_) => "the other sequences are not affected",
+            Self::NothingToCompare { .. } => {
+                "patchlock score RESULTS --truth DATASET says which trackers and targets there are"
+            }
+            Self::Picture { .. } => "this is a fault of the program: please report it",
             Self::Line { .. } => {
                 "a line is x,y,w,h; a box that the tracker did not give is NaN,NaN,NaN,NaN"
             }

@@ -1,13 +1,15 @@
 //! The tracker benchmark: sequences in, trajectories on disk, scores out.
 //!
 //! The way of the data, in one direction: a [`dataset`] is read (frames and truth), a tracker's boxes are read as
-//! [`results`], [`metrics`] compares the two frame by frame and makes curves, and [`score`] sums them up over targets and seeds.
+//! [`results`], [`metrics`] compares the two frame by frame and makes curves, and [`score`] sums them up over targets and seeds;
+//! [`compare`] says how sure a difference is, and [`report`] makes a page of it all.
 //! Every convention of the comparison is a field of one value, [`protocol::Protocol`].
 //!
 //! Boxes are [`patchlock::BoundingBox`]: pixels counted from 0. The files of most benchmarks count from 1; a dataset knows its
 //! [`origin`](dataset::Dataset::origin), and results are taken to count as the truth does that they are scored against.
 
 pub mod bench;
+pub mod compare;
 pub mod dataset;
 pub mod error;
 mod files;
@@ -17,6 +19,7 @@ pub mod names;
 pub mod natural;
 pub mod picture;
 pub mod protocol;
+pub mod report;
 pub mod results;
 pub mod score;
 pub mod text;

@@ -4,6 +4,7 @@ pub mod bench;
 pub mod config;
 pub mod dataset;
 pub mod demo;
+pub mod report;
 pub mod score;
 pub mod track;
 
@@ -20,6 +21,8 @@ EXAMPLES:
       writes all settings to a file, to change some and use them with track --config my.toml
   patchlock bench OTB --out out && patchlock score out --truth OTB
       tracks every target of a benchmark and scores it
+  patchlock report out --truth OTB --out report.html
+      a page with the plots of all trackers in the folder out
 
 EXIT CODES:
   0  done
@@ -44,6 +47,7 @@ enum Verb {
     Dataset(dataset::DatasetArgs),
     Bench(Box<bench::BenchArgs>),
     Score(score::ScoreArgs),
+    Report(Box<report::ReportArgs>),
 }
 
 impl Cli {
@@ -56,6 +60,7 @@ impl Cli {
             Verb::Dataset(args) => dataset::run(&args),
             Verb::Bench(args) => bench::run(&args),
             Verb::Score(args) => score::run(&args),
+            Verb::Report(args) => report::run(&args),
         }
     }
 }

@@ -2,13 +2,12 @@
 
 use std::fmt::Write;
 use std::ops::Range;
-use std::sync::Arc;
 
-use anyhow::{Context, Result};
-use resvg::tiny_skia::{Pixmap, Transform};
-use resvg::usvg::{self, fontdb};
+use anyhow::Result;
+use patchlock_eval::report::Rasteriser;
 
 use super::text;
+use crate::complaint::Complaint;
 
 const WIDTH: f64 = 960.0;
 const HEIGHT: f64 = 400.0;
@@ -16,8 +15,6 @@ const LEFT: f64 = 64.0;
 const RIGHT: f64 = 24.0;
 const TOP: f64 = 78.0;
 const BOTTOM: f64 = 52.0;
-/// The PNG has twice the pixels, for sharp text on any screen.
-const PNG_SCALE: f32 = 2.0;
 
 /// What the chart shows, a value a frame.
 pub struct Chart<'a> {
@@ -51,15 +48,7 @@ impl Chart<'_> {
 
     /// The chart as PNG bytes, drawn with the program's own font.
     pub fn png(&self) -> Result<Vec<u8>> {
-        let mut fonts = fontdb::Database::new();
-        fonts.load_font_data(text::DATA.to_vec());
-        fonts.set_monospace_family(text::FAMILY);
-        let options = usvg::Options { fontdb: Arc::new(fonts), ..usvg::Options::default() };
-        let tree = usvg::Tree::from_str(&self.svg(), &options).context("cannot draw the chart")?;
-        let size = |length: f64| (length as f32 * PNG_SCALE) as u32;
-        let mut pixmap = Pixmap::new(size(WIDTH), size(HEIGHT)).context("a chart without size")?;
-        resvg::render(&tree, Transform::from_scale(PNG_SCALE, PNG_SCALE), &mut pixmap.as_mut());
-        pixmap.encode_png().context("cannot encode the chart")
+        Ok(Rasteriser::new().png(&self.svg()).map_err(Complaint::from)?)
     }
 
     fn x(&self, frame: f64) -> f64 {

@@ -1,16 +1,13 @@
 //! Text on pictures, with a font that is part of the program.
 
 use ab_glyph::{Font, FontRef, Glyph, ScaleFont, point};
+pub use patchlock_eval::report::FAMILY;
+use patchlock_eval::report::FONT;
 use resvg::tiny_skia::{ColorU8, Pixmap};
-
-/// Family name of the font, for SVG.
-pub const FAMILY: &str = "Hack";
-/// The font's data: a fixed width, so that changing numbers do not jump.
-pub const DATA: &[u8] = epaint_default_fonts::HACK_REGULAR;
 
 /// The font, or `None` should its data be broken, which a test excludes.
 fn font() -> Option<FontRef<'static>> {
-    FontRef::try_from_slice(DATA).ok()
+    FontRef::try_from_slice(FONT).ok()
 }
 
 /// Width of a text in pixels.

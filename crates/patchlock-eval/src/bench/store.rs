@@ -7,6 +7,7 @@
 //!
 //! `<run>` is the seed, with `-<start>` behind it in TRE and SRE.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -36,6 +37,13 @@ pub enum Identity {
         preset: String,
         /// The configuration. Its seed is 0: each run has its own.
         configuration: Box<TrackerConfig>,
+    },
+    /// A program that writes this layout itself, such as `benchmarks/peers.py`.
+    Outside {
+        /// Its name and version.
+        program: String,
+        /// Whatever of its settings changes its boxes or its speed.
+        settings: BTreeMap<String, String>,
     },
     /// Another program.
     Trax {

@@ -1,0 +1,179 @@
+//! `patchlock report`: results against truth, as a page to look at.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use clap::Args;
+use patchlock_eval::dataset::Dataset;
+use patchlock_eval::protocol::Protocol;
+use patchlock_eval::report::{self, Options, Plot, Rasteriser, Report};
+use patchlock_eval::results;
+use patchlock_eval::score::{self, Scoreboard};
+use rayon::prelude::*;
+
+use crate::complaint::{Complaint, interrupted, usage};
+use crate::interrupt;
+use crate::output::pending::{self, PendingFile};
+use crate::progress::Progress;
+
+const EXAMPLES: &str = "\
+EXAMPLES:
+  patchlock report results --truth OTB --out report.html
+      all trackers whose results are in the folder results, against the sequences in OTB
+  patchlock report results published --truth OTB --show patchlock,Struck --out report.html
+      the same beside the trackers of another folder; the report is about patchlock, and every plot names it and Struck
+  patchlock report published/SCM published/Struck --truth published/annotations --out two.html
+      two trackers, against a folder of text files with the true boxes; without frames there are no thumbnails
+
+The page needs no other file and no network. Every picture of it is also written as SVG, PNG and CSV, with tables of all numbers,
+into a folder beside it. The same input gives the same files.";
+
+/// Shows trackers side by side on one page: plots, tables, differences with their intervals, every sequence over time
+///
+/// RESULTS are folders of trackers, or folders around such folders, in the layouts that patchlock score reads. The trackers are compared on
+/// the targets that all of them have; the page says what that leaves out. A tracker with a trajectory of the wrong length is left out and named.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct ReportArgs {
+    /// Folders of trackers, or folders around such folders
+    #[arg(required = true)]
+    results: Vec<PathBuf>,
+
+    /// The dataset, or a folder of text files with the true boxes, one file a target
+    #[arg(long, value_name = "DATASET|DIR")]
+    truth: PathBuf,
+
+    /// The page to write
+    #[arg(long, value_name = "FILE.html")]
+    out: PathBuf,
+
+    /// Trackers that every plot names, whatever their rank; the report is about the first [default: about the one with the largest AUC]
+    #[arg(long, value_name = "NAME,..", value_delimiter = ',')]
+    show: Vec<String>,
+
+    /// How many of the best trackers each plot names; the others are pale lines
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u8).range(0..=40))]
+    best: u8,
+
+    /// Pictures of failures for each target, at most, where the dataset has frames; 0 for none
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(0..=12))]
+    thumbnails: u8,
+
+    /// Folder for the pictures as SVG, PNG and CSV and for the tables [default: the name of the page with _plots]
+    #[arg(long, value_name = "DIR")]
+    plots: Option<PathBuf>,
+
+    /// Seed of the draws that the intervals come from
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+
+    /// No progress bar
+    #[arg(long, short)]
+    quiet: bool,
+
+    /// Replace files that exist already
+    #[arg(long)]
+    overwrite: bool,
+}
+
+/// Reads, compares, draws, writes.
+pub fn run(args: &ReportArgs) -> Result<()> {
+    pending::check(&args.out, args.overwrite)?;
+    let folder = args.plots.clone().unwrap_or_else(|| folder_beside(&args.out));
+    check_folder(&folder, args.overwrite)?;
+    let truth = Dataset::open(&args.truth).map_err(Complaint::from)?;
+    let results = results::read_all(&args.results, &truth).map_err(Complaint::from)?;
+    let protocol = Protocol::otb();
+    let board = score::scoreboard(&results, &truth, &protocol);
+    for refused in &board.refused {
+        eprintln!("note: {} is left out: {}", refused.name, refused.reasons.join("; "));
+    }
+    check_shown(&args.show, &board)?;
+    let options = Options {
+        shown: args.show.clone(),
+        best: usize::from(args.best),
+        thumbnails: usize::from(args.thumbnails),
+        seed: args.seed,
+    };
+    let report = report::build(&board, &truth, &protocol, &options).map_err(Complaint::from)?;
+    interrupt::listen()?;
+    let page = PendingFile::create(&args.out, args.overwrite)?;
+    write_plots(&folder, &report, args)?;
+    let page = write(page, report.html.as_bytes())?;
+    println!("{}: {} trackers", page.display(), board.trackers.len());
+    println!(
+        "{}: {} pictures as SVG, PNG and CSV, {} tables",
+        folder.display(),
+        report.plots.len(),
+        report.tables.len()
+    );
+    Ok(())
+}
+
+/// `report_plots` for `report.html`.
+fn folder_beside(page: &Path) -> PathBuf {
+    let stem = page.file_stem().unwrap_or(page.as_os_str()).to_string_lossy();
+    page.with_file_name(format!("{stem}_plots"))
+}
+
+fn check_shown(shown: &[String], board: &Scoreboard) -> Result<(), Complaint> {
+    let names: Vec<&str> = board.trackers.iter().map(|tracker| tracker.name.as_str()).collect();
+    match shown.iter().find(|name| !names.contains(&name.as_str())) {
+        Some(name) => Err(usage(format!(
+            "--show {name}: there are no scored results of a tracker with this name"
+        ))
+        .hint(format!("the names are: {}", names.join(", ")))),
+        None => Ok(()),
+    }
+}
+
+fn check_folder(folder: &Path, overwrite: bool) -> Result<(), Complaint> {
+    if folder.exists() && !folder.is_dir() {
+        return Err(
+            usage(format!("{} is no folder", folder.display())).hint("--plots names another")
+        );
+    }
+    let is_used = fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
+    if is_used && !overwrite {
+        let message = format!("the folder {} has files already", folder.display());
+        return Err(usage(message)
+            .hint("--overwrite replaces those of the same names, --plots names another folder"));
+    }
+    Ok(())
+}
+
+fn write_plots(folder: &Path, report: &Report, args: &ReportArgs) -> Result<()> {
+    fs::create_dir_all(folder)
+        .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    let put = |name: String, content: &[u8]| {
+        write(PendingFile::create(&folder.join(name), args.overwrite)?, content)
+    };
+    for (name, table) in &report.tables {
+        put(format!("{name}.csv"), report::csv(table).as_bytes())?;
+    }
+    let rasteriser = Rasteriser::new();
+    let progress = Progress::new(Some(report.plots.len()), args.quiet);
+    let plot = |plot: &Plot| -> Result<()> {
+        if interrupt::requested() {
+            return Err(interrupted("stopped; the page was not written").into());
+        }
+        put(format!("{}.svg", plot.name), plot.svg().as_bytes())?;
+        put(format!("{}.csv", plot.name), plot.csv().as_bytes())?;
+        let png = plot.png(&rasteriser).map_err(Complaint::from)?;
+        put(format!("{}.png", plot.name), &png)?;
+        progress.advance(plot.name.clone());
+        Ok(())
+    };
+    let done: Result<()> = report.plots.par_iter().map(plot).collect();
+    progress.finish(&format!("drew {} pictures", report.plots.len()));
+    done
+}
+
+fn write(mut file: PendingFile, content: &[u8]) -> Result<PathBuf> {
+    match file.write_all(content).and_then(|()| file.flush()) {
+        Ok(()) => Ok(file.commit()?),
+        Err(error) => Err(file.complain(&error).into()),
+    }
+}

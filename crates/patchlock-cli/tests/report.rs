@@ -1,0 +1,124 @@
+//! `patchlock report` as a user meets it, on made-up trackers and truth.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use assert_cmd::Command;
+use predicates::prelude::PredicateBooleanExt;
+use predicates::str::contains;
+
+/// Truth of two targets and boxes of two trackers, `near` and `far`, and one with too few boxes.
+fn write_input(root: &Path) {
+    let rows = |shift: usize, count: usize| -> String {
+        (0..count).map(|frame| format!("{},20,30,40\n", 10 + frame + shift)).collect()
+    };
+    for (folder, shift, count) in
+        [("truth", 0, 8), ("results/near", 1, 8), ("results/far", 12, 8), ("results/short", 0, 5)]
+    {
+        fs::create_dir_all(root.join(folder)).unwrap();
+        for target in ["one", "two"] {
+            fs::write(root.join(folder).join(format!("{target}.txt")), rows(shift, count)).unwrap();
+        }
+    }
+}
+
+fn report(root: &Path, more: &[&str]) -> assert_cmd::assert::Assert {
+    let mut command = Command::cargo_bin("patchlock").unwrap();
+    command
+        .current_dir(root)
+        .args(["report", "results", "--truth", "truth", "--quiet"])
+        .args(more)
+        .assert()
+}
+
+/// The files of a folder with what is in them.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entry = |entry: fs::DirEntry| {
+        (entry.file_name().to_string_lossy().into_owned(), fs::read(entry.path()).unwrap())
+    };
+    fs::read_dir(folder).unwrap().map(|found| entry(found.unwrap())).collect()
+}
+
+#[test]
+fn it_writes_a_page_and_its_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    write_input(folder.path());
+    report(folder.path(), &["--out", "page.html"])
+        .success()
+        .stdout(contains("page.html: 2 trackers").and(contains("page_plots: 6 pictures")))
+        .stderr(
+            contains("note: short is left out: ")
+                .and(contains("5 boxes, but the truth of one has 8 frames")),
+        );
+    let page = fs::read_to_string(folder.path().join("page.html")).unwrap();
+    assert!(page.contains("<h1>near") && page.contains("short is left out"));
+    let plots = files(&folder.path().join("page_plots"));
+    for name in [
+        "precision",
+        "success",
+        "normalised_precision",
+        "differences",
+        "overlap_one",
+        "overlap_two",
+    ] {
+        for end in ["svg", "png", "csv"] {
+            assert!(plots.contains_key(&format!("{name}.{end}")), "{name}.{end}");
+        }
+    }
+    for table in ["trackers.csv", "targets.csv", "attributes.csv", "pairs.csv"] {
+        assert!(plots.contains_key(table), "{table}");
+    }
+    assert_eq!(plots.len(), 6 * 3 + 4, "nothing else, and nothing half-written");
+}
+
+#[test]
+fn the_same_again_gives_the_same_files() {
+    let folder = tempfile::tempdir().unwrap();
+    write_input(folder.path());
+    report(folder.path(), &["--out", "a.html", "--show", "far"]).success();
+    report(folder.path(), &["--out", "b.html", "--show", "far", "--plots", "other"]).success();
+    let read = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    assert_eq!(read("a.html"), read("b.html"));
+    assert_eq!(files(&folder.path().join("a_plots")), files(&folder.path().join("other")));
+}
+
+#[test]
+fn what_is_there_is_not_replaced_unasked() {
+    let folder = tempfile::tempdir().unwrap();
+    write_input(folder.path());
+    report(folder.path(), &["--out", "page.html"]).success();
+    let before = fs::read(folder.path().join("page.html")).unwrap();
+    report(folder.path(), &["--out", "page.html"])
+        .code(2)
+        .stderr(contains("page.html exists already").and(contains("--overwrite")));
+    report(folder.path(), &["--out", "new.html", "--plots", "page_plots"])
+        .code(2)
+        .stderr(contains("page_plots has files already").and(contains("--plots names another")));
+    assert!(!folder.path().join("new.html").exists());
+    report(folder.path(), &["--out", "page.html", "--overwrite", "--show", "far"]).success();
+    assert_ne!(before, fs::read(folder.path().join("page.html")).unwrap());
+}
+
+#[test]
+fn wrong_use_is_explained() {
+    let folder = tempfile::tempdir().unwrap();
+    write_input(folder.path());
+    report(folder.path(), &["--out", "page.html", "--show", "near,nobody"])
+        .code(2)
+        .stderr(contains("--show nobody").and(contains("the names are: far, near")));
+    report(folder.path(), &["--out", "no/page.html"])
+        .code(1)
+        .stderr(contains("there is no folder no"));
+    report(folder.path(), &["--out", "page.html", "--best", "99"])
+        .code(2)
+        .stderr(contains("99 is not in 0..=40"));
+    fs::remove_dir_all(folder.path().join("results/near")).unwrap();
+    fs::remove_dir_all(folder.path().join("results/far")).unwrap();
+    report(folder.path(), &["--out", "page.html"]).code(1).stderr(
+        contains("there is no tracker that could be scored").and(contains("patchlock score")),
+    );
+    assert!(
+        !folder.path().join("page.html").exists() && !folder.path().join("page_plots").exists()
+    );
+}

@@ -1,0 +1,149 @@
+//! The trackers side by side: on the targets that all of them have, ranked, each with its look.
+
+use std::collections::BTreeSet;
+
+use super::palette::Look;
+use crate::Error;
+use crate::dataset::Dataset;
+use crate::metrics::Curves;
+use crate::names;
+use crate::score::{self, Scoreboard, Summary, TargetScore};
+
+/// One tracker in the comparison.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entrant<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// The seeds that count.
+    pub seeds: &'a [u64],
+    /// The targets of the comparison, in their order.
+    pub targets: Vec<&'a TargetScore>,
+    /// Its means over them.
+    pub overall: Summary,
+    /// Its look in every plot.
+    pub look: Look,
+}
+
+impl Entrant<'_> {
+    /// A value of its curves for each target: the mean over seeds.
+    pub fn each(&self, value: impl Fn(&Curves) -> f64) -> Vec<f64> {
+        self.targets.iter().map(|target| self.mean(target, &value)).collect()
+    }
+
+    /// The same for one target.
+    pub fn mean(&self, target: &TargetScore, value: impl Fn(&Curves) -> f64) -> f64 {
+        let counts = target.seeds.iter().filter(|seed| self.seeds.contains(&seed.seed));
+        let values: Vec<f64> = counts.map(|seed| value(&seed.curves)).collect();
+        values.iter().sum::<f64>() / values.len().max(1) as f64
+    }
+}
+
+/// All of them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Field<'a> {
+    /// Names of the targets that all trackers have, in the order of the truth.
+    pub targets: Vec<&'a str>,
+    /// The trackers, the one with the largest AUC first.
+    pub entrants: Vec<Entrant<'a>>,
+    /// Place among them of the tracker that the report is about.
+    pub about: usize,
+    /// What a reader should know about what was left out.
+    pub notes: Vec<String>,
+}
+
+impl<'a> Field<'a> {
+    /// Puts the trackers side by side. `shown` are the names of those that every plot names; the report is about the first of them, or about the best
+    /// tracker.
+    ///
+    /// # Errors
+    /// [`Error::NothingToCompare`] where there are no trackers, or no target that all of them have, or no tracker of a shown name.
+    pub fn new(board: &'a Scoreboard, truth: &'a Dataset, shown: &[String]) -> Result<Self, Error> {
+        let nothing = |reason: String| Err(Error::NothingToCompare { reason });
+        if board.trackers.is_empty() {
+            return nothing("there is no tracker that could be scored".to_string());
+        }
+        let known: Vec<&str> = board.trackers.iter().map(|tracker| tracker.name.as_str()).collect();
+        if let Some(unknown) = shown.iter().find(|name| !known.contains(&name.as_str())) {
+            return nothing(format!(
+                "there is no tracker {unknown}; there are {}",
+                names::some_of(&known)
+            ));
+        }
+        let (targets, notes) = common_targets(board, truth);
+        if targets.is_empty() {
+            return nothing(format!("no target has results of all {} trackers", known.len()));
+        }
+        let mut entrants: Vec<Entrant> = Vec::new();
+        for tracker in &board.trackers {
+            let find = |name: &&str| tracker.targets.iter().find(|target| target.target == **name);
+            let own: Vec<&TargetScore> = targets.iter().filter_map(find).collect();
+            let Some(overall) = score::summary(own.iter().copied(), &tracker.seeds) else {
+                continue;
+            };
+            let look = Look::FIRST; // until the ranking is known
+            entrants.push(Entrant {
+                name: &tracker.name,
+                seeds: &tracker.seeds,
+                targets: own,
+                overall,
+                look,
+            });
+        }
+        entrants.sort_by(|a, b| b.overall.auc.mean.total_cmp(&a.overall.auc.mean));
+        let first =
+            shown.first().and_then(|name| entrants.iter().position(|entrant| entrant.name == name));
+        let about = first.unwrap_or(0);
+        give_looks(&mut entrants, about, shown);
+        Ok(Self { targets, entrants, about, notes })
+    }
+
+    /// The tracker that the report is about.
+    pub fn about(&self) -> &Entrant<'a> {
+        &self.entrants[self.about]
+    }
+
+    /// Whether the plots are to name it whatever its rank.
+    pub fn is_shown(&self, entrant: &Entrant) -> bool {
+        entrant.look.strong
+    }
+}
+
+/// The targets of the truth that all trackers have results of, and what to say if these are not all that there are.
+fn common_targets<'a>(board: &Scoreboard, truth: &'a Dataset) -> (Vec<&'a str>, Vec<String>) {
+    let of = |k: usize| -> BTreeSet<&str> {
+        board.trackers[k].targets.iter().map(|target| target.target.as_str()).collect()
+    };
+    let sets: Vec<BTreeSet<&str>> = (0..board.trackers.len()).map(of).collect();
+    let in_all = |name: &str| sets.iter().all(|set| set.contains(name));
+    let in_some = |name: &str| sets.iter().any(|set| set.contains(name));
+    let named = truth.sequences.iter().map(|sequence| sequence.name.as_str());
+    let (common, rest): (Vec<&str>, Vec<&str>) =
+        named.filter(|name| in_some(name)).partition(|name| in_all(name));
+    let mut notes = Vec::new();
+    if !rest.is_empty() {
+        let most = sets.iter().map(BTreeSet::len).max().unwrap_or(0);
+        let lacking: Vec<&str> = (board.trackers.iter().zip(&sets))
+            .filter(|(_, set)| set.len() < most)
+            .map(|(tracker, _)| tracker.name.as_str())
+            .collect();
+        notes.push(format!(
+            "Compared on the {} targets that all trackers have. Left out, for lack of results of {}: {}.",
+            common.len(),
+            names::some_of(&lacking),
+            names::some_of(&rest)
+        ));
+    }
+    (common, notes)
+}
+
+fn give_looks(entrants: &mut [Entrant], about: usize, shown: &[String]) {
+    let mut k = 0;
+    for (place, entrant) in entrants.iter_mut().enumerate() {
+        entrant.look = if place == about {
+            Look::FIRST
+        } else {
+            k += 1;
+            Look::other(k - 1, shown.iter().any(|name| name == entrant.name))
+        };
+    }
+}

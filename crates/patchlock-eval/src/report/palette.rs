@@ -1,0 +1,120 @@
+//! Colours and dashes of the trackers: one pair each, the same in every plot.
+//!
+//! The hues are those of Okabe and Ito (2008), which people with any colour vision can tell apart; where they run out, dashes go on.
+
+use std::fmt::Write;
+
+/// Hues for light and for dark grounds, by class `c0`, `c1` ..; the first is that of the tracker that the report is about.
+const HUES: [[&str; 2]; 7] = [
+    ["#d1480a", "#ff8a4c"],
+    ["#0072b2", "#57b1ee"],
+    ["#008a65", "#2fc99b"],
+    ["#c9609b", "#ee9ccb"],
+    ["#c98a00", "#f2bb3a"],
+    ["#2aa0dd", "#9bdcff"],
+    ["#3c4653", "#c3ccd6"],
+];
+/// Into how many levels overlaps are sorted.
+pub const LEVEL_COUNT: usize = 5;
+/// Levels of overlap, from lost to good, by class `h0` .. `h4`.
+const LEVELS: [[&str; 2]; LEVEL_COUNT] = [
+    ["#b63a06", "#ff7a3d"],
+    ["#f0a97f", "#a3542c"],
+    ["#dfe3e8", "#4a535f"],
+    ["#8fbfdf", "#3b7ca8"],
+    ["#1f7ab0", "#6cc0f5"],
+];
+/// After the hues have gone round once, lines are dashed, each round in another way.
+const DASHES: [&str; 6] = ["", "7 3", "2 3", "9 3 2 3", "4 2", "12 4"];
+
+/// What a picture is drawn on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ground {
+    /// White.
+    Light,
+    /// Nearly black.
+    Dark,
+}
+
+/// How the line of a tracker looks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Look {
+    hue: usize,
+    round: usize,
+    /// Whether it is one of those that the report is about: a thicker line.
+    pub strong: bool,
+}
+
+impl Look {
+    /// The tracker that the report is about.
+    pub const FIRST: Self = Self { hue: 0, round: 0, strong: true };
+
+    /// The look of the other tracker number `k`, counted from 0.
+    pub fn other(k: usize, strong: bool) -> Self {
+        let hues = HUES.len() - 1;
+        Self { hue: 1 + k % hues, round: (k / hues) % DASHES.len(), strong }
+    }
+
+    /// The class that fills a shape with its hue.
+    pub fn fill(self) -> String {
+        format!("f{}", self.hue)
+    }
+
+    /// The attributes of its line.
+    pub fn line(self) -> String {
+        self.line_of(if self.strong { 3.0 } else { 1.7 })
+    }
+
+    /// The same with another width.
+    pub fn line_of(self, width: f64) -> String {
+        let dashes = DASHES[self.round];
+        let dashes = if dashes.is_empty() {
+            String::new()
+        } else {
+            format!(" stroke-dasharray=\"{dashes}\"")
+        };
+        format!(
+            "class=\"c{}\" stroke-width=\"{width}\" stroke-linejoin=\"round\"{dashes}",
+            self.hue
+        )
+    }
+}
+
+/// The class of an overlap.
+pub fn level(overlap: f64) -> usize {
+    ((overlap * LEVEL_COUNT as f64) as usize).min(LEVEL_COUNT - 1)
+}
+
+/// The rules of all classes of this module.
+pub fn style(ground: Ground) -> String {
+    let place = match ground {
+        Ground::Light => 0,
+        Ground::Dark => 1,
+    };
+    let mut rules = String::new();
+    for (k, hue) in HUES.iter().enumerate() {
+        let _ = write!(rules, ".c{k}{{stroke:{0}}}.f{k}{{fill:{0}}}", hue[place]);
+    }
+    for (k, level) in LEVELS.iter().enumerate() {
+        let _ = write!(rules, ".h{k}{{stroke:{0}}}", level[place]);
+    }
+    rules
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashSet;
+
+    #[test]
+    fn many_trackers_look_different() {
+        let looks: HashSet<String> = (0..36).map(|k| Look::other(k, false).line()).collect();
+        assert_eq!(looks.len(), 36);
+        assert!(!looks.iter().any(|look| look.contains("\"c0\"")));
+    }
+
+    #[test]
+    fn levels_are_fifths() {
+        assert_eq!([0.0, 0.19, 0.2, 0.5, 0.99, 1.0].map(level), [0, 0, 1, 2, 4, 4]);
+    }
+}

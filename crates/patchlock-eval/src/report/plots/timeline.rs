@@ -1,0 +1,256 @@
+//! Overlap over time on one target: a line with its spread over seeds for the tracker that the report is about, and a strip for each named one.
+
+use std::fmt::Write;
+use std::ops::Range;
+
+use super::{Axis, Plot};
+use crate::report::palette::{self, Look};
+use crate::report::svg::{Anchor, Svg, shorten};
+
+const LEFT: f64 = 136.0;
+const FIELD: f64 = 640.0;
+const RIGHT: f64 = 62.0;
+const TOP: f64 = 46.0;
+/// Height of the line above.
+const HEAD: f64 = 34.0;
+const CHART: f64 = 84.0;
+const STRIP: f64 = 17.0;
+const NAME_LETTERS: usize = 15;
+/// A longer sequence is drawn as means over as many frames as come to one of these.
+const MOST_POINTS: usize = 640;
+
+/// One tracker on the target.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Track<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Its look.
+    pub look: Look,
+    /// Its overlaps, frame by frame: the mean over seeds. `None` where the frame does not count.
+    pub mean: Vec<Option<f64>>,
+    /// The least and the most over seeds, where there are several.
+    pub range: Option<Vec<Option<[f64; 2]>>>,
+    /// Area under its success curve on this target.
+    pub auc: f64,
+}
+
+/// What is drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Timeline<'a> {
+    /// Name of the files.
+    pub file: String,
+    /// The line above.
+    pub title: String,
+    /// The trackers; the first one is drawn as a line.
+    pub tracks: Vec<Track<'a>>,
+    /// Frames in which the first one fails.
+    pub failures: &'a [Range<usize>],
+}
+
+impl Timeline<'_> {
+    /// Draws it.
+    pub fn plot(&self) -> Plot {
+        let strips = STRIP * self.tracks.len() as f64;
+        let size = [LEFT + FIELD + RIGHT, TOP + CHART + 14.0 + strips + 28.0];
+        let mut svg = Svg::default();
+        svg.text([12.0, 24.0], 15.0, "ink", Anchor::Start, &self.title);
+        let frames = self.tracks.first().map_or(0, |track| track.mean.len());
+        let x = Axis { values: [0.0, frames.max(1) as f64], places: [LEFT, LEFT + FIELD] };
+        if let Some(first) = self.tracks.first() {
+            self.chart(&mut svg, x, first);
+        }
+        svg.text(
+            [LEFT + FIELD + RIGHT - 12.0, TOP + CHART + 8.0],
+            11.0,
+            "soft",
+            Anchor::End,
+            "AUC",
+        );
+        let mut y = TOP + CHART + 14.0;
+        for track in &self.tracks {
+            strip(&mut svg, x, y, track);
+            y += STRIP;
+        }
+        ticks(&mut svg, x, y + 14.0, frames);
+        Plot {
+            name: self.file.clone(),
+            title: self.title.clone(),
+            table: self.table(),
+            picture: svg,
+            size,
+            head: HEAD,
+        }
+    }
+
+    fn chart(&self, svg: &mut Svg, x: Axis, track: &Track) {
+        let y = Axis { values: [0.0, 1.0], places: [TOP + CHART, TOP] };
+        for failure in self.failures {
+            let (from, to) = (x.at(failure.start as f64), x.at(failure.end as f64));
+            svg.rect("failed", [from, TOP], [(to - from).max(1.0), CHART]);
+        }
+        for value in [0.0, 0.5, 1.0] {
+            svg.line("grid", [LEFT, y.at(value)], [LEFT + FIELD, y.at(value)]);
+            svg.text(
+                [LEFT - 8.0, y.at(value) + 4.0],
+                11.0,
+                "soft",
+                Anchor::End,
+                &format!("{value:.1}"),
+            );
+        }
+        svg.text([12.0, y.at(0.5) + 4.0], 12.0, "soft", Anchor::Start, "overlap");
+        if let Some(range) = &track.range {
+            band(svg, x, y, track.look, range);
+        }
+        for run in runs(&track.mean, MOST_POINTS) {
+            let points: Vec<[f64; 2]> =
+                run.iter().map(|&(place, v)| [x.at(place), y.at(v)]).collect();
+            svg.polyline(&track.look.line_of(1.7), &points, track.name);
+        }
+    }
+
+    fn table(&self) -> Vec<Vec<String>> {
+        let names = self.tracks.iter().map(|track| track.name.to_string());
+        let mut table = vec![["frame".to_string()].into_iter().chain(names).collect::<Vec<_>>()];
+        for frame in 0..self.tracks.first().map_or(0, |track| track.mean.len()) {
+            let cell = |track: &Track| match track.mean.get(frame).copied().flatten() {
+                Some(overlap) => format!("{overlap:.4}"),
+                None => String::new(),
+            };
+            table.push(
+                [frame.to_string()].into_iter().chain(self.tracks.iter().map(cell)).collect(),
+            );
+        }
+        table
+    }
+}
+
+/// Values that follow each other without a gap, each with the place of its middle; at most so many in all.
+fn runs(values: &[Option<f64>], most: usize) -> Vec<Vec<(f64, f64)>> {
+    let size = values.len().div_ceil(most).max(1);
+    let mut runs: Vec<Vec<(f64, f64)>> = Vec::new();
+    let mut open = false;
+    for (k, bin) in values.chunks(size).enumerate() {
+        let given: Vec<f64> = bin.iter().copied().flatten().collect();
+        if given.is_empty() {
+            open = false;
+            continue;
+        }
+        if !open {
+            runs.push(Vec::new());
+            open = true;
+        }
+        let middle = (k * size) as f64 + bin.len() as f64 / 2.0;
+        let mean = given.iter().sum::<f64>() / given.len() as f64;
+        if let Some(run) = runs.last_mut() {
+            run.push((middle, mean));
+        }
+    }
+    runs
+}
+
+/// The area between the least and the most over seeds.
+fn band(svg: &mut Svg, x: Axis, y: Axis, look: Look, range: &[Option<[f64; 2]>]) {
+    let part = |k: usize| -> Vec<Option<f64>> { range.iter().map(|r| r.map(|r| r[k])).collect() };
+    for (low, high) in runs(&part(0), MOST_POINTS).iter().zip(&runs(&part(1), MOST_POINTS)) {
+        let mut points = String::new();
+        for (place, value) in high.iter().chain(low.iter().rev()) {
+            let _ = write!(points, "{:.1},{:.1} ", x.at(*place), y.at(*value));
+        }
+        svg.put(format_args!(
+            "<polygon class=\"band {}\" points=\"{}\"/>",
+            look.fill(),
+            points.trim_end()
+        ));
+    }
+}
+
+/// Name, overlaps as colours, and the AUC.
+fn strip(svg: &mut Svg, x: Axis, top: f64, track: &Track) {
+    let (middle, height) = (top + STRIP / 2.0, STRIP - 4.0);
+    svg.text([12.0, middle + 4.0], 11.5, "ink", Anchor::Start, &shorten(track.name, NAME_LETTERS));
+    svg.rect("none", [LEFT, top + 2.0], [FIELD, height]);
+    let mut levels: Vec<String> = vec![String::new(); palette::LEVEL_COUNT];
+    for (level, frames) in level_runs(&track.mean) {
+        let (from, to) = (x.at(frames.start as f64), x.at(frames.end as f64));
+        let _ = write!(levels[level], "M{from:.1} {middle:.1}H{to:.1}");
+    }
+    for (level, path) in levels.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
+        svg.put(format_args!("<path class=\"h{level}\" stroke-width=\"{height}\" d=\"{path}\"/>"));
+    }
+    let auc = format!("{:.3}", track.auc);
+    svg.text([LEFT + FIELD + RIGHT - 12.0, middle + 4.0], 11.5, "ink", Anchor::End, &auc);
+}
+
+/// Neighbours of one level of overlap, as ranges of frames.
+fn level_runs(values: &[Option<f64>]) -> Vec<(usize, Range<usize>)> {
+    let size = values.len().div_ceil(MOST_POINTS).max(1);
+    let mut all: Vec<(usize, Range<usize>)> = Vec::new();
+    for (k, bin) in values.chunks(size).enumerate() {
+        let given: Vec<f64> = bin.iter().copied().flatten().collect();
+        if given.is_empty() {
+            continue;
+        }
+        let level = palette::level(given.iter().sum::<f64>() / given.len() as f64);
+        let frames = k * size..k * size + bin.len();
+        match all.last_mut() {
+            Some((last, range)) if *last == level && range.end == frames.start => {
+                range.end = frames.end
+            }
+            _ => all.push((level, frames)),
+        }
+    }
+    all
+}
+
+/// Numbers of frames below, at round steps.
+fn ticks(svg: &mut Svg, x: Axis, y: f64, frames: usize) {
+    let steps = (0..7).flat_map(|power| [1, 2, 5].map(|digit| digit * 10_usize.pow(power)));
+    let step = steps.into_iter().find(|&step| step * 8 >= frames).unwrap_or(frames.max(1));
+    for frame in (0..frames).step_by(step) {
+        svg.text([x.at(frame as f64), y], 11.0, "soft", Anchor::Middle, &frame.to_string());
+    }
+    svg.text([12.0, y], 11.0, "soft", Anchor::Start, "frame");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gaps_break_the_line_and_long_tracks_are_averaged() {
+        assert_eq!(
+            runs(&[Some(1.0), Some(0.5), None, Some(0.2)], 10),
+            [vec![(0.5, 1.0), (1.5, 0.5)], vec![(3.5, 0.2)]]
+        );
+        assert_eq!(
+            runs(&[Some(1.0), Some(0.5), None, Some(0.2), Some(0.0)], 3),
+            [vec![(1.0, 0.75), (3.0, 0.2), (4.5, 0.0)]]
+        );
+    }
+
+    #[test]
+    fn equal_levels_are_joined() {
+        let values = [Some(0.9), Some(0.85), None, Some(0.9), Some(0.1), Some(0.0)];
+        assert_eq!(level_runs(&values), [(4, 0..2), (4, 3..4), (0, 4..6)]);
+    }
+
+    #[test]
+    fn a_row_a_frame_and_empty_where_there_is_no_truth() {
+        let mean = vec![Some(1.0), None, Some(0.25)];
+        let range = Some(vec![Some([0.9, 1.0]), None, Some([0.0, 0.5])]);
+        let track = Track { name: "a", look: Look::FIRST, mean, range, auc: 0.5 };
+        let plot = Timeline {
+            file: "f".into(),
+            title: "t".into(),
+            tracks: vec![track],
+            failures: &[0..1, 2..3],
+        }
+        .plot();
+        assert_eq!(plot.csv(), "frame,a\n0,1.0000\n1,\n2,0.2500\n");
+        assert!(
+            plot.svg().matches("class=\"failed\"").count() == 2
+                && plot.svg().contains("class=\"band f0\"")
+        );
+    }
+}

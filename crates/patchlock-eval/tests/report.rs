@@ -1,0 +1,187 @@
+//! The report of made-up trackers on a made-up dataset with frames.
+
+use std::fs;
+use std::path::Path;
+
+use image::{Rgb, RgbImage};
+use patchlock_eval::dataset::Dataset;
+use patchlock_eval::protocol::Protocol;
+use patchlock_eval::report::{self, Options, Plot, Rasteriser, Report};
+use patchlock_eval::score::{self, Scoreboard};
+use patchlock_eval::{Error, results};
+
+const FRAMES: usize = 12;
+
+/// Sequences in the OTB layout, with small pictures; `Deer` and `Crossing` have attributes in the benchmark's table.
+fn dataset(root: &Path) -> Dataset {
+    for (k, name) in ["Deer", "Crossing", "Mine"].iter().enumerate() {
+        let folder = root.join(name).join("img");
+        fs::create_dir_all(&folder).unwrap();
+        let mut truth = String::new();
+        for frame in 0..FRAMES {
+            let picture = RgbImage::from_pixel(64, 48, Rgb([40 * k as u8, 90, 20 * frame as u8]));
+            picture.save(folder.join(format!("{:04}.png", frame + 1))).unwrap();
+            truth += &format!("{},11,16,12\n", 5 + frame);
+        }
+        fs::write(root.join(name).join("groundtruth_rect.txt"), truth).unwrap();
+    }
+    Dataset::open(root).unwrap()
+}
+
+/// A tracker that follows at a distance and stays behind from a frame on.
+fn tracker(root: &Path, name: &str, targets: &[&str], behind: usize, lost_from: usize) {
+    let folder = root.join(name);
+    fs::create_dir_all(&folder).unwrap();
+    for target in targets {
+        let x = |frame: usize| if frame < lost_from { 5 + frame + behind } else { 45 };
+        let lines: String = (0..FRAMES).map(|frame| format!("{},11,16,12\n", x(frame))).collect();
+        fs::write(folder.join(format!("{target}.txt")), lines).unwrap();
+    }
+}
+
+const ALL: [&str; 3] = ["Deer", "Crossing", "Mine"];
+
+/// Three trackers: one exact, one that is lost from frame 6 on, one with a name that a page must not take as markup.
+fn scored(folder: &Path, truth: &Dataset) -> Scoreboard {
+    tracker(folder, "exact", &ALL, 0, FRAMES);
+    tracker(folder, "loser", &ALL, 1, 6);
+    tracker(folder, "<b>&co", &ALL, 4, FRAMES);
+    let results = results::read_all(&[folder], truth).unwrap();
+    score::scoreboard(&results, truth, &Protocol::otb())
+}
+
+fn report(board: &Scoreboard, truth: &Dataset, shown: &[&str]) -> Result<Report, Error> {
+    let shown = shown.iter().map(|name| name.to_string()).collect();
+    report::build(board, truth, &Protocol::otb(), &Options { shown, best: 2, ..Options::default() })
+}
+
+fn plot<'a>(report: &'a Report, name: &str) -> &'a Plot {
+    report.plots.iter().find(|plot| plot.name == name).unwrap_or_else(|| panic!("no plot {name}"))
+}
+
+#[test]
+fn the_page_stands_alone_and_shows_what_there_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = dataset(&folder.path().join("data"));
+    let board = scored(&folder.path().join("results"), &truth);
+    let report = report(&board, &truth, &["loser"]).unwrap();
+    let html = &report.html;
+    // Nothing is loaded from anywhere: no address but the name of SVG's own language, which is not needed in a page.
+    for outside in ["http://", "https://", "src=", "@import", "url("] {
+        assert!(!html.contains(outside), "{outside}");
+    }
+    assert!(!html.contains("<b>&co") && html.contains("&lt;b&gt;&amp;co"), "names are escaped");
+    assert!(
+        html.contains("<h1>loser") && html.contains("3</b> of 3 by AUC"),
+        "it is about the shown one"
+    );
+    // Lost at frame 6, in all three sequences: a picture each, with both boxes.
+    assert_eq!(html.matches("frame 6: lost for 6 frames").count(), 3);
+    assert_eq!(html.matches("data:image/jpeg;base64,").count(), 3);
+    assert_eq!(
+        (html.matches("class=\"tb\"").count(), html.matches("class=\"ob\"").count()),
+        (3, 3)
+    );
+    assert_eq!(html.matches("<article").count(), 3);
+    // The legend names two, and the shown one although it is third.
+    let success = plot(&report, "success").svg();
+    assert!(success.contains(">exact</text>") && success.contains(">loser</text>"));
+    assert!(!success.contains("1 more"), "all three are named");
+}
+
+#[test]
+fn every_plot_is_svg_png_and_csv_with_the_numbers_of_the_score() {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = dataset(&folder.path().join("data"));
+    let board = scored(&folder.path().join("results"), &truth);
+    let report = report(&board, &truth, &[]).unwrap();
+    let rasteriser = Rasteriser::new();
+    let names: Vec<&str> = report.plots.iter().map(|plot| plot.name.as_str()).collect();
+    for name in [
+        "precision",
+        "success",
+        "normalised_precision",
+        "differences",
+        "precision_DEF",
+        "success_MB",
+        "overlap_Mine",
+    ] {
+        assert!(names.contains(&name), "{name} is not in {names:?}");
+    }
+    for plot in &report.plots {
+        assert!(plot.svg().starts_with("<svg xmlns"), "{}", plot.name);
+        let picture = image::load_from_memory(&plot.png(&rasteriser).unwrap()).unwrap().to_rgb8();
+        let drawn = picture.pixels().filter(|pixel| pixel.0 != [255; 3]).count();
+        assert!(drawn > 1000, "{} is empty", plot.name);
+        assert!(plot.csv().lines().count() > 1, "{}", plot.name);
+    }
+    for tracker in &board.trackers {
+        let column = plot(&report, "precision").table[0]
+            .iter()
+            .position(|name| *name == tracker.name)
+            .unwrap();
+        let dp: f64 = plot(&report, "precision").table[21][column].parse().unwrap();
+        assert!((dp - tracker.overall.dp20.mean).abs() < 1e-6, "{}", tracker.name);
+    }
+    // Deer is the only one of the three with motion blur.
+    let deer = &board.trackers.iter().find(|t| t.name == "loser").unwrap().targets;
+    let deer = deer.iter().find(|target| target.target == "Deer").unwrap();
+    let of_blur = plot(&report, "success_MB");
+    let column = of_blur.table[0].iter().position(|name| name == "loser").unwrap();
+    let half: f64 = of_blur.table[11][column].parse().unwrap();
+    assert!((half - deer.seeds[0].curves.success50()).abs() < 1e-6);
+    assert!(of_blur.title.ends_with("(1)"), "{}", of_blur.title);
+}
+
+#[test]
+fn the_same_input_gives_the_same_report() {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = dataset(&folder.path().join("data"));
+    let board = scored(&folder.path().join("results"), &truth);
+    assert_eq!(report(&board, &truth, &[]).unwrap(), report(&board, &truth, &[]).unwrap());
+}
+
+#[test]
+fn trackers_are_compared_on_what_all_of_them_have() {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = dataset(&folder.path().join("data"));
+    let place = folder.path().join("results");
+    tracker(&place, "half", &ALL[..2], 0, FRAMES);
+    let board = scored(&place, &truth);
+    let report = report(&board, &truth, &[]).unwrap();
+    let note = "Compared on the 2 targets that all trackers have. Left out, for lack of results of half: Mine.";
+    assert!(report.html.contains(note));
+    assert!(plot(&report, "success").title.contains("2 targets"));
+    assert!(!report.plots.iter().any(|plot| plot.name == "overlap_Mine"));
+    let trackers = &report.tables.iter().find(|(name, _)| name == "trackers").unwrap().1;
+    assert!(trackers[1..].iter().all(|row| row[1] == "2"), "{trackers:?}");
+}
+
+#[test]
+fn what_can_not_be_compared_is_an_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = dataset(&folder.path().join("data"));
+    let place = folder.path().join("results");
+    tracker(&place, "a", &["Deer"], 0, FRAMES);
+    tracker(&place, "b", &["Mine"], 0, FRAMES);
+    let results = results::read_all(&[&place], &truth).unwrap();
+    let board = score::scoreboard(&results, &truth, &Protocol::otb());
+    let said = |result: Result<Report, Error>| result.unwrap_err().to_string();
+    assert!(said(report(&board, &truth, &[])).contains("no target has results of all 2 trackers"));
+    assert!(said(report(&board, &truth, &["c"])).contains("there is no tracker c; there are a, b"));
+    assert!(
+        said(report(&Scoreboard::default(), &truth, &[]))
+            .contains("no tracker that could be scored")
+    );
+}
+
+#[test]
+fn a_frame_that_can_not_be_read_is_said_and_the_rest_is_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = dataset(&folder.path().join("data"));
+    let board = scored(&folder.path().join("results"), &truth);
+    fs::write(folder.path().join("data/Deer/img/0007.png"), "no picture").unwrap();
+    let report = report(&board, &truth, &["loser"]).unwrap();
+    assert!(report.html.contains("A frame is not shown: ") && report.html.contains("0007.png"));
+    assert_eq!(report.html.matches("data:image/jpeg;base64,").count(), 2);
+}
