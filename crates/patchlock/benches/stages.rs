@@ -138,8 +138,10 @@ fn codes_of_a_location(bencher: Bencher<'_, '_>) {
     let (dictionary, shared, patches) = Bench::new().problems();
     let mut codes = vec![Code::default(); PARTICLES];
     let mut scratch = batched::Scratch::default();
+    let mut location = batched::Location::default();
+    location.fill(&dictionary, (LOCATION, &shared), &RULES);
     bencher.bench_local(|| {
-        batched::solve(&dictionary, &shared, &patches, &RULES, &mut scratch, &mut codes);
+        batched::solve(&dictionary, &location, &patches, &RULES, &mut scratch, &mut codes);
         codes[0]
     });
 }

@@ -22,6 +22,18 @@ pub enum Error {
         /// The names that exist.
         known: String,
     },
+    /// The instructions that the environment asks for do not exist, or not on this processor.
+    #[error(
+        "the environment variable `{variable}` is `{value}`; allowed on this processor: {allowed}. Unset it to use the fastest"
+    )]
+    Instructions {
+        /// The variable's name.
+        variable: &'static str,
+        /// What it holds.
+        value: String,
+        /// What it may hold.
+        allowed: String,
+    },
     /// The pixels do not form a frame.
     #[error("not a frame: {0}")]
     Frame(String),

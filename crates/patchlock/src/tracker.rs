@@ -6,17 +6,18 @@
 //!          -> subspace; every few frames templates, dictionaries, buffers
 //! ```
 
-use crate::appearance::elimination::{Elimination, Wanted};
-use crate::appearance::likelihood::{Feature, LikelihoodRules};
+use crate::appearance::elimination::Race;
+use crate::appearance::likelihood::LikelihoodRules;
 use crate::appearance::pooling::PoolRules;
 use crate::appearance::scale::{Findings, Scale, ScaleRules, Workers};
-use crate::appearance::weights::position_weights;
+use crate::appearance::weighing::Weighing;
 use crate::config::{FirstTemplates, Outside, ScaleMotion, TrackerConfig};
 use crate::estimate::{Estimate, VisibilityMap};
 use crate::filter::{motion::Motion, particles, state::State};
 use crate::memory::{Lesson, Memory};
 use crate::observe::{FrameView, Observer, PatchView, UpdateView};
 use crate::sparse::codes::CodeRules;
+use crate::sparse::instructions::Instructions;
 use crate::vision::frame::{Frame, GreyImage};
 use crate::vision::geometry::BoundingBox;
 use crate::vision::patches::{PatchGrid, normalise};
@@ -65,16 +66,21 @@ struct Work {
     large: Findings,
     small: Findings,
     workers: Workers,
-    race: Elimination,
+    /// How much each candidate looks like the last template, and the candidates in that order.
+    likeness: Vec<f64>,
+    ranked: Vec<u32>,
+    race: Race,
 }
 
 impl Tracker {
     /// A tracker without a target yet.
     ///
     /// # Errors
-    /// [`Error::Config`] names the field that is wrong, its value and what is allowed.
+    /// [`Error::Config`] names the field that is wrong, its value and what is allowed. [`Error::Instructions`] where the environment asks
+    /// for instructions that the processor does not have.
     pub fn new(config: TrackerConfig) -> Result<Self, Error> {
         config.validate()?;
+        Instructions::chosen()?;
         Ok(Self { config, target: None, work: Work::default() })
     }
 
@@ -199,6 +205,7 @@ impl Target {
                 config.large_step,
                 config.subtract_mean,
             ),
+            scale_rules(config),
             memory.templates(),
             memory.large_buffer(),
         );
@@ -209,6 +216,7 @@ impl Target {
                 config.small_step,
                 config.subtract_mean,
             ),
+            scale_rules(config),
             memory.small_templates(),
             memory.small_buffer(),
         );
@@ -226,18 +234,15 @@ impl Target {
         let tracked = work.candidate(best, config.template_side);
         let state = work.particles[best];
         let lesson = self.memory.learn(state, tracked, estimate, self.large.grid(), config);
-        if lesson.large_dictionary {
-            self.large.set_templates(self.memory.templates());
-        }
-        if lesson.small_dictionary {
-            self.small.set_templates(self.memory.small_templates());
-        }
-        if lesson.large_buffer {
-            self.large.set_buffer(self.memory.large_buffer());
-        }
-        if lesson.small_buffer {
-            self.small.set_buffer(self.memory.small_buffer());
-        }
+        let memory = &self.memory;
+        self.large.learn(
+            lesson.large_dictionary.then(|| memory.templates()),
+            lesson.large_buffer.then(|| memory.large_buffer()),
+        );
+        self.small.learn(
+            lesson.small_dictionary.then(|| memory.small_templates()),
+            lesson.small_buffer.then(|| memory.small_buffer()),
+        );
         lesson
     }
 }
@@ -258,58 +263,50 @@ impl Work {
     /// The likelihoods of the candidates (Eq. 24): of all of them, or of those that can be the most likely one, the others then
     /// having minus infinity.
     fn weigh(&mut self, target: &Target, config: &TrackerConfig, whose: Whose) {
-        let Self { image, particles, candidates, likelihoods, large, small, workers, race } = self;
-        let candidates = (candidates.as_slice(), config.template_side * config.template_side);
-        let (rules, likelihood) = (scale_rules(config), LikelihoodRules::new(config));
-        let (large_positions, small_positions) =
-            (positions(&target.large, config), positions(&target.small, config));
+        self.rank(target, config);
+        let Self { particles, candidates, likelihoods, large, small, workers, race, .. } = self;
         large.begin(particles.len(), target.large.grid().locations());
         small.begin(particles.len(), target.small.grid().locations());
-
-        let all: Vec<u32> = (0..particles.len() as u32).collect();
-        target.large.weigh(candidates, &all, |_| true, &rules, workers, large);
-        let refused = |k: usize| {
-            config.outside == Outside::Reject && leaves(image, &particles[k], config.template_side)
+        let mut weighing = Weighing {
+            candidates: (candidates, config.template_side * config.template_side),
+            rules: LikelihoodRules::new(config),
+            large: &target.large,
+            small: &target.small,
+            large_findings: large,
+            small_findings: small,
+            workers,
         };
-        race.begin((0..particles.len()).map(|k| match refused(k) {
-            true => f64::NEG_INFINITY,
-            false => likelihood.large_part(weighted(large, k, &large_positions)),
-        }));
         // Without the division a share may exceed 1, and there is no bound to drop candidates by.
         if whose == Whose::All || !config.divide {
-            target.small.weigh(candidates, race.remaining(), |_| true, &rules, workers, small);
+            weighing.code_all(race.remaining());
         } else {
-            let mut code = |which: &[u32], wanted: &Wanted<'_>| {
-                target.small.weigh(candidates, which, wanted, &rules, workers, small);
-                let places = small_positions.iter().enumerate().filter(|(i, _)| wanted(*i));
-                let gains = which.iter().map(|&k| {
-                    let gain = |(i, &position)| {
-                        likelihood.weighted(&small.feature(k as usize, i), position)
-                    };
-                    places.clone().map(gain).sum::<f64>()
-                });
-                gains.collect::<Vec<_>>()
-            };
-            let most = |i: usize| likelihood.most(small_positions[i]);
-            race.run(small_positions.len(), most, &mut code);
+            weighing.run(race);
         }
         likelihoods.clear();
         likelihoods.resize(particles.len(), f64::NEG_INFINITY);
         for &k in race.remaining() {
-            let large = weighted(large, k as usize, &large_positions);
-            let small = weighted(small, k as usize, &small_positions);
-            likelihoods[k as usize] = likelihood.likelihood(large, small);
+            likelihoods[k as usize] = weighing.likelihood(k);
         }
+    }
+
+    /// Enters all candidates that are not refused into the race, those first that look like the last template.
+    fn rank(&mut self, target: &Target, config: &TrackerConfig) {
+        let Self { image, particles, candidates, likeness, ranked, race, .. } = self;
+        compare(candidates, target.memory.last_template(), likeness);
+        let refused = |k: usize| {
+            config.outside == Outside::Reject && leaves(image, &particles[k], config.template_side)
+        };
+        ranked.clear();
+        ranked.extend((0..particles.len() as u32).filter(|&k| !refused(k as usize)));
+        let likeness = |k: u32| likeness[k as usize];
+        ranked.sort_by(|&a, &b| likeness(b).total_cmp(&likeness(a)).then(a.cmp(&b)));
+        race.begin(particles.len(), ranked.iter().copied());
     }
 
     /// While the first templates are gathered by nearest neighbour, the inner product with the last of them ranks the candidates: for
     /// unit vectors the largest one is the smallest distance.
     fn compare_with(&mut self, template: &[f32]) {
-        let product = |candidate: &[f32]| -> f64 {
-            candidate.iter().zip(template).map(|(&a, &b)| f64::from(a) * f64::from(b)).sum()
-        };
-        self.likelihoods.clear();
-        self.likelihoods.extend(self.candidates.chunks_exact(template.len()).map(product));
+        compare(&self.candidates, template, &mut self.likelihoods);
         // Nothing is coded on this frame, so an observer must not find the codes of an earlier one.
         self.large.begin(0, 0);
         self.small.begin(0, 0);
@@ -393,17 +390,12 @@ enum Whose {
     Best,
 }
 
-fn positions(scale: &Scale, config: &TrackerConfig) -> Vec<f64> {
-    position_weights(scale.grid().per_side(), config.beta, config.position_weights)
-}
-
-/// The features of candidate `k` with their position weights.
-fn weighted<'a>(
-    findings: &'a Findings,
-    k: usize,
-    positions: &'a [f64],
-) -> impl Iterator<Item = (Feature, f64)> + Clone + 'a {
-    findings.features(k).zip(positions.iter().copied())
+/// The inner product of each candidate with a template of the same length.
+fn compare(candidates: &[f32], template: &[f32], out: &mut Vec<f64>) {
+    let product = |candidate: &[f32]| -> f64 {
+        candidate.iter().zip(template).map(|(&a, &b)| f64::from(a) * f64::from(b)).sum()
+    };
+    candidates.par_chunks_exact(template.len().max(1)).map(product).collect_into_vec(out);
 }
 
 /// Warps and normalises one candidate.
@@ -447,5 +439,7 @@ fn scale_rules(config: &TrackerConfig) -> ScaleRules {
             stop_energy: config.stop_energy,
         },
         pool: PoolRules { coefficients: config.coefficients, divide: config.divide },
+        beta: config.beta,
+        position_weights: config.position_weights,
     }
 }

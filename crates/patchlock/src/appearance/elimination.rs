@@ -1,99 +1,173 @@
 //! Only the most likely candidate is wanted, so a candidate need not be coded further once it can't be that one.
 //!
-//! A small patch adds at most its largest weight (its share is at most 1). So after some of the locations a candidate's likelihood
-//! lies between what it has so far, and that plus the largest weights of the other locations; and a candidate whose upper end is
-//! below the lower end of another one is dropped. The candidate with the largest likelihood never is, nor one that ties with it, and
+//! A patch adds at most its largest weight (its share is at most 1), and hides nothing at best. So after some of the locations a candidate's
+//! likelihood is at most what these give with the best that the others could; and a candidate that can't reach
+//! the likelihood of another one is dropped. The candidate with the largest likelihood never is, nor one that ties with it, and
 //! the likelihoods of those that remain are computed as if none had been dropped: the estimate is the same, bit for bit.
+//!
+//! What order candidates and locations are taken in decides how soon the others drop out, and nothing else. A few candidates that
+//! look like the last template are coded everywhere first, so that there is a high likelihood to reach. The others are coded location by location,
+//! those first where most can be lost: at the large scale where a patch weighs most, at the small one where the first candidates lost most.
 
-/// Candidates that are coded at all locations first, so that there is a high lower end to begin with.
-const LEADERS: usize = 16;
+/// Candidates that are coded everywhere before the others, and again as many of those that look best at the large scale.
+const LEADERS: usize = 4;
 
-/// Parts in which the locations of the others are coded.
-const ROUNDS: usize = 21;
+/// Small locations that are coded together.
+const ROUND: usize = 8;
 
 /// More than rounding can add to a likelihood.
 const MARGIN: f64 = 1e-9;
 
-/// Which locations are wanted.
-pub type Wanted<'a> = dyn Fn(usize) -> bool + Sync + 'a;
+/// The two patch scales.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Size {
+    /// The large patches.
+    Large,
+    /// The small ones.
+    Small,
+}
 
-/// Codes candidates at the locations that are wanted, and returns what these add to each one's sum.
-pub type Coder<'a> = dyn FnMut(&[u32], &Wanted<'_>) -> Vec<f64> + 'a;
+/// What a race asks of the candidates.
+pub trait Field {
+    /// Codes these candidates at these locations.
+    fn code(&mut self, size: Size, candidates: &[u32], locations: &[u32]);
+
+    /// The most that a patch at this location can add to a likelihood, before anything that multiplies them all.
+    fn most(&self, size: Size, location: u32) -> f64;
+
+    /// What this candidate's small patch, which is coded, adds to its likelihood.
+    fn gain(&self, candidate: u32, location: u32) -> f64;
+
+    /// The most that the candidate's large patches can add to its likelihood together, when these are coded.
+    fn large_part(&self, candidate: u32, coded: &[u32]) -> f64;
+}
 
 /// Who can still be the most likely candidate.
 #[derive(Debug, Default)]
-pub struct Elimination {
-    /// What each candidate has so far.
-    so_far: Vec<f64>,
+pub struct Race {
     remaining: Vec<u32>,
+    /// For each candidate the most that its large patches can add, and what its small ones have added so far.
+    large_parts: Vec<f64>,
+    gains: Vec<f64>,
+    /// A likelihood that some candidate has at least.
     best: f64,
+    large_order: Vec<u32>,
+    small_order: Vec<u32>,
+    /// What the leaders lost at each small location.
+    losses: Vec<f64>,
 }
 
-impl Elimination {
-    /// Begins with what each candidate has from the large patches; minus infinity is out from the start.
-    /// The leaders come first in [`Self::remaining`].
-    pub fn begin(&mut self, large_parts: impl Iterator<Item = f64>) {
-        self.so_far.clear();
-        self.so_far.extend(large_parts);
-        self.best = f64::NEG_INFINITY;
-        let so_far = &self.so_far;
-        self.remaining.clear();
-        self.remaining
-            .extend((0..so_far.len() as u32).filter(|&k| so_far[k as usize] > f64::NEG_INFINITY));
-        self.remaining.sort_by(|&a, &b| so_far[b as usize].total_cmp(&so_far[a as usize]));
-    }
-
-    /// The candidates that are still in it.
+impl Race {
+    /// The candidates that are still in it: coded everywhere once the race is run.
     pub fn remaining(&self) -> &[u32] {
         &self.remaining
     }
 
-    /// How many of them are leaders.
-    fn leaders(&self) -> usize {
-        LEADERS.min(self.remaining.len())
+    /// Begins with these of `count` candidates, those that look best first.
+    pub fn begin(&mut self, count: usize, entries: impl Iterator<Item = u32>) {
+        self.remaining.clear();
+        self.remaining.extend(entries);
+        for values in [&mut self.large_parts, &mut self.gains] {
+            values.clear();
+            values.resize(count, 0.0);
+        }
+        self.best = f64::NEG_INFINITY;
     }
 
-    /// Codes leaders, then the others round by round. `code` codes candidates at the locations that it is told and returns what these
-    /// add to each one's sum over `locations`; `most` is the most that a location can add.
-    pub fn run(&mut self, locations: usize, most: impl Fn(usize) -> f64, code: &mut Coder<'_>) {
-        let leaders = self.leaders();
-        self.take(0..leaders, locations, code, &|_| true);
-        for round in 0..ROUNDS {
-            let left: f64 = (0..locations).filter(|i| i % ROUNDS >= round).map(&most).sum();
-            self.drop_hopeless(left / locations as f64);
-            self.take(leaders..self.remaining.len(), locations, code, &|i| i % ROUNDS == round);
+    /// Runs it over this many large and small locations.
+    pub fn run(&mut self, (large, small): (usize, usize), field: &mut impl Field) {
+        self.order_large(large, field);
+        let leaders = LEADERS.min(self.remaining.len());
+        self.code_large(0..leaders, large, field);
+        self.small_order.clear();
+        self.small_order.extend(0..small as u32);
+        self.code_small(0..leaders, field);
+        self.order_small(leaders, field);
+
+        let bonus: f64 = (0..small as u32).map(|i| field.most(Size::Small, i)).sum();
+        for done in 0..large {
+            let locations = [self.large_order[done]];
+            field.code(Size::Large, &self.remaining[leaders..], &locations);
+            self.bound_large(leaders, done + 1, field);
+            self.drop_hopeless(leaders, bonus);
+        }
+        let parts = &self.large_parts;
+        self.remaining[leaders..]
+            .sort_by(|&a, &b| parts[b as usize].total_cmp(&parts[a as usize]).then(a.cmp(&b)));
+        let seconds = (leaders + LEADERS).min(self.remaining.len());
+        self.code_small(leaders..seconds, field);
+        self.run_small(seconds, bonus, field);
+    }
+
+    /// The large locations, those first where a patch weighs most.
+    fn order_large(&mut self, count: usize, field: &impl Field) {
+        self.large_order.clear();
+        self.large_order.extend(0..count as u32);
+        let most = |i: &u32| field.most(Size::Large, *i);
+        self.large_order.sort_by(|a, b| most(b).total_cmp(&most(a)).then(a.cmp(b)));
+    }
+
+    /// The small locations, those first where the leaders lost most.
+    fn order_small(&mut self, leaders: usize, field: &impl Field) {
+        let losses = &mut self.losses;
+        losses.clear();
+        losses.extend((0..self.small_order.len() as u32).map(|i| {
+            let gain: f64 = self.remaining[..leaders].iter().map(|&k| field.gain(k, i)).sum();
+            field.most(Size::Small, i) * leaders as f64 - gain
+        }));
+        let order = &mut self.small_order;
+        order.sort_by(|&a, &b| losses[b as usize].total_cmp(&losses[a as usize]).then(a.cmp(&b)));
+    }
+
+    /// Codes some of the remaining candidates at all large locations.
+    fn code_large(&mut self, which: std::ops::Range<usize>, large: usize, field: &mut impl Field) {
+        field.code(Size::Large, &self.remaining[which.clone()], &self.large_order);
+        for &k in &self.remaining[which] {
+            self.large_parts[k as usize] = field.large_part(k, &self.large_order[..large]);
         }
     }
 
-    /// Codes these of the remaining candidates and adds what they gain.
-    fn take(
-        &mut self,
-        which: std::ops::Range<usize>,
-        locations: usize,
-        code: &mut Coder<'_>,
-        wanted: &Wanted<'_>,
-    ) {
-        let gains = code(&self.remaining[which.clone()], wanted);
-        for (place, gain) in which.zip(gains) {
-            self.add(self.remaining[place], gain / locations as f64);
+    /// Codes some of the remaining candidates at all small locations; then their likelihoods are known.
+    fn code_small(&mut self, which: std::ops::Range<usize>, field: &mut impl Field) {
+        field.code(Size::Small, &self.remaining[which.clone()], &self.small_order);
+        for &k in &self.remaining[which] {
+            let gain: f64 = self.small_order.iter().map(|&i| field.gain(k, i)).sum();
+            self.gains[k as usize] = gain;
+            self.best = self.best.max(self.large_parts[k as usize] + gain);
         }
     }
 
-    /// Adds to what a candidate has.
-    fn add(&mut self, candidate: u32, amount: f64) {
-        let so_far = &mut self.so_far[candidate as usize];
-        *so_far += amount;
-        self.best = self.best.max(*so_far);
+    fn bound_large(&mut self, leaders: usize, done: usize, field: &impl Field) {
+        for &k in &self.remaining[leaders..] {
+            self.large_parts[k as usize] = field.large_part(k, &self.large_order[..done]);
+        }
+    }
+
+    /// Codes the candidates behind the leaders at the small locations, round by round.
+    fn run_small(&mut self, leaders: usize, bonus: f64, field: &mut impl Field) {
+        let order = std::mem::take(&mut self.small_order);
+        let mut left = bonus;
+        for locations in order.chunks(ROUND) {
+            self.drop_hopeless(leaders, left);
+            field.code(Size::Small, &self.remaining[leaders..], locations);
+            for &k in &self.remaining[leaders..] {
+                let gain: f64 = locations.iter().map(|&i| field.gain(k, i)).sum();
+                self.gains[k as usize] += gain;
+                self.best = self.best.max(self.large_parts[k as usize] + self.gains[k as usize]);
+            }
+            left -= locations.iter().map(|&i| field.most(Size::Small, i)).sum::<f64>();
+        }
+        self.small_order = order;
     }
 
     /// Drops every candidate, leaders aside, that can't reach the best with at most `left` more.
-    fn drop_hopeless(&mut self, left: f64) {
-        let leaders = self.leaders();
-        let (so_far, best) = (&self.so_far, self.best);
+    fn drop_hopeless(&mut self, leaders: usize, left: f64) {
+        let Self { remaining, large_parts, gains, best, .. } = self;
         let mut place = 0;
-        self.remaining.retain(|&k| {
+        remaining.retain(|&k| {
             place += 1;
-            place <= leaders || so_far[k as usize] + left + MARGIN >= best
+            let most = large_parts[k as usize] + gains[k as usize] + left;
+            place <= leaders || most + MARGIN >= *best
         });
     }
 }
@@ -102,33 +176,78 @@ impl Elimination {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use std::collections::BTreeSet;
+
+    /// Candidates whose patches give what is written here, and a note of who was coded where.
+    struct Written {
+        large: Vec<Vec<f64>>,
+        small: Vec<Vec<f64>>,
+        coded: BTreeSet<(bool, u32, u32)>,
+    }
+
+    impl Written {
+        fn likelihood(&self, k: usize) -> f64 {
+            self.large[k].iter().sum::<f64>() + self.small[k].iter().sum::<f64>()
+        }
+
+        fn is_coded(&self, k: u32) -> bool {
+            let everywhere =
+                |large, n: usize| (0..n as u32).all(|i| self.coded.contains(&(large, k, i)));
+            everywhere(true, self.large[0].len()) && everywhere(false, self.small[0].len())
+        }
+    }
+
+    impl Field for Written {
+        fn code(&mut self, size: Size, candidates: &[u32], locations: &[u32]) {
+            for &k in candidates {
+                self.coded.extend(locations.iter().map(|&i| (size == Size::Large, k, i)));
+            }
+        }
+
+        fn most(&self, _: Size, _: u32) -> f64 {
+            1.0
+        }
+
+        fn gain(&self, k: u32, i: u32) -> f64 {
+            assert!(self.coded.contains(&(false, k, i)));
+            self.small[k as usize][i as usize]
+        }
+
+        fn large_part(&self, k: u32, coded: &[u32]) -> f64 {
+            let known: f64 = coded.iter().map(|&i| self.large[k as usize][i as usize]).sum();
+            assert!(coded.iter().all(|&i| self.coded.contains(&(true, k, i))));
+            known + (self.large[0].len() - coded.len()) as f64
+        }
+    }
 
     proptest! {
-        /// Whatever the patches give, the best candidates and all that tie with it remain.
+        /// Whatever the patches give, the best candidates and all that tie with it remain, coded everywhere.
         #[test]
         fn the_winner_is_never_dropped(
-            large in prop::collection::vec(0.0..1.5f64, 40),
-            patches in prop::collection::vec(prop::collection::vec(0.0..1.0f64, ROUNDS), 40),
+            large in prop::collection::vec(prop::collection::vec(0.0..1.0f64, 4), 40),
+            small in prop::collection::vec(prop::collection::vec(0.0..1.0f64, 30), 40),
         ) {
-            let total = |k: usize| large[k] + patches[k].iter().sum::<f64>() / ROUNDS as f64;
-            let mut race = Elimination::default();
-            race.begin(large.iter().copied());
-            race.run(ROUNDS, |_| 1.0, &mut |which, wanted| {
-                let gain = |k: u32| (0..ROUNDS).filter(|&i| wanted(i)).map(|i| patches[k as usize][i]).sum();
-                which.iter().map(|&k| gain(k)).collect()
-            });
-            let best = (0..40).map(total).fold(0.0, f64::max);
-            for k in (0..40).filter(|&k| total(k) >= best) {
+            let mut field = Written { large, small, coded: BTreeSet::new() };
+            let mut race = Race::default();
+            race.begin(40, (0..40).rev());
+            race.run((4, 30), &mut field);
+            let best = (0..40).map(|k| field.likelihood(k)).fold(0.0, f64::max);
+            for k in (0..40).filter(|&k| field.likelihood(k) >= best) {
                 prop_assert!(race.remaining().contains(&(k as u32)));
             }
+            prop_assert!(race.remaining().iter().all(|&k| field.is_coded(k)));
         }
     }
 
     #[test]
-    fn refused_candidates_are_out_and_leaders_first() {
-        let mut race = Elimination::default();
-        race.begin([0.1, f64::NEG_INFINITY, 0.3, 0.2].into_iter());
-        assert_eq!(race.remaining(), [2, 3, 0]);
-        assert_eq!(race.leaders(), 3);
+    fn the_hopeless_are_not_coded_everywhere() {
+        let value = |k: usize| if k == 7 { 0.9 } else { 0.1 };
+        let rows = |n: usize| (0..40).map(|k| vec![value(k); n]).collect();
+        let mut field = Written { large: rows(4), small: rows(30), coded: BTreeSet::new() };
+        let mut race = Race::default();
+        race.begin(40, std::iter::once(7).chain((0..40).filter(|&k| k != 7)));
+        race.run((4, 30), &mut field);
+        assert!(race.remaining().len() <= 2 * LEADERS, "{:?}", race.remaining());
+        assert!(!field.is_coded(39));
     }
 }

@@ -48,23 +48,19 @@ impl LikelihoodRules {
 
     /// The large patches' part, `gamma * mean_i(omega_i F_i)`.
     pub fn large_part(&self, large: impl Iterator<Item = (Feature, f64)> + Clone) -> f64 {
-        match self.scales {
-            Scales::Both | Scales::Large => {
-                let gamma = self.gamma(large.clone().map(|(feature, _)| feature));
-                gamma * mean(large.map(|(feature, position)| self.weighted(&feature, position)))
-            }
-            Scales::Small => 0.0,
+        if !self.counts_large() {
+            return 0.0;
         }
+        let gamma = self.gamma(large.clone().map(|(feature, _)| feature));
+        gamma * mean(large.map(|(feature, position)| self.weighted(&feature, position)))
     }
 
     /// The small patches' part, `mean_i(omega_i G_i)`.
     pub fn small_part(&self, small: impl Iterator<Item = (Feature, f64)>) -> f64 {
-        match self.scales {
-            Scales::Both | Scales::Small => {
-                mean(small.map(|(feature, position)| self.weighted(&feature, position)))
-            }
-            Scales::Large => 0.0,
+        if !self.counts_small() {
+            return 0.0;
         }
+        mean(small.map(|(feature, position)| self.weighted(&feature, position)))
     }
 
     /// `omega_i F_i` of one patch.
@@ -73,13 +69,29 @@ impl LikelihoodRules {
         patch_weight(visible, position) * feature.share
     }
 
-    /// The most that a small patch with this position weight can add to the sum that [`Self::small_part`] takes the mean of, where
-    /// shares are at most 1.
+    /// The most that a patch with this position weight can add to a sum that a mean is taken of, where shares are at most 1.
     pub fn most(&self, position: f64) -> f64 {
-        match self.scales {
-            Scales::Both | Scales::Small => patch_weight(true, position),
-            Scales::Large => 0.0,
-        }
+        patch_weight(true, position)
+    }
+
+    /// The most that [`Self::large_part`] can be where some features are not known yet, if shares are at most 1.
+    pub fn large_part_at_most(
+        &self,
+        large: impl Iterator<Item = (Option<Feature>, f64)> + Clone,
+    ) -> f64 {
+        // Nothing of it is hidden, and all of it lies where it should.
+        let best = Feature { share: 1.0, error: f64::NEG_INFINITY };
+        self.large_part(large.map(|(feature, position)| (feature.unwrap_or(best), position)))
+    }
+
+    /// Whether this scale counts.
+    pub fn counts_large(&self) -> bool {
+        self.scales != Scales::Small
+    }
+
+    /// Whether this scale counts.
+    pub fn counts_small(&self) -> bool {
+        self.scales != Scales::Large
     }
 
     fn gamma(&self, large: impl Iterator<Item = Feature>) -> f64 {
@@ -88,7 +100,7 @@ impl LikelihoodRules {
             Gamma::ExpVisible => (mean(large.map(visible)) - 1.0).exp(),
             Gamma::One => 1.0,
             Gamma::Visible => mean(large.map(visible)),
-            Gamma::ExpError => (-mean(large.map(|feature| feature.error.min(1.0)))).exp(),
+            Gamma::ExpError => (-mean(large.map(|feature| feature.error.clamp(0.0, 1.0)))).exp(),
         }
     }
 }

@@ -9,4 +9,5 @@ pub mod scale;
 pub mod subspace;
 pub mod templates;
 pub mod update;
+pub mod weighing;
 pub mod weights;

@@ -2,10 +2,10 @@
 
 use super::likelihood::Feature;
 use super::pooling::{PoolRules, own_share};
-use super::weights::masked_error;
+use super::weights::{masked_error, position_weights};
 use crate::sparse::codes::{Code, CodeRules};
 use crate::sparse::dictionary::Dictionary;
-use crate::sparse::somp::batched;
+use crate::sparse::somp::batched::{self, BLOCK};
 use crate::vision::patches::PatchGrid;
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
@@ -14,9 +14,14 @@ use std::sync::{Mutex, PoisonError};
 #[derive(Debug, Clone)]
 pub struct Scale {
     grid: PatchGrid,
+    rules: ScaleRules,
+    /// The position part of each location's weight.
+    positions: Vec<f64>,
     dictionary: Dictionary,
     /// The buffer's patches, location by location: `locations` times `buffer length` patches.
     shared: Vec<f32>,
+    /// What follows from dictionary and buffer, for each location.
+    locations: Vec<batched::Location>,
 }
 
 /// How patches are coded and pooled.
@@ -26,6 +31,10 @@ pub struct ScaleRules {
     pub codes: CodeRules,
     /// How they are pooled.
     pub pool: PoolRules,
+    /// How fast the weight falls with the distance from the centre.
+    pub beta: f64,
+    /// Whether it falls at all.
+    pub position_weights: bool,
 }
 
 /// What [`Scale::weigh`] finds, location by location: entry `location * candidates + candidate`.
@@ -34,6 +43,8 @@ pub struct Findings {
     candidates: usize,
     codes: Vec<Code>,
     features: Vec<Feature>,
+    /// What the newest call found: blocks of candidates, location by location.
+    fresh: Vec<(Code, Feature)>,
 }
 
 /// Room for the threads that weigh candidates.
@@ -49,22 +60,57 @@ struct Worker {
 
 impl Scale {
     /// A scale with the dictionary of these templates and a buffer of these.
-    pub fn new(grid: PatchGrid, templates: &[Vec<f32>], buffer: &[Vec<f32>]) -> Self {
-        let atoms = templates.iter().flat_map(|template| grid.cut_all(template)).collect();
-        let dictionary = Dictionary::new(grid.dim(), grid.locations(), atoms);
-        let mut scale = Self { grid, dictionary, shared: Vec::new() };
-        scale.set_buffer(buffer);
+    pub fn new(
+        grid: PatchGrid,
+        rules: ScaleRules,
+        templates: &[Vec<f32>],
+        buffer: &[Vec<f32>],
+    ) -> Self {
+        let mut scale = Self {
+            grid,
+            rules,
+            positions: position_weights(grid.per_side(), rules.beta, rules.position_weights),
+            dictionary: Dictionary::default(),
+            shared: Vec::new(),
+            locations: Vec::new(),
+        };
+        scale.learn(Some(templates), Some(buffer));
         scale
     }
 
-    /// Replaces the dictionary by that of these templates.
-    pub fn set_templates(&mut self, templates: &[Vec<f32>]) {
-        let atoms = templates.iter().flat_map(|template| self.grid.cut_all(template)).collect();
-        self.dictionary = Dictionary::new(self.grid.dim(), self.grid.locations(), atoms);
+    /// Replaces the dictionary by that of these templates, or the buffer by these, or both.
+    pub fn learn(&mut self, templates: Option<&[Vec<f32>]>, buffer: Option<&[Vec<f32>]>) {
+        if let Some(templates) = templates {
+            self.set_dictionary(templates);
+        }
+        if let Some(buffer) = buffer {
+            self.set_buffer(buffer);
+        }
+        if templates.is_none() && buffer.is_none() {
+            return;
+        }
+        let Self { dictionary, rules, shared, grid, locations, .. } = self;
+        let length = shared.len() / grid.locations();
+        locations.resize_with(grid.locations(), Default::default);
+        locations.par_iter_mut().enumerate().for_each(|(location, out)| {
+            let shared = &shared[location * length..][..length];
+            out.fill(dictionary, (location, shared), &rules.codes);
+        });
     }
 
-    /// Replaces the buffer.
-    pub fn set_buffer(&mut self, buffer: &[Vec<f32>]) {
+    fn set_dictionary(&mut self, templates: &[Vec<f32>]) {
+        let grid = self.grid;
+        self.dictionary.fill(grid.dim(), grid.locations(), |atoms| {
+            atoms.resize(templates.len() * grid.locations() * grid.dim(), 0.0);
+            let patches = atoms.chunks_exact_mut(grid.dim());
+            let places = templates.iter().flat_map(|t| (0..grid.locations()).map(move |i| (t, i)));
+            for ((template, location), patch) in places.zip(patches) {
+                grid.cut(template, location, patch);
+            }
+        });
+    }
+
+    fn set_buffer(&mut self, buffer: &[Vec<f32>]) {
         let dim = self.grid.dim();
         self.shared.resize(self.grid.locations() * buffer.len() * dim, 0.0);
         let locations = self.shared.chunks_mut((buffer.len() * dim).max(1));
@@ -85,56 +131,52 @@ impl Scale {
         &self.dictionary
     }
 
-    /// The buffer's patches at a location, one after the other.
-    pub fn shared(&self, location: usize) -> &[f32] {
-        let length = self.shared.len() / self.grid.locations();
-        &self.shared[location * length..][..length]
+    /// The position part of each location's weight, `exp(-beta (|row - centre| + |column - centre|))`.
+    pub fn positions(&self) -> &[f64] {
+        &self.positions
     }
 
-    /// Codes the patches of the candidates `which` at the locations that are `wanted`; `candidates` are templates of `template_len`
-    /// samples, one after the other. Locations are independent, so the result is the same on any number of threads.
+    /// Codes the patches of the candidates `which` at these locations; `candidates` are templates of `template_len`
+    /// samples, one after the other. Blocks of them are independent, so the result is the same on any number of threads.
     pub fn weigh(
         &self,
         (candidates, template_len): (&[f32], usize),
         which: &[u32],
-        wanted: impl Fn(usize) -> bool + Sync,
-        rules: &ScaleRules,
+        locations: &[u32],
         workers: &mut Workers,
         findings: &mut Findings,
     ) {
         if which.is_empty() {
             return;
         }
-        let count = findings.candidates;
         // One for each thread of the pool, and one for a caller that is in none.
         workers.0.resize_with(rayon::current_num_threads() + 1, Mutex::default);
-        let rows =
-            findings.codes.par_chunks_mut(count).zip(findings.features.par_chunks_mut(count));
-        let rows = rows.enumerate().filter(|(location, _)| wanted(*location));
-        rows.for_each(|(location, (codes, features))| {
+        let blocks = which.len().div_ceil(BLOCK);
+        let Findings { candidates: count, codes, features, fresh } = findings;
+        fresh.resize(locations.len() * blocks * BLOCK, Default::default());
+        fresh.par_chunks_mut(BLOCK).enumerate().for_each(|(task, out)| {
             let thread = rayon::current_thread_index().map_or(0, |k| k + 1);
             let worker = &workers.0[thread % workers.0.len()];
             let mut worker = worker.lock().unwrap_or_else(PoisonError::into_inner);
-            let template = |k: u32| &candidates[k as usize * template_len..][..template_len];
-            let templates = which.iter().map(|&k| template(k));
-            self.code_location(location, templates, rules, &mut worker);
-            let coded = worker.patches.chunks_exact(self.grid.dim()).zip(&worker.codes);
-            for (&k, (patch, &code)) in which.iter().zip(coded) {
-                codes[k as usize] = code;
-                features[k as usize] = Feature {
-                    share: own_share(&code, location, self.dictionary.locations(), rules.pool),
-                    error: masked_error(&self.dictionary, patch, &code, location),
-                };
-            }
+            let location = locations[task / blocks] as usize;
+            let block = which.chunks(BLOCK).nth(task % blocks).unwrap_or_default();
+            let template = |k: &u32| &candidates[*k as usize * template_len..][..template_len];
+            self.code_block(location, block.iter().map(template), &mut worker, out);
         });
+        for (&location, found) in locations.iter().zip(fresh.chunks_exact(blocks * BLOCK)) {
+            for (&k, &(code, feature)) in which.iter().zip(found) {
+                let place = location as usize * *count + k as usize;
+                (codes[place], features[place]) = (code, feature);
+            }
+        }
     }
 
-    fn code_location<'a>(
+    fn code_block<'a>(
         &self,
         location: usize,
         templates: impl ExactSizeIterator<Item = &'a [f32]>,
-        rules: &ScaleRules,
         worker: &mut Worker,
+        out: &mut [(Code, Feature)],
     ) {
         let Worker { patches, codes, solver } = worker;
         let dim = self.grid.dim();
@@ -143,8 +185,13 @@ impl Scale {
         for (template, patch) in templates.zip(patches.chunks_exact_mut(dim)) {
             self.grid.cut(template, location, patch);
         }
-        let shared = self.shared(location);
-        batched::solve(&self.dictionary, shared, patches, &rules.codes, solver, codes);
+        let at = &self.locations[location];
+        batched::solve(&self.dictionary, at, patches, &self.rules.codes, solver, codes);
+        for ((out, &code), patch) in out.iter_mut().zip(&*codes).zip(patches.chunks_exact(dim)) {
+            let share = own_share(&code, location, self.dictionary.locations(), self.rules.pool);
+            let error = masked_error(&self.dictionary, patch, &code, location);
+            *out = (code, Feature { share, error });
+        }
     }
 }
 

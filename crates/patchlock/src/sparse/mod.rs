@@ -1,6 +1,8 @@
 //! Sparse codes: the dictionary of patches, joint codes by matching pursuit, and the lasso with trivial templates.
 
+mod aligned;
 pub mod codes;
 pub mod dictionary;
+pub mod instructions;
 pub mod lasso;
 pub mod somp;

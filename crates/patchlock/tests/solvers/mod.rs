@@ -6,6 +6,7 @@
 use patchlock::config::Selection;
 use patchlock::sparse::codes::{Code, CodeRules};
 use patchlock::sparse::dictionary::Dictionary;
+use patchlock::sparse::instructions::Instructions;
 use patchlock::sparse::somp::{batched, definition};
 
 /// The rules of the preset `paper`.
@@ -43,17 +44,26 @@ impl Solver {
     }
 }
 
-/// The codes of many candidates by the batched solver.
+/// The codes of many candidates by the batched solver, the same with whatever instructions this processor has.
 pub fn solve_all(
     dictionary: &Dictionary,
     shared: &[f32],
     candidates: &[f32],
     rules: &CodeRules,
 ) -> Vec<Code> {
-    let mut codes = vec![Code::default(); candidates.len() / dictionary.dim()];
-    let mut scratch = batched::Scratch::default();
-    batched::solve(dictionary, shared, candidates, rules, &mut scratch, &mut codes);
-    codes
+    let mut location = batched::Location::default();
+    location.fill(dictionary, (0, shared), rules);
+    let solved = Instructions::available().into_iter().map(|(name, instructions)| {
+        let mut codes = vec![Code::default(); candidates.len() / dictionary.dim()];
+        let mut scratch = batched::Scratch::with(instructions);
+        batched::solve(dictionary, &location, candidates, rules, &mut scratch, &mut codes);
+        (name, codes)
+    });
+    let same = |(first, codes), (name, others)| {
+        assert_eq!(codes, others, "{first} and {name}");
+        (name, others)
+    };
+    solved.reduce(same).unwrap().1
 }
 
 pub fn indices(code: &Code) -> Vec<usize> {

@@ -1,118 +1,220 @@
 //! The fast solver: all candidates of a location together, the same atoms as [`definition`](super::definition).
 //!
 //! # How it is fast
-//! - The correlations of all candidates with all atoms are one matrix product.
-//! - What the shared columns need (their correlations and energies) is computed once for the location; what follows from the first
-//!   atom (the dictionary, the shared columns and the norms with it projected out) once for each first atom that occurs: a
-//!   *prefix*, of which a frame of the paper's has about a dozen a location.
-//! - Later steps never touch the samples of the atoms: with the orthonormal basis `q_1 .. q_k` of the chosen atoms, `w_j = D^T q_j`
-//!   follows from a row of the Gram matrix, and the residual's correlations from `w_j`.
+//! - Candidates are kept as their difference to a *reference*, the newest shared column; the correlations of these with all
+//!   atoms are one matrix product.
+//! - Chosen atoms form a tree: candidates that chose the same atoms so far are at the same *node*, and what follows from these atoms alone
+//!   (what is left of each atom and of the shared columns) is computed once for a node. The root of a location, where nothing is chosen,
+//!   stays from frame to frame, as long as dictionary and buffer do.
+//! - No step touches the samples of all atoms again: with the orthonormal basis `q_1 .. q_t` of the chosen atoms, `w_t = D^T q_t` follows
+//!   from a row of the Gram matrix and the earlier `w`, and each correlation of what is left from that before: `y <- y - p w_t`,
+//!   `p = q_t^T r`.
+//! - A step goes over the atoms once, a tile of some 64 at a time: the node's part of the tile is made, and while it is in registers
+//!   all candidates at the node use it. Each asks which atoms could beat what it is sure to reach, and begins with a guess: what the
+//!   candidates before took.
 //!
 //! # Why it is exact
-//! All of this only *screens*, in `f32`. Each step takes the atom that looks best, computes its score in
-//! `f64` from the samples, and then computes in `f64` every atom whose score could reach that. Write `u = 2^-24`, `x` for the true
-//! correlation of a residual column with an atom, `n` for the true `||d_res||^2`. The screen keeps
-//!
-//! - `y` with `|y - x| <= e`, up to a relative rounding, for each column, and
-//! - `l <= n`, a lower bound,
-//!
-//! so that with any `t > 0`, from `2 |y| e <= t y^2 + e^2 / t`,
+//! All of this only *screens*, in `f32`. Where the bounds below leave one atom that can win, it has won; otherwise those
+//! that are left are computed in `f64` from their samples, and eligibility and ties are decided there. So an atom can only differ from the
+//! definition's where two scores agree to the last digits of `f64`. Write `u = 2^-24`,
+//! a hat for what the screen has, and let atoms and signals have norm 1 at most (up to rounding).
+//! For an atom with true residual correlations `x_c`, `|x_c - ^x_c| <= e_c`, and `l <= ||d_res||^2 <= l + g`, any `0 < s <= 1` gives
 //!
 //! ```text
-//! sum x^2 <= (1 + t) sum y^2 + (1 + 1/t) sum e^2,        score <= that / l        (l <= 0: no bound, the atom is computed).
+//! score = sum x_c^2 / ||d_res||^2  <=  ((1 + s) sum ^x_c^2 + (1/s + 1) sum e_c^2) / l
+//!                                  >=  ((1 - s) sum ^x_c^2 - (1/s - 1) sum e_c^2) / (l + g)
 //! ```
 //!
-//! The errors: candidates are correlated as their difference to a shared column `b`, whose own correlations are known in `f64`; the product
-//! errs by at most `(dim + 2) u ||r - b||` in any order of summation, and adding `b`'s part rounds by `2u`. The prefix and all `w_k` are
-//! computed in `f64` (the Gram matrix is kept in it) and rounded once, so a step
+//! from `2 |^x| e <= s ^x^2 + e^2 / s`. What the first leaves below the second of another atom can't win, and `l <= 0` leaves nothing below.
+//! An atom is eligible for sure if `l` is at least what has to be left; another one is computed. Relative roundings of the sums, less
+//! than `64 u`, are added to `s`. The errors:
 //!
 //! ```text
-//! y <- y - w_k p        (p = q_k^T r)        adds at most  3u |p|  to e, besides a relative rounding of y,
-//! l <- l - w_k^2                             and this is kept below n by taking off 8u of l as well.
+//! Gram matrix        u                                              computed in f64, rounded once
+//! w_t                o_t = ((3t - 2) u + sum_s<t |q_s^T d_t| o_s) / ||d_t,res|| + 3u
+//! shared column      e <- e + |p| (o_t + 2u) + u                    u at the root, which is computed in f64
+//! difference         e <- e + |p| (o_t + 2u) + u ||r - b||          (dim + 2) u ||r - b|| for the matrix product, in any order
+//! candidate          its difference's and the reference's together
+//! l                  l <- l - |^w| (|^w| + 2 o_t) - o_t^2 - 5u      since w^2 <= (|^w| + o_t)^2
+//! g                  g <- g + 4 o_t + 2 o_t^2 + 10u                 since |w| <= 1
 //! ```
 //!
-//! The relative roundings, less than `64 u` in all, are covered by taking `2 t` for `t` where the bound is used. Eligibility
-//! and ties are decided in `f64`. So an atom can only differ from the definition's where two scores agree to the last digits of `f64`.
+//! each with a hundredth more for products of errors. Every line counts one rounding for each operation, fused or not, so that
+//! they hold for any processor.
 
-use super::prefix::{Prefix, Shared};
-use super::pursuit::Pursuit;
-use super::screen::{Bound, Exact, Screened, Step, U, dot};
+use super::exact::{Choice, Exact};
+use super::node::{Node, Path};
+use super::product::{GROUP, correlate};
+use super::rows::{Margins, Rows};
+use super::screen::{Residuals, Runner, Screen};
+use super::vectors::{U, dot, project_out};
+use crate::config::MAX_ATOMS;
+use crate::sparse::aligned::Aligned;
 use crate::sparse::codes::{Code, CodeRules};
 use crate::sparse::dictionary::Dictionary;
-use pulp::{Arch, Simd, WithSimd};
+use crate::sparse::instructions::Instructions;
+use pulp::{Simd, WithSimd};
+use std::ops::Range;
 
-/// Candidates whose correlations are computed together: their rows, with a prefix or two, fit the second cache.
-const BLOCK: usize = 64;
+/// Candidates that are solved together: their rows stay in the second cache.
+pub const BLOCK: usize = 64;
 
-/// Stands for "no atom" and "no prefix yet".
+/// Stands for "no atom": greater than all.
 const NONE: u32 = u32::MAX;
 
-/// What [`solve`] needs besides its input; keep it and no call allocates once it has grown.
-#[derive(Debug, Default)]
-pub struct Scratch {
-    /// Of a block's candidates: their differences to the reference, the norms of these, and their correlations with all atoms.
-    differences: Vec<f32>,
-    distances: Vec<f64>,
-    correlations: Vec<f32>,
-    shared: Shared,
-    prefixes: Vec<Prefix>,
-    used_prefixes: usize,
-    prefix_of_atom: Vec<u32>,
-    /// First atom and row of each candidate of the block.
-    order: Vec<(u32, u32)>,
-    screened: Screened,
-    pursuit: Pursuit,
+/// A location: its shared columns, and everything that follows from them and the dictionary alone. To be filled again when one
+/// of the two changes.
+#[derive(Debug, Clone, Default)]
+pub struct Location {
+    root: Node,
+    rows: Rows,
+    /// The newest shared column, or zeros.
+    reference: Vec<f32>,
+    columns: usize,
+    /// Its number.
+    place: usize,
 }
 
-/// Codes every candidate (rows of `dim` samples) jointly with the `shared` signals of the location, one code a candidate.
-pub fn solve(
-    dictionary: &Dictionary,
-    shared: &[f32],
-    candidates: &[f32],
-    rules: &CodeRules,
-    scratch: &mut Scratch,
-    codes: &mut [Code],
-) {
-    let arch = Arch::new();
-    let (dim, stride) = (dictionary.dim(), dictionary.stride());
-    scratch.used_prefixes = 0;
-    scratch.prefix_of_atom.clear();
-    scratch.prefix_of_atom.resize(dictionary.len(), NONE);
-    scratch.correlations.resize(BLOCK * stride, 0.0);
-    arch.dispatch(FillShared { scratch, dictionary, shared, rules });
-    for (block, codes) in candidates.chunks(BLOCK * dim).zip(codes.chunks_mut(BLOCK)) {
-        scratch.subtract_reference(dim, block);
-        for row in scratch.correlations.chunks_exact_mut(stride).take(block.len() / dim) {
-            row.copy_from_slice(&scratch.shared.reference_row);
-        }
-        add_correlations(&scratch.differences, dictionary, &mut scratch.correlations);
-        arch.dispatch(SolveBlock { scratch, dictionary, block, rules, codes });
+impl Location {
+    /// Becomes the location of this number with these shared columns (rows of `dim`).
+    pub fn fill(
+        &mut self,
+        dictionary: &Dictionary,
+        (place, shared): (usize, &[f32]),
+        rules: &CodeRules,
+    ) {
+        let dim = dictionary.dim();
+        self.place = place;
+        self.columns = shared.len() / dim;
+        self.reference.clear();
+        self.reference.extend_from_slice(&shared[shared.len().saturating_sub(dim)..]);
+        self.reference.resize(dim, 0.0);
+        Instructions::default().dispatch(FillRoot { location: self, dictionary, shared, rules });
     }
 }
 
-/// [`Shared::fill`] for the processor at hand. (A closure would not do: only what is always inlined is compiled for it.)
-struct FillShared<'a> {
-    scratch: &'a mut Scratch,
+/// Fills a location's root for the processor at hand. (A closure would not do: only what is always inlined is compiled for it.)
+struct FillRoot<'a> {
+    location: &'a mut Location,
     dictionary: &'a Dictionary,
     shared: &'a [f32],
     rules: &'a CodeRules,
 }
 
-impl WithSimd for FillShared<'_> {
+impl WithSimd for FillRoot<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.scratch.shared.fill(self.dictionary, self.shared, self.rules);
+        let Location { root, rows, .. } = self.location;
+        root.fill_root(self.shared);
+        rows.fill_root(self.dictionary, root, self.rules);
     }
 }
 
-/// The codes of a block, from its correlations, for the processor at hand.
-struct SolveBlock<'a> {
-    scratch: &'a mut Scratch,
+/// What [`solve`] needs besides its input; keep it and no call allocates once it has grown.
+#[derive(Debug, Default)]
+pub struct Scratch {
+    instructions: Instructions,
+    /// Of a block's candidates: their differences to the reference, and the correlations of these with all atoms.
+    differences: Vec<f32>,
+    correlations: Aligned,
+    /// What is left of each candidate.
+    residuals: Vec<f64>,
+    candidates: Vec<Candidate>,
+    /// The candidates in the order of the tree, with the atom that each chose last.
+    order: Vec<(u32, u32)>,
+    /// The nodes on the way to the one that is worked on.
+    nodes: Vec<Node>,
+    rows: Vec<Rows>,
+    branches: Vec<Branch>,
+    screen: Screen,
+    /// For each depth the atom that was chosen last, less its location's number: at the next location it is likely the one
+    /// next to it.
+    guesses: [usize; MAX_ATOMS],
+    wide: Vec<f64>,
+}
+
+/// A candidate on its way to its code.
+#[derive(Debug, Default, Clone)]
+struct Candidate {
+    /// `||r - b||`.
+    distance: f64,
+    /// How far its correlations may be off.
+    error: f64,
+    /// What is left of its energy, and the energy at which the code is complete.
+    energy: f64,
+    final_energy: f64,
+    /// `p` along each chosen atom.
+    along: [f64; MAX_ATOMS],
+    /// `p` of its difference to the reference along the newest one.
+    difference_along: f64,
+    /// The atom that completes the code.
+    last: Choice,
+}
+
+impl Candidate {
+    /// Takes in what the newest node adds to how far the correlations may be off.
+    #[inline(always)]
+    fn advance(&mut self, margins: &Margins) {
+        let along = self.difference_along.abs();
+        self.error += 1.01 * (along * (margins.weights + 2.0 * U) + U * self.distance);
+    }
+
+    /// The candidate in a step.
+    #[inline(always)]
+    fn runner(&self, row: usize, margins: &Margins) -> Runner {
+        let own = margins.reference + self.error;
+        Runner::new(row, self.difference_along as f32, margins.squared + own * own)
+    }
+}
+
+/// Candidates that took the same atom at the same node, as a range of [`Scratch::order`].
+#[derive(Debug)]
+struct Branch {
+    /// Atoms chosen so far, this one included.
+    depth: usize,
+    atom: usize,
+    members: Range<usize>,
+}
+
+/// Codes every candidate (rows of `dim` samples) jointly with the location's shared columns, one code a candidate.
+/// The location must have been filled for this dictionary and these rules.
+pub fn solve(
+    dictionary: &Dictionary,
+    location: &Location,
+    candidates: &[f32],
+    rules: &CodeRules,
+    scratch: &mut Scratch,
+    codes: &mut [Code],
+) {
+    let blocks = candidates.chunks(BLOCK * dictionary.dim()).zip(codes.chunks_mut(BLOCK));
+    for (block, codes) in blocks {
+        let problem = Problem { dictionary, location, rules };
+        scratch.instructions.dispatch(SolveBlock { problem, scratch, block, codes });
+    }
+}
+
+impl Scratch {
+    /// Room for a solver that uses these instructions, whatever the environment says.
+    pub fn with(instructions: Instructions) -> Self {
+        Self { instructions, ..Self::default() }
+    }
+}
+
+/// What all candidates of a block have in common.
+#[derive(Debug, Clone, Copy)]
+struct Problem<'a> {
     dictionary: &'a Dictionary,
-    block: &'a [f32],
+    location: &'a Location,
     rules: &'a CodeRules,
+}
+
+/// The codes of a block, for the processor at hand.
+struct SolveBlock<'a> {
+    problem: Problem<'a>,
+    scratch: &'a mut Scratch,
+    block: &'a [f32],
     codes: &'a mut [Code],
 }
 
@@ -121,151 +223,171 @@ impl WithSimd for SolveBlock<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { scratch, dictionary, block, rules, codes } = self;
-        let dim = dictionary.dim();
-        scratch.first_atoms(simd, dictionary, block, rules);
-        for k in 0..scratch.order.len() {
-            let (first, row) = (scratch.order[k].0, scratch.order[k].1 as usize);
-            let candidate = &block[row * dim..][..dim];
-            codes[row] = match first {
-                NONE => Code::default(),
-                _ => scratch.finish(simd, dictionary, candidate, (first as usize, row), rules),
+        let Self { problem, scratch, block, codes } = self;
+        scratch.begin(simd, problem, block);
+        while let Some(branch) = scratch.branches.pop() {
+            let branch = match branch.depth {
+                0 => branch,
+                _ => scratch.enter(problem, branch, codes),
             };
+            scratch.choose(simd, problem, &branch);
+            scratch.split(problem, &branch, codes);
         }
     }
 }
 
 impl Scratch {
-    /// The candidates' differences to the reference, and their norms.
-    fn subtract_reference(&mut self, dim: usize, block: &[f32]) {
-        let reference = &self.shared.reference;
-        self.differences.clear();
-        self.distances.clear();
-        for candidate in block.chunks_exact(dim) {
-            self.differences.extend(candidate.iter().zip(reference).map(|(r, b)| r - b));
-            let difference = &self.differences[self.differences.len() - dim..];
-            self.distances.push(dot(difference, difference).sqrt());
-        }
-    }
-
-    /// The error bound of the correlations of a row.
-    fn error(&self, dim: usize, row: usize) -> f64 {
-        (dim + 2) as f64 * U * self.distances[row] + 2.0 * U
-    }
-
-    /// Finds each candidate's first atom and orders the block by it, so that a prefix is used while it is in the cache.
+    /// Puts all candidates of the block at the root.
     #[inline(always)]
-    fn first_atoms<S: Simd>(
-        &mut self,
-        simd: S,
-        dictionary: &Dictionary,
-        block: &[f32],
-        rules: &CodeRules,
-    ) {
-        let (dim, stride) = (dictionary.dim(), dictionary.stride());
+    fn begin<S: Simd>(&mut self, simd: S, problem: Problem<'_>, block: &[f32]) {
+        let Problem { dictionary, location, rules } = problem;
+        let (dim, count) = (dictionary.dim(), block.len() / dictionary.dim());
+        self.differences.clear();
+        self.residuals.clear();
+        self.residuals.extend(block.iter().map(|&v| f64::from(v)));
+        self.candidates.clear();
         self.order.clear();
         for (row, candidate) in block.chunks_exact(dim).enumerate() {
-            let shared = &self.shared;
-            let energy = shared.energy + dot(candidate, candidate);
-            let mut first = None;
-            if energy > rules.final_energy(shared.count() + 1, energy) {
-                let bound = Bound::new(self.error(dim, row).powi(2), rules.selection);
-                let step = Step {
-                    own: &self.correlations[row * stride..][..stride],
-                    first: None,
-                    weights: &[],
-                    along: &[],
-                    columns: &[],
-                    columns_along: &[],
-                    columns_squared: &shared.squares_rounded,
-                    left: &shared.left,
+            self.differences.extend(candidate.iter().zip(&location.reference).map(|(r, b)| r - b));
+            let difference = &self.differences[row * dim..];
+            let distance = dot(difference, difference).sqrt();
+            let energy = dot(candidate, candidate);
+            self.candidates.push(Candidate {
+                distance,
+                error: 1.01 * (dim + 2) as f64 * U * distance,
+                energy,
+                final_energy: rules
+                    .final_energy(location.columns + 1, location.root.energy + energy),
+                ..Candidate::default()
+            });
+            self.order.push((NONE, row as u32));
+        }
+        let padded = count.next_multiple_of(GROUP);
+        self.differences.resize(padded * dim, 0.0);
+        self.correlations.resize(padded * dictionary.stride());
+        correlate(simd, &self.differences, dictionary, &mut self.correlations);
+        self.nodes.resize_with(MAX_ATOMS, Node::default);
+        self.rows.resize_with(MAX_ATOMS, Rows::default);
+        self.branches.clear();
+        self.branches.push(Branch { depth: 0, atom: 0, members: 0..count });
+    }
+
+    /// Makes the branch's node and projects its atom out of the members; those whose code is then complete leave the branch.
+    #[inline(always)]
+    fn enter(&mut self, problem: Problem<'_>, branch: Branch, codes: &mut [Code]) -> Branch {
+        let Problem { dictionary, location, .. } = problem;
+        let (dim, depth) = (dictionary.dim(), branch.depth);
+        let (above, node) = self.nodes.split_at_mut(depth - 1);
+        let path = Path { root: &location.root, nodes: above };
+        node[0].fill(dictionary, path, branch.atom);
+        let node = &self.nodes[depth - 1];
+        let reference_along = node.along.last().copied().unwrap_or(0.0);
+        let mut kept = branch.members.start;
+        for place in branch.members.clone() {
+            let row = self.order[place].1 as usize;
+            let candidate = &mut self.candidates[row];
+            let along = project_out(&mut self.residuals[row * dim..][..dim], &node.direction);
+            candidate.along[depth - 1] = along;
+            candidate.energy -= along * along;
+            candidate.difference_along = along - reference_along;
+            if node.energy + candidate.energy > candidate.final_energy {
+                self.order.swap(kept, place);
+                kept += 1;
+            } else {
+                codes[row] = code(&self.nodes[..depth], candidate, None);
+            }
+        }
+        Branch { members: branch.members.start..kept, ..branch }
+    }
+
+    /// Finds each member's next atom and orders the members by it.
+    #[inline(always)]
+    fn choose<S: Simd>(&mut self, simd: S, problem: Problem<'_>, branch: &Branch) {
+        let Problem { dictionary, location, rules } = problem;
+        let Self { candidates, order, rows, screen, guesses, .. } = self;
+        let path = Path { root: &location.root, nodes: &self.nodes[..branch.depth] };
+        let mut exact = Exact { dictionary, path, rules, wide: &mut self.wide };
+        let own = Residuals { all: &self.residuals, dim: dictionary.dim() };
+        let fields = (own, &mut *self.correlations);
+        let count = dictionary.len();
+        let last = &mut guesses[branch.depth];
+        let guess = (*last + location.place) % count;
+        let members = branch.members.clone().map(|place| order[place].1 as usize);
+        if branch.depth == 0 {
+            let margins = location.rows.errors.margins();
+            screen.begin(members.map(|row| candidates[row].runner(row, &margins)));
+            let mut tiles = location.rows.tiles::<S>();
+            screen.run(simd, &mut tiles, &margins, guess, fields, &mut exact);
+        } else {
+            let (above, newest) = rows.split_at_mut(branch.depth - 1);
+            let rows = (&location.rows, &*above);
+            let (mut tiles, margins) = newest[0].grow::<S>(dictionary, path, rows, rules);
+            screen.begin(members.map(|row| {
+                candidates[row].advance(&margins);
+                candidates[row].runner(row, &margins)
+            }));
+            screen.run(simd, &mut tiles, &margins, guess, fields, &mut exact);
+        }
+        let mut place = branch.members.start;
+        screen.finish(own, &mut exact, |row, atom| {
+            order[place] = (atom.map_or(NONE, |atom| atom as u32), row as u32);
+            *last = atom.map_or(*last, |atom| (atom + count - location.place % count) % count);
+            place += 1;
+        });
+        if branch.depth + 1 == rules.atoms {
+            for &(atom, row) in &order[branch.members.clone()] {
+                let last = if atom == NONE {
+                    None
+                } else {
+                    exact.weigh(atom as usize, own.row(row as usize))
                 };
-                step.screen(simd, &bound, &mut self.screened);
-                let exact =
-                    First { dictionary, shared, candidate, min_residual: rules.min_residual };
-                first = self.screened.best_exactly(simd, &bound, &exact);
+                candidates[row as usize].last = last.unwrap_or_default();
             }
-            self.order.push((first.map_or(NONE, |k| k as u32), row as u32));
         }
-        self.order.sort_unstable();
+        order[branch.members.clone()].sort_unstable();
     }
 
-    /// Takes the candidate of row `row` from its first atom to its code.
+    /// Makes a branch of the members with the same next atom. Those that found none, or now have all, are complete.
     #[inline(always)]
-    fn finish<S: Simd>(
-        &mut self,
-        simd: S,
-        dictionary: &Dictionary,
-        candidate: &[f32],
-        (first, row): (usize, usize),
-        rules: &CodeRules,
-    ) -> Code {
-        let index = self.prefix(dictionary, first, rules);
-        let error = self.error(dictionary.dim(), row);
-        let correlations = &self.correlations[row * dictionary.stride()..][..dictionary.stride()];
-        let (prefix, pursuit) = (&self.prefixes[index], &mut self.pursuit);
-        pursuit.begin(dictionary, prefix, candidate, error);
-        pursuit.run(simd, dictionary, prefix, correlations, rules)
-    }
-
-    /// The index of this atom's prefix, which is made where it is new.
-    #[inline(always)]
-    fn prefix(&mut self, dictionary: &Dictionary, atom: usize, rules: &CodeRules) -> usize {
-        if self.prefix_of_atom[atom] == NONE {
-            if self.prefixes.len() == self.used_prefixes {
-                self.prefixes.push(Prefix::default());
+    fn split(&mut self, problem: Problem<'_>, branch: &Branch, codes: &mut [Code]) {
+        let (depth, end) = (branch.depth + 1, branch.members.end);
+        let mut start = branch.members.start;
+        while start < end {
+            let atom = self.order[start].0;
+            let same = self.order[start..end].iter().take_while(|member| member.0 == atom).count();
+            let members = start..start + same;
+            start = members.end;
+            if atom != NONE && depth < problem.rules.atoms {
+                self.branches.push(Branch { depth, atom: atom as usize, members });
+                continue;
             }
-            self.prefixes[self.used_prefixes].fill(dictionary, &self.shared, atom, rules);
-            self.prefix_of_atom[atom] = self.used_prefixes as u32;
-            self.used_prefixes += 1;
+            for &(_, row) in &self.order[members] {
+                let candidate = &self.candidates[row as usize];
+                let last = (atom != NONE).then_some(&candidate.last);
+                codes[row as usize] = code(&self.nodes[..branch.depth], candidate, last);
+            }
         }
-        self.prefix_of_atom[atom] as usize
     }
 }
 
-/// The first step in `f64`: nothing is projected out yet.
-struct First<'a> {
-    dictionary: &'a Dictionary,
-    shared: &'a Shared,
-    candidate: &'a [f32],
-    min_residual: f64,
-}
-
-impl Exact for First<'_> {
-    #[inline(always)]
-    fn squares_and_left(&self, k: usize) -> Option<(f64, f64)> {
-        let left = self.dictionary.squared_norm(k);
-        let squares = self.shared.squares[k] + dot(self.dictionary.atom(k), self.candidate).powi(2);
-        (left >= self.min_residual).then_some((squares, left))
+/// The candidate's refitted coefficients on the atoms of the nodes and of the last choice: back substitution in the triangle.
+fn code(nodes: &[Node], candidate: &Candidate, last: Option<&Choice>) -> Code {
+    let mut support = [0; MAX_ATOMS];
+    let mut triangle = [[0.0; MAX_ATOMS]; MAX_ATOMS];
+    let mut along = candidate.along;
+    let mut length = nodes.len();
+    for (k, node) in nodes.iter().enumerate() {
+        (support[k], triangle[k]) = (node.atom, node.triangle);
     }
-}
-
-/// Adds candidates (rows of `dim`) times atoms to `out` (rows of `stride`).
-#[allow(unsafe_code)]
-fn add_correlations(candidates: &[f32], dictionary: &Dictionary, out: &mut [f32]) {
-    let (dim, stride) = (dictionary.dim(), dictionary.stride());
-    let (rows, atoms) = (candidates.len() / dim, dictionary.transposed());
-    assert!(out.len() >= rows * stride && atoms.len() == dim * stride);
-    let (dim_step, stride_step) = (dim as isize, stride as isize);
-    // SAFETY: `candidates` holds rows x dim, `atoms` dim x stride and `out` at least rows x stride values (the last two checked
-    // above), all contiguous and row-major, which is what the strides say; `out` is borrowed mutably, so it overlaps neither.
-    // Benefit: the library's only entry is a raw one; this product is most of the tracker's arithmetic.
-    unsafe {
-        matrixmultiply::sgemm(
-            rows,
-            dim,
-            stride,
-            1.0,
-            candidates.as_ptr(),
-            dim_step,
-            1,
-            atoms.as_ptr(),
-            stride_step,
-            1,
-            1.0,
-            out.as_mut_ptr(),
-            stride_step,
-            1,
-        );
+    if let Some(choice) = last {
+        (support[length], triangle[length], along[length]) =
+            (choice.atom, choice.triangle, choice.along);
+        length += 1;
     }
+    let mut coefficients = [0.0; MAX_ATOMS];
+    for j in (0..length).rev() {
+        let known: f64 = (j + 1..length).map(|s| triangle[s][j] * coefficients[s]).sum();
+        coefficients[j] = (along[j] - known) / triangle[j][j];
+    }
+    Code::new(&support[..length], &coefficients[..length])
 }

@@ -20,6 +20,9 @@
 
 pub mod batched;
 pub mod definition;
-mod prefix;
-mod pursuit;
+mod exact;
+mod node;
+mod product;
+mod rows;
 mod screen;
+mod vectors;

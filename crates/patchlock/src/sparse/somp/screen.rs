@@ -1,316 +1,322 @@
-//! The screen: finds in `f32` which atoms could win a step, and lets `f64` decide among them.
-//! Its bounds are derived in [`batched`](super::batched).
+//! One step of all candidates at a node: the screen finds in `f32` which atoms could win, and `f64` decides where it can't tell.
 
-use crate::config::{MAX_ATOMS, Selection};
+use super::exact::{Choice, Exact};
+use super::rows::{Margins, Shared, Tiles};
+use super::vectors::{TILE, Tile, U, take_off, tiles_mut};
 use pulp::{Simd, bytemuck};
 use std::slice;
 
-/// The unit roundoff of `f32`.
-pub const U: f64 = 1.0 / 16_777_216.0;
+/// More than all relative roundings of a screened score.
+const ROUNDING: f64 = 64.0 * U;
 
-/// `t` of the bounds.
-const SLACK: f64 = 1.0 / 2048.0;
+/// Less than any score that is not zero but for rounding; more than nothing, so that an atom that can't be chosen stays below it.
+const NOTHING: f32 = 1e-30;
 
-/// `1 + 2 t`: covers the slack and all relative roundings.
-const WIDEN: f32 = 1.0 + 2.0 * SLACK as f32;
+/// A little less than 1, and a little more.
+const DOWN: f32 = 1.0 - 8.0 * U as f32;
+const UP: f32 = 1.0 + 8.0 * U as f32;
 
-/// Marks atoms that can no longer be chosen, in a row of lower bounds of `||d_res||^2`: no score is left over it.
-pub const DEAD: f32 = f32::INFINITY;
-
-/// `||d_res||^2` as the screen keeps it.
-pub fn alive(left: f64, min_residual: f64) -> f32 {
-    if left < min_residual { DEAD } else { left as f32 }
-}
-
-/// What is known of a candidate and of its shared columns before a step; all rows run over all atoms.
-#[derive(Debug)]
-pub struct Step<'a> {
-    /// The candidate's correlations before any atom was chosen.
-    pub own: &'a [f32],
-    /// `w_1` with the candidate's `p`, if an atom was chosen.
-    pub first: Option<(&'a [f32], f32)>,
-    /// `w_2, w_3, ..`: rows one after the other.
-    pub weights: &'a [f32],
-    /// The candidate's `p` along each of them.
-    pub along: &'a [f32],
-    /// The shared columns' correlations after the first atom, rows one after the other, and their `p` along `w_2, w_3, ..`.
-    pub columns: &'a [f32],
-    /// As `along`, for each column.
-    pub columns_along: &'a [[f32; MAX_ATOMS]],
-    /// For each atom the sum of squares of `columns`.
-    pub columns_squared: &'a [f32],
-    /// `||d_res||^2` after the first atom, or [`DEAD`].
-    pub left: &'a [f32],
-}
-
-/// What the screen finds in a step.
-#[derive(Debug, Default)]
-pub struct Screened {
-    /// For each atom the sum of the squared correlations of all columns.
-    squares: Vec<f32>,
-    /// For each atom the lower bound of `||d_res||^2`, or [`DEAD`].
-    left: Vec<f32>,
-    /// The atom that looks best, if any does, and those that could be better.
-    best: Option<usize>,
-    contenders: Vec<usize>,
-}
-
-/// How scores are formed and how far above the screened one the true one may be.
-#[derive(Debug, Clone, Copy)]
-pub struct Bound {
+/// What the screened sum of squares `x` of an atom says of its score: with `l` and `l + gap` around its `||d_res||^2`, the score is at most
+/// `(widen x + added) / l` and at least `(narrow x - taken) / (l + gap)`.
+#[derive(Debug, Clone, Copy, Default)]
+struct Bounds {
+    widen: f32,
     added: f32,
-    divided: bool,
+    narrow: f32,
+    taken: f32,
 }
 
-impl Bound {
-    /// The bound for columns whose squared errors add to `squared_errors`.
-    pub fn new(squared_errors: f64, selection: Selection) -> Self {
+impl Bounds {
+    /// The bounds where the squared errors of all columns add to `squared_errors`. They are closest for scores near this one.
+    #[inline(always)]
+    fn new(score: f32, squared_errors: f64) -> Self {
+        // Any slack is right. This one adds about as much as the errors do where a quarter of an atom is left.
+        let slack = (2.0 * (squared_errors / f64::from(score)).sqrt()).clamp(1e-9, 1.0);
+        let inverse = 1.0 / slack;
         Self {
-            added: ((1.0 + 1.0 / SLACK) * squared_errors) as f32,
-            divided: selection == Selection::OrderRecursive,
+            widen: ((1.0 + slack) * (1.0 + ROUNDING)) as f32,
+            added: ((1.0 + inverse) * squared_errors * (1.0 + ROUNDING)) as f32,
+            narrow: ((1.0 - slack) * (1.0 - ROUNDING)) as f32,
+            taken: ((inverse - 1.0) * squared_errors * (1.0 + ROUNDING)) as f32,
         }
     }
+}
 
-    /// What the squares are divided by: nothing in the textbook's form, but [`DEAD`] stays.
+/// A candidate in a step.
+#[derive(Debug, Clone, Default)]
+pub struct Runner {
+    row: usize,
+    /// `p` of its difference to the reference along the node's direction.
+    along: f32,
+    /// The sum of the squares of how far the correlations of all columns, its own included, may be off.
+    squared_errors: f64,
+    bounds: Bounds,
+    /// A score that some atom is known to have at least.
+    least: f32,
+    /// The best of the atoms that had to be computed.
+    leader: Option<Choice>,
+}
+
+/// An atom that could win a runner's step, and the most that its score can be.
+#[derive(Debug, Clone, Copy)]
+struct Contender {
+    runner: u32,
+    atom: u32,
+    most: f32,
+}
+
+/// A step of all candidates at a node.
+#[derive(Debug, Default)]
+pub struct Screen {
+    runners: Vec<Runner>,
+    contenders: Vec<Contender>,
+}
+
+/// What is left of the candidates.
+#[derive(Debug, Clone, Copy)]
+pub struct Residuals<'a> {
+    /// One after the other.
+    pub all: &'a [f64],
+    /// Samples of each.
+    pub dim: usize,
+}
+
+impl Residuals<'_> {
+    /// That of one candidate.
     #[inline(always)]
-    fn divisor<S: Simd>(&self, simd: S, left: S::f32s) -> S::f32s {
-        if self.divided {
-            return left;
-        }
-        let dead = simd.greater_than_f32s(left, simd.splat_f32s(f32::MAX));
-        simd.select_f32s(dead, left, simd.splat_f32s(1.0))
+    pub fn row(&self, row: usize) -> &[f64] {
+        &self.all[row * self.dim..][..self.dim]
     }
 }
 
-impl Step<'_> {
-    /// Scores all atoms.
+impl Screen {
+    /// Begins a step with these runners.
     #[inline(always)]
-    pub fn screen<S: Simd>(&self, simd: S, bound: &Bound, out: &mut Screened) {
-        let stride = self.own.len();
-        out.squares.resize(stride, 0.0);
-        out.left.resize(stride, 0.0);
-        let mut best = BestLanes::new(simd);
-        let outputs =
-            tiles_mut::<S>(&mut out.squares).iter_mut().zip(tiles_mut::<S>(&mut out.left));
-        for (t, (squares, left)) in outputs.enumerate() {
-            let mut own = tiles::<S>(self.own)[t];
-            if let Some((weights, along)) = self.first {
-                take_off(simd, &mut own, &tiles::<S>(weights)[t], along);
-            }
-            (*squares, *left) = if self.along.is_empty() {
-                (tiles::<S>(self.columns_squared)[t], tiles::<S>(self.left)[t])
-            } else {
-                self.deep_tile(simd, t, &mut own)
-            };
-            add_squares(simd, squares, &own);
-            best.follow(simd, t, squares, left, bound);
-        }
-        out.best = best.atom();
+    pub fn begin(&mut self, runners: impl Iterator<Item = Runner>) {
+        self.runners.clear();
+        self.runners.extend(runners);
+        self.contenders.clear();
     }
 
-    /// Behind the second atom and later: takes the weights off `own`, and returns the columns' sums of squares and the bounds of
-    /// `||d_res||^2`.
+    /// Screens all atoms for all runners, tile by tile. `guess` is tried first: a good one saves work. The rows of `correlations` are those of the
+    /// candidates' differences to the reference as the parent left them; they are brought up to the node.
     #[inline(always)]
-    fn deep_tile<S: Simd>(&self, simd: S, t: usize, own: &mut Tile<S>) -> (Tile<S>, Tile<S>) {
-        let stride = self.own.len();
-        // Takes the rounding of the subtractions below off, so that what remains is a lower bound.
-        let keep = simd.splat_f32s(1.0 - 8.0 * U as f32 * self.along.len() as f32);
-        let mut left = tiles::<S>(self.left)[t].map(|l| simd.mul_f32s(l, keep));
-        let weights = |j: usize| &tiles::<S>(&self.weights[j * stride..][..stride])[t];
-        for (j, &along) in self.along.iter().enumerate() {
-            take_off(simd, own, weights(j), along);
-            for (left, &w) in left.iter_mut().zip(weights(j)) {
-                *left = simd.mul_add_e_f32s(simd.neg_f32s(w), w, *left);
-            }
-        }
-        let mut squares = [simd.splat_f32s(0.0); TILE];
-        for (column, along) in self.columns.chunks_exact(stride).zip(self.columns_along) {
-            let mut y = tiles::<S>(column)[t];
-            for (j, &along) in along[..self.along.len()].iter().enumerate() {
-                take_off(simd, &mut y, weights(j), along);
-            }
-            add_squares(simd, &mut squares, &y);
-        }
-        (squares, left)
-    }
-}
-
-/// Vectors that are worked on together: enough to hide the latency of one.
-const TILE: usize = 4;
-
-type Tile<S> = [<S as Simd>::f32s; TILE];
-
-#[inline(always)]
-fn tiles<S: Simd>(row: &[f32]) -> &[Tile<S>] {
-    S::as_simd_f32s(row).0.as_chunks().0
-}
-
-#[inline(always)]
-fn tiles_mut<S: Simd>(row: &mut [f32]) -> &mut [Tile<S>] {
-    S::as_mut_simd_f32s(row).0.as_chunks_mut().0
-}
-
-/// `y -= weights * along`.
-#[inline(always)]
-fn take_off<S: Simd>(simd: S, y: &mut Tile<S>, weights: &Tile<S>, along: f32) {
-    let along = simd.splat_f32s(-along);
-    for i in 0..TILE {
-        y[i] = simd.mul_add_e_f32s(weights[i], along, y[i]);
-    }
-}
-
-/// `squares += y^2`.
-#[inline(always)]
-fn add_squares<S: Simd>(simd: S, squares: &mut Tile<S>, y: &Tile<S>) {
-    for i in 0..TILE {
-        squares[i] = simd.mul_add_e_f32s(y[i], y[i], squares[i]);
-    }
-}
-
-/// The best score of each lane so far.
-struct BestLanes<S: Simd> {
-    square: S::f32s,
-    over: S::f32s,
-    vector: S::u32s,
-}
-
-impl<S: Simd> BestLanes<S> {
-    #[inline(always)]
-    fn new(simd: S) -> Self {
-        Self {
-            square: simd.splat_f32s(0.0),
-            over: simd.splat_f32s(1.0),
-            vector: simd.splat_u32s(u32::MAX),
-        }
-    }
-
-    #[inline(always)]
-    fn follow(&mut self, simd: S, t: usize, squares: &Tile<S>, left: &Tile<S>, bound: &Bound) {
-        for i in 0..TILE {
-            let over = bound.divisor(simd, left[i]);
-            // a / b > c / d without the division, for positive b and d.
-            let ahead = simd.greater_than_f32s(
-                simd.mul_f32s(squares[i], self.over),
-                simd.mul_f32s(self.square, over),
-            );
-            let positive = simd.greater_than_f32s(left[i], simd.splat_f32s(0.0));
-            let ahead = simd.and_m32s(ahead, positive);
-            self.square = simd.select_f32s(ahead, squares[i], self.square);
-            self.over = simd.select_f32s(ahead, over, self.over);
-            let vector = simd.splat_u32s((t * TILE + i) as u32);
-            self.vector = simd.select_u32s(ahead, vector, self.vector);
-        }
-    }
-
-    /// The best atom of all lanes, if any had a score.
-    #[inline(always)]
-    fn atom(&self) -> Option<usize> {
-        let square: &[f32] = bytemuck::cast_slice(slice::from_ref(&self.square));
-        let over: &[f32] = bytemuck::cast_slice(slice::from_ref(&self.over));
-        let vector: &[u32] = bytemuck::cast_slice(slice::from_ref(&self.vector));
-        let mut best: Option<usize> = None;
-        for lane in 0..S::F32_LANES {
-            let ahead = |b: usize| square[lane] * over[b] > square[b] * over[lane];
-            if vector[lane] != u32::MAX && best.is_none_or(ahead) {
-                best = Some(lane);
-            }
-        }
-        best.map(|lane| vector[lane] as usize * S::F32_LANES + lane)
-    }
-}
-
-/// Computes atoms in `f64`.
-pub trait Exact {
-    /// The sum of squared correlations of an atom with the residuals, and its `||d_res||^2`; nothing for one that is not eligible.
-    fn squares_and_left(&self, k: usize) -> Option<(f64, f64)>;
-}
-
-impl Screened {
-    /// The atom with the largest exact score among all that could have it; the first of equal ones, none where no score is positive.
-    #[inline(always)]
-    pub fn best_exactly<S: Simd>(
+    pub fn run<S: Simd, T: Tiles<S>>(
         &mut self,
         simd: S,
-        bound: &Bound,
-        exact: &impl Exact,
-    ) -> Option<usize> {
-        let mut best = Leader::default();
-        if let Some(k) = self.best {
-            best.challenge(k, exact.squares_and_left(k), bound);
+        tiles: &mut T,
+        margins: &Margins,
+        guess: usize,
+        (own, correlations): (Residuals<'_>, &mut [f32]),
+        exact: &mut Exact<'_>,
+    ) {
+        let stride = exact.dictionary.stride();
+        self.try_first::<S>(tiles, margins, guess, (own, correlations), exact);
+        let per_row = stride / (TILE * S::F32_LANES);
+        let rows = tiles_mut::<S>(correlations);
+        for t in 0..per_row {
+            let shared = tiles.tile(simd, t);
+            for number in 0..self.runners.len() {
+                let x = &mut rows[self.runners[number].row * per_row + t];
+                let runner = (number, margins.gap);
+                self.screen_tile::<S, T>(simd, (t, &shared), x, runner, own, exact);
+            }
         }
-        self.find_contenders(simd, best.score as f32, bound);
-        for &k in &self.contenders {
-            best.challenge(k, exact.squares_and_left(k), bound);
-        }
-        best.atom
     }
 
-    /// All atoms but the best-looking one whose score could reach `least`.
+    /// Raises the bar by what the guess can do.
     #[inline(always)]
-    fn find_contenders<S: Simd>(&mut self, simd: S, least: f32, bound: &Bound) {
+    fn try_first<S: Simd>(
+        &mut self,
+        tiles: &impl Tiles<S>,
+        margins: &Margins,
+        guess: usize,
+        (own, correlations): (Residuals<'_>, &[f32]),
+        exact: &mut Exact<'_>,
+    ) {
+        let stride = exact.dictionary.stride();
+        let [weight, reference, squares, over] = tiles.at(guess);
+        for number in 0..self.runners.len() {
+            let runner = &mut self.runners[number];
+            runner.least = NOTHING;
+            runner.bounds = Bounds::new(1.0, runner.squared_errors);
+            let before = correlations[runner.row * stride + guess];
+            let y = before - weight * runner.along + reference;
+            self.enter(number, guess, (squares + y * y, over), margins.gap, own, exact);
+            self.runners[number].tighten();
+        }
+        // The guess is found again in its tile.
         self.contenders.clear();
-        let (squares, left) = (tiles::<S>(&self.squares), tiles::<S>(&self.left));
-        for (t, (squares, left)) in squares.iter().zip(left).enumerate() {
-            let mut any = simd.splat_f32s(f32::NEG_INFINITY);
-            for i in 0..TILE {
-                let over = simd.mul_f32s(bound.divisor(simd, left[i]), simd.splat_f32s(least));
-                let reach = simd.mul_f32s(squares[i], simd.splat_f32s(WIDEN));
-                let reach = simd.add_f32s(reach, simd.splat_f32s(bound.added));
-                any = simd.max_f32s(simd.sub_f32s(reach, over), any);
-            }
-            // Only a dead atom's lane can fail to be a number, and whether it is then passed over does not matter.
-            let far = simd.less_than_f32s(any, simd.splat_f32s(0.0));
-            if simd.first_true_m32s(simd.not_m32s(far)) == S::F32_LANES {
-                continue;
-            }
-            let first = t * TILE * S::F32_LANES;
-            for k in first..first + TILE * S::F32_LANES {
-                let divisor = if bound.divided { self.left[k] } else { 1.0 };
-                let reaches = divisor * least <= self.squares[k] * WIDEN + bound.added;
-                if reaches && self.left[k] != DEAD && self.best != Some(k) {
-                    self.contenders.push(k);
-                }
-            }
-        }
     }
-}
-/// The best exact score so far.
-#[derive(Default)]
-struct Leader {
-    score: f64,
-    atom: Option<usize>,
-}
 
-impl Leader {
+    /// Screens a tile of atoms for a runner.
     #[inline(always)]
-    fn challenge(&mut self, k: usize, squares_and_left: Option<(f64, f64)>, bound: &Bound) {
-        let Some((square, left)) = squares_and_left else { return };
-        let score = if bound.divided { square / left } else { square };
-        let first = self.atom.is_none_or(|atom| k < atom);
-        if score > self.score || (score == self.score && score > 0.0 && first) {
-            *self = Self { score, atom: Some(k) };
+    fn screen_tile<S: Simd, T: Tiles<S>>(
+        &mut self,
+        simd: S,
+        (t, shared): (usize, &Shared<S>),
+        own_tile: &mut Tile<S>,
+        (number, gap): (usize, f32),
+        own: Residuals<'_>,
+        exact: &mut Exact<'_>,
+    ) {
+        let runner = &self.runners[number];
+        let mut x = *own_tile;
+        if T::DEEP {
+            take_off(simd, &mut x, &shared.weights, runner.along);
+            *own_tile = x;
+        }
+        let (widen, added) =
+            (simd.splat_f32s(runner.bounds.widen), simd.splat_f32s(runner.bounds.added));
+        let least = simd.splat_f32s(-runner.least);
+        let mut highest = simd.splat_f32s(f32::NEG_INFINITY);
+        let (mut sums, mut reach) = ([highest; TILE], [highest; TILE]);
+        for i in 0..TILE {
+            let y = simd.add_f32s(x[i], shared.reference[i]);
+            sums[i] = simd.mul_add_e_f32s(y, y, shared.squares[i]);
+            let most = simd.mul_add_e_f32s(sums[i], widen, added);
+            reach[i] = simd.mul_add_e_f32s(least, shared.over[i], most);
+            highest = simd.max_f32s(reach[i], highest);
+        }
+        if reaching::<S>(simd, highest) == 0 {
+            return;
+        }
+        for i in 0..TILE {
+            let mut bits = reaching::<S>(simd, reach[i]);
+            while bits != 0 {
+                let lane = bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                let k = (t * TILE + i) * S::F32_LANES + lane;
+                let found = (lanes::<S>(&sums[i])[lane], lanes::<S>(&shared.over[i])[lane]);
+                self.enter(number, k, found, gap, own, exact);
+            }
+        }
+        self.runners[number].tighten();
+    }
+
+    /// Takes in an atom with this screened sum of squares and this divisor.
+    #[inline(always)]
+    fn enter(
+        &mut self,
+        number: usize,
+        k: usize,
+        (sum, over): (f32, f32),
+        gap: f32,
+        own: Residuals<'_>,
+        exact: &mut Exact<'_>,
+    ) {
+        let runner = &mut self.runners[number];
+        let most = runner.bounds.widen * sum + runner.bounds.added;
+        if most < over * runner.least * DOWN {
+            return;
+        }
+        if exact.surely_eligible(over) {
+            let least = (runner.bounds.narrow * sum - runner.bounds.taken) / (over + gap);
+            runner.least = runner.least.max(least * DOWN);
+            let most = most / over * UP;
+            self.contenders.push(Contender { runner: number as u32, atom: k as u32, most });
+        } else {
+            runner.compute(k, own.row(runner.row), exact);
+        }
+    }
+
+    /// Calls `done` with each runner's row and the eligible atom with the largest score, the first of equal ones; none where no score is
+    /// positive. Atoms are computed unless only one is left that could win.
+    #[inline(always)]
+    pub fn finish(
+        &mut self,
+        own: Residuals<'_>,
+        exact: &mut Exact<'_>,
+        mut done: impl FnMut(usize, Option<usize>),
+    ) {
+        let Self { runners, contenders } = self;
+        contenders.retain(|c| c.most >= runners[c.runner as usize].least);
+        // The one that can reach furthest comes first: behind it, few others are left.
+        contenders.sort_unstable_by(|a, b| {
+            a.runner.cmp(&b.runner).then(b.most.total_cmp(&a.most)).then(a.atom.cmp(&b.atom))
+        });
+        let mut start = 0;
+        for (number, runner) in runners.iter_mut().enumerate() {
+            let mut end = start;
+            while end < contenders.len() && contenders[end].runner as usize == number {
+                end += 1;
+            }
+            let atom = runner.decide(&contenders[start..end], own, exact);
+            done(runner.row, atom);
+            start = end;
         }
     }
 }
 
-/// The inner product in `f64`, in an order that vector units can follow.
-#[inline(always)]
-pub fn dot<A: Copy + Into<f64>, B: Copy + Into<f64>>(a: &[A], b: &[B]) -> f64 {
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.as_chunks::<8>());
-    let mut sums = [0.0; 8];
-    for (a, b) in a.iter().zip(b) {
-        for lane in 0..8 {
-            sums[lane] += a[lane].into() * b[lane].into();
+impl Runner {
+    /// The candidate of this row: `along` is `p` of its difference to the reference along the node's direction, `squared_errors` the sum of the
+    /// squares of how far the correlations of all columns, its own included, may be off.
+    pub fn new(row: usize, along: f32, squared_errors: f64) -> Self {
+        Self { row, along, squared_errors, ..Self::default() }
+    }
+
+    /// Fits the bounds to the score that is known to be reached.
+    #[inline(always)]
+    fn tighten(&mut self) {
+        if self.least > NOTHING {
+            self.bounds = Bounds::new(self.least, self.squared_errors);
         }
     }
-    let rest: f64 = a_rest.iter().zip(b_rest).map(|(&a, &b)| a.into() * b.into()).sum();
-    sums.iter().sum::<f64>() + rest
+
+    /// Computes an atom, and keeps the better one.
+    #[inline(always)]
+    fn compute(&mut self, k: usize, residual: &[f64], exact: &mut Exact<'_>) {
+        let Some(choice) = exact.weigh(k, residual) else { return };
+        let ahead = match &self.leader {
+            Some(leader) => {
+                choice.score > leader.score || (choice.score == leader.score && k < leader.atom)
+            }
+            None => true,
+        };
+        if ahead {
+            self.least = self.least.max(choice.score as f32 * DOWN);
+            self.leader = Some(choice);
+        }
+    }
+
+    #[inline(always)]
+    fn decide(
+        &mut self,
+        contenders: &[Contender],
+        own: Residuals<'_>,
+        exact: &mut Exact<'_>,
+    ) -> Option<usize> {
+        if let (None, [only]) = (&self.leader, contenders)
+            && self.least > NOTHING
+        {
+            return Some(only.atom as usize);
+        }
+        for contender in contenders {
+            if contender.most >= self.least {
+                self.compute(contender.atom as usize, own.row(self.row), exact);
+            }
+        }
+        self.leader.as_ref().map(|leader| leader.atom)
+    }
 }
 
-/// Projects the unit vector `direction` out of `vector` and returns their inner product.
+/// A bit for each lane that is not negative, the first lane's the lowest.
 #[inline(always)]
-pub fn project_out(vector: &mut [f64], direction: &[f64]) -> f64 {
-    let along = dot(vector, direction);
-    vector.iter_mut().zip(direction).for_each(|(v, d)| *v -= along * d);
-    along
+fn reaching<S: Simd>(simd: S, reach: S::f32s) -> u32 {
+    let mask = simd.greater_than_or_equal_f32s(reach, simd.splat_f32s(0.0));
+    let bytes = bytemuck::bytes_of(&mask);
+    // Some processors have a bit for each lane, others a word.
+    if let (&[low, high], 16) = (bytes, S::F32_LANES) {
+        return u32::from(u16::from_ne_bytes([low, high]));
+    }
+    let mut bits = 0;
+    for lane in 0..S::F32_LANES {
+        bits |= u32::from(bytes[lane * bytes.len() / S::F32_LANES] != 0) << lane;
+    }
+    bits
+}
+
+#[inline(always)]
+fn lanes<S: Simd>(vector: &S::f32s) -> &[f32] {
+    bytemuck::cast_slice(slice::from_ref(vector))
 }

@@ -1,0 +1,44 @@
+//! Rows of `f32` that begin where a cache line does: a wide vector that straddles two lines costs two loads.
+
+use aligned_vec::{AVec, ConstAlign};
+use std::ops::{Deref, DerefMut};
+
+/// A cache line.
+const LINE: usize = 64;
+
+/// A growable array of `f32` that begins at a cache line.
+#[derive(Debug, Clone)]
+pub struct Aligned(AVec<f32, ConstAlign<LINE>>);
+
+impl Aligned {
+    /// Makes it `length` long; what is new is zero.
+    pub fn resize(&mut self, length: usize) {
+        self.0.resize(length, 0.0);
+    }
+
+    /// Makes it `length` long and all zero.
+    pub fn reset(&mut self, length: usize) {
+        self.0.clear();
+        self.0.resize(length, 0.0);
+    }
+}
+
+impl Default for Aligned {
+    fn default() -> Self {
+        Self(AVec::new(LINE))
+    }
+}
+
+impl Deref for Aligned {
+    type Target = [f32];
+
+    fn deref(&self) -> &[f32] {
+        &self.0
+    }
+}
+
+impl DerefMut for Aligned {
+    fn deref_mut(&mut self) -> &mut [f32] {
+        &mut self.0
+    }
+}

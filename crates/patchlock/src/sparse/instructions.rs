@@ -1,0 +1,92 @@
+//! Which instructions the solver uses: the widest that the processor has, unless the environment says otherwise.
+//!
+//! The variable `PATCHLOCK_SIMD` forces them: `avx512`, `avx2` or `plain`. The boxes are the same with all of them, since what decides is
+//! computed in `f64`, in one order. On processors other than x86-64, `plain` is what the compiler makes of the same source, and
+//! without the variable NEON is used where there is one.
+
+use crate::error::Error;
+use pulp::{Arch, Scalar256b, Simd, WithSimd};
+use std::sync::OnceLock;
+
+/// The variable that forces the instructions.
+pub const VARIABLE: &str = "PATCHLOCK_SIMD";
+
+/// Which instructions the solver uses.
+#[derive(Debug, Clone, Copy)]
+pub enum Instructions {
+    /// The widest that the processor has.
+    Widest(Arch),
+    /// Those that every processor of its kind has.
+    Plain,
+}
+
+impl Instructions {
+    /// Those that [`VARIABLE`] names, or the widest that the processor has. It is read once.
+    ///
+    /// # Errors
+    /// [`Error::Instructions`] where the variable holds another word, or one that this processor can't do.
+    pub fn chosen() -> Result<Self, Error> {
+        static CHOSEN: OnceLock<Result<Instructions, Error>> = OnceLock::new();
+        let read = || match std::env::var(VARIABLE) {
+            Ok(name) => Self::named(&name),
+            Err(_) => Ok(Self::Widest(Arch::new())),
+        };
+        CHOSEN.get_or_init(read).clone()
+    }
+
+    /// All that this processor can do, with their names.
+    pub fn available() -> Vec<(&'static str, Self)> {
+        let mut all = vec![("plain", Self::Plain)];
+        #[cfg(target_arch = "x86_64")]
+        {
+            all.extend(pulp::x86::V3::try_new().map(|v| ("avx2", Self::Widest(Arch::V3(v)))));
+            all.extend(pulp::x86::V4::try_new().map(|v| ("avx512", Self::Widest(Arch::V4(v)))));
+        }
+        all
+    }
+
+    /// Those of this name.
+    ///
+    /// # Errors
+    /// [`Error::Instructions`] where there are none, or not on this processor.
+    pub fn named(name: &str) -> Result<Self, Error> {
+        let available = Self::available();
+        let found = available.iter().find(|(known, _)| *known == name);
+        found.map(|&(_, instructions)| instructions).ok_or_else(|| Error::Instructions {
+            variable: VARIABLE,
+            value: name.to_owned(),
+            allowed: available.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", "),
+        })
+    }
+
+    /// Runs `op` compiled for them.
+    #[inline]
+    pub fn dispatch<Op: WithSimd>(self, op: Op) -> Op::Output {
+        match self {
+            Self::Widest(arch) => arch.dispatch(op),
+            Self::Plain => Scalar256b.vectorize(op),
+        }
+    }
+}
+
+impl Default for Instructions {
+    /// The chosen ones; the plain ones where the choice can't be had.
+    fn default() -> Self {
+        Self::chosen().unwrap_or(Self::Plain)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_checked() {
+        for (name, _) in Instructions::available() {
+            assert!(Instructions::named(name).is_ok());
+        }
+        let error = Instructions::named("mmx").unwrap_err().to_string();
+        assert!(error.contains("PATCHLOCK_SIMD") && error.contains("mmx"), "{error}");
+        assert!(error.contains("plain"), "{error}");
+    }
+}

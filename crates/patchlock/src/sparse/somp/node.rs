@@ -1,0 +1,82 @@
+//! What is known in `f64` once some atoms are chosen, of everything that does not depend on the candidate: this decides.
+
+use super::vectors::{dot, project_out};
+use crate::config::MAX_ATOMS;
+use crate::sparse::dictionary::Dictionary;
+
+/// A point in the tree of chosen atoms: the root has none, and each node one more than its parent.
+#[derive(Debug, Clone, Default)]
+pub struct Node {
+    /// The atom that was chosen last.
+    pub atom: usize,
+    /// `q_t`: what the earlier atoms leave of it, normalised.
+    pub direction: Vec<f64>,
+    /// `q_s^T d` of the atom for each earlier `s`, then what is left of its norm.
+    pub triangle: [f64; MAX_ATOMS],
+    /// What the atoms leave of the shared columns.
+    pub residuals: Vec<f64>,
+    /// The energy of that.
+    pub energy: f64,
+    /// `p = q_t^T r` of each shared column.
+    pub along: Vec<f64>,
+}
+
+/// The root and the nodes below it that lead to a node.
+#[derive(Debug, Clone, Copy)]
+pub struct Path<'a> {
+    /// The root.
+    pub root: &'a Node,
+    /// The others, in the order of their atoms.
+    pub nodes: &'a [Node],
+}
+
+impl<'a> Path<'a> {
+    /// The node that it leads to.
+    #[inline(always)]
+    pub fn end(&self) -> &'a Node {
+        self.nodes.last().unwrap_or(self.root)
+    }
+
+    /// Whether this atom is chosen.
+    #[inline(always)]
+    pub fn holds(&self, atom: usize) -> bool {
+        self.nodes.iter().any(|node| node.atom == atom)
+    }
+}
+
+impl Node {
+    /// Becomes the root for these shared columns.
+    #[inline(always)]
+    pub fn fill_root(&mut self, shared: &[f32]) {
+        self.residuals.clear();
+        self.residuals.extend(shared.iter().map(|&v| f64::from(v)));
+        self.energy = dot(&self.residuals, &self.residuals);
+    }
+
+    /// Becomes the child of the node at the path's end with one more atom.
+    #[inline(always)]
+    pub fn fill(&mut self, dictionary: &Dictionary, path: Path<'_>, atom: usize) {
+        self.atom = atom;
+        let direction = &mut self.direction;
+        direction.clear();
+        direction.extend(dictionary.atom(atom).iter().map(|&v| f64::from(v)));
+        self.triangle = [0.0; MAX_ATOMS];
+        // Twice, so that the directions are orthogonal to rounding also where little is left of the atom.
+        for _ in 0..2 {
+            for (along, node) in self.triangle.iter_mut().zip(path.nodes) {
+                *along += project_out(direction, &node.direction);
+            }
+        }
+        let norm = dot(direction, direction).sqrt();
+        let inverse = 1.0 / norm;
+        direction.iter_mut().for_each(|v| *v *= inverse);
+        self.triangle[path.nodes.len()] = norm;
+
+        self.residuals.clone_from(&path.end().residuals);
+        self.along.clear();
+        for residual in self.residuals.chunks_exact_mut(dictionary.dim()) {
+            self.along.push(project_out(residual, &self.direction));
+        }
+        self.energy = dot(&self.residuals, &self.residuals);
+    }
+}

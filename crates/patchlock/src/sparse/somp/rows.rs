@@ -1,0 +1,370 @@
+//! What the screen knows in `f32` at a node: rows over all atoms, each with a bound of its error. The symbols and the bounds are derived at
+//! the head of [`batched`](super::batched).
+
+use super::node::{Node, Path};
+use super::vectors::{TILE, Tile, U, dot, take_off, tiles, tiles_mut};
+use crate::config::{MAX_ATOMS, Selection};
+use crate::sparse::aligned::Aligned;
+use crate::sparse::codes::CodeRules;
+use crate::sparse::dictionary::Dictionary;
+use pulp::Simd;
+
+/// Stands for `||d_res||^2` of an atom that can't be chosen: no score is left over it. Finite, so that no product is undefined.
+pub const DEAD: f32 = 1e36;
+
+/// Covers the products of two errors in the bounds.
+const SECOND_ORDER: f64 = 1.01;
+
+/// The rows of a node, padded to the dictionary's stride.
+#[derive(Debug, Clone, Default)]
+pub struct Rows {
+    /// `w_t = D^T q_t`; nothing at the root.
+    weights: Aligned,
+    /// The correlations of the shared columns' residuals, a row each (a row of zeros where nothing is shared).
+    columns: Aligned,
+    /// For each atom a lower bound of what its score is divided by, or [`DEAD`].
+    over: Aligned,
+    /// How far the rows may be off.
+    pub errors: Errors,
+}
+
+/// How far rows may be off.
+#[derive(Debug, Clone, Default)]
+pub struct Errors {
+    /// An entry of the weights.
+    weights: f64,
+    /// An entry of each column.
+    columns: Vec<f64>,
+    /// How much an entry of `over` may lack.
+    over: f64,
+}
+
+/// What a step has to know of [`Errors`].
+#[derive(Debug, Clone, Copy)]
+pub struct Margins {
+    /// How far a weight may be off.
+    pub weights: f64,
+    /// The sum of the squares of how far the columns may be off.
+    pub squared: f64,
+    /// How far the newest column may be off.
+    pub reference: f64,
+    /// How much less than the truth a divisor may be, rounded up.
+    pub gap: f32,
+}
+
+impl Errors {
+    /// What a step has to know.
+    #[inline(always)]
+    pub fn margins(&self) -> Margins {
+        Margins {
+            weights: self.weights,
+            squared: self.columns.iter().map(|e| e * e).sum(),
+            reference: self.columns.last().copied().unwrap_or(0.0),
+            gap: (self.over * (1.0 + 4.0 * U)) as f32,
+        }
+    }
+
+    /// As the child's of `parent` with the node at the path's end.
+    #[inline(always)]
+    fn follow(&mut self, path: Path<'_>, above: &[Rows], parent: &Self) {
+        let (node, earlier) = (path.end(), path.nodes.len() - 1);
+        let mut numerator = U * (3 * earlier + 1) as f64;
+        for (rows, along) in above.iter().zip(&node.triangle).take(earlier) {
+            numerator += along.abs() * rows.errors.weights;
+        }
+        self.weights = SECOND_ORDER * (numerator / node.triangle[earlier] + 3.0 * U);
+        // `w` is 1 at most, so `2 o |w|` is taken off twice too much at most, and what is for rounding too.
+        let taken = 4.0 * self.weights + 2.0 * self.weights.powi(2) + 10.0 * U;
+        self.over = parent.over + SECOND_ORDER * taken;
+        self.columns.clone_from(&parent.columns);
+        for (error, &p) in self.columns.iter_mut().zip(&node.along) {
+            *error += SECOND_ORDER * (p.abs() * (self.weights + 2.0 * U) + U);
+        }
+    }
+}
+
+/// A tile of what all candidates at a node share.
+#[derive(Debug, Clone, Copy)]
+pub struct Shared<S: Simd> {
+    /// `w_t`.
+    pub weights: Tile<S>,
+    /// The correlations of the newest column's residual.
+    pub reference: Tile<S>,
+    /// For each atom the sum of the squared correlations of all columns.
+    pub squares: Tile<S>,
+    /// What scores are divided by, at least.
+    pub over: Tile<S>,
+}
+
+/// Gives the tiles of the root, one after the other.
+#[derive(Debug, Clone, Copy)]
+pub struct RootTiles<'a, S: Simd> {
+    rows: &'a Rows,
+    columns: &'a [Tile<S>],
+    over: &'a [Tile<S>],
+}
+
+/// Makes the tiles of a child, one after the other. Its rows are cut into tiles once, as cutting costs more than a tile.
+#[derive(Debug)]
+pub struct ChildTiles<'a, S: Simd> {
+    recipe: Recipe<'a>,
+    gram: &'a [Tile<S>],
+    /// The weights of the nodes above.
+    above: [&'a [Tile<S>]; MAX_ATOMS],
+    /// The parent's rows.
+    columns: &'a [Tile<S>],
+    over: &'a [Tile<S>],
+    /// The child's own, where they are kept for nodes further below.
+    kept: Option<Kept<'a, S>>,
+}
+
+/// How a child's entries follow from those of the nodes above.
+#[derive(Debug)]
+struct Recipe<'a> {
+    gram: &'a [f32],
+    above: &'a [Rows],
+    parent: &'a Rows,
+    /// `q_s^T d` of the new atom for each node above, one over what is left of its norm, and `p` of each column.
+    triangle: [f32; MAX_ATOMS],
+    inverse: f32,
+    along: &'a [f64],
+    atom: usize,
+    selection: Selection,
+    loss: (f32, f32),
+}
+
+/// Rows that are written.
+#[derive(Debug)]
+struct Kept<'a, S: Simd> {
+    weights: &'a mut [Tile<S>],
+    columns: &'a mut [Tile<S>],
+    over: &'a mut [Tile<S>],
+}
+
+/// A source of tiles.
+pub trait Tiles<S: Simd> {
+    /// Whether candidates still have to take off what the newest atom explains.
+    const DEEP: bool;
+
+    /// Tile `t`.
+    fn tile(&mut self, simd: S, t: usize) -> Shared<S>;
+
+    /// The same of a single atom: weight, reference, squares and divisor.
+    fn at(&self, k: usize) -> [f32; 4];
+}
+
+impl Rows {
+    /// Becomes the rows of the root.
+    #[inline(always)]
+    pub fn fill_root(&mut self, dictionary: &Dictionary, root: &Node, rules: &CodeRules) {
+        let (dim, stride, count) = (dictionary.dim(), dictionary.stride(), dictionary.len());
+        let columns = (root.residuals.len() / dim).max(1);
+        self.errors.columns.clear();
+        self.errors.columns.resize(columns, U * SECOND_ORDER);
+        self.errors.over = 8.0 * U;
+        self.columns.reset(columns * stride);
+        let signals = root.residuals.chunks_exact(dim);
+        for (signal, row) in signals.zip(self.columns.chunks_exact_mut(stride)) {
+            for (k, x) in row.iter_mut().take(count).enumerate() {
+                *x = dot(dictionary.atom(k), signal) as f32;
+            }
+        }
+        self.over.reset(stride);
+        self.over.fill(DEAD);
+        for (k, over) in self.over.iter_mut().take(count).enumerate() {
+            let norm = dictionary.squared_norm(k);
+            if norm >= rules.min_residual {
+                *over = match rules.selection {
+                    Selection::OrderRecursive => (norm * (1.0 - 4.0 * U)) as f32,
+                    Selection::Textbook => 1.0,
+                };
+            }
+        }
+    }
+
+    /// The root's tiles.
+    #[inline(always)]
+    pub fn tiles<S: Simd>(&self) -> RootTiles<'_, S> {
+        RootTiles { rows: self, columns: tiles::<S>(&self.columns), over: tiles::<S>(&self.over) }
+    }
+
+    /// The tiles of the node at the path's end, whose parents' rows are `root` and `above`, and their margins. The rows are there once all tiles were
+    /// made.
+    #[inline(always)]
+    pub fn grow<'a, S: Simd>(
+        &'a mut self,
+        dictionary: &'a Dictionary,
+        path: Path<'a>,
+        (root, above): (&'a Self, &'a [Self]),
+        rules: &CodeRules,
+    ) -> (ChildTiles<'a, S>, Margins) {
+        let (node, parent) = (path.end(), above.last().unwrap_or(root));
+        self.errors.follow(path, above, &parent.errors);
+        let margins = self.errors.margins();
+        let gram = dictionary.gram_row(node.atom);
+        let recipe = Recipe {
+            gram,
+            above,
+            parent,
+            triangle: node.triangle.map(|w| w as f32),
+            inverse: (1.0 / node.triangle[above.len()]) as f32,
+            along: &node.along,
+            atom: node.atom,
+            selection: rules.selection,
+            loss: self.errors.over_loss(),
+        };
+        let mut earlier: [&[Tile<S>]; MAX_ATOMS] = [&[]; MAX_ATOMS];
+        for (tiles_above, rows) in earlier.iter_mut().zip(above) {
+            *tiles_above = tiles::<S>(&rows.weights);
+        }
+        let (columns, over) = (tiles::<S>(&parent.columns), tiles::<S>(&parent.over));
+        // Below the deepest node there is none that would ask for its rows.
+        let keep = path.nodes.len() + 1 < rules.atoms;
+        let kept = if keep { Some(self.keep(parent.columns.len(), gram.len())) } else { None };
+        let gram = tiles::<S>(gram);
+        (ChildTiles { recipe, gram, above: earlier, columns, over, kept }, margins)
+    }
+
+    #[inline(always)]
+    fn keep<S: Simd>(&mut self, columns: usize, stride: usize) -> Kept<'_, S> {
+        self.columns.resize(columns);
+        self.weights.resize(stride);
+        self.over.resize(stride);
+        Kept {
+            weights: tiles_mut::<S>(&mut self.weights),
+            columns: tiles_mut::<S>(&mut self.columns),
+            over: tiles_mut::<S>(&mut self.over),
+        }
+    }
+}
+
+impl<S: Simd> Tiles<S> for RootTiles<'_, S> {
+    const DEEP: bool = false;
+
+    #[inline(always)]
+    fn tile(&mut self, simd: S, t: usize) -> Shared<S> {
+        let zero = [simd.splat_f32s(0.0); TILE];
+        let mut shared =
+            Shared { weights: zero, reference: zero, squares: zero, over: self.over[t] };
+        let mut place = t;
+        while let Some(column) = self.columns.get(place) {
+            shared.reference = *column;
+            add_squares(simd, &mut shared.squares, column);
+            place += self.over.len();
+        }
+        shared
+    }
+
+    #[inline(always)]
+    fn at(&self, k: usize) -> [f32; 4] {
+        let (mut reference, mut squares) = (0.0, 0.0);
+        for column in self.rows.columns.chunks_exact(self.rows.over.len()) {
+            reference = column[k];
+            squares += reference * reference;
+        }
+        [0.0, reference, squares, self.rows.over[k]]
+    }
+}
+
+impl<S: Simd> Tiles<S> for ChildTiles<'_, S> {
+    const DEEP: bool = true;
+
+    #[inline(always)]
+    fn tile(&mut self, simd: S, t: usize) -> Shared<S> {
+        let Self { recipe, gram, above, columns, over, kept } = self;
+        let mut w = gram[t];
+        for (rows, &along) in above[..recipe.above.len()].iter().zip(&recipe.triangle) {
+            take_off(simd, &mut w, &rows[t], along);
+        }
+        let inverse = simd.splat_f32s(recipe.inverse);
+        for w in &mut w {
+            *w = simd.mul_f32s(*w, inverse);
+        }
+        let over = recipe.shorten(simd, &w, over[t], t);
+        let zero = [simd.splat_f32s(0.0); TILE];
+        let mut shared = Shared { weights: w, reference: zero, squares: zero, over };
+        let (mut place, mut c) = (t, 0);
+        while let Some(column) = columns.get(place) {
+            shared.reference = *column;
+            if let Some(&along) = recipe.along.get(c) {
+                take_off(simd, &mut shared.reference, &w, along as f32);
+            }
+            add_squares(simd, &mut shared.squares, &shared.reference);
+            if let Some(kept) = kept {
+                kept.columns[place] = shared.reference;
+            }
+            (place, c) = (place + gram.len(), c + 1);
+        }
+        if let Some(kept) = kept {
+            (kept.weights[t], kept.over[t]) = (w, over);
+        }
+        shared
+    }
+
+    #[inline(always)]
+    fn at(&self, k: usize) -> [f32; 4] {
+        self.recipe.at(k)
+    }
+}
+
+impl Recipe<'_> {
+    #[inline(always)]
+    fn at(&self, k: usize) -> [f32; 4] {
+        let mut w = self.gram[k];
+        for (rows, along) in self.above.iter().zip(&self.triangle) {
+            w -= rows.weights[k] * along;
+        }
+        w *= self.inverse;
+        let (mut reference, mut squares) = (0.0, 0.0);
+        for (c, column) in self.parent.columns.chunks_exact(self.gram.len()).enumerate() {
+            reference = column[k] - w * self.along.get(c).map_or(0.0, |&along| along as f32);
+            squares += reference * reference;
+        }
+        let over = match self.selection {
+            _ if k == self.atom => DEAD,
+            Selection::Textbook => self.parent.over[k],
+            Selection::OrderRecursive => {
+                self.parent.over[k] - (w.abs() + self.loss.0) * w.abs() - self.loss.1
+            }
+        };
+        [w, reference, squares, over]
+    }
+
+    /// What scores are divided by, at least: `||d_res||^2` loses `w^2`, and what that may be off. The node's own atom is dead.
+    #[inline(always)]
+    fn shorten<S: Simd>(&self, simd: S, w: &Tile<S>, above: Tile<S>, t: usize) -> Tile<S> {
+        let mut over = above;
+        if self.selection == Selection::OrderRecursive {
+            let (twice, constant) = (simd.splat_f32s(self.loss.0), simd.splat_f32s(self.loss.1));
+            for i in 0..TILE {
+                let size = simd.abs_f32s(w[i]);
+                let most = simd.neg_f32s(simd.add_f32s(size, twice));
+                let left = simd.mul_add_e_f32s(most, size, over[i]);
+                over[i] = simd.sub_f32s(left, constant);
+            }
+        }
+        let lanes = TILE * S::F32_LANES;
+        if self.atom / lanes == t {
+            let flat: &mut [f32] = pulp::bytemuck::cast_slice_mut(&mut over);
+            flat[self.atom % lanes] = DEAD;
+        }
+        over
+    }
+}
+
+impl Errors {
+    /// With `w` as the screen has it, `||d_res||^2` loses at most `|w| (|w| + first) + second`.
+    #[inline(always)]
+    fn over_loss(&self) -> (f32, f32) {
+        let second = (self.weights.powi(2) + 5.0 * U) * SECOND_ORDER;
+        ((2.0 * self.weights * SECOND_ORDER) as f32, second as f32)
+    }
+}
+
+/// `squares += y^2`.
+#[inline(always)]
+fn add_squares<S: Simd>(simd: S, squares: &mut Tile<S>, y: &Tile<S>) {
+    for i in 0..TILE {
+        squares[i] = simd.mul_add_e_f32s(y[i], y[i], squares[i]);
+    }
+}
