@@ -62,7 +62,7 @@ pub struct BenchArgs {
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
 
-    /// Run another tracker instead of ours: a program that speaks TraX (protocol 3, text on its standard input and output, images as paths). It is
+    /// Run another tracker instead of ours: a program that speaks TraX (protocol 1 to 4, text on its standard input and output, images as paths). It is
     /// started anew for each run, with the seed in the variable PATCHLOCK_SEED. Its times include reading the images
     #[arg(long, value_name = "PROGRAM ...", conflicts_with_all = ["preset", "config", "threads"], requires = "name")]
     cmd: Option<String>,
@@ -229,7 +229,7 @@ fn tell(args: &BenchArgs, store: &Store, made: usize, before: usize, failures: &
             if failure.run.is_empty() { String::new() } else { format!(" ({})", failure.run) };
         eprintln!("error: {}{run}: {}", failure.target, failure.error);
     }
-    if args.quiet {
+    if args.quiet || interrupt::requested() {
         return;
     }
     let already = if before > 0 { format!(", {before} there already") } else { String::new() };

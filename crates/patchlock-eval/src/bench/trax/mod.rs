@@ -1,8 +1,8 @@
-//! Another program as the tracker under test, through TraX, protocol 3: lines of text on its standard input and output (Čehovin: "TraX: The
+//! Another program as the tracker under test, through TraX, protocols 1 to 4: lines of text on its standard input and output (Čehovin: "TraX: The
 //! visual Tracking eXchange protocol and library", Neurocomputing 260, 2017).
 //!
 //! The program says `hello` with what it can do; it is given `initialize` with the path of an image and a box, then `frame` with the path of
-//! the next image, and answers each with `state` and a box. Boxes are `left,top,width,height`, pixels counted from 0, or a polygon. Its time is
+//! the next image, and answers each with `state` and a box. Protocol 4, which knows several targets, takes the box and the first image in two messages. Boxes are `left,top,width,height`, pixels counted from 0, or a polygon. Its time is
 //! that from our line to its answer: reading the image is in it, because it does that itself.
 
 mod message;
@@ -18,8 +18,8 @@ use crate::{Error, text};
 use message::Message;
 use process::{Process, Silence};
 
-/// The newest version of the protocol that is spoken here; older ones differ in nothing that is used.
-const VERSION: u32 = 3;
+/// The newest version of the protocol that is spoken here. Versions 1 to 3 differ in nothing that is used.
+const NEWEST: u32 = 4;
 /// The variable of the environment that tells the program its seed.
 pub const SEED_VARIABLE: &str = "PATCHLOCK_SEED";
 
@@ -30,10 +30,17 @@ enum Region {
     Polygon,
 }
 
+/// What a program said of itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Abilities {
+    version: u32,
+    region: Region,
+}
+
 /// A program that has said hello.
 pub struct Trax {
     process: Process,
-    region: Region,
+    abilities: Abilities,
 }
 
 impl Trax {
@@ -52,8 +59,8 @@ impl Trax {
                 hello.name
             )));
         }
-        let region = capabilities(&hello).map_err(subject)?;
-        Ok(Self { process, region })
+        let abilities = abilities(&hello).map_err(subject)?;
+        Ok(Self { process, abilities })
     }
 
     fn ask(&mut self, file: &Path, line: &str) -> Result<Answer, Error> {
@@ -103,13 +110,14 @@ fn next(process: &mut Process, what: &str) -> Result<Message, String> {
 }
 
 /// Whether the program speaks what is spoken here, and how it wants regions.
-fn capabilities(hello: &Message) -> Result<Region, String> {
+fn abilities(hello: &Message) -> Result<Abilities, String> {
     let version = hello.get("trax.version").unwrap_or("1");
-    if !version.parse::<u32>().is_ok_and(|version| (1..=VERSION).contains(&version)) {
+    let known = version.parse().ok().filter(|version| (1..=NEWEST).contains(version));
+    let Some(version) = known else {
         return Err(format!(
-            "the tracker speaks version {version} of TraX; 1 to {VERSION} are understood"
+            "the tracker speaks version {version} of TraX; 1 to {NEWEST} are understood"
         ));
-    }
+    };
     let list = |key: &str, default: &str| -> Vec<String> {
         hello
             .get(key)
@@ -128,14 +136,17 @@ fn capabilities(hello: &Message) -> Result<Region, String> {
     }
     let regions = list("trax.region", "rectangle");
     let takes = |name: &str| regions.iter().any(|region| region == name);
-    match (takes("rectangle"), takes("polygon")) {
-        (true, _) => Ok(Region::Rectangle),
-        (_, true) => Ok(Region::Polygon),
-        _ => Err(format!(
-            "the tracker takes regions as {}; rectangle and polygon can be given",
-            regions.join(", ")
-        )),
-    }
+    let region = match (takes("rectangle"), takes("polygon")) {
+        (true, _) => Region::Rectangle,
+        (_, true) => Region::Polygon,
+        _ => {
+            let regions = regions.join(", ");
+            return Err(format!(
+                "the tracker takes regions as {regions}; rectangle and polygon can be given"
+            ));
+        }
+    };
+    Ok(Abilities { version, region })
 }
 
 fn write_region(b: &BoundingBox, region: Region) -> String {
@@ -164,7 +175,11 @@ fn url(file: &Path) -> Result<String, Error> {
 
 impl Subject for Trax {
     fn begin(&mut self, frame: &Path, bbox: BoundingBox) -> Result<Answer, Error> {
-        let line = message::line("initialize", &[&url(frame)?, &write_region(&bbox, self.region)]);
+        let (image, region) = (url(frame)?, write_region(&bbox, self.abilities.region));
+        let line = match self.abilities.version {
+            ..=3 => message::line("initialize", &[&image, &region]),
+            _ => message::line("initialize", &[&region]) + &message::line("frame", &[&image]),
+        };
         let answer = self.ask(frame, &line)?;
         // The first line of a trajectory is the box as given.
         Ok(Answer { bbox: Some(bbox), ..answer })
@@ -186,17 +201,18 @@ impl Drop for Trax {
 mod tests {
     use super::*;
 
-    fn greet(line: &str) -> Result<Region, String> {
-        capabilities(&Message::parse(line).unwrap().unwrap())
+    fn greet(line: &str) -> Result<Abilities, String> {
+        abilities(&Message::parse(line).unwrap().unwrap())
     }
 
     #[test]
     fn greetings() {
-        assert_eq!(greet("@@TRAX:hello"), Ok(Region::Rectangle));
+        let plain = Abilities { version: 1, region: Region::Rectangle };
+        assert_eq!(greet("@@TRAX:hello"), Ok(plain));
         let polygon =
             "@@TRAX:hello trax.version=3 trax.image=memory;path; trax.region=mask;polygon;";
-        assert_eq!(greet(polygon), Ok(Region::Polygon));
-        for bad in ["trax.version=4", "trax.version=x", "trax.image=memory", "trax.region=mask"] {
+        assert_eq!(greet(polygon), Ok(Abilities { version: 3, region: Region::Polygon }));
+        for bad in ["trax.version=5", "trax.version=x", "trax.image=memory", "trax.region=mask"] {
             assert!(greet(&format!("@@TRAX:hello {bad}")).is_err(), "{bad}");
         }
     }
