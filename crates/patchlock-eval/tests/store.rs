@@ -50,6 +50,34 @@ fn boxes_and_times_come_back() {
 }
 
 #[test]
+fn runs_of_other_versions_can_be_scored_but_not_continued() {
+    let folder = Folder::new();
+    folder.file("truth/a.txt", rows(1));
+    let truth = Dataset::open(&folder.path().join("truth")).unwrap();
+    let out = folder.path().join("out");
+    let config = TrackerConfig::preset("paper").unwrap();
+    let identity = Identity::patchlock(&config, "paper");
+    let store = Store::open(&out, "ours", Scheme::Ope, identity.clone(), 1.0).unwrap();
+    let bbox = BoundingBox { x: 2.0, y: 3.0, w: 5.0, h: 6.0 };
+    let frames = ["a/1.png".into()];
+    let start = Start { variant: 0, first: 0, bbox };
+    let task = Task { target: "a", frames: &frames, seed: 0, start };
+    store.keep(&task, &[Some(bbox)], vec![0.1], 1, 1).unwrap();
+    // As a version would have written them that has a number more in its configuration.
+    let hash = identity.hash();
+    for name in ["out/ours/manifest.json", "out/ours/ope/a/0.json"] {
+        let text = std::fs::read_to_string(folder.path().join(name)).unwrap();
+        let text =
+            text.replace(&hash, "0123").replacen("\"particles\"", "\"novel\":1,\"particles\"", 1);
+        folder.file(name, text);
+    }
+    let back = results::read(&out, &truth).unwrap();
+    assert_eq!((back[0].runs.len(), back[0].faults.len()), (1, 0));
+    let error = Store::open(&out, "ours", Scheme::Ope, identity, 1.0).unwrap_err().to_string();
+    assert!(error.contains("novel is 1 there and not set here"), "{error}");
+}
+
+#[test]
 fn boxes_that_were_changed_afterwards_are_not_scored() {
     let folder = Folder::new();
     folder.file("truth/a.txt", rows(1));

@@ -7,13 +7,14 @@
 //!
 //! `<run>` is the seed, with `-<start>` behind it in TRE and SRE.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use patchlock::{BoundingBox, TrackerConfig};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 use super::machine::Machine;
@@ -26,7 +27,7 @@ const FORMAT: u32 = 1;
 pub const MANIFEST: &str = "manifest.json";
 
 /// What was run: two runs belong together only if all of it is the same.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 pub enum Identity {
     /// The tracker of this project.
@@ -37,13 +38,6 @@ pub enum Identity {
         preset: String,
         /// The configuration. Its seed is 0: each run has its own.
         configuration: Box<TrackerConfig>,
-    },
-    /// A program that writes this layout itself, such as `benchmarks/peers.py`.
-    Outside {
-        /// Its name and version.
-        program: String,
-        /// Whatever of its settings changes its boxes or its speed.
-        settings: BTreeMap<String, String>,
     },
     /// Another program.
     Trax {
@@ -67,28 +61,34 @@ impl Identity {
         sha256(serde_json::to_string(self).unwrap_or_default().as_bytes())
     }
 
-    /// What is different in the other one, in words.
-    pub fn difference(&self, other: &Self) -> String {
-        let fields = |identity: &Self| serde_json::to_value(identity).unwrap_or_default();
-        let (a, b) = (fields(self), fields(other));
-        let (a, b) = (flat(&a), flat(&b));
-        let differing = a.iter().filter_map(|(name, value)| {
-            let theirs = b.iter().find(|(other, _)| other == name).map(|(_, value)| value.as_str());
-            (theirs != Some(value)).then(|| {
-                format!("{name} is {value} there and {} here", theirs.unwrap_or("not set"))
-            })
-        });
-        let differing: Vec<String> = differing.collect();
-        crate::names::some_of(&differing)
+    /// The same as fields, as manifests hold it.
+    fn fields(&self) -> Value {
+        serde_json::to_value(self).unwrap_or_default()
     }
 }
 
+/// What is different here from what is there, in words.
+fn difference(there: &Value, here: &Value) -> String {
+    let (there, here) = (flat(there), flat(here));
+    let value = |fields: &BTreeMap<String, String>, name: &String| {
+        fields.get(name).cloned().unwrap_or("not set".to_string())
+    };
+    let names: BTreeSet<&String> = there.keys().chain(here.keys()).collect();
+    let differing: Vec<String> = names
+        .into_iter()
+        .map(|name| (name, value(&there, name), value(&here, name)))
+        .filter(|(_, there, here)| there != here)
+        .map(|(name, there, here)| format!("{name} is {there} there and {here} here"))
+        .collect();
+    crate::names::some_of(&differing)
+}
+
 /// The fields of an object, those of an object in it as fields of their own.
-fn flat(value: &serde_json::Value) -> Vec<(String, String)> {
-    let Some(fields) = value.as_object() else { return Vec::new() };
+fn flat(value: &Value) -> BTreeMap<String, String> {
+    let Some(fields) = value.as_object() else { return BTreeMap::new() };
     let fields = fields.iter().flat_map(|(name, value)| match value.as_object() {
         Some(_) => flat(value),
-        None => vec![(name.clone(), value.to_string())],
+        None => BTreeMap::from([(name.clone(), value.to_string())]),
     });
     fields.collect()
 }
@@ -102,8 +102,8 @@ pub struct Manifest {
     pub tracker: String,
     /// Hash of `subject`.
     pub configuration_hash: String,
-    /// What was run.
-    pub subject: Identity,
+    /// What was run: the fields of an [`Identity`], perhaps of another version, or what another program that writes this layout says of itself.
+    pub subject: Value,
 }
 
 /// `<run>.json`: everything about one run but its boxes.
@@ -113,8 +113,8 @@ pub struct RunManifest {
     pub tracker: String,
     /// Hash of `subject`.
     pub configuration_hash: String,
-    /// What was run.
-    pub subject: Identity,
+    /// What was run: the fields of an [`Identity`], perhaps of another version, or what another program that writes this layout says of itself.
+    pub subject: Value,
     /// Where it began: `ope`, `tre` or `sre`.
     pub protocol: String,
     /// The target's name.
@@ -196,7 +196,7 @@ impl Store {
             format: FORMAT,
             tracker: self.tracker.clone(),
             configuration_hash: self.hash.clone(),
-            subject: self.subject.clone(),
+            subject: self.subject.fields(),
         };
         let mut text = serde_json::to_string_pretty(&manifest).unwrap_or_default();
         text.push('\n');
@@ -205,7 +205,7 @@ impl Store {
         }
         let there: Manifest = read_json(&path)?;
         if there.configuration_hash != self.hash {
-            let difference = there.subject.difference(&self.subject);
+            let difference = difference(&there.subject, &self.subject.fields());
             return Err(Error::Conflict { path: self.folder.clone(), difference });
         }
         Ok(())
@@ -271,7 +271,7 @@ impl Store {
         let manifest = RunManifest {
             tracker: self.tracker.clone(),
             configuration_hash: self.hash.clone(),
-            subject: self.subject.clone(),
+            subject: self.subject.fields(),
             protocol: self.scheme.name().to_string(),
             target: task.target.to_string(),
             seed: task.seed,
