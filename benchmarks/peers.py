@@ -2,7 +2,7 @@
 """Runs other people's trackers over the same sequences as `patchlock bench`, and writes what `bench` writes.
 
     python3 benchmarks/peers.py DATA --out results
-    patchlock report results --truth DATA --out report.html
+    patchlock report results --truth DATA --show paper --out report.html
 
 The trackers: OpenCV's CSRT, KCF and MIL, and dlib's correlation_tracker, in the versions of peers-requirements.txt. The first run
 makes a virtual environment for them (--venv); everything else is plain Python 3.11 or newer.
@@ -43,7 +43,8 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 REQUIREMENTS = HERE / "peers-requirements.txt"
 SEQUENCE_TABLE = ROOT / "crates/patchlock-eval/src/dataset/otb_sequences.txt"
-TRACKERS = {"CSRT": False, "KCF": False, "MIL": True, "dlib": False}  # name: does it use random numbers?
+# Name of its folder, and whether it uses random numbers. The names say whose it is: others have published a MIL too.
+TRACKERS = {"OpenCV-CSRT": False, "OpenCV-KCF": False, "OpenCV-MIL": True, "dlib": False}
 Box = tuple[float, float, float, float]
 NO_BOX = (float("nan"),) * 4
 
@@ -126,7 +127,7 @@ class OpenCv:
         self.cv2 = cv2
         cv2.setNumThreads(threads)
         cv2.setRNGSeed(seed)
-        self.tracker = getattr(cv2, f"Tracker{name}_create")()
+        self.tracker = getattr(cv2, f"Tracker{name.removeprefix('OpenCV-')}_create")()
 
     def decode(self, path: str):
         return self.cv2.imread(path, self.cv2.IMREAD_COLOR)
@@ -397,12 +398,12 @@ def environment(folder: Path) -> Path:
 
 
 def summary(out: Path, jobs: list[Job]) -> None:
-    print(f"\n{'tracker':<8} {'runs':>5} {'frames':>7} {'frames a second':>16} {'without box':>12} {'runs with errors':>17}")
+    print(f"\n{'tracker':<12} {'runs':>5} {'frames':>7} {'frames a second':>16} {'without box':>12} {'runs with errors':>17}")
     for name in dict.fromkeys(job.tracker for job in jobs):
         facts = [read_facts(job.stem) for job in jobs if job.tracker == name]
         fps = speed([seconds for f in facts for seconds in f["seconds"]])
         without, failed = sum(f["frames_without_box"] for f in facts), sum(bool(f["errors"]) for f in facts)
-        print(f"{name:<8} {len(facts):>5} {sum(f['frames'] for f in facts):>7} {fps:>16} {without:>12} {failed:>17}")
+        print(f"{name:<12} {len(facts):>5} {sum(f['frames'] for f in facts):>7} {fps:>16} {without:>12} {failed:>17}")
     print(f"\nThe boxes are in {out}. patchlock score and patchlock report read them.")
 
 
@@ -420,11 +421,12 @@ def words(text: str) -> list[str]:
 
 
 def trackers(text: str) -> list[str]:
-    known = {name.lower(): name for name in TRACKERS}
-    unknown = [word for word in words(text) if word.lower() not in known]
-    if unknown or not words(text):
-        raise argparse.ArgumentTypeError(f"there is no tracker {', '.join(unknown)}: choose from {', '.join(TRACKERS)}")
-    return [known[word.lower()] for word in words(text)]
+    known = {name.lower().removeprefix("opencv-"): name for name in TRACKERS}
+    asked = [word.lower().removeprefix("opencv-") for word in words(text)]
+    unknown = [word for word in asked if word not in known]
+    if unknown or not asked:
+        raise argparse.ArgumentTypeError(f"there is no tracker {', '.join(unknown)}: choose from {', '.join(known)}")
+    return list(dict.fromkeys(known[word] for word in asked))
 
 
 def count(text: str) -> int:
@@ -437,7 +439,7 @@ def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("data", type=Path, metavar="DATA", help="folder of sequences in the OTB layout")
     parser.add_argument("--out", type=Path, required=True, help="folder for the results; each tracker gets one in it")
-    parser.add_argument("--trackers", type=trackers, default=list(TRACKERS), help=f"some of {', '.join(TRACKERS)} [default: all]")
+    parser.add_argument("--trackers", type=trackers, default=list(TRACKERS), help="some of csrt,kcf,mil,dlib [default: all]")
     parser.add_argument("--sequences", type=words, help="only these, by name, separated by commas [default: all]")
     parser.add_argument("--seeds", type=count, default=5, help="seeds of MIL: 0, 1, .. [default: 5]")
     parser.add_argument("--threads", type=count, default=1, help="threads of OpenCV [default: 1]")

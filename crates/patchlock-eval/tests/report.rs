@@ -7,7 +7,7 @@ use image::{Rgb, RgbImage};
 use patchlock_eval::dataset::Dataset;
 use patchlock_eval::protocol::Protocol;
 use patchlock_eval::report::{self, Options, Plot, Rasteriser, Report};
-use patchlock_eval::score::{self, Scoreboard};
+use patchlock_eval::score::{self, Pass, Scoreboard};
 use patchlock_eval::{Error, results};
 
 const FRAMES: usize = 12;
@@ -155,6 +155,30 @@ fn trackers_are_compared_on_what_all_of_them_have() {
     assert!(!report.plots.iter().any(|plot| plot.name == "overlap_Mine"));
     let trackers = &report.tables.iter().find(|(name, _)| name == "trackers").unwrap().1;
     assert!(trackers[1..].iter().all(|row| row[1] == "2"), "{trackers:?}");
+}
+
+#[test]
+fn runs_from_several_starts_are_not_mixed_with_one_pass() {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = dataset(&folder.path().join("data"));
+    let mut board = scored(&folder.path().join("results"), &truth);
+    let of = |board: &Scoreboard, name: &str| {
+        board.trackers.iter().position(|tracker| tracker.name == name).unwrap()
+    };
+    let place = of(&board, "loser");
+    for target in &mut board.trackers[place].targets {
+        let later = Pass { variant: 1, first: 3, ..target.seeds[0].passes[0].clone() };
+        target.seeds[0].passes.push(later);
+    }
+    let one_pass = report(&board, &truth, &[]).unwrap();
+    assert!(
+        one_pass.html.contains("loser is left out: its runs are TRE, those of the report OPE.")
+    );
+    assert_eq!(plot(&one_pass, "success").title, "Success plots of OPE, 3 targets");
+    let several = report(&board, &truth, &["loser"]).unwrap();
+    assert_eq!(plot(&several, "success").title, "Success plots of TRE, 3 targets");
+    assert_eq!(plot(&several, "success").table[0], ["threshold", "loser"]);
+    assert!(!several.plots.iter().any(|plot| plot.name == "differences"), "there is no other");
 }
 
 #[test]

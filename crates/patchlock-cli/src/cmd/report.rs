@@ -20,15 +20,14 @@ use crate::progress::Progress;
 
 const EXAMPLES: &str = "\
 EXAMPLES:
-  patchlock report results --truth OTB --out report.html
-      all trackers whose results are in the folder results, against the sequences in OTB
-  patchlock report results published --truth OTB --show patchlock,Struck --out report.html
-      the same beside the trackers of another folder; the report is about patchlock, and every plot names it and Struck
+  patchlock report out --truth OTB --out report.html
+      all trackers whose results are in the folder out, such as patchlock bench writes them
+  patchlock report out published --truth OTB --show paper,Struck --out report.html
+      the same beside the trackers of another folder; the report is about paper, and every plot names it and Struck
   patchlock report published/SCM published/Struck --truth published/annotations --out two.html
       two trackers, against a folder of text files with the true boxes; without frames there are no thumbnails
 
-The page needs no other file and no network. Every picture of it is also written as SVG, PNG and CSV, with tables of all numbers,
-into a folder beside it. The same input gives the same files.";
+The page needs no other file and no network. Every picture of it is also written as SVG, PNG and CSV, with tables of all numbers, into a folder beside it. The same input gives the same files.";
 
 /// Shows trackers side by side on one page: plots, tables, differences with their intervals, every sequence over time
 ///

@@ -7,7 +7,7 @@ use crate::Error;
 use crate::dataset::Dataset;
 use crate::metrics::Curves;
 use crate::names;
-use crate::score::{self, Scoreboard, Summary, TargetScore};
+use crate::score::{self, Scoreboard, Summary, TargetScore, TrackerScore};
 
 /// One tracker in the comparison.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,9 +38,46 @@ impl Entrant<'_> {
     }
 }
 
+/// Where the runs begin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// One pass from the first frame and box.
+    Ope,
+    /// From several start frames.
+    Tre,
+    /// From several first boxes.
+    Sre,
+}
+
+impl Kind {
+    /// As the runs of a tracker say.
+    fn of(tracker: &TrackerScore) -> Self {
+        let seeds = tracker.targets.iter().flat_map(|target| &target.seeds);
+        let passes: Vec<_> = seeds.flat_map(|seed| &seed.passes).collect();
+        if passes.iter().any(|pass| pass.first > 0) {
+            Self::Tre
+        } else if passes.iter().any(|pass| pass.variant > 0) {
+            Self::Sre
+        } else {
+            Self::Ope
+        }
+    }
+
+    /// The benchmark's short name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ope => "OPE",
+            Self::Tre => "TRE",
+            Self::Sre => "SRE",
+        }
+    }
+}
+
 /// All of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field<'a> {
+    /// Where the runs of all of them begin.
+    pub kind: Kind,
     /// Names of the targets that all trackers have, in the order of the truth.
     pub targets: Vec<&'a str>,
     /// The trackers, the one with the largest AUC first.
@@ -53,7 +90,7 @@ pub struct Field<'a> {
 
 impl<'a> Field<'a> {
     /// Puts the trackers side by side. `shown` are the names of those that every plot names; the report is about the first of them, or about the best
-    /// tracker.
+    /// tracker. Runs that begin elsewhere than those of the first shown one (of none: than in one-pass evaluation, if there is any) are left out.
     ///
     /// # Errors
     /// [`Error::NothingToCompare`] where there are no trackers, or no target that all of them have, or no tracker of a shown name.
@@ -69,12 +106,14 @@ impl<'a> Field<'a> {
                 names::some_of(&known)
             ));
         }
-        let (targets, notes) = common_targets(board, truth);
+        let (kind, trackers, mut notes) = of_one_kind(board, shown);
+        let (targets, left_out) = common_targets(&trackers, truth);
+        notes.extend(left_out);
         if targets.is_empty() {
-            return nothing(format!("no target has results of all {} trackers", known.len()));
+            return nothing(format!("no target has results of all {} trackers", trackers.len()));
         }
         let mut entrants: Vec<Entrant> = Vec::new();
-        for tracker in &board.trackers {
+        for tracker in trackers {
             let find = |name: &&str| tracker.targets.iter().find(|target| target.target == **name);
             let own: Vec<&TargetScore> = targets.iter().filter_map(find).collect();
             let Some(overall) = score::summary(own.iter().copied(), &tracker.seeds) else {
@@ -94,7 +133,7 @@ impl<'a> Field<'a> {
             shown.first().and_then(|name| entrants.iter().position(|entrant| entrant.name == name));
         let about = first.unwrap_or(0);
         give_looks(&mut entrants, about, shown);
-        Ok(Self { targets, entrants, about, notes })
+        Ok(Self { kind, targets, entrants, about, notes })
     }
 
     /// The tracker that the report is about.
@@ -108,32 +147,51 @@ impl<'a> Field<'a> {
     }
 }
 
-/// The targets of the truth that all trackers have results of, and what to say if these are not all that there are.
-fn common_targets<'a>(board: &Scoreboard, truth: &'a Dataset) -> (Vec<&'a str>, Vec<String>) {
-    let of = |k: usize| -> BTreeSet<&str> {
-        board.trackers[k].targets.iter().map(|target| target.target.as_str()).collect()
+/// The trackers whose runs begin in the same way, and what to say of the others.
+fn of_one_kind<'a>(
+    board: &'a Scoreboard,
+    shown: &[String],
+) -> (Kind, Vec<&'a TrackerScore>, Vec<String>) {
+    let first = board.trackers.iter().find(|tracker| shown.first() == Some(&tracker.name));
+    let least = board.trackers.iter().map(Kind::of).min().unwrap_or(Kind::Ope);
+    let kind = first.map_or(least, Kind::of);
+    let (own, others): (Vec<_>, Vec<_>) =
+        board.trackers.iter().partition(|tracker| Kind::of(tracker) == kind);
+    let note = |tracker: &&TrackerScore| {
+        let (theirs, ours) = (Kind::of(tracker).name(), kind.name());
+        format!("{} is left out: its runs are {theirs}, those of the report {ours}.", tracker.name)
     };
-    let sets: Vec<BTreeSet<&str>> = (0..board.trackers.len()).map(of).collect();
+    let notes = others.iter().map(note).collect();
+    (kind, own, notes)
+}
+
+/// The targets of the truth that all trackers have results of, and what to say if these are not all that there are.
+fn common_targets<'a>(
+    trackers: &[&TrackerScore],
+    truth: &'a Dataset,
+) -> (Vec<&'a str>, Option<String>) {
+    let of = |tracker: &&TrackerScore| -> BTreeSet<String> {
+        tracker.targets.iter().map(|target| target.target.clone()).collect()
+    };
+    let sets: Vec<BTreeSet<String>> = trackers.iter().map(of).collect();
     let in_all = |name: &str| sets.iter().all(|set| set.contains(name));
     let in_some = |name: &str| sets.iter().any(|set| set.contains(name));
     let named = truth.sequences.iter().map(|sequence| sequence.name.as_str());
     let (common, rest): (Vec<&str>, Vec<&str>) =
         named.filter(|name| in_some(name)).partition(|name| in_all(name));
-    let mut notes = Vec::new();
-    if !rest.is_empty() {
-        let most = sets.iter().map(BTreeSet::len).max().unwrap_or(0);
-        let lacking: Vec<&str> = (board.trackers.iter().zip(&sets))
-            .filter(|(_, set)| set.len() < most)
-            .map(|(tracker, _)| tracker.name.as_str())
-            .collect();
-        notes.push(format!(
-            "Compared on the {} targets that all trackers have. Left out, for lack of results of {}: {}.",
-            common.len(),
-            names::some_of(&lacking),
-            names::some_of(&rest)
-        ));
-    }
-    (common, notes)
+    let most = sets.iter().map(BTreeSet::len).max().unwrap_or(0);
+    let lacking: Vec<&str> = (trackers.iter().zip(&sets))
+        .filter(|(_, set)| set.len() < most)
+        .map(|(tracker, _)| tracker.name.as_str())
+        .collect();
+    let note = format!(
+        "Compared on the {} targets that all trackers have. Left out, for lack of results of {}: {}.",
+        common.len(),
+        names::some_of(&lacking),
+        names::some_of(&rest)
+    );
+    let note = (!rest.is_empty()).then_some(note);
+    (common, note)
 }
 
 fn give_looks(entrants: &mut [Entrant], about: usize, shown: &[String]) {

@@ -25,6 +25,7 @@ use crate::score::{self, Scoreboard, Summary, TargetScore};
 use field::{Entrant, Field};
 use plots::curves::{self, Line};
 use plots::intervals::{Intervals, Row};
+use plots::speed::{Point, Speed};
 
 /// What the report shows.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -67,8 +68,7 @@ pub fn build(
     options: &Options,
 ) -> Result<Report, Error> {
     let field = Field::new(board, truth, &options.shown)?;
-    let kind = kind_of_evaluation(&field);
-    let overall = overall_plots(&field, protocol, options, kind);
+    let overall = overall_plots(&field, protocol, options);
     let attributes = attribute_plots(&field, protocol, options);
     let draws = Draws::new(field.targets.len(), DRAWS, options.seed);
     let pairs = interval_plot(&field, &draws);
@@ -77,7 +77,6 @@ pub fn build(
         board,
         truth,
         field: &field,
-        kind,
         overall: &overall,
         pairs: pairs.as_ref(),
         attributes: &attributes,
@@ -94,20 +93,6 @@ pub fn build(
     let sequences = sequences.into_iter().map(|sequence| sequence.plot);
     let plots = overall.into_iter().chain(pairs).chain(attributes).chain(sequences).collect();
     Ok(Report { html, plots, tables })
-}
-
-/// One-pass, from several starts, or from several first boxes: as the runs of the trackers say.
-fn kind_of_evaluation(field: &Field) -> &'static str {
-    let targets = field.entrants.iter().flat_map(|entrant| &entrant.targets);
-    let passes: Vec<_> =
-        targets.flat_map(|target| &target.seeds).flat_map(|seed| &seed.passes).collect();
-    if passes.iter().any(|pass| pass.first > 0) {
-        "TRE"
-    } else if passes.iter().any(|pass| pass.variant > 0) {
-        "SRE"
-    } else {
-        "OPE"
-    }
 }
 
 /// What is drawn as curves.
@@ -161,14 +146,33 @@ const NORMALISED: Measure = Measure {
     mark: None,
 };
 
-fn overall_plots(field: &Field, protocol: &Protocol, options: &Options, kind: &str) -> Vec<Plot> {
+fn overall_plots(field: &Field, protocol: &Protocol, options: &Options) -> Vec<Plot> {
     let all: Vec<(&Entrant, Summary)> =
         field.entrants.iter().map(|entrant| (entrant, entrant.overall.clone())).collect();
     let plot = |measure: &Measure| {
-        let title = format!("{} plots of {kind}, {} targets", measure.name, field.targets.len());
+        let (kind, count) = (field.kind.name(), field.targets.len());
+        let title = format!("{} plots of {kind}, {count} targets", measure.name);
         curve_plot(measure, &all, protocol, options, measure.file.to_string(), title)
     };
-    [PRECISION, SUCCESS, NORMALISED].iter().map(plot).collect()
+    [PRECISION, SUCCESS, NORMALISED].iter().map(plot).chain(speed_plot(field)).collect()
+}
+
+/// `None` unless the times of two trackers are known.
+fn speed_plot(field: &Field) -> Option<Plot> {
+    let point = |entrant| {
+        let entrant: &Entrant = entrant;
+        let fps = entrant.overall.fps.map(|fps| fps.mean).filter(|fps| *fps > 0.0)?;
+        Some((entrant.name.to_string(), fps, entrant.overall.auc.mean, entrant.look))
+    };
+    let known: Vec<_> = field.entrants.iter().filter_map(point).collect();
+    let title = format!("Accuracy and speed, {} targets", field.targets.len());
+    let points = known.iter().map(|(name, fps, auc, look)| Point {
+        name,
+        fps: *fps,
+        auc: *auc,
+        look: *look,
+    });
+    (known.len() > 1).then(|| Speed { title, points: points.collect() }.plot())
 }
 
 /// The trackers' curves, ranked by the measure's own score. The best are named, and the shown.

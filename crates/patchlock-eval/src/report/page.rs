@@ -30,8 +30,6 @@ pub struct Parts<'a> {
     pub truth: &'a Dataset,
     /// The comparison.
     pub field: &'a Field<'a>,
-    /// OPE, TRE or SRE.
-    pub kind: &'a str,
     /// Plots over all targets.
     pub overall: &'a [Plot],
     /// Differences with their intervals.
@@ -313,7 +311,7 @@ pub fn render(parts: &Parts) -> Result<String, Error> {
         dark => palette::style(Ground::Dark),
         script => include_str!("page.js"),
         version => env!("CARGO_PKG_VERSION"),
-        kind => parts.kind,
+        kind => field.kind.name(),
         layout => parts.truth.layout.to_string(),
         targets => field.targets.len(),
         frames => frames,

@@ -116,12 +116,15 @@ pub fn width(text: &str, size: f64) -> f64 {
     text.chars().count() as f64 * size * LETTER
 }
 
-/// At most so many letters, the last one an ellipsis where there were more.
+/// At most so many letters, with an ellipsis for the middle where there are more: names that differ do so at an end.
 pub fn shorten(text: &str, letters: usize) -> String {
-    if text.chars().count() <= letters {
+    let all: Vec<char> = text.chars().collect();
+    if all.len() <= letters {
         return text.to_string();
     }
-    text.chars().take(letters.saturating_sub(1)).chain(['…']).collect()
+    let kept = letters.saturating_sub(1);
+    let (head, tail) = (kept - kept / 2, kept / 2);
+    all[..head].iter().chain(&['…']).chain(&all[all.len() - tail..]).collect()
 }
 
 /// For text and attributes of SVG. Characters that XML does not allow are replaced.
@@ -199,9 +202,11 @@ mod tests {
 
     #[test]
     fn long_texts_are_cut() {
+        assert_eq!(shorten("tracker", 7), "tracker");
+        assert_eq!(shorten("MIL (/data/peers)", 10), "MIL (…ers)");
         assert_eq!(
-            (shorten("tracker", 7), shorten("trackers", 7)),
-            ("tracker".into(), "tracke…".into())
+            (shorten("abc", 2), shorten("abc", 1), shorten("abc", 0)),
+            ("a…".into(), "…".into(), "…".into())
         );
     }
 }

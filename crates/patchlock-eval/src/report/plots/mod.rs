@@ -2,6 +2,7 @@
 
 pub mod curves;
 pub mod intervals;
+pub mod speed;
 pub mod timeline;
 
 use super::svg::{Rasteriser, Svg};

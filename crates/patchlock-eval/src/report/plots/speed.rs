@@ -1,0 +1,161 @@
+//! Accuracy against speed: a point a tracker, labelled beside it.
+
+use super::{Axis, Plot};
+use crate::report::palette::Look;
+use crate::report::svg::{Anchor, Svg, shorten, width};
+
+const SIZE: [f64; 2] = [716.0, 436.0];
+const LEFT: f64 = 58.0;
+const RIGHT: f64 = 24.0;
+const TOP: f64 = 54.0;
+const BOTTOM: f64 = 52.0;
+const LETTERS: f64 = 12.5;
+const NAME_LETTERS: usize = 18;
+const RADIUS: f64 = 5.0;
+
+/// One tracker.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point<'a> {
+    /// Its name.
+    pub name: &'a str,
+    /// Frames a second, more than 0.
+    pub fps: f64,
+    /// Area under its success curve.
+    pub auc: f64,
+    /// Its look.
+    pub look: Look,
+}
+
+/// What is drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Speed<'a> {
+    /// The line above.
+    pub title: String,
+    /// The trackers whose times are known, the best first.
+    pub points: Vec<Point<'a>>,
+}
+
+/// Left, top, right, bottom.
+type Area = [f64; 4];
+
+impl Speed<'_> {
+    /// Draws it.
+    pub fn plot(&self) -> Plot {
+        let mut svg = Svg::default();
+        svg.text([LEFT, 28.0], 16.0, "ink", Anchor::Start, &self.title);
+        let (x, y) = self.axes(&mut svg);
+        let place = |point: &Point| [x.at(point.fps.log10()), y.at(point.auc)];
+        let mut taken: Vec<Area> = self.points.iter().map(|p| around(place(p))).collect();
+        for point in &self.points {
+            let [px, py] = place(point);
+            svg.put(format_args!(
+                "<circle class=\"{}\" cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"{RADIUS}\"/>",
+                point.look.fill()
+            ));
+            let name = shorten(point.name, NAME_LETTERS);
+            let area = free_area([px, py], width(&name, LETTERS), &taken);
+            taken.push(area);
+            svg.text([area[0], area[3] - 4.0], LETTERS, "ink", Anchor::Start, &name);
+        }
+        let name = "speed".to_string();
+        let table = self.table();
+        Plot { name, title: self.title.clone(), table, picture: svg, size: SIZE, head: 0.0 }
+    }
+
+    /// Speed in powers of ten, accuracy from 0 to a round number above all.
+    fn axes(&self, svg: &mut Svg) -> (Axis, Axis) {
+        let logs = || self.points.iter().map(|point| point.fps.log10());
+        let low = logs().fold(f64::INFINITY, f64::min).floor();
+        let high = logs().fold(f64::NEG_INFINITY, f64::max).ceil().max(low + 1.0);
+        let most = self.points.iter().map(|point| point.auc).fold(0.0, f64::max);
+        let top = ((most + 0.05) * 5.0).ceil().min(5.0) / 5.0;
+        let [right, bottom] = [SIZE[0] - RIGHT, SIZE[1] - BOTTOM];
+        let x = Axis { values: [low, high], places: [LEFT, right] };
+        let y = Axis { values: [0.0, top], places: [bottom, TOP] };
+        for tick in 0..=(top * 5.0).round() as usize {
+            let value = tick as f64 / 5.0;
+            svg.line("grid", [LEFT, y.at(value)], [right, y.at(value)]);
+            let label = format!("{value:.1}");
+            svg.text([LEFT - 8.0, y.at(value) + 4.0], 12.0, "soft", Anchor::End, &label);
+        }
+        for power in low as i32..=high as i32 {
+            let at = x.at(f64::from(power));
+            svg.line("grid", [at, bottom], [at, TOP]);
+            let label = format!("{}", 10_f64.powi(power));
+            svg.text([at, bottom + 18.0], 12.0, "soft", Anchor::Middle, &label);
+        }
+        svg.line("axis", [LEFT, bottom], [right, bottom]);
+        let middle = (LEFT + right) / 2.0;
+        svg.text([middle, bottom + 40.0], 13.0, "soft", Anchor::Middle, "frames a second");
+        svg.text([LEFT, TOP - 8.0], 12.0, "soft", Anchor::Middle, "AUC");
+        (x, y)
+    }
+
+    fn table(&self) -> Vec<Vec<String>> {
+        let row =
+            |p: &Point| vec![p.name.to_string(), format!("{:.3}", p.fps), format!("{:.6}", p.auc)];
+        let head = ["tracker", "fps", "auc"].map(str::to_string).to_vec();
+        [head].into_iter().chain(self.points.iter().map(row)).collect()
+    }
+}
+
+/// What a point covers.
+fn around([x, y]: [f64; 2]) -> Area {
+    [x - RADIUS, y - RADIUS, x + RADIUS, y + RADIUS]
+}
+
+/// A place for a label: right of its point, left, above, below, then further away; the first that is in the picture and free.
+fn free_area([x, y]: [f64; 2], wide: f64, taken: &[Area]) -> Area {
+    let high = LETTERS + 3.0;
+    let beside =
+        |left: f64, middle: f64| [left, middle - high / 2.0, left + wide, middle + high / 2.0];
+    let mut places = Vec::new();
+    for far in 0..4 {
+        let step = high * f64::from(far);
+        let (right, left) = (x + RADIUS + 5.0, x - RADIUS - 5.0 - wide);
+        places.extend([beside(right, y - step), beside(right, y + step)]);
+        places.extend([beside(left, y - step), beside(left, y + step)]);
+        let (above, below) =
+            (y - RADIUS - high / 2.0 - 2.0 - step, y + RADIUS + high / 2.0 + 2.0 + step);
+        places.extend([beside(x - wide / 2.0, above), beside(x - wide / 2.0, below)]);
+    }
+    let inside =
+        |a: &Area| a[0] >= LEFT && a[1] >= TOP && a[2] <= SIZE[0] - 4.0 && a[3] <= SIZE[1] - BOTTOM;
+    let is_free =
+        |a: &Area| !taken.iter().any(|b| a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]);
+    places.iter().find(|area| inside(area) && is_free(area)).copied().unwrap_or(places[0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_of_near_points_do_not_cover_each_other() {
+        let names: Vec<String> = (0..12).map(|k| format!("tracker {k}")).collect();
+        let points = names.iter().enumerate().map(|(k, name)| Point {
+            name,
+            fps: 20.0 + k as f64,
+            auc: 0.5 + 0.002 * k as f64,
+            look: Look::FIRST,
+        });
+        let plot = Speed { title: "t".into(), points: points.collect() }.plot();
+        let mut taken = Vec::new();
+        for k in 0..12 {
+            let area = free_area([300.0 + f64::from(k), 200.0], 70.0, &taken);
+            let apart =
+                |b: &Area| area[2] <= b[0] || b[2] <= area[0] || area[3] <= b[1] || b[3] <= area[1];
+            assert!(taken.iter().all(apart), "label {k}");
+            taken.push(area);
+        }
+        assert!(plot.svg().contains(">tracker 11</text>"));
+        assert_eq!(plot.table[1], ["tracker 0", "20.000", "0.500000"]);
+    }
+
+    #[test]
+    fn one_speed_still_has_an_axis() {
+        let point = Point { name: "a", fps: 10.0, auc: 0.4, look: Look::FIRST };
+        let svg = Speed { title: "t".into(), points: vec![point] }.plot().svg();
+        assert!(svg.contains(">10</text>") && svg.contains(">100</text>") && !svg.contains("NaN"));
+    }
+}
