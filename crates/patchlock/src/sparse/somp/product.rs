@@ -10,7 +10,8 @@ pub const GROUP: usize = 6;
 /// Of a group, as many as fit where there are only 16 registers.
 const THIRD: usize = 2;
 
-/// Writes the inner products of each signal (rows of `dim`, a multiple of [`GROUP`] of them) with each atom to `out` (rows of `stride`).
+/// Writes the inner products of each signal (rows of `dim`, a multiple of [`GROUP`] of them) with each atom to `out`, in panels of
+/// [`LANES`] atoms.
 #[inline(always)]
 pub fn correlate<S: Simd>(simd: S, signals: &[f32], dictionary: &Dictionary, out: &mut [f32]) {
     match S::REGISTER_COUNT >= 32 {
@@ -27,28 +28,23 @@ fn by_groups<S: Simd, const SIZE: usize>(
     dictionary: &Dictionary,
     out: &mut [f32],
 ) {
-    let (dim, stride) = (dictionary.dim(), dictionary.stride());
-    for (p, panel) in dictionary.panels().chunks_exact(LANES * dim).enumerate() {
+    let dim = dictionary.dim();
+    let panels = dictionary.panels().chunks_exact(LANES * dim);
+    let rows = signals.len() / dim;
+    for (panel, out) in panels.zip(out.chunks_exact_mut(rows * LANES)) {
         for part in (0..LANES).step_by(TILE * S::F32_LANES) {
             let groups = signals.chunks_exact(SIZE * dim);
-            for (group, rows) in groups.zip(out.chunks_exact_mut(SIZE * stride)) {
-                let column = p * LANES + part;
-                products::<S, SIZE>(simd, group, &panel[part..], rows, (column, stride));
+            for (group, out) in groups.zip(out.chunks_exact_mut(SIZE * LANES)) {
+                products::<S, SIZE>(simd, group, &panel[part..], &mut out[part..]);
             }
         }
     }
 }
 
-/// The inner products of `SIZE` signals with a tile of atoms, of which every row of `panel` begins with a sample; they go to `column` of
-/// the rows of `out`, which are `stride` apart.
+/// The inner products of `SIZE` signals with a tile of atoms, of which every row of `panel` begins with a sample; each row of `out` begins with
+/// where they go.
 #[inline(always)]
-fn products<S: Simd, const SIZE: usize>(
-    simd: S,
-    signals: &[f32],
-    panel: &[f32],
-    out: &mut [f32],
-    (column, stride): (usize, usize),
-) {
+fn products<S: Simd, const SIZE: usize>(simd: S, signals: &[f32], panel: &[f32], out: &mut [f32]) {
     let dim = signals.len() / SIZE;
     let mut each: [&[f32]; SIZE] = [&[]; SIZE];
     for g in 0..SIZE {
@@ -65,7 +61,7 @@ fn products<S: Simd, const SIZE: usize>(
         }
     }
     for g in 0..SIZE {
-        let row = &mut out[g * stride + column..][..TILE * S::F32_LANES];
+        let row = &mut out[g * LANES..][..TILE * S::F32_LANES];
         tiles_mut::<S>(row)[0] = sums[g];
     }
 }
@@ -73,7 +69,7 @@ fn products<S: Simd, const SIZE: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sparse::somp::vectors::dot;
+    use crate::sparse::somp::vectors::{dot, place};
     use pulp::{Arch, WithSimd};
 
     struct Correlate<'a>(&'a [f32], &'a Dictionary, &'a mut [f32]);
@@ -95,13 +91,13 @@ mod tests {
             let signals: Vec<f32> = (0..2 * GROUP * dim).map(|k| value(k + 17)).collect();
             let mut out = vec![9.0; 2 * GROUP * dictionary.stride()];
             Arch::new().dispatch(Correlate(&signals, &dictionary, &mut out));
-            let rows = signals.chunks_exact(dim).zip(out.chunks_exact(dictionary.stride()));
-            for (signal, row) in rows {
-                for (k, &x) in row[..atoms].iter().enumerate() {
+            for (row, signal) in signals.chunks_exact(dim).enumerate() {
+                let at = |k: usize| out[place(k, row, 2 * GROUP)];
+                for k in 0..atoms {
                     let product = dot(signal, dictionary.atom(k));
-                    assert!((f64::from(x) - product).abs() < 1e-4, "{x} {product}");
+                    assert!((f64::from(at(k)) - product).abs() < 1e-4, "{} {product}", at(k));
                 }
-                assert!(row[atoms..].iter().all(|&v| v == 0.0));
+                assert!((atoms..dictionary.stride()).all(|k| at(k) == 0.0));
             }
         }
     }

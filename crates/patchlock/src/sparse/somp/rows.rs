@@ -2,7 +2,7 @@
 //! the head of [`batched`](super::batched).
 
 use super::node::{Node, Path};
-use super::vectors::{TILE, Tile, U, dot, take_off, tiles, tiles_mut};
+use super::vectors::{TILE, Tile, U, dot, place, take_off, tile_place, tiles, tiles_mut};
 use crate::config::{MAX_ATOMS, Selection};
 use crate::sparse::aligned::Aligned;
 use crate::sparse::codes::CodeRules;
@@ -20,7 +20,7 @@ const SECOND_ORDER: f64 = 1.01;
 pub struct Rows {
     /// `w_t = D^T q_t`; nothing at the root.
     weights: Aligned,
-    /// The correlations of the shared columns' residuals, a row each (a row of zeros where nothing is shared).
+    /// The correlations of the shared columns' residuals, a row each (a row of zeros where nothing is shared), in panels.
     columns: Aligned,
     /// For each atom a lower bound of what its score is divided by, or [`DEAD`].
     over: Aligned,
@@ -113,6 +113,7 @@ pub struct ChildTiles<'a, S: Simd> {
     above: [&'a [Tile<S>]; MAX_ATOMS],
     /// The parent's rows.
     columns: &'a [Tile<S>],
+    count: usize,
     over: &'a [Tile<S>],
     /// The child's own, where they are kept for nodes further below.
     kept: Option<Kept<'a, S>>,
@@ -164,9 +165,9 @@ impl Rows {
         self.errors.over = 8.0 * U;
         self.columns.reset(columns * stride);
         let signals = root.residuals.chunks_exact(dim);
-        for (signal, row) in signals.zip(self.columns.chunks_exact_mut(stride)) {
-            for (k, x) in row.iter_mut().take(count).enumerate() {
-                *x = dot(dictionary.atom(k), signal) as f32;
+        for (c, signal) in signals.enumerate() {
+            for k in 0..count {
+                self.columns[place(k, c, columns)] = dot(dictionary.atom(k), signal) as f32;
             }
         }
         self.over.reset(stride);
@@ -180,6 +181,16 @@ impl Rows {
                 };
             }
         }
+    }
+
+    /// How many columns there are.
+    fn count(&self) -> usize {
+        self.columns.len() / self.over.len().max(1)
+    }
+
+    #[inline(always)]
+    fn column_at(&self, k: usize, c: usize) -> f32 {
+        self.columns[place(k, c, self.count())]
     }
 
     /// The root's tiles.
@@ -222,7 +233,8 @@ impl Rows {
         let keep = path.nodes.len() + 1 < rules.atoms;
         let kept = if keep { Some(self.keep(parent.columns.len(), gram.len())) } else { None };
         let gram = tiles::<S>(gram);
-        (ChildTiles { recipe, gram, above: earlier, columns, over, kept }, margins)
+        let count = parent.count();
+        (ChildTiles { recipe, gram, above: earlier, columns, count, over, kept }, margins)
     }
 
     #[inline(always)]
@@ -246,11 +258,10 @@ impl<S: Simd> Tiles<S> for RootTiles<'_, S> {
         let zero = [simd.splat_f32s(0.0); TILE];
         let mut shared =
             Shared { weights: zero, reference: zero, squares: zero, over: self.over[t] };
-        let mut place = t;
-        while let Some(column) = self.columns.get(place) {
-            shared.reference = *column;
-            add_squares(simd, &mut shared.squares, column);
-            place += self.over.len();
+        let count = self.columns.len() / self.over.len();
+        for c in 0..count {
+            shared.reference = self.columns[tile_place::<S>(t, c, count)];
+            add_squares(simd, &mut shared.squares, &shared.reference);
         }
         shared
     }
@@ -258,8 +269,8 @@ impl<S: Simd> Tiles<S> for RootTiles<'_, S> {
     #[inline(always)]
     fn at(&self, k: usize) -> [f32; 4] {
         let (mut reference, mut squares) = (0.0, 0.0);
-        for column in self.rows.columns.chunks_exact(self.rows.over.len()) {
-            reference = column[k];
+        for c in 0..self.rows.count() {
+            reference = self.rows.column_at(k, c);
             squares += reference * reference;
         }
         [0.0, reference, squares, self.rows.over[k]]
@@ -271,7 +282,7 @@ impl<S: Simd> Tiles<S> for ChildTiles<'_, S> {
 
     #[inline(always)]
     fn tile(&mut self, simd: S, t: usize) -> Shared<S> {
-        let Self { recipe, gram, above, columns, over, kept } = self;
+        let Self { recipe, gram, above, columns, over, kept, count } = self;
         let mut w = gram[t];
         for (rows, &along) in above[..recipe.above.len()].iter().zip(&recipe.triangle) {
             take_off(simd, &mut w, &rows[t], along);
@@ -283,9 +294,9 @@ impl<S: Simd> Tiles<S> for ChildTiles<'_, S> {
         let over = recipe.shorten(simd, &w, over[t], t);
         let zero = [simd.splat_f32s(0.0); TILE];
         let mut shared = Shared { weights: w, reference: zero, squares: zero, over };
-        let (mut place, mut c) = (t, 0);
-        while let Some(column) = columns.get(place) {
-            shared.reference = *column;
+        for c in 0..*count {
+            let place = tile_place::<S>(t, c, *count);
+            shared.reference = columns[place];
             if let Some(&along) = recipe.along.get(c) {
                 take_off(simd, &mut shared.reference, &w, along as f32);
             }
@@ -293,7 +304,6 @@ impl<S: Simd> Tiles<S> for ChildTiles<'_, S> {
             if let Some(kept) = kept {
                 kept.columns[place] = shared.reference;
             }
-            (place, c) = (place + gram.len(), c + 1);
         }
         if let Some(kept) = kept {
             (kept.weights[t], kept.over[t]) = (w, over);
@@ -316,8 +326,9 @@ impl Recipe<'_> {
         }
         w *= self.inverse;
         let (mut reference, mut squares) = (0.0, 0.0);
-        for (c, column) in self.parent.columns.chunks_exact(self.gram.len()).enumerate() {
-            reference = column[k] - w * self.along.get(c).map_or(0.0, |&along| along as f32);
+        for c in 0..self.parent.count() {
+            let column = self.parent.column_at(k, c);
+            reference = column - w * self.along.get(c).map_or(0.0, |&along| along as f32);
             squares += reference * reference;
         }
         let over = match self.selection {

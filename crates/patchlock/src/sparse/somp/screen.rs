@@ -2,7 +2,7 @@
 
 use super::exact::{Choice, Exact};
 use super::rows::{Margins, Shared, Tiles};
-use super::vectors::{TILE, Tile, U, take_off, tiles_mut};
+use super::vectors::{TILE, Tile, U, place, take_off, tile_place, tiles_mut};
 use pulp::{Simd, bytemuck};
 use std::slice;
 
@@ -98,8 +98,8 @@ impl Screen {
         self.contenders.clear();
     }
 
-    /// Screens all atoms for all runners, tile by tile. `guess` is tried first: a good one saves work. The rows of `correlations` are those of the
-    /// candidates' differences to the reference as the parent left them; they are brought up to the node.
+    /// Screens all atoms for all runners, tile by tile. `guess` is tried first: a good one saves work. `correlations` are those of the
+    /// candidates' differences to the reference, in panels, as the parent left them; they are brought up to the node.
     #[inline(always)]
     pub fn run<S: Simd, T: Tiles<S>>(
         &mut self,
@@ -110,14 +110,15 @@ impl Screen {
         (own, correlations): (Residuals<'_>, &mut [f32]),
         exact: &mut Exact<'_>,
     ) {
-        let stride = exact.dictionary.stride();
         self.try_first::<S>(tiles, margins, guess, (own, correlations), exact);
-        let per_row = stride / (TILE * S::F32_LANES);
-        let rows = tiles_mut::<S>(correlations);
+        let stride = exact.dictionary.stride();
+        let (per_row, rows) = (stride / (TILE * S::F32_LANES), correlations.len() / stride);
+        let correlations = tiles_mut::<S>(correlations);
         for t in 0..per_row {
             let shared = tiles.tile(simd, t);
             for number in 0..self.runners.len() {
-                let x = &mut rows[self.runners[number].row * per_row + t];
+                let place = tile_place::<S>(t, self.runners[number].row, rows);
+                let x = &mut correlations[place];
                 let runner = (number, margins.gap);
                 self.screen_tile::<S, T>(simd, (t, &shared), x, runner, own, exact);
             }
@@ -134,13 +135,13 @@ impl Screen {
         (own, correlations): (Residuals<'_>, &[f32]),
         exact: &mut Exact<'_>,
     ) {
-        let stride = exact.dictionary.stride();
+        let rows = correlations.len() / exact.dictionary.stride();
         let [weight, reference, squares, over] = tiles.at(guess);
         for number in 0..self.runners.len() {
             let runner = &mut self.runners[number];
             runner.least = NOTHING;
             runner.bounds = Bounds::new(1.0, runner.squared_errors);
-            let before = correlations[runner.row * stride + guess];
+            let before = correlations[place(guess, runner.row, rows)];
             let y = before - weight * runner.along + reference;
             self.enter(number, guess, (squares + y * y, over), margins.gap, own, exact);
             self.runners[number].tighten();

@@ -3,6 +3,7 @@
 //! The `f64` loops add in an order that does not depend on the width of the vectors and never fuse a product with a sum, so that they
 //! give the same bits on every processor.
 
+use crate::sparse::dictionary::LANES;
 use pulp::Simd;
 
 /// The unit roundoff of `f32`.
@@ -24,6 +25,20 @@ pub fn tiles<S: Simd>(row: &[f32]) -> &[Tile<S>] {
 #[inline(always)]
 pub fn tiles_mut<S: Simd>(row: &mut [f32]) -> &mut [Tile<S>] {
     S::as_mut_simd_f32s(row).0.as_chunks_mut().0
+}
+
+/// Rows that are used together are kept together: in panels of [`LANES`] atoms, row after row within a panel. This is where atom `k` of a row
+/// stands.
+#[inline(always)]
+pub fn place(k: usize, row: usize, rows: usize) -> usize {
+    (k / LANES * rows + row) * LANES + k % LANES
+}
+
+/// The same in tiles, for tile `t` of a row.
+#[inline(always)]
+pub fn tile_place<S: Simd>(t: usize, row: usize, rows: usize) -> usize {
+    let parts = LANES / (TILE * S::F32_LANES);
+    (t / parts * rows + row) * parts + t % parts
 }
 
 /// `y -= weights * along`.
