@@ -2,9 +2,13 @@
 
 mod support;
 
+use std::path::Path;
+
 use patchlock::{BoundingBox, TrackerConfig};
+use patchlock_eval::bench::runner::{self, Watch};
 use patchlock_eval::bench::schemes::{Scheme, Start};
 use patchlock_eval::bench::store::{Identity, Store, Task};
+use patchlock_eval::bench::subject::{Answer, Subject};
 use patchlock_eval::dataset::Dataset;
 use patchlock_eval::{Error, results};
 use support::{Folder, rows};
@@ -75,6 +79,47 @@ fn runs_of_other_versions_can_be_scored_but_not_continued() {
     assert_eq!((back[0].runs.len(), back[0].faults.len()), (1, 0));
     let error = Store::open(&out, "ours", Scheme::Ope, identity, 1.0).unwrap_err().to_string();
     assert!(error.contains("novel is 1 there and not set here"), "{error}");
+}
+
+/// Finds the target where it was given; panics on the target `bad`.
+struct Fragile;
+
+impl Subject for Fragile {
+    fn begin(&mut self, frame: &Path, bbox: BoundingBox) -> Result<Answer, Error> {
+        assert!(!frame.starts_with("bad"), "as a decoder does on a damaged file");
+        Ok(Answer { bbox: Some(bbox), seconds: 0.1 })
+    }
+
+    fn follow(&mut self, _: &Path) -> Result<Answer, Error> {
+        Ok(Answer { bbox: None, seconds: 0.1 })
+    }
+}
+
+struct Nobody;
+
+impl Watch for Nobody {
+    fn begins(&self, _: &Task<'_>) {}
+    fn frame(&self) {}
+    fn ends(&self, _: usize, _: bool) {}
+    fn stopped(&self) -> bool {
+        false
+    }
+}
+
+#[test]
+fn a_run_that_panics_holds_nobody_up() {
+    let folder = Folder::new();
+    let identity = Identity::Trax { command: vec!["x".into()] };
+    let store = Store::open(folder.path(), "x", Scheme::Ope, identity, 1.0).unwrap();
+    let bbox = BoundingBox { x: 2.0, y: 3.0, w: 5.0, h: 6.0 };
+    let start = Start { variant: 0, first: 0, bbox };
+    let (bad, good) = (["bad/1.png".into()], ["good/1.png".into(), "good/2.png".into()]);
+    let task = |target, frames| Task { target, frames, seed: 0, start };
+    let tasks = [task("bad", &bad[..]), task("good", &good[..])];
+    let make = |_| Ok(Box::new(Fragile) as Box<dyn Subject>);
+    let failures = runner::run(&tasks, &store, &make, 1, 1, &Nobody);
+    assert_eq!((failures.len(), failures[0].target.as_str()), (1, "bad"));
+    assert!(!store.holds(&tasks[0]).unwrap() && store.holds(&tasks[1]).unwrap());
 }
 
 #[test]

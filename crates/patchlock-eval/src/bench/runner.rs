@@ -1,5 +1,6 @@
 //! All runs, one after the other or several side by side.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
@@ -89,12 +90,18 @@ pub fn run(
             }
             watch.begins(task);
             let mut done = 0;
-            let result = one(task, store, make, jobs, threads, watch, &mut done);
+            let run = || one(task, store, make, jobs, threads, watch, &mut done);
+            // Decoders of others may panic on damaged files: that ends this run, not the others.
+            let result = catch_unwind(AssertUnwindSafe(run))
+                .unwrap_or_else(|_| Err(Error::Subject("it stopped unexpectedly".to_string())));
             let left = task.frames.len() - done;
             watch.ends(left, left == 0 && result.is_ok());
             // Who stops the work stops the programs under test as well: that is no fault of theirs.
             if let Some(error) = result.err().filter(|_| !watch.stopped()) {
-                let run = format!("seed {}, start {}", task.seed, task.start.variant);
+                let run = match task.start.variant {
+                    0 => format!("seed {}", task.seed),
+                    start => format!("seed {}, start {start}", task.seed),
+                };
                 let failure = Failure { target: task.target.to_string(), run, error };
                 failures.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(failure);
             }
