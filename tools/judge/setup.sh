@@ -3,7 +3,7 @@
 # and the tests compare with golden files alone. With PATCHLOCK_JUDGE=required that is a failure.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
-venv=$here/../../target/judge-venv
+venv=$(cd "$here/../.." && pwd)/target/judge-venv
 
 skip() {
     if [ "${PATCHLOCK_JUDGE:-}" = required ]; then

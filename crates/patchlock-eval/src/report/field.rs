@@ -128,6 +128,9 @@ impl<'a> Field<'a> {
                 look,
             });
         }
+        if entrants.is_empty() {
+            return nothing("no tracker has a seed that all of its targets have".to_string());
+        }
         entrants.sort_by(|a, b| b.overall.auc.mean.total_cmp(&a.overall.auc.mean));
         let first =
             shown.first().and_then(|name| entrants.iter().position(|entrant| entrant.name == name));

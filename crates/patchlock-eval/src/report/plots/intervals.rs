@@ -9,7 +9,7 @@ const ROW: f64 = 24.0;
 const NAMES: f64 = 150.0;
 const FIELD: f64 = 210.0;
 /// Room for the figures behind a field.
-const FIGURES: f64 = 216.0;
+const FIGURES: f64 = 240.0;
 const NAME_LETTERS: usize = 17;
 
 /// One other tracker.

@@ -54,6 +54,7 @@ impl Timeline<'_> {
         let size = [LEFT + FIELD + RIGHT, TOP + CHART + 14.0 + strips + 28.0];
         let mut svg = Svg::default();
         svg.text([12.0, 24.0], 15.0, "ink", Anchor::Start, &self.title);
+        key(&mut svg, [LEFT + FIELD, 24.0]);
         let frames = self.tracks.first().map_or(0, |track| track.mean.len());
         let x = Axis { values: [0.0, frames.max(1) as f64], places: [LEFT, LEFT + FIELD] };
         if let Some(first) = self.tracks.first() {
@@ -123,6 +124,19 @@ impl Timeline<'_> {
         }
         table
     }
+}
+
+/// The colours of the strips, ending at a place; in the head, as the page has its own.
+fn key(svg: &mut Svg, [right, y]: [f64; 2]) {
+    let (wide, left) = (18.0, right - 18.0 * (palette::LEVEL_COUNT + 1) as f64);
+    svg.text([left - 8.0, y], 11.5, "soft", Anchor::End, "overlap 0");
+    for level in 0..palette::LEVEL_COUNT {
+        let (x, middle) = (left + wide * level as f64, y - 4.0);
+        svg.put(format_args!(
+            "<path class=\"h{level}\" stroke-width=\"11\" d=\"M{x:.1} {middle:.1}h{wide}\"/>"
+        ));
+    }
+    svg.text([right - 10.0, y], 11.5, "soft", Anchor::Start, "1");
 }
 
 /// Values that follow each other without a gap, each with the place of its middle; at most so many in all.
