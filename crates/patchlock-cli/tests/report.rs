@@ -46,7 +46,7 @@ fn it_writes_a_page_and_its_pictures() {
     write_input(folder.path());
     report(folder.path(), &["--out", "page.html"])
         .success()
-        .stdout(contains("page.html: 2 trackers").and(contains("page_plots: 6 pictures")))
+        .stdout(contains("page.html: 2 trackers").and(contains("page_plots: 5 pictures")))
         .stderr(
             contains("note: short is left out: ")
                 .and(contains("5 boxes, but the truth of one has 8 frames")),
@@ -54,14 +54,7 @@ fn it_writes_a_page_and_its_pictures() {
     let page = fs::read_to_string(folder.path().join("page.html")).unwrap();
     assert!(page.contains("<h1>near") && page.contains("short is left out"));
     let plots = files(&folder.path().join("page_plots"));
-    for name in [
-        "precision",
-        "success",
-        "normalised_precision",
-        "differences",
-        "overlap_one",
-        "overlap_two",
-    ] {
+    for name in ["precision", "success", "normalised_precision", "overlap_one", "overlap_two"] {
         for end in ["svg", "png", "csv"] {
             assert!(plots.contains_key(&format!("{name}.{end}")), "{name}.{end}");
         }
@@ -69,7 +62,7 @@ fn it_writes_a_page_and_its_pictures() {
     for table in ["trackers.csv", "targets.csv", "attributes.csv", "pairs.csv"] {
         assert!(plots.contains_key(table), "{table}");
     }
-    assert_eq!(plots.len(), 6 * 3 + 4, "nothing else, and nothing half-written");
+    assert_eq!(plots.len(), 5 * 3 + 4, "nothing else, and nothing half-written");
 }
 
 #[test]

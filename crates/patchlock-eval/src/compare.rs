@@ -4,13 +4,17 @@
 //! such draws show how much the difference depends on which targets happen to be in the benchmark. Both trackers are measured on
 //! the same targets, so what makes a target hard for both falls out.
 //!
-//! With few targets (less than about ten) the intervals are too narrow, as those of every bootstrap.
+//! With few targets (less than about ten) the intervals are too narrow, as those of every bootstrap; with less than [`LEAST_TARGETS`] there are none.
 
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
 /// Draws, as many as make the third digit of an interval steady.
 pub const DRAWS: usize = 10_000;
+
+/// With fewer targets than this nothing is said: even if one tracker is better on all of them, chance alone gives that once in 2^(n - 1)
+/// times, which is more than 5 %.
+pub const LEAST_TARGETS: usize = 6;
 
 /// How much one tracker is above another.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,10 +47,14 @@ impl Draws {
     }
 
     /// Compares two trackers by a value for each target, in the same order of targets. `None` unless there are as many values as targets,
-    /// and at least one.
+    /// and at least [`LEAST_TARGETS`].
     pub fn difference(&self, first: &[f64], second: &[f64]) -> Option<Difference> {
         let count = self.targets;
-        if count == 0 || self.picks.is_empty() || first.len() != count || second.len() != count {
+        if count < LEAST_TARGETS
+            || self.picks.is_empty()
+            || first.len() != count
+            || second.len() != count
+        {
             return None;
         }
         let each: Vec<f64> = first.iter().zip(second).map(|(a, b)| a - b).collect();
@@ -110,18 +118,19 @@ mod tests {
 
     #[test]
     fn both_ways_are_mirrored_and_equal_ones_differ_in_nothing() {
-        let (a, b) = ([0.5, 0.6, 0.9, 0.2], [0.4, 0.7, 0.3, 0.2]);
-        let draws = Draws::new(4, 2000, 7);
+        let (a, b) = ([0.5, 0.6, 0.9, 0.2, 0.1, 0.4], [0.4, 0.7, 0.3, 0.2, 0.3, 0.3]);
+        let draws = Draws::new(6, 2000, 7);
         let (there, back) = (draws.difference(&a, &b).unwrap(), draws.difference(&b, &a).unwrap());
         assert!((there.low + back.high).abs() < 1e-12 && (there.mean + back.mean).abs() < 1e-12);
         assert_eq!(there.p, back.p);
         assert_eq!(
             draws.difference(&a, &a).unwrap(),
-            Difference { targets: 4, mean: 0.0, low: 0.0, high: 0.0, p: 1.0 }
+            Difference { targets: 6, mean: 0.0, low: 0.0, high: 0.0, p: 1.0 }
         );
-        assert_eq!(Draws::new(4, 2000, 7).difference(&a, &b), Some(there), "the same seed");
-        assert_eq!(draws.difference(&a, &b[..3]), None);
+        assert_eq!(Draws::new(6, 2000, 7).difference(&a, &b), Some(there), "the same seed");
+        assert_eq!(draws.difference(&a, &b[..5]), None);
         assert_eq!(Draws::new(0, 10, 1).difference(&[], &[]), None);
+        assert_eq!(Draws::new(5, 10, 1).difference(&a[..5], &b[..5]), None, "too few");
     }
 
     #[test]

@@ -101,7 +101,6 @@ fn every_plot_is_svg_png_and_csv_with_the_numbers_of_the_score() {
         "precision",
         "success",
         "normalised_precision",
-        "differences",
         "precision_DEF",
         "success_MB",
         "overlap_Mine",
@@ -131,6 +130,31 @@ fn every_plot_is_svg_png_and_csv_with_the_numbers_of_the_score() {
     let half: f64 = of_blur.table[11][column].parse().unwrap();
     assert!((half - deer.seeds[0].curves.success50()).abs() < 1e-6);
     assert!(of_blur.title.ends_with("(1)"), "{}", of_blur.title);
+}
+
+#[test]
+fn differences_need_enough_targets() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = folder.path().join("truth");
+    fs::create_dir_all(&root).unwrap();
+    let names = ["a", "b", "c", "d", "e", "f"];
+    let rows: String = (0..FRAMES).map(|frame| format!("{},11,16,12\n", 5 + frame)).collect();
+    for count in [5, 6] {
+        names[..count]
+            .iter()
+            .for_each(|name| fs::write(root.join(format!("{name}.txt")), &rows).unwrap());
+        let place = folder.path().join(format!("results{count}"));
+        tracker(&place, "near", &names[..count], 1, FRAMES);
+        tracker(&place, "far", &names[..count], 9, FRAMES);
+        let truth = Dataset::open(&root).unwrap();
+        let results = results::read_all(&[&place], &truth).unwrap();
+        let board = score::scoreboard(&results, &truth, &Protocol::otb());
+        let report = report(&board, &truth, &[]).unwrap();
+        let pairs = &report.tables.iter().find(|(name, _)| name == "pairs").unwrap().1;
+        let drawn = report.plots.iter().any(|plot| plot.name == "differences");
+        assert_eq!((drawn, pairs.len()), (count == 6, if count == 6 { 2 } else { 1 }));
+        assert_eq!(report.html.contains("nothing can be said"), count == 5);
+    }
 }
 
 #[test]

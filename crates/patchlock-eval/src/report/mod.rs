@@ -17,7 +17,7 @@ pub use plots::{Plot, csv};
 pub use svg::{FAMILY, FONT, Rasteriser};
 
 use crate::Error;
-use crate::compare::{DRAWS, Draws, holm};
+use crate::compare::{DRAWS, Draws, LEAST_TARGETS, holm};
 use crate::dataset::{Dataset, OTB_ATTRIBUTES};
 use crate::metrics::Curves;
 use crate::protocol::{DP_PLACE, Protocol};
@@ -248,8 +248,11 @@ fn attributes_of(field: &Field) -> Vec<(String, String)> {
     all
 }
 
-/// The tracker that the report is about against each other one; `None` where there is no other.
+/// The tracker that the report is about against each other one; `None` where there is no other, or too few targets.
 fn interval_plot(field: &Field, draws: &Draws) -> Option<Plot> {
+    if field.targets.len() < LEAST_TARGETS {
+        return None;
+    }
     let measures: [fn(&Curves) -> f64; 2] = [Curves::auc, Curves::dp20];
     let about = field.about();
     let mut rows = Vec::new();

@@ -14,7 +14,7 @@ use super::plots::Plot;
 use super::plots::timeline::{Timeline, Track};
 use super::{AttributePlots, Options, plain};
 use crate::Error;
-use crate::compare::DRAWS;
+use crate::compare::{DRAWS, LEAST_TARGETS};
 use crate::dataset::{Dataset, OTB_ATTRIBUTES, Sequence};
 use crate::metrics::Curves;
 use crate::score::{Measure, Pass, Scoreboard, TargetScore};
@@ -325,6 +325,7 @@ pub fn render(parts: &Parts) -> Result<String, Error> {
         trackers => Serde(tracker_rows(field)),
         pairs => parts.pairs.map(Plot::inline),
         draws => DRAWS,
+        least_targets => LEAST_TARGETS,
         attributes => Serde(attributes),
         attribute_names => Serde(OTB_ATTRIBUTES),
         sequences => Serde(parts.sequences.iter().map(SequenceView::from).collect::<Vec<_>>()),

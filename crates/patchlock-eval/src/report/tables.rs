@@ -78,8 +78,11 @@ pub fn pairs(field: &Field, draws: &Draws) -> Vec<Vec<String>> {
             let mut row = [first.name, second.name].map(str::to_string).to_vec();
             row.push(field.targets.len().to_string());
             for (x, y) in values[a].iter().zip(&values[b]) {
-                let Some(d) = draws.difference(x, y) else { continue };
-                row.extend([d.mean, d.low, d.high, d.p].map(number));
+                let difference = draws.difference(x, y).into_iter();
+                row.extend(difference.flat_map(|d| [d.mean, d.low, d.high, d.p]).map(number));
+            }
+            if row.len() < table[0].len() {
+                return table; // too few targets to compare any two
             }
             table.push(row);
         }
