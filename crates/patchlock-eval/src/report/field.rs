@@ -139,6 +139,12 @@ impl<'a> Field<'a> {
         Ok(Self { kind, targets, entrants, about, notes })
     }
 
+    /// How many targets there are, in words.
+    pub fn size(&self) -> String {
+        let count = self.targets.len();
+        format!("{count} target{}", if count == 1 { "" } else { "s" })
+    }
+
     /// The tracker that the report is about.
     pub fn about(&self) -> &Entrant<'a> {
         &self.entrants[self.about]

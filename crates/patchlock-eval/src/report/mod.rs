@@ -150,8 +150,7 @@ fn overall_plots(field: &Field, protocol: &Protocol, options: &Options) -> Vec<P
     let all: Vec<(&Entrant, Summary)> =
         field.entrants.iter().map(|entrant| (entrant, entrant.overall.clone())).collect();
     let plot = |measure: &Measure| {
-        let (kind, count) = (field.kind.name(), field.targets.len());
-        let title = format!("{} plots of {kind}, {count} targets", measure.name);
+        let title = format!("{} plots of {}, {}", measure.name, field.kind.name(), field.size());
         curve_plot(measure, &all, protocol, options, measure.file.to_string(), title)
     };
     [PRECISION, SUCCESS, NORMALISED].iter().map(plot).chain(speed_plot(field)).collect()
@@ -165,7 +164,7 @@ fn speed_plot(field: &Field) -> Option<Plot> {
         Some((entrant.name.to_string(), fps, entrant.overall.auc.mean, entrant.look))
     };
     let known: Vec<_> = field.entrants.iter().filter_map(point).collect();
-    let title = format!("Accuracy and speed, {} targets", field.targets.len());
+    let title = format!("Accuracy and speed, {}", field.size());
     let points = known.iter().map(|(name, fps, auc, look)| Point {
         name,
         fps: *fps,

@@ -314,6 +314,7 @@ pub fn render(parts: &Parts) -> Result<String, Error> {
         kind => field.kind.name(),
         layout => parts.truth.layout.to_string(),
         targets => field.targets.len(),
+        size => field.size(),
         frames => frames,
         about => about.name,
         about_rank => field.about + 1,
