@@ -29,9 +29,16 @@ impl Instructions {
         static CHOSEN: OnceLock<Result<Instructions, Error>> = OnceLock::new();
         let read = || match std::env::var(VARIABLE) {
             Ok(name) => Self::named(&name),
-            Err(_) => Ok(Self::Widest(Arch::new())),
+            Err(_) => Ok(Self::widest()),
         };
         CHOSEN.get_or_init(read).clone()
+    }
+
+    fn widest() -> Self {
+        match Arch::new() {
+            Arch::Scalar => Self::Plain,
+            arch => Self::Widest(arch),
+        }
     }
 
     /// All that this processor can do, with their names.

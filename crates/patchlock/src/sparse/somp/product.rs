@@ -1,6 +1,6 @@
 //! The correlations of signals with all atoms: a matrix product, shaped for few signals and a dictionary that stays in the cache.
 
-use super::vectors::{TILE, tiles, tiles_mut};
+use super::vectors::{TILE, mul_add, tiles, tiles_mut};
 use crate::sparse::dictionary::{Dictionary, LANES};
 use pulp::Simd;
 
@@ -56,7 +56,7 @@ fn products<S: Simd, const SIZE: usize>(simd: S, signals: &[f32], panel: &[f32],
         for g in 0..SIZE {
             let sample = simd.splat_f32s(each[g][s]);
             for i in 0..TILE {
-                sums[g][i] = simd.mul_add_e_f32s(sample, tile[i], sums[g][i]);
+                sums[g][i] = mul_add(simd, sample, tile[i], sums[g][i]);
             }
         }
     }

@@ -2,7 +2,7 @@
 //! the head of [`batched`](super::batched).
 
 use super::node::{Node, Path};
-use super::vectors::{TILE, Tile, U, dot, place, take_off, tile_place, tiles, tiles_mut};
+use super::vectors::{TILE, Tile, U, dot, mul_add, place, take_off, tile_place, tiles, tiles_mut};
 use crate::config::{MAX_ATOMS, Selection};
 use crate::sparse::aligned::Aligned;
 use crate::sparse::codes::CodeRules;
@@ -350,7 +350,7 @@ impl Recipe<'_> {
             for i in 0..TILE {
                 let size = simd.abs_f32s(w[i]);
                 let most = simd.neg_f32s(simd.add_f32s(size, twice));
-                let left = simd.mul_add_e_f32s(most, size, over[i]);
+                let left = mul_add(simd, most, size, over[i]);
                 over[i] = simd.sub_f32s(left, constant);
             }
         }
@@ -376,6 +376,6 @@ impl Errors {
 #[inline(always)]
 fn add_squares<S: Simd>(simd: S, squares: &mut Tile<S>, y: &Tile<S>) {
     for i in 0..TILE {
-        squares[i] = simd.mul_add_e_f32s(y[i], y[i], squares[i]);
+        squares[i] = mul_add(simd, y[i], y[i], squares[i]);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::exact::{Choice, Exact};
 use super::rows::{Margins, Shared, Tiles};
-use super::vectors::{TILE, Tile, U, place, take_off, tile_place, tiles_mut};
+use super::vectors::{TILE, Tile, U, mul_add, place, take_off, tile_place, tiles_mut};
 use pulp::{Simd, bytemuck};
 use std::slice;
 
@@ -174,9 +174,9 @@ impl Screen {
         let (mut sums, mut reach) = ([highest; TILE], [highest; TILE]);
         for i in 0..TILE {
             let y = simd.add_f32s(x[i], shared.reference[i]);
-            sums[i] = simd.mul_add_e_f32s(y, y, shared.squares[i]);
-            let most = simd.mul_add_e_f32s(sums[i], widen, added);
-            reach[i] = simd.mul_add_e_f32s(least, shared.over[i], most);
+            sums[i] = mul_add(simd, y, y, shared.squares[i]);
+            let most = mul_add(simd, sums[i], widen, added);
+            reach[i] = mul_add(simd, least, shared.over[i], most);
             highest = simd.max_f32s(reach[i], highest);
         }
         if reaching::<S>(simd, highest) == 0 {
