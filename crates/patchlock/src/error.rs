@@ -88,6 +88,14 @@ pub enum Error {
     /// `update` was called before `init`.
     #[error("the tracker has no target yet: call `init` with a frame and a box first")]
     NotInitialised,
+    /// No target has this id.
+    #[error("there is no target {id}; there is: {}", if known.is_empty() { "none" } else { known })]
+    UnknownTarget {
+        /// The id that was given.
+        id: u64,
+        /// The ids that there are.
+        known: String,
+    },
     /// A saved state does not fit together.
     #[error("the saved state can't be used: {0}")]
     Snapshot(String),

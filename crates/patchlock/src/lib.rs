@@ -2,7 +2,7 @@
 //! sure it is, and which parts are hidden. It is an exact and fast implementation of "Patchwise object tracking via structural
 //! local sparse appearance model" (Kashiyani, Shokouhi, 2017). No training, no model files, no GPU.
 //!
-//! Begin with [`Tracker`] and [`TrackerConfig`].
+//! Begin with [`Tracker`] and [`TrackerConfig`]; [`MultiTracker`] follows many targets at once.
 //!
 //! # The way of the data, and where each step of the paper is
 //!
@@ -30,6 +30,7 @@ pub mod error;
 pub mod estimate;
 pub mod filter;
 mod memory;
+pub mod multi;
 pub mod observe;
 pub mod sparse;
 pub mod tracker;
@@ -39,6 +40,7 @@ pub use config::{PARAMETERS, PRESETS, Parameter, TrackerConfig};
 pub use error::Error;
 pub use estimate::{Estimate, VisibilityMap};
 pub use memory::Snapshot;
+pub use multi::{MultiSnapshot, MultiTracker, TargetId};
 pub use observe::{FrameView, Observer};
 pub use tracker::Tracker;
 pub use vision::frame::Frame;

@@ -217,6 +217,11 @@ impl Memory {
         &self.small_buffer
     }
 
+    /// Width and height of the frames.
+    pub fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
     /// Refuses frames of another size than the first.
     pub fn check_size(&self, width: usize, height: usize) -> Result<(), Error> {
         if (width, height) == (self.width, self.height) {
@@ -231,7 +236,7 @@ impl Memory {
     }
 
     /// Whether this could be the memory of a tracker with this configuration.
-    fn check(&self, config: &TrackerConfig) -> Result<(), Error> {
+    pub fn check(&self, config: &TrackerConfig) -> Result<(), Error> {
         let length = config.template_side * config.template_side;
         let sound = |all: &[Vec<f32>]| {
             all.iter().all(|t| t.len() == length && t.iter().all(|v| v.abs() <= 1.001))

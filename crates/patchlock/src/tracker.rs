@@ -45,21 +45,22 @@ use rayon::prelude::*;
 pub struct Tracker {
     config: TrackerConfig,
     target: Option<Target>,
+    image: GreyImage,
     work: Work,
 }
 
 /// A target: what is remembered of it, and what is derived from that.
 #[derive(Debug)]
-struct Target {
+pub(crate) struct Target {
     memory: Memory,
     large: Scale,
     small: Scale,
 }
 
-/// Buffers that live from frame to frame so that nothing is allocated anew.
+/// Buffers that live from frame to frame so that nothing is allocated anew. Nothing in them outlives a frame, so that one target after another can
+/// use them.
 #[derive(Debug, Default)]
-struct Work {
-    image: GreyImage,
+pub(crate) struct Work {
     particles: Vec<State>,
     candidates: Vec<f32>,
     likelihoods: Vec<f64>,
@@ -81,7 +82,7 @@ impl Tracker {
     pub fn new(config: TrackerConfig) -> Result<Self, Error> {
         config.validate()?;
         Instructions::chosen()?;
-        Ok(Self { config, target: None, work: Work::default() })
+        Ok(Self { config, target: None, image: GreyImage::default(), work: Work::default() })
     }
 
     /// The configuration.
@@ -95,21 +96,8 @@ impl Tracker {
     /// [`Error::BoxShape`], [`Error::BoxOutside`] or [`Error::Frame`]; then the tracker is as it was.
     pub fn init(&mut self, frame: &Frame<'_>, bbox: BoundingBox) -> Result<Estimate, Error> {
         bbox.check_in(frame.width(), frame.height())?;
-        self.work.image.fill(frame)?;
-        let side = self.config.template_side;
-        let state = State::from_box(bbox.centre(), bbox.w, bbox.h, side);
-        let image = &self.work.image;
-        let memory = Memory::begin(&self.config, (frame.width(), frame.height()), state, |state| {
-            let mut template = vec![0.0; side * side];
-            candidate(image, state, side, &mut template);
-            template
-        });
-        let target = Target::new(memory, &self.config);
-        self.work.particles.clear();
-        self.work.particles.push(state);
-        self.work.warp(side);
-        self.work.weigh(&target, &self.config, Whose::All);
-        let estimate = self.work.estimate(0, &target, &self.config);
+        self.image.fill(frame)?;
+        let (target, estimate) = Target::begin(&self.image, bbox, &self.config, &mut self.work);
         self.target = Some(target);
         Ok(estimate)
     }
@@ -156,7 +144,7 @@ impl Tracker {
     pub fn restore(snapshot: Snapshot) -> Result<Self, Error> {
         let (config, memory) = snapshot.check()?;
         let target = memory.map(|memory| Target::new(memory, &config));
-        Ok(Self { config, target, work: Work::default() })
+        Ok(Self { config, target, image: GreyImage::default(), work: Work::default() })
     }
 
     fn step(
@@ -164,40 +152,78 @@ impl Tracker {
         frame: &Frame<'_>,
         observer: Option<&mut dyn Observer>,
     ) -> Result<Estimate, Error> {
-        let Self { config, target, work } = self;
+        let Self { config, target, image, work } = self;
         let target = target.as_mut().ok_or(Error::NotInitialised)?;
         target.memory.check_size(frame.width(), frame.height())?;
-        work.image.fill(frame)?;
-
-        let memory = &mut target.memory;
-        let motion = motion(config);
-        let (last, rng) = (memory.state, &mut memory.rng);
-        particles::draw(&mut work.particles, config.particles, &last, &motion, rng);
-        work.warp(config.template_side);
-        let nearest =
-            target.memory.is_gathering() && config.first_templates == FirstTemplates::Nearest;
-        if nearest {
-            work.compare_with(target.memory.last_template());
-        } else {
-            let whose = if observer.is_some() { Whose::All } else { Whose::Best };
-            work.weigh(target, config, whose);
-        }
-        let best = particles::most_likely(&work.likelihoods);
-        let estimate = if nearest {
-            work.estimate_unseen(best, target, config)
-        } else {
-            work.estimate(best, target, config)
-        };
-        let lesson = target.learn(best, work, &estimate, config);
-        if let Some(observer) = observer {
-            observer.observe(&work.view(best, target, &lesson, config));
-        }
-        Ok(estimate)
+        image.fill(frame)?;
+        Ok(target.step(image, config, work, observer))
     }
 }
 
 impl Target {
-    fn new(memory: Memory, config: &TrackerConfig) -> Self {
+    /// Begins on the target in this box of this image.
+    pub(crate) fn begin(
+        image: &GreyImage,
+        bbox: BoundingBox,
+        config: &TrackerConfig,
+        work: &mut Work,
+    ) -> (Self, Estimate) {
+        let side = config.template_side;
+        let state = State::from_box(bbox.centre(), bbox.w, bbox.h, side);
+        let memory = Memory::begin(config, (image.width(), image.height()), state, |state| {
+            let mut template = vec![0.0; side * side];
+            candidate(image, state, side, &mut template);
+            template
+        });
+        let target = Self::new(memory, config);
+        work.particles.clear();
+        work.particles.push(state);
+        work.warp(image, side);
+        work.weigh(image, &target, config, Whose::All);
+        let estimate = work.estimate(0, &target, config);
+        (target, estimate)
+    }
+
+    /// Finds the target in the next image, of the same size, and learns from it.
+    pub(crate) fn step(
+        &mut self,
+        image: &GreyImage,
+        config: &TrackerConfig,
+        work: &mut Work,
+        observer: Option<&mut dyn Observer>,
+    ) -> Estimate {
+        let memory = &mut self.memory;
+        let motion = motion(config);
+        let (last, rng) = (memory.state, &mut memory.rng);
+        particles::draw(&mut work.particles, config.particles, &last, &motion, rng);
+        work.warp(image, config.template_side);
+        let nearest =
+            self.memory.is_gathering() && config.first_templates == FirstTemplates::Nearest;
+        if nearest {
+            work.compare_with(self.memory.last_template());
+        } else {
+            let whose = if observer.is_some() { Whose::All } else { Whose::Best };
+            work.weigh(image, self, config, whose);
+        }
+        let best = particles::most_likely(&work.likelihoods);
+        let estimate = if nearest {
+            work.estimate_unseen(best, self, config)
+        } else {
+            work.estimate(best, self, config)
+        };
+        let lesson = self.learn(best, work, &estimate, config);
+        if let Some(observer) = observer {
+            observer.observe(&work.view(best, self, &lesson, config));
+        }
+        estimate
+    }
+
+    /// What is remembered of it.
+    pub(crate) fn memory(&self) -> &Memory {
+        &self.memory
+    }
+
+    pub(crate) fn new(memory: Memory, config: &TrackerConfig) -> Self {
         let large = Scale::new(
             PatchGrid::new(
                 config.template_side,
@@ -253,8 +279,8 @@ impl Work {
     }
 
     /// Warps the candidates of all particles.
-    fn warp(&mut self, side: usize) {
-        let (image, particles) = (&self.image, &self.particles);
+    fn warp(&mut self, image: &GreyImage, side: usize) {
+        let particles = &self.particles;
         self.candidates.resize(particles.len() * side * side, 0.0);
         let candidates = self.candidates.par_chunks_mut(side * side);
         candidates.zip(particles).for_each(|(out, state)| candidate(image, state, side, out));
@@ -262,8 +288,8 @@ impl Work {
 
     /// The likelihoods of the candidates (Eq. 24): of all of them, or of those that can be the most likely one, the others then
     /// having minus infinity.
-    fn weigh(&mut self, target: &Target, config: &TrackerConfig, whose: Whose) {
-        self.rank(target, config);
+    fn weigh(&mut self, image: &GreyImage, target: &Target, config: &TrackerConfig, whose: Whose) {
+        self.rank(image, target, config);
         let Self { particles, candidates, likelihoods, large, small, workers, race, .. } = self;
         large.begin(particles.len(), target.large.grid().locations());
         small.begin(particles.len(), target.small.grid().locations());
@@ -290,8 +316,8 @@ impl Work {
     }
 
     /// Enters all candidates that are not refused into the race, those first that look like the last template.
-    fn rank(&mut self, target: &Target, config: &TrackerConfig) {
-        let Self { image, particles, candidates, likeness, ranked, race, .. } = self;
+    fn rank(&mut self, image: &GreyImage, target: &Target, config: &TrackerConfig) {
+        let Self { particles, candidates, likeness, ranked, race, .. } = self;
         compare(candidates, target.memory.last_template(), likeness);
         let refused = |k: usize| {
             config.outside == Outside::Reject && leaves(image, &particles[k], config.template_side)

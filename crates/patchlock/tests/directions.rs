@@ -20,6 +20,7 @@ const MAY_NAME: &[Rule] = &[
     // Only the types of what it shows.
     ("observe", &["appearance", "filter", "sparse"]),
     ("memory", &["config", "error", "estimate", "vision", "sparse", "filter", "appearance"]),
+    ("multi", &["config", "error", "estimate", "vision", "sparse", "memory", "tracker"]),
     (
         "tracker",
         &[
@@ -46,6 +47,9 @@ const RE_EXPORTS: &[(&str, &str)] = &[
     ("Estimate", "estimate"),
     ("VisibilityMap", "estimate"),
     ("Snapshot", "memory"),
+    ("MultiSnapshot", "multi"),
+    ("MultiTracker", "multi"),
+    ("TargetId", "multi"),
     ("FrameView", "observe"),
     ("Observer", "observe"),
     ("Tracker", "tracker"),

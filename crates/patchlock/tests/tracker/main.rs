@@ -5,6 +5,7 @@ mod boxes;
 mod fields;
 mod film;
 mod following;
+mod multi;
 mod observer;
 mod same_boxes;
 mod snapshot;

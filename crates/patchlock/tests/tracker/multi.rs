@@ -1,0 +1,187 @@
+//! Many targets at once are tracked as by trackers of their own.
+
+use crate::film::{SIMPLE, bits, quick};
+use patchlock::{
+    BoundingBox, Error, Estimate, Frame, MultiSnapshot, MultiTracker, TargetId, Tracker,
+};
+use std::collections::BTreeMap;
+
+/// The card, and pieces of the backdrop.
+fn boxes(count: usize) -> Vec<BoundingBox> {
+    let card = SIMPLE.truth(0);
+    let piece = |k: usize| BoundingBox {
+        x: (17 * k % (SIMPLE.width() - 30)) as f64,
+        y: (29 * k % (SIMPLE.height() - 30)) as f64 + 0.25,
+        w: 18.0 + k as f64,
+        h: 26.0 - k as f64,
+    };
+    std::iter::once(card).chain((1..count).map(piece)).collect()
+}
+
+/// Estimates of each target, frame after frame.
+type Tracks = BTreeMap<u64, Vec<Estimate>>;
+
+fn keep(tracks: &mut Tracks, estimates: Vec<(TargetId, Estimate)>) {
+    for (id, estimate) in estimates {
+        tracks.entry(id.number()).or_default().push(estimate);
+    }
+}
+
+/// The tracks of targets of which the k-th begins on frame k and the second leaves before frame 6.
+fn coming_and_going(threads: usize, count: usize, frames: usize) -> Tracks {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let mut tracker = MultiTracker::new(quick()).unwrap();
+    let mut tracks = Tracks::new();
+    for k in 0..frames {
+        let frame = SIMPLE.frame(k);
+        if k == 6 {
+            tracker.remove(TargetId::from(2)).unwrap();
+        }
+        keep(&mut tracks, pool.install(|| tracker.update(&frame)).unwrap());
+        if let Some(&bbox) = boxes(count).get(k) {
+            let added = pool.install(|| tracker.add(&frame, bbox)).unwrap();
+            keep(&mut tracks, vec![added]);
+        }
+    }
+    tracks
+}
+
+/// The same with a tracker for each.
+fn one_by_one(count: usize, frames: usize) -> Tracks {
+    let track = |(k, &bbox): (usize, &BoundingBox)| {
+        let mut tracker = Tracker::new(quick()).unwrap();
+        let first = tracker.init(&SIMPLE.frame(k), bbox).unwrap();
+        let end = if k == 1 { 6 } else { frames };
+        let rest = SIMPLE.go_on(&mut tracker, k + 1..end);
+        (k as u64 + 1, std::iter::once(first).chain(rest).collect())
+    };
+    boxes(count).iter().enumerate().map(track).collect()
+}
+
+#[test]
+fn the_boxes_are_those_of_trackers_of_their_own() {
+    for count in [1, 2, 7] {
+        let alone = one_by_one(count, 14);
+        for threads in [1, 2, 5] {
+            let together = coming_and_going(threads, count.max(2), 14);
+            for (id, alone) in &alone {
+                assert_eq!(bits(alone), bits(&together[id]), "{id} of {count}, {threads} threads");
+                assert_eq!(alone, &together[id]);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_target_that_begins_anew_keeps_its_id_and_leaves_the_others_alone() {
+    let mut tracker = MultiTracker::new(quick()).unwrap();
+    let all = boxes(2);
+    let ids: Vec<_> =
+        all.iter().map(|&bbox| tracker.add(&SIMPLE.frame(0), bbox).unwrap().0).collect();
+    tracker.update(&SIMPLE.frame(1)).unwrap();
+    let again = tracker.reinit(ids[0], &SIMPLE.frame(1), SIMPLE.truth(1)).unwrap();
+    assert_eq!(tracker.ids().collect::<Vec<_>>(), ids);
+    let mut fresh = Tracker::new(quick()).unwrap();
+    assert_eq!(fresh.init(&SIMPLE.frame(1), SIMPLE.truth(1)).unwrap(), again);
+    let mut other = Tracker::new(quick()).unwrap();
+    other.init(&SIMPLE.frame(0), all[1]).unwrap();
+    other.update(&SIMPLE.frame(1)).unwrap();
+    for k in 2..8 {
+        let frame = SIMPLE.frame(k);
+        let expected = [(ids[0], &mut fresh), (ids[1], &mut other)]
+            .map(|(id, tracker)| (id, tracker.update(&frame).unwrap()));
+        assert_eq!(tracker.update(&frame).unwrap(), expected);
+    }
+}
+
+#[test]
+fn ids_are_never_given_twice() {
+    let mut tracker = MultiTracker::new(quick()).unwrap();
+    let (frame, bbox) = (SIMPLE.frame(0), SIMPLE.truth(0));
+    let (first, _) = tracker.add(&frame, bbox).unwrap();
+    tracker.remove(first).unwrap();
+    assert_eq!(tracker.update(&frame), Ok(Vec::new()));
+    let (second, _) = tracker.add(&frame, bbox).unwrap();
+    assert_eq!((first.to_string(), second.to_string()), ("1".to_string(), "2".to_string()));
+    for missing in [tracker.remove(first), tracker.reinit(first, &frame, bbox).map(drop)] {
+        let said = missing.unwrap_err().to_string();
+        assert_eq!(said, "there is no target 1; there is: 2");
+    }
+    tracker.remove(second).unwrap();
+    let said = tracker.remove(second).unwrap_err().to_string();
+    assert_eq!(said, "there is no target 2; there is: none");
+}
+
+#[test]
+fn what_goes_wrong_changes_nothing() {
+    let mut tracker = MultiTracker::new(quick()).unwrap();
+    let (id, _) = tracker.add(&SIMPLE.frame(0), SIMPLE.truth(0)).unwrap();
+    let before = tracker.snapshot();
+    let pixels = [0.5; 96 * 72];
+    let other = Frame::grey32f(&pixels, 96, 72).unwrap();
+    let bbox = BoundingBox { x: 5.0, y: 5.0, w: 20.0, h: 20.0 };
+    assert!(matches!(tracker.update(&other), Err(Error::FrameSize { width: 96, .. })));
+    assert!(matches!(tracker.add(&other, bbox), Err(Error::FrameSize { .. })));
+    let outside = BoundingBox { x: 5e3, ..bbox };
+    let frame = SIMPLE.frame(1);
+    assert!(matches!(tracker.add(&frame, outside), Err(Error::BoxOutside { .. })));
+    assert!(matches!(tracker.reinit(id, &frame, outside), Err(Error::BoxOutside { .. })));
+    assert_eq!(tracker.snapshot(), before);
+    // Without targets any size will do.
+    tracker.remove(id).unwrap();
+    tracker.add(&other, bbox).unwrap();
+}
+
+/// A tracker with three targets, one of them gone, saved as text.
+fn saved() -> (MultiTracker, String) {
+    let mut tracker = MultiTracker::new(quick()).unwrap();
+    let ids: Vec<_> =
+        boxes(3).iter().map(|&bbox| tracker.add(&SIMPLE.frame(0), bbox).unwrap().0).collect();
+    (1..8).for_each(|k| drop(tracker.update(&SIMPLE.frame(k)).unwrap()));
+    tracker.remove(ids[1]).unwrap();
+    let text = serde_json::to_string(&tracker.snapshot()).unwrap();
+    (tracker, text)
+}
+
+fn restore(text: &str) -> Result<MultiTracker, String> {
+    let snapshot: MultiSnapshot = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    MultiTracker::restore(snapshot).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_restored_tracker_goes_on_to_the_same_boxes() {
+    let (mut tracker, text) = saved();
+    let mut restored = restore(&text).unwrap();
+    assert_eq!(restored.config(), tracker.config());
+    for k in 8..14 {
+        let frame = SIMPLE.frame(k);
+        assert_eq!(tracker.update(&frame).unwrap(), restored.update(&frame).unwrap());
+        if k == 10 {
+            let bbox = boxes(4)[3];
+            assert_eq!(tracker.add(&frame, bbox), restored.add(&frame, bbox));
+        }
+    }
+    assert_eq!(restored.ids().map(TargetId::number).collect::<Vec<_>>(), [1, 3, 4]);
+}
+
+#[test]
+fn a_damaged_snapshot_is_refused() {
+    let (_, text) = saved();
+    let size = format!(r#""width":{},"#, SIMPLE.width());
+    let last = text.rfind(&size).unwrap();
+    let other_size = format!("{}\"width\":7,{}", &text[..last], &text[last + size.len()..]);
+    let damaged = [
+        (text.replacen(r#""version":1"#, r#""version":2"#, 1), "version is 2"),
+        (text.replacen(r#""next":4"#, r#""next":3"#, 1), "[1, 3, 3] do not rise"),
+        (text.replacen("[[1,", "[[3,", 1), "[3, 3, 4] do not rise"),
+        (text.replacen("[[1,", "[[0,", 1), "[0, 3, 4] do not rise"),
+        (text.replacen(r#""particles":30"#, r#""particles":0"#, 1), "`particles` is 0"),
+        (text.replacen(r#""templates":10"#, r#""templates":9"#, 1), "the templates do not fit"),
+        (other_size, "target 3 is tracked on frames of another size"),
+    ];
+    for (k, (damaged, words)) in damaged.iter().enumerate() {
+        assert_ne!(damaged, &text, "damage {k} does nothing");
+        let said = restore(damaged).err().unwrap_or_else(|| panic!("damage {k} was taken"));
+        assert!(said.contains(words), "{said}");
+    }
+}
