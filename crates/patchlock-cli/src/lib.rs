@@ -8,6 +8,7 @@ pub mod colour;
 pub mod complaint;
 pub mod engine;
 pub mod interrupt;
+pub mod job;
 pub mod output;
 pub mod progress;
 pub mod selection;

@@ -7,11 +7,21 @@ use std::path::Path;
 use patchlock::{BoundingBox, TrackerConfig};
 use patchlock_eval::bench::runner::{self, Watch};
 use patchlock_eval::bench::schemes::{Scheme, Start};
-use patchlock_eval::bench::store::{Identity, Store, Task};
+use patchlock_eval::bench::store::{Clip, Footage, Identity, Run, Series, Store, Task, Trajectory};
 use patchlock_eval::bench::subject::{Answer, Subject};
 use patchlock_eval::dataset::Dataset;
 use patchlock_eval::{Error, results};
 use support::{Folder, rows};
+
+fn open_store(out: &Path, subject: Identity, origin: f64) -> Result<Store, Error> {
+    Store::open(out, Series { tracker: "ours".into(), scheme: Scheme::Ope, subject, origin })
+}
+
+fn keep(store: &Store, task: &Task<'_>, boxes: &[Option<BoundingBox>], seconds: Vec<f64>) {
+    let run = task.run();
+    let trajectory = Trajectory { boxes: boxes.to_vec(), seconds };
+    store.keep(&run, &store.series().write(&run, trajectory, 2, 1)).unwrap();
+}
 
 #[test]
 fn boxes_and_times_come_back() {
@@ -21,18 +31,18 @@ fn boxes_and_times_come_back() {
     let config = TrackerConfig::preset("paper").unwrap();
     let open = |config: &TrackerConfig| {
         let identity = Identity::patchlock(config, "paper");
-        Store::open(&folder.path().join("out"), "ours", Scheme::Ope, identity, truth.origin())
+        open_store(&folder.path().join("out"), identity, truth.origin())
     };
     let store = open(&config).unwrap();
     let first = BoundingBox { x: 2.0, y: 3.0, w: 5.0, h: 6.0 };
     let frames = ["a/1.png".into(), "a/2.png".into(), "a/3.png".into()];
     let start = Start { variant: 0, first: 0, bbox: first };
     let task = Task { target: "a", frames: &frames, seed: 7, start };
-    assert!(!store.holds(&task).unwrap());
+    assert!(!store.holds(&task.run()).unwrap());
     let odd = BoundingBox { x: 1.0 / 3.0, y: -std::f64::consts::PI, w: 5.1e-7, h: 1e5 / 7.0 };
     let seconds = vec![0.1, 1.0 / 3.0, 2e-9];
-    store.keep(&task, &[Some(first), None, Some(odd)], seconds.clone(), 2, 1).unwrap();
-    assert!(store.holds(&task).unwrap());
+    keep(&store, &task, &[Some(first), None, Some(odd)], seconds.clone());
+    assert!(store.holds(&task.run()).unwrap());
 
     let [back] = &results::read(&folder.path().join("out"), &truth).unwrap()[..] else {
         panic!("one tracker")
@@ -50,7 +60,7 @@ fn boxes_and_times_come_back() {
     let other = open(&TrackerConfig { particles: 99, ..config });
     assert!(matches!(other, Err(Error::Conflict { .. })));
     let elsewhere = Task { start: Start { bbox: odd, ..start }, ..task };
-    assert!(matches!(store.holds(&elsewhere), Err(Error::Conflict { .. })));
+    assert!(matches!(store.holds(&elsewhere.run()), Err(Error::Conflict { .. })));
 }
 
 #[test]
@@ -61,12 +71,12 @@ fn runs_of_other_versions_can_be_scored_but_not_continued() {
     let out = folder.path().join("out");
     let config = TrackerConfig::preset("paper").unwrap();
     let identity = Identity::patchlock(&config, "paper");
-    let store = Store::open(&out, "ours", Scheme::Ope, identity.clone(), 1.0).unwrap();
+    let store = open_store(&out, identity.clone(), 1.0).unwrap();
     let bbox = BoundingBox { x: 2.0, y: 3.0, w: 5.0, h: 6.0 };
     let frames = ["a/1.png".into()];
     let start = Start { variant: 0, first: 0, bbox };
     let task = Task { target: "a", frames: &frames, seed: 0, start };
-    store.keep(&task, &[Some(bbox)], vec![0.1], 1, 1).unwrap();
+    keep(&store, &task, &[Some(bbox)], vec![0.1]);
     // As a version would have written them that has a number more in its configuration.
     let hash = identity.hash();
     for name in ["out/ours/manifest.json", "out/ours/ope/a/0.json"] {
@@ -77,7 +87,7 @@ fn runs_of_other_versions_can_be_scored_but_not_continued() {
     }
     let back = results::read(&out, &truth).unwrap();
     assert_eq!((back[0].runs.len(), back[0].faults.len()), (1, 0));
-    let error = Store::open(&out, "ours", Scheme::Ope, identity, 1.0).unwrap_err().to_string();
+    let error = open_store(&out, identity, 1.0).unwrap_err().to_string();
     assert!(error.contains("novel is 1 there and not set here"), "{error}");
 }
 
@@ -110,7 +120,7 @@ impl Watch for Nobody {
 fn a_run_that_panics_holds_nobody_up() {
     let folder = Folder::new();
     let identity = Identity::Trax { command: vec!["x".into()] };
-    let store = Store::open(folder.path(), "x", Scheme::Ope, identity, 1.0).unwrap();
+    let store = open_store(folder.path(), identity, 1.0).unwrap();
     let bbox = BoundingBox { x: 2.0, y: 3.0, w: 5.0, h: 6.0 };
     let start = Start { variant: 0, first: 0, bbox };
     let (bad, good) = (["bad/1.png".into()], ["good/1.png".into(), "good/2.png".into()]);
@@ -119,7 +129,7 @@ fn a_run_that_panics_holds_nobody_up() {
     let make = |_| Ok(Box::new(Fragile) as Box<dyn Subject>);
     let failures = runner::run(&tasks, &store, &make, 1, 1, &Nobody);
     assert_eq!((failures.len(), failures[0].target.as_str()), (1, "bad"));
-    assert!(!store.holds(&tasks[0]).unwrap() && store.holds(&tasks[1]).unwrap());
+    assert!(!store.holds(&tasks[0].run()).unwrap() && store.holds(&tasks[1].run()).unwrap());
 }
 
 #[test]
@@ -129,14 +139,38 @@ fn boxes_that_were_changed_afterwards_are_not_scored() {
     let truth = Dataset::open(&folder.path().join("truth")).unwrap();
     let identity = Identity::Trax { command: vec!["x".into()] };
     let out = folder.path().join("out");
-    let store = Store::open(&out, "x", Scheme::Ope, identity, truth.origin()).unwrap();
+    let store = open_store(&out, identity, truth.origin()).unwrap();
     let bbox = BoundingBox { x: 2.0, y: 3.0, w: 5.0, h: 6.0 };
     let frames = ["a/1.png".into()];
     let start = Start { variant: 0, first: 0, bbox };
     let task = Task { target: "a", frames: &frames, seed: 0, start };
-    store.keep(&task, &[Some(bbox)], vec![0.1], 1, 1).unwrap();
-    folder.file("out/x/ope/a/0.txt", "3,4,5,7\n");
+    keep(&store, &task, &[Some(bbox)], vec![0.1]);
+    folder.file("out/ours/ope/a/0.txt", "3,4,5,7\n");
     let faults = &results::read(&out, &truth).unwrap()[0].faults;
     assert!(faults[0].contains("not those that it was written for"), "{faults:?}");
-    assert!(!store.holds(&task).unwrap(), "and are made again");
+    assert!(!store.holds(&task.run()).unwrap(), "and are made again");
+}
+
+#[test]
+fn a_clip_is_the_same_only_with_the_same_part_of_its_source() {
+    let folder = Folder::new();
+    let identity = Identity::Trax { command: vec!["x".into()] };
+    let store = open_store(folder.path(), identity, 1.0).unwrap();
+    let bbox = BoundingBox { x: 2.0, y: 3.0, w: 5.0, h: 6.0 };
+    let start = Start { variant: 0, first: 0, bbox };
+    let clip = Clip { source: "films/a.mp4".into(), start: 3, end: None, stride: 2 };
+    fn of(clip: &Clip, start: Start) -> Run<'_> {
+        Run { target: "a", seed: 0, start, footage: Footage::Clip(clip) }
+    }
+    let run = of(&clip, start);
+    assert!(!store.holds(&run).unwrap());
+    let trajectory = Trajectory { boxes: vec![Some(bbox)], seconds: vec![0.1] };
+    store.keep(&run, &store.series().write(&run, trajectory, 1, 1)).unwrap();
+    assert!(store.holds(&run).unwrap());
+    for other in
+        [Clip { end: Some(9), ..clip.clone() }, Clip { source: "b.mp4".into(), ..clip.clone() }]
+    {
+        let error = store.holds(&of(&other, start)).unwrap_err().to_string();
+        assert!(error.contains("every 2. from 3 to its end of films/a.mp4"), "{error}");
+    }
 }

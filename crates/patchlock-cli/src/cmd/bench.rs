@@ -5,12 +5,10 @@ use std::time::Duration;
 
 use anyhow::Result;
 use clap::Args;
-use patchlock::TrackerConfig;
 use patchlock_eval::bench::runner::{self, Failure};
 use patchlock_eval::bench::schemes::Scheme;
-use patchlock_eval::bench::store::{Identity, Store, Task};
-use patchlock_eval::bench::subject::{Patchlock, Subject};
-use patchlock_eval::bench::trax::Trax;
+use patchlock_eval::bench::store::{Identity, Series, Store, Task};
+use patchlock_eval::bench::subject;
 use patchlock_eval::dataset::{Dataset, Layout, Remark};
 use patchlock_eval::names::{self, counted};
 
@@ -44,7 +42,7 @@ runs and with --jobs 1.";
 #[command(after_help = EXAMPLES)]
 pub struct BenchArgs {
     /// The folder with the sequences
-    dataset: PathBuf,
+    pub dataset: PathBuf,
 
     /// Folder for the results; it is made if it is missing
     #[arg(long, value_name = "DIR")]
@@ -104,6 +102,13 @@ pub struct BenchArgs {
     quiet: bool,
 }
 
+impl BenchArgs {
+    /// How long an answer of the program of `--cmd` may take.
+    pub fn patience(&self) -> Duration {
+        Duration::from_secs(self.timeout)
+    }
+}
+
 fn parse_shard(text: &str) -> Result<(usize, usize), String> {
     let numbers = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
     numbers
@@ -114,7 +119,34 @@ fn parse_shard(text: &str) -> Result<(usize, usize), String> {
 /// Runs what is not there yet.
 pub fn run(args: &BenchArgs) -> Result<()> {
     let dataset = Dataset::open(&args.dataset).map_err(Complaint::from)?;
-    let entrant = Entrant::new(args)?;
+    let Plan { store, tasks, before, mut failures } = plan(args, &dataset)?;
+    interrupt::listen()?;
+    let jobs = args.jobs as usize;
+    let threads = threads_each(args.threads, jobs);
+    let subject = &store.series().subject;
+    let make = |seed| subject::start(subject, seed, threads, args.patience());
+    let progress = RunsProgress::new(&tasks, args.quiet);
+    failures.extend(runner::run(&tasks, &store, &make, jobs, threads, &progress));
+    let made = progress.finish();
+    tell(args, &store, made, before, &failures);
+    conclude(&tasks, made, &failures)
+}
+
+/// What a command line asks for.
+pub struct Plan<'a> {
+    /// Where the runs are kept.
+    pub store: Store,
+    /// The runs that are to be made.
+    pub tasks: Vec<Task<'a>>,
+    /// How many are there already.
+    pub before: usize,
+    /// Why others can't be made.
+    pub failures: Vec<Failure>,
+}
+
+/// Looks what there is to do, and opens the store.
+pub fn plan<'a>(args: &BenchArgs, dataset: &'a Dataset) -> Result<Plan<'a>> {
+    let (subject, first_seed) = entrant(args)?;
     if dataset.layout == Layout::TruthOnly {
         return Err(usage(format!("{} holds truth without frames", args.dataset.display()))
             .hint(
@@ -122,27 +154,20 @@ pub fn run(args: &BenchArgs) -> Result<()> {
             )
             .into());
     }
-    let chosen = selection::choose(&dataset, &args.sequences, &args.attributes)?;
-    let seeds: Vec<u64> = (0..args.seeds).map(|k| entrant.first_seed() + k).collect();
-    let (tasks, mut failures) = runner::tasks(&dataset, &chosen.sequences, args.protocol, &seeds);
+    let chosen = selection::choose(dataset, &args.sequences, &args.attributes)?;
+    let seeds: Vec<u64> = (0..args.seeds).map(|k| first_seed + k).collect();
+    let (tasks, mut failures) = runner::tasks(dataset, &chosen.sequences, args.protocol, &seeds);
     failures.extend(chosen.without_truth.into_iter().map(without_truth));
     let (part, parts) = args.shard.unwrap_or((1, 1));
     let tasks = runner::shard(tasks, part, parts);
 
-    let store =
-        Store::open(&args.out, &name(args)?, args.protocol, entrant.identity(), dataset.origin())
-            .map_err(Complaint::from)?;
+    let (tracker, origin) = (name(args)?, dataset.origin());
+    let series = Series { tracker, scheme: args.protocol, subject, origin };
+    let store = Store::open(&args.out, series).map_err(Complaint::from)?;
     let all = tasks.len();
     let tasks = runner::missing(tasks, &store).map_err(Complaint::from)?;
-    interrupt::listen()?;
-    let jobs = args.jobs as usize;
-    let threads = threads_each(args.threads, jobs);
-    let make = |seed| entrant.subject(seed, threads);
-    let progress = RunsProgress::new(&tasks, args.quiet);
-    failures.extend(runner::run(&tasks, &store, &make, jobs, threads, &progress));
-    let made = progress.finish();
-    tell(args, &store, made, all - tasks.len(), &failures);
-    conclude(&tasks, made, &failures)
+    let before = all - tasks.len();
+    Ok(Plan { store, tasks, before, failures })
 }
 
 fn without_truth(remark: &Remark) -> Failure {
@@ -151,53 +176,18 @@ fn without_truth(remark: &Remark) -> Failure {
     Failure { target, run: String::new(), error }
 }
 
-/// What is to be run.
-enum Entrant {
-    Patchlock { config: Box<TrackerConfig>, preset: String },
-    Trax { command: Vec<String>, patience: Duration },
-}
-
-impl Entrant {
-    fn new(args: &BenchArgs) -> Result<Self> {
-        let Some(command) = &args.cmd else {
-            let config = settings::resolve(&args.preset, args.config.as_deref(), None)?;
-            return Ok(Self::Patchlock { config: Box::new(config), preset: args.preset.clone() });
-        };
-        let words = shell_words::split(command).ok().filter(|words| !words.is_empty());
-        let command = words.ok_or_else(|| {
-            usage(format!("--cmd {command}: it is no command line"))
-                .hint("quote it as a shell wants it: --cmd \"python3 'my tracker.py'\"")
-        })?;
-        Ok(Self::Trax { command, patience: Duration::from_secs(args.timeout) })
-    }
-
-    fn first_seed(&self) -> u64 {
-        match self {
-            Self::Patchlock { config, .. } => config.seed,
-            Self::Trax { .. } => 0,
-        }
-    }
-
-    fn identity(&self) -> Identity {
-        match self {
-            Self::Patchlock { config, preset } => Identity::patchlock(config, preset),
-            Self::Trax { command, .. } => Identity::Trax { command: command.clone() },
-        }
-    }
-
-    /// A new tracker for one run.
-    fn subject(
-        &self,
-        seed: u64,
-        threads: usize,
-    ) -> Result<Box<dyn Subject>, patchlock_eval::Error> {
-        Ok(match self {
-            Self::Patchlock { config, .. } => {
-                Box::new(Patchlock::new(TrackerConfig { seed, ..(**config).clone() }, threads)?)
-            }
-            Self::Trax { command, patience } => Box::new(Trax::start(command, seed, *patience)?),
-        })
-    }
+/// What is to be run, and the seed to begin with.
+fn entrant(args: &BenchArgs) -> Result<(Identity, u64)> {
+    let Some(command) = &args.cmd else {
+        let config = settings::resolve(&args.preset, args.config.as_deref(), None)?;
+        return Ok((Identity::patchlock(&config, &args.preset), config.seed));
+    };
+    let words = shell_words::split(command).ok().filter(|words| !words.is_empty());
+    let command = words.ok_or_else(|| {
+        usage(format!("--cmd {command}: it is no command line"))
+            .hint("quote it as a shell wants it: --cmd \"python3 'my tracker.py'\"")
+    })?;
+    Ok((Identity::Trax { command }, 0))
 }
 
 /// The share of one run.

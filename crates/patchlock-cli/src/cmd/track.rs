@@ -177,10 +177,7 @@ fn nothing_to_track(order: &Order) -> Error {
     if interrupt::requested() {
         return interrupted("stopped before the first frame").into();
     }
-    match order.start {
-        0 => failed("the source has no frames").into(),
-        _ => order.beyond_unknown().into(),
-    }
+    order.nothing().into()
 }
 
 /// The loop. An error leaves in the sinks what was tracked before; a sink that can't write is dropped.

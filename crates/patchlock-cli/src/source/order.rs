@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-use crate::complaint::{Complaint, usage};
+use crate::complaint::{Complaint, failed, usage};
 
 /// Frames `start..end` by `stride`, forwards or backwards. The set of frames is the same in both directions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -58,9 +58,12 @@ impl Order {
     }
 
     /// The complaint that a source of unknown length ended before the range began.
-    pub fn beyond_unknown(&self) -> Complaint {
-        usage(format!("--start {} is beyond the end of the source", self.start))
-            .hint("frames count from 0")
+    pub fn nothing(&self) -> Complaint {
+        match self.start {
+            0 => failed("the source has no frames"),
+            start => usage(format!("--start {start} is beyond the end of the source"))
+                .hint("frames count from 0"),
+        }
     }
 
     /// The complaint that the range begins after the last frame.

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 use super::schemes::{self, Scheme};
-use super::store::{Store, Task};
+use super::store::{Store, Task, Trajectory};
 use super::subject::Subject;
 use crate::dataset::{Dataset, Sequence};
 use crate::{Error, images};
@@ -111,7 +111,7 @@ pub fn run(
     failures.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// One run; counts its frames.
+/// One run, to the store; counts its frames.
 fn one(
     task: &Task<'_>,
     store: &Store,
@@ -121,23 +121,44 @@ fn one(
     watch: &dyn Watch,
     done: &mut usize,
 ) -> Result<(), Error> {
-    let mut subject = make(task.seed)?;
-    let (mut boxes, mut seconds) = (Vec::new(), Vec::new());
-    for frame in task.frames {
-        if watch.stopped() {
-            return Ok(());
+    let mut tracked = || {
+        *done += 1;
+        watch.frame();
+    };
+    let subject = make(task.seed)?;
+    match trace(task, subject, &|| watch.stopped(), &mut tracked)? {
+        Some(trajectory) => {
+            let run = task.run();
+            store.keep(&run, &store.series().write(&run, trajectory, threads, jobs))
         }
-        let answer = if boxes.is_empty() {
+        None => Ok(()),
+    }
+}
+
+/// Tracks the frames of a task; `None` where it was stopped before the last one.
+///
+/// # Errors
+/// Those of the [`Subject`].
+pub fn trace(
+    task: &Task<'_>,
+    mut subject: Box<dyn Subject>,
+    stopped: &dyn Fn() -> bool,
+    tracked: &mut dyn FnMut(),
+) -> Result<Option<Trajectory>, Error> {
+    let mut trajectory = Trajectory::default();
+    for frame in task.frames {
+        if stopped() {
+            return Ok(None);
+        }
+        let answer = if trajectory.boxes.is_empty() {
             subject.begin(frame, task.start.bbox)?
         } else {
             subject.follow(frame)?
         };
-        boxes.push(answer.bbox);
-        seconds.push(answer.seconds);
-        *done += 1;
-        watch.frame();
+        trajectory.add(answer);
+        tracked();
     }
-    store.keep(task, &boxes, seconds, threads, jobs)
+    Ok(Some(trajectory))
 }
 
 /// The tasks that a shard `part` of `parts` makes, counted from 1.
@@ -157,7 +178,7 @@ pub fn shard(tasks: Vec<Task<'_>>, part: usize, parts: usize) -> Vec<Task<'_>> {
 pub fn missing<'a>(tasks: Vec<Task<'a>>, store: &Store) -> Result<Vec<Task<'a>>, Error> {
     let mut missing = Vec::new();
     for task in tasks {
-        if !store.holds(&task)? {
+        if !store.holds(&task.run())? {
             missing.push(task);
         }
     }

@@ -16,6 +16,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use patchlock::BoundingBox;
+use serde::{Deserialize, Serialize};
 
 use crate::dataset::Sequence;
 
@@ -29,7 +30,8 @@ const SHIFT: f64 = 0.1;
 const SCALES: [f64; 4] = [0.8, 0.9, 1.1, 1.2];
 
 /// Where a tracker begins.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Scheme {
     /// One-pass evaluation.
     Ope,
@@ -69,7 +71,7 @@ impl FromStr for Scheme {
 }
 
 /// One beginning.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Start {
     /// Its number, from 0.
     pub variant: usize,

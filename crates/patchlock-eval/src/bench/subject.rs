@@ -1,11 +1,14 @@
 //! A tracker under test, with a clock around it.
 
 use std::path::Path;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use patchlock::{BoundingBox, Estimate, Tracker, TrackerConfig};
 use rayon::ThreadPool;
 
+use super::store::Identity;
+use super::trax::Trax;
+use crate::picture::Picture;
 use crate::{Error, images};
 
 /// What a tracker says of a frame.
@@ -51,36 +54,96 @@ impl Patchlock {
         Ok(Self { tracker, pool })
     }
 
-    fn timed(
-        &mut self,
-        file: &Path,
-        step: impl FnOnce(&mut Tracker, &patchlock::Frame<'_>) -> Result<Estimate, patchlock::Error>
-        + Send,
-    ) -> Result<(Estimate, f64), Error> {
-        let frame_error = |reason: String| Error::Frame { path: file.to_path_buf(), reason };
-        let picture = images::load(file).map_err(|error| frame_error(error.to_string()))?;
-        let frame = picture.frame().map_err(|error| frame_error(error.to_string()))?;
-        let Self { tracker, pool } = self;
-        let start = Instant::now();
-        let estimate = pool.install(|| step(tracker, &frame));
-        let seconds = start.elapsed().as_secs_f64();
-        let estimate = estimate.map_err(|error| Error::Tracker {
-            path: file.to_path_buf(),
-            reason: error.to_string(),
-        })?;
-        Ok((estimate, seconds))
+    /// The tracker that an identity names, with a seed.
+    ///
+    /// # Errors
+    /// [`Error::Subject`] where it names another program or another version.
+    pub fn of(identity: &Identity, seed: u64, threads: usize) -> Result<Self, Error> {
+        let Identity::Patchlock { version, configuration, .. } = identity else {
+            return Err(Error::Subject("it is another program".to_string()));
+        };
+        let here = env!("CARGO_PKG_VERSION");
+        if version != here {
+            let reason = format!(
+                "the runs are of Patchlock {version}, but this is {here}: install the same version everywhere"
+            );
+            return Err(Error::Subject(reason));
+        }
+        Self::new(TrackerConfig { seed, ..(**configuration).clone() }, threads)
     }
-}
 
-impl Subject for Patchlock {
-    fn begin(&mut self, frame: &Path, bbox: BoundingBox) -> Result<Answer, Error> {
-        let (_, seconds) = self.timed(frame, |tracker, frame| tracker.init(frame, bbox))?;
+    /// Begins on a box of a picture.
+    ///
+    /// # Errors
+    /// What the tracker says.
+    pub fn begin_on(
+        &mut self,
+        picture: &Picture,
+        bbox: BoundingBox,
+    ) -> Result<Answer, patchlock::Error> {
+        let (_, seconds) = self.timed(picture, |tracker, frame| tracker.init(frame, bbox))?;
         // The first line of a trajectory is the box as given.
         Ok(Answer { bbox: Some(bbox), seconds })
     }
 
-    fn follow(&mut self, frame: &Path) -> Result<Answer, Error> {
-        let (estimate, seconds) = self.timed(frame, Tracker::update)?;
+    /// Goes on to the next picture.
+    ///
+    /// # Errors
+    /// What the tracker says.
+    pub fn follow_to(&mut self, picture: &Picture) -> Result<Answer, patchlock::Error> {
+        let (estimate, seconds) = self.timed(picture, Tracker::update)?;
         Ok(Answer { bbox: Some(estimate.bbox), seconds })
     }
+
+    fn timed(
+        &mut self,
+        picture: &Picture,
+        step: impl FnOnce(&mut Tracker, &patchlock::Frame<'_>) -> Result<Estimate, patchlock::Error>
+        + Send,
+    ) -> Result<(Estimate, f64), patchlock::Error> {
+        let frame = picture.frame()?;
+        let Self { tracker, pool } = self;
+        let start = Instant::now();
+        let estimate = pool.install(|| step(tracker, &frame));
+        let seconds = start.elapsed().as_secs_f64();
+        Ok((estimate?, seconds))
+    }
+}
+
+fn load(file: &Path) -> Result<Picture, Error> {
+    let error = |reason: images::LoadError| Error::Frame {
+        path: file.to_path_buf(),
+        reason: reason.to_string(),
+    };
+    images::load(file).map_err(error)
+}
+
+fn stopped_at(file: &Path, reason: &patchlock::Error) -> Error {
+    Error::Tracker { path: file.to_path_buf(), reason: reason.to_string() }
+}
+
+impl Subject for Patchlock {
+    fn begin(&mut self, frame: &Path, bbox: BoundingBox) -> Result<Answer, Error> {
+        self.begin_on(&load(frame)?, bbox).map_err(|error| stopped_at(frame, &error))
+    }
+
+    fn follow(&mut self, frame: &Path) -> Result<Answer, Error> {
+        self.follow_to(&load(frame)?).map_err(|error| stopped_at(frame, &error))
+    }
+}
+
+/// A new tracker for one run: ours on so many threads, or another program that has `patience` for each answer.
+///
+/// # Errors
+/// [`Error::Subject`] where it can't be made ready, or is of another version than the runs are.
+pub fn start(
+    identity: &Identity,
+    seed: u64,
+    threads: usize,
+    patience: Duration,
+) -> Result<Box<dyn Subject>, Error> {
+    Ok(match identity {
+        Identity::Patchlock { .. } => Box::new(Patchlock::of(identity, seed, threads)?),
+        Identity::Trax { command } => Box::new(Trax::start(command, seed, patience)?),
+    })
 }

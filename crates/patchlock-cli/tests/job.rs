@@ -1,0 +1,115 @@
+//! Runs as messages: made anywhere, they are the runs of `bench`, and the boxes of `track`.
+
+mod support;
+
+use std::fs;
+use std::path::Path;
+
+use patchlock::{BoundingBox, TrackerConfig};
+use patchlock_cli::job::{self, Frames, Job};
+use patchlock_eval::bench::schemes::{Scheme, Start};
+use patchlock_eval::bench::store::{Clip, Identity, Series, Store};
+use support::Bench;
+use support::benchmark::Benchmark;
+
+/// As it comes out of a message.
+fn sent(job: &Job) -> Job {
+    let message = serde_json::to_string(job).unwrap();
+    let there: Job = serde_json::from_str(&message).unwrap();
+    assert_eq!(&there, job);
+    there
+}
+
+fn arguments(benchmark: &Benchmark, out: &str, more: &[&str]) -> Vec<String> {
+    let path = |name: &str| benchmark.path(name).display().to_string();
+    let (data, config, out) = (path("data"), path("quick.toml"), path(out));
+    let own = [data, "--config".into(), config, "--out".into(), out];
+    own.into_iter().chain(more.iter().map(ToString::to_string)).collect()
+}
+
+#[test]
+fn they_are_the_runs_of_bench() {
+    let benchmark = Benchmark::new(3, 4);
+    fs::remove_file(benchmark.path("data/B/img/1.png")).unwrap();
+    benchmark.bench("whole", &["--seeds", "2"]).assert().code(1);
+    let arguments = arguments(&benchmark, "parts", &["--seeds", "2"]);
+    let found = job::of_bench(&arguments, 1, 2).unwrap();
+    assert_eq!((found.jobs.len(), found.before, found.failures.len()), (4, 0, 1));
+    let store = Store::open(&benchmark.path("parts"), found.series).unwrap();
+    for job in &found.jobs {
+        let written = sent(job).track().unwrap();
+        store.keep(&job.run(), &written).unwrap();
+    }
+    assert_eq!(benchmark.trajectories("parts"), benchmark.trajectories("whole"));
+    let again = job::of_bench(&arguments, 1, 2).unwrap();
+    assert_eq!((again.jobs.len(), again.before), (0, 4));
+}
+
+#[test]
+fn a_command_line_that_is_wrong() {
+    let benchmark = Benchmark::new(1, 3);
+    let error = |more: &[&str]| {
+        job::of_bench(&arguments(&benchmark, "out", more), 1, 1).unwrap_err().to_string()
+    };
+    assert!(error(&["--protocol", "abc"]).contains("ope, tre and sre"));
+    assert!(error(&["--sequences", "Z"]).contains("no target Z"));
+}
+
+fn clip(path: &Path, clip: Clip, config: &TrackerConfig) -> Job {
+    let (scheme, subject) = (Scheme::Ope, Identity::patchlock(config, "paper"));
+    let bbox = BoundingBox { x: 22.0, y: 18.0, w: 32.0, h: 28.0 };
+    Job {
+        series: Series { tracker: "quick".into(), scheme, subject, origin: 1.0 },
+        target: "a".into(),
+        seed: 5,
+        start: Start { variant: 0, first: 0, bbox },
+        frames: Frames::Clip { path: path.display().to_string(), clip },
+        threads: 1,
+        side_by_side: 1,
+        patience: std::time::Duration::from_secs(1),
+    }
+}
+
+#[test]
+fn a_clip_has_the_boxes_of_track() {
+    let bench = Bench::new();
+    bench.mp4("a.mp4", 8);
+    let part = ["--box", "22,18,32,28", "--start", "2", "--end", "8", "--stride", "2"];
+    bench.bare("a.mp4").args(part).args(["--seed", "5", "--save", "a.txt"]).assert().success();
+    let config = TrackerConfig { particles: 12, ..TrackerConfig::default() };
+    let part = Clip { source: "a.mp4".into(), start: 2, end: Some(8), stride: 2 };
+    let written = sent(&clip(&bench.path("a.mp4"), part, &config)).track().unwrap();
+    let boxes = |text: &str| -> Vec<Vec<f64>> {
+        text.lines().map(|l| l.split(',').map(|word| word.parse().unwrap()).collect()).collect()
+    };
+    let (own, tracked) = (boxes(&written.boxes), boxes(&bench.lines("a.txt").join("\n")));
+    assert_eq!((own.len(), tracked.len()), (3, 3));
+    // `track` writes so many digits as are good to read.
+    for (a, b) in own.iter().flatten().zip(tracked.iter().flatten()) {
+        assert!((a - b).abs() < 1e-3, "{own:?} {tracked:?}");
+    }
+}
+
+#[test]
+fn what_is_wrong_with_a_clip() {
+    let bench = Bench::new();
+    bench.mp4("a.mp4", 3);
+    let config = TrackerConfig { particles: 12, ..TrackerConfig::default() };
+    let whole = || Clip { source: "a.mp4".into(), start: 0, end: None, stride: 1 };
+    let good = clip(&bench.path("a.mp4"), whole(), &config);
+    let error = |job: Job| job.track().unwrap_err().to_string();
+    assert!(error(clip(&bench.path("b.mp4"), whole(), &config)).contains("no file or folder"));
+    let late = Clip { start: 3, ..whole() };
+    assert!(error(clip(&bench.path("a.mp4"), late, &config)).contains("source has 3 frames"));
+    let still = Clip { stride: 0, ..whole() };
+    assert!(error(clip(&bench.path("a.mp4"), still, &config)).contains("--stride is 0"));
+    let outside = BoundingBox { x: 500.0, y: 18.0, w: 32.0, h: 28.0 };
+    let start = Start { bbox: outside, ..good.start };
+    assert!(error(Job { start, ..good.clone() }).contains("does not fit to frame 0"));
+    // Another version gives other boxes, perhaps.
+    let mut other = good;
+    if let Identity::Patchlock { version, .. } = &mut other.series.subject {
+        *version = "0.0.9".into();
+    }
+    assert!(error(other).contains("the same version everywhere"));
+}

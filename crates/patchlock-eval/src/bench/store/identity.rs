@@ -1,0 +1,76 @@
+//! What was run, so that runs of different things are never mixed.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use patchlock::TrackerConfig;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::files::sha256;
+
+/// What was run: two runs belong together only if all of it is the same.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+pub enum Identity {
+    /// The tracker of this project.
+    Patchlock {
+        /// Version of the program.
+        version: String,
+        /// Name of the preset that the configuration began with.
+        preset: String,
+        /// The configuration. Its seed is 0: each run has its own.
+        configuration: Box<TrackerConfig>,
+    },
+    /// Another program.
+    Trax {
+        /// The command line that starts it.
+        command: Vec<String>,
+    },
+}
+
+impl Identity {
+    /// The tracker of this project with a configuration that began as a preset.
+    pub fn patchlock(configuration: &TrackerConfig, preset: &str) -> Self {
+        Self::Patchlock {
+            version: env!("CARGO_PKG_VERSION").to_string(),
+            preset: preset.to_string(),
+            configuration: Box::new(TrackerConfig { seed: 0, ..configuration.clone() }),
+        }
+    }
+
+    /// SHA-256 of its JSON, in hexadecimal.
+    pub fn hash(&self) -> String {
+        sha256(serde_json::to_string(self).unwrap_or_default().as_bytes())
+    }
+
+    /// The same as fields, as manifests hold it.
+    pub(super) fn fields(&self) -> Value {
+        serde_json::to_value(self).unwrap_or_default()
+    }
+}
+
+/// What is different here from what is there, in words.
+pub(super) fn difference(there: &Value, here: &Value) -> String {
+    let (there, here) = (flat(there), flat(here));
+    let value = |fields: &BTreeMap<String, String>, name: &String| {
+        fields.get(name).cloned().unwrap_or("not set".to_string())
+    };
+    let names: BTreeSet<&String> = there.keys().chain(here.keys()).collect();
+    let differing: Vec<String> = names
+        .into_iter()
+        .map(|name| (name, value(&there, name), value(&here, name)))
+        .filter(|(_, there, here)| there != here)
+        .map(|(name, there, here)| format!("{name} is {there} there and {here} here"))
+        .collect();
+    crate::names::some_of(&differing)
+}
+
+/// The fields of an object, those of an object in it as fields of their own.
+fn flat(value: &Value) -> BTreeMap<String, String> {
+    let Some(fields) = value.as_object() else { return BTreeMap::new() };
+    let fields = fields.iter().flat_map(|(name, value)| match value.as_object() {
+        Some(_) => flat(value),
+        None => BTreeMap::from([(name.clone(), value.to_string())]),
+    });
+    fields.collect()
+}
