@@ -47,7 +47,7 @@ use super::node::{Node, Path};
 use super::product::{GROUP, correlate};
 use super::rows::{Margins, Rows};
 use super::screen::{Residuals, Runner, Screen};
-use super::vectors::{U, dot, project_out};
+use super::vectors::{U, dot, project_out, widen};
 use crate::config::MAX_ATOMS;
 use crate::sparse::aligned::Aligned;
 use crate::sparse::codes::{Code, CodeRules};
@@ -73,6 +73,8 @@ pub struct Location {
     columns: usize,
     /// Its number.
     place: usize,
+    /// Room for an atom.
+    wide: Vec<f64>,
 }
 
 impl Location {
@@ -105,10 +107,10 @@ impl WithSimd for FillRoot<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Location { root, rows, .. } = self.location;
-        root.fill_root(self.shared);
-        rows.fill_root(self.dictionary, root, self.rules);
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Location { root, rows, wide, .. } = self.location;
+        root.fill_root(simd, self.shared);
+        rows.fill_root(simd, wide, self.dictionary, root, self.rules);
     }
 }
 
@@ -228,7 +230,7 @@ impl WithSimd for SolveBlock<'_> {
         while let Some(branch) = scratch.branches.pop() {
             let branch = match branch.depth {
                 0 => branch,
-                _ => scratch.enter(problem, branch, codes),
+                _ => scratch.enter(simd, problem, branch, codes),
             };
             scratch.choose(simd, problem, &branch);
             scratch.split(problem, &branch, codes);
@@ -243,15 +245,15 @@ impl Scratch {
         let Problem { dictionary, location, rules } = problem;
         let (dim, count) = (dictionary.dim(), block.len() / dictionary.dim());
         self.differences.clear();
-        self.residuals.clear();
-        self.residuals.extend(block.iter().map(|&v| f64::from(v)));
+        widen(&mut self.residuals, block);
         self.candidates.clear();
         self.order.clear();
         for (row, candidate) in block.chunks_exact(dim).enumerate() {
             self.differences.extend(candidate.iter().zip(&location.reference).map(|(r, b)| r - b));
-            let difference = &self.differences[row * dim..];
-            let distance = dot(difference, difference).sqrt();
-            let energy = dot(candidate, candidate);
+            widen(&mut self.wide, &self.differences[row * dim..]);
+            let distance = dot(simd, &self.wide, &self.wide).sqrt();
+            let wide = &self.residuals[row * dim..][..dim];
+            let energy = dot(simd, wide, wide);
             self.candidates.push(Candidate {
                 distance,
                 error: 1.01 * (dim + 2) as f64 * U * distance,
@@ -274,19 +276,25 @@ impl Scratch {
 
     /// Makes the branch's node and projects its atom out of the members; those whose code is then complete leave the branch.
     #[inline(always)]
-    fn enter(&mut self, problem: Problem<'_>, branch: Branch, codes: &mut [Code]) -> Branch {
+    fn enter<S: Simd>(
+        &mut self,
+        simd: S,
+        problem: Problem<'_>,
+        branch: Branch,
+        codes: &mut [Code],
+    ) -> Branch {
         let Problem { dictionary, location, .. } = problem;
         let (dim, depth) = (dictionary.dim(), branch.depth);
         let (above, node) = self.nodes.split_at_mut(depth - 1);
         let path = Path { root: &location.root, nodes: above };
-        node[0].fill(dictionary, path, branch.atom);
+        node[0].fill(simd, dictionary, path, branch.atom);
         let node = &self.nodes[depth - 1];
         let reference_along = node.along.last().copied().unwrap_or(0.0);
         let mut kept = branch.members.start;
         for place in branch.members.clone() {
             let row = self.order[place].1 as usize;
             let candidate = &mut self.candidates[row];
-            let along = project_out(&mut self.residuals[row * dim..][..dim], &node.direction);
+            let along = project_out(simd, &mut self.residuals[row * dim..][..dim], &node.direction);
             candidate.along[depth - 1] = along;
             candidate.energy -= along * along;
             candidate.difference_along = along - reference_along;
@@ -329,7 +337,7 @@ impl Scratch {
             screen.run(simd, &mut tiles, &margins, guess, fields, &mut exact);
         }
         let mut place = branch.members.start;
-        screen.finish(own, &mut exact, |row, atom| {
+        screen.finish(simd, own, &mut exact, |row, atom| {
             order[place] = (atom.map_or(NONE, |atom| atom as u32), row as u32);
             *last = atom.map_or(*last, |atom| (atom + count - location.place % count) % count);
             place += 1;
@@ -339,7 +347,7 @@ impl Scratch {
                 let last = if atom == NONE {
                     None
                 } else {
-                    exact.weigh(atom as usize, own.row(row as usize))
+                    exact.place(simd, atom as usize, own.row(row as usize))
                 };
                 candidates[row as usize].last = last.unwrap_or_default();
             }

@@ -1,10 +1,11 @@
 //! An atom in `f64`: whether it is eligible, and its score.
 
 use super::node::Path;
-use super::vectors::dot;
+use super::vectors::{dot, widen};
 use crate::config::{MAX_ATOMS, Selection};
 use crate::sparse::codes::CodeRules;
 use crate::sparse::dictionary::Dictionary;
+use pulp::Simd;
 
 /// An atom that can be chosen.
 #[derive(Debug, Clone, Copy, Default)]
@@ -13,6 +14,10 @@ pub struct Choice {
     pub atom: usize,
     /// Its score.
     pub score: f64,
+    /// `||d_res||^2`.
+    left: f64,
+    /// The inner product with what is left of the candidate.
+    own: f64,
     /// `q_s^T d` for each `s`, then the norm that is left of it.
     pub triangle: [f64; MAX_ATOMS],
     /// `p` of the candidate along it.
@@ -33,42 +38,53 @@ pub struct Exact<'a> {
 }
 
 impl Exact<'_> {
-    /// Whether an atom is eligible of which at least `over` is left, according to the screen. The textbook's score divides by nothing, and
-    /// so the screen has no `||d_res||^2`.
+    /// An atom is eligible for sure if the screen leaves this of its `||d_res||^2`. The textbook's score divides by nothing, and so the
+    /// screen has no `||d_res||^2` to tell by.
     #[inline(always)]
-    pub fn surely_eligible(&self, over: f32) -> bool {
-        self.rules.selection == Selection::OrderRecursive
-            && f64::from(over) >= self.rules.min_residual
+    pub fn eligible_from(&self) -> Option<f32> {
+        let rounded = self.rules.min_residual as f32;
+        let up = f64::from(rounded) < self.rules.min_residual;
+        match self.rules.selection {
+            Selection::OrderRecursive => Some(if up { rounded.next_up() } else { rounded }),
+            Selection::Textbook => None,
+        }
     }
 
-    /// The atom as a choice, if it is eligible. `residual` is what the chosen atoms leave of the candidate.
+    /// The atom as a choice, if it is eligible, and where it is the last one: nothing asks for its score then, and it has none. `residual` is
+    /// what the chosen atoms leave of the candidate.
     #[inline(always)]
-    pub fn weigh(&mut self, atom: usize, residual: &[f64]) -> Option<Choice> {
+    pub fn place<S: Simd>(&mut self, simd: S, atom: usize, residual: &[f64]) -> Option<Choice> {
         if self.path.holds(atom) {
             return None;
         }
-        self.wide.clear();
-        self.wide.extend(self.dictionary.atom(atom).iter().map(|&v| f64::from(v)));
+        widen(self.wide, self.dictionary.atom(atom));
         let mut triangle = [0.0; MAX_ATOMS];
         let mut left = self.dictionary.squared_norm(atom);
         for (along, node) in triangle.iter_mut().zip(self.path.nodes) {
-            *along = dot(self.wide, &node.direction);
+            *along = dot(simd, self.wide, &node.direction);
             left -= *along * *along;
         }
         if left < self.rules.min_residual {
             return None;
         }
-        let own = dot(self.wide, residual);
-        let mut squares = own * own;
-        for residual in self.path.end().residuals.chunks_exact(self.wide.len()) {
-            squares += dot(self.wide, residual).powi(2);
-        }
         let norm = left.sqrt();
         triangle[self.path.nodes.len()] = norm;
+        let own = dot(simd, self.wide, residual);
+        Some(Choice { atom, score: 0.0, left, own, triangle, along: own / norm })
+    }
+
+    /// The same with its score, if that is positive.
+    #[inline(always)]
+    pub fn weigh<S: Simd>(&mut self, simd: S, atom: usize, residual: &[f64]) -> Option<Choice> {
+        let choice = self.place(simd, atom, residual)?;
+        let mut squares = choice.own * choice.own;
+        for residual in self.path.end().residuals.chunks_exact(self.wide.len()) {
+            squares += dot(simd, self.wide, residual).powi(2);
+        }
         let score = match self.rules.selection {
-            Selection::OrderRecursive => squares / left,
+            Selection::OrderRecursive => squares / choice.left,
             Selection::Textbook => squares,
         };
-        (score > 0.0).then_some(Choice { atom, score, triangle, along: own / norm })
+        (score > 0.0).then_some(Choice { score, ..choice })
     }
 }

@@ -1,8 +1,9 @@
 //! What is known in `f64` once some atoms are chosen, of everything that does not depend on the candidate: this decides.
 
-use super::vectors::{dot, project_out};
+use super::vectors::{dot, project_out, widen};
 use crate::config::MAX_ATOMS;
 use crate::sparse::dictionary::Dictionary;
+use pulp::Simd;
 
 /// A point in the tree of chosen atoms: the root has none, and each node one more than its parent.
 #[derive(Debug, Clone, Default)]
@@ -47,27 +48,25 @@ impl<'a> Path<'a> {
 impl Node {
     /// Becomes the root for these shared columns.
     #[inline(always)]
-    pub fn fill_root(&mut self, shared: &[f32]) {
-        self.residuals.clear();
-        self.residuals.extend(shared.iter().map(|&v| f64::from(v)));
-        self.energy = dot(&self.residuals, &self.residuals);
+    pub fn fill_root<S: Simd>(&mut self, simd: S, shared: &[f32]) {
+        widen(&mut self.residuals, shared);
+        self.energy = dot(simd, &self.residuals, &self.residuals);
     }
 
     /// Becomes the child of the node at the path's end with one more atom.
     #[inline(always)]
-    pub fn fill(&mut self, dictionary: &Dictionary, path: Path<'_>, atom: usize) {
+    pub fn fill<S: Simd>(&mut self, simd: S, dictionary: &Dictionary, path: Path<'_>, atom: usize) {
         self.atom = atom;
         let direction = &mut self.direction;
-        direction.clear();
-        direction.extend(dictionary.atom(atom).iter().map(|&v| f64::from(v)));
+        widen(direction, dictionary.atom(atom));
         self.triangle = [0.0; MAX_ATOMS];
         // Twice, so that the directions are orthogonal to rounding also where little is left of the atom.
         for _ in 0..2 {
             for (along, node) in self.triangle.iter_mut().zip(path.nodes) {
-                *along += project_out(direction, &node.direction);
+                *along += project_out(simd, direction, &node.direction);
             }
         }
-        let norm = dot(direction, direction).sqrt();
+        let norm = dot(simd, direction, direction).sqrt();
         let inverse = 1.0 / norm;
         direction.iter_mut().for_each(|v| *v *= inverse);
         self.triangle[path.nodes.len()] = norm;
@@ -75,8 +74,8 @@ impl Node {
         self.residuals.clone_from(&path.end().residuals);
         self.along.clear();
         for residual in self.residuals.chunks_exact_mut(dictionary.dim()) {
-            self.along.push(project_out(residual, &self.direction));
+            self.along.push(project_out(simd, residual, &self.direction));
         }
-        self.energy = dot(&self.residuals, &self.residuals);
+        self.energy = dot(simd, &self.residuals, &self.residuals);
     }
 }

@@ -2,11 +2,13 @@
 //! the head of [`batched`](super::batched).
 
 use super::node::{Node, Path};
-use super::vectors::{TILE, Tile, U, dot, mul_add, place, take_off, tile_place, tiles, tiles_mut};
+use super::vectors::{
+    TILE, Tile, U, dot, mul_add, place, take_off, tile_place, tiles, tiles_mut, widen,
+};
 use crate::config::{MAX_ATOMS, Selection};
 use crate::sparse::aligned::Aligned;
 use crate::sparse::codes::CodeRules;
-use crate::sparse::dictionary::Dictionary;
+use crate::sparse::dictionary::{Dictionary, LANES};
 use pulp::Simd;
 
 /// Stands for `||d_res||^2` of an atom that can't be chosen: no score is left over it. Finite, so that no product is undefined.
@@ -83,8 +85,9 @@ impl Errors {
     }
 }
 
-/// A tile of what all candidates at a node share.
+/// A tile of what all candidates at a node share. Aligned, as a vector across two cache lines costs twice.
 #[derive(Debug, Clone, Copy)]
+#[repr(C, align(64))]
 pub struct Shared<S: Simd> {
     /// `w_t`.
     pub weights: Tile<S>,
@@ -157,7 +160,14 @@ pub trait Tiles<S: Simd> {
 impl Rows {
     /// Becomes the rows of the root.
     #[inline(always)]
-    pub fn fill_root(&mut self, dictionary: &Dictionary, root: &Node, rules: &CodeRules) {
+    pub fn fill_root<S: Simd>(
+        &mut self,
+        simd: S,
+        wide: &mut Vec<f64>,
+        dictionary: &Dictionary,
+        root: &Node,
+        rules: &CodeRules,
+    ) {
         let (dim, stride, count) = (dictionary.dim(), dictionary.stride(), dictionary.len());
         let columns = (root.residuals.len() / dim).max(1);
         self.errors.columns.clear();
@@ -165,9 +175,10 @@ impl Rows {
         self.errors.over = 8.0 * U;
         self.columns.reset(columns * stride);
         let signals = root.residuals.chunks_exact(dim);
-        for (c, signal) in signals.enumerate() {
-            for k in 0..count {
-                self.columns[place(k, c, columns)] = dot(dictionary.atom(k), signal) as f32;
+        for k in 0..count {
+            widen(wide, dictionary.atom(k));
+            for (c, signal) in signals.clone().enumerate() {
+                self.columns[place(k, c, columns)] = dot(simd, wide, signal) as f32;
             }
         }
         self.over.reset(stride);
@@ -354,10 +365,8 @@ impl Recipe<'_> {
                 over[i] = simd.sub_f32s(left, constant);
             }
         }
-        let lanes = TILE * S::F32_LANES;
-        if self.atom / lanes == t {
-            let flat: &mut [f32] = pulp::bytemuck::cast_slice_mut(&mut over);
-            flat[self.atom % lanes] = DEAD;
+        if self.atom / (TILE * S::F32_LANES) == t {
+            kill(simd, &mut over, self.atom);
         }
         over
     }
@@ -369,6 +378,26 @@ impl Errors {
     fn over_loss(&self) -> (f32, f32) {
         let second = (self.weights.powi(2) + 5.0 * U) * SECOND_ORDER;
         ((2.0 * self.weights * SECOND_ORDER) as f32, second as f32)
+    }
+}
+
+/// Marks the atom as one that can't be chosen. By comparing: a number written into a vector would take the whole tile through memory.
+#[inline(always)]
+fn kill<S: Simd>(simd: S, over: &mut Tile<S>, atom: usize) {
+    static NUMBERS: [f32; LANES] = {
+        let mut numbers = [0.0; LANES];
+        let mut k = 0;
+        while k < LANES {
+            numbers[k] = k as f32;
+            k += 1;
+        }
+        numbers
+    };
+    let numbers = S::as_simd_f32s(&NUMBERS).0;
+    let atom = simd.splat_f32s((atom % (TILE * S::F32_LANES)) as f32);
+    for i in 0..TILE {
+        let chosen = simd.equal_f32s(numbers[i], atom);
+        over[i] = simd.select_f32s(chosen, simd.splat_f32s(DEAD), over[i]);
     }
 }
 

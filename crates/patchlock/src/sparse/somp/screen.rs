@@ -40,6 +40,28 @@ impl Bounds {
             taken: ((inverse - 1.0) * squared_errors * (1.0 + ROUNDING)) as f32,
         }
     }
+
+    /// The most that a score among these is known to be at least, with what scores are divided by, where that is `eligible` or more.
+    #[inline(always)]
+    fn least<S: Simd>(
+        &self,
+        simd: S,
+        sums: &Tile<S>,
+        over: &Tile<S>,
+        (eligible, gap): (f32, f32),
+    ) -> f32 {
+        let (narrow, taken) = (simd.splat_f32s(self.narrow), simd.splat_f32s(-self.taken));
+        let (eligible, gap) = (simd.splat_f32s(eligible), simd.splat_f32s(gap));
+        let nothing = simd.splat_f32s(0.0);
+        let mut best = nothing;
+        for i in 0..TILE {
+            let low = mul_add(simd, narrow, sums[i], taken);
+            let score = simd.div_f32s(low, simd.add_f32s(over[i], gap));
+            let counts = simd.greater_than_or_equal_f32s(over[i], eligible);
+            best = simd.max_f32s(best, simd.select_f32s(counts, score, nothing));
+        }
+        simd.reduce_max_f32s(best) * DOWN
+    }
 }
 
 /// A candidate in a step.
@@ -51,8 +73,9 @@ pub struct Runner {
     /// The sum of the squares of how far the correlations of all columns, its own included, may be off.
     squared_errors: f64,
     bounds: Bounds,
-    /// A score that some atom is known to have at least.
+    /// A score that some atom is known to have at least, and the one that the bounds are fitted to.
     least: f32,
+    fitted: f32,
     /// The best of the atoms that had to be computed.
     leader: Option<Choice>,
 }
@@ -110,17 +133,26 @@ impl Screen {
         (own, correlations): (Residuals<'_>, &mut [f32]),
         exact: &mut Exact<'_>,
     ) {
-        self.try_first::<S>(tiles, margins, guess, (own, correlations), exact);
+        self.try_first(simd, tiles, margins, guess, (own, correlations), exact);
         let stride = exact.dictionary.stride();
         let (per_row, rows) = (stride / (TILE * S::F32_LANES), correlations.len() / stride);
         let correlations = tiles_mut::<S>(correlations);
         for t in 0..per_row {
             let shared = tiles.tile(simd, t);
-            for number in 0..self.runners.len() {
-                let place = tile_place::<S>(t, self.runners[number].row, rows);
-                let x = &mut correlations[place];
-                let runner = (number, margins.gap);
-                self.screen_tile::<S, T>(simd, (t, &shared), x, runner, own, exact);
+            // Those that found something come later: what they do with it would take the tile out of the registers.
+            let mut found = 0u64;
+            for (number, runner) in self.runners.iter().enumerate() {
+                let x = &mut correlations[tile_place::<S>(t, runner.row, rows)];
+                if T::DEEP {
+                    take_off(simd, x, &shared.weights, runner.along);
+                }
+                found |= u64::from(runner.reaches(simd, x, &shared)) << number;
+            }
+            while found != 0 {
+                let number = found.trailing_zeros() as usize;
+                found &= found - 1;
+                let x = &correlations[tile_place::<S>(t, self.runners[number].row, rows)];
+                self.enter_tile(simd, (t, x, &shared), (number, margins.gap), own, exact);
             }
         }
     }
@@ -129,6 +161,7 @@ impl Screen {
     #[inline(always)]
     fn try_first<S: Simd>(
         &mut self,
+        simd: S,
         tiles: &impl Tiles<S>,
         margins: &Margins,
         guess: usize,
@@ -143,45 +176,30 @@ impl Screen {
             runner.bounds = Bounds::new(1.0, runner.squared_errors);
             let before = correlations[place(guess, runner.row, rows)];
             let y = before - weight * runner.along + reference;
-            self.enter(number, guess, (squares + y * y, over), margins.gap, own, exact);
-            self.runners[number].tighten();
+            self.enter(simd, number, guess, (squares + y * y, over), margins.gap, own, exact);
+            self.runners[number].fit();
         }
         // The guess is found again in its tile.
         self.contenders.clear();
     }
 
-    /// Screens a tile of atoms for a runner.
+    /// Takes in a tile of atoms, of which some could win: those that still can when the runner knows what the best of them has at least.
     #[inline(always)]
-    fn screen_tile<S: Simd, T: Tiles<S>>(
+    fn enter_tile<S: Simd>(
         &mut self,
         simd: S,
-        (t, shared): (usize, &Shared<S>),
-        own_tile: &mut Tile<S>,
+        (t, x, shared): (usize, &Tile<S>, &Shared<S>),
         (number, gap): (usize, f32),
         own: Residuals<'_>,
         exact: &mut Exact<'_>,
     ) {
-        let runner = &self.runners[number];
-        let mut x = *own_tile;
-        if T::DEEP {
-            take_off(simd, &mut x, &shared.weights, runner.along);
-            *own_tile = x;
+        let runner = &mut self.runners[number];
+        let sums = sums(simd, x, shared);
+        if let Some(eligible) = exact.eligible_from() {
+            let least = runner.bounds.least(simd, &sums, &shared.over, (eligible, gap));
+            runner.raise(least);
         }
-        let (widen, added) =
-            (simd.splat_f32s(runner.bounds.widen), simd.splat_f32s(runner.bounds.added));
-        let least = simd.splat_f32s(-runner.least);
-        let mut highest = simd.splat_f32s(f32::NEG_INFINITY);
-        let (mut sums, mut reach) = ([highest; TILE], [highest; TILE]);
-        for i in 0..TILE {
-            let y = simd.add_f32s(x[i], shared.reference[i]);
-            sums[i] = mul_add(simd, y, y, shared.squares[i]);
-            let most = mul_add(simd, sums[i], widen, added);
-            reach[i] = mul_add(simd, least, shared.over[i], most);
-            highest = simd.max_f32s(reach[i], highest);
-        }
-        if reaching::<S>(simd, highest) == 0 {
-            return;
-        }
+        let reach = reach(simd, &sums, &shared.over, runner);
         for i in 0..TILE {
             let mut bits = reaching::<S>(simd, reach[i]);
             while bits != 0 {
@@ -189,16 +207,16 @@ impl Screen {
                 bits &= bits - 1;
                 let k = (t * TILE + i) * S::F32_LANES + lane;
                 let found = (lanes::<S>(&sums[i])[lane], lanes::<S>(&shared.over[i])[lane]);
-                self.enter(number, k, found, gap, own, exact);
+                self.enter(simd, number, k, found, gap, own, exact);
             }
         }
-        self.runners[number].tighten();
     }
 
     /// Takes in an atom with this screened sum of squares and this divisor.
     #[inline(always)]
-    fn enter(
+    fn enter<S: Simd>(
         &mut self,
+        simd: S,
         number: usize,
         k: usize,
         (sum, over): (f32, f32),
@@ -211,21 +229,22 @@ impl Screen {
         if most < over * runner.least * DOWN {
             return;
         }
-        if exact.surely_eligible(over) {
+        if exact.eligible_from().is_some_and(|eligible| over >= eligible) {
             let least = (runner.bounds.narrow * sum - runner.bounds.taken) / (over + gap);
-            runner.least = runner.least.max(least * DOWN);
+            runner.raise(least * DOWN);
             let most = most / over * UP;
             self.contenders.push(Contender { runner: number as u32, atom: k as u32, most });
         } else {
-            runner.compute(k, own.row(runner.row), exact);
+            runner.compute(simd, k, own.row(runner.row), exact);
         }
     }
 
     /// Calls `done` with each runner's row and the eligible atom with the largest score, the first of equal ones; none where no score is
     /// positive. Atoms are computed unless only one is left that could win.
     #[inline(always)]
-    pub fn finish(
+    pub fn finish<S: Simd>(
         &mut self,
+        simd: S,
         own: Residuals<'_>,
         exact: &mut Exact<'_>,
         mut done: impl FnMut(usize, Option<usize>),
@@ -242,7 +261,7 @@ impl Screen {
             while end < contenders.len() && contenders[end].runner as usize == number {
                 end += 1;
             }
-            let atom = runner.decide(&contenders[start..end], own, exact);
+            let atom = runner.decide(simd, &contenders[start..end], own, exact);
             done(runner.row, atom);
             start = end;
         }
@@ -256,18 +275,38 @@ impl Runner {
         Self { row, along, squared_errors, ..Self::default() }
     }
 
+    /// Knows of an atom whose score is at least this.
+    #[inline(always)]
+    fn raise(&mut self, least: f32) {
+        self.least = self.least.max(least);
+        // The bounds are nearly as close for scores that are near.
+        if self.least > 4.0 * self.fitted {
+            self.fit();
+        }
+    }
+
     /// Fits the bounds to the score that is known to be reached.
     #[inline(always)]
-    fn tighten(&mut self) {
+    fn fit(&mut self) {
         if self.least > NOTHING {
+            self.fitted = self.least;
             self.bounds = Bounds::new(self.least, self.squared_errors);
         }
     }
 
+    /// Whether an atom of the tile could win. `x` are the correlations of the candidate's difference to the reference.
+    #[inline(always)]
+    fn reaches<S: Simd>(&self, simd: S, x: &Tile<S>, shared: &Shared<S>) -> bool {
+        let reach = reach(simd, &sums(simd, x, shared), &shared.over, self);
+        let [a, b, c, d] = reach;
+        let highest = simd.max_f32s(simd.max_f32s(a, b), simd.max_f32s(c, d));
+        reaching::<S>(simd, highest) != 0
+    }
+
     /// Computes an atom, and keeps the better one.
     #[inline(always)]
-    fn compute(&mut self, k: usize, residual: &[f64], exact: &mut Exact<'_>) {
-        let Some(choice) = exact.weigh(k, residual) else { return };
+    fn compute<S: Simd>(&mut self, simd: S, k: usize, residual: &[f64], exact: &mut Exact<'_>) {
+        let Some(choice) = exact.weigh(simd, k, residual) else { return };
         let ahead = match &self.leader {
             Some(leader) => {
                 choice.score > leader.score || (choice.score == leader.score && k < leader.atom)
@@ -275,14 +314,15 @@ impl Runner {
             None => true,
         };
         if ahead {
-            self.least = self.least.max(choice.score as f32 * DOWN);
+            self.raise(choice.score as f32 * DOWN);
             self.leader = Some(choice);
         }
     }
 
     #[inline(always)]
-    fn decide(
+    fn decide<S: Simd>(
         &mut self,
+        simd: S,
         contenders: &[Contender],
         own: Residuals<'_>,
         exact: &mut Exact<'_>,
@@ -294,11 +334,35 @@ impl Runner {
         }
         for contender in contenders {
             if contender.most >= self.least {
-                self.compute(contender.atom as usize, own.row(self.row), exact);
+                self.compute(simd, contender.atom as usize, own.row(self.row), exact);
             }
         }
         self.leader.as_ref().map(|leader| leader.atom)
     }
+}
+
+/// The screened sums of squares of a tile of atoms.
+#[inline(always)]
+fn sums<S: Simd>(simd: S, x: &Tile<S>, shared: &Shared<S>) -> Tile<S> {
+    let mut sums = shared.squares;
+    for i in 0..TILE {
+        let y = simd.add_f32s(x[i], shared.reference[i]);
+        sums[i] = mul_add(simd, y, y, sums[i]);
+    }
+    sums
+}
+
+/// Not negative where an atom could win.
+#[inline(always)]
+fn reach<S: Simd>(simd: S, sums: &Tile<S>, over: &Tile<S>, runner: &Runner) -> Tile<S> {
+    let Bounds { widen, added, .. } = runner.bounds;
+    let (widen, added) = (simd.splat_f32s(widen), simd.splat_f32s(added));
+    let least = simd.splat_f32s(-runner.least);
+    let mut reach = *sums;
+    for i in 0..TILE {
+        reach[i] = mul_add(simd, least, over[i], mul_add(simd, sums[i], widen, added));
+    }
+    reach
 }
 
 /// A bit for each lane that is not negative, the first lane's the lowest.

@@ -4,7 +4,7 @@
 //! give the same bits on every processor.
 
 use crate::sparse::dictionary::LANES;
-use pulp::{Scalar256b, Simd};
+use pulp::{Scalar256b, Simd, bytemuck};
 use std::any::TypeId;
 
 /// The unit roundoff of `f32`.
@@ -12,6 +12,9 @@ pub const U: f64 = 1.0 / 16_777_216.0;
 
 /// Vectors that are worked on together: enough to hide the latency of one.
 pub const TILE: usize = 4;
+
+/// Vectors of `f64` that hold 16 numbers, where they are shortest.
+const MOST_PARTS: usize = 16;
 
 /// Neighbouring vectors of a row.
 pub type Tile<S> = [<S as Simd>::f32s; TILE];
@@ -61,34 +64,42 @@ pub fn mul_add<S: Simd>(simd: S, a: S::f32s, b: S::f32s, c: S::f32s) -> S::f32s 
     }
 }
 
-/// The inner product in `f64`.
+/// The inner product. A sum for each of 16 lanes, added up in one order.
 #[inline(always)]
-pub fn dot<A: Copy + Into<f64>, B: Copy + Into<f64>>(a: &[A], b: &[B]) -> f64 {
+pub fn dot<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
+    let parts = 16 / S::F64_LANES;
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<16>(), b.as_chunks::<16>());
-    // Two sums, so that an addition need not wait for the one before.
-    let (mut low, mut high) = ([0.0; 8], [0.0; 8]);
+    let mut sums = [simd.splat_f64s(0.0); MOST_PARTS];
     for (a, b) in a.iter().zip(b) {
-        for lane in 0..8 {
-            low[lane] += a[lane].into() * b[lane].into();
-        }
-        for lane in 0..8 {
-            high[lane] += a[8 + lane].into() * b[8 + lane].into();
+        let (a, b) = (S::as_simd_f64s(a).0, S::as_simd_f64s(b).0);
+        for part in 0..parts {
+            sums[part] = simd.add_f64s(sums[part], simd.mul_f64s(a[part], b[part]));
         }
     }
+    for part in 0..parts / 2 {
+        sums[part] = simd.add_f64s(sums[part], sums[part + parts / 2]);
+    }
+    let s: &[f64] = bytemuck::cast_slice(&sums[..parts / 2]);
     let mut rest = 0.0;
     for (&a, &b) in a_rest.iter().zip(b_rest) {
-        rest += a.into() * b.into();
+        rest += a * b;
     }
-    for lane in 0..8 {
-        low[lane] += high[lane];
+    ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7])) + rest
+}
+
+/// `narrow` becomes `wide`.
+#[inline(always)]
+pub fn widen(wide: &mut Vec<f64>, narrow: &[f32]) {
+    wide.resize(narrow.len(), 0.0);
+    for (wide, &narrow) in wide.iter_mut().zip(narrow) {
+        *wide = f64::from(narrow);
     }
-    ((low[0] + low[4]) + (low[2] + low[6])) + ((low[1] + low[5]) + (low[3] + low[7])) + rest
 }
 
 /// Projects the unit vector `direction` out of `vector` and returns their inner product.
 #[inline(always)]
-pub fn project_out(vector: &mut [f64], direction: &[f64]) -> f64 {
-    let along = dot(vector, direction);
+pub fn project_out<S: Simd>(simd: S, vector: &mut [f64], direction: &[f64]) -> f64 {
+    let along = dot(simd, vector, direction);
     vector.iter_mut().zip(direction).for_each(|(v, d)| *v -= along * d);
     along
 }
