@@ -41,26 +41,20 @@ impl Bounds {
         }
     }
 
-    /// The most that a score among these is known to be at least, with what scores are divided by, where that is `eligible` or more.
+    /// The most that a score among these is known to be at least: sums of squares, and what they are divided by, where that is
+    /// `eligible` or more.
     #[inline(always)]
     fn least<S: Simd>(
         &self,
         simd: S,
-        sums: &Tile<S>,
-        over: &Tile<S>,
+        (sums, over): (S::f32s, S::f32s),
         (eligible, gap): (f32, f32),
     ) -> f32 {
-        let (narrow, taken) = (simd.splat_f32s(self.narrow), simd.splat_f32s(-self.taken));
-        let (eligible, gap) = (simd.splat_f32s(eligible), simd.splat_f32s(gap));
+        let low = mul_add(simd, simd.splat_f32s(self.narrow), sums, simd.splat_f32s(-self.taken));
+        let score = simd.div_f32s(low, simd.add_f32s(over, simd.splat_f32s(gap)));
+        let counts = simd.greater_than_or_equal_f32s(over, simd.splat_f32s(eligible));
         let nothing = simd.splat_f32s(0.0);
-        let mut best = nothing;
-        for i in 0..TILE {
-            let low = mul_add(simd, narrow, sums[i], taken);
-            let score = simd.div_f32s(low, simd.add_f32s(over[i], gap));
-            let counts = simd.greater_than_or_equal_f32s(over[i], eligible);
-            best = simd.max_f32s(best, simd.select_f32s(counts, score, nothing));
-        }
-        simd.reduce_max_f32s(best) * DOWN
+        simd.reduce_max_f32s(simd.select_f32s(counts, score, nothing)) * DOWN
     }
 }
 
@@ -142,11 +136,13 @@ impl Screen {
             // Those that found something come later: what they do with it would take the tile out of the registers.
             let mut found = 0u64;
             for (number, runner) in self.runners.iter().enumerate() {
-                let x = &mut correlations[tile_place::<S>(t, runner.row, rows)];
+                let place = tile_place::<S>(t, runner.row, rows);
+                let mut x = correlations[place];
                 if T::DEEP {
-                    take_off(simd, x, &shared.weights, runner.along);
+                    take_off(simd, &mut x, &shared.weights, runner.along);
+                    correlations[place] = x;
                 }
-                found |= u64::from(runner.reaches(simd, x, &shared)) << number;
+                found |= u64::from(runner.reaches(simd, &x, &shared)) << number;
             }
             while found != 0 {
                 let number = found.trailing_zeros() as usize;
@@ -193,20 +189,24 @@ impl Screen {
         own: Residuals<'_>,
         exact: &mut Exact<'_>,
     ) {
-        let runner = &mut self.runners[number];
         let sums = sums(simd, x, shared);
-        if let Some(eligible) = exact.eligible_from() {
-            let least = runner.bounds.least(simd, &sums, &shared.over, (eligible, gap));
-            runner.raise(least);
-        }
-        let reach = reach(simd, &sums, &shared.over, runner);
+        let reach = reach(simd, &sums, &shared.over, &self.runners[number]);
+        let eligible = exact.eligible_from();
         for i in 0..TILE {
-            let mut bits = reaching::<S>(simd, reach[i]);
+            if reaching::<S>(simd, reach[i]) == 0 {
+                continue;
+            }
+            let runner = &mut self.runners[number];
+            let (sums, over) = (sums[i], shared.over[i]);
+            if let Some(eligible) = eligible {
+                runner.raise(runner.bounds.least(simd, (sums, over), (eligible, gap)));
+            }
+            let mut bits = reaching::<S>(simd, runner.reach(simd, sums, over));
             while bits != 0 {
                 let lane = bits.trailing_zeros() as usize;
                 bits &= bits - 1;
                 let k = (t * TILE + i) * S::F32_LANES + lane;
-                let found = (lanes::<S>(&sums[i])[lane], lanes::<S>(&shared.over[i])[lane]);
+                let found = (lanes::<S>(&sums)[lane], lanes::<S>(&over)[lane]);
                 self.enter(simd, number, k, found, gap, own, exact);
             }
         }
@@ -294,6 +294,14 @@ impl Runner {
         }
     }
 
+    /// Not negative where an atom could win.
+    #[inline(always)]
+    fn reach<S: Simd>(&self, simd: S, sums: S::f32s, over: S::f32s) -> S::f32s {
+        let Bounds { widen, added, .. } = self.bounds;
+        let most = mul_add(simd, sums, simd.splat_f32s(widen), simd.splat_f32s(added));
+        mul_add(simd, simd.splat_f32s(-self.least), over, most)
+    }
+
     /// Whether an atom of the tile could win. `x` are the correlations of the candidate's difference to the reference.
     #[inline(always)]
     fn reaches<S: Simd>(&self, simd: S, x: &Tile<S>, shared: &Shared<S>) -> bool {
@@ -352,15 +360,12 @@ fn sums<S: Simd>(simd: S, x: &Tile<S>, shared: &Shared<S>) -> Tile<S> {
     sums
 }
 
-/// Not negative where an atom could win.
+/// Not negative where an atom of the tile could win.
 #[inline(always)]
 fn reach<S: Simd>(simd: S, sums: &Tile<S>, over: &Tile<S>, runner: &Runner) -> Tile<S> {
-    let Bounds { widen, added, .. } = runner.bounds;
-    let (widen, added) = (simd.splat_f32s(widen), simd.splat_f32s(added));
-    let least = simd.splat_f32s(-runner.least);
     let mut reach = *sums;
     for i in 0..TILE {
-        reach[i] = mul_add(simd, least, over[i], mul_add(simd, sums[i], widen, added));
+        reach[i] = runner.reach(simd, sums[i], over[i]);
     }
     reach
 }
