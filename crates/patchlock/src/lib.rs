@@ -32,6 +32,7 @@ pub mod filter;
 mod memory;
 pub mod multi;
 pub mod observe;
+pub mod simd;
 pub mod sparse;
 pub mod tracker;
 pub mod vision;

@@ -6,7 +6,7 @@
 
 use crate::config::TrackerConfig;
 use crate::memory::Memory;
-use crate::sparse::instructions::Instructions;
+use crate::simd::instructions::Instructions;
 use crate::tracker::{Target, Work};
 use crate::vision::frame::{Frame, GreyImage};
 use crate::vision::geometry::BoundingBox;

@@ -16,11 +16,11 @@ use crate::estimate::{Estimate, VisibilityMap};
 use crate::filter::{motion::Motion, particles, state::State};
 use crate::memory::{Lesson, Memory};
 use crate::observe::{FrameView, Observer, PatchView, UpdateView};
+use crate::simd::instructions::Instructions;
 use crate::sparse::codes::CodeRules;
-use crate::sparse::instructions::Instructions;
 use crate::vision::frame::{Frame, GreyImage};
 use crate::vision::geometry::BoundingBox;
-use crate::vision::patches::{PatchGrid, normalise};
+use crate::vision::patches::{PatchGrid, likeness, normalise};
 use crate::vision::warp;
 use crate::{Error, Snapshot};
 use rayon::prelude::*;
@@ -418,10 +418,8 @@ enum Whose {
 
 /// The inner product of each candidate with a template of the same length.
 fn compare(candidates: &[f32], template: &[f32], out: &mut Vec<f64>) {
-    let product = |candidate: &[f32]| -> f64 {
-        candidate.iter().zip(template).map(|(&a, &b)| f64::from(a) * f64::from(b)).sum()
-    };
-    candidates.par_chunks_exact(template.len().max(1)).map(product).collect_into_vec(out);
+    let candidates = candidates.par_chunks_exact(template.len().max(1));
+    candidates.map(|candidate| likeness(candidate, template)).collect_into_vec(out);
 }
 
 /// Warps and normalises one candidate.

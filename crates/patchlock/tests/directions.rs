@@ -10,23 +10,25 @@ type Rule = (&'static str, &'static [&'static str]);
 
 /// Each room, or file beside the rooms. Every place may name itself.
 const MAY_NAME: &[Rule] = &[
-    ("vision", &["config", "error", "estimate"]),
-    ("sparse", &["config", "error", "estimate"]),
+    ("vision", &["config", "error", "estimate", "simd"]),
+    ("sparse", &["config", "error", "estimate", "simd"]),
     ("filter", &["config", "error", "estimate"]),
-    ("appearance", &["config", "error", "estimate", "vision", "sparse"]),
+    ("appearance", &["config", "error", "estimate", "simd", "vision", "sparse"]),
+    ("simd", &["error"]),
     ("config", &["error"]),
     ("error", &[]),
     ("estimate", &["vision"]),
     // Only the types of what it shows.
     ("observe", &["appearance", "filter", "sparse"]),
     ("memory", &["config", "error", "estimate", "vision", "sparse", "filter", "appearance"]),
-    ("multi", &["config", "error", "estimate", "vision", "sparse", "memory", "tracker"]),
+    ("multi", &["config", "error", "estimate", "simd", "vision", "memory", "tracker"]),
     (
         "tracker",
         &[
             "config",
             "error",
             "estimate",
+            "simd",
             "vision",
             "sparse",
             "filter",

@@ -3,10 +3,12 @@
 use super::likelihood::Feature;
 use super::pooling::{PoolRules, own_share};
 use super::weights::{masked_error, position_weights};
+use crate::simd::instructions::Instructions;
 use crate::sparse::codes::{Code, CodeRules};
 use crate::sparse::dictionary::Dictionary;
 use crate::sparse::somp::batched::{self, BLOCK};
 use crate::vision::patches::PatchGrid;
+use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
@@ -182,14 +184,32 @@ impl Scale {
         let dim = self.grid.dim();
         patches.resize(templates.len() * dim, 0.0);
         codes.resize(templates.len(), Code::default());
-        for (template, patch) in templates.zip(patches.chunks_exact_mut(dim)) {
-            self.grid.cut(template, location, patch);
-        }
+        self.grid.cut_each(templates, location, patches);
         let at = &self.locations[location];
         batched::solve(&self.dictionary, at, patches, &self.rules.codes, solver, codes);
-        for ((out, &code), patch) in out.iter_mut().zip(&*codes).zip(patches.chunks_exact(dim)) {
-            let share = own_share(&code, location, self.dictionary.locations(), self.rules.pool);
-            let error = masked_error(&self.dictionary, patch, &code, location);
+        Instructions::default().dispatch(Find { scale: self, location, patches, codes, out });
+    }
+}
+
+/// What codes say of their patches, for the processor at hand.
+struct Find<'a> {
+    scale: &'a Scale,
+    location: usize,
+    patches: &'a [f32],
+    codes: &'a [Code],
+    out: &'a mut [(Code, Feature)],
+}
+
+impl WithSimd for Find<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { scale: Scale { dictionary, rules, .. }, location, patches, codes, out } = self;
+        let coded = codes.iter().zip(patches.chunks_exact(dictionary.dim()));
+        for (out, (&code, patch)) in out.iter_mut().zip(coded) {
+            let share = own_share(&code, location, dictionary.locations(), rules.pool);
+            let error = masked_error(dictionary, patch, &code, location);
             *out = (code, Feature { share, error });
         }
     }

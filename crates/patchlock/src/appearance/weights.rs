@@ -3,8 +3,13 @@
 use crate::sparse::codes::Code;
 use crate::sparse::dictionary::Dictionary;
 
+/// Samples that are worked on together.
+const LANES: usize = 16;
+
 /// `||r - D a_own||^2`, where `a_own` keeps the code's coefficients on atoms of the patch's own location, without a refit
 /// (Eq. 12, 18). A patch of zero norm has nothing to show: its error is infinite, so that it counts as hidden.
+/// Samples are added in an order that does not depend on the width of the vectors.
+#[inline(always)]
 pub fn masked_error(dictionary: &Dictionary, patch: &[f32], code: &Code, location: usize) -> f64 {
     if patch.iter().all(|&v| v == 0.0) {
         return f64::INFINITY;
@@ -15,11 +20,28 @@ pub fn masked_error(dictionary: &Dictionary, patch: &[f32], code: &Code, locatio
         own[count] = (dictionary.atom(atom), x);
         count += 1;
     }
-    let left = |k: usize| {
-        let explained: f64 = own[..count].iter().map(|(d, x)| f64::from(d[k]) * x).sum();
-        f64::from(patch[k]) - explained
-    };
-    (0..patch.len()).map(|k| left(k).powi(2)).sum()
+    let own = &own[..count];
+    let (mut sums, mut rest) = ([0.0; LANES], 0.0);
+    let (wide, narrow) = patch.as_chunks::<LANES>();
+    for (k, samples) in wide.iter().enumerate() {
+        let mut explained = [0.0; LANES];
+        for (atom, x) in own {
+            let atom = &atom.as_chunks::<LANES>().0[k];
+            for lane in 0..LANES {
+                explained[lane] += f64::from(atom[lane]) * x;
+            }
+        }
+        for lane in 0..LANES {
+            let left = f64::from(samples[lane]) - explained[lane];
+            sums[lane] += left * left;
+        }
+    }
+    for (k, &sample) in narrow.iter().enumerate() {
+        let place = wide.len() * LANES + k;
+        let explained: f64 = own.iter().map(|(atom, x)| f64::from(atom[place]) * x).sum();
+        rest += (f64::from(sample) - explained).powi(2);
+    }
+    sums.iter().sum::<f64>() + rest
 }
 
 /// The position part of the weights, `exp(-beta (|row - centre| + |column - centre|))` of each location, with rows and columns

@@ -3,6 +3,5 @@
 mod aligned;
 pub mod codes;
 pub mod dictionary;
-pub mod instructions;
 pub mod lasso;
 pub mod somp;

@@ -1,4 +1,7 @@
-//! The patches of a template (Eq. 1): overlapping squares on a regular grid, each normalised.
+//! The patches of a template (Eq. 1): overlapping squares on a regular grid, each normalised. The bits are the same with any instructions.
+
+use crate::simd::{dot, instructions::Instructions};
+use pulp::{Simd, WithSimd};
 
 /// The grid of patches in a square template: `per_side * per_side` squares of side `patch`, `step` samples apart.
 /// Location `i` is row `i / per_side`, column `i % per_side`. A patch is a row-major vector of `patch * patch` samples.
@@ -45,15 +48,52 @@ impl PatchGrid {
 
     /// Cuts the patch at `location` out of a template and normalises it.
     pub fn cut(&self, template: &[f32], location: usize, out: &mut [f32]) {
-        let (top, left) = self.origin(location);
-        for (row, line) in out.chunks_exact_mut(self.patch).enumerate() {
-            let start = (top + row) * self.template_side + left;
-            line.copy_from_slice(&template[start..start + self.patch]);
+        self.cut_each(std::iter::once(template), location, out);
+    }
+
+    /// Cuts the patch at `location` out of each template and normalises it: one after the other, [`Self::dim`] samples each.
+    pub fn cut_each<'a>(
+        &self,
+        templates: impl Iterator<Item = &'a [f32]>,
+        location: usize,
+        out: &mut [f32],
+    ) {
+        Instructions::default().dispatch(Cut { grid: self, templates, location, out });
+    }
+
+    #[inline(always)]
+    fn cut_here(&self, template: &[f32], location: usize, out: &mut [f32]) {
+        match self.patch {
+            // The paper's two sizes: rows of a known length are a vector or two.
+            8 => self.copy_rows::<8>(template, location, out),
+            16 => self.copy_rows::<16>(template, location, out),
+            _ => {
+                let lines = out.chunks_exact_mut(self.patch);
+                lines.zip(self.rows(template, location)).for_each(|(l, r)| l.copy_from_slice(r));
+            }
         }
         if self.subtract_mean {
             subtract_mean(out);
         }
-        normalise(out);
+        normalise_here(out);
+    }
+
+    #[inline(always)]
+    fn copy_rows<const N: usize>(&self, template: &[f32], location: usize, out: &mut [f32]) {
+        let lines = out.as_chunks_mut::<N>().0;
+        for (line, row) in lines.iter_mut().zip(self.rows(template, location)) {
+            if let Some(row) = row.first_chunk() {
+                *line = *row;
+            }
+        }
+    }
+
+    /// The rows of the patch at `location` in a template.
+    #[inline(always)]
+    fn rows<'a>(&self, template: &'a [f32], location: usize) -> impl Iterator<Item = &'a [f32]> {
+        let ((top, left), patch) = (self.origin(location), self.patch);
+        let lines = template.chunks_exact(self.template_side).skip(top).take(patch);
+        lines.map(move |line| &line[left..left + patch])
     }
 
     /// All patches of a template, location after location.
@@ -66,13 +106,65 @@ impl PatchGrid {
     }
 }
 
+/// Patches of one location, for the processor at hand.
+struct Cut<'a, T> {
+    grid: &'a PatchGrid,
+    templates: T,
+    location: usize,
+    out: &'a mut [f32],
+}
+
+impl<'a, T: Iterator<Item = &'a [f32]>> WithSimd for Cut<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { grid, templates, location, out } = self;
+        for (template, patch) in templates.zip(out.chunks_exact_mut(grid.dim())) {
+            grid.cut_here(template, location, patch);
+        }
+    }
+}
+
 /// Divides by the L2 norm. A vector without one (all zero) becomes zero.
 pub fn normalise(vector: &mut [f32]) {
-    let norm = vector.iter().map(|&v| f64::from(v) * f64::from(v)).sum::<f64>().sqrt();
+    Instructions::default().dispatch(Normalise(vector));
+}
+
+struct Normalise<'a>(&'a mut [f32]);
+
+impl WithSimd for Normalise<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        normalise_here(self.0);
+    }
+}
+
+#[inline(always)]
+fn normalise_here(vector: &mut [f32]) {
+    let norm = dot(vector, vector).sqrt();
     if norm > 0.0 && norm.is_finite() {
         vector.iter_mut().for_each(|v| *v = (f64::from(*v) / norm) as f32);
     } else {
         vector.fill(0.0);
+    }
+}
+
+/// The inner product of two templates.
+pub fn likeness(a: &[f32], b: &[f32]) -> f64 {
+    Instructions::default().dispatch(Likeness(a, b))
+}
+
+struct Likeness<'a>(&'a [f32], &'a [f32]);
+
+impl WithSimd for Likeness<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        dot(self.0, self.1)
     }
 }
 

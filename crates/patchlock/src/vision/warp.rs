@@ -4,34 +4,53 @@
 //! `[[m00, m01, x], [m10, m11, y]]` takes grid coordinates `(a, b)` to the frame's pixels. What lies outside the frame
 //! is 0, so a sample between the last pixel and the outside fades to 0 (OpenCV's `BORDER_CONSTANT`).
 
+use crate::simd::instructions::Instructions;
 use crate::vision::frame::GreyImage;
+use pulp::{Simd, WithSimd};
 
 /// An affine map from grid coordinates to pixels: two rows of three.
 pub type Affine = [[f64; 3]; 2];
 
-/// Warps the grid of side `side` into `out`, row-major, `side * side` samples.
+/// Neighbours in a row that are sampled together.
+const LANES: usize = 16;
+
+/// Warps the grid of side `side` into `out`, row-major, `side * side` samples. The bits are the same with any instructions.
 pub fn warp(image: &GreyImage, map: &Affine, side: usize, out: &mut [f32]) {
-    let half = (side as f64 - 1.0) / 2.0;
-    let inside = grid_is_inside(image, map, half);
-    for (row, line) in out.chunks_exact_mut(side).take(side).enumerate() {
-        let b = row as f64 - half;
-        let (x, y) = (map[0][1] * b + map[0][2], map[1][1] * b + map[1][2]);
-        for (column, sample) in line.iter_mut().enumerate() {
-            let a = column as f64 - half;
-            let (x, y) = (map[0][0] * a + x, map[1][0] * a + y);
-            *sample =
-                if inside { sample_inside(image, x, y) } else { sample_anywhere(image, x, y) };
-        }
-    }
+    Instructions::default().dispatch(Warp { image, map, side, out });
 }
 
-/// Whether every sample of the grid has all its four neighbours in the frame. The grid is convex, so its corners tell.
-fn grid_is_inside(image: &GreyImage, map: &Affine, half: f64) -> bool {
-    // A little less than the last pixel, so that rounding along a row can't step over it.
-    let margin = 1e-6;
-    let (right, bottom) =
-        (image.width() as f64 - 1.0 - margin, image.height() as f64 - 1.0 - margin);
-    corners(map, half).iter().all(|&[x, y]| x >= margin && y >= margin && x < right && y < bottom)
+/// A warp for the processor at hand.
+struct Warp<'a> {
+    image: &'a GreyImage,
+    map: &'a Affine,
+    side: usize,
+    out: &'a mut [f32],
+}
+
+impl WithSimd for Warp<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { image, map, side, out } = self;
+        let half = (side as f64 - 1.0) / 2.0;
+        for (row, line) in out.chunks_exact_mut(side).take(side).enumerate() {
+            let b = row as f64 - half;
+            let (x, y) = (map[0][1] * b + map[0][2], map[1][1] * b + map[1][2]);
+            let at = |column: usize| {
+                let a = column as f64 - half;
+                [map[0][0] * a + x, map[1][0] * a + y]
+            };
+            let (wide, rest) = line.as_chunks_mut::<LANES>();
+            let first_of_rest = wide.len() * LANES;
+            for (k, samples) in wide.iter_mut().enumerate() {
+                sample_lanes(image, |lane| at(k * LANES + lane), samples);
+            }
+            for (k, sample) in rest.iter_mut().enumerate() {
+                *sample = sample_anywhere(image, at(first_of_rest + k));
+            }
+        }
+    }
 }
 
 /// The map's images of the square's corners `(-half, -half)`, `(half, -half)`, `(half, half)`, `(-half, half)`.
@@ -41,19 +60,62 @@ pub fn corners(map: &Affine, half: f64) -> [[f64; 2]; 4] {
     })
 }
 
-#[inline]
-fn sample_inside(image: &GreyImage, x: f64, y: f64) -> f32 {
-    // Both are at least 0 here, so truncation is the floor.
-    let (column, row) = (x as usize, y as usize);
-    let (fx, fy) = ((x - column as f64) as f32, (y - row as f64) as f32);
-    let (upper, lower) =
-        (&image.row(row)[column..column + 2], &image.row(row + 1)[column..column + 2]);
-    let top = upper[0] + fx * (upper[1] - upper[0]);
-    let bottom = lower[0] + fx * (lower[1] - lower[0]);
-    top + fy * (bottom - top)
+/// Neighbours in a row of the grid, the first at `at(0)`.
+#[inline(always)]
+fn sample_lanes(image: &GreyImage, at: impl Fn(usize) -> [f64; 2], out: &mut [f32; LANES]) {
+    // Rounding keeps the order of positions along a row, so where both ends lie inside, all do.
+    if !(is_inside(image, at(0)) && is_inside(image, at(LANES - 1))) {
+        for (lane, sample) in out.iter_mut().enumerate() {
+            *sample = sample_anywhere(image, at(lane));
+        }
+        return;
+    }
+    // Each loop but the second becomes wide vectors; the second is bound by its two loads of two neighbours.
+    let (mut columns, mut rows) = ([0u32; LANES], [0u32; LANES]);
+    let (mut fx, mut fy) = ([0.0f32; LANES], [0.0f32; LANES]);
+    for lane in 0..LANES {
+        let [x, y] = at(lane);
+        let (column, row) = (floor(x), floor(y));
+        (columns[lane], rows[lane]) = (whole(column), whole(row));
+        (fx[lane], fy[lane]) = ((x - column) as f32, (y - row) as f32);
+    }
+    let (mut upper, mut lower) = ([[0.0f32; 2]; LANES], [[0.0f32; 2]; LANES]);
+    for lane in 0..LANES {
+        (upper[lane], lower[lane]) = image.neighbours(columns[lane] as usize, rows[lane] as usize);
+    }
+    for lane in 0..LANES {
+        let ([a, b], [c, d]) = (upper[lane], lower[lane]);
+        let (top, bottom) = (a + fx[lane] * (b - a), c + fx[lane] * (d - c));
+        out[lane] = top + fy[lane] * (bottom - top);
+    }
 }
 
-fn sample_anywhere(image: &GreyImage, x: f64, y: f64) -> f32 {
+/// Added to a number from 0 to `2^51`, it rounds it to a whole one, which then are the last bits of the sum.
+const ROUND: f64 = (1u64 << 52) as f64;
+
+/// The floor of a number from 0 to `2^51`. Casts to integers, and `f64::floor` on old processors, would not become vectors.
+#[inline(always)]
+fn floor(x: f64) -> f64 {
+    let near = (x + ROUND) - ROUND;
+    if near > x { near - 1.0 } else { near }
+}
+
+/// A whole number from 0 to `2^32 - 1` as such.
+#[inline(always)]
+fn whole(x: f64) -> u32 {
+    (x + ROUND).to_bits() as u32
+}
+
+/// Whether a sample has all its four neighbours in the frame, and their columns and rows are `u32`.
+#[inline(always)]
+fn is_inside(image: &GreyImage, [x, y]: [f64; 2]) -> bool {
+    let last = |side: usize| side.saturating_sub(1).min(u32::MAX as usize) as f64;
+    x >= 0.0 && y >= 0.0 && x < last(image.width()) && y < last(image.height())
+}
+
+/// A sample at any position. Its own code, so that the fast loop around it stays small.
+#[inline(never)]
+fn sample_anywhere(image: &GreyImage, [x, y]: [f64; 2]) -> f32 {
     let (column, row) = (x.floor(), y.floor());
     let pixel = |dx: f64, dy: f64| pixel_or_zero(image, column + dx, row + dy);
     let (fx, fy) = ((x - column) as f32, (y - row) as f32);
@@ -82,18 +144,24 @@ mod tests {
     }
 
     proptest! {
-        /// The path for grids inside the frame gives to the bit what the path for any grid gives.
+        /// The fast path gives to the bit what the path for any position gives, inside, outside and across the border, with all instructions
+        /// and for every side.
         #[test]
-        fn inside_and_anywhere_agree(x in 10.0..30.0f64, y in 10.0..20.0f64, s in 0.01..0.6f64, t in -3.0..3.0f64) {
+        fn inside_and_anywhere_agree(
+            x in -10.0..50.0f64, y in -10.0..40.0f64, s in 0.01..1.2f64, t in -3.0..3.0f64, side in 2usize..36,
+        ) {
             let image = image(40, 30);
             let map = [[s * t.cos(), -s * t.sin(), x], [s * t.sin(), s * t.cos(), y]];
-            let mut out = vec![0.0; 1024];
-            warp(&image, &map, 32, &mut out);
-            for (k, &got) in out.iter().enumerate() {
-                let (a, b) = ((k % 32) as f64 - 15.5, (k / 32) as f64 - 15.5);
-                let px = map[0][0] * a + (map[0][1] * b + map[0][2]);
-                let py = map[1][0] * a + (map[1][1] * b + map[1][2]);
-                prop_assert_eq!(got.to_bits(), sample_anywhere(&image, px, py).to_bits());
+            let half = (side as f64 - 1.0) / 2.0;
+            for (name, instructions) in Instructions::available() {
+                let mut out = vec![0.0; side * side];
+                instructions.dispatch(Warp { image: &image, map: &map, side, out: &mut out });
+                for (k, &got) in out.iter().enumerate() {
+                    let (a, b) = ((k % side) as f64 - half, (k / side) as f64 - half);
+                    let px = map[0][0] * a + (map[0][1] * b + map[0][2]);
+                    let py = map[1][0] * a + (map[1][1] * b + map[1][2]);
+                    prop_assert_eq!(got.to_bits(), sample_anywhere(&image, [px, py]).to_bits(), "{}", name);
+                }
             }
         }
 

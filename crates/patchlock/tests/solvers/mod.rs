@@ -4,9 +4,9 @@
 #![allow(dead_code)]
 
 use patchlock::config::Selection;
+use patchlock::simd::instructions::Instructions;
 use patchlock::sparse::codes::{Code, CodeRules};
 use patchlock::sparse::dictionary::Dictionary;
-use patchlock::sparse::instructions::Instructions;
 use patchlock::sparse::somp::{batched, definition};
 
 /// The rules of the preset `paper`.

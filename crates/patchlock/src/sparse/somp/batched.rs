@@ -49,10 +49,10 @@ use super::rows::{Margins, Rows};
 use super::screen::{Residuals, Runner, Screen};
 use super::vectors::{U, dot, project_out, widen};
 use crate::config::MAX_ATOMS;
+use crate::simd::instructions::Instructions;
 use crate::sparse::aligned::Aligned;
 use crate::sparse::codes::{Code, CodeRules};
 use crate::sparse::dictionary::Dictionary;
-use crate::sparse::instructions::Instructions;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 

@@ -1,7 +1,7 @@
-//! Which instructions the solver uses: the widest that the processor has, unless the environment says otherwise.
+//! Which instructions the tracker uses: the widest that the processor has, unless the environment says otherwise.
 //!
-//! The variable `PATCHLOCK_SIMD` forces them: `avx512`, `avx2` or `plain`. The boxes are the same with all of them, since what decides is
-//! computed in `f64`, in one order. On processors other than x86-64, `plain` is what the compiler makes of the same source, and
+//! The variable `PATCHLOCK_SIMD` forces them: `avx512`, `avx2` or `plain`. The boxes are the same with all of them: candidates and patches have
+//! the same bits, and what decides about codes is computed in `f64`, in one order. On processors other than x86-64, `plain` is what the compiler makes of the same source, and
 //! without the variable NEON is used where there is one.
 
 use crate::error::Error;
@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 /// The variable that forces the instructions.
 pub const VARIABLE: &str = "PATCHLOCK_SIMD";
 
-/// Which instructions the solver uses.
+/// Which instructions the tracker uses.
 #[derive(Debug, Clone, Copy)]
 pub enum Instructions {
     /// The widest that the processor has.
