@@ -25,6 +25,22 @@ pub struct Estimate {
     pub small: VisibilityMap,
 }
 
+impl Estimate {
+    /// One of nothing, to be filled.
+    pub(crate) fn empty() -> Self {
+        Self {
+            bbox: BoundingBox { x: 0.0, y: 0.0, w: 0.0, h: 0.0 },
+            corners: [[0.0; 2]; 4],
+            likelihood: 0.0,
+            score: 0.0,
+            visible_large: 0.0,
+            visible_small: 0.0,
+            large: VisibilityMap::default(),
+            small: VisibilityMap::default(),
+        }
+    }
+}
+
 /// Which patches of a scale are visible, row by row in the target's own frame of reference.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct VisibilityMap {
@@ -37,6 +53,13 @@ pub struct VisibilityMap {
 }
 
 impl VisibilityMap {
+    /// Becomes the map of a square grid; its buffer is used again.
+    pub(crate) fn fill(&mut self, per_side: usize, visible: impl Iterator<Item = bool>) {
+        (self.rows, self.columns) = (per_side, per_side);
+        self.visible.clear();
+        self.visible.extend(visible);
+    }
+
     /// The share of visible patches.
     pub fn share(&self) -> f64 {
         let visible = self.visible.iter().filter(|&&visible| visible).count();

@@ -99,14 +99,15 @@ impl Memory {
         self.subspace.add(&self.templates, &subspace_rules(config));
     }
 
-    /// Learns from the estimate: its state, its candidate and what of it is visible.
+    /// Learns from the estimate: its state and candidate, and what of it is visible. What is forgotten goes to `spare`, and is written over by what
+    /// is new.
     pub fn learn(
         &mut self,
-        state: State,
-        candidate: &[f32],
+        (state, candidate): (State, &[f32]),
         estimate: &Estimate,
         grid: &PatchGrid,
         config: &TrackerConfig,
+        spare: &mut Vec<Vec<f32>>,
     ) -> Lesson {
         self.state = state;
         self.frames += 1;
@@ -114,14 +115,17 @@ impl Memory {
             return self.gather(candidate, config);
         }
         self.steps += 1;
-        self.batch.push(candidate.to_vec());
+        let mut copy = spare.pop().unwrap_or_default();
+        copy.clear();
+        copy.extend_from_slice(candidate);
+        self.batch.push(copy);
         let mut lesson = Lesson::default();
         let every = |interval: usize| self.steps.is_multiple_of(interval as u64);
         let (large_turn, small_turn) =
             (every(config.update_interval), every(config.small_update_interval));
         if large_turn {
             self.subspace.add(&self.batch, &subspace_rules(config));
-            self.batch.clear();
+            spare.append(&mut self.batch);
             self.update_templates(candidate, estimate, grid, config, &mut lesson);
             if estimate.visible_large > config.large_buffer_guard {
                 buffer::push(&mut self.large_buffer, candidate);

@@ -154,9 +154,11 @@ impl MultiTracker {
         self.works.resize_with(threads, Work::default);
         let runs = self.targets.par_chunks_mut(run).zip(&mut self.works);
         let estimates = runs.flat_map_iter(|(targets, work)| {
-            targets
-                .iter_mut()
-                .map(|(id, target)| (*id, target.step(image, config, &mut *work, None)))
+            targets.iter_mut().map(|(id, target)| {
+                let mut estimate = Estimate::empty();
+                target.step(image, config, &mut *work, None, &mut estimate);
+                (*id, estimate)
+            })
         });
         Ok(estimates.collect())
     }

@@ -53,6 +53,8 @@ pub struct Tracker {
 #[derive(Debug)]
 pub(crate) struct Target {
     memory: Memory,
+    /// Templates that are forgotten, to be written over.
+    spare: Vec<Vec<f32>>,
     large: Scale,
     small: Scale,
 }
@@ -116,7 +118,18 @@ impl Tracker {
     /// [`Error::NotInitialised`] before the first `init`; [`Error::FrameSize`] or [`Error::Frame`] where the frame does not fit, and
     /// then the tracker is as it was.
     pub fn update(&mut self, frame: &Frame<'_>) -> Result<Estimate, Error> {
-        self.step(frame, None)
+        let mut estimate = Estimate::empty();
+        self.step(frame, None, &mut estimate)?;
+        Ok(estimate)
+    }
+
+    /// As [`Tracker::update`], into an estimate that there is, from `init` or an earlier frame, which saves the allocation of its two maps. Nothing
+    /// else is allocated, but on frames that change templates, and until all buffers have grown.
+    ///
+    /// # Errors
+    /// As [`Tracker::update`]; then the estimate is as it was too.
+    pub fn update_into(&mut self, frame: &Frame<'_>, estimate: &mut Estimate) -> Result<(), Error> {
+        self.step(frame, None, estimate)
     }
 
     /// As [`Tracker::update`], and shows the observer what happened. The boxes are the same.
@@ -128,7 +141,9 @@ impl Tracker {
         frame: &Frame<'_>,
         observer: &mut dyn Observer,
     ) -> Result<Estimate, Error> {
-        self.step(frame, Some(observer))
+        let mut estimate = Estimate::empty();
+        self.step(frame, Some(observer), &mut estimate)?;
+        Ok(estimate)
     }
 
     /// Everything that is needed to go on to the same boxes later: serialise it with a `serde` format that
@@ -151,12 +166,14 @@ impl Tracker {
         &mut self,
         frame: &Frame<'_>,
         observer: Option<&mut dyn Observer>,
-    ) -> Result<Estimate, Error> {
+        estimate: &mut Estimate,
+    ) -> Result<(), Error> {
         let Self { config, target, image, work } = self;
         let target = target.as_mut().ok_or(Error::NotInitialised)?;
         target.memory.check_size(frame.width(), frame.height())?;
         image.fill(frame)?;
-        Ok(target.step(image, config, work, observer))
+        target.step(image, config, work, observer, estimate);
+        Ok(())
     }
 }
 
@@ -180,7 +197,8 @@ impl Target {
         work.particles.push(state);
         work.warp(image, side);
         work.weigh(image, &target, config, Whose::All);
-        let estimate = work.estimate(0, &target, config);
+        let mut estimate = Estimate::empty();
+        work.estimate(0, &target, config, &mut estimate);
         (target, estimate)
     }
 
@@ -191,7 +209,8 @@ impl Target {
         config: &TrackerConfig,
         work: &mut Work,
         observer: Option<&mut dyn Observer>,
-    ) -> Estimate {
+        estimate: &mut Estimate,
+    ) {
         let memory = &mut self.memory;
         let motion = motion(config);
         let (last, rng) = (memory.state, &mut memory.rng);
@@ -206,16 +225,15 @@ impl Target {
             work.weigh(image, self, config, whose);
         }
         let best = particles::most_likely(&work.likelihoods);
-        let estimate = if nearest {
-            work.estimate_unseen(best, self, config)
+        if nearest {
+            work.estimate_unseen(best, self, config, estimate);
         } else {
-            work.estimate(best, self, config)
-        };
-        let lesson = self.learn(best, work, &estimate, config);
+            work.estimate(best, self, config, estimate);
+        }
+        let lesson = self.learn(best, work, estimate, config);
         if let Some(observer) = observer {
             observer.observe(&work.view(best, self, &lesson, config));
         }
-        estimate
     }
 
     /// What is remembered of it.
@@ -246,7 +264,7 @@ impl Target {
             memory.small_templates(),
             memory.small_buffer(),
         );
-        Self { memory, large, small }
+        Self { memory, spare: Vec::new(), large, small }
     }
 
     /// Takes the estimate into the memory, and follows with dictionaries and buffers.
@@ -259,7 +277,13 @@ impl Target {
     ) -> Lesson {
         let tracked = work.candidate(best, config.template_side);
         let state = work.particles[best];
-        let lesson = self.memory.learn(state, tracked, estimate, self.large.grid(), config);
+        let lesson = self.memory.learn(
+            (state, tracked),
+            estimate,
+            self.large.grid(),
+            config,
+            &mut self.spare,
+        );
         let memory = &self.memory;
         self.large.learn(
             lesson.large_dictionary.then(|| memory.templates()),
@@ -325,7 +349,8 @@ impl Work {
         ranked.clear();
         ranked.extend((0..particles.len() as u32).filter(|&k| !refused(k as usize)));
         let likeness = |k: u32| likeness[k as usize];
-        ranked.sort_by(|&a, &b| likeness(b).total_cmp(&likeness(a)).then(a.cmp(&b)));
+        // No two compare as equal, and a stable sort would allocate.
+        ranked.sort_unstable_by(|&a, &b| likeness(b).total_cmp(&likeness(a)).then(a.cmp(&b)));
         race.begin(particles.len(), ranked.iter().copied());
     }
 
@@ -338,41 +363,42 @@ impl Work {
         self.small.begin(0, 0);
     }
 
-    fn estimate(&self, best: usize, target: &Target, config: &TrackerConfig) -> Estimate {
+    fn estimate(&self, best: usize, target: &Target, config: &TrackerConfig, out: &mut Estimate) {
         let rules = LikelihoodRules::new(config);
-        let map = |scale: &Scale, findings: &Findings| {
+        let fill = |map: &mut VisibilityMap, scale: &Scale, findings: &Findings| {
             let visible = findings.features(best).map(|feature| rules.visible(&feature));
-            visibility_map(scale, visible.collect())
+            map.fill(scale.grid().per_side(), visible);
         };
-        let maps = (map(&target.large, &self.large), map(&target.small, &self.small));
-        self.estimate_with(best, maps, config)
+        fill(&mut out.large, &target.large, &self.large);
+        fill(&mut out.small, &target.small, &self.small);
+        self.finish_estimate(best, config, out);
     }
 
     /// The estimate where no codes are made: nothing is known to be hidden.
-    fn estimate_unseen(&self, best: usize, target: &Target, config: &TrackerConfig) -> Estimate {
-        let map = |scale: &Scale| visibility_map(scale, vec![true; scale.grid().locations()]);
-        self.estimate_with(best, (map(&target.large), map(&target.small)), config)
-    }
-
-    fn estimate_with(
+    fn estimate_unseen(
         &self,
         best: usize,
-        (large, small): (VisibilityMap, VisibilityMap),
+        target: &Target,
         config: &TrackerConfig,
-    ) -> Estimate {
+        out: &mut Estimate,
+    ) {
+        let fill = |map: &mut VisibilityMap, grid: &PatchGrid| {
+            map.fill(grid.per_side(), std::iter::repeat_n(true, grid.locations()));
+        };
+        fill(&mut out.large, target.large.grid());
+        fill(&mut out.small, target.small.grid());
+        self.finish_estimate(best, config, out);
+    }
+
+    /// What follows from the maps and the winner's state.
+    fn finish_estimate(&self, best: usize, config: &TrackerConfig, out: &mut Estimate) {
         let state = &self.particles[best];
         let (w, h) = state.size(config.template_side);
-        let (visible_large, visible_small) = (large.share(), small.share());
-        Estimate {
-            bbox: BoundingBox::around([state.x, state.y], w, h),
-            corners: warp::corners(&state.matrix(), config.template_side as f64 / 2.0),
-            likelihood: self.likelihoods[best],
-            score: (visible_large + visible_small) / 2.0,
-            visible_large,
-            visible_small,
-            large,
-            small,
-        }
+        out.bbox = BoundingBox::around([state.x, state.y], w, h);
+        out.corners = warp::corners(&state.matrix(), config.template_side as f64 / 2.0);
+        out.likelihood = self.likelihoods[best];
+        (out.visible_large, out.visible_small) = (out.large.share(), out.small.share());
+        out.score = (out.visible_large + out.visible_small) / 2.0;
     }
 
     fn view<'a>(
@@ -433,11 +459,6 @@ fn leaves(image: &GreyImage, state: &State, side: usize) -> bool {
     let (right, bottom) = (image.width() as f64 - 1.0, image.height() as f64 - 1.0);
     let corners = warp::corners(&state.matrix(), (side as f64 - 1.0) / 2.0);
     !corners.iter().all(|[x, y]| (0.0..=right).contains(x) && (0.0..=bottom).contains(y))
-}
-
-fn visibility_map(scale: &Scale, visible: Vec<bool>) -> VisibilityMap {
-    let per_side = scale.grid().per_side();
-    VisibilityMap { rows: per_side, columns: per_side, visible }
 }
 
 fn motion(config: &TrackerConfig) -> Motion {

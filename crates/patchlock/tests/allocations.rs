@@ -1,0 +1,152 @@
+//! What the tracker allocates once its buffers have grown: nothing on ordinary frames, little where it learns, and nothing that stays.
+//!
+//! Counted on one thread. Where more threads share the work, `rayon` allocates now and then for its queues of tasks.
+
+#[allow(dead_code)]
+#[path = "tracker/film.rs"]
+mod film;
+
+use film::SIMPLE;
+use patchlock::{Estimate, Tracker, TrackerConfig};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+/// The system's allocator, with two counters for each thread.
+struct Counting;
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+thread_local! {
+    static CALLS: Cell<u64> = const { Cell::new(0) };
+    static HELD: Cell<i64> = const { Cell::new(0) };
+}
+
+fn count(calls: u64, bytes: i64) {
+    CALLS.set(CALLS.get() + calls);
+    HELD.set(HELD.get() + bytes);
+}
+
+// SAFETY: every call goes to the system's allocator as it came. The counters are plain numbers, made when the program is compiled: touching
+// them neither allocates nor runs a destructor.
+#[allow(unsafe_code)]
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count(1, layout.size() as i64);
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
+        count(0, -(layout.size() as i64));
+        unsafe { System.dealloc(place, layout) }
+    }
+
+    unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count(1, size as i64 - layout.size() as i64);
+        unsafe { System.realloc(place, layout, size) }
+    }
+}
+
+/// What one frame did: calls of the allocator, and bytes that are held after it and were not before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Counted {
+    frame: usize,
+    calls: u64,
+    held: i64,
+}
+
+/// A tracker that goes over the film forth and back, so that the target never jumps.
+struct Endless {
+    tracker: Tracker,
+    estimate: Estimate,
+    frame: usize,
+}
+
+impl Endless {
+    fn new(config: &TrackerConfig) -> Self {
+        let mut tracker = Tracker::new(config.clone()).unwrap();
+        let estimate = tracker.init(&SIMPLE.frame(0), SIMPLE.truth(0)).unwrap();
+        Self { tracker, estimate, frame: 0 }
+    }
+
+    fn step(&mut self) -> Counted {
+        self.frame += 1;
+        let turn = SIMPLE.len() - 1;
+        let place = self.frame % (2 * turn);
+        let frame = SIMPLE.frame(place.min(2 * turn - place));
+        let before = (CALLS.get(), HELD.get());
+        self.tracker.update_into(&frame, &mut self.estimate).unwrap();
+        Counted { frame: self.frame, calls: CALLS.get() - before.0, held: HELD.get() - before.1 }
+    }
+}
+
+/// Runs in a pool of one thread, which then does all the work.
+fn on_one_thread<T: Send>(run: impl FnOnce() -> T + Send) -> T {
+    rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(run)
+}
+
+fn quick() -> TrackerConfig {
+    TrackerConfig { particles: 20, small_step: 8, ..TrackerConfig::preset("paper").unwrap() }
+}
+
+/// Frames until the buffers have grown.
+const WARM_UP: usize = 60;
+
+#[test]
+fn ordinary_frames_allocate_nothing() {
+    let config = TrackerConfig::preset("paper").unwrap();
+    let frames: Vec<Counted> = on_one_thread(|| {
+        let mut endless = Endless::new(&config);
+        (0..WARM_UP + 40).map(|_| endless.step()).skip(WARM_UP).collect()
+    });
+    let learns = |counted: &Counted| counted.frame.is_multiple_of(config.update_interval);
+    let (learning, ordinary): (Vec<_>, Vec<_>) = frames.into_iter().partition(learns);
+    assert_eq!((learning.len(), ordinary.len()), (8, 32));
+    for counted in ordinary {
+        assert_eq!((counted.calls, counted.held), (0, 0), "{counted:?}");
+    }
+    println!("frames that learn: {learning:?}");
+    assert!(learning.iter().all(|counted| counted.calls > 0), "the counter counts: {learning:?}");
+    assert!(learning.iter().all(|counted| counted.calls <= MOST_WHEN_LEARNING), "{learning:?}");
+}
+
+/// Calls of the allocator on a frame that learns: small matrices of the subspace and the mask, and scratch of the Gram matrix.
+const MOST_WHEN_LEARNING: u64 = 400;
+
+/// Bytes that a tracker holds, looked at every so many frames.
+fn held(config: &TrackerConfig, count: usize, every: usize) -> Vec<i64> {
+    on_one_thread(|| {
+        let before = HELD.get();
+        let mut endless = Endless::new(config);
+        let mut held = Vec::with_capacity(count / every);
+        for _ in 0..count / every {
+            for _ in 0..every {
+                endless.step();
+            }
+            held.push(HELD.get() - before);
+        }
+        held
+    })
+}
+
+#[test]
+fn nothing_grows_with_the_video() {
+    let held = held(&quick(), 3000, 100);
+    println!("bytes held: {held:?}");
+    // Which candidates look alike decides how far some buffers have to grow: they double a few times, then no more.
+    let late = &held[held.len() / 2..];
+    assert!(late.iter().all(|&bytes| bytes == late[0]), "{held:?}");
+}
+
+/// `cargo test --release -p patchlock --test allocations -- --ignored --nocapture`
+#[test]
+#[ignore = "takes minutes"]
+fn nothing_grows_over_100_000_frames() {
+    let held = held(&quick(), 100_000, 1000);
+    println!("bytes held every 1000 frames: {held:?}");
+    if let Ok(status) = std::fs::read_to_string("/proc/self/status") {
+        status.lines().filter(|line| line.starts_with("Vm")).for_each(|line| println!("{line}"));
+    }
+    let late = &held[held.len() / 2..];
+    assert!(late.iter().all(|&bytes| bytes == late[0]), "{held:?}");
+}
