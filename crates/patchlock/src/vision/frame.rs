@@ -7,19 +7,74 @@ use crate::Error;
 /// The largest magnitude of a `f32` sample: squares and sums of such samples stay finite.
 const MAX_SAMPLE: f32 = 1e6;
 
+/// A number that a pixel is made of.
+trait Sample: Copy + std::fmt::Debug {
+    /// What white is.
+    const WHITE: f32;
+
+    fn value(self) -> f32;
+
+    /// Whether sums of squares of it stay finite.
+    fn is_usable(self) -> bool {
+        true
+    }
+}
+
+impl Sample for u8 {
+    const WHITE: f32 = 255.0;
+
+    fn value(self) -> f32 {
+        f32::from(self)
+    }
+}
+
+impl Sample for u16 {
+    const WHITE: f32 = 65535.0;
+
+    fn value(self) -> f32 {
+        f32::from(self)
+    }
+}
+
+impl Sample for f32 {
+    const WHITE: f32 = 1.0;
+
+    fn value(self) -> f32 {
+        self
+    }
+
+    fn is_usable(self) -> bool {
+        self.abs() <= MAX_SAMPLE
+    }
+}
+
 /// The samples of a frame.
 #[derive(Debug, Clone, Copy)]
 enum Samples<'a> {
-    Grey8(&'a [u8]),
-    Rgb8(&'a [u8]),
-    Grey16(&'a [u16]),
-    Grey32f(&'a [f32]),
+    U8(&'a [u8]),
+    U16(&'a [u16]),
+    F32(&'a [f32]),
+}
+
+/// What the samples of a pixel are, in their order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Colours {
+    Grey,
+    Rgb,
+    Bgr,
+}
+
+impl Colours {
+    fn channels(self) -> usize {
+        if self == Self::Grey { 1 } else { 3 }
+    }
 }
 
 /// A borrowed view of one frame: row-major samples, `stride` samples from one row to the next.
 #[derive(Debug, Clone, Copy)]
 pub struct Frame<'a> {
     samples: Samples<'a>,
+    colours: Colours,
     width: usize,
     height: usize,
     stride: usize,
@@ -31,7 +86,7 @@ impl<'a> Frame<'a> {
     /// # Errors
     /// [`Error::Frame`] where a side is 0 or there are too few samples; so for all kinds of frames.
     pub fn grey8(samples: &'a [u8], width: usize, height: usize) -> Result<Self, Error> {
-        Self::new(Samples::Grey8(samples), width, height, width)
+        Self::whole(Samples::U8(samples), Colours::Grey, width, height)
     }
 
     /// Red, green, blue, 8 bits each, interleaved; `3 * width * height` samples without gaps.
@@ -39,8 +94,7 @@ impl<'a> Frame<'a> {
     /// # Errors
     /// As [`Frame::grey8`].
     pub fn rgb8(samples: &'a [u8], width: usize, height: usize) -> Result<Self, Error> {
-        let stride = width.saturating_mul(3);
-        Self::new(Samples::Rgb8(samples), width, height, stride)
+        Self::whole(Samples::U8(samples), Colours::Rgb, width, height)
     }
 
     /// Grey, 16 bits a sample (0 to 65535 is black to white).
@@ -48,7 +102,15 @@ impl<'a> Frame<'a> {
     /// # Errors
     /// As [`Frame::grey8`].
     pub fn grey16(samples: &'a [u16], width: usize, height: usize) -> Result<Self, Error> {
-        Self::new(Samples::Grey16(samples), width, height, width)
+        Self::whole(Samples::U16(samples), Colours::Grey, width, height)
+    }
+
+    /// Red, green, blue, 16 bits each, interleaved.
+    ///
+    /// # Errors
+    /// As [`Frame::grey8`].
+    pub fn rgb16(samples: &'a [u16], width: usize, height: usize) -> Result<Self, Error> {
+        Self::whole(Samples::U16(samples), Colours::Rgb, width, height)
     }
 
     /// Grey floats, meant to be in `[0, 1]`; other ranges do as well, since candidates are normalised.
@@ -57,15 +119,30 @@ impl<'a> Frame<'a> {
     /// # Errors
     /// As [`Frame::grey8`].
     pub fn grey32f(samples: &'a [f32], width: usize, height: usize) -> Result<Self, Error> {
-        Self::new(Samples::Grey32f(samples), width, height, width)
+        Self::whole(Samples::F32(samples), Colours::Grey, width, height)
     }
 
-    /// The same samples with `stride` samples (for RGB: bytes) from the start of a row to the start of the next.
+    /// Red, green, blue as floats, interleaved; the values as for [`Frame::grey32f`].
+    ///
+    /// # Errors
+    /// As [`Frame::grey8`].
+    pub fn rgb32f(samples: &'a [f32], width: usize, height: usize) -> Result<Self, Error> {
+        Self::whole(Samples::F32(samples), Colours::Rgb, width, height)
+    }
+
+    /// The same samples in the order blue, green, red, as OpenCV has them. A grey frame stays what it is.
+    #[must_use]
+    pub fn bgr(self) -> Self {
+        let colours = if self.colours == Colours::Rgb { Colours::Bgr } else { self.colours };
+        Self { colours, ..self }
+    }
+
+    /// The same samples with `stride` samples (not pixels) from the start of a row to the start of the next.
     ///
     /// # Errors
     /// [`Error::Frame`] where rows would overlap or there are too few samples.
     pub fn with_stride(self, stride: usize) -> Result<Self, Error> {
-        Self::new(self.samples, self.width, self.height, stride)
+        Self { stride, ..self }.checked()
     }
 
     /// Width in pixels.
@@ -78,17 +155,23 @@ impl<'a> Frame<'a> {
         self.height
     }
 
-    fn new(
+    fn whole(
         samples: Samples<'a>,
+        colours: Colours,
         width: usize,
         height: usize,
-        stride: usize,
     ) -> Result<Self, Error> {
-        let (length, channels) = match samples {
-            Samples::Grey8(s) => (s.len(), 1),
-            Samples::Rgb8(s) => (s.len(), 3),
-            Samples::Grey16(s) => (s.len(), 1),
-            Samples::Grey32f(s) => (s.len(), 1),
+        let stride = width.saturating_mul(colours.channels());
+        Self { samples, colours, width, height, stride }.checked()
+    }
+
+    fn checked(self) -> Result<Self, Error> {
+        let Self { width, height, stride, .. } = self;
+        let channels = self.colours.channels();
+        let length = match self.samples {
+            Samples::U8(s) => s.len(),
+            Samples::U16(s) => s.len(),
+            Samples::F32(s) => s.len(),
         };
         if width == 0 || height == 0 {
             return Err(Error::Frame(format!(
@@ -101,9 +184,7 @@ impl<'a> Frame<'a> {
             (Some(row), _) if stride < row => Err(Error::Frame(format!(
                 "the stride is {stride} samples, but a row of {width} pixels has {row}"
             ))),
-            (Some(_), Some(needed)) if length >= needed => {
-                Ok(Self { samples, width, height, stride })
-            }
+            (Some(_), Some(needed)) if length >= needed => Ok(self),
             _ => Err(Error::Frame(format!(
                 "{width}x{height} pixels with {channels} samples each and stride {stride} do not fit in the {length} samples that were given"
             ))),
@@ -155,36 +236,31 @@ impl GreyImage {
         self.height = frame.height;
         self.samples.clear();
         self.samples.reserve(frame.width * frame.height);
-        let (width, height, stride) = (frame.width, frame.height, frame.stride);
         match frame.samples {
-            Samples::Grey8(s) => {
-                for y in 0..height {
-                    let row = &s[y * stride..][..width];
-                    self.samples.extend(row.iter().map(|&v| f32::from(v) / 255.0));
-                }
+            Samples::U8(samples) => self.fill_from(samples, frame),
+            Samples::U16(samples) => self.fill_from(samples, frame),
+            Samples::F32(samples) => self.fill_from(samples, frame),
+        }
+    }
+
+    fn fill_from<S: Sample>(&mut self, samples: &[S], frame: &Frame<'_>) -> Result<(), Error> {
+        let channels = frame.colours.channels();
+        for y in 0..frame.height {
+            let row = &samples[y * frame.stride..][..channels * frame.width];
+            if let Some(k) = row.iter().position(|sample| !sample.is_usable()) {
+                return Err(Error::Frame(format!(
+                    "the sample at x {}, y {y} is {:?}; all must be finite and at most {MAX_SAMPLE:e} in magnitude",
+                    k / channels,
+                    row[k]
+                )));
             }
-            Samples::Grey16(s) => {
-                for y in 0..height {
-                    let row = &s[y * stride..][..width];
-                    self.samples.extend(row.iter().map(|&v| f32::from(v) / 65535.0));
+            match frame.colours {
+                Colours::Grey => self.samples.extend(row.iter().map(|v| v.value() / S::WHITE)),
+                Colours::Rgb => {
+                    self.samples.extend(row.as_chunks().0.iter().map(|&[r, g, b]| grey(r, g, b)));
                 }
-            }
-            Samples::Rgb8(s) => {
-                for y in 0..height {
-                    let row = &s[y * stride..][..3 * width];
-                    self.samples.extend(row.as_chunks().0.iter().map(grey_of));
-                }
-            }
-            Samples::Grey32f(s) => {
-                for y in 0..height {
-                    let row = &s[y * stride..][..width];
-                    if let Some(x) = row.iter().position(|v| v.is_nan() || v.abs() > MAX_SAMPLE) {
-                        return Err(Error::Frame(format!(
-                            "the sample at x {x}, y {y} is {}; all must be finite and at most {MAX_SAMPLE:e} in magnitude",
-                            row[x]
-                        )));
-                    }
-                    self.samples.extend_from_slice(row);
+                Colours::Bgr => {
+                    self.samples.extend(row.as_chunks().0.iter().map(|&[b, g, r]| grey(r, g, b)));
                 }
             }
         }
@@ -192,15 +268,15 @@ impl GreyImage {
     }
 }
 
-fn grey_of(&[r, g, b]: &[u8; 3]) -> f32 {
-    (0.2989 * f32::from(r) + 0.5870 * f32::from(g) + 0.1140 * f32::from(b)) / 255.0
+fn grey<S: Sample>(r: S, g: S, b: S) -> f32 {
+    (0.2989 * r.value() + 0.5870 * g.value() + 0.1140 * b.value()) / S::WHITE
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn grey(frame: Frame<'_>) -> Vec<f32> {
+    fn greys(frame: Frame<'_>) -> Vec<f32> {
         let mut image = GreyImage::default();
         image.fill(&frame).unwrap();
         image.samples
@@ -209,30 +285,44 @@ mod tests {
     #[test]
     fn every_kind_of_frame_becomes_the_same_grey() {
         let expected = [0.0, 1.0, 0.2, 0.4];
-        assert_eq!(grey(Frame::grey8(&[0, 255, 51, 102], 2, 2).unwrap()), expected);
-        assert_eq!(grey(Frame::grey16(&[0, 65535, 13107, 26214], 2, 2).unwrap()), expected);
-        assert_eq!(grey(Frame::grey32f(&expected, 2, 2).unwrap()), expected);
+        assert_eq!(greys(Frame::grey8(&[0, 255, 51, 102], 2, 2).unwrap()), expected);
+        assert_eq!(greys(Frame::grey16(&[0, 65535, 13107, 26214], 2, 2).unwrap()), expected);
+        assert_eq!(greys(Frame::grey32f(&expected, 2, 2).unwrap()), expected);
     }
 
     #[test]
     fn colour_is_weighed_as_the_paper_does() {
         let rgb = [255, 0, 0, 0, 255, 0, 0, 0, 255];
-        let got = grey(Frame::rgb8(&rgb, 3, 1).unwrap());
+        let got = greys(Frame::rgb8(&rgb, 3, 1).unwrap());
         for (got, want) in got.iter().zip([0.2989, 0.5870, 0.1140]) {
             assert!((got - want).abs() < 1e-6);
         }
     }
 
     #[test]
+    fn colour_is_the_same_at_every_depth_and_in_both_orders() {
+        let rgb = [51, 102, 204, 0, 255, 153];
+        let expected = greys(Frame::rgb8(&rgb, 2, 1).unwrap());
+        let near = |got: Vec<f32>| got.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-6);
+        let deep = rgb.map(|v| u16::from(v) * 257);
+        assert!(near(greys(Frame::rgb16(&deep, 2, 1).unwrap())));
+        let floats = rgb.map(|v| f32::from(v) / 255.0);
+        assert!(near(greys(Frame::rgb32f(&floats, 2, 1).unwrap())));
+        let bgr = [204, 102, 51, 153, 255, 0];
+        assert_eq!(greys(Frame::rgb8(&bgr, 2, 1).unwrap().bgr()), expected);
+        assert_eq!(greys(Frame::grey8(&[255], 1, 1).unwrap().bgr()), [1.0]);
+    }
+
+    #[test]
     fn gaps_between_rows_are_passed_over() {
         let samples = [0, 51, 9, 102, 255];
         let frame = Frame::grey8(&samples, 2, 2).and_then(|f| f.with_stride(3)).unwrap();
-        assert_eq!(grey(frame), [0.0, 0.2, 0.4, 1.0]);
+        assert_eq!(greys(frame), [0.0, 0.2, 0.4, 1.0]);
         let rgb = [255, 255, 255, 7, 0, 0, 0];
         let frame = Frame::rgb8(&rgb[..6], 1, 2).unwrap();
         assert_eq!(frame.width(), 1);
         let frame = Frame::rgb8(&rgb, 1, 2).and_then(|f| f.with_stride(4)).unwrap();
-        assert_eq!(grey(frame)[1], 0.0);
+        assert_eq!(greys(frame)[1], 0.0);
     }
 
     #[test]
@@ -248,5 +338,8 @@ mod tests {
         let bad = [0.0, f32::NAN];
         let error = GreyImage::default().fill(&Frame::grey32f(&bad, 1, 2).unwrap()).unwrap_err();
         assert!(error.to_string().contains("x 0, y 1 is NaN"), "{error}");
+        let bad = [0.0, 0.0, 0.0, 0.0, 2e6, 0.0];
+        let error = GreyImage::default().fill(&Frame::rgb32f(&bad, 2, 1).unwrap()).unwrap_err();
+        assert!(error.to_string().contains("x 1, y 0 is 2000000.0"), "{error}");
     }
 }
