@@ -16,14 +16,24 @@ pub mod settings;
 pub mod source;
 pub mod target;
 
-use std::process::ExitCode;
+use std::ffi::OsString;
+use std::io::{self, Write};
 
 use clap::Parser;
 
-/// The whole program: reads the command line, works, reports.
-pub fn run() -> ExitCode {
-    match cmd::Cli::parse().run() {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(error) => ExitCode::from(complaint::report(&error) as u8),
-    }
+/// The whole program: reads the command line (the program's name first), works, reports. Gives the exit code.
+///
+/// It never ends the process, so that the Python package can call it.
+pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
+    let code = match cmd::Cli::try_parse_from(args) {
+        Ok(cli) => cli.run().map_or_else(|error| complaint::report(&error) as u8, |()| 0),
+        Err(message) => {
+            // Nothing can be done where even that can't be printed.
+            let _ = message.print();
+            message.exit_code() as u8
+        }
+    };
+    // Within another program nobody else does that. Who does not read it any more does not miss it.
+    let _ = io::stdout().flush();
+    code
 }

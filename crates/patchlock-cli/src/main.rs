@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    patchlock_cli::run()
+    ExitCode::from(patchlock_cli::run(std::env::args_os()))
 }

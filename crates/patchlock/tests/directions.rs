@@ -72,6 +72,7 @@ const CRATES: &[(&str, &[&str], &[&str])] = &[
     ("patchlock", &[], &["patchlock-scene"]),
     ("patchlock-eval", &["patchlock"], &["patchlock-scene"]),
     ("patchlock-cli", &["patchlock", "patchlock-eval", "patchlock-scene"], &[]),
+    ("patchlock-py", &["patchlock", "patchlock-eval", "patchlock-cli"], &[]),
 ];
 
 fn library() -> PathBuf {

@@ -20,6 +20,18 @@ const PATIENCE: Duration = Duration::from_millis(100);
 pub struct Ahead {
     frames: Receiver<(usize, Result<Option<Picture>>)>,
     last: Option<usize>,
+    ended: bool,
+}
+
+/// What a wait for the decoder brought.
+#[derive(Debug)]
+pub enum Next {
+    /// A frame with its number.
+    Frame(usize, Picture),
+    /// There are no more.
+    End,
+    /// The decoder is not done with the next one.
+    NotYet,
 }
 
 impl Ahead {
@@ -39,7 +51,7 @@ impl Ahead {
             }
             let _ = sender.send((0, Ok(None)));
         });
-        Self { frames, last: None }
+        Self { frames, last: None, ended: false }
     }
 
     /// The next frame with its number; `None` at the end, and soon after Ctrl-C.
@@ -52,14 +64,28 @@ impl Ahead {
             if interrupt::requested() {
                 return Ok(None);
             }
-            match self.frames.recv_timeout(PATIENCE) {
-                Ok((index, frame)) => {
-                    self.last = Some(index);
-                    return Ok(frame?.map(|picture| (index, picture)));
-                }
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => return Err(self.decoder_died()),
+            match self.wait()? {
+                Next::Frame(index, picture) => return Ok(Some((index, picture))),
+                Next::End => return Ok(None),
+                Next::NotYet => {}
             }
+        }
+    }
+
+    /// Waits a moment for the next frame.
+    pub fn wait(&mut self) -> Result<Next> {
+        if self.ended {
+            return Ok(Next::End);
+        }
+        let waited = self.frames.recv_timeout(PATIENCE);
+        self.ended = !matches!(waited, Ok((_, Ok(Some(_)))) | Err(RecvTimeoutError::Timeout));
+        match waited {
+            Ok((index, frame)) => {
+                self.last = Some(index);
+                Ok(frame?.map_or(Next::End, |picture| Next::Frame(index, picture)))
+            }
+            Err(RecvTimeoutError::Timeout) => Ok(Next::NotYet),
+            Err(RecvTimeoutError::Disconnected) => Err(self.decoder_died()),
         }
     }
 

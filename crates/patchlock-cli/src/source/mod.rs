@@ -14,7 +14,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
-pub use ahead::Ahead;
+pub use ahead::{Ahead, Next};
 pub use order::Order;
 
 use crate::complaint::failed;

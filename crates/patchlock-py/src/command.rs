@@ -1,0 +1,11 @@
+//! The command `patchlock`: the same code as the binary.
+
+use std::ffi::OsString;
+
+use pyo3::prelude::*;
+
+/// Runs the command with these arguments, the program's name first; gives the exit code.
+#[pyfunction]
+pub fn run(py: Python<'_>, args: Vec<OsString>) -> u8 {
+    py.detach(|| patchlock_cli::run(args))
+}

@@ -1,0 +1,218 @@
+//! What the tracker says of a frame, as Python sees it.
+
+use numpy::{PyArray2, PyReadonlyArray2, ToPyArray, ndarray::Array2};
+use patchlock::{BoundingBox, VisibilityMap};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::{PyDict, PyType};
+
+/// The maps of hidden patches at the large and at the small scale.
+type Maps<'py> = (Bound<'py, PyArray2<bool>>, Bound<'py, PyArray2<bool>>);
+
+/// What `__reduce__` gives: the class and the arguments that make the same value again.
+type Reduced<'py> =
+    (Bound<'py, PyType>, (Bound<'py, PyAny>, Vec<[f64; 2]>, f64, Maps<'py>, u64, f64));
+
+/// Where the target is in one frame, how much of it is seen, and how sure that is.
+#[pyclass(frozen, module = "patchlock")]
+pub struct Estimate {
+    frame: u64,
+    ms: f64,
+    inner: patchlock::Estimate,
+}
+
+impl Estimate {
+    pub fn from_rust(inner: patchlock::Estimate, frame: u64, ms: f64) -> Self {
+        Self { frame, ms, inner }
+    }
+}
+
+#[pymethods]
+impl Estimate {
+    #[new]
+    #[pyo3(signature = (r#box, corners, likelihood, occlusion, frame = 0, ms = 0.0))]
+    fn new(
+        r#box: &Bound<'_, PyAny>,
+        corners: &Bound<'_, PyAny>,
+        likelihood: f64,
+        occlusion: (Bound<'_, PyAny>, Bound<'_, PyAny>),
+        frame: u64,
+        ms: f64,
+    ) -> PyResult<Self> {
+        let corners: Vec<[f64; 2]> = corners
+            .try_iter()?
+            .map(|corner| numbers(&corner?, "a corner is x, y"))
+            .collect::<PyResult<_>>()?;
+        let corners =
+            corners.try_into().map_err(|_| PyValueError::new_err("there must be four corners"))?;
+        let (large, small) = (visibility(&occlusion.0)?, visibility(&occlusion.1)?);
+        let (visible_large, visible_small) = (large.share(), small.share());
+        let score = (visible_large + visible_small) / 2.0;
+        let bbox = to_box(r#box)?;
+        let inner = patchlock::Estimate {
+            bbox,
+            corners,
+            likelihood,
+            score,
+            visible_large,
+            visible_small,
+            large,
+            small,
+        };
+        Ok(Self { frame, ms, inner })
+    }
+
+    /// Number of the frame: in the source for `track`, else counted from the one given to `init`.
+    #[getter]
+    fn frame(&self) -> u64 {
+        self.frame
+    }
+
+    /// Milliseconds that the tracker took for the frame.
+    #[getter]
+    fn ms(&self) -> f64 {
+        self.ms
+    }
+
+    /// The upright box `(x, y, w, h)` in pixels, counted from 0, with fractions.
+    #[getter]
+    fn r#box<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let BoundingBox { x, y, w, h } = self.inner.bbox;
+        named(py, &BOX, "Box")?.call1((x, y, w, h))
+    }
+
+    /// The corners of the turned outline, shape (4, 2) as x, y: top left, top right, bottom right, bottom left.
+    #[getter]
+    fn corners<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
+        Array2::from(self.inner.corners.to_vec()).to_pyarray(py)
+    }
+
+    /// How much of the target is seen, 0 to 1: the mean of the visible shares at both scales.
+    #[getter]
+    fn score(&self) -> f64 {
+        self.inner.score
+    }
+
+    /// The likelihood of the paper's Eq. 24; larger is better, with no fixed scale.
+    #[getter]
+    fn likelihood(&self) -> f64 {
+        self.inner.likelihood
+    }
+
+    /// Shares of visible patches, `(large, small)`, each 0 to 1.
+    #[getter]
+    fn visibility<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let shares = (self.inner.visible_large, self.inner.visible_small);
+        named(py, &VISIBILITY, "Visibility")?.call1(shares)
+    }
+
+    /// Which patches are hidden, `(large, small)`: boolean arrays, 3 x 3 and 13 x 13 in the paper, in the target's own frame of reference.
+    #[getter]
+    fn occlusion<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        named(py, &OCCLUSION, "Occlusion")?.call1(self.maps(py)?)
+    }
+
+    /// The columns of a table as `patchlock track` saves it: frame, x, y, w, h, score, visible_large, visible_small, x1 to y4, ms.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let Self { frame, ms, inner } = self;
+        let dict = PyDict::new(py);
+        dict.set_item("frame", frame)?;
+        let BoundingBox { x, y, w, h } = inner.bbox;
+        let numbers = [
+            ("x", x),
+            ("y", y),
+            ("w", w),
+            ("h", h),
+            ("score", inner.score),
+            ("visible_large", inner.visible_large),
+            ("visible_small", inner.visible_small),
+        ];
+        numbers.iter().try_for_each(|(name, value)| dict.set_item(name, value))?;
+        for (k, [x, y]) in inner.corners.iter().enumerate() {
+            dict.set_item(format!("x{}", k + 1), x)?;
+            dict.set_item(format!("y{}", k + 1), y)?;
+        }
+        dict.set_item("ms", ms)?;
+        Ok(dict)
+    }
+
+    /// The same estimate of the frame with this number.
+    fn numbered(&self, frame: u64) -> Self {
+        Self { frame, ms: self.ms, inner: self.inner.clone() }
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        // Not the time: the same estimate takes another time each time.
+        self.frame == other.frame && self.inner == other.inner
+    }
+
+    fn __repr__(&self) -> String {
+        let BoundingBox { x, y, w, h } = self.inner.bbox;
+        format!(
+            "Estimate(frame={}, box=({x:.2}, {y:.2}, {w:.2}, {h:.2}), score={:.3})",
+            self.frame, self.inner.score
+        )
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let corners = self.inner.corners.to_vec();
+        let maps = self.maps(py)?;
+        let args = (self.r#box(py)?, corners, self.inner.likelihood, maps, self.frame, self.ms);
+        Ok((py.get_type::<Self>(), args))
+    }
+}
+
+impl Estimate {
+    fn maps<'py>(&self, py: Python<'py>) -> PyResult<Maps<'py>> {
+        Ok((hidden(py, &self.inner.large)?, hidden(py, &self.inner.small)?))
+    }
+}
+
+static BOX: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+static VISIBILITY: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+static OCCLUSION: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+
+/// A named tuple of the package.
+fn named<'a, 'py>(
+    py: Python<'py>,
+    class: &'a PyOnceLock<Py<PyType>>,
+    name: &str,
+) -> PyResult<&'a Bound<'py, PyType>> {
+    class.import(py, "patchlock._types", name)
+}
+
+fn hidden<'py>(py: Python<'py>, map: &VisibilityMap) -> PyResult<Bound<'py, PyArray2<bool>>> {
+    let hidden = map.visible.iter().map(|visible| !visible).collect();
+    let array = Array2::from_shape_vec((map.rows, map.columns), hidden)
+        .map_err(|error| PyValueError::new_err(error.to_string()))?;
+    Ok(array.to_pyarray(py))
+}
+
+fn visibility(hidden: &Bound<'_, PyAny>) -> PyResult<VisibilityMap> {
+    let hidden: PyReadonlyArray2<'_, bool> = hidden.extract().map_err(|_| {
+        PyTypeError::new_err("occlusion holds two boolean arrays of shape (rows, columns)")
+    })?;
+    let array = hidden.as_array();
+    let (rows, columns) = array.dim();
+    Ok(VisibilityMap { rows, columns, visible: array.iter().map(|hidden| !hidden).collect() })
+}
+
+/// A box from anything that holds four numbers.
+pub fn to_box(object: &Bound<'_, PyAny>) -> PyResult<BoundingBox> {
+    let [x, y, w, h] =
+        numbers(object, "a box is four numbers x, y, w, h: left, top, width, height in pixels")?;
+    Ok(BoundingBox { x, y, w, h })
+}
+
+/// So many numbers from a tuple, a list, an array ...
+fn numbers<const N: usize>(object: &Bound<'_, PyAny>, expected: &str) -> PyResult<[f64; N]> {
+    let wrong = || {
+        let shown = object.repr().map_or("this".to_string(), |text| text.to_string());
+        format!("{expected}; not {shown}")
+    };
+    let items = object.try_iter().map_err(|_| PyTypeError::new_err(wrong()))?;
+    let numbers: PyResult<Vec<f64>> = items.map(|item| item?.extract()).collect();
+    let numbers = numbers.map_err(|_| PyTypeError::new_err(wrong()))?;
+    numbers.try_into().map_err(|_| PyValueError::new_err(wrong()))
+}

@@ -1,0 +1,28 @@
+//! The Python package: a thin layer on the tracker, the sources of frames, and the command.
+//!
+//! What users see is the package `patchlock` in `python/`; this module, `patchlock._patchlock`, is its Rust part. All work on frames is
+//! done with the interpreter's lock released.
+
+mod command;
+mod errors;
+mod estimate;
+mod pixels;
+mod settings;
+mod source;
+mod threads;
+mod tracker;
+
+use pyo3::prelude::*;
+
+/// The Rust part of the package `patchlock`.
+#[pymodule]
+fn _patchlock(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add("PRESETS", patchlock::PRESETS)?;
+    module.add_class::<tracker::Tracker>()?;
+    module.add_class::<estimate::Estimate>()?;
+    module.add_class::<source::Frames>()?;
+    module.add_function(wrap_pyfunction!(tracker::restore, module)?)?;
+    module.add_function(wrap_pyfunction!(settings::parameters, module)?)?;
+    module.add_function(wrap_pyfunction!(command::run, module)?)
+}

@@ -1,0 +1,125 @@
+//! From a preset and keyword arguments to a checked configuration.
+
+use patchlock::config::Range;
+use patchlock::{Error, PARAMETERS, Parameter, TrackerConfig};
+use patchlock_cli::settings::near_matches;
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict};
+use serde_json::{Map, Value};
+
+use crate::errors;
+
+/// A preset with some settings changed.
+pub fn resolve(preset: &str, overrides: Option<&Bound<'_, PyDict>>) -> PyResult<TrackerConfig> {
+    let config = TrackerConfig::preset(preset).map_err(errors::of_tracker)?;
+    let mut table = table(&config)?;
+    for (name, value) in overrides.into_iter().flatten() {
+        let name: String = name.extract()?;
+        // `lambda` is a word of the language: as a keyword it is written `lambda_`.
+        let name = name.strip_suffix('_').map_or(name.clone(), str::to_owned);
+        let known = PARAMETERS.iter().find(|parameter| parameter.name == name);
+        let parameter = known.ok_or_else(|| unknown(&name))?;
+        let value = checked(parameter, &value, &table[&name])?;
+        table.insert(name, value);
+    }
+    let config: TrackerConfig = serde_json::from_value(Value::Object(table))
+        .map_err(|error| PyValueError::new_err(error.to_string()))?;
+    config.validate().map_err(errors::of_tracker)?;
+    Ok(config)
+}
+
+/// The configuration by names.
+fn table(config: &TrackerConfig) -> PyResult<Map<String, Value>> {
+    match serde_json::to_value(config) {
+        Ok(Value::Object(table)) => Ok(table),
+        other => Err(PyValueError::new_err(format!("no table of settings: {other:?}"))),
+    }
+}
+
+fn unknown(name: &str) -> PyErr {
+    let near = near_matches(name, PARAMETERS.iter().map(|parameter| parameter.name));
+    let meant = if near.is_empty() {
+        String::new()
+    } else {
+        format!("did you mean {}? ", near.join(" or "))
+    };
+    PyTypeError::new_err(format!(
+        "there is no setting '{name}'; {meant}patchlock.parameters() lists all"
+    ))
+}
+
+/// The value in the kind of the setting, and in its range.
+fn checked(parameter: &Parameter, value: &Bound<'_, PyAny>, default: &Value) -> PyResult<Value> {
+    let wrong_kind = |wanted: &str| {
+        let shown = value.repr().map_or("this".to_string(), |text| text.to_string());
+        PyTypeError::new_err(format!("{} takes {wanted}, not {shown}", parameter.name))
+    };
+    let outside = || {
+        errors::of_tracker(Error::Config {
+            field: parameter.name,
+            value: value.to_string(),
+            allowed: parameter.range.to_string(),
+        })
+    };
+    match parameter.range {
+        Range::Flag => match value.extract::<bool>() {
+            Ok(flag) => Ok(Value::Bool(flag)),
+            Err(_) => Err(wrong_kind("True or False")),
+        },
+        Range::Words(words) => match value.extract::<String>() {
+            Ok(word) if words.contains(&word.as_str()) => Ok(Value::String(word)),
+            Ok(_) => Err(outside()),
+            Err(_) => Err(wrong_kind("a word")),
+        },
+        Range::Number { min, max } => {
+            let whole = !default.is_f64();
+            let wanted = if whole { "a whole number" } else { "a number" };
+            let number = if value.is_instance_of::<PyBool>() { None } else { value.extract().ok() };
+            let number: f64 = number.ok_or_else(|| wrong_kind(wanted))?;
+            let integer: Option<i64> = value.extract().ok();
+            match integer {
+                _ if !(min..=max).contains(&number) => Err(outside()),
+                Some(integer) if whole => Ok(Value::from(integer)),
+                None if whole => Err(wrong_kind(wanted)),
+                _ => Ok(Value::from(number)),
+            }
+        }
+    }
+}
+
+/// The configuration as a Python dictionary.
+pub fn to_dict<'py>(py: Python<'py>, config: &TrackerConfig) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    let table = table(config)?;
+    for parameter in PARAMETERS {
+        dict.set_item(parameter.name, to_python(py, &table[parameter.name])?)?;
+    }
+    Ok(dict)
+}
+
+fn to_python<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
+    match value {
+        Value::Bool(flag) => Ok(flag.into_pyobject(py)?.to_owned().into_any()),
+        Value::String(word) => Ok(word.into_pyobject(py)?.into_any()),
+        Value::Number(number) if number.is_u64() => {
+            Ok(number.as_u64().into_pyobject(py)?.into_any())
+        }
+        other => Ok(other.as_f64().into_pyobject(py)?.into_any()),
+    }
+}
+
+/// One row of the table of settings: name, default, allowed, section of the paper, purpose.
+type Row<'py> = (&'static str, Bound<'py, PyAny>, String, &'static str, String);
+
+/// The rows of the table of settings.
+#[pyfunction]
+pub fn parameters(py: Python<'_>) -> PyResult<Vec<Row<'_>>> {
+    let defaults = to_dict(py, &TrackerConfig::default())?;
+    let row = |parameter: &'static Parameter| -> PyResult<_> {
+        let default = defaults.as_any().get_item(parameter.name)?;
+        let purpose = parameter.purpose.split_whitespace().collect::<Vec<_>>().join(" ");
+        Ok((parameter.name, default, parameter.range.to_string(), parameter.section, purpose))
+    };
+    PARAMETERS.iter().map(row).collect()
+}

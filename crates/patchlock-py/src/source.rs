@@ -1,0 +1,112 @@
+//! Frames of a video, a folder or a pattern as numpy arrays, decoded as the command does.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use numpy::ndarray::{Array2, Array3};
+use numpy::{Element, IntoPyArray};
+use patchlock_cli::source::{self, Ahead, Next, Order};
+use patchlock_eval::picture::{Picture, Pixels};
+use pyo3::exceptions::{PyFileNotFoundError, PyValueError};
+use pyo3::prelude::*;
+
+use crate::errors;
+
+/// The frames of a source with their numbers, decoded ahead on a thread.
+#[pyclass(frozen, module = "patchlock")]
+pub struct Frames {
+    ahead: Mutex<Ahead>,
+    count: Option<usize>,
+    rate: Option<f64>,
+}
+
+#[pymethods]
+impl Frames {
+    #[new]
+    #[pyo3(signature = (source, *, start = 0, end = None, stride = 1, reverse = false))]
+    fn new(
+        py: Python<'_>,
+        source: PathBuf,
+        start: usize,
+        end: Option<usize>,
+        stride: usize,
+        reverse: bool,
+    ) -> PyResult<Self> {
+        let order = Order { start, end, stride, reverse };
+        let opened = py.detach(|| -> anyhow::Result<Self> {
+            order.check()?;
+            let opened = source::open(&source.to_string_lossy(), reverse)?;
+            let (length, rate) = (opened.length(), opened.rate());
+            let indices = order.indices(length)?;
+            Ok(Self {
+                ahead: Mutex::new(Ahead::start(opened, indices)),
+                count: order.count(length),
+                rate: rate.map(|rate| f64::from(rate.frames) / f64::from(rate.seconds)),
+            })
+        });
+        opened.map_err(|error| {
+            let exception = errors::of_source(&error);
+            if is_missing(&source) {
+                return PyFileNotFoundError::new_err(exception.value(py).to_string());
+            }
+            exception
+        })
+    }
+
+    /// How many frames will come, where that is known before the end.
+    #[getter]
+    fn count(&self) -> Option<usize> {
+        self.count
+    }
+
+    /// Frames a second, where the source says so.
+    #[getter]
+    fn rate(&self) -> Option<f64> {
+        self.rate
+    }
+
+    fn __iter__(this: PyRef<'_, Self>) -> PyRef<'_, Self> {
+        this
+    }
+
+    fn __next__<'py>(&self, py: Python<'py>) -> PyResult<Option<(usize, Bound<'py, PyAny>)>> {
+        loop {
+            let next =
+                py.detach(|| self.ahead.lock().unwrap_or_else(PoisonError::into_inner).wait());
+            match next.map_err(|error| errors::of_source(&error))? {
+                Next::Frame(index, picture) => return Ok(Some((index, to_array(py, picture)?))),
+                Next::End => return Ok(None),
+                Next::NotYet => py.check_signals()?,
+            }
+        }
+    }
+}
+
+/// Whether the user named a place where nothing is, rather than a pattern.
+fn is_missing(source: &Path) -> bool {
+    let name = source.to_string_lossy();
+    !source.exists() && name != "-" && !name.contains(['*', '?', '[', '%'])
+}
+
+/// The pixels as an array of shape (height, width) or (height, width, 3).
+fn to_array(py: Python<'_>, picture: Picture) -> PyResult<Bound<'_, PyAny>> {
+    let (width, height) = (picture.width, picture.height);
+    match picture.pixels {
+        Pixels::Grey8(samples) => grey(py, samples, width, height),
+        Pixels::Grey16(samples) => grey(py, samples, width, height),
+        Pixels::Rgb8(samples) => Array3::from_shape_vec((height, width, 3), samples)
+            .map(|array| array.into_pyarray(py).into_any())
+            .map_err(|error| PyValueError::new_err(error.to_string())),
+    }
+}
+
+fn grey<T: Element>(
+    py: Python<'_>,
+    samples: Vec<T>,
+    width: usize,
+    height: usize,
+) -> PyResult<Bound<'_, PyAny>> {
+    Array2::from_shape_vec((height, width), samples)
+        .map(|array| array.into_pyarray(py).into_any())
+        .map_err(|error| PyValueError::new_err(error.to_string()))
+}

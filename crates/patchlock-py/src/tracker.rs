@@ -1,0 +1,197 @@
+//! The tracker, as Python sees it.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use patchlock::{Error, Frame, Snapshot};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict, PyType};
+
+use crate::errors;
+use crate::estimate::{Estimate, to_box};
+use crate::pixels::{Channels, Pixels};
+use crate::settings;
+use crate::threads::Threads;
+
+/// What `__reduce__` gives: how to make the same tracker again, and from what.
+type Reduced<'py> = (Bound<'py, PyAny>, (Bound<'py, PyBytes>, Option<usize>, &'static str, u64));
+
+/// Follows one target through the frames of a video.
+#[pyclass(frozen, module = "patchlock")]
+pub struct Tracker {
+    run: Mutex<Run>,
+    threads: Threads,
+    channels: Channels,
+}
+
+/// What changes from frame to frame.
+struct Run {
+    tracker: patchlock::Tracker,
+    /// Frames since `init`.
+    frames: u64,
+}
+
+impl Tracker {
+    fn with(
+        tracker: patchlock::Tracker,
+        frames: u64,
+        threads: Threads,
+        channels: Channels,
+    ) -> Self {
+        Self { run: Mutex::new(Run { tracker, frames }), threads, channels }
+    }
+
+    fn run(&self) -> MutexGuard<'_, Run> {
+        self.run.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Does a step with a frame while other Python threads go on. A tracker does one step at a time: a second thread waits.
+    fn step(
+        &self,
+        py: Python<'_>,
+        frame: &Bound<'_, PyAny>,
+        step: impl FnOnce(&mut Run, &Frame<'_>) -> Result<patchlock::Estimate, Error> + Send,
+    ) -> PyResult<Estimate> {
+        let pixels = Pixels::of(frame, self.channels)?;
+        let frame = pixels.frame()?;
+        let pool = self.threads.pool()?;
+        let found = py.detach(|| {
+            let run = &mut *self.run();
+            let start = Instant::now();
+            let estimate = pool.install(|| step(run, &frame));
+            let ms = start.elapsed().as_secs_f64() * 1e3;
+            estimate.map(|estimate| (estimate, run.frames, ms))
+        });
+        let (estimate, number, ms) = found.map_err(errors::of_tracker)?;
+        Ok(Estimate::from_rust(estimate, number, ms))
+    }
+}
+
+#[pymethods]
+impl Tracker {
+    #[new]
+    #[pyo3(signature = (preset = "paper", *, threads = None, channels = "rgb", **overrides))]
+    fn new(
+        preset: &str,
+        threads: Option<usize>,
+        channels: &str,
+        overrides: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let config = settings::resolve(preset, overrides)?;
+        let tracker = patchlock::Tracker::new(config).map_err(errors::of_tracker)?;
+        Ok(Self::with(tracker, 0, Threads::new(threads)?, Channels::parse(channels)?))
+    }
+
+    /// Begins on the target in this box of this frame; a target so far is forgotten.
+    #[pyo3(signature = (frame, r#box))]
+    fn init(
+        &self,
+        py: Python<'_>,
+        frame: &Bound<'_, PyAny>,
+        r#box: &Bound<'_, PyAny>,
+    ) -> PyResult<Estimate> {
+        let bbox = to_box(r#box)?;
+        self.step(py, frame, |run, frame| {
+            let estimate = run.tracker.init(frame, bbox)?;
+            run.frames = 0;
+            Ok(estimate)
+        })
+    }
+
+    /// Finds the target in the next frame and learns from it.
+    fn update(&self, py: Python<'_>, frame: &Bound<'_, PyAny>) -> PyResult<Estimate> {
+        self.step(py, frame, |run, frame| {
+            let estimate = run.tracker.update(frame)?;
+            run.frames += 1;
+            Ok(estimate)
+        })
+    }
+
+    /// All settings by name.
+    #[getter]
+    fn config<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let config = py.detach(|| self.run().tracker.config().clone());
+        settings::to_dict(py, &config)
+    }
+
+    /// The number of threads; `None` for one for each core, shared by all such trackers.
+    #[getter]
+    fn threads(&self) -> Option<usize> {
+        self.threads.count
+    }
+
+    /// The order of colours in arrays: "rgb" or "bgr".
+    #[getter]
+    fn channels(&self) -> &'static str {
+        self.channels.name()
+    }
+
+    /// Everything that is needed to go on to the same boxes later, also from Rust: a `Snapshot` as JSON text.
+    fn snapshot<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        Ok(self.saved(py)?.0)
+    }
+
+    /// A tracker that goes on where the snapshot was taken, its first frame having this number.
+    #[classmethod]
+    #[pyo3(signature = (snapshot, *, threads = None, channels = "rgb", frame = 0))]
+    fn restore(
+        _class: &Bound<'_, PyType>,
+        snapshot: &[u8],
+        threads: Option<usize>,
+        channels: &str,
+        frame: u64,
+    ) -> PyResult<Self> {
+        restore(snapshot, threads, channels, frame)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let restore = py.import("patchlock._patchlock")?.getattr("_restore")?;
+        let (snapshot, frames) = self.saved(py)?;
+        Ok((restore, (snapshot, self.threads.count, self.channels.name(), frames)))
+    }
+
+    fn __deepcopy__(&self, py: Python<'_>, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let threads = Threads::new(self.threads.count)?;
+        let copy = py.detach(|| {
+            let run = self.run();
+            patchlock::Tracker::restore(run.tracker.snapshot()).map(|tracker| (tracker, run.frames))
+        });
+        let (tracker, frames) = copy.map_err(errors::of_tracker)?;
+        Ok(Self::with(tracker, frames, threads, self.channels))
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> String {
+        let frames = py.detach(|| self.run().frames);
+        let threads = self.threads.count.map_or("None".to_string(), |count| count.to_string());
+        format!("<Tracker threads={threads} channels='{}' frames={frames}>", self.channels.name())
+    }
+}
+
+impl Tracker {
+    /// The state as text, and how many frames it has seen.
+    fn saved<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyBytes>, u64)> {
+        let (text, frames) = py.detach(|| {
+            let run = self.run();
+            (serde_json::to_vec(&run.tracker.snapshot()), run.frames)
+        });
+        let text = text.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        Ok((PyBytes::new(py, &text), frames))
+    }
+}
+
+/// What a pickle calls.
+#[pyfunction]
+#[pyo3(name = "_restore")]
+pub fn restore(
+    snapshot: &[u8],
+    threads: Option<usize>,
+    channels: &str,
+    frame: u64,
+) -> PyResult<Tracker> {
+    let snapshot: Snapshot = serde_json::from_slice(snapshot).map_err(|error| {
+        PyValueError::new_err(format!("this is no snapshot of a tracker: {error}"))
+    })?;
+    let tracker = patchlock::Tracker::restore(snapshot).map_err(errors::of_tracker)?;
+    Ok(Tracker::with(tracker, frame, Threads::new(threads)?, Channels::parse(channels)?))
+}
