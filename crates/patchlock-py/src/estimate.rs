@@ -78,8 +78,7 @@ impl Estimate {
     /// The upright box `(x, y, w, h)` in pixels, counted from 0, with fractions.
     #[getter]
     fn r#box<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let BoundingBox { x, y, w, h } = self.inner.bbox;
-        named(py, &BOX, "Box")?.call1((x, y, w, h))
+        box_tuple(py, &self.inner.bbox)
     }
 
     /// The corners of the turned outline, shape (4, 2) as x, y: top left, top right, bottom right, bottom left.
@@ -196,6 +195,12 @@ fn visibility(hidden: &Bound<'_, PyAny>) -> PyResult<VisibilityMap> {
     let array = hidden.as_array();
     let (rows, columns) = array.dim();
     Ok(VisibilityMap { rows, columns, visible: array.iter().map(|hidden| !hidden).collect() })
+}
+
+/// A box as the package has it.
+pub fn box_tuple<'py>(py: Python<'py>, bbox: &BoundingBox) -> PyResult<Bound<'py, PyAny>> {
+    let BoundingBox { x, y, w, h } = *bbox;
+    named(py, &BOX, "Box")?.call1((x, y, w, h))
 }
 
 /// A box from anything that holds four numbers.

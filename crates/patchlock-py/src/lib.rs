@@ -7,6 +7,7 @@ mod command;
 mod errors;
 mod estimate;
 mod pixels;
+mod scene;
 mod settings;
 mod source;
 mod threads;
@@ -22,6 +23,7 @@ fn _patchlock(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<tracker::Tracker>()?;
     module.add_class::<estimate::Estimate>()?;
     module.add_class::<source::Frames>()?;
+    module.add_class::<scene::Scene>()?;
     module.add_function(wrap_pyfunction!(tracker::restore, module)?)?;
     module.add_function(wrap_pyfunction!(settings::parameters, module)?)?;
     module.add_function(wrap_pyfunction!(command::run, module)?)

@@ -72,7 +72,7 @@ const CRATES: &[(&str, &[&str], &[&str])] = &[
     ("patchlock", &[], &["patchlock-scene"]),
     ("patchlock-eval", &["patchlock"], &["patchlock-scene"]),
     ("patchlock-cli", &["patchlock", "patchlock-eval", "patchlock-scene"], &[]),
-    ("patchlock-py", &["patchlock", "patchlock-eval", "patchlock-cli"], &[]),
+    ("patchlock-py", &["patchlock", "patchlock-eval", "patchlock-cli", "patchlock-scene"], &[]),
 ];
 
 fn library() -> PathBuf {

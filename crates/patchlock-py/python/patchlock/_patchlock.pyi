@@ -1,19 +1,13 @@
 import os
-from collections.abc import Iterator, Sequence
-from typing import Any, Final, Literal, TypeAlias, final
+from collections.abc import Sequence
+from typing import Any, Final, Literal, final
 
 import numpy as np
 import numpy.typing as npt
-from PIL.Image import Image
 from typing_extensions import Self, Unpack
 
 from patchlock._settings import Settings
-from patchlock._types import Box, Occlusion, Visibility
-
-FrameLike: TypeAlias = npt.NDArray[np.uint8] | npt.NDArray[np.uint16] | npt.NDArray[np.float32] | Image
-"""A frame: an array of shape (height, width) or (height, width, 3), or a PIL image."""
-BoxLike: TypeAlias = Sequence[float] | npt.NDArray[np.floating[Any] | np.integer[Any]]
-"""Four numbers: left, top, width, height in pixels, counted from 0."""
+from patchlock._types import Box, BoxLike, FrameLike, Occlusion, Visibility
 
 __version__: Final[str]
 PRESETS: Final[list[str]]
@@ -96,6 +90,14 @@ class Frames:
     def rate(self) -> float | None: ...
     def __iter__(self) -> Self: ...
     def __next__(self) -> tuple[int, npt.NDArray[np.uint8] | npt.NDArray[np.uint16]]: ...
+
+@final
+class Scene:
+    def __new__(cls, name: Literal["demo", "simple", "occluded"] = "demo") -> Self: ...
+    def __len__(self) -> int: ...
+    def __getitem__(self, index: int, /) -> npt.NDArray[np.uint8]: ...
+    def truth(self, index: int) -> Box: ...
+    def hidden(self, index: int) -> float: ...
 
 def parameters() -> list[tuple[str, int | float | str | bool, str, str, str]]: ...
 def run(args: list[str]) -> int: ...

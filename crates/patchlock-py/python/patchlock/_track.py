@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     import pandas as pd
     from typing_extensions import Unpack
 
-    from patchlock._patchlock import BoxLike, FrameLike
     from patchlock._settings import Settings
+    from patchlock._types import BoxLike, FrameLike
 
 
 def track(
@@ -65,11 +65,11 @@ def track(
         files = Frames(source, start=start, end=end, stride=stride, reverse=reverse)
         return _follow(tracker, files, files.count, box, progress)
     tracker = Tracker(preset, threads=threads, channels=channels, **overrides)
-    numbered, count = _numbered(source, range_of(start, end, stride), reverse)
+    numbered, count = _numbered(source, _range(start, end, stride), reverse)
     return _follow(tracker, numbered, count, box, progress)
 
 
-def range_of(start: int, end: int | None, stride: int) -> slice:
+def _range(start: int, end: int | None, stride: int) -> slice:
     """The range as a slice, where it makes sense."""
     if start < 0:
         raise ValueError(f"start is {start}; frames count from 0")

@@ -2,10 +2,20 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+FrameLike: TypeAlias = "npt.NDArray[np.uint8] | npt.NDArray[np.uint16] | npt.NDArray[np.float32] | Image"
+"""A frame: an array of shape (height, width) or (height, width, 3), or a PIL image."""
+
+BoxLike: TypeAlias = "Sequence[float] | npt.NDArray[np.floating[Any] | np.integer[Any]]"
+"""Four numbers: left, top, width, height in pixels, counted from 0."""
 
 
 class Box(NamedTuple):

@@ -1,0 +1,79 @@
+//! Rendered scenes of which everything is known: something to try the tracker on that needs no file and belongs to nobody else.
+
+use numpy::{IntoPyArray, PyArray3, ndarray::Array3};
+use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::prelude::*;
+
+use crate::estimate;
+
+/// A short film with a known truth.
+#[pyclass(frozen, module = "patchlock")]
+pub struct Scene {
+    name: &'static str,
+    inner: patchlock_scene::Scene,
+}
+
+#[pymethods]
+impl Scene {
+    #[new]
+    #[pyo3(signature = (name = "demo"))]
+    fn new(name: &str) -> PyResult<Self> {
+        Ok(match name {
+            "demo" => Self { name: "demo", inner: patchlock_scene::Scene::demo() },
+            "simple" => Self { name: "simple", inner: patchlock_scene::Scene::simple() },
+            "occluded" => Self { name: "occluded", inner: patchlock_scene::Scene::occluded() },
+            _ => {
+                return Err(PyValueError::new_err(format!(
+                    "there is no scene '{name}'; there is: 'demo', 'simple', 'occluded'"
+                )));
+            }
+        })
+    }
+
+    fn __len__(&self) -> usize {
+        self.inner.len()
+    }
+
+    fn __getitem__<'py>(
+        &self,
+        py: Python<'py>,
+        index: isize,
+    ) -> PyResult<Bound<'py, PyArray3<u8>>> {
+        let k = self.place(index)?;
+        let frame = py.detach(|| self.inner.frame(k));
+        let array = Array3::from_shape_vec((frame.height, frame.width, 3), frame.rgb);
+        let array = array.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        Ok(array.into_pyarray(py))
+    }
+
+    /// The target's true box in a frame: what the tracker should find.
+    fn truth<'py>(&self, py: Python<'py>, index: isize) -> PyResult<Bound<'py, PyAny>> {
+        let [x, y, w, h] = self.inner.truth(self.place(index)?).bbox;
+        estimate::box_tuple(py, &patchlock::BoundingBox { x, y, w, h })
+    }
+
+    /// The share of the target that is truly hidden in a frame, 0 to 1.
+    fn hidden(&self, index: isize) -> PyResult<f64> {
+        Ok(self.inner.truth(self.place(index)?).hidden)
+    }
+
+    fn __repr__(&self) -> String {
+        let config = self.inner.config();
+        format!(
+            "<Scene '{}': {} frames of {}x{}>",
+            self.name, config.frames, config.width, config.height
+        )
+    }
+}
+
+impl Scene {
+    /// A frame counted as Python does: from the end if negative.
+    fn place(&self, index: isize) -> PyResult<usize> {
+        let length = self.inner.len();
+        let k = if index < 0 { index + length as isize } else { index };
+        usize::try_from(k)
+            .ok()
+            .filter(|&k| k < length)
+            .ok_or_else(|| PyIndexError::new_err(format!("frame {index} of a scene of {length}")))
+    }
+}

@@ -1,0 +1,81 @@
+"""The command that the package brings along."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import sysconfig
+import time
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+import patchlock
+
+COMMAND = Path(sysconfig.get_path("scripts")) / ("patchlock.exe" if os.name == "nt" else "patchlock")
+
+
+def run(*arguments, **options) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([str(COMMAND), *map(str, arguments)], capture_output=True, text=True, **options)
+
+
+def test_the_command_is_installed_with_the_package():
+    assert COMMAND.exists()
+    assert run("--version").stdout == f"patchlock {patchlock.__version__}\n"
+    module = subprocess.run([sys.executable, "-m", "patchlock", "--version"], capture_output=True, text=True)
+    assert module.stdout == f"patchlock {patchlock.__version__}\n"
+
+
+def test_it_ends_with_the_exit_codes_of_the_binary(tmp_path):
+    assert run("config").returncode == 0
+    assert run("--help").returncode == 0 and "EXAMPLES" in run("--help").stdout
+    wrong = run("track", "x", "--box", "1,2,3")
+    assert wrong.returncode == 2 and "these are not four numbers" in wrong.stderr
+    assert run("no-such-verb").returncode == 2
+    missing = run("track", tmp_path / "none", "--box", "1,2,30,40")
+    assert missing.returncode == 1 and "there is no file or folder" in missing.stderr
+
+
+def test_standard_output_is_complete_in_a_pipe():
+    """Whole lines and the last word: nothing stays in a buffer of Rust when Python ends."""
+    text = run("config").stdout
+    assert text.endswith("\n") and "guided_epsilon = 0.01" in text
+
+
+def test_names_that_are_no_unicode_arrive(tmp_path):
+    if sys.platform != "linux":
+        pytest.skip("only here may a name be any bytes")
+    name = os.fsencode(tmp_path) + b"/\xff.toml"
+    Path(os.fsdecode(name)).write_text("particles = 0\n")
+    wrong = subprocess.run([os.fsencode(COMMAND), b"track", b"x", b"--box", b"1,2,3,4", b"--config", name], capture_output=True)
+    assert wrong.returncode == 2 and b"particles" in wrong.stderr
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs signals")
+def test_ctrl_c_ends_in_order(tmp_path, scene):
+    for k in range(40):
+        Image.fromarray(scene[k]).save(tmp_path / f"{k:03}.png")
+    (tmp_path / "slow.toml").write_text("particles = 3000\n")
+    box = ",".join(map(str, scene.truth(0)))
+    arguments = ["track", tmp_path, "--box", box, "--config", tmp_path / "slow.toml", "--save", tmp_path / "out.csv"]
+    process = subprocess.Popen([COMMAND, *arguments], stderr=subprocess.PIPE, text=True)
+    wait_for(lambda: any(tmp_path.glob(".*")) or any(tmp_path.glob("*.part")))
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130, said
+    assert "the files are complete up to there" in said
+    rows = (tmp_path / "out.csv").read_text().splitlines()
+    assert 1 < len(rows) < 41 and rows[0].startswith("frame,x,y")
+
+
+def wait_for(condition) -> None:
+    end = time.monotonic() + 60
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+

@@ -1,0 +1,128 @@
+"""Every kind of frame is the same to the tracker, and what is none is refused."""
+
+from __future__ import annotations
+
+import tracemalloc
+
+import numpy as np
+import pytest
+from conftest import QUICK, follow
+from PIL import Image
+
+import patchlock
+
+
+@pytest.fixture(scope="module")
+def expected(scene, film):
+    return follow(patchlock.Tracker(**QUICK), film, scene.truth(0))
+
+
+def wide(frame):
+    """The frame as a part of a larger one: rows with a gap between them."""
+    large = np.zeros((frame.shape[0] + 9, frame.shape[1] + 21, *frame.shape[2:]), frame.dtype)
+    part = large[4:-5, 10:-11]
+    part[...] = frame
+    return part
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        np.asfortranarray,
+        wide,
+        lambda frame: np.concatenate([frame, frame[..., :1]], axis=2)[..., :3],
+        lambda frame: np.repeat(frame, 2, axis=1)[:, ::2],
+        lambda frame: np.ascontiguousarray(frame[::-1])[::-1],
+        lambda frame: np.ascontiguousarray(frame[:, ::-1])[:, ::-1],
+        lambda frame: np.ascontiguousarray(frame[..., ::-1])[..., ::-1],
+        lambda frame: wide(np.ascontiguousarray(frame[..., ::-1]))[..., ::-1],
+        lambda frame: np.ascontiguousarray(frame.transpose(2, 0, 1)).transpose(1, 2, 0),
+        lambda frame: np.frombuffer(frame.tobytes(), np.uint8).reshape(frame.shape),
+        lambda frame: np.frombuffer(b"?" + wide(frame).base.tobytes(), np.uint8, offset=1).reshape(wide(frame).base.shape)[4:-5, 10:-11],
+        Image.fromarray,
+    ],
+    ids=[
+        "fortran", "crop", "alpha cut off", "every other pixel", "upside down", "mirrored", "reversed", "crop reversed",
+        "channels first", "bytes", "crop of bytes", "PIL",
+    ],
+)  # fmt: skip
+def test_layouts_do_not_matter(scene, film, expected, change):
+    assert follow(patchlock.Tracker(**QUICK), [change(frame) for frame in film], scene.truth(0)) == expected
+
+
+@pytest.mark.parametrize("layout", [np.ascontiguousarray, wide, lambda frame: frame])
+def test_bgr_is_said(scene, film, expected, layout):
+    bgr = [layout(frame[..., ::-1]) for frame in film]
+    assert follow(patchlock.Tracker(channels="bgr", **QUICK), bgr, scene.truth(0)) == expected
+    assert follow(patchlock.Tracker(**QUICK), bgr, scene.truth(0)) != expected
+    images = [Image.fromarray(frame) for frame in film]
+    assert follow(patchlock.Tracker(channels="bgr", **QUICK), images, scene.truth(0)) == expected, "an image knows its colours"
+
+
+def test_grey_in_every_depth(scene, film):
+    grey = [np.asarray(Image.fromarray(frame).convert("L")) for frame in film]
+    box = scene.truth(0)
+    expected = follow(patchlock.Tracker(**QUICK), grey, box)
+
+    def same(frames, **settings) -> bool:
+        return follow(patchlock.Tracker(**QUICK, **settings), frames, box) == expected
+
+    assert same([frame[..., None] for frame in grey])
+    assert same([wide(frame) for frame in grey])
+    assert same([np.asfortranarray(frame) for frame in grey])
+    assert same([Image.fromarray(frame) for frame in grey])
+    assert same(grey, channels="bgr")
+    assert same([(frame / np.float32(255)).astype(np.float32) for frame in grey])
+    deep = follow(patchlock.Tracker(**QUICK), [frame.astype(np.uint16) * 257 for frame in grey], box)
+    np.testing.assert_allclose([row[:4] for row in deep], [row[:4] for row in expected], atol=1e-2)
+    assert same([Image.fromarray(frame / np.float32(255)) for frame in grey]), "an image of mode F"
+
+
+def test_colour_in_every_depth(scene, film, expected):
+    box = scene.truth(0)
+    for frames in ([f.astype(np.uint16) * 257 for f in film], [f / np.float32(255) for f in film]):
+        found = follow(patchlock.Tracker(**QUICK), frames, box)
+        np.testing.assert_allclose([row[:4] for row in found], [row[:4] for row in expected], atol=1e-2)
+
+
+@pytest.mark.parametrize("mode", ["P", "RGBA", "1", "LA", "CMYK", "I;16"])
+def test_images_of_every_mode_are_taken(scene, film, mode):
+    image = Image.fromarray(np.zeros((180, 240), np.uint16)) if mode == "I;16" else Image.fromarray(film[0]).convert(mode)
+    assert image.mode == mode
+    patchlock.Tracker(**QUICK).init(image, scene.truth(0))
+
+
+@pytest.mark.parametrize("part", [slice(None), np.s_[100:1000, 200:1800], np.s_[..., ::-1]])
+def test_large_frames_are_not_copied(part):
+    frame = np.random.default_rng(0).integers(0, 255, (1080, 1920, 3), np.uint8)[part]
+    tracker = patchlock.Tracker(**QUICK)
+    tracker.init(frame, (300, 300, 60, 60))
+    tracemalloc.start()
+    tracker.update(frame)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 100_000, "numpy counts its memory: a copy would be millions of bytes"
+
+
+@pytest.mark.parametrize(
+    ("frame", "error", "says"),
+    [
+        (np.zeros((9, 9)), TypeError, "type float64; convert it with"),
+        (np.zeros((9, 9), bool), TypeError, "type bool"),
+        (np.zeros((9, 9), ">u2"), TypeError, "type >u2"),
+        (np.zeros((9, 9), np.int32), TypeError, "uint8, uint16 or float32"),
+        ([[1, 2], [3, 4]], TypeError, "a PIL image; this is list"),
+        (None, TypeError, "this is NoneType"),
+        (np.zeros(9, np.uint8), ValueError, r"shape \(9,\)"),
+        (np.zeros((9, 9, 4), np.uint8), ValueError, r"shape \(9, 9, 4\); leave out the fourth channel"),
+        (np.zeros((3, 9, 9), np.uint8), ValueError, "bring the channels to the end"),
+        (np.zeros((2, 9, 9, 3), np.uint8), ValueError, "one frame at a time"),
+        (np.zeros((9, 9, 2), np.uint8), ValueError, r"\(height, width, 3\)"),
+        (np.zeros((0, 9), np.uint8), ValueError, "both sides must be at least 1"),
+        (np.full((9, 9), np.nan, np.float32), ValueError, "x 0, y 0 is NaN"),
+        (Image.fromarray(np.zeros((9, 9), np.int32)), ValueError, "mode I"),
+    ],
+)
+def test_what_is_no_frame_is_refused(frame, error, says):
+    with pytest.raises(error, match=says):
+        patchlock.Tracker().init(frame, (1, 1, 5, 5))

@@ -1,0 +1,161 @@
+"""`track` over every kind of source, against the command; its table; its bar."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from conftest import QUICK, numbers
+from PIL import Image
+
+import patchlock
+from patchlock import Frames, to_dataframe, track
+
+TOML = "".join(f"{name} = {value}\n" for name, value in QUICK.items())
+
+
+@pytest.fixture(scope="module")
+def folder(film, tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("frames")
+    for k, frame in enumerate(film):
+        Image.fromarray(frame).save(folder / f"{k}.png")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def video(folder, scene) -> Path:
+    """The film as an MP4, which the command makes with the track drawn in."""
+    command(folder, scene.truth(0), "--video", folder / "film.mp4")
+    return folder / "film.mp4"
+
+
+def command(source, box, *options) -> pd.DataFrame:
+    """What `patchlock track` says."""
+    config = Path(source).parent / "quick.toml"
+    config.write_text(TOML)
+    saved = Path(source).parent / "saved.jsonl"
+    box = ",".join(map(repr, map(float, box)))
+    arguments = ["track", source, "--box", box, "--config", config, "--save", saved, "--overwrite", "--quiet", *options]
+    subprocess.run([sys.executable, "-m", "patchlock", *map(str, arguments)], check=True)
+    return pd.DataFrame([json.loads(line) for line in saved.read_text().splitlines()]).set_index("frame")
+
+
+def same(table: pd.DataFrame, expected: pd.DataFrame) -> None:
+    """The same to the last of the six places that the command writes."""
+    assert list(table.columns) == list(expected.columns)
+    both = (table.drop(columns="ms"), expected.drop(columns="ms"))
+    pd.testing.assert_frame_equal(both[0].round(6), both[1], check_exact=True, check_index_type=False)
+
+
+def test_a_folder_gives_the_boxes_of_the_command(folder, scene):
+    box = scene.truth(0)
+    same(to_dataframe(track(folder, box, **QUICK)), command(folder, box))
+
+
+def test_a_video_gives_the_boxes_of_the_command(video, scene):
+    box = scene.truth(0)
+    table = to_dataframe(track(str(video), box, seed=3, **QUICK))
+    assert len(table) == 12
+    same(table, command(video, box, "--seed", "3"))
+    assert (Frames(video).count, Frames(video).rate) == (12, 30.0)
+
+
+def test_ranges_strides_and_reverse_are_those_of_the_command(folder, film, scene):
+    part = {"start": 1, "end": 11, "stride": 3}
+    for reverse in (False, True):
+        box = scene.truth(10 if reverse else 1)
+        options = ["--start", "1", "--end", "11", "--stride", "3", *(["--reverse"] if reverse else [])]
+        expected = command(folder, box, *options)
+        assert list(expected.index) == ([10, 7, 4, 1] if reverse else [1, 4, 7, 10])
+        same(to_dataframe(track(folder, box, reverse=reverse, **part, **QUICK)), expected)
+        same(to_dataframe(track(film, box, reverse=reverse, **part, **QUICK)), expected)
+        same(to_dataframe(track(np.stack(film), box, reverse=reverse, **part, **QUICK)), expected)
+
+
+def test_all_iterables_give_the_same(folder, film, scene):
+    box = scene.truth(0)
+    expected = [numbers(estimate) for estimate in track(folder, box, **QUICK)]
+    sources = {
+        "list": film,
+        "generator": (frame for frame in film),
+        "array": np.stack(film),
+        "images": [Image.open(folder / f"{k}.png") for k in range(12)],
+        "frames": (frame for _, frame in Frames(folder)),
+        "pattern": str(folder / "%d.png"),
+        "glob": str(folder / "*.png"),
+    }
+    for name, source in sources.items():
+        assert [numbers(estimate) for estimate in track(source, box, **QUICK)] == expected, name
+    bgr = (frame[..., ::-1] for frame in film)
+    assert [numbers(estimate) for estimate in track(bgr, box, channels="bgr", **QUICK)] == expected
+
+
+def test_a_scene_is_a_source(scene):
+    estimates = list(track(scene, scene.truth(0), end=5, **QUICK))
+    assert [estimate.frame for estimate in estimates] == [0, 1, 2, 3, 4]
+    assert np.array_equal(scene[-1], scene[39]) and len(scene) == 40
+    assert scene.hidden(0) == 0.0 and patchlock.Scene("occluded").hidden(30) > 0.3
+    with pytest.raises(IndexError, match="frame 40 of a scene of 40"):
+        scene[40]
+
+
+def test_the_table_has_the_columns_of_the_command(film, scene):
+    table = to_dataframe(track(film, scene.truth(0), **QUICK))
+    names = "x y w h score visible_large visible_small x1 y1 x2 y2 x3 y3 x4 y4 ms"
+    assert list(table.columns) == names.split() and table.index.name == "frame"
+    assert table.loc[0, ["x", "y", "w", "h"]].to_list() == pytest.approx(scene.truth(0))
+    assert to_dataframe([]).empty
+
+
+def test_the_bar_is_shown_where_it_is_asked_for(film, scene, capfd):
+    list(track(film, scene.truth(0), **QUICK))
+    assert capfd.readouterr().err == "", "no terminal, no bar"
+    list(track(film, scene.truth(0), progress=True, **QUICK))
+    assert "12/12" in capfd.readouterr().err
+    list(track((f for f in film), scene.truth(0), progress=False, **QUICK))
+    assert capfd.readouterr().err == ""
+
+
+def test_estimates_come_one_by_one(film, scene):
+    asked = []
+    source = (asked.append(k) or frame for k, frame in enumerate(film))
+    estimates = track(source, scene.truth(0), **QUICK)
+    next(estimates)
+    next(estimates)
+    assert asked == [0, 1]
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "says"),
+    [
+        ({"source": "nowhere.mp4"}, FileNotFoundError, "no file or folder nowhere.mp4"),
+        ({"source": "nowhere/%d.png"}, OSError, "nowhere"),
+        ({"start": -1}, ValueError, "frames count from 0"),
+        ({"start": 12}, ValueError, "there are 12 frames"),
+        ({"stride": 0}, ValueError, "at least 1"),
+        ({"start": 3, "end": 3}, ValueError, "not after start 3"),
+        ({"particels": 3}, TypeError, "did you mean particles"),
+        ({"source": iter([]), "reverse": True}, TypeError, "by number"),
+    ],
+)
+def test_wrong_use_is_said_before_the_first_frame(film, change, error, says):
+    with pytest.raises(error, match=says):
+        track(**{"source": film, "box": (70, 60, 40, 30), **change})
+
+
+def test_files_that_can_not_be_tracked_are_named(folder, tmp_path):
+    with pytest.raises(ValueError, match="--start 99 is beyond the end: the source has 12 frames"):
+        track(folder, (70, 60, 40, 30), start=99)
+    (tmp_path / "0.png").write_bytes((folder / "0.png").read_bytes())
+    (tmp_path / "1.png").write_bytes(b"no image")
+    estimates = track(tmp_path, (70, 60, 40, 30), **QUICK)
+    assert next(estimates).frame == 0
+    with pytest.raises(OSError, match="cannot read frame 1, .*1.png"):
+        next(estimates)
+    with pytest.raises(ValueError, match="no frames"):
+        list(track([], (70, 60, 40, 30)))

@@ -1,0 +1,277 @@
+"""Tracker and Estimate: what they give, keep and refuse."""
+
+from __future__ import annotations
+
+import copy
+import multiprocessing
+import os
+import pickle
+import threading
+import time
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import QUICK, follow, numbers
+
+import patchlock
+
+
+def overlap(a: patchlock.Box, b: patchlock.Box) -> float:
+    width = min(a.x + a.w, b.x + b.w) - max(a.x, b.x)
+    height = min(a.y + a.h, b.y + b.h) - max(a.y, b.y)
+    both = max(width, 0) * max(height, 0)
+    return both / (a.w * a.h + b.w * b.h - both)
+
+
+def test_it_follows_the_target(scene, film):
+    tracker = patchlock.Tracker(particles=200, small_step=8)
+    tracker.init(film[0], scene.truth(0))
+    for k, frame in enumerate(film[1:], 1):
+        estimate = tracker.update(frame)
+        assert overlap(estimate.box, scene.truth(k)) > 0.7
+        assert estimate.frame == k
+        assert estimate.ms > 0
+
+
+def test_an_estimate_has_all_that_is_known(scene, film):
+    estimate = patchlock.Tracker().init(film[0], scene.truth(0))
+    assert estimate.box == pytest.approx(scene.truth(0))
+    assert estimate.box.w == estimate.box[2]
+    assert estimate.corners.shape == (4, 2) and estimate.corners.dtype == np.float64
+    assert np.all(estimate.corners[0] < estimate.corners[2])
+    large, small = estimate.occlusion
+    assert (large.shape, small.shape, large.dtype) == ((3, 3), (13, 13), bool)
+    assert estimate.visibility.large == pytest.approx(1 - large.mean())
+    assert estimate.visibility.small == pytest.approx(1 - small.mean())
+    assert estimate.score == pytest.approx(sum(estimate.visibility) / 2)
+    assert "box=(" in repr(estimate)
+
+
+def test_estimates_compare_and_pickle(scene, film):
+    tracker = patchlock.Tracker(**QUICK)
+    first = tracker.init(film[0], scene.truth(0))
+    second = tracker.update(film[1])
+    assert first != second
+    for back in (pickle.loads(pickle.dumps(second)), copy.deepcopy(second)):
+        assert back == second
+        assert numbers(back) == numbers(second)
+        assert (back.frame, back.ms) == (second.frame, second.ms)
+    assert second.numbered(7) != second
+
+
+def test_the_seed_decides_and_the_threads_do_not(scene, film):
+    box = scene.truth(0)
+    one = follow(patchlock.Tracker(threads=1, **QUICK), film, box)
+    assert follow(patchlock.Tracker(threads=3, **QUICK), film, box) == one
+    assert follow(patchlock.Tracker(**QUICK), film, box) == one
+    assert follow(patchlock.Tracker(seed=1, **QUICK), film, box) != one
+
+
+@pytest.mark.parametrize("again", [lambda t: pickle.loads(pickle.dumps(t)), copy.deepcopy, copy.copy])
+@pytest.mark.parametrize("at", [1, 6])
+def test_a_copy_goes_on_to_the_same_boxes(scene, film, again, at):
+    tracker = patchlock.Tracker(threads=2, channels="bgr", **QUICK)
+    follow(tracker, film[:at], scene.truth(0))
+    copied = again(tracker)
+    assert (copied.threads, copied.channels, copied.config) == (2, "bgr", tracker.config)
+    for k, frame in enumerate(film[at:], at):
+        ours, theirs = tracker.update(frame), copied.update(frame)
+        assert numbers(ours) == numbers(theirs)
+        assert ours.frame == theirs.frame == k
+
+
+def test_a_tracker_without_a_target_is_copied_too():
+    copied = pickle.loads(pickle.dumps(patchlock.Tracker(seed=5)))
+    assert copied.config["seed"] == 5
+    with pytest.raises(RuntimeError, match="init"):
+        copied.update(np.zeros((20, 20), np.uint8))
+
+
+def test_a_snapshot_is_text_that_rust_reads_too(scene, film):
+    tracker = patchlock.Tracker(**QUICK)
+    tracker.init(film[0], scene.truth(0))
+    snapshot = tracker.snapshot()
+    assert snapshot.startswith(b'{"version":1')
+    restored = patchlock.Tracker.restore(snapshot)
+    assert numbers(restored.update(film[1])) == numbers(tracker.update(film[1]))
+    with pytest.raises(ValueError, match="no snapshot"):
+        patchlock.Tracker.restore(b"{}")
+    with pytest.raises(ValueError, match="version is 9"):
+        patchlock.Tracker.restore(snapshot.replace(b'"version":1', b'"version":9'))
+
+
+def test_init_begins_anew(scene, film):
+    tracker = patchlock.Tracker(**QUICK)
+    first = follow(tracker, film, scene.truth(0))
+    assert follow(tracker, film, scene.truth(0)) == first
+    assert tracker.update(film[0]).frame == len(film)
+
+
+# ---- settings
+
+
+def test_settings_are_those_of_the_table():
+    config = patchlock.Tracker(particles=np.int64(77), sigma_x=3, gamma="one", divide=False).config
+    assert (config["particles"], config["sigma_x"], config["gamma"], config["divide"]) == (77, 3.0, "one", False)
+    assert [p.name for p in patchlock.parameters()] == list(config)
+    defaults = patchlock.Tracker().config
+    assert all(p.default == defaults[p.name] and p.allowed and p.purpose for p in patchlock.parameters())
+    assert patchlock.Tracker(**defaults).config == defaults
+    assert patchlock.Tracker(lambda_=0.5).config["lambda"] == 0.5
+
+
+def test_the_types_of_the_settings_are_those_of_the_table():
+    typed = patchlock.Settings.__annotations__
+    assert [name.rstrip("_") for name in typed] == [p.name for p in patchlock.parameters()]
+    for parameter, hint in zip(patchlock.parameters(), typed.values(), strict=True):
+        text = hint.__forward_arg__
+        if isinstance(parameter.default, str):
+            words = text.removeprefix("Literal[").removesuffix("]").replace('"', "")
+            assert words == parameter.allowed, parameter.name
+        else:
+            assert text == type(parameter.default).__name__, parameter.name
+
+
+@pytest.mark.parametrize(
+    ("settings", "error", "says"),
+    [
+        ({"partcles": 9}, TypeError, "no setting 'partcles'; did you mean particles"),
+        ({"particles": 0}, ValueError, "`particles` is 0; allowed: 1 to 100000"),
+        ({"particles": 2.5}, TypeError, "particles takes a whole number, not 2.5"),
+        ({"particles": True}, TypeError, "particles takes a whole number, not True"),
+        ({"particles": -1}, ValueError, "1 to 100000"),
+        ({"particles": "many"}, TypeError, "not 'many'"),
+        ({"sigma_x": float("nan")}, ValueError, "sigma_x"),
+        ({"divide": 1}, TypeError, "True or False"),
+        ({"gamma": "two"}, ValueError, "exp_visible, one, visible, exp_error"),
+        ({"gamma": 2}, TypeError, "gamma takes a word"),
+        ({"large_patch": 64}, ValueError, "at most template_side = 32"),
+        ({"preset": "best"}, ValueError, "unknown preset `best`; there is: paper"),
+        ({"threads": 0}, ValueError, "1 to 1024"),
+        ({"channels": "hsv"}, ValueError, "'rgb', 'bgr'"),
+    ],
+)
+def test_wrong_settings_are_refused_by_name(settings: dict[str, Any], error, says):
+    with pytest.raises(error, match=says):
+        patchlock.Tracker(**settings)
+
+
+@pytest.mark.parametrize(
+    ("box", "error", "says"),
+    [
+        ((1, 2, 3), ValueError, "four numbers x, y, w, h"),
+        ("1,2,3,4", TypeError, "four numbers"),
+        (5, TypeError, "four numbers"),
+        ((0, 0, 0.5, 9), ValueError, "at least 1 pixel"),
+        ((0, 0, float("nan"), 9), ValueError, "finite"),
+        ((900, 0, 20, 20), ValueError, "outside the frame of 240x180"),
+    ],
+)
+def test_wrong_boxes_are_refused(film, box, error, says):
+    with pytest.raises(error, match=says):
+        patchlock.Tracker().init(film[0], box)
+
+
+@pytest.mark.parametrize("box", [(70, 60, 40, 30), [70, 60, 40, 30], np.array([70, 60, 40, 30]), np.float32([70, 60, 40, 30])])
+def test_a_box_is_any_four_numbers(film, box):
+    assert patchlock.Tracker(**QUICK).init(film[0], box).box == pytest.approx((70, 60, 40, 30))
+
+
+def test_the_order_of_calls_and_the_size_of_frames_are_checked(scene, film):
+    tracker = patchlock.Tracker(**QUICK)
+    with pytest.raises(RuntimeError, match=r"call init\(frame, box\) first"):
+        tracker.update(film[0])
+    tracker.init(film[0], scene.truth(0))
+    before = tracker.snapshot()
+    with pytest.raises(ValueError, match="240x100 pixels, but tracking began on 240x180"):
+        tracker.update(film[1][:100])
+    assert tracker.snapshot() == before
+
+
+# ---- threads and processes
+
+
+def slow_tracker(film, box) -> patchlock.Tracker:
+    tracker = patchlock.Tracker(particles=4000, threads=1)
+    tracker.init(film[0], box)
+    return tracker
+
+
+def test_python_goes_on_while_a_frame_is_tracked(scene, film):
+    """With the lock held the count would stand still from the first moment of the call to its last."""
+    tracker = slow_tracker(film, scene.truth(0))
+    steps: list[float] = []
+    done = threading.Event()
+
+    def count() -> None:
+        while not done.is_set():
+            steps.append(time.perf_counter())
+            time.sleep(0.001)
+
+    counter = threading.Thread(target=count)
+    counter.start()
+    begin = time.perf_counter()
+    tracker.update(film[1])
+    end = time.perf_counter()
+    done.set()
+    counter.join()
+    within = [step for step in steps if begin < step < end]
+    assert end - begin > 0.03, "the frame is slow enough to tell"
+    assert len(within) >= 5
+
+
+def test_trackers_run_side_by_side(scene, film):
+    """Each of two calls begins before the other one ends, and together they get the same boxes as alone."""
+    box = scene.truth(0)
+    alone = numbers(slow_tracker(film, box).update(film[1]))
+    trackers = [slow_tracker(film, box) for _ in range(2)]
+    ready = threading.Barrier(2)
+    spans: list[tuple[float, float]] = []
+    found = []
+
+    def work(tracker: patchlock.Tracker) -> None:
+        ready.wait()
+        begin = time.perf_counter()
+        estimate = tracker.update(film[1])
+        spans.append((begin, time.perf_counter()))
+        found.append(numbers(estimate))
+
+    threads = [threading.Thread(target=work, args=(tracker,)) for tracker in trackers]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    (begin_a, end_a), (begin_b, end_b) = spans
+    assert max(begin_a, begin_b) < min(end_a, end_b)
+    assert found == [alone, alone]
+
+
+def test_two_threads_on_one_tracker_take_turns(scene, film):
+    tracker = slow_tracker(film, scene.truth(0))
+    threads = [threading.Thread(target=tracker.update, args=(frame,)) for frame in film[1:4]]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert tracker.update(film[4]).frame == 4
+
+
+def forked(tracker: patchlock.Tracker, frame: Any, answers: Any) -> None:
+    answers.put(numbers(tracker.update(frame)))
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a system that forks")
+@pytest.mark.parametrize("threads", [None, 2])
+def test_a_forked_process_tracks_on(scene, film, threads):
+    """The threads of the parent are not there in the child: it must make its own rather than wait for ever."""
+    tracker = patchlock.Tracker(threads=threads, **QUICK)
+    follow(tracker, film[:3], scene.truth(0))
+    context = multiprocessing.get_context("fork")
+    answers = context.Queue()
+    child = context.Process(target=forked, args=(tracker, film[3], answers))
+    child.start()
+    answer = answers.get(timeout=60)
+    child.join(timeout=60)
+    assert child.exitcode == 0
+    assert answer == numbers(tracker.update(film[3]))
