@@ -12,6 +12,20 @@ use patchlock_eval::picture::Picture;
 /// More threads than any machine has: a number above it is a slip.
 const MOST_THREADS: usize = 1024;
 
+/// So many threads; without a number, one for each core.
+pub fn pool(threads: Option<usize>) -> Result<ThreadPool> {
+    if let Some(threads) = threads.filter(|threads| !(1..=MOST_THREADS).contains(threads)) {
+        return Err(usage(format!("--threads {threads}: it must be 1 to {MOST_THREADS}"))
+            .hint("leave it out to use every core; the boxes are the same for any number")
+            .into());
+    }
+    let threads = threads
+        .or_else(|| std::thread::available_parallelism().ok().map(usize::from))
+        .unwrap_or(1);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.context("cannot start the threads")
+}
+
 /// A tracker and what it runs on.
 pub struct Engine {
     tracker: Tracker,
@@ -23,18 +37,7 @@ pub struct Engine {
 impl Engine {
     /// A tracker on so many threads; without a number, one for each core.
     pub fn new(config: TrackerConfig, threads: Option<usize>) -> Result<Self> {
-        if let Some(threads) = threads.filter(|threads| !(1..=MOST_THREADS).contains(threads)) {
-            return Err(usage(format!("--threads {threads}: it must be 1 to {MOST_THREADS}"))
-                .hint("leave it out to use every core; the boxes are the same for any number")
-                .into());
-        }
-        let threads = threads
-            .or_else(|| std::thread::available_parallelism().ok().map(usize::from))
-            .unwrap_or(1);
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .context("cannot start the threads")?;
+        let pool = pool(threads)?;
         Ok(Self { tracker: Tracker::new(config)?, pool, size: (0, 0), times_ms: Vec::new() })
     }
 

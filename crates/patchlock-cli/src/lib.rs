@@ -1,7 +1,8 @@
 //! The command line of Patchlock: frames in, tracks out.
 //!
 //! The way of the data: [`source`] gives pictures by number, a thread decodes them ahead, [`engine`] asks the tracker,
-//! and each sink of [`output`] takes every tracked frame. [`cmd`] has one file a verb.
+//! and each sink of [`output`] takes every tracked frame. [`cmd`] has one file a verb. [`trax`] is the
+//! same tracker for other programs.
 
 pub mod cmd;
 pub mod colour;
@@ -15,6 +16,7 @@ pub mod selection;
 pub mod settings;
 pub mod source;
 pub mod target;
+pub mod trax;
 
 use std::ffi::OsString;
 use std::io::{self, Write};

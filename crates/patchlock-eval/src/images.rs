@@ -49,14 +49,21 @@ pub fn size(file: &Path) -> Result<(usize, usize), LoadError> {
 /// # Errors
 /// [`LoadError`].
 pub fn load(file: &Path) -> Result<Picture, LoadError> {
-    let bytes = fs::read(file)?;
+    decode(&fs::read(file)?)
+}
+
+/// The same from the bytes of a file.
+///
+/// # Errors
+/// [`LoadError`].
+pub fn decode(bytes: &[u8]) -> Result<Picture, LoadError> {
     if bytes.is_empty() {
         return Err(LoadError::Empty);
     }
-    let reader = ImageReader::new(Cursor::new(&bytes)).with_guessed_format()?;
+    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
     let is_jpeg = reader.format() == Some(image::ImageFormat::Jpeg);
     let image = reader.decode()?;
-    if is_jpeg && !jpeg_is_whole(&bytes) {
+    if is_jpeg && !jpeg_is_whole(bytes) {
         return Err(LoadError::Cut);
     }
     Ok(to_picture(image))

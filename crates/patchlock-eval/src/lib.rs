@@ -23,5 +23,6 @@ pub mod report;
 pub mod results;
 pub mod score;
 pub mod text;
+pub mod trax;
 
 pub use error::Error;

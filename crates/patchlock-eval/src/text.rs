@@ -130,7 +130,7 @@ pub fn region(row: &[f64], origin: f64) -> Result<Option<BoundingBox>, String> {
 }
 
 /// The upright box around the points, from the least to the largest coordinate.
-fn around(points: &[f64], origin: f64) -> BoundingBox {
+pub(crate) fn around(points: &[f64], origin: f64) -> BoundingBox {
     let span = |first: usize| {
         let values = || points.iter().skip(first).step_by(2).copied();
         (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max))

@@ -7,6 +7,7 @@ pub mod demo;
 pub mod report;
 pub mod score;
 pub mod track;
+pub mod trax;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -48,6 +49,7 @@ enum Verb {
     Bench(Box<bench::BenchArgs>),
     Score(score::ScoreArgs),
     Report(Box<report::ReportArgs>),
+    Trax(trax::TraxArgs),
 }
 
 impl Cli {
@@ -61,6 +63,7 @@ impl Cli {
             Verb::Bench(args) => bench::run(&args),
             Verb::Score(args) => score::run(&args),
             Verb::Report(args) => report::run(&args),
+            Verb::Trax(args) => trax::run(&args),
         }
     }
 }

@@ -5,7 +5,6 @@
 //! the next image, and answers each with `state` and a box. Protocol 4, which knows several targets, takes the box and the first image in two messages. Boxes are `left,top,width,height`, pixels counted from 0, or a polygon. Its time is
 //! that from our line to its answer: reading the image is in it, because it does that itself.
 
-mod message;
 mod process;
 
 use std::path::Path;
@@ -14,8 +13,10 @@ use std::time::{Duration, Instant};
 use patchlock::BoundingBox;
 
 use super::subject::{Answer, Subject};
-use crate::{Error, text};
-use message::Message;
+use crate::Error;
+use crate::trax::image::{self, Image};
+use crate::trax::message::Message;
+use crate::trax::region::{POLYGON, RECTANGLE, Region};
 use process::{Process, Silence};
 
 /// The newest version of the protocol that is spoken here. Versions 1 to 3 differ in nothing that is used.
@@ -23,18 +24,12 @@ const NEWEST: u32 = 4;
 /// The variable of the environment that tells the program its seed.
 pub const SEED_VARIABLE: &str = "PATCHLOCK_SEED";
 
-/// How regions are given to the program.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Region {
-    Rectangle,
-    Polygon,
-}
-
 /// What a program said of itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Abilities {
     version: u32,
-    region: Region,
+    /// Regions must be polygons: it does not take boxes.
+    polygons: bool,
 }
 
 /// A program that has said hello.
@@ -63,17 +58,17 @@ impl Trax {
         Ok(Self { process, abilities })
     }
 
-    fn ask(&mut self, file: &Path, line: &str) -> Result<Answer, Error> {
+    fn ask(&mut self, file: &Path, lines: &str) -> Result<Answer, Error> {
         let error = |reason| Error::Tracker { path: file.to_path_buf(), reason };
         let start = Instant::now();
-        self.process.write(line).map_err(error)?;
+        self.process.write(lines).map_err(error)?;
         let state = next(&mut self.process, "its answer").map_err(error)?;
         let seconds = start.elapsed().as_secs_f64();
         match (state.name.as_str(), state.arguments.first()) {
             ("state", Some(region)) => {
-                let bbox = read_region(region)
+                let region = Region::parse(region)
                     .map_err(|reason| error(format!("its state \"{region}\": {reason}")))?;
-                Ok(Answer { bbox, seconds })
+                Ok(Answer { bbox: region.bbox(), seconds })
             }
             ("state", None) => Err(error("its state has no region".to_string())),
             ("quit", _) => Err(error(format!("the tracker gave up (quit){}", reason_of(&state)))),
@@ -127,73 +122,57 @@ fn abilities(hello: &Message) -> Result<Abilities, String> {
             .map(str::to_string)
             .collect()
     };
-    let images = list("trax.image", "path");
-    if !images.iter().any(|image| image == "path") {
+    let images = list("trax.image", image::PATH);
+    if !images.iter().any(|image| image == image::PATH) {
         return Err(format!(
             "the tracker takes images as {}; only path can be given",
             images.join(", ")
         ));
     }
-    let regions = list("trax.region", "rectangle");
+    let regions = list("trax.region", RECTANGLE);
     let takes = |name: &str| regions.iter().any(|region| region == name);
-    let region = match (takes("rectangle"), takes("polygon")) {
-        (true, _) => Region::Rectangle,
-        (_, true) => Region::Polygon,
-        _ => {
-            let regions = regions.join(", ");
-            return Err(format!(
-                "the tracker takes regions as {regions}; rectangle and polygon can be given"
-            ));
-        }
-    };
-    Ok(Abilities { version, region })
-}
-
-fn write_region(b: &BoundingBox, region: Region) -> String {
-    let (right, bottom) = (b.x + b.w, b.y + b.h);
-    match region {
-        Region::Rectangle => format!("{},{},{},{}", b.x, b.y, b.w, b.h),
-        Region::Polygon => {
-            format!("{},{},{right},{},{right},{bottom},{},{bottom}", b.x, b.y, b.y, b.x)
-        }
+    if !takes(RECTANGLE) && !takes(POLYGON) {
+        let regions = regions.join(", ");
+        return Err(format!(
+            "the tracker takes regions as {regions}; {RECTANGLE} and {POLYGON} can be given"
+        ));
     }
-}
-
-/// A box, a polygon, or one number: a code for "nothing".
-fn read_region(region: &str) -> Result<Option<BoundingBox>, String> {
-    match text::numbers(region)?.as_slice() {
-        [_] => Ok(None),
-        row => text::region(row, 0.0),
-    }
+    Ok(Abilities { version, polygons: !takes(RECTANGLE) })
 }
 
 /// The path as the protocol has it.
 fn url(file: &Path) -> Result<String, Error> {
     let whole = file.canonicalize().map_err(|error| Error::read(file, error))?;
-    Ok(format!("file://{}", whole.display()))
+    Ok(Image::of_path(&whole))
 }
 
 impl Subject for Trax {
     fn begin(&mut self, frame: &Path, bbox: BoundingBox) -> Result<Answer, Error> {
-        let (image, region) = (url(frame)?, write_region(&bbox, self.abilities.region));
-        let line = match self.abilities.version {
-            ..=3 => message::line("initialize", &[&image, &region]),
-            _ => message::line("initialize", &[&region]) + &message::line("frame", &[&image]),
+        let image = url(frame)?;
+        let region = match self.abilities.polygons {
+            true => Region::corners_of(&bbox),
+            false => Region::Rectangle(bbox),
         };
-        let answer = self.ask(frame, &line)?;
+        let region = region.to_string();
+        let initialize = |arguments: &[&str]| Message::new("initialize", arguments).to_string();
+        let lines = match self.abilities.version {
+            ..=3 => initialize(&[&image, &region]),
+            _ => initialize(&[&region]) + &Message::new("frame", &[&image]).to_string(),
+        };
+        let answer = self.ask(frame, &lines)?;
         // The first line of a trajectory is the box as given.
         Ok(Answer { bbox: Some(bbox), ..answer })
     }
 
     fn follow(&mut self, frame: &Path) -> Result<Answer, Error> {
-        let line = message::line("frame", &[&url(frame)?]);
+        let line = Message::new("frame", &[&url(frame)?]).to_string();
         self.ask(frame, &line)
     }
 }
 
 impl Drop for Trax {
     fn drop(&mut self) {
-        let _ = self.process.write(&message::line("quit", &[]));
+        let _ = self.process.write(&Message::new("quit", &[]).to_string());
     }
 }
 
@@ -207,24 +186,13 @@ mod tests {
 
     #[test]
     fn greetings() {
-        let plain = Abilities { version: 1, region: Region::Rectangle };
+        let plain = Abilities { version: 1, polygons: false };
         assert_eq!(greet("@@TRAX:hello"), Ok(plain));
         let polygon =
             "@@TRAX:hello trax.version=3 trax.image=memory;path; trax.region=mask;polygon;";
-        assert_eq!(greet(polygon), Ok(Abilities { version: 3, region: Region::Polygon }));
+        assert_eq!(greet(polygon), Ok(Abilities { version: 3, polygons: true }));
         for bad in ["trax.version=5", "trax.version=x", "trax.image=memory", "trax.region=mask"] {
             assert!(greet(&format!("@@TRAX:hello {bad}")).is_err(), "{bad}");
         }
-    }
-
-    #[test]
-    fn regions_go_there_and_back() {
-        let bbox = BoundingBox { x: -1.5, y: 2.25, w: 30.0, h: 4.5 };
-        for region in [Region::Rectangle, Region::Polygon] {
-            assert_eq!(read_region(&write_region(&bbox, region)), Ok(Some(bbox)));
-        }
-        assert_eq!(read_region("0"), Ok(None));
-        assert_eq!(read_region("NaN,NaN,NaN,NaN"), Ok(None));
-        assert!(read_region("m0,0,3,3").is_err() && read_region("").is_err());
     }
 }

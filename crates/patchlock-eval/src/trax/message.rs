@@ -1,5 +1,7 @@
 //! Messages of TraX, a line each: `@@TRAX:name argument "argument with blanks" key=value`.
 
+use std::fmt;
+
 /// What begins every message; other lines are the tracker's own chatter.
 const PREFIX: &str = "@@TRAX:";
 /// The longest name of a named argument.
@@ -17,6 +19,19 @@ pub struct Message {
 }
 
 impl Message {
+    /// A message with these arguments.
+    pub fn new(name: &str, arguments: &[&str]) -> Self {
+        let arguments = arguments.iter().map(|&argument| argument.to_string()).collect();
+        Self { name: name.to_string(), arguments, named: Vec::new() }
+    }
+
+    /// The message with one named argument more. A key has letters, digits, `.` and `_`, 64 at most.
+    #[must_use]
+    pub fn with(mut self, key: &str, value: impl fmt::Display) -> Self {
+        self.named.push((key.to_string(), value.to_string()));
+        self
+    }
+
     /// `None` for a line that is no message.
     ///
     /// # Errors
@@ -25,10 +40,13 @@ impl Message {
         let rest = line.strip_prefix(PREFIX)?;
         Some(words(rest).and_then(|words| {
             let mut words = words.into_iter();
-            let mut message = Self { name: words.next().unwrap_or_default(), ..Self::default() };
-            if message.name.is_empty() {
+            let name = words.next().unwrap_or_default().to_ascii_lowercase();
+            if name.is_empty() {
                 return Err("a message without a name".to_string());
             }
+            // Old trackers say status.
+            let name = if name == "status" { "state".to_string() } else { name };
+            let mut message = Self { name, ..Self::default() };
             for word in words {
                 match named(&word) {
                     Some((key, value)) => message.named.push((key.to_string(), value.to_string())),
@@ -45,14 +63,22 @@ impl Message {
     }
 }
 
-/// The line of a message with these arguments, with its end.
-pub fn line(name: &str, arguments: &[&str]) -> String {
-    let mut line = format!("{PREFIX}{name}");
-    for argument in arguments {
-        let escaped = argument.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n");
-        line += &format!(" \"{escaped}\"");
+/// The line of the message, with its end.
+impl fmt::Display for Message {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{PREFIX}{}", self.name)?;
+        for argument in &self.arguments {
+            write!(f, " \"{}\"", escaped(argument))?;
+        }
+        for (key, value) in &self.named {
+            write!(f, " \"{key}={}\"", escaped(value))?;
+        }
+        writeln!(f)
     }
-    line + "\n"
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', "\\n")
 }
 
 fn named(word: &str) -> Option<(&str, &str)> {
@@ -114,9 +140,20 @@ mod tests {
     }
 
     #[test]
+    fn names_are_read_in_any_case() {
+        assert_eq!(parsed("@@TRAX:QUIT").name, "quit");
+        assert_eq!(parsed("@@TRAX:status 1,2,3,4").name, "state");
+    }
+
+    #[test]
     fn what_is_written_is_read_again() {
         let odd = "file:///a b/\"c\"\\d\ne=f";
-        let message = parsed(&line("frame", &[odd, "1,2,3,4"]));
-        assert_eq!(message.arguments, [odd, "1,2,3,4"]);
+        let message = Message::new("frame", &[odd, "1,2,3,4"])
+            .with("trax.reason", "a \"b\"\\ = c\nd")
+            .with("confidence", 0.25)
+            .with("empty", "");
+        let line = message.to_string();
+        assert_eq!(line.matches('\n').count(), 1, "{line}");
+        assert_eq!(parsed(&line), message);
     }
 }

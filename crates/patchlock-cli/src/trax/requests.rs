@@ -1,0 +1,178 @@
+//! What the client asks for, read from its lines.
+
+use std::io::{BufRead, Read as _};
+
+use patchlock_eval::trax::image::Image;
+use patchlock_eval::trax::message::Message;
+use patchlock_eval::trax::region::Region;
+
+use super::Protocol;
+
+/// The longest line that is taken: an image of 8000 x 6000 pixels with their colours.
+const LONGEST_LINE: u64 = 200_000_000;
+
+/// What the client asks for.
+#[derive(Debug, PartialEq)]
+pub enum Request {
+    /// Find the targets in an image.
+    Look {
+        /// Forget the targets so far.
+        anew: bool,
+        /// Targets that begin in this image.
+        begin: Vec<Region>,
+        /// The image.
+        image: Image,
+    },
+    /// The client needs no more, or is gone.
+    Quit,
+}
+
+/// The client's requests.
+pub struct Requests<R> {
+    input: R,
+    protocol: Protocol,
+}
+
+impl<R: BufRead> Requests<R> {
+    /// Requests in this protocol.
+    pub fn new(input: R, protocol: Protocol) -> Self {
+        Self { input, protocol }
+    }
+
+    /// The next request. Protocol 4 gives one in several messages: `initialize` for each new target, one without a region to forget all so far, and
+    /// `frame`.
+    ///
+    /// # Errors
+    /// What is wrong with a message.
+    pub fn next(&mut self) -> Result<Request, String> {
+        let (mut anew, mut begin) = (false, Vec::new());
+        loop {
+            let Some(message) = self.message()? else { return Ok(Request::Quit) };
+            let arguments: Vec<&str> = message.arguments.iter().map(String::as_str).collect();
+            match (message.name.as_str(), self.protocol, arguments.as_slice()) {
+                ("quit", ..) => return Ok(Request::Quit),
+                ("frame", _, [image]) => {
+                    return Ok(Request::Look { anew, begin, image: Image::parse(image)? });
+                }
+                ("initialize", Protocol::Three, [image, region]) => {
+                    let (image, begin) = (Image::parse(image)?, vec![target(region)?]);
+                    return Ok(Request::Look { anew: true, begin, image });
+                }
+                ("initialize", Protocol::Four, []) => {
+                    anew = true;
+                    begin.clear();
+                }
+                ("initialize", Protocol::Four, [region]) => begin.push(target(region)?),
+                (name, protocol, arguments) => {
+                    return Err(unexpected(name, protocol, arguments.len()));
+                }
+            }
+        }
+    }
+
+    /// The next message; other lines are passed over. `None` at the end.
+    fn message(&mut self) -> Result<Option<Message>, String> {
+        loop {
+            let mut line = Vec::new();
+            let read = self.input.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line);
+            let read = read.map_err(|error| format!("cannot read from the client: {error}"))?;
+            if read as u64 == LONGEST_LINE {
+                return Err(format!("a message has more than {LONGEST_LINE} bytes"));
+            }
+            if read == 0 {
+                return Ok(None);
+            }
+            let line = String::from_utf8_lossy(&line);
+            if let Some(message) = Message::parse(&line) {
+                let shown: String = line.trim_end().chars().take(80).collect();
+                return message.map(Some).map_err(|reason| format!("the message \"{shown}\": {reason}"));
+            }
+        }
+    }
+}
+
+/// A region to begin on.
+fn target(text: &str) -> Result<Region, String> {
+    let shown: String = text.chars().take(80).collect();
+    match Region::parse(text) {
+        Ok(Region::Nothing) => Err(format!("the region \"{shown}\" has no target to begin on")),
+        Ok(region) => Ok(region),
+        Err(reason) => Err(format!("the region \"{shown}\": {reason}")),
+    }
+}
+
+fn unexpected(name: &str, protocol: Protocol, count: usize) -> String {
+    let wanted = match (name, protocol) {
+        ("frame", _) => "one image",
+        ("initialize", Protocol::Three) => "one image and one region",
+        ("initialize", Protocol::Four) => "one region, or nothing to forget all targets",
+        _ => {
+            return format!("the message {name} is unknown; initialize, frame and quit are understood");
+        }
+    };
+    format!("the message {name} takes {wanted} in protocol {protocol}; it has {count} arguments")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn requests(protocol: Protocol, text: &str) -> Vec<Result<Request, String>> {
+        let mut requests = Requests::new(text.as_bytes(), protocol);
+        let mut all = Vec::new();
+        loop {
+            match requests.next() {
+                Ok(Request::Quit) => return all,
+                Err(reason) => return all.into_iter().chain([Err(reason)]).collect(),
+                Ok(request) => all.push(Ok(request)),
+            }
+        }
+    }
+
+    fn region(x: f64) -> Region {
+        Region::parse(&format!("{x},2,3,4")).unwrap()
+    }
+
+    fn look(anew: bool, begin: &[Region], image: &str) -> Result<Request, String> {
+        Ok(Request::Look { anew, begin: begin.to_vec(), image: Image::Path(image.into()) })
+    }
+
+    #[test]
+    fn one_target() {
+        let text = "hello?\n@@TRAX:initialize \"file:///1\" \"1,2,3,4\" a=b\n@@TRAX:frame \"file:///2\"\n@@TRAX:quit\n@@TRAX:frame";
+        let expected = [look(true, &[region(1.0)], "/1"), look(false, &[], "/2")];
+        assert_eq!(requests(Protocol::Three, text), expected);
+    }
+
+    #[test]
+    fn many_targets() {
+        let text = "@@TRAX:initialize 1,2,3,4\n@@TRAX:initialize 2,2,3,4 object=x\n@@TRAX:frame /1\n@@TRAX:initialize 3,2,3,4\n@@TRAX:frame /2\n\
+            @@TRAX:initialize\n@@TRAX:initialize 4,2,3,4\n@@TRAX:frame /3";
+        let expected = [
+            look(false, &[region(1.0), region(2.0)], "/1"),
+            look(false, &[region(3.0)], "/2"),
+            look(true, &[region(4.0)], "/3"),
+        ];
+        assert_eq!(requests(Protocol::Four, text), expected);
+    }
+
+    #[test]
+    fn what_is_wrong_is_said() {
+        use Protocol::{Four, Three};
+        for (protocol, text, why) in [
+            (Three, "@@TRAX:initialize /1", "takes one image and one region in protocol 3; it has 1 arguments"),
+            (Four, "@@TRAX:initialize /1 1,2,3,4", "takes one region"),
+            (Three, "@@TRAX:frame", "takes one image in protocol 3; it has 0"),
+            (Three, "@@TRAX:state 1,2,3,4", "the message state is unknown"),
+            (Three, "@@TRAX:initialize /1 0", "no target to begin on"),
+            (Four, "@@TRAX:initialize NaN,NaN,NaN,NaN", "no target to begin on"),
+            (Four, "@@TRAX:initialize mask:1,2,3,4,5", "not mask"),
+            (Four, "@@TRAX:initialize here", "\"here\" is no number"),
+            (Three, "@@TRAX:frame \"a", "a quote that is not closed"),
+            (Three, "@@TRAX:frame http://x/1.jpg", "can't be fetched"),
+        ] {
+            let reason = requests(protocol, text).pop().unwrap().unwrap_err();
+            assert!(reason.contains(why), "{text}: {reason}");
+        }
+    }
+}

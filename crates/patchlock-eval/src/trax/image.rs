@@ -1,0 +1,171 @@
+//! Images of TraX: where one is (`file:///img/0001.jpg`), its pixels (`image:640;480;rgb;` and Base64), or the bytes of its file (`data:image/jpeg;` and Base64).
+
+use std::path::{Path, PathBuf};
+
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
+
+use crate::images;
+use crate::picture::{Picture, Pixels};
+
+/// What the protocol calls the name of a file, in its lists of formats.
+pub const PATH: &str = "path";
+/// All that can be taken.
+pub const FORMATS: [&str; 3] = [PATH, "memory", "buffer"];
+
+/// An image as a message has it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Image {
+    /// The name of a file.
+    Path(PathBuf),
+    /// The pixels.
+    Memory(Picture),
+    /// The bytes of a file.
+    Buffer(Vec<u8>),
+}
+
+impl Image {
+    /// The image of an argument. A file is not looked at.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        if let Some(path) = text.strip_prefix("file://").or_else(|| text.strip_prefix("file:")) {
+            return Ok(Self::Path(path.into()));
+        }
+        if let Some(rest) = text.strip_prefix("image:") {
+            return memory(rest).map(Self::Memory);
+        }
+        if let Some(rest) = text.strip_prefix("data:") {
+            let (_, data) = rest.split_once(';').ok_or("an image as data has no ; before its data")?;
+            // Other programs write the name of the encoding as well.
+            return bytes(data.strip_prefix("base64,").unwrap_or(data)).map(Self::Buffer);
+        }
+        match text.split_once("://") {
+            Some((scheme, _)) => Err(format!(
+                "an image by {scheme}:// can't be fetched; give file:// with a path, or its pixels or bytes"
+            )),
+            None if text.is_empty() => Err("an image without a name".to_string()),
+            None => Ok(Self::Path(text.into())),
+        }
+    }
+
+    /// The pixels.
+    ///
+    /// # Errors
+    /// Which image it is and why it can't be read.
+    pub fn picture(self) -> Result<Picture, String> {
+        match self {
+            Self::Memory(picture) => Ok(picture),
+            Self::Path(file) => images::load(&file)
+                .map_err(|error| format!("cannot read the image {}: {error}", file.display())),
+            Self::Buffer(bytes) => {
+                images::decode(&bytes).map_err(|error| format!("cannot decode the image: {error}"))
+            }
+        }
+    }
+
+    /// The argument for a file. It should be a whole path: the other program may run elsewhere.
+    pub fn of_path(file: &Path) -> String {
+        format!("file://{}", file.display())
+    }
+}
+
+/// `WIDTH;HEIGHT;FORMAT;DATA`.
+fn memory(text: &str) -> Result<Picture, String> {
+    let mut parts = text.splitn(4, ';');
+    let mut part = |what| parts.next().ok_or(format!("an image in memory has no {what}"));
+    let side = |text: &str| {
+        let number = text.parse().ok().filter(|&side: &usize| side > 0);
+        number.ok_or(format!("an image in memory has the size \"{text}\""))
+    };
+    let (width, height) = (side(part("width")?)?, side(part("height")?)?);
+    let (format, data) = (part("format")?, part("data")?);
+    let depth = match format {
+        "rgb" => 3,
+        "gray8" => 1,
+        "gray16" => 2,
+        other => {
+            return Err(format!("an image in memory is {other}; it may be rgb, gray8 or gray16"));
+        }
+    };
+    let data = bytes(data)?;
+    if width.checked_mul(height).and_then(|count| count.checked_mul(depth)) != Some(data.len()) {
+        return Err(format!(
+            "an image in memory of {width} x {height} pixels of {format} has {} bytes",
+            data.len()
+        ));
+    }
+    let pixels = match depth {
+        1 => Pixels::Grey8(data),
+        // As the other program has them in its memory, which is this machine's.
+        2 => Pixels::Grey16(data.as_chunks().0.iter().map(|&pair| u16::from_ne_bytes(pair)).collect()),
+        _ => Pixels::Rgb8(data),
+    };
+    Ok(Picture { width, height, pixels })
+}
+
+fn bytes(data: &str) -> Result<Vec<u8>, String> {
+    BASE64_STANDARD.decode(data).map_err(|error| format!("an image's data are no Base64: {error}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths() {
+        for text in ["file:///a b/1.jpg", "file:/a b/1.jpg", "/a b/1.jpg"] {
+            assert_eq!(Image::parse(text), Ok(Image::Path("/a b/1.jpg".into())), "{text}");
+        }
+        assert_eq!(Image::parse(&Image::of_path(Path::new("/x"))), Ok(Image::Path("/x".into())));
+        let missing = Image::Path("/no/such.png".into()).picture().unwrap_err();
+        assert!(missing.starts_with("cannot read the image /no/such.png: "), "{missing}");
+    }
+
+    #[test]
+    fn pixels_in_every_depth() {
+        let picture = |text: &str| Image::parse(text).and_then(Image::picture).unwrap();
+        assert_eq!(picture("image:1;1;rgb;AQID").pixels, Pixels::Rgb8(vec![1, 2, 3]));
+        let grey = picture("image:3;1;gray8;AQID");
+        assert_eq!((grey.width, grey.height, grey.pixels), (3, 1, Pixels::Grey8(vec![1, 2, 3])));
+        let deep = u16::from_ne_bytes([1, 2]);
+        assert_eq!(picture("image:1;1;gray16;AQI=").pixels, Pixels::Grey16(vec![deep]));
+    }
+
+    #[test]
+    fn bytes_of_files() {
+        let mut png = std::io::Cursor::new(Vec::new());
+        image::GrayImage::from_raw(2, 1, vec![7, 9])
+            .unwrap()
+            .write_to(&mut png, image::ImageFormat::Png)
+            .unwrap();
+        let data = BASE64_STANDARD.encode(png.into_inner());
+        for head in ["data:image/png;", "data:image/png;base64,"] {
+            let picture = Image::parse(&format!("{head}{data}")).and_then(Image::picture).unwrap();
+            assert_eq!(picture.pixels, Pixels::Grey8(vec![7, 9]));
+        }
+    }
+
+    #[test]
+    fn what_is_wrong_is_said() {
+        let said = |text: &str| Image::parse(text).and_then(Image::picture).unwrap_err();
+        for (text, why) in [
+            ("", "without a name"),
+            ("http://x/1.jpg", "by http:// can't be fetched"),
+            ("image:2;2;rgb;AQID", "2 x 2 pixels of rgb has 3 bytes"),
+            ("image:18446744073709551615;18446744073709551615;rgb;AQID", "has 3 bytes"),
+            ("image:0;2;rgb;AQID", "the size \"0\""),
+            ("image:1;x;rgb;AQID", "the size \"x\""),
+            ("image:1;1;yuv;AQID", "is yuv"),
+            ("image:1;1", "no format"),
+            ("image:1;1;rgb", "no data"),
+            ("image:1;1;rgb;?", "no Base64"),
+            ("data:image/png", "no ;"),
+            ("data:image/png;AQID", "cannot decode"),
+            ("data:image/png;", "the file is empty"),
+        ] {
+            assert!(said(text).contains(why), "{text}: {}", said(text));
+        }
+    }
+}
