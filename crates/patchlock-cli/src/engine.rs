@@ -19,9 +19,8 @@ pub fn pool(threads: Option<usize>) -> Result<ThreadPool> {
             .hint("leave it out to use every core; the boxes are the same for any number")
             .into());
     }
-    let threads = threads
-        .or_else(|| std::thread::available_parallelism().ok().map(usize::from))
-        .unwrap_or(1);
+    let threads =
+        threads.or_else(|| std::thread::available_parallelism().ok().map(usize::from)).unwrap_or(1);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.context("cannot start the threads")
 }

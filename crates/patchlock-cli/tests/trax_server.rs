@@ -145,8 +145,12 @@ fn a_client_may_begin_anew_at_any_time() {
     assert_eq!(three[..2], three[2..]);
     let clear = Message::new("initialize", &[]);
     let begin = || [initialize(BOX), frame(&first), frame(&second)];
-    let messages: Vec<_> =
-        begin().into_iter().chain([clear]).chain(begin()).chain([Message::new("quit", &[])]).collect();
+    let messages: Vec<_> = begin()
+        .into_iter()
+        .chain([clear])
+        .chain(begin())
+        .chain([Message::new("quit", &[])])
+        .collect();
     assert_eq!(session.answers(4, &messages), three);
 }
 
@@ -159,10 +163,17 @@ fn many_targets_are_tracked_as_each_alone() {
     let mut messages = vec![initialize(BOX), initialize(other)];
     messages.extend_from_slice(&images);
     let both = session.answers(4, &messages);
-    let expected: Vec<_> = alone.iter().zip(&beside).flat_map(|(a, b)| [a.clone(), b.clone()]).collect();
+    let expected: Vec<_> =
+        alone.iter().zip(&beside).flat_map(|(a, b)| [a.clone(), b.clone()]).collect();
     assert_eq!(both, expected);
     // The second comes later.
-    let late = [initialize(BOX), images[0].clone(), initialize(other), images[0].clone(), images[1].clone()];
+    let late = [
+        initialize(BOX),
+        images[0].clone(),
+        initialize(other),
+        images[0].clone(),
+        images[1].clone(),
+    ];
     let states = session.answers(4, &late);
     assert_eq!(states.len(), 1 + 2 + 2);
     assert_eq!((&states[2], &states[4]), (&beside[0], &beside[1]));
@@ -202,7 +213,14 @@ fn what_is_wrong_is_told_to_both_sides() {
         (vec![begin(BOX), frame("image:1;1;rgb;AQID")], "frames of one size"),
         (vec![begin(BOX), Message::new("hello", &[])], "the message hello is unknown"),
     ] {
-        let answer = session.server(3, &messages).assert().code(1).stderr(contains(why)).get_output().stdout.clone();
+        let answer = session
+            .server(3, &messages)
+            .assert()
+            .code(1)
+            .stderr(contains(why))
+            .get_output()
+            .stdout
+            .clone();
         let text = String::from_utf8(answer).unwrap();
         let last = Message::parse(text.lines().last().unwrap()).unwrap().unwrap();
         assert_eq!(last.name, "quit", "{text}");
@@ -213,7 +231,11 @@ fn what_is_wrong_is_told_to_both_sides() {
     server(&["trax", "--protocol", "2"]).stderr(contains("it may be 3 or 4"));
     server(&["trax", "--preset", "none"]).stderr(contains("there is no preset none"));
     server(&["trax", "--threads", "0"]).stderr(contains("--threads 0"));
-    session.0.patchlock(&["trax"]).env("PATCHLOCK_SEED", "x").assert().code(2).stderr(
-        contains("--seed").and(contains("x")),
-    );
+    session
+        .0
+        .patchlock(&["trax"])
+        .env("PATCHLOCK_SEED", "x")
+        .assert()
+        .code(2)
+        .stderr(contains("--seed").and(contains("x")));
 }

@@ -85,7 +85,9 @@ impl<R: BufRead> Requests<R> {
             let line = String::from_utf8_lossy(&line);
             if let Some(message) = Message::parse(&line) {
                 let shown: String = line.trim_end().chars().take(80).collect();
-                return message.map(Some).map_err(|reason| format!("the message \"{shown}\": {reason}"));
+                return message
+                    .map(Some)
+                    .map_err(|reason| format!("the message \"{shown}\": {reason}"));
             }
         }
     }
@@ -107,7 +109,9 @@ fn unexpected(name: &str, protocol: Protocol, count: usize) -> String {
         ("initialize", Protocol::Three) => "one image and one region",
         ("initialize", Protocol::Four) => "one region, or nothing to forget all targets",
         _ => {
-            return format!("the message {name} is unknown; initialize, frame and quit are understood");
+            return format!(
+                "the message {name} is unknown; initialize, frame and quit are understood"
+            );
         }
     };
     format!("the message {name} takes {wanted} in protocol {protocol}; it has {count} arguments")
@@ -160,7 +164,11 @@ mod tests {
     fn what_is_wrong_is_said() {
         use Protocol::{Four, Three};
         for (protocol, text, why) in [
-            (Three, "@@TRAX:initialize /1", "takes one image and one region in protocol 3; it has 1 arguments"),
+            (
+                Three,
+                "@@TRAX:initialize /1",
+                "takes one image and one region in protocol 3; it has 1 arguments",
+            ),
             (Four, "@@TRAX:initialize /1 1,2,3,4", "takes one region"),
             (Three, "@@TRAX:frame", "takes one image in protocol 3; it has 0"),
             (Three, "@@TRAX:state 1,2,3,4", "the message state is unknown"),

@@ -37,7 +37,8 @@ impl Image {
             return memory(rest).map(Self::Memory);
         }
         if let Some(rest) = text.strip_prefix("data:") {
-            let (_, data) = rest.split_once(';').ok_or("an image as data has no ; before its data")?;
+            let (_, data) =
+                rest.split_once(';').ok_or("an image as data has no ; before its data")?;
             // Other programs write the name of the encoding as well.
             return bytes(data.strip_prefix("base64,").unwrap_or(data)).map(Self::Buffer);
         }
@@ -99,7 +100,9 @@ fn memory(text: &str) -> Result<Picture, String> {
     let pixels = match depth {
         1 => Pixels::Grey8(data),
         // As the other program has them in its memory, which is this machine's.
-        2 => Pixels::Grey16(data.as_chunks().0.iter().map(|&pair| u16::from_ne_bytes(pair)).collect()),
+        2 => Pixels::Grey16(
+            data.as_chunks().0.iter().map(|&pair| u16::from_ne_bytes(pair)).collect(),
+        ),
         _ => Pixels::Rgb8(data),
     };
     Ok(Picture { width, height, pixels })

@@ -113,7 +113,8 @@ mod tests {
         for nothing in ["0", "special:-1", "NaN,NaN,NaN,NaN"] {
             assert_eq!(Region::parse(nothing), Ok(Region::Nothing), "{nothing}");
         }
-        for bad in ["", "1,2,3", "1,2,x,4", "1,2,inf,4", "1,2,3,4,5", "mask:0,0,3,3,9", "m0,0,3,3"] {
+        for bad in ["", "1,2,3", "1,2,x,4", "1,2,inf,4", "1,2,3,4,5", "mask:0,0,3,3,9", "m0,0,3,3"]
+        {
             assert!(Region::parse(bad).is_err(), "{bad}");
         }
         assert!(Region::parse("mask:0,0,3,3,9").unwrap_err().contains("not mask"));

@@ -1,5 +1,4 @@
-//! Another program as the tracker under test, through TraX, protocols 1 to 4: lines of text on its standard input and output (Čehovin: "TraX: The
-//! visual Tracking eXchange protocol and library", Neurocomputing 260, 2017).
+//! Another program as the tracker under test, through TraX ([`crate::trax`]), protocols 1 to 4: lines of text on its standard input and output.
 //!
 //! The program says `hello` with what it can do; it is given `initialize` with the path of an image and a box, then `frame` with the path of
 //! the next image, and answers each with `state` and a box. Protocol 4, which knows several targets, takes the box and the first image in two messages. Boxes are `left,top,width,height`, pixels counted from 0, or a polygon. Its time is
