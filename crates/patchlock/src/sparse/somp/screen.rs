@@ -172,7 +172,7 @@ impl Screen {
             runner.bounds = Bounds::new(1.0, runner.squared_errors);
             let before = correlations[place(guess, runner.row, rows)];
             let y = before - weight * runner.along + reference;
-            self.enter(simd, number, guess, (squares + y * y, over), margins.gap, own, exact);
+            self.enter(simd, (number, guess), (squares + y * y, over), margins.gap, own, exact);
             self.runners[number].fit();
         }
         // The guess is found again in its tile.
@@ -207,7 +207,7 @@ impl Screen {
                 bits &= bits - 1;
                 let k = (t * TILE + i) * S::F32_LANES + lane;
                 let found = (lanes::<S>(&sums)[lane], lanes::<S>(&over)[lane]);
-                self.enter(simd, number, k, found, gap, own, exact);
+                self.enter(simd, (number, k), found, gap, own, exact);
             }
         }
     }
@@ -217,8 +217,7 @@ impl Screen {
     fn enter<S: Simd>(
         &mut self,
         simd: S,
-        number: usize,
-        k: usize,
+        (number, k): (usize, usize),
         (sum, over): (f32, f32),
         gap: f32,
         own: Residuals<'_>,
