@@ -127,7 +127,7 @@ def test_the_types_of_the_settings_are_those_of_the_table():
     for parameter, hint in zip(patchlock.parameters(), typed.values(), strict=True):
         text = hint.__forward_arg__
         if isinstance(parameter.default, str):
-            words = text.removeprefix("Literal[").removesuffix("]").replace('"', "")
+            words = text.removeprefix("Literal[").removesuffix("]").replace("'", "")
             assert words == parameter.allowed, parameter.name
         else:
             assert text == type(parameter.default).__name__, parameter.name

@@ -10,6 +10,18 @@ from patchlock._settings import Settings
 from patchlock._types import Box, BoxLike, FrameLike, Occlusion, Visibility
 
 __version__: Final[str]
+__all__ = [
+    "Estimate",
+    "Frames",
+    "PRESETS",
+    "Scene",
+    "Tracker",
+    "__version__",
+    "_restore",
+    "parameters",
+    "run",
+]
+
 PRESETS: Final[list[str]]
 
 @final

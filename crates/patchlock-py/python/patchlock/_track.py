@@ -93,7 +93,7 @@ def _numbered(
             raise TypeError("reverse needs frames that can be asked for by number: a list, an array, or the name of a source")
         return islice(enumerate(frames), chosen.start, chosen.stop, chosen.step), None
     indices = range(length)[chosen]
-    if length <= chosen.start:
+    if length <= chosen.start and length > 0:
         raise ValueError(f"start is {chosen.start}, but there are {length} frames")
     sequence = cast("Sequence[FrameLike]", frames)
     return ((i, sequence[i]) for i in (reversed(indices) if reverse else indices)), len(indices)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -11,10 +11,11 @@ import numpy.typing as npt
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-FrameLike: TypeAlias = "npt.NDArray[np.uint8] | npt.NDArray[np.uint16] | npt.NDArray[np.float32] | Image"
+# Pillow may not be there when this runs, and a name alone does not take `|`.
+FrameLike: TypeAlias = Union[npt.NDArray[np.uint8], npt.NDArray[np.uint16], npt.NDArray[np.float32], "Image"]
 """A frame: an array of shape (height, width) or (height, width, 3), or a PIL image."""
 
-BoxLike: TypeAlias = "Sequence[float] | npt.NDArray[np.floating[Any] | np.integer[Any]]"
+BoxLike: TypeAlias = Sequence[float] | npt.NDArray[np.floating[Any] | np.integer[Any]]
 """Four numbers: left, top, width, height in pixels, counted from 0."""
 
 
