@@ -64,9 +64,10 @@ impl From<patchlock_eval::Error> for Complaint {
         use patchlock_eval::Error;
         let (message, advice) = (error.to_string(), error.advice());
         match error {
-            Error::NoDataset { .. } | Error::NoResults { .. } | Error::Conflict { .. } => {
-                usage(message).hint(advice)
-            }
+            Error::NoDataset { .. }
+            | Error::NoResults { .. }
+            | Error::Conflict { .. }
+            | Error::Export(_) => usage(message).hint(advice),
             _ => failed(message).hint(advice),
         }
     }

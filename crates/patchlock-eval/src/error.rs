@@ -96,6 +96,9 @@ pub enum Error {
         /// The reason that it gives.
         reason: String,
     },
+    /// A track can't be exported as it is asked for.
+    #[error("cannot export: {0}")]
+    Export(String),
     /// A tracker can't be made ready.
     #[error("{0}")]
     Subject(String),
@@ -132,6 +135,7 @@ impl Error {
             Self::Sequence(_) => "patchlock dataset DIR says what is wrong with each sequence",
             Self::Frame { .. } => "replace the file",
             Self::Tracker { .. } | Self::Subject(_) => "the other sequences are not affected",
+            Self::Export(_) => "patchlock export --help says what each format asks for",
             Self::NothingToCompare { .. } => {
                 "patchlock score RESULTS --truth DATASET says which trackers and targets there are"
             }

@@ -3,6 +3,7 @@
 //! The way of the data, in one direction: a [`dataset`] is read (frames and truth), a tracker's boxes are read as
 //! [`results`], [`metrics`] compares the two frame by frame and makes curves, and [`score`] sums them up over targets and seeds;
 //! [`compare`] says how sure a difference is, and [`report`] makes a page of it all.
+//! The other way, [`export`] writes what was tracked for other tools.
 //! Every convention of the comparison is a field of one value, [`protocol::Protocol`].
 //!
 //! Boxes are [`patchlock::BoundingBox`]: pixels counted from 0. The files of most benchmarks count from 1; a dataset knows its
@@ -12,6 +13,7 @@ pub mod bench;
 pub mod compare;
 pub mod dataset;
 pub mod error;
+pub mod export;
 mod files;
 pub mod images;
 pub mod metrics;

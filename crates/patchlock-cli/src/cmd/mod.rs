@@ -4,6 +4,7 @@ pub mod bench;
 pub mod config;
 pub mod dataset;
 pub mod demo;
+pub mod export;
 pub mod report;
 pub mod score;
 pub mod track;
@@ -43,6 +44,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Verb {
     Track(Box<track::TrackArgs>),
+    Export(Box<export::ExportArgs>),
     Demo(demo::DemoArgs),
     Config(config::ConfigArgs),
     Dataset(dataset::DatasetArgs),
@@ -57,6 +59,7 @@ impl Cli {
     pub fn run(self) -> Result<()> {
         match self.verb {
             Verb::Track(args) => track::run(&args),
+            Verb::Export(args) => export::run(&args),
             Verb::Demo(args) => demo::run(&args),
             Verb::Config(args) => config::run(&args),
             Verb::Dataset(args) => dataset::run(&args),

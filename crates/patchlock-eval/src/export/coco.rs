@@ -1,0 +1,76 @@
+//! COCO's JSON for video: images and annotations as ever, so that tools for pictures read them, and beside them `videos` and `tracks`. An annotation
+//! names its target as `track_id` (TAO) and as `instance_id` (CocoVID).
+
+use serde_json::{Value, json};
+
+use super::track::Entry;
+use super::{Job, round};
+
+/// The file.
+pub fn text(job: &Job<'_>) -> String {
+    let (width, height) = job.frames.size;
+    let frames: Vec<usize> = job.track.frames().into_iter().collect();
+    let images: Vec<Value> = frames
+        .iter()
+        .enumerate()
+        .map(|(k, &frame)| {
+            json!({
+                "id": k + 1, "video_id": 1, "frame_id": frame, "file_name": job.frames.name(frame),
+                "width": width, "height": height,
+            })
+        })
+        .collect();
+    let annotations: Vec<Value> = job
+        .track
+        .entries()
+        .iter()
+        .enumerate()
+        .map(|(k, entry)| {
+            let image = frames.partition_point(|&frame| frame < entry.frame) + 1;
+            annotation(k + 1, image, entry)
+        })
+        .collect();
+    let tracks: Vec<Value> = job
+        .track
+        .ids()
+        .into_iter()
+        .map(|id| json!({"id": id, "category_id": 1, "video_id": 1}))
+        .collect();
+    let all = json!({
+        "info": {"description": format!("{}, tracked by Patchlock", job.name)},
+        "licenses": [],
+        "videos": [{"id": 1, "name": job.name, "width": width, "height": height}],
+        "categories": [{"id": 1, "name": job.label, "supercategory": ""}],
+        "tracks": tracks, "images": images, "annotations": annotations,
+    });
+    format!("{all:#}\n")
+}
+
+fn annotation(id: usize, image: usize, entry: &Entry) -> Value {
+    let bbox = entry.bbox;
+    // A point at the middle of pixel k is at k + 0.5 where pixels reach from k to k + 1.
+    let outline = entry.corners.map(|corners| corners.map(|[x, y]| [x + 0.5, y + 0.5]));
+    let upright = [bbox.x, bbox.y, bbox.w, bbox.h].map(round);
+    let mut all = json!({
+        "id": id, "image_id": image, "video_id": 1, "category_id": 1,
+        "track_id": entry.id, "instance_id": entry.id,
+        "bbox": upright,
+        "area": round(outline.as_ref().map_or(bbox.w * bbox.h, area)),
+        "iscrowd": 0,
+    });
+    if let Some(outline) = outline {
+        let points: Vec<f64> = outline.as_flattened().iter().copied().map(round).collect();
+        all["segmentation"] = json!([points]);
+    }
+    if let Some(score) = entry.score {
+        all["score"] = json!(round(score));
+    }
+    all
+}
+
+/// Half the sum of the cross products of neighbouring corners.
+fn area(corners: &[[f64; 2]; 4]) -> f64 {
+    let next = |k: usize| corners[(k + 1) % corners.len()];
+    let cross = |(k, [x, y]): (usize, &[f64; 2])| x * next(k)[1] - next(k)[0] * y;
+    corners.iter().enumerate().map(cross).sum::<f64>().abs() / 2.0
+}

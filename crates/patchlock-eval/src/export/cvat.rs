@@ -1,0 +1,75 @@
+//! "CVAT for video 1.1": a track a target, a box for each frame. A box with `outside="1"` ends it where the target leaves, and another begins it again.
+//! A target of which less than half is visible counts as occluded.
+
+use std::fmt::Write;
+
+use super::track::Entry;
+use super::{Job, round};
+
+/// Below this score a target counts as occluded.
+const OCCLUDED: f64 = 0.5;
+
+/// The file.
+pub fn text(job: &Job<'_>) -> String {
+    let frames: Vec<usize> = job.track.frames().into_iter().collect();
+    let (width, height) = job.frames.size;
+    let label = escaped(job.label);
+    let mut out = format!(
+        "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<annotations>\n  <version>1.1</version>\n  <meta>\n    <task>\n      \
+         <name>{}</name>\n      <size>{}</size>\n      <mode>interpolation</mode>\n      <labels>\n        <label>\n          \
+         <name>{label}</name>\n          <attributes></attributes>\n        </label>\n      </labels>\n      <original_size>\n        \
+         <width>{width}</width>\n        <height>{height}</height>\n      </original_size>\n    </task>\n  </meta>\n",
+        escaped(job.name),
+        frames[frames.len() - 1] + 1,
+    );
+    for id in job.track.ids() {
+        let _ = writeln!(out, "  <track id=\"{id}\" label=\"{label}\" source=\"auto\">");
+        add_boxes(&mut out, &frames, job.track.entries().iter().filter(|entry| entry.id == id));
+        out += "  </track>\n";
+    }
+    out += "</annotations>\n";
+    out
+}
+
+/// The boxes of a target. Where the next frame that was tracked has none, the last one is repeated there as outside.
+fn add_boxes<'a>(out: &mut String, frames: &[usize], entries: impl Iterator<Item = &'a Entry>) {
+    let mut entries = entries.peekable();
+    while let Some(entry) = entries.next() {
+        add_box(out, entry.frame, entry, false);
+        let after = frames.get(frames.partition_point(|&frame| frame <= entry.frame));
+        if let Some(&after) = after.filter(|after| entries.peek().is_none_or(|e| e.frame > **after))
+        {
+            add_box(out, after, entry, true);
+        }
+    }
+}
+
+fn add_box(out: &mut String, frame: usize, entry: &Entry, outside: bool) {
+    let bbox = entry.bbox;
+    let occluded = entry.score.is_some_and(|score| score < OCCLUDED);
+    let _ = writeln!(
+        out,
+        "    <box frame=\"{frame}\" keyframe=\"1\" outside=\"{}\" occluded=\"{}\" xtl=\"{}\" ytl=\"{}\" xbr=\"{}\" ybr=\"{}\" z_order=\"0\"></box>",
+        u8::from(outside),
+        u8::from(occluded),
+        round(bbox.x),
+        round(bbox.y),
+        round(bbox.x + bbox.w),
+        round(bbox.y + bbox.h),
+    );
+}
+
+/// Text as XML holds it.
+fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out += "&amp;",
+            '<' => out += "&lt;",
+            '>' => out += "&gt;",
+            '"' => out += "&quot;",
+            _ => out.push(c),
+        }
+    }
+    out
+}

@@ -1,0 +1,61 @@
+//! GOT-10k: `<name>_<id>/groundtruth.txt` with `x,y,w,h` a line, labels with a number a line, `meta_info.ini`, the frames as `00000001.jpg`; and
+//! `list.txt` with the names of the sequences.
+
+use std::path::Path;
+
+use super::sequence::{Sequence, sequences};
+use super::track::Entry;
+use super::{Item, Job};
+
+/// The levels of visibility that `cover.label` knows, beside 0.
+const COVER_LEVELS: f64 = 8.0;
+
+/// The folder.
+pub fn items(job: &Job<'_>) -> Vec<Item> {
+    let sequences = sequences(job.track);
+    let name = |sequence: &Sequence<'_>| format!("{}_{:06}", job.name, sequence.id);
+    let list: String = sequences.iter().map(|sequence| name(sequence) + "\n").collect();
+    let mut items = vec![Item::text("list.txt", list)];
+    for sequence in &sequences {
+        items.extend(sequence_items(job, sequence, &name(sequence)));
+    }
+    items
+}
+
+fn sequence_items(job: &Job<'_>, sequence: &Sequence<'_>, name: &str) -> Vec<Item> {
+    let folder = Path::new(name);
+    let (width, height) = job.frames.size;
+    let meta = format!(
+        "[METAINFO]\nurl: unknown\nobject_class: {}\nresolution: ({width}, {height})\n",
+        job.label
+    );
+    let label = |name: &str, value: &dyn Fn(Option<&Entry>) -> u8| {
+        let values = sequence.frames.iter().map(|(_, entry)| format!("{}\n", value(*entry)));
+        Item::text(folder.join(name), values.collect::<String>())
+    };
+    let is_cut =
+        |entry: Option<&Entry>| u8::from(entry.is_some_and(|e| leaves(e, (width, height))));
+    let mut items = vec![
+        Item::text(folder.join("groundtruth.txt"), sequence.boxes(0.0)),
+        Item::text(folder.join("meta_info.ini"), meta),
+        label("absence.label", &|entry| u8::from(entry.is_none())),
+        label("cover.label", &|entry| entry.map_or(0, cover)),
+        label("cut_by_image.label", &is_cut),
+    ];
+    for (k, (frame, _)) in sequence.frames.iter().enumerate() {
+        items.extend(job.frames.jpeg(*frame, folder.join(format!("{:08}.jpg", k + 1))));
+    }
+    items
+}
+
+/// The visible share in eighths; all of it where no score is known.
+fn cover(entry: &Entry) -> u8 {
+    (entry.score.unwrap_or(1.0) * COVER_LEVELS).round() as u8
+}
+
+/// Whether a part of the box lies outside the frame.
+fn leaves(entry: &Entry, (width, height): (usize, usize)) -> bool {
+    let bbox = entry.bbox;
+    let inside = bbox.x >= 0.0 && bbox.y >= 0.0;
+    !inside || bbox.x + bbox.w > width as f64 || bbox.y + bbox.h > height as f64
+}

@@ -1,0 +1,116 @@
+//! Puts the files of an export in their place: written under another name beside it, then renamed, so that there is all of it or nothing.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use image::codecs::jpeg::JpegEncoder;
+
+use super::{Content, Item};
+use crate::{Error, images};
+
+/// Of JPEGs that are made from other images: what is lost can't be seen.
+const JPEG_QUALITY: u8 = 95;
+/// What names begin with until all is complete.
+const PREFIX: &str = ".patchlock-";
+
+/// Complains before the work where the output is in use.
+pub fn check(out: &Path, is_file: bool, overwrite: bool) -> Result<(), Error> {
+    let parent = parent(out);
+    if !parent.is_dir() {
+        return Err(Error::Export(format!("there is no folder {}", parent.display())));
+    }
+    let fault = if is_file {
+        match (out.is_dir(), out.exists() && !overwrite) {
+            (true, _) => "is a folder; the format is one file",
+            (_, true) => "exists already",
+            _ => return Ok(()),
+        }
+    } else {
+        let is_used = || fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some());
+        match (out.exists() && !out.is_dir(), is_used()) {
+            (true, _) => "is a file; the format is a folder",
+            (_, true) => "has files already; a folder is never replaced: name another",
+            _ => return Ok(()),
+        }
+    };
+    Err(Error::Export(format!("{} {fault}", out.display())))
+}
+
+fn parent(out: &Path) -> PathBuf {
+    let parent = out.parent().filter(|parent| !parent.as_os_str().is_empty());
+    parent.unwrap_or(Path::new(".")).to_path_buf()
+}
+
+/// Writes one file.
+pub fn file(out: &Path, text: &str, overwrite: bool) -> Result<(), Error> {
+    let cannot = |error| Error::write(out, error);
+    let mut file = with_usual_rights(tempfile::Builder::new().prefix(PREFIX), 0o666)
+        .tempfile_in(parent(out))
+        .map_err(cannot)?;
+    file.write_all(text.as_bytes()).and_then(|()| file.as_file().sync_all()).map_err(cannot)?;
+    let placed = if overwrite { file.persist(out) } else { file.persist_noclobber(out) };
+    placed.map(drop).map_err(|error| cannot(error.error))
+}
+
+/// Writes a folder.
+pub fn folder(out: &Path, items: &[Item]) -> Result<(), Error> {
+    let cannot = |error| Error::write(out, error);
+    let folder = with_usual_rights(tempfile::Builder::new().prefix(PREFIX), 0o777)
+        .tempdir_in(parent(out))
+        .map_err(cannot)?;
+    for item in items {
+        let path = folder.path().join(&item.path);
+        if let Some(parent) = path.parent() {
+            fs::create_dir_all(parent).map_err(cannot)?;
+        }
+        put(&path, &item.content)?;
+    }
+    // An empty folder at the place is replaced by the rename, on Unix; elsewhere it has to go first.
+    if out.is_dir() {
+        fs::remove_dir(out).map_err(cannot)?;
+    }
+    fs::rename(folder.path(), out).map_err(cannot)?;
+    let _ = folder.keep(); // it is no longer there to be removed
+    Ok(())
+}
+
+/// Temporary files are private by default; a result should have the rights of any other new file.
+fn with_usual_rights<'a, 'b>(
+    builder: &'a mut tempfile::Builder<'b, 'b>,
+    mode: u32,
+) -> &'a mut tempfile::Builder<'b, 'b> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(mode))
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = mode;
+        builder
+    }
+}
+
+fn put(path: &Path, content: &Content) -> Result<(), Error> {
+    match content {
+        Content::Text(text) => fs::write(path, text).map_err(|error| Error::write(path, error)),
+        Content::Copy(from) => {
+            fs::copy(from, path).map(drop).map_err(|error| Error::read(from, error))
+        }
+        Content::Jpeg(from) => put_jpeg(path, from),
+    }
+}
+
+fn put_jpeg(path: &Path, from: &Path) -> Result<(), Error> {
+    let picture = images::load(from)
+        .map_err(|error| Error::Frame { path: from.to_path_buf(), reason: error.to_string() })?;
+    let file = fs::File::create(path).map_err(|error| Error::write(path, error))?;
+    let mut out = std::io::BufWriter::new(file);
+    let (width, height) = (picture.width as u32, picture.height as u32);
+    let colour = image::ExtendedColorType::Rgb8;
+    JpegEncoder::new_with_quality(&mut out, JPEG_QUALITY)
+        .encode(&picture.to_rgb(), width, height, colour)
+        .map_err(|error| Error::write(path, std::io::Error::other(error)))?;
+    out.flush().map_err(|error| Error::write(path, error))
+}

@@ -1,0 +1,54 @@
+//! YOLO, as Ultralytics reads it: `data.yaml`, `labels/train/<image>.txt` with `class centre-x centre-y width height` relative to the frame, and the frames in
+//! `images/train`. Boxes are cut off at the border, which the format asks for; what is left of a target outside the frame is nothing.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use patchlock::BoundingBox;
+
+use super::{Item, Job};
+
+/// The folder.
+pub fn items(job: &Job<'_>) -> Vec<Item> {
+    let yaml = format!(
+        "# {}\npath: .\ntrain: images/train\nval: images/train\nnc: 1\nnames:\n  0: {}\n",
+        job.name,
+        serde_json::Value::from(job.label) // a string of JSON is one of YAML
+    );
+    let mut items = vec![Item::text("data.yaml", yaml)];
+    for frame in job.track.frames() {
+        let name = job.frames.name(frame);
+        let label = Path::new("labels/train").join(&name).with_extension("txt");
+        items.push(Item::text(label, labels(job, frame)));
+        items.extend(job.frames.copy(frame, PathBuf::from("images/train").join(name)));
+    }
+    items
+}
+
+/// The lines of a frame.
+fn labels(job: &Job<'_>, frame: usize) -> String {
+    let (width, height) = (job.frames.size.0 as f64, job.frames.size.1 as f64);
+    let entries = job.track.entries();
+    let first = entries.partition_point(|entry| entry.frame < frame);
+    let mut lines = String::new();
+    for entry in entries[first..].iter().take_while(|entry| entry.frame == frame) {
+        if let Some([left, top, right, bottom]) = within(&entry.bbox, width, height) {
+            let _ = writeln!(
+                lines,
+                "0 {:.6} {:.6} {:.6} {:.6}",
+                (left + right) / 2.0 / width,
+                (top + bottom) / 2.0 / height,
+                (right - left) / width,
+                (bottom - top) / height
+            );
+        }
+    }
+    lines
+}
+
+/// Left, top, right and bottom of what lies inside the frame.
+fn within(bbox: &BoundingBox, width: f64, height: f64) -> Option<[f64; 4]> {
+    let (left, right) = (bbox.x.max(0.0), (bbox.x + bbox.w).min(width));
+    let (top, bottom) = (bbox.y.max(0.0), (bbox.y + bbox.h).min(height));
+    (left < right && top < bottom).then_some([left, top, right, bottom])
+}

@@ -1,0 +1,282 @@
+//! What is exported, letter by letter, on a small made-up track; and that our own readers take back what they know.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use image::RgbImage;
+use patchlock::BoundingBox;
+use patchlock_eval::dataset::{Dataset, Layout};
+use patchlock_eval::export::{self, Entry, Format, Options, Track};
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// Target 1 in frames 0, 2 and 6, target 3 in frames 2 and 4, of which its box leaves the frame; every second frame was tracked.
+fn track() -> Track {
+    let entry = |frame, id, [x, y, w, h]: [f64; 4], score, corners| Entry {
+        frame,
+        id,
+        bbox: BoundingBox { x, y, w, h },
+        score,
+        corners,
+    };
+    let corners = [[9.5, 4.5], [29.5, 4.5], [29.5, 14.5], [9.5, 14.5]];
+    Track::new(vec![
+        entry(6, 1, [14.0, 5.0, 20.0, 10.0], Some(0.75), None),
+        entry(0, 1, [10.0, 5.0, 20.0, 10.0], Some(1.0), Some(corners)),
+        entry(2, 3, [30.0, 20.0, 8.0, 6.0], None, None),
+        entry(2, 1, [11.0, 5.0, 20.0, 10.0], Some(0.25), None),
+        entry(4, 3, [-4.0, 27.0, 8.0, 6.123456], Some(0.5), None),
+    ])
+    .unwrap()
+}
+
+struct Place {
+    folder: TempDir,
+}
+
+impl Place {
+    fn new() -> Self {
+        Self { folder: tempfile::tempdir().unwrap() }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Seven frames of 40 x 30, PNG but for the first.
+    fn images(&self) -> PathBuf {
+        let folder = self.path("frames");
+        fs::create_dir(&folder).unwrap();
+        for k in 0..7u8 {
+            let name = format!("{k}.{}", if k == 0 { "jpg" } else { "png" });
+            RgbImage::from_pixel(40, 30, image::Rgb([30 * k, 100, 50]))
+                .save(folder.join(name))
+                .unwrap();
+        }
+        folder
+    }
+
+    fn export(&self, options: &Options) -> Result<(usize, PathBuf), String> {
+        let out = self.path("out");
+        let files = export::write(&track(), options, &out, false);
+        files.map(|files| (files, out)).map_err(|error| error.to_string())
+    }
+}
+
+fn options(format: Format) -> Options {
+    let size = format.needs_size().then_some((40, 30));
+    Options { format, name: "film".into(), label: "toy car".into(), size, images: None }
+}
+
+fn text(path: impl AsRef<Path>) -> String {
+    fs::read_to_string(path.as_ref()).unwrap_or_else(|error| panic!("{:?}: {error}", path.as_ref()))
+}
+
+/// The one file of a format.
+fn one(format: Format) -> String {
+    let place = Place::new();
+    let (files, out) = place.export(&options(format)).unwrap();
+    assert_eq!(files, 1);
+    text(out)
+}
+
+#[test]
+fn mot_counts_from_one() {
+    assert_eq!(
+        one(Format::Mot),
+        "1,1,11.0000,6.0000,20.0000,10.0000,1.0000,-1,-1,-1\n\
+         3,1,12.0000,6.0000,20.0000,10.0000,0.2500,-1,-1,-1\n\
+         3,3,31.0000,21.0000,8.0000,6.0000,1.0000,-1,-1,-1\n\
+         5,3,-3.0000,28.0000,8.0000,6.1235,0.5000,-1,-1,-1\n\
+         7,1,15.0000,6.0000,20.0000,10.0000,0.7500,-1,-1,-1\n"
+    );
+}
+
+#[test]
+fn coco_has_videos_tracks_and_outlines() {
+    let all: Value = serde_json::from_str(&one(Format::Coco)).unwrap();
+    assert_eq!(all["categories"][0]["name"], "toy car");
+    assert_eq!(all["videos"][0]["name"], "film");
+    let ids = |list: &str, field: &str| -> Vec<i64> {
+        let values = all[list].as_array().unwrap().iter();
+        values.map(|value| value[field].as_i64().unwrap()).collect()
+    };
+    assert_eq!(ids("tracks", "id"), [1, 3]);
+    assert_eq!(ids("images", "frame_id"), [0, 2, 4, 6]);
+    assert_eq!(ids("annotations", "image_id"), [1, 2, 2, 3, 4]);
+    assert_eq!(ids("annotations", "track_id"), [1, 1, 3, 3, 1]);
+    assert_eq!(all["images"][1]["file_name"], "frame_000002.jpg");
+    let first = &all["annotations"][0];
+    assert_eq!(first["bbox"], serde_json::json!([10.0, 5.0, 20.0, 10.0]));
+    assert_eq!(
+        first["segmentation"],
+        serde_json::json!([[10.0, 5.0, 30.0, 5.0, 30.0, 15.0, 10.0, 15.0]])
+    );
+    assert_eq!((&first["area"], &first["score"]), (&200.0.into(), &1.0.into()));
+    let third = &all["annotations"][2];
+    assert_eq!(third["area"], 48.0);
+    assert!(third.get("score").is_none() && third.get("segmentation").is_none());
+}
+
+#[test]
+fn cvat_ends_and_begins_tracks() {
+    let xml = one(Format::Cvat);
+    let track = |id: u64, boxes: &[(usize, u8, u8, [&str; 4])]| {
+        let line = |(frame, outside, occluded, [l, t, r, b]): &(usize, u8, u8, [&str; 4])| {
+            format!(
+                "    <box frame=\"{frame}\" keyframe=\"1\" outside=\"{outside}\" occluded=\"{occluded}\" \
+                 xtl=\"{l}\" ytl=\"{t}\" xbr=\"{r}\" ybr=\"{b}\" z_order=\"0\"></box>\n"
+            )
+        };
+        let boxes: String = boxes.iter().map(line).collect();
+        format!("  <track id=\"{id}\" label=\"toy car\" source=\"auto\">\n{boxes}  </track>\n")
+    };
+    let first = [
+        (0, 0, 0, ["10", "5", "30", "15"]),
+        (2, 0, 1, ["11", "5", "31", "15"]),
+        (4, 1, 1, ["11", "5", "31", "15"]),
+        (6, 0, 0, ["14", "5", "34", "15"]),
+    ];
+    let third = [
+        (2, 0, 0, ["30", "20", "38", "26"]),
+        (4, 0, 0, ["-4", "27", "4", "33.1235"]),
+        (6, 1, 0, ["-4", "27", "4", "33.1235"]),
+    ];
+    let (_, tracks) = xml.split_once("</meta>\n").unwrap();
+    assert_eq!(tracks, track(1, &first) + &track(3, &third) + "</annotations>\n");
+    assert!(xml.contains("<size>7</size>") && xml.contains("<width>40</width>"));
+}
+
+#[test]
+fn names_are_escaped() {
+    let place = Place::new();
+    let strange = Options { label: "a<b> & \"c\"".into(), ..options(Format::Cvat) };
+    let xml = text(place.export(&strange).unwrap().1);
+    assert!(xml.contains("label=\"a&lt;b&gt; &amp; &quot;c&quot;\""));
+    let place = Place::new();
+    let strange = Options { label: "a: \"b\"".into(), ..options(Format::Yolo) };
+    let yaml = text(place.export(&strange).unwrap().1.join("data.yaml"));
+    assert!(yaml.ends_with("names:\n  0: \"a: \\\"b\\\"\"\n"), "{yaml}");
+}
+
+#[test]
+fn yolo_is_relative_and_cut_off() {
+    let place = Place::new();
+    let images = place.images();
+    let (files, out) =
+        place.export(&Options { images: Some(images.clone()), ..options(Format::Yolo) }).unwrap();
+    assert_eq!(files, 1 + 2 * 4);
+    assert!(text(out.join("data.yaml")).contains("train: images/train\n"));
+    let label = |name: &str| text(out.join("labels/train").join(name));
+    assert_eq!(label("0.txt"), "0 0.500000 0.333333 0.500000 0.333333\n");
+    assert_eq!(
+        label("2.txt"),
+        "0 0.525000 0.333333 0.500000 0.333333\n0 0.850000 0.766667 0.200000 0.200000\n"
+    );
+    // Of -4..4 and 27..33.1 there is 0..4 and 27..30 in the frame.
+    assert_eq!(label("4.txt"), "0 0.050000 0.950000 0.100000 0.100000\n");
+    assert_eq!(
+        fs::read(out.join("images/train/4.png")).unwrap(),
+        fs::read(images.join("4.png")).unwrap()
+    );
+    assert!(!out.join("images/train/3.png").exists(), "frame 3 was not tracked");
+}
+
+#[test]
+fn lasot_is_read_back() {
+    let place = Place::new();
+    let options = Options { images: Some(place.images()), ..options(Format::Lasot) };
+    let out = place.export(&options).unwrap().1;
+    let first = out.join("toy car/toy car-1");
+    assert_eq!(
+        text(first.join("groundtruth.txt")),
+        "11.0000,6.0000,20.0000,10.0000\n12.0000,6.0000,20.0000,10.0000\n0,0,0,0\n15.0000,6.0000,20.0000,10.0000\n"
+    );
+    assert_eq!(text(first.join("full_occlusion.txt")), "0,0,1,0\n");
+    assert_eq!(text(first.join("out_of_view.txt")), "0,0,0,0\n");
+    let names: Vec<_> =
+        Dataset::open(&out).unwrap().sequences.into_iter().map(|s| s.name).collect();
+    assert_eq!(names, ["toy car-1", "toy car-3"]);
+    assert_is_our_track(&out, Layout::Lasot);
+}
+
+#[test]
+fn got10k_is_read_back() {
+    let place = Place::new();
+    let options = Options { images: Some(place.images()), ..options(Format::Got10k) };
+    let out = place.export(&options).unwrap().1;
+    assert_eq!(text(out.join("list.txt")), "film_000001\nfilm_000003\n");
+    let (first, third) = (out.join("film_000001"), out.join("film_000003"));
+    assert_eq!(text(first.join("absence.label")), "0\n0\n1\n0\n");
+    assert_eq!(text(first.join("cover.label")), "8\n2\n0\n6\n");
+    assert_eq!(text(third.join("cut_by_image.label")), "0\n1\n");
+    assert!(
+        text(first.join("meta_info.ini")).contains("object_class: toy car\nresolution: (40, 30)")
+    );
+    // The first image was a JPEG, the others have become one.
+    let (one, four) = (first.join("00000001.jpg"), first.join("00000004.jpg"));
+    assert_eq!(fs::read(one).unwrap(), fs::read(place.path("frames/0.jpg")).unwrap());
+    let red = image::open(four).unwrap().to_rgb8().get_pixel(20, 15)[0];
+    assert!(red.abs_diff(180) < 4, "{red}");
+    assert_is_our_track(&out, Layout::Got10k);
+}
+
+/// Whether our own reader sees two sequences with frames, the first with the boxes of target 1.
+fn assert_is_our_track(out: &Path, layout: Layout) {
+    let dataset = Dataset::open(out).unwrap();
+    assert_eq!((dataset.layout, dataset.sequences.len()), (layout, 2));
+    let first = &dataset.sequences[0];
+    let x: Vec<_> = first.truth.iter().map(|bbox| bbox.map(|bbox| bbox.x)).collect();
+    assert_eq!(x, [Some(10.0), Some(11.0), None, Some(14.0)]);
+    assert_eq!(first.frames.len(), 4);
+    assert_eq!(dataset.sequences[1].frames.len(), 2);
+}
+
+#[test]
+fn what_does_not_fit_is_said_and_nothing_is_written() {
+    let place = Place::new();
+    let images = place.images();
+    let short = place.path("short");
+    fs::create_dir(&short).unwrap();
+    fs::copy(images.join("0.jpg"), short.join("0.jpg")).unwrap();
+    let coco = options(Format::Coco);
+    let refused = [
+        (Options { size: None, ..coco.clone() }, "coco asks for the size"),
+        (Options { size: Some((0, 30)), ..coco.clone() }, "the size is 0 x 30"),
+        (Options { size: Some((41, 30)), images: Some(images), ..coco.clone() }, "has 40 x 30"),
+        (Options { images: Some(short), ..coco.clone() }, "goes to frame 6, counted from 0, but"),
+        (Options { images: Some(place.path("no")), ..coco.clone() }, "is no folder of images"),
+        (Options { size: Some((4, 3)), ..options(Format::Mot) }, "mot does not ask for a size"),
+        (Options { images: Some(place.path("x")), ..options(Format::Mot) }, "not ask for images"),
+        (Options { label: "a/b".into(), ..coco.clone() }, "the label is \"a/b\""),
+        (Options { name: "..".into(), ..coco }, "the name is \"..\""),
+    ];
+    for (options, words) in refused {
+        let said = place.export(&options).unwrap_err();
+        assert!(said.contains(words), "{said}");
+        assert_eq!(fs::read_dir(place.folder.path()).unwrap().count(), 2, "{words}");
+    }
+    assert!(Format::named("voc").unwrap_err().to_string().contains("mot, coco, cvat, yolo"));
+}
+
+#[test]
+fn what_is_there_is_kept() {
+    let place = Place::new();
+    let (_, out) = place.export(&options(Format::Mot)).unwrap();
+    assert!(place.export(&options(Format::Mot)).unwrap_err().contains("exists already"));
+    assert!(place.export(&options(Format::Lasot)).unwrap_err().contains("is a file"));
+    fs::write(&out, "old").unwrap();
+    export::write(&track(), &options(Format::Mot), &out, true).unwrap();
+    assert!(text(&out).starts_with("1,1,11.0000"));
+
+    let folder = place.path("folder");
+    fs::create_dir(&folder).unwrap();
+    let lasot = options(Format::Lasot);
+    export::write(&track(), &lasot, &folder, false).unwrap();
+    let again = export::write(&track(), &lasot, &folder, true).unwrap_err().to_string();
+    assert!(again.contains("never replaced"), "{again}");
+    let nowhere = place.path("no/out");
+    assert!(export::write(&track(), &lasot, &nowhere, true).is_err());
+    // Nothing but the two results.
+    assert_eq!(fs::read_dir(place.folder.path()).unwrap().count(), 2);
+}
