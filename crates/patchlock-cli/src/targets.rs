@@ -1,0 +1,189 @@
+//! Which targets a run follows, and when each begins, begins anew or ends: from `--box`, `--box-from` or `--boxes`.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use patchlock::BoundingBox;
+use serde::Deserialize;
+
+use crate::complaint::{Complaint, failed, usage};
+use crate::source::Order;
+use crate::target;
+
+const TABLE: &str = "the columns are frame,id,x,y,w,h, counted from 0: a target begins at its first line, begins anew at a further one, \
+                     and ends at one without x, y, w and h";
+
+/// Something that happens to a target on a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Event {
+    /// Number of the frame; `None` for the first one that is tracked.
+    frame: Option<usize>,
+    /// The target, as the user calls it.
+    pub id: u64,
+    /// Where it begins; `None` where it ends.
+    pub bbox: Option<BoundingBox>,
+}
+
+/// All that happens to targets in a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Targets {
+    events: Vec<Event>,
+    /// Whether ids are told: not where there is the one box that `--box` or `--box-from` gives.
+    pub many: bool,
+    begun: bool,
+}
+
+/// A line of the table.
+#[derive(Deserialize)]
+struct Line {
+    frame: usize,
+    id: u64,
+    x: Option<f64>,
+    y: Option<f64>,
+    w: Option<f64>,
+    h: Option<f64>,
+}
+
+impl Targets {
+    /// Boxes in the first tracked frame; the targets are called 1, 2 and so on.
+    pub fn in_first_frame(boxes: &[BoundingBox]) -> Self {
+        let event = |(id, &bbox)| Event { frame: None, id, bbox: Some(bbox) };
+        let events = (1..).zip(boxes).map(event).collect();
+        Self { events, many: boxes.len() > 1, begun: false }
+    }
+
+    /// Reads a CSV of targets that begin and end at any frame.
+    pub fn from_table(file: &Path) -> Result<Self, Complaint> {
+        let name = format!("--boxes {}", file.display());
+        let bytes = fs::read(file)
+            .map_err(|error| failed(format!("{name}: cannot read it: {error}")).hint(TABLE))?;
+        let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(&bytes[..]);
+        let mut events = Vec::new();
+        let mut seen = BTreeSet::new();
+        for line in reader.deserialize() {
+            let line: Line = line
+                .map_err(|error: csv::Error| usage(format!("{name}: {error}")).hint(TABLE))?;
+            if !seen.insert((line.frame, line.id)) {
+                let twice = format!("{name}: target {} comes twice in frame {}", line.id, line.frame);
+                return Err(usage(twice).hint(TABLE));
+            }
+            events.push(event(&line, &name)?);
+        }
+        if events.is_empty() {
+            return Err(usage(format!("{name}: there is no target in it")).hint(TABLE));
+        }
+        Ok(Self { events, many: true, begun: false })
+    }
+
+    /// Complains about frames that will not be tracked.
+    pub fn check(&self, order: &Order, length: Option<usize>) -> Result<(), Complaint> {
+        let frames = self.events.iter().filter_map(|event| Some((event.frame?, event.id)));
+        match { frames }.find(|(frame, _)| !order.holds(*frame, length)) {
+            Some((frame, id)) => Err(untracked(frame, id)),
+            None => Ok(()),
+        }
+    }
+
+    /// What happens on this frame, in the order of the ids. Each event is given once; frames must come in the order of tracking.
+    pub fn due(&mut self, frame: usize) -> Vec<Event> {
+        let first = !std::mem::replace(&mut self.begun, true);
+        let is_due =
+            |event: &Event| event.frame == Some(frame) || (first && event.frame.is_none());
+        let (mut due, later) = self.events.iter().partition::<Vec<Event>, _>(|&event| is_due(event));
+        self.events = later;
+        due.sort_by_key(|event| event.id);
+        due
+    }
+
+    /// Complains where the source ended before a frame that an event is for.
+    pub fn check_all_done(&self) -> Result<(), Complaint> {
+        match self.events.first() {
+            Some(event) => Err(untracked(event.frame.unwrap_or(0), event.id)),
+            None => Ok(()),
+        }
+    }
+}
+
+fn untracked(frame: usize, id: u64) -> Complaint {
+    usage(format!("--boxes: target {id} has a line for frame {frame}, which is not among the tracked frames"))
+        .hint("frames count from 0; --start, --end and --stride say which are tracked")
+}
+
+fn event(line: &Line, name: &str) -> Result<Event, Complaint> {
+    let Line { frame, id, .. } = *line;
+    let bbox = match (line.x, line.y, line.w, line.h) {
+        (None, None, None, None) => None,
+        (Some(x), Some(y), Some(w), Some(h)) => {
+            let place = format!("{name}: target {id} in frame {frame}");
+            Some(target::sensible([x, y, w, h], &place)?)
+        }
+        _ => {
+            let part = format!("{name}: target {id} in frame {frame} has a part of a box");
+            return Err(usage(part).hint(TABLE));
+        }
+    };
+    Ok(Event { frame: Some(frame), id, bbox })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(text: &str) -> Result<Targets, String> {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("t.csv");
+        fs::write(&file, text).unwrap();
+        Targets::from_table(&file).map_err(|complaint| complaint.to_string())
+    }
+
+    #[test]
+    fn events_come_once_and_at_their_frame() {
+        let mut targets =
+            table("frame,id,x,y,w,h,note\n4,7,1,2,3,4,a\n9,7,,,,,b\n4,2,5,5,5,5,\n").unwrap();
+        assert_eq!(targets.due(0), []);
+        let due = targets.due(4);
+        assert_eq!(due.iter().map(|event| event.id).collect::<Vec<_>>(), [2, 7]);
+        assert_eq!(due[1].bbox, Some(BoundingBox { x: 1.0, y: 2.0, w: 3.0, h: 4.0 }));
+        assert_eq!(targets.due(4), []);
+        let left = targets.check_all_done().unwrap_err().to_string();
+        assert!(left.contains("target 7 has a line for frame 9"), "{left}");
+        assert_eq!(targets.due(9)[0].bbox, None);
+        assert!(targets.check_all_done().is_ok());
+    }
+
+    #[test]
+    fn boxes_of_the_first_frame_begin_wherever_that_is() {
+        let bbox = BoundingBox { x: 1.0, y: 2.0, w: 3.0, h: 4.0 };
+        let mut targets = Targets::in_first_frame(&[bbox, bbox]);
+        assert!(targets.many && !Targets::in_first_frame(&[bbox]).many);
+        assert_eq!(targets.due(30).iter().map(|event| event.id).collect::<Vec<_>>(), [1, 2]);
+        assert_eq!(targets.due(31), []);
+    }
+
+    #[test]
+    fn wrong_lines_are_named() {
+        let said = |text: &str| table(text).unwrap_err();
+        assert!(said("frame,id,x,y,w,h\n").contains("no target"));
+        assert!(said("frame,x,y,w,h\n0,1,2,3,4\n").contains("missing field `id`"));
+        assert!(said("frame,id,x,y,w,h\n0,1,1,2,x,4\n").contains("line: 2"));
+        assert!(said("frame,id,x,y,w,h\n0,1,1,2,,4\n").contains("a part of a box"));
+        assert!(said("frame,id,x,y,w,h\n0,1,1,2,0,4\n").contains("at least 1 pixel"));
+        assert!(said("frame,id,x,y,w,h\n3,1,1,2,3,4\n3,1,1,2,3,4\n").contains("twice in frame 3"));
+    }
+
+    #[test]
+    fn frames_that_are_not_tracked_are_named() {
+        let targets = table("frame,id,x,y,w,h\n5,1,1,2,3,4\n").unwrap();
+        let order = |start, end, stride| Order { start, end, stride, reverse: false };
+        for (order, length) in [
+            (order(6, None, 1), None),
+            (order(0, Some(5), 1), None),
+            (order(0, None, 2), None),
+            (order(0, None, 1), Some(5)),
+        ] {
+            assert!(targets.check(&order, length).is_err(), "{order:?}");
+        }
+        assert!(targets.check(&order(1, Some(6), 2), Some(6)).is_ok());
+    }
+}

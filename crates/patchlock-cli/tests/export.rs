@@ -1,0 +1,82 @@
+//! The verb `export` on what `track` saves.
+
+mod support;
+
+use predicates::prelude::*;
+use support::{Bench, patchlock};
+
+fn export(bench: &Bench, args: &[&str]) -> assert_cmd::assert::Assert {
+    let mut command = patchlock();
+    command.current_dir(bench.folder.path()).arg("export").args(args).assert()
+}
+
+#[test]
+fn every_table_of_track_becomes_the_same() {
+    let bench = Bench::new();
+    bench.images("f", 3);
+    let saves = ["--save", "a.csv", "--save", "a.jsonl", "--save", "a.txt"];
+    bench.track("f").args(saves).assert().success();
+    for name in ["a.csv", "a.jsonl", "a.txt"] {
+        export(&bench, &[name, "--format", "mot", "--out", &format!("{name}.mot")])
+            .success()
+            .stdout("")
+            .stderr(predicate::str::contains("3 boxes of 1 target in 1 file"));
+    }
+    let lines = bench.lines("a.csv.mot");
+    assert!(lines[0].starts_with("1,1,21.0000,19.0000,32.0000,28.0000,"), "{}", lines[0]);
+    assert_eq!(lines, bench.lines("a.jsonl.mot"));
+    // The text has no scores, and otherwise the same.
+    let boxes = |name: &str| -> Vec<String> {
+        let line = |line: String| line.split(',').take(6).collect::<Vec<_>>().join(",");
+        bench.lines(name).into_iter().map(line).collect()
+    };
+    assert_eq!(boxes("a.txt.mot"), boxes("a.csv.mot"));
+}
+
+#[test]
+fn every_format_is_written() {
+    let bench = Bench::new();
+    bench.images("f", 2);
+    bench.track("f").args(["--save", "a.csv"]).assert().success();
+    let files = ["mot", "coco", "cvat"];
+    for format in ["mot", "coco", "cvat", "yolo", "lasot", "got10k"] {
+        let out = format!("out.{format}");
+        let mut args = vec!["a.csv", "--format", format, "--out", &out, "--label", "card"];
+        if format != "mot" {
+            args.extend(["--images", "f"]);
+        }
+        export(&bench, &args).success();
+        assert_eq!(bench.path(&out).is_file(), files.contains(&format), "{format}");
+        // A file is there already, and so is a folder with files in it.
+        export(&bench, &args).code(2).stderr(predicate::str::contains("already"));
+    }
+    export(&bench, &["a.csv", "--format", "mot", "--out", "out.mot", "--overwrite"]).success();
+    assert!(bench.path("out.yolo/images/train/1.png").is_file());
+    assert!(bench.path("out.lasot/card/card-1/img/00000002.jpg").is_file());
+    assert!(bench.path("out.got10k/a_000001/groundtruth.txt").is_file());
+}
+
+#[test]
+fn what_is_wrong_is_said() {
+    let bench = Bench::new();
+    bench.images("f", 2);
+    bench.track("f").args(["--save", "a.csv"]).assert().success();
+    let cases: [(&[&str], i32, &str); 6] = [
+        (&["a.csv", "--format", "voc", "--out", "x"], 2, "there is no format voc; there is: mot, "),
+        (&["a.csv", "--format", "coco", "--out", "x"], 2, "asks for the size of the frames"),
+        (
+            &["a.csv", "--format", "coco", "--out", "x", "--size", "4by3"],
+            2,
+            "4by3: this is no size",
+        ),
+        (&["a.xls", "--format", "mot", "--out", "x"], 2, ".csv, .jsonl, .txt"),
+        (&["no.csv", "--format", "mot", "--out", "x"], 1, "cannot read no.csv"),
+        (&["a.csv", "--format", "mot", "--out", "no/x"], 2, "there is no folder no"),
+    ];
+    for (args, code, words) in cases {
+        export(&bench, args)
+            .code(code)
+            .stderr(predicate::str::contains(words).and(predicate::str::contains("hint: ")));
+    }
+    assert!(!bench.path("x").exists());
+}
