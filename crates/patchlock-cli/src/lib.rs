@@ -16,6 +16,7 @@ pub mod selection;
 pub mod settings;
 pub mod source;
 pub mod target;
+pub mod targets;
 pub mod trax;
 
 use std::ffi::OsString;

@@ -68,7 +68,8 @@ fn numbers(text: &str, is_separator: impl Fn(char) -> bool) -> Option<[f64; 4]> 
     numbers.try_into().ok()
 }
 
-fn sensible([x, y, w, h]: [f64; 4], name: &str) -> Result<BoundingBox, Complaint> {
+/// The box of these numbers, if they are one; `name` says where they come from.
+pub fn sensible([x, y, w, h]: [f64; 4], name: &str) -> Result<BoundingBox, Complaint> {
     if ![x, y, w, h].iter().all(|value| value.is_finite()) {
         return Err(bad_box(&format!("{name}: all four numbers must be finite")));
     }

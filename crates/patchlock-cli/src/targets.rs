@@ -62,10 +62,11 @@ impl Targets {
         let mut events = Vec::new();
         let mut seen = BTreeSet::new();
         for line in reader.deserialize() {
-            let line: Line = line
-                .map_err(|error: csv::Error| usage(format!("{name}: {error}")).hint(TABLE))?;
+            let line: Line =
+                line.map_err(|error: csv::Error| usage(format!("{name}: {error}")).hint(TABLE))?;
             if !seen.insert((line.frame, line.id)) {
-                let twice = format!("{name}: target {} comes twice in frame {}", line.id, line.frame);
+                let twice =
+                    format!("{name}: target {} comes twice in frame {}", line.id, line.frame);
                 return Err(usage(twice).hint(TABLE));
             }
             events.push(event(&line, &name)?);
@@ -88,9 +89,9 @@ impl Targets {
     /// What happens on this frame, in the order of the ids. Each event is given once; frames must come in the order of tracking.
     pub fn due(&mut self, frame: usize) -> Vec<Event> {
         let first = !std::mem::replace(&mut self.begun, true);
-        let is_due =
-            |event: &Event| event.frame == Some(frame) || (first && event.frame.is_none());
-        let (mut due, later) = self.events.iter().partition::<Vec<Event>, _>(|&event| is_due(event));
+        let is_due = |event: &Event| event.frame == Some(frame) || (first && event.frame.is_none());
+        let (mut due, later) =
+            self.events.iter().partition::<Vec<Event>, _>(|&event| is_due(event));
         self.events = later;
         due.sort_by_key(|event| event.id);
         due
@@ -106,8 +107,10 @@ impl Targets {
 }
 
 fn untracked(frame: usize, id: u64) -> Complaint {
-    usage(format!("--boxes: target {id} has a line for frame {frame}, which is not among the tracked frames"))
-        .hint("frames count from 0; --start, --end and --stride say which are tracked")
+    usage(format!(
+        "--boxes: target {id} has a line for frame {frame}, which is not among the tracked frames"
+    ))
+    .hint("frames count from 0; --start, --end and --stride say which are tracked")
 }
 
 fn event(line: &Line, name: &str) -> Result<Event, Complaint> {

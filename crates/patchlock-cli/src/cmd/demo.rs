@@ -11,7 +11,7 @@ use patchlock::{BoundingBox, TrackerConfig};
 use patchlock_scene::Scene;
 
 use crate::complaint::{Complaint, failed, interrupted, usage};
-use crate::engine::Engine;
+use crate::engine::{Engine, Found};
 use crate::interrupt;
 use crate::output::chart::Chart;
 use crate::output::draw;
@@ -21,9 +21,10 @@ use crate::output::row::Row;
 use crate::output::strip::{self, Panel};
 use crate::output::tables::{Format, Table};
 use crate::output::video::Video;
-use crate::output::{Sink, Tracked};
+use crate::output::{Seen, Sink, Tracked};
 use crate::progress::Progress;
 use crate::source::FrameRate;
+use crate::targets::Targets;
 use patchlock_eval::picture::Picture;
 
 const EXAMPLES: &str = "\
@@ -113,6 +114,7 @@ fn prepare(out: &Path, overwrite: bool) -> Result<(), Complaint> {
 /// The files in the making, and what is measured on the way.
 struct Show {
     engine: Engine,
+    targets: Targets,
     input: Mp4Writer<PendingFile>,
     sinks: Vec<Box<dyn Sink>>,
     overlap: Vec<f64>,
@@ -128,6 +130,7 @@ impl Show {
         let frames = Some(scene.len());
         Ok(Self {
             engine: Engine::new(TrackerConfig::preset("paper")?, None)?,
+            targets: Targets::in_first_frame(&[truth_box(scene, 0)]),
             input: Mp4Writer::new(
                 create("input.mp4")?,
                 first.width,
@@ -152,24 +155,21 @@ impl Show {
         let picture = Picture::rgb(rendered.width, rendered.height, rendered.rgb);
         let truth = truth_box(scene, k);
         self.input.push(&picture.to_rgb())?;
-        let (bbox, (estimate, ms)) = if k == 0 {
-            (truth, self.engine.begin(k, &picture, truth)?)
-        } else {
-            let (estimate, ms) = self.engine.follow(k, &picture)?;
-            (estimate.bbox, (estimate, ms))
-        };
-        let row = Row::new(k, &bbox, &estimate, ms);
-        let tracked = Tracked { row: &row, estimate: &estimate, picture: &picture };
+        let (found, ms) = self.engine.step(k, &picture, &self.targets.due(k))?;
+        let Found { bbox, estimate, .. } = found.into_iter().next().context("there is a target")?;
+        let (row, score) = (Row::new(k, &bbox, &estimate, ms), estimate.score);
+        let targets = [Seen { row, estimate }];
+        let tracked = Tracked { frame: k, targets: &targets, picture: &picture };
         for sink in &mut self.sinks {
             sink.write(&tracked)?;
         }
         let overlap = bbox.overlap(&truth);
         self.overlap.push(overlap);
-        self.score.push(estimate.score);
+        self.score.push(score);
         if let Some(moment) = self.moments.iter().find(|moment| moment.frame == k) {
-            self.panels.push(panel(&tracked, &moment.what, overlap));
+            self.panels.push(panel(&targets[0], &picture, &moment.what, overlap));
         }
-        Ok(estimate.score)
+        Ok(score)
     }
 
     /// Completes all files; gives the overlap of each frame.
@@ -197,8 +197,8 @@ impl Show {
 }
 
 /// The part of the frame around the target, drawn on as the whole frame would be.
-fn panel(tracked: &Tracked<'_>, what: &str, overlap: f64) -> Panel {
-    let Tracked { row, estimate, picture } = tracked;
+fn panel(seen: &Seen, picture: &Picture, what: &str, overlap: f64) -> Panel {
+    let Seen { row, estimate } = seen;
     let side = PANEL.min(picture.width).min(picture.height);
     let begin = |centre: f64, length: usize| {
         ((centre - side as f64 / 2.0).max(0.0) as usize).min(length - side)
@@ -208,12 +208,13 @@ fn panel(tracked: &Tracked<'_>, what: &str, overlap: f64) -> Panel {
     let rgb = picture.to_rgb();
     let rows = rgb.chunks_exact(picture.width * 3).skip(top).take(side);
     let part = rows.flat_map(|row| &row[left * 3..(left + side) * 3]).copied().collect();
-    let row = row.shifted(-(left as f64), -(top as f64));
+    let shifted = row.shifted(-(left as f64), -(top as f64));
+    let targets = [Seen { row: shifted, estimate: estimate.clone() }];
     let part = Picture::rgb(side, side, part);
     Panel {
         width: side,
         height: side,
-        rgb: draw::annotate(&Tracked { row: &row, estimate, picture: &part }),
+        rgb: draw::annotate(&Tracked { frame: row.frame, targets: &targets, picture: &part }),
         title: what.to_string(),
         note: format!("overlap {overlap:.2} · score {:.2}", row.score),
         mark: draw::by_score(row.score),

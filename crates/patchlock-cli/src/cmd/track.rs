@@ -1,21 +1,21 @@
-//! `patchlock track`: one object through one source.
+//! `patchlock track`: one object or many through one source.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Error, Result};
 use clap::{ArgGroup, Args};
-use patchlock::BoundingBox;
 
-use crate::complaint::{failed, interrupted};
-use crate::engine::Engine;
+use crate::complaint::{Complaint, interrupted, usage};
+use crate::engine::{Engine, Found};
 use crate::interrupt;
 use crate::output::plan::{Opened, Plan};
 use crate::output::row::Row;
 use crate::output::summary::Summary;
-use crate::output::tables::ReaderLeft;
-use crate::output::{Sink, Tracked};
+use crate::output::tables::{Format, ReaderLeft};
+use crate::output::{Seen, Sink, Tracked};
 use crate::progress::Progress;
 use crate::source::{self, Ahead, FrameRate, Order};
+use crate::targets::{Event, Targets};
 use crate::{settings, target};
 use patchlock_eval::picture::Picture;
 
@@ -27,12 +27,16 @@ EXAMPLES:
       without an output option the CSV goes to standard output
   patchlock track 'img/%04d.jpg' --box-from groundtruth_rect.txt --save result.txt
       a benchmark's frames and its first box, and the boxes in the benchmark's own format
+  patchlock track video.mp4 --box 120,80,64,48 --box 300,90,50,80 --save boxes.csv --video tracked.mp4
+      two objects at once, called 1 and 2
+  patchlock track video.mp4 --boxes starts.csv --save boxes.csv
+      many, beginning and ending at any frame: the lines of starts.csv are frame,id,x,y,w,h
   patchlock track video.mp4 --box 300,90,50,80 --start 0 --end 251 --reverse --save back.csv
       backwards from frame 250, where the box is, to frame 0
   ffmpeg -i video.webm -f yuv4mpegpipe -pix_fmt yuv420p - | patchlock track - --box 120,80,64,48
       from any program that writes Y4M";
 
-/// Tracks the object in a box through a video or a folder of frames
+/// Tracks the objects in one or several boxes through a video or a folder of frames
 ///
 /// SOURCE is a folder of images (in natural order: 2.jpg before 10.jpg), a pattern such as 'img/%04d.jpg', a glob in
 /// quotes, an MP4 with H.264 video, a Y4M file, or - for Y4M on standard input. Every other video goes through the
@@ -41,19 +45,27 @@ EXAMPLES:
 ///
 /// Frames count from 0. Pixels count from 0 with their centres at whole numbers, so a box covers its first pixel x to
 /// its last pixel x + w - 1.
+///
+/// With several boxes, or a file of them, the tables have a column id after frame, and a line for each target in a frame.
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES, group(ArgGroup::new("target").required(true).args(["bbox", "box_from"])))]
+#[command(after_help = EXAMPLES, group(ArgGroup::new("target").required(true).args(["bbox", "box_from", "boxes"])))]
 pub struct TrackArgs {
     /// Frames: a folder, a pattern, a glob, a video file, or - for Y4M on stdin
     source: String,
 
-    /// The object in the first tracked frame: left, top (from 0), width, height; fractions allowed
+    /// The object in the first tracked frame: left, top (from 0), width, height; fractions allowed. Given several times, there are as many targets,
+    /// with the ids 1, 2 and so on
     #[arg(long = "box", id = "bbox", value_name = "X,Y,W,H", allow_hyphen_values = true)]
-    bbox: Option<String>,
+    bbox: Vec<String>,
 
     /// Take the box from the first line of a truth file, which counts from 1 (commas, tabs or spaces)
     #[arg(long, value_name = "FILE")]
     box_from: Option<PathBuf>,
+
+    /// Targets that begin and end at any frame: a CSV with the columns frame,id,x,y,w,h, counted from 0. A target begins at its first line, begins anew
+    /// at a further one, and ends at one without x, y, w and h
+    #[arg(long, value_name = "FILE.csv")]
+    boxes: Option<PathBuf>,
 
     /// The set of settings to begin with
     #[arg(long, value_name = "NAME", default_value = "paper")]
@@ -115,17 +127,29 @@ impl TrackArgs {
         Order { start: self.start, end: self.end, stride: self.stride, reverse: self.reverse }
     }
 
-    fn target(&self) -> Result<BoundingBox> {
-        Ok(match (&self.bbox, &self.box_from) {
-            (Some(text), _) => target::parse(text)?,
-            (None, Some(file)) => target::from_file(file)?,
-            (None, None) => return Err(failed("there is no box").into()), // clap asks for one of the two
-        })
+    fn targets(&self) -> Result<Targets, Complaint> {
+        if let Some(file) = &self.boxes {
+            return Targets::from_table(file);
+        }
+        let boxes = match &self.box_from {
+            Some(file) => vec![target::from_file(file)?],
+            None => self.bbox.iter().map(|text| target::parse(text)).collect::<Result<_, _>>()?,
+        };
+        Ok(Targets::in_first_frame(&boxes))
     }
 
-    fn plan(&self) -> Result<Plan> {
-        let inputs =
-            [Some(Path::new(&self.source)), self.config.as_deref(), self.box_from.as_deref()];
+    fn plan(&self, targets: &Targets) -> Result<Plan> {
+        let text = |file: &&PathBuf| matches!(Format::of(file), Ok(Format::Txt));
+        if let Some(file) = self.save.iter().find(text).filter(|_| targets.many) {
+            let message = format!("--save {}: .txt holds one target", file.display());
+            return Err(usage(message).hint(".csv and .jsonl hold many").into());
+        }
+        let inputs = [
+            Some(Path::new(&self.source)),
+            self.config.as_deref(),
+            self.box_from.as_deref(),
+            self.boxes.as_deref(),
+        ];
         let inputs: Vec<&Path> = inputs.into_iter().flatten().collect();
         let (video, summary) = (self.video.as_deref(), self.summary.as_deref());
         Ok(Plan::check(&self.save, video, summary, self.overwrite, &inputs)?)
@@ -136,27 +160,30 @@ impl TrackArgs {
 pub fn run(args: &TrackArgs) -> Result<()> {
     let order = args.order();
     order.check()?;
-    let bbox = args.target()?;
+    let mut targets = args.targets()?;
     let config = settings::resolve(&args.preset, args.config.as_deref(), args.seed)?;
     let seed = config.seed;
-    let mut engine = Engine::new(config, args.threads)?;
-    let plan = args.plan()?;
+    let engine = Engine::new(config, args.threads)?;
+    let plan = args.plan(&targets)?;
 
     let source = source::open(&args.source, args.reverse)?;
     let rate = played_by(source.rate().unwrap_or(FrameRate::DEFAULT), args.stride);
     let length = source.length();
     let expected = order.count(length);
+    targets.check(&order, length)?;
     interrupt::listen()?;
     let mut frames = Ahead::start(source, order.indices(length)?);
     let Some((index, picture)) = frames.next()? else { return Err(nothing_to_track(&order)) };
-    target::check(&bbox, index, picture.width, picture.height)?;
+    let first = due(&mut targets, index, &picture)?;
 
-    let Opened { mut sinks, summary } = plan.open(rate, expected)?;
+    let Opened { sinks, summary } = plan.open(rate, expected)?;
     let progress = Progress::new(expected, args.quiet);
-    let tracked =
-        track_all(&mut engine, &mut frames, (index, picture), bbox, &mut sinks, &progress);
+    let mut run = Run { engine, targets, sinks, progress };
+    let tracked = run.track_all(&mut frames, (index, picture, first));
+    let Run { engine, sinks, progress, .. } = run;
     let count = engine.times_ms().len();
-    let numbers = Summary::new(engine.times_ms(), &args.preset, seed, engine.threads());
+    let (times, begun) = (engine.times_ms(), engine.targets());
+    let numbers = Summary::new(times, begun, &args.preset, seed, engine.threads());
     progress
         .finish(&format!("tracked {count} frames at {:.1} frames a second", numbers.tracking_fps));
     let mut kept = Kept::default();
@@ -180,25 +207,54 @@ fn nothing_to_track(order: &Order) -> Error {
     order.nothing().into()
 }
 
-/// The loop. An error leaves in the sinks what was tracked before; a sink that can't write is dropped.
-fn track_all(
-    engine: &mut Engine,
-    frames: &mut Ahead,
-    first: (usize, Picture),
-    bbox: BoundingBox,
-    sinks: &mut Vec<Box<dyn Sink>>,
-    progress: &Progress,
-) -> Result<()> {
-    let (mut index, mut picture) = first;
-    let (mut estimate, mut ms) = engine.begin(index, &picture, bbox)?;
-    let mut row = Row::new(index, &bbox, &estimate, ms); // the first line is the box as given
-    loop {
-        write_all(sinks, &Tracked { row: &row, estimate: &estimate, picture: &picture })?;
-        progress.step(engine.fps(), estimate.score);
-        let Some(next) = frames.next()? else { return Ok(()) };
-        (index, picture) = next;
-        (estimate, ms) = engine.follow(index, &picture)?;
-        row = Row::new(index, &estimate.bbox, &estimate, ms);
+/// What happens on a frame, its boxes being checked against it.
+fn due(targets: &mut Targets, index: usize, picture: &Picture) -> Result<Vec<Event>, Complaint> {
+    let due = targets.due(index);
+    for bbox in due.iter().filter_map(|event| event.bbox) {
+        target::check(&bbox, index, picture.width, picture.height)?;
+    }
+    Ok(due)
+}
+
+/// A run on its way.
+struct Run {
+    engine: Engine,
+    targets: Targets,
+    sinks: Vec<Box<dyn Sink>>,
+    progress: Progress,
+}
+
+impl Run {
+    /// The loop. An error leaves in the sinks what was tracked before; a sink that can't write is dropped.
+    fn track_all(
+        &mut self,
+        frames: &mut Ahead,
+        (mut index, mut picture, mut events): (usize, Picture, Vec<Event>),
+    ) -> Result<()> {
+        loop {
+            self.frame(index, &picture, &events)?;
+            match frames.next()? {
+                Some(next) => (index, picture) = next,
+                None if interrupt::requested() => return Ok(()),
+                None => return Ok(self.targets.check_all_done()?),
+            }
+            events = due(&mut self.targets, index, &picture)?;
+        }
+    }
+
+    fn frame(&mut self, index: usize, picture: &Picture, events: &[Event]) -> Result<()> {
+        let (found, ms) = self.engine.step(index, picture, events)?;
+        let many = self.targets.many;
+        let seen = |Found { id, bbox, estimate }| {
+            let mut row = Row::new(index, &bbox, &estimate, ms);
+            row.id = many.then_some(id);
+            Seen { row, estimate }
+        };
+        let targets: Vec<Seen> = found.into_iter().map(seen).collect();
+        write_all(&mut self.sinks, &Tracked { frame: index, targets: &targets, picture })?;
+        let scores: f64 = targets.iter().map(|seen| seen.estimate.score).sum();
+        self.progress.step(self.engine.fps(), scores / targets.len().max(1) as f64);
+        Ok(())
     }
 }
 

@@ -60,7 +60,7 @@ fn tag(canvas: &mut Canvas, row: &Row) {
     canvas.text(&label, area.x + margin, area.y + h / 2.0, size, colour(id));
 }
 
-/// Number of the frame and of targets in the lower left corner, where no tag is in the way of it more often than elsewhere.
+/// Number of the frame and of targets in the lower left corner.
 fn status(canvas: &mut Canvas, frame: usize, targets: usize) {
     let scale = scale(canvas);
     let (size, margin) = ((12.0 * scale).round(), (6.0 * scale).round());

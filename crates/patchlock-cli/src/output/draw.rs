@@ -2,10 +2,10 @@
 
 use patchlock::VisibilityMap;
 
-use super::Tracked;
 use super::canvas::{Area, Canvas};
+use super::crowd;
 use super::row::Row;
-use super::text;
+use super::{Tracked, text};
 
 /// Patches that are seen, and all that is going well. Teal and orange differ for every kind of eye.
 pub const SEEN: [u8; 3] = [46, 211, 183];
@@ -13,8 +13,10 @@ pub const SEEN: [u8; 3] = [46, 211, 183];
 pub const HIDDEN: [u8; 3] = [255, 127, 40];
 /// The upright box.
 pub const BOX: [u8; 3] = [255, 255, 255];
-const PANEL: [u8; 3] = [12, 16, 22];
-const PANEL_OPACITY: f32 = 0.72;
+/// Behind text.
+pub const PANEL: [u8; 3] = [12, 16, 22];
+/// How much of the frame that hides.
+pub const PANEL_OPACITY: f32 = 0.72;
 
 /// Draws everything on a frame; the result is RGB bytes of the same size.
 pub fn annotate(tracked: &Tracked<'_>) -> Vec<u8> {
@@ -23,14 +25,20 @@ pub fn annotate(tracked: &Tracked<'_>) -> Vec<u8> {
     else {
         return rgb;
     };
-    outlines(&mut canvas, tracked.row);
-    status(&mut canvas, tracked.row);
-    maps(&mut canvas, [&tracked.estimate.large, &tracked.estimate.small]);
+    match tracked.targets {
+        // The only target that there can be: there is room to show what is hidden of it.
+        [seen] if seen.row.id.is_none() => {
+            outlines(&mut canvas, &seen.row);
+            status(&mut canvas, &seen.row);
+            maps(&mut canvas, [&seen.estimate.large, &seen.estimate.small]);
+        }
+        targets => crowd::annotate(&mut canvas, tracked.frame, targets),
+    }
     canvas.to_rgb()
 }
 
 /// How large signs are drawn: they grow more slowly than the frame, so that they neither vanish nor cover it.
-fn scale(canvas: &Canvas) -> f32 {
+pub fn scale(canvas: &Canvas) -> f32 {
     (canvas.width().min(canvas.height()) / 240.0).powf(0.7).clamp(0.75, 4.0)
 }
 

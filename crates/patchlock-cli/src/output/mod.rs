@@ -2,6 +2,7 @@
 
 pub mod canvas;
 pub mod chart;
+mod crowd;
 pub mod draw;
 pub mod mp4;
 pub mod pending;
@@ -22,12 +23,21 @@ use patchlock::Estimate;
 use patchlock_eval::picture::Picture;
 use row::Row;
 
+/// One target in one frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seen {
+    /// The line of the tables.
+    pub row: Row,
+    /// What the tracker said.
+    pub estimate: Estimate,
+}
+
 /// Everything there is to say about one tracked frame.
 pub struct Tracked<'a> {
-    /// The line of the tables.
-    pub row: &'a Row,
-    /// What the tracker said.
-    pub estimate: &'a Estimate,
+    /// Number of the frame in the source.
+    pub frame: usize,
+    /// The targets that are in it.
+    pub targets: &'a [Seen],
     /// The frame.
     pub picture: &'a Picture,
 }

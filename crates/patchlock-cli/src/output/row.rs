@@ -8,6 +8,9 @@ use serde::Serialize;
 pub struct Row {
     /// Number of the frame in the source.
     pub frame: usize,
+    /// The target, where there can be several: else there is no such column.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub id: Option<u64>,
     /// Left side of the box.
     pub x: f64,
     /// Upper side of the box.
@@ -38,7 +41,7 @@ pub struct Row {
     pub x4: f64,
     /// Its y.
     pub y4: f64,
-    /// Milliseconds that the tracker took for the frame.
+    /// Milliseconds that the tracker took for the frame, with all its targets.
     pub ms: f64,
 }
 
@@ -49,6 +52,7 @@ impl Row {
             estimate.corners.map(|corner| corner.map(tidy));
         Self {
             frame,
+            id: None,
             x: tidy(bbox.x),
             y: tidy(bbox.y),
             w: tidy(bbox.w),

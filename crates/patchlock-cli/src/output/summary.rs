@@ -13,6 +13,8 @@ use super::pending::PendingFile;
 pub struct Summary {
     /// Frames tracked, the first one included.
     pub frames: usize,
+    /// Targets that were begun.
+    pub targets: usize,
     /// Frames a second of the tracker alone: neither decoding nor writing is counted, the first frame is.
     pub tracking_fps: f64,
     /// Half of the frames took less than this.
@@ -31,12 +33,13 @@ pub struct Summary {
 
 impl Summary {
     /// Sums up the times of the frames.
-    pub fn new(times_ms: &[f64], preset: &str, seed: u64, threads: usize) -> Self {
+    pub fn new(times_ms: &[f64], targets: usize, preset: &str, seed: u64, threads: usize) -> Self {
         let mut sorted = times_ms.to_vec();
         sorted.sort_by(f64::total_cmp);
         let total: f64 = sorted.iter().sum();
         Self {
             frames: sorted.len(),
+            targets,
             tracking_fps: if total > 0.0 { round(1e3 * sorted.len() as f64 / total) } else { 0.0 },
             ms_median: round(quantile(&sorted, 0.5)),
             ms_p95: round(quantile(&sorted, 0.95)),
@@ -77,9 +80,9 @@ mod tests {
     #[test]
     fn sums_up() {
         let times: Vec<f64> = (1..=101).rev().map(f64::from).collect();
-        let summary = Summary::new(&times, "paper", 7, 2);
+        let summary = Summary::new(&times, 1, "paper", 7, 2);
         assert_eq!((summary.frames, summary.ms_median, summary.ms_p95), (101, 51.0, 96.0));
         assert_eq!(summary.tracking_fps, 19.608); // 101 frames in 5.151 s
-        assert_eq!(Summary::new(&[], "paper", 0, 1).tracking_fps, 0.0);
+        assert_eq!(Summary::new(&[], 0, "paper", 0, 1).tracking_fps, 0.0);
     }
 }

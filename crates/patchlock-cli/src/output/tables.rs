@@ -84,7 +84,10 @@ impl<W: Write> Table<W> {
 
 impl Sink for Table<PendingFile> {
     fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
-        self.row(tracked.row).map_err(|error| self.writer.complain(&error).into())
+        for seen in tracked.targets {
+            self.row(&seen.row).map_err(|error| self.writer.complain(&error))?;
+        }
+        Ok(())
     }
 
     fn finish(self: Box<Self>) -> Result<Option<PathBuf>> {
@@ -124,10 +127,13 @@ impl std::error::Error for ReaderLeft {}
 
 impl Sink for Stdout {
     fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
-        self.table.row(tracked.row).map_err(|error| match error.kind() {
-            io::ErrorKind::BrokenPipe => ReaderLeft.into(),
-            _ => anyhow::Error::new(error).context("cannot write to standard output"),
-        })
+        for seen in tracked.targets {
+            self.table.row(&seen.row).map_err(|error| match error.kind() {
+                io::ErrorKind::BrokenPipe => ReaderLeft.into(),
+                _ => anyhow::Error::new(error).context("cannot write to standard output"),
+            })?;
+        }
+        Ok(())
     }
 
     fn finish(self: Box<Self>) -> Result<Option<PathBuf>> {
@@ -144,6 +150,7 @@ mod tests {
         for frame in [4, 6] {
             let row = Row {
                 frame,
+                id: None,
                 x: 10.5,
                 y: 0.0,
                 w: 30.0,

@@ -57,6 +57,13 @@ impl Order {
         Some(end.saturating_sub(self.start).div_ceil(self.stride.max(1)))
     }
 
+    /// Whether a frame is tracked, as far as that is known before the end of the source is.
+    pub fn holds(&self, frame: usize, length: Option<usize>) -> bool {
+        let end = self.end.unwrap_or(usize::MAX).min(length.unwrap_or(usize::MAX));
+        (self.start..end).contains(&frame)
+            && (frame - self.start).is_multiple_of(self.stride.max(1))
+    }
+
     /// The complaint that a source of unknown length ended before the range began.
     pub fn nothing(&self) -> Complaint {
         match self.start {
