@@ -1,0 +1,106 @@
+"""The file by which the VOT toolkit finds Patchlock: `pip install patchlock[vot]`.
+
+```sh
+python -m patchlock.toolkits.vot > trackers.ini    # in the workspace
+vot test patchlock
+vot evaluate patchlock
+```
+
+The toolkit starts `patchlock trax` and speaks TraX with it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import configparser
+import io
+import re
+import shlex
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+__all__ = ["command", "main", "registry"]
+
+
+def command(
+    *,
+    preset: str = "paper",
+    config: str | Path | None = None,
+    seed: int | None = None,
+    threads: int | None = None,
+    protocol: int = 4,
+) -> list[str]:
+    """The command that starts the TraX server of this very installation.
+
+    Args:
+        preset: The set of settings to begin with.
+        config: A TOML file of settings that differ; `patchlock config` writes one. The toolkit starts trackers in folders of their own, so its
+            whole path is taken.
+        seed: Seed of the random numbers.
+        threads: Number of threads.
+        protocol: Version of TraX: 4 (many targets) or 3.
+
+    Raises:
+        FileNotFoundError: Where there is no file `config`.
+    """
+    words = [sys.executable, "-m", "patchlock", "trax", "--protocol", str(protocol), "--preset", preset]
+    if config is not None:
+        path = Path(config).resolve()
+        if not path.is_file():
+            raise FileNotFoundError(f"config is {config}; there is no such file")
+        words += ["--config", str(path)]
+    if seed is not None:
+        words += ["--seed", str(seed)]
+    if threads is not None:
+        words += ["--threads", str(threads)]
+    return words
+
+
+def registry(words: Sequence[str], *, name: str = "patchlock", label: str = "Patchlock") -> str:
+    """The text of a `trackers.ini` with one tracker.
+
+    Args:
+        words: The command that starts it, see `command`.
+        name: How the toolkit's commands call it: letters, digits, `-` and `_`.
+        label: How its reports call it.
+
+    Raises:
+        ValueError: Where the name is none that the toolkit takes.
+    """
+    if not re.fullmatch(r"[a-zA-Z0-9_-]+", name):
+        raise ValueError(f"name is {name!r}; allowed: letters, digits, - and _")
+    file = configparser.ConfigParser(interpolation=None)
+    file[name] = {"label": label, "protocol": "trax", "command": shlex.join(words)}
+    # The toolkit reads % as the beginning of a reference.
+    for key, value in file[name].items():
+        file[name][key] = value.replace("%", "%%")
+    text = io.StringIO()
+    file.write(text)
+    return text.getvalue().rstrip() + "\n"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Writes `trackers.ini` to standard output, with the options of `command` and `registry`."""
+    parser = argparse.ArgumentParser(
+        prog="python -m patchlock.toolkits.vot",
+        description="Writes the VOT toolkit's trackers.ini for this installation of Patchlock to standard output.",
+    )
+    parser.add_argument("--name", default="patchlock", help="how vot test and vot evaluate call it")
+    parser.add_argument("--label", default="Patchlock", help="how reports call it")
+    parser.add_argument("--preset", default="paper", help="the set of settings to begin with")
+    parser.add_argument("--config", help="TOML file of settings that differ; see patchlock config")
+    parser.add_argument("--seed", type=int, help="seed of the random numbers")
+    parser.add_argument("--threads", type=int, help="number of threads")
+    parser.add_argument("--protocol", type=int, choices=(3, 4), default=4, help="version of TraX")
+    options = vars(parser.parse_args(arguments))
+    name, label = options.pop("name"), options.pop("label")
+    try:
+        text = registry(command(**options), name=name, label=label)
+    except (OSError, ValueError) as error:
+        parser.error(str(error))
+    sys.stdout.write(text)
+
+
+if __name__ == "__main__":
+    main()

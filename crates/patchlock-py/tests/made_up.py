@@ -1,0 +1,51 @@
+"""Sequences on disk for the toolkits, from the rendered scene."""
+
+from __future__ import annotations
+
+import importlib
+import os
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from PIL import Image
+
+import patchlock
+
+SCENE = patchlock.Scene("simple")
+SETTINGS = {"particles": 100, "small_step": 4}
+"""Quick, and good enough to follow the scene."""
+
+
+def toolkit(name: str) -> ModuleType:
+    """The toolkit itself. Without it the test is skipped, but not where everything must be there."""
+    if os.environ.get("PATCHLOCK_PYTHON") == "required":
+        return importlib.import_module(name)
+    return pytest.importorskip(name, exc_type=ImportError)
+
+
+def frame(k: int, mirrored: bool = False) -> npt.NDArray[np.uint8]:
+    """Frame k of the scene, red first."""
+    image = SCENE[k]
+    return np.ascontiguousarray(image[:, ::-1]) if mirrored else image
+
+
+def box(k: int, mirrored: bool = False) -> patchlock.Box:
+    """The target's true box in frame k."""
+    truth = SCENE.truth(k)
+    return truth._replace(x=SCENE[k].shape[1] - truth.x - truth.w) if mirrored else truth
+
+
+def jumps(k: int, count: int) -> bool:
+    """In a film that jumps the second half is mirrored: the target is elsewhere all at once, farther than the tracker looks."""
+    return 2 * k >= count
+
+
+def save_frames(folder: Path, count: int, pattern: str, *, jump: bool = False) -> None:
+    """The first frames as JPEG files, numbered from 1."""
+    folder.mkdir(parents=True)
+    for k in range(count):
+        image = Image.fromarray(frame(k, jump and jumps(k, count)))
+        image.save(folder / (pattern % (k + 1)), quality=95)

@@ -1,0 +1,80 @@
+"""The same script with one of OpenCV's own trackers and with ours."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import made_up
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import patchlock
+from patchlock.toolkits.cv2 import TrackerPatchlock, TrackerPatchlock_create
+
+FRAMES = 10
+
+
+def bgr(k: int) -> npt.NDArray[np.uint8]:
+    """A frame as OpenCV reads it."""
+    return made_up.frame(k)[..., ::-1].copy()
+
+
+def follow(create: Callable[[], Any]) -> list[tuple[Any, Any]]:
+    """A script for OpenCV's trackers."""
+    tracker = create()
+    assert tracker.init(bgr(0), tuple(round(value) for value in made_up.box(0))) is None
+    return [tracker.update(bgr(k)) for k in range(1, FRAMES)]
+
+
+def test_a_script_changes_one_line() -> None:
+    cv2 = made_up.toolkit("cv2")
+    theirs = follow(cv2.TrackerMIL_create)
+    ours = follow(lambda: TrackerPatchlock_create(**made_up.SETTINGS))
+    for k, (their, our) in enumerate(zip(theirs, ours, strict=True), start=1):
+        assert [type(part) for part in their] == [type(part) for part in our] == [bool, tuple]
+        assert [type(value) for value in their[1]] == [type(value) for value in our[1]] == [int] * 4
+        assert our[0]
+        np.testing.assert_allclose(our[1], made_up.box(k), atol=5)
+        cv2.rectangle(made_up.frame(k), our[1], (0, 0, 255))
+
+
+def test_it_is_the_same_track() -> None:
+    alone = patchlock.Tracker(**made_up.SETTINGS)
+    exact = TrackerPatchlock.create(exact=True, threads=1, **made_up.SETTINGS)
+    alone.init(made_up.frame(0), made_up.box(0))
+    exact.init(made_up.frame(0)[..., ::-1], made_up.box(0))
+    for k in range(1, FRAMES):
+        estimate = alone.update(made_up.frame(k))
+        ok, box = exact.update(made_up.frame(k)[..., ::-1])
+        assert ok and box == tuple(estimate.box), "blue first or red first is the same picture"
+        assert exact.getTrackingScore() == estimate.score
+        assert exact.estimate == estimate
+
+
+def test_a_target_that_is_gone_is_not_ok() -> None:
+    tracker = TrackerPatchlock(min_score=0.5, **made_up.SETTINGS)
+    tracker.init(made_up.frame(0), made_up.box(0))
+    assert tracker.update(made_up.frame(1))[0]
+    noise = np.random.default_rng(3).integers(0, 255, made_up.frame(0).shape, dtype=np.uint8)
+    ok, box = tracker.update(noise)
+    assert not ok and len(box) == 4
+    assert tracker.getTrackingScore() < 0.5
+    # Unlike OpenCV's it may begin again.
+    tracker.init(made_up.frame(0), made_up.box(0))
+    assert tracker.update(made_up.frame(1))[0]
+
+
+def test_what_is_wrong_is_said() -> None:
+    tracker = TrackerPatchlock(**made_up.SETTINGS)
+    with pytest.raises(RuntimeError, match="init"):
+        tracker.update(made_up.frame(0))
+    with pytest.raises(RuntimeError, match="init"):
+        tracker.getTrackingScore()
+    with pytest.raises(ValueError, match="outside"):
+        tracker.init(made_up.frame(0), (500, 500, 10, 10))
+    with pytest.raises(ValueError, match="min_score is 2"):
+        TrackerPatchlock(min_score=2)
+    with pytest.raises(TypeError):
+        tracker.init(None, made_up.box(0))  # what cv2.imread gives for a file that is not there

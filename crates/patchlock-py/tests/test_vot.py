@@ -1,0 +1,124 @@
+"""The VOT toolkit itself runs Patchlock: its test, a supervised and an unsupervised experiment, its analysis and its report."""
+
+from __future__ import annotations
+
+import configparser
+import json
+import os
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import made_up
+import pytest
+
+from patchlock.toolkits import vot as ours
+
+FRAMES = 24
+STACK = """
+title: Made up
+experiments:
+  baseline:
+    type: supervised
+    repetitions: 5
+    skip_initialize: 5
+    analyses:
+      - type: supervised_average_ar
+        sensitivity: 30
+  unsupervised:
+    type: unsupervised
+    repetitions: 1
+    analyses:
+      - type: average_accuracy
+"""
+
+
+def test_the_file_has_the_command() -> None:
+    words = ours.command(preset="fast", seed=3, threads=2, protocol=3)
+    file = configparser.ConfigParser()
+    file.read_string(ours.registry([*words, "100% of 'it'"], name="a-b", label="Patch 5%"))
+    assert file["a-b"]["protocol"] == "trax" and file["a-b"]["label"] == "Patch 5%"
+    expected = [sys.executable, "-m", "patchlock", "trax", "--protocol", "3", "--preset", "fast"]
+    expected += ["--seed", "3", "--threads", "2", "100% of 'it'"]
+    assert shlex.split(file["a-b"]["command"]) == expected
+
+
+def test_a_wrong_name_or_file_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(ValueError, match="allowed: letters"):
+        ours.registry(["x"], name="a b")
+    with pytest.raises(FileNotFoundError):
+        ours.command(config="/no/such.toml")
+    with pytest.raises(SystemExit):
+        ours.main(["--config", "/no/such.toml"])
+    assert "/no/such.toml" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A workspace with a quick Patchlock and three sequences: with boxes, with polygons, and with a jump that no tracker by motion survives."""
+    folder = tmp_path_factory.mktemp("vot")
+    settings = "".join(f"{name} = {value}\n" for name, value in made_up.SETTINGS.items())
+    (folder / "quick.toml").write_text(settings)
+    options = ["--config", str(folder / "quick.toml"), "--threads", "1"]
+    module = [sys.executable, "-m", "patchlock.toolkits.vot", *options]
+    (folder / "trackers.ini").write_text(subprocess.check_output(module, text=True))
+    (folder / "stack.yaml").write_text(STACK)
+    (folder / "config.yaml").write_text("registry: [.]\nstack: stack.yaml\n")
+    for name in ["boxes", "polygons", "jump"]:
+        sequence = folder / "sequences" / name
+        made_up.save_frames(sequence / "color", FRAMES, "%08d.jpg", jump=name == "jump")
+        (sequence / "sequence").write_text(f"name={name}\nfps=30\nchannels.color=color/%08d.jpg\n")
+        lines = (region(k, name) for k in range(FRAMES))
+        (sequence / "groundtruth.txt").write_text("".join(f"{line}\n" for line in lines))
+    (folder / "sequences" / "list.txt").write_text("boxes\npolygons\njump\n")
+    return folder
+
+
+def region(k: int, name: str) -> str:
+    """The truth of a frame of a sequence as the toolkit's files have it."""
+    x, y, w, h = made_up.box(k, name == "jump" and made_up.jumps(k, FRAMES))
+    corners = (x, y, x + w, y, x + w, y + h, x, y + h)
+    return ",".join(str(value) for value in (corners if name == "polygons" else (x, y, w, h)))
+
+
+def vot(workspace: Path, *arguments: str) -> str:
+    """Runs the toolkit's own command; it must succeed. It looks for a newer version of itself, which is kept off the network."""
+    environment = {**os.environ, "https_proxy": "http://127.0.0.1:9", "MPLBACKEND": "Agg"}
+    words = [sys.executable, "-m", "vot", *arguments]
+    done = subprocess.run(words, cwd=workspace, env=environment, capture_output=True, text=True, timeout=300)
+    text = done.stdout + done.stderr
+    assert done.returncode == 0, text
+    return text
+
+
+def test_the_toolkit_tests_it(workspace: Path) -> None:
+    made_up.toolkit("vot")
+    said = vot(workspace, "test", "patchlock", "--sequence", "sequences/polygons")
+    assert "Test concluded successfuly" in said, said
+    assert f"Processing frame {FRAMES - 1}/{FRAMES - 1}" in said
+    states = [line for line in said.splitlines() if "@@TRAX:state" in line]
+    assert len(states) == FRAMES and all("confidence=" in state for state in states)
+
+
+def test_experiments_analysis_and_report(workspace: Path) -> None:
+    made_up.toolkit("vot")
+    assert "Evaluation concluded successfuly" in vot(workspace, "evaluate", "patchlock")
+    results = workspace / "results" / "patchlock"
+    for experiment, runs in [("baseline", 3), ("unsupervised", 1)]:
+        for sequence in ["boxes", "polygons", "jump"]:
+            confidence = sorted((results / experiment / sequence).glob("*_confidence.value"))
+            assert len(confidence) == runs, "the same seed: three repetitions are enough for the toolkit"
+            values = [float(line) for line in confidence[0].read_text().split()]
+            assert values and all(0 <= value <= 1 for value in values)
+
+    vot(workspace, "analysis", "patchlock", "--format", "json", "--name", "scores")
+    analysis = json.loads((workspace / "analysis" / "scores.json").read_text())["results"]
+    accuracy, robustness, *_ = analysis["baseline"]["results"][0][0]
+    assert accuracy > 0.8
+    assert 0 < robustness < 1, "one of three sequences fails once, and goes on after it"
+    (unsupervised,) = analysis["unsupervised"]["results"][0][0]
+    assert 0.5 < unsupervised < accuracy, "without help the target of the jump stays lost"
+
+    vot(workspace, "report", "patchlock", "--name", "page")
+    assert "Patchlock" in (workspace / "reports" / "page" / "report.html").read_text()
