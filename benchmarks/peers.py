@@ -382,17 +382,17 @@ def fail(what: str, advice: str) -> None:
     raise SystemExit(1)
 
 
-def environment(folder: Path) -> Path:
+def environment(folder: Path, requirements: Path = REQUIREMENTS) -> Path:
     """The Python of the virtual environment, which is made where it is missing or holds other versions."""
     python = folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
-    mark = folder / "peers-requirements.txt"
-    wanted = REQUIREMENTS.read_text()
+    mark = folder / requirements.name
+    wanted = requirements.read_text()
     if not (python.is_file() and mark.is_file() and mark.read_text() == wanted):
         print(f"making a virtual environment in {folder}", file=sys.stderr)
         if not python.is_file():
             venv.create(folder, with_pip=True)
-        if subprocess.run([python, "-m", "pip", "install", "--quiet", "--requirement", REQUIREMENTS]).returncode:
-            fail("the packages could not be installed", f"a network is needed once; or install {REQUIREMENTS.name} into --venv by hand")
+        if subprocess.run([python, "-m", "pip", "install", "--quiet", "--requirement", requirements]).returncode:
+            fail("the packages could not be installed", f"a network is needed once; or install {requirements.name} into {folder} by hand")
         mark.write_text(wanted)
     return python
 

@@ -1,0 +1,230 @@
+//! The joint codes of one real frame: how long they take on this thread, and some of them written down for other solvers.
+//!
+//! ```sh
+//! cargo run --release -p patchlock-eval --example somp_problems -- DATASET TARGET FRAME WRITTEN OUT
+//! ```
+//!
+//! Tracks TARGET of DATASET with the preset `paper` up to FRAME, and there codes the patches of all particles at all locations of both scales, no
+//! candidate left out. For WRITTEN particles, evenly chosen, OUT gets of each scale `dictionary.npy` (atoms, samples), `shared.npy` (locations,
+//! buffer, samples), `patches.npy` (particles, locations, samples) and `atoms.npy` (particles, locations, atoms of a code; -1 where it has fewer). A line of
+//! JSON has the times. `benchmarks/speed.py` runs it. Patches of other people's frames do not belong into the repository.
+
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+use std::time::Instant;
+
+use patchlock::appearance::pooling::PoolRules;
+use patchlock::appearance::scale::{Findings, Scale, ScaleRules, Workers};
+use patchlock::filter::state::State;
+use patchlock::sparse::codes::CodeRules;
+use patchlock::vision::frame::GreyImage;
+use patchlock::vision::patches::{PatchGrid, normalise};
+use patchlock::vision::warp::warp;
+use patchlock::{FrameView, Tracker, TrackerConfig};
+use patchlock_eval::dataset::Dataset;
+use patchlock_eval::images;
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+type Result<T> = std::result::Result<T, Box<dyn Error>>;
+/// Samples of each template.
+type Templates = Vec<Vec<f32>>;
+
+/// Times that each measurement is made; the median counts.
+const TURNS: usize = 5;
+
+fn main() -> Result<()> {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let [dataset, target, frame, written, out] = args.as_slice() else {
+        return Err("usage: somp_problems DATASET TARGET FRAME WRITTEN OUT".into());
+    };
+    let (frame, written, out) = (frame.parse()?, written.parse::<usize>()?, Path::new(out));
+    // All work of the library is then done on one thread.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    let moment = pool.install(|| Moment::reach(Path::new(dataset), target, frame).map_err(text))?;
+    let chosen: Vec<usize> =
+        (0..written).map(|k| k * moment.particles.len() / written.max(1)).collect();
+    let scale = |name: &str| -> Result<Value> {
+        pool.install(|| moment.measure(name, &chosen, &out.join(name)).map_err(text))
+            .map_err(Into::into)
+    };
+    let (large, small) = (scale("large")?, scale("small")?);
+    let particles = moment.particles.len();
+    println!(
+        "{}",
+        json!({ "target": target, "frame": frame, "particles": particles, "large": large, "small": small })
+    );
+    Ok(())
+}
+
+/// An error that may leave the thread.
+fn text(error: Box<dyn Error>) -> String {
+    error.to_string()
+}
+
+/// What is needed of a saved state.
+#[derive(Deserialize)]
+struct Saved {
+    memory: Memory,
+}
+
+#[derive(Deserialize)]
+struct Memory {
+    templates: Templates,
+    small_templates: Templates,
+    large_buffer: Templates,
+    small_buffer: Templates,
+}
+
+/// The tracker before a frame, and the particles that it draws there.
+struct Moment {
+    config: TrackerConfig,
+    memory: Memory,
+    particles: Vec<State>,
+    image: GreyImage,
+}
+
+impl Moment {
+    fn reach(dataset: &Path, target: &str, frame: usize) -> Result<Self> {
+        let dataset = Dataset::open(dataset)?;
+        let sequence = dataset.find(target).ok_or("there is no such target")?;
+        let first = sequence.truth.first().copied().flatten().ok_or("it has no first box")?;
+        if !(1..sequence.frames.len()).contains(&frame) {
+            return Err(format!("the target has frames 1 to {}", sequence.frames.len() - 1).into());
+        }
+        let config = TrackerConfig::preset("paper")?;
+        let mut tracker = Tracker::new(config.clone())?;
+        tracker.init(&images::load(&sequence.frames[0])?.frame()?, first)?;
+        for path in &sequence.frames[1..frame] {
+            tracker.update(&images::load(path)?.frame()?)?;
+        }
+        // By way of text: a value can't hold the 128-bit numbers of the random generator.
+        let saved: Saved = serde_json::from_str(&serde_json::to_string(&tracker.snapshot())?)?;
+        let (mut image, mut particles) = (GreyImage::default(), Vec::new());
+        let picture = images::load(&sequence.frames[frame])?;
+        image.fill(&picture.frame()?)?;
+        let mut observer = |view: &FrameView<'_>| particles = view.particles.to_vec();
+        tracker.update_observed(&picture.frame()?, &mut observer)?;
+        Ok(Self { config, memory: saved.memory, particles, image })
+    }
+
+    /// Times a scale, and writes the problems of the chosen particles.
+    fn measure(&self, name: &str, chosen: &[usize], folder: &Path) -> Result<Value> {
+        let (grid, templates, buffer) = self.parts(name);
+        let scale = Scale::new(grid, self.rules(), templates, buffer);
+        let begin = Instant::now();
+        let candidates = self.candidates();
+        let warp_ms = begin.elapsed().as_secs_f64() * 1e3;
+        let length = self.config.template_side * self.config.template_side;
+        let which: Vec<u32> = (0..self.particles.len() as u32).collect();
+        let locations: Vec<u32> = (0..grid.locations() as u32).collect();
+        let (mut workers, mut findings) = (Workers::default(), Findings::default());
+        findings.begin(which.len(), locations.len());
+        let mut turn = || {
+            let begin = Instant::now();
+            scale.weigh((&candidates, length), &which, &locations, &mut workers, &mut findings);
+            begin.elapsed().as_secs_f64() * 1e3
+        };
+        turn();
+        let mut times: Vec<f64> = (0..TURNS).map(|_| turn()).collect();
+        times.sort_by(f64::total_cmp);
+
+        fs::create_dir_all(folder)?;
+        let dictionary: Vec<f32> = templates.iter().flat_map(|t| grid.cut_all(t)).collect();
+        let by_location = |images: &[&[f32]]| -> Vec<f32> {
+            let cut = |location: usize| {
+                let mut patches = vec![0.0; images.len() * grid.dim()];
+                grid.cut_each(images.iter().copied(), location, &mut patches);
+                patches
+            };
+            (0..grid.locations()).flat_map(cut).collect()
+        };
+        let buffer: Vec<&[f32]> = buffer.iter().map(Vec::as_slice).collect();
+        let shared = by_location(&buffer);
+        let patches: Vec<f32> = chosen
+            .iter()
+            .flat_map(|&k| by_location(&[&candidates[k * length..][..length]]))
+            .collect();
+        let (dim, count) = (grid.dim(), grid.locations());
+        write(folder, "dictionary", "<f4", &[dictionary.len() / dim, dim], &bytes(&dictionary))?;
+        write(folder, "shared", "<f4", &[count, buffer.len(), dim], &bytes(&shared))?;
+        write(folder, "patches", "<f4", &[chosen.len(), count, dim], &bytes(&patches))?;
+        let atoms: Vec<i32> = chosen.iter().flat_map(|&k| self.atoms(&findings, k)).collect();
+        let atoms: Vec<u8> = atoms.into_iter().flat_map(i32::to_le_bytes).collect();
+        write(folder, "atoms", "<i4", &[chosen.len(), count, self.config.atoms], &atoms)?;
+        Ok(json!({ "locations": count, "warp_ms": warp_ms, "codes_ms": times[TURNS / 2] }))
+    }
+
+    /// The atoms of a candidate's codes, as many for each code as it may have.
+    fn atoms(&self, findings: &Findings, candidate: usize) -> Vec<i32> {
+        let most = self.config.atoms;
+        let one = |support: &[u32]| -> Vec<i32> {
+            (0..most).map(|k| support.get(k).map_or(-1, |&atom| atom as i32)).collect()
+        };
+        findings.codes(candidate).flat_map(|code| one(code.support())).collect()
+    }
+
+    /// Grid, templates of the dictionary, and buffer of a scale.
+    fn parts(&self, name: &str) -> (PatchGrid, &Templates, &Templates) {
+        let (config, memory) = (&self.config, &self.memory);
+        let grid =
+            |patch, step| PatchGrid::new(config.template_side, patch, step, config.subtract_mean);
+        match name {
+            "large" => {
+                let grid = grid(config.large_patch, config.large_step);
+                (grid, &memory.templates, &memory.large_buffer)
+            }
+            _ => {
+                let grid = grid(config.small_patch, config.small_step);
+                (grid, &memory.small_templates, &memory.small_buffer)
+            }
+        }
+    }
+
+    /// All candidates, one after the other.
+    fn candidates(&self) -> Vec<f32> {
+        let side = self.config.template_side;
+        let mut all = vec![0.0; self.particles.len() * side * side];
+        for (state, out) in self.particles.iter().zip(all.chunks_exact_mut(side * side)) {
+            warp(&self.image, &state.matrix(), side, out);
+            normalise(out);
+        }
+        all
+    }
+
+    fn rules(&self) -> ScaleRules {
+        let config = &self.config;
+        ScaleRules {
+            codes: CodeRules {
+                atoms: config.atoms,
+                selection: config.selection,
+                min_residual: config.min_residual,
+                stop_energy: config.stop_energy,
+            },
+            pool: PoolRules { coefficients: config.coefficients, divide: config.divide },
+            beta: config.beta,
+            position_weights: config.position_weights,
+        }
+    }
+}
+
+fn bytes(values: &[f32]) -> Vec<u8> {
+    values.iter().flat_map(|value| value.to_le_bytes()).collect()
+}
+
+/// Writes an array as numpy's `.npy`, version 1.0.
+fn write(folder: &Path, name: &str, kind: &str, shape: &[usize], data: &[u8]) -> Result<()> {
+    let shape: String = shape.iter().map(|side| format!("{side}, ")).collect();
+    let mut head =
+        format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({shape}), }}").into_bytes();
+    // Magic, version and length take 10 bytes; with them the header fills whole blocks of 64.
+    head.resize((head.len() + 11).next_multiple_of(64) - 11, b' ');
+    head.push(b'\n');
+    let mut file = b"\x93NUMPY\x01\x00".to_vec();
+    file.extend((head.len() as u16).to_le_bytes());
+    file.extend(head);
+    file.extend(data);
+    fs::write(folder.join(name).with_extension("npy"), file)?;
+    Ok(())
+}

@@ -1,0 +1,127 @@
+//! One turn of each stage, for programs that count instructions: `instructions STAGE` runs it inside of [`counted`], the only function that is to be counted. Without
+//! a stage all are run, to see that they work. `benchmarks/instructions.py` counts.
+
+#[allow(dead_code)] // each benchmark uses a part of it
+mod setup;
+
+use patchlock::appearance::buffer;
+use patchlock::appearance::pooling::PoolRules;
+use patchlock::appearance::scale::{Findings, Scale, ScaleRules, Workers};
+use patchlock::config::Coefficients;
+use patchlock::vision::patches::{PatchGrid, normalise};
+use patchlock::vision::warp::warp;
+use patchlock::{Tracker, TrackerConfig};
+use patchlock_scene::{Scene, SceneFrame};
+use setup::{Bench, PARTICLES, RULES, SIDE, truth, view};
+use std::hint::black_box;
+
+/// The middle of the small scale's 7 x 7 locations: twice as far apart as in the paper, as a program that counts is some fifty times slower.
+const LOCATION: usize = 24;
+
+fn small() -> PatchGrid {
+    PatchGrid::new(SIDE, 8, 4, false)
+}
+
+/// Each stage, with what it does.
+const STAGES: [(&str, fn()); 6] = [
+    ("warp", warp_candidates),
+    ("cut", cut_a_location),
+    ("codes", codes_of_a_location),
+    ("dictionary", small_dictionary),
+    ("update", update),
+    ("learn", learn),
+];
+
+fn main() {
+    let asked: Vec<String> =
+        std::env::args().skip(1).filter(|arg| !arg.starts_with("--")).collect();
+    // On one thread, the one that calls `counted`, so that no other one does work that is not counted.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    for (name, stage) in STAGES {
+        if asked.is_empty() || asked.iter().any(|word| word == name) {
+            pool.install(stage);
+            println!("{name}");
+        }
+    }
+    let unknown: Vec<_> =
+        asked.iter().filter(|word| STAGES.iter().all(|(name, _)| name != word)).collect();
+    assert!(unknown.is_empty(), "no stage {unknown:?}");
+}
+
+/// What happens in here is counted.
+#[inline(never)]
+fn counted(stage: &mut dyn FnMut()) {
+    stage();
+    black_box(());
+}
+
+/// All candidates of a frame, warped and normalised.
+fn warp_candidates() {
+    let (bench, mut out) = (Bench::new(), vec![0.0; SIDE * SIDE]);
+    counted(&mut || {
+        for state in &bench.particles {
+            warp(&bench.image, &state.matrix(), SIDE, &mut out);
+            normalise(black_box(&mut out));
+        }
+    });
+}
+
+/// The patches of all candidates at one small location.
+fn cut_a_location() {
+    let (grid, candidates) = (small(), Bench::new().candidates());
+    let mut out = vec![0.0; PARTICLES * grid.dim()];
+    counted(&mut || {
+        grid.cut_each(candidates.chunks_exact(SIDE * SIDE), LOCATION, black_box(&mut out));
+    });
+}
+
+fn scale(bench: &Bench) -> Scale {
+    let pool = PoolRules { coefficients: Coefficients::Absolute, divide: true };
+    let rules = ScaleRules { codes: RULES, pool, beta: 0.8, position_weights: true };
+    Scale::new(small(), rules, &bench.templates, &buffer::begin(&bench.templates, 4))
+}
+
+/// Codes and features of all candidates at one small location.
+fn codes_of_a_location() {
+    let bench = Bench::new();
+    let (scale, candidates) = (scale(&bench), bench.candidates());
+    let (mut workers, mut findings) = (Workers::default(), Findings::default());
+    findings.begin(PARTICLES, scale.grid().locations());
+    let which: Vec<u32> = (0..PARTICLES as u32).collect();
+    let mut turn = || {
+        let candidates = (candidates.as_slice(), SIDE * SIDE);
+        scale.weigh(candidates, &which, &[LOCATION as u32], &mut workers, &mut findings);
+    };
+    turn();
+    counted(&mut turn);
+}
+
+/// The small dictionary, the buffer's patches, and what follows from both for each location.
+fn small_dictionary() {
+    let bench = Bench::new();
+    let (mut scale, buffer) = (scale(&bench), buffer::begin(&bench.templates, 4));
+    counted(&mut || scale.learn(Some(&bench.templates), Some(&buffer)));
+}
+
+/// An update on which nothing is learned: the fourth frame.
+fn update() {
+    frame(4);
+}
+
+/// An update with a new template, large dictionary and buffer: the fifth.
+fn learn() {
+    frame(5);
+}
+
+fn frame(number: usize) {
+    let scene = Scene::simple();
+    let frames: Vec<SceneFrame> = (0..=number).map(|k| scene.frame(k)).collect();
+    let config =
+        TrackerConfig { particles: 200, small_step: 4, ..TrackerConfig::preset("paper").unwrap() };
+    let mut tracker = Tracker::new(config).unwrap();
+    let mut estimate = tracker.init(&view(&frames[0]), truth(&scene)).unwrap();
+    for frame in &frames[1..number] {
+        tracker.update_into(&view(frame), &mut estimate).unwrap();
+    }
+    counted(&mut || tracker.update_into(&view(&frames[number]), &mut estimate).unwrap());
+}
