@@ -1,0 +1,142 @@
+"""The client of libtrax (vot-trax), which knows nothing of ours, speaks with the command `patchlock trax`."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import made_up
+import numpy as np
+import pytest
+
+import patchlock
+
+FRAMES = 6
+PROTOCOLS = [3, 4]
+LOGS: list[Any] = []
+
+
+@pytest.fixture(scope="module")
+def images(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    folder = tmp_path_factory.mktemp("trax") / "color"
+    made_up.save_frames(folder, FRAMES, "%02d.png")
+    return sorted(folder.iterdir())
+
+
+@pytest.fixture
+def trax() -> Any:
+    return made_up.toolkit("trax")
+
+
+@contextmanager
+def client(tmp_path: Path, protocol: int) -> Iterator[Any]:
+    """A client of libtrax and a server of its own, which must end with the client."""
+    from trax.client import Client
+
+    settings = tmp_path / "quick.toml"
+    settings.write_text("".join(f"{name} = {value}\n" for name, value in made_up.SETTINGS.items()))
+    command = [sys.executable, "-m", "patchlock", "trax", "--protocol", str(protocol), "--config", str(settings)]
+    server = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert server.stdin and server.stdout and server.stderr
+    try:
+        # Without a log this version of the client can't be made, and its end writes to a log that must still be there.
+        peer = Client(stream=(server.stdin.fileno(), server.stdout.fileno()), log=lambda line: None)
+        LOGS.append(peer._clogger)
+        yield peer
+        server.stdin.close()
+        server.wait(timeout=60)
+    finally:
+        server.kill()
+        for pipe in (server.stdin, server.stdout, server.stderr):
+            pipe.close()
+        server.wait()
+
+
+def corners(k: int) -> list[tuple[float, float]]:
+    x, y, w, h = made_up.box(k)
+    return [(x, y), (x + w, y), (x + w, y + h), (x, y + h)]
+
+
+def numbers(region: Any) -> list[float]:
+    """Those of a rectangle or a polygon."""
+    return list(region.bounds()) if region.type == "rectangle" else [value for point in region for value in point]
+
+
+def follow(client: Any, images: list[Any], region: Any) -> list[tuple[Any, dict[str, str]]]:
+    """The state in each image: region and properties."""
+    states = []
+    for k, image in enumerate(images):
+        objects, _ = client.frame({"color": image}, objects=[]) if k else client.initialize({"color": image}, [(region, {})], {})
+        assert len(objects) == 1
+        states.append((objects[0][0], dict(objects[0][1])))
+    return states
+
+
+@pytest.mark.parametrize("protocol", PROTOCOLS)
+def test_rectangles_and_polygons(trax: Any, protocol: int, images: list[Path], tmp_path: Path) -> None:
+    files = [trax.FileImage.create(str(image)) for image in images]
+    with client(tmp_path, protocol) as peer:
+        assert (peer.tracker_name, peer.tracker_family) == ("Patchlock", "sparse appearance")
+        assert (peer.region_formats, peer.get("multiobject")) == (["rectangle", "polygon"], protocol == 4)
+        assert sorted(peer.image_formats) == ["buffer", "memory", "path"]
+        in_boxes = follow(peer, files, trax.Rectangle.create(*made_up.box(0)))
+        # A client may begin anew at any time, also in the other form. In protocol 4 that is said by `initialize` too.
+        in_polygons = follow(peer, files, trax.Polygon.create(corners(0)))
+        peer.quit()
+
+    alone = patchlock.Tracker(**made_up.SETTINGS)
+    for k, ((box, of_box), (polygon, of_polygon)) in enumerate(zip(in_boxes, in_polygons, strict=True)):
+        estimate = alone.update(made_up.frame(k)) if k else alone.init(made_up.frame(k), made_up.box(0))
+        assert (box.type, polygon.type) == ("rectangle", "polygon")
+        # libtrax has single precision.
+        np.testing.assert_allclose(numbers(box), estimate.box, rtol=1e-5)
+        # In TraX pixel 0 goes from 0 to 1; our corners count from the middle of pixel 0.
+        outline = estimate.corners.ravel() + 0.5
+        np.testing.assert_allclose(numbers(polygon), outline, rtol=1e-5)
+        assert of_box == of_polygon, "the same track, whatever the form"
+        assert float(of_box["confidence"]) == estimate.score
+        np.testing.assert_allclose([float(value) for value in of_box["region"].split(",")], outline, rtol=1e-12)
+
+
+@pytest.mark.parametrize("protocol", PROTOCOLS)
+def test_images_in_every_form(trax: Any, protocol: int, images: list[Path], tmp_path: Path) -> None:
+    forms: list[Callable[[int], Any]] = [
+        lambda k: trax.FileImage.create(str(images[k])),
+        lambda k: trax.MemoryImage.create(made_up.frame(k)),
+        lambda k: trax.BufferImage.create(images[k].read_bytes()),
+    ]
+    with client(tmp_path, protocol) as peer:
+        tracks = [
+            follow(peer, [form(k) for k in range(FRAMES)], trax.Rectangle.create(*made_up.box(0))) for form in forms
+        ]
+    for track in tracks:
+        assert [properties for _, properties in track] == [properties for _, properties in tracks[0]]
+
+
+def test_many_targets(trax: Any, images: list[Path], tmp_path: Path) -> None:
+    files = [trax.FileImage.create(str(image)) for image in images]
+    first, other = trax.Rectangle.create(*made_up.box(0)), trax.Rectangle.create(40, 30, 40, 40)
+    with client(tmp_path, 4) as peer:
+        alone = follow(peer, files, first)
+        peer.initialize({"color": files[0]}, [(first, {}), (other, {})], {})
+        objects, _ = peer.frame({"color": files[1]}, objects=[])
+        assert numbers(objects[0][0]) == numbers(alone[1][0]), "another target beside it changes nothing"
+        assert len(objects) == 2
+        # A third comes with a frame.
+        objects, _ = peer.frame({"color": files[2]}, objects=[(first, {})])
+        assert len(objects) == 3 and numbers(objects[0][0]) == numbers(alone[2][0])
+        assert numbers(objects[2][0]) == numbers(first), "a new target is answered as it was given"
+
+
+@pytest.mark.parametrize("protocol", PROTOCOLS)
+def test_the_client_learns_what_is_wrong(trax: Any, protocol: int, images: list[Path], tmp_path: Path) -> None:
+    here, nowhere = trax.FileImage.create(str(images[0])), trax.FileImage.create(str(tmp_path / "none.png"))
+    box, outside = trax.Rectangle.create(*made_up.box(0)), trax.Rectangle.create(5000, 5000, 9, 9)
+    for image, region, reason in [(nowhere, box, "cannot read the image .*none.png"), (here, outside, "lies outside the frame")]:
+        with client(tmp_path, protocol) as peer:
+            with pytest.raises(trax.TraxException, match=reason):
+                peer.initialize({"color": image}, [(region, {})], {})
