@@ -106,7 +106,7 @@ impl Estimate {
         named(py, &VISIBILITY, "Visibility")?.call1(shares)
     }
 
-    /// Which patches are hidden, `(large, small)`: boolean arrays, 3 x 3 and 13 x 13 in the paper, in the target's own frame of reference.
+    /// Which patches are hidden, `(large, small)`: boolean arrays of patches, row by row as the target is turned.
     #[getter]
     fn occlusion<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         named(py, &OCCLUSION, "Occlusion")?.call1(self.maps(py)?)

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 
 use crate::estimate;
 
-/// A short film with a known truth.
+/// A short rendered film with a known truth.
 #[pyclass(frozen, module = "patchlock")]
 pub struct Scene {
     name: &'static str,

@@ -132,7 +132,7 @@ impl Tracker {
         Ok(self.saved(py)?.0)
     }
 
-    /// A tracker that goes on where the snapshot was taken, its first frame having this number.
+    /// A tracker that goes on where the snapshot was taken, `frame` frames after `init`.
     #[classmethod]
     #[pyo3(signature = (snapshot, *, threads = None, channels = "rgb", frame = 0))]
     fn restore(

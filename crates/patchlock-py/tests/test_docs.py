@@ -1,0 +1,40 @@
+"""Every line of Python in the documentation runs, page by page, in order."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+import patchlock
+
+ROOT = Path(__file__).parents[3]
+PAGES = sorted(page for page in [ROOT / "README.md", ROOT / "crates/patchlock-py/README.md", *(ROOT / "docs").glob("*.md")])
+CODE = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+@pytest.fixture(scope="module")
+def video(tmp_path_factory) -> Path:
+    """The `video.mp4` of the pages."""
+    folder = tmp_path_factory.mktemp("video")
+    scene = patchlock.Scene("simple")
+    for k in range(8):
+        Image.fromarray(scene[k]).save(folder / f"{k}.png")
+    options = ["--box", "46,58,48,40", "--video", str(folder / "video.mp4"), "--quiet"]
+    subprocess.run([sys.executable, "-m", "patchlock", "track", str(folder), *options], check=True)
+    return folder / "video.mp4"
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if CODE.search(page.read_text())], ids=lambda page: page.stem)
+def test_the_code_of_a_page_runs(page, video, tmp_path, monkeypatch):
+    (tmp_path / "video.mp4").write_bytes(video.read_bytes())
+    monkeypatch.chdir(tmp_path)
+    text = page.read_text()
+    names = {"__name__": "page", "frames": [patchlock.Scene("simple")[k] for k in range(4)]}
+    for match in CODE.finditer(text):
+        line = text.count("\n", 0, match.start(1))
+        exec(compile("\n" * line + match.group(1), str(page), "exec"), names)

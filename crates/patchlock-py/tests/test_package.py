@@ -1,0 +1,43 @@
+"""The package as a whole: its names, its documentation, its examples."""
+
+from __future__ import annotations
+
+import ast
+from importlib import metadata, resources
+
+import patchlock
+from patchlock import _patchlock
+
+
+def stub_docs() -> dict[str, str]:
+    """The documentation in the stubs, by name."""
+    stubs = ast.parse((resources.files("patchlock") / "_patchlock.pyi").read_text())
+    found = {}
+    for node in stubs.body:
+        if isinstance(node, (ast.ClassDef, ast.FunctionDef)):
+            found[node.name] = ast.get_docstring(node) or ""
+        if isinstance(node, ast.ClassDef):
+            methods = [item for item in node.body if isinstance(item, ast.FunctionDef)]
+            found |= {f"{node.name}.{item.name}": ast.get_docstring(item) or "" for item in methods}
+    return found
+
+
+def test_the_stubs_say_what_the_module_says():
+    for name, text in stub_docs().items():
+        if name.split(".")[-1].startswith("__"):
+            continue
+        there = _patchlock
+        for part in name.split("."):
+            there = getattr(there, part)
+        assert text.splitlines()[0] == (there.__doc__ or "").splitlines()[0], name
+
+
+def test_everything_public_is_documented():
+    for name in patchlock.__all__:
+        value = getattr(patchlock, name)
+        assert isinstance(value, (str, list)) or (value.__doc__ or "").strip(), name
+
+
+def test_the_package_is_typed_and_has_a_version():
+    assert (resources.files("patchlock") / "py.typed").is_file()
+    assert metadata.version("patchlock") == patchlock.__version__
