@@ -29,3 +29,4 @@ cd "$root/crates/patchlock-py"
 "$venv/bin/python" -m mypy --package patchlock
 "$venv/bin/python" -m mypy.stubtest patchlock._patchlock --mypy-config-file pyproject.toml
 "$venv/bin/python" -m pytest --quiet tests
+"$here/docs.sh"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import inspect
 from importlib import metadata, resources
 
 import patchlock
@@ -35,7 +36,8 @@ def test_the_stubs_say_what_the_module_says():
 def test_everything_public_is_documented():
     for name in patchlock.__all__:
         value = getattr(patchlock, name)
-        assert isinstance(value, (str, list)) or (value.__doc__ or "").strip(), name
+        # Other values, and names of types, have no documentation of their own.
+        assert not (inspect.isclass(value) or inspect.isroutine(value)) or (value.__doc__ or "").strip(), name
 
 
 def test_the_package_is_typed_and_has_a_version():

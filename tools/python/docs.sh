@@ -1,0 +1,10 @@
+#!/usr/bin/env bash
+# Builds the documentation into target/site with the package that setup.sh installed; the notebooks are run on the way. Any warning is a failure.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+venv=$PWD/target/python-venv
+
+"$venv/bin/pip" install --quiet --disable-pip-version-check "patchlock[docs]"
+# The notebooks' kernel is the first python that is found.
+PATH=$venv/bin:$PATH NO_MKDOCS_2_WARNING=1 mkdocs build --quiet --strict
+echo "built the documentation in target/site"
