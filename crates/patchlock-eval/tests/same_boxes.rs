@@ -50,7 +50,8 @@ fn hold_together(sequence: &Sequence, count: usize) -> usize {
 #[test]
 fn candidates_that_drop_out_change_no_box() {
     let Some(folder) = sequences("candidates_that_drop_out_change_no_box") else { return };
-    let count = if env::var_os("PATCHLOCK_FULL").is_some_and(|value| value == "1") { 25 } else { 3 };
+    let count =
+        if env::var_os("PATCHLOCK_FULL").is_some_and(|value| value == "1") { 25 } else { 3 };
     let dataset = Dataset::open(&folder).unwrap();
     let all: usize = dataset.sequences.iter().map(|sequence| hold_together(sequence, count)).sum();
     assert!(all > 0, "{} holds no sequences", folder.display());
