@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import os
+import re
 from pathlib import Path
 from types import ModuleType
 
@@ -24,6 +25,14 @@ def toolkit(name: str) -> ModuleType:
     if os.environ.get("PATCHLOCK_PYTHON") == "required":
         return importlib.import_module(name)
     return pytest.importorskip(name, exc_type=ImportError)
+
+
+def snippet(language: str, word: str) -> str:
+    """The code of the page on toolkits in this language that has this word."""
+    page = Path(__file__).parents[3] / "docs/toolkits.md"
+    blocks = re.findall(rf"^```{language}\n(.*?)^```$", page.read_text(), re.MULTILINE | re.DOTALL)
+    (block,) = [block for block in blocks if word in block]
+    return str(block)
 
 
 def frame(k: int, mirrored: bool = False) -> npt.NDArray[np.uint8]:

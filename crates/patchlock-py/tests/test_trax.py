@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -140,3 +141,22 @@ def test_the_client_learns_what_is_wrong(trax: Any, protocol: int, images: list[
         with client(tmp_path, protocol) as peer:
             with pytest.raises(trax.TraxException, match=reason):
                 peer.initialize({"color": image}, [(region, {})], {})
+
+
+def test_a_server_of_libtrax_in_our_bench(trax: Any, tmp_path: Path) -> None:
+    """The tracker of the page on toolkits, which is ours in the shape of another, gets the boxes that ours gets."""
+    sequence = tmp_path / "data" / "Badge"
+    made_up.save_frames(sequence / "img", FRAMES, "%04d.png")
+    boxes = np.array([made_up.box(k) for k in range(FRAMES)]) + [1, 1, 0, 0]
+    np.savetxt(sequence / "groundtruth_rect.txt", boxes, delimiter=",", fmt="%.17g")
+    (tmp_path / "my_tracker.py").write_text(made_up.snippet("python", "trax.Server"))
+    settings = tmp_path / "quick.toml"
+    settings.write_text("".join(f"{name} = {value}\n" for name, value in made_up.SETTINGS.items()))
+    bench = [sys.executable, "-m", "patchlock", "bench", "data", "--out", "out", "--quiet"]
+    command = shlex.join([sys.executable, "my_tracker.py"])
+    for options in [["--name", "mine", "--cmd", command], ["--name", "own", "--config", str(settings)]]:
+        subprocess.run([*bench, *options], cwd=tmp_path, check=True)
+    mine, own = [np.loadtxt(tmp_path / "out" / name / "ope/Badge/0.txt", delimiter=",") for name in ["mine", "own"]]
+    # libtrax writes four decimals.
+    np.testing.assert_allclose(mine, own, atol=1e-4)
+    assert len(own) == FRAMES and not np.array_equal(own[0], own[-1])

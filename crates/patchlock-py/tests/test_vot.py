@@ -16,22 +16,6 @@ import pytest
 from patchlock.toolkits import vot as ours
 
 FRAMES = 24
-STACK = """
-title: Made up
-experiments:
-  baseline:
-    type: supervised
-    repetitions: 5
-    skip_initialize: 5
-    analyses:
-      - type: supervised_average_ar
-        sensitivity: 30
-  unsupervised:
-    type: unsupervised
-    repetitions: 1
-    analyses:
-      - type: average_accuracy
-"""
 
 
 def test_the_file_has_the_command() -> None:
@@ -63,12 +47,12 @@ def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     options = ["--config", str(folder / "quick.toml"), "--threads", "1"]
     module = [sys.executable, "-m", "patchlock.toolkits.vot", *options]
     (folder / "trackers.ini").write_text(subprocess.check_output(module, text=True))
-    (folder / "stack.yaml").write_text(STACK)
-    (folder / "config.yaml").write_text("registry: [.]\nstack: stack.yaml\n")
+    (folder / "config.yaml").write_text(made_up.snippet("yaml", "registry"))
+    (folder / "stack.yaml").write_text(made_up.snippet("yaml", "experiments"))
     for name in ["boxes", "polygons", "jump"]:
         sequence = folder / "sequences" / name
         made_up.save_frames(sequence / "color", FRAMES, "%08d.jpg", jump=name == "jump")
-        (sequence / "sequence").write_text(f"name={name}\nfps=30\nchannels.color=color/%08d.jpg\n")
+        (sequence / "sequence").write_text(made_up.snippet("ini", "channels").replace("boxes", name))
         lines = (region(k, name) for k in range(FRAMES))
         (sequence / "groundtruth.txt").write_text("".join(f"{line}\n" for line in lines))
     (folder / "sequences" / "list.txt").write_text("boxes\npolygons\njump\n")
