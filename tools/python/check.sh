@@ -9,9 +9,9 @@ venv=$root/target/python-venv
 toolkits() {
     local pip=("$venv/bin/pip" install --quiet --disable-pip-version-check) version
     "${pip[@]}" "patchlock[got10k,vot] @ file://$(echo "$root"/target/wheels/patchlock-*.whl)" || return
-    # The VOT toolkit brings OpenCV with windows, which needs libraries of a desktop. The same version without windows takes its place.
+    # The VOT toolkit brings OpenCV with windows, which needs libraries of a desktop. The same version without windows, and with CSRT, takes its place.
     version=$("$venv/bin/python" -c 'from importlib.metadata import version; print(version("opencv-python"))') || return
-    "${pip[@]}" --no-deps "opencv-python-headless==$version"
+    "${pip[@]}" --no-deps "opencv-contrib-python-headless==$version"
 }
 
 "$here/setup.sh"

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import made_up
@@ -14,6 +18,14 @@ import patchlock
 from patchlock.toolkits.cv2 import TrackerPatchlock, TrackerPatchlock_create
 
 FRAMES = 10
+
+
+def opencv(name: str) -> ModuleType:
+    """OpenCV with this tracker. Not every package of it has all."""
+    cv2 = made_up.toolkit("cv2")
+    if os.environ.get("PATCHLOCK_PYTHON") != "required" and not hasattr(cv2, name):
+        pytest.skip(f"this OpenCV has no {name}")
+    return cv2
 
 
 def bgr(k: int) -> npt.NDArray[np.uint8]:
@@ -28,9 +40,10 @@ def follow(create: Callable[[], Any]) -> list[tuple[Any, Any]]:
     return [tracker.update(bgr(k)) for k in range(1, FRAMES)]
 
 
-def test_a_script_changes_one_line() -> None:
-    cv2 = made_up.toolkit("cv2")
-    theirs = follow(cv2.TrackerMIL_create)
+@pytest.mark.parametrize("name", ["TrackerMIL_create", "TrackerCSRT_create"])
+def test_side_by_side(name: str) -> None:
+    cv2 = opencv(name)
+    theirs = follow(getattr(cv2, name))
     ours = follow(lambda: TrackerPatchlock_create(**made_up.SETTINGS))
     for k, (their, our) in enumerate(zip(theirs, ours, strict=True), start=1):
         assert [type(part) for part in their] == [type(part) for part in our] == [bool, tuple]
@@ -38,6 +51,26 @@ def test_a_script_changes_one_line() -> None:
         assert our[0]
         np.testing.assert_allclose(our[1], made_up.box(k), atol=5)
         cv2.rectangle(made_up.frame(k), our[1], (0, 0, 255))
+
+
+@pytest.mark.parametrize("ours", [True, False])
+def test_a_script_changes_one_line(ours: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The script of the page on toolkits as it stands, and with the line that it was."""
+    cv2 = opencv("TrackerCSRT_create")
+    script = made_up.snippet("python", "VideoCapture")
+    if not ours:
+        script, count = re.subn(r"= TrackerPatchlock_create\(\) +# was: ", "= ", script)
+        assert count == 1
+    monkeypatch.chdir(tmp_path)
+    height, width = bgr(0).shape[:2]
+    video = cv2.VideoWriter("video.mp4", cv2.VideoWriter_fourcc(*"mp4v"), 30, (width, height))
+    for k in range(4):
+        video.write(bgr(k))
+    video.release()
+    names: dict[str, Any] = {}
+    exec(script, names)
+    assert type(names["tracker"]).__module__ == ("patchlock.toolkits.cv2" if ours else "cv2")
+    assert names["more"] is False and type(names["ok"]) is bool and len(names["box"]) == 4
 
 
 def test_it_is_the_same_track() -> None:
