@@ -17,6 +17,9 @@ pub enum LoadError {
     /// The file can't be read.
     #[error("{0}")]
     File(#[from] std::io::Error),
+    /// Reading it might never end.
+    #[error("it is a pipe or a device, not a file")]
+    Endless,
     /// There is nothing in it.
     #[error("the file is empty")]
     Empty,
@@ -49,6 +52,10 @@ pub fn size(file: &Path) -> Result<(usize, usize), LoadError> {
 /// # Errors
 /// [`LoadError`].
 pub fn load(file: &Path) -> Result<Picture, LoadError> {
+    let kind = fs::metadata(file)?.file_type();
+    if !kind.is_file() && !kind.is_dir() {
+        return Err(LoadError::Endless);
+    }
     decode(&fs::read(file)?)
 }
 

@@ -15,6 +15,9 @@ use crate::complaint::failed;
 use requests::{Request, Requests};
 pub use targets::Targets;
 
+/// What the tracker is, for lists of trackers.
+const DESCRIPTION: &str = "Visual object tracker by structural local sparse appearance";
+
 /// How client and server speak.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Protocol {
@@ -70,7 +73,7 @@ fn hello(protocol: Protocol) -> Message {
         .with("trax.version", protocol)
         .with("trax.name", "Patchlock")
         .with("trax.identifier", "patchlock")
-        .with("trax.description", env!("CARGO_PKG_DESCRIPTION"))
+        .with("trax.description", DESCRIPTION)
         .with("trax.family", "sparse appearance")
         .with("trax.image", list(&image::FORMATS))
         .with("trax.region", list(&[RECTANGLE, POLYGON]))

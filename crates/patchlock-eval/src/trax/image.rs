@@ -78,7 +78,9 @@ fn memory(text: &str) -> Result<Picture, String> {
     let mut part = |what| parts.next().ok_or(format!("an image in memory has no {what}"));
     let side = |text: &str| {
         let number = text.parse().ok().filter(|&side: &usize| side > 0);
-        number.ok_or(format!("an image in memory has the size \"{text}\""))
+        number.ok_or(format!(
+            "an image in memory has the size \"{text}\"; it must be a whole number, 1 or more"
+        ))
     };
     let (width, height) = (side(part("width")?)?, side(part("height")?)?);
     let (format, data) = (part("format")?, part("data")?);
@@ -93,7 +95,7 @@ fn memory(text: &str) -> Result<Picture, String> {
     let data = bytes(data)?;
     if width.checked_mul(height).and_then(|count| count.checked_mul(depth)) != Some(data.len()) {
         return Err(format!(
-            "an image in memory of {width} x {height} pixels of {format} has {} bytes",
+            "an image in memory of {width} x {height} pixels of {format} has {} bytes; a pixel must have {depth}",
             data.len()
         ));
     }
@@ -124,6 +126,10 @@ mod tests {
         assert_eq!(Image::parse(&Image::of_path(Path::new("/x"))), Ok(Image::Path("/x".into())));
         let missing = Image::Path("/no/such.png".into()).picture().unwrap_err();
         assert!(missing.starts_with("cannot read the image /no/such.png: "), "{missing}");
+        if cfg!(unix) {
+            let endless = Image::Path("/dev/zero".into()).picture().unwrap_err();
+            assert!(endless.ends_with("it is a pipe or a device, not a file"), "{endless}");
+        }
     }
 
     #[test]
@@ -156,7 +162,7 @@ mod tests {
         for (text, why) in [
             ("", "without a name"),
             ("http://x/1.jpg", "by http:// can't be fetched"),
-            ("image:2;2;rgb;AQID", "2 x 2 pixels of rgb has 3 bytes"),
+            ("image:2;2;rgb;AQID", "2 x 2 pixels of rgb has 3 bytes; a pixel must have 3"),
             ("image:18446744073709551615;18446744073709551615;rgb;AQID", "has 3 bytes"),
             ("image:0;2;rgb;AQID", "the size \"0\""),
             ("image:1;x;rgb;AQID", "the size \"x\""),

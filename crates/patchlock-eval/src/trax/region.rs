@@ -31,7 +31,13 @@ impl Region {
     /// # Errors
     /// What is wrong with it. Masks are not read.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let (name, rest) = text.split_once(':').unwrap_or(("", text));
+        // libtrax writes a mask as m0,0,4,4,..
+        let (name, rest) = match text.strip_prefix(['m', 'M']) {
+            Some(mask) if mask.starts_with(|c: char| c.is_ascii_digit() || c == '-') => {
+                ("mask", "")
+            }
+            _ => text.split_once(':').unwrap_or(("", text)),
+        };
         if !matches!(name, "" | "rect" | "poly" | "special") {
             return Err(format!(
                 "regions are {RECTANGLE} or {POLYGON}, numbers with commas between them, not {name}"
@@ -117,6 +123,8 @@ mod tests {
         {
             assert!(Region::parse(bad).is_err(), "{bad}");
         }
-        assert!(Region::parse("mask:0,0,3,3,9").unwrap_err().contains("not mask"));
+        for mask in ["mask:0,0,3,3,9", "m0,0,3,3,9", "m-1,0,3,3,9"] {
+            assert!(Region::parse(mask).unwrap_err().contains("not mask"), "{mask}");
+        }
     }
 }
