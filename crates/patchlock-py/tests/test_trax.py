@@ -34,27 +34,31 @@ def trax() -> Any:
 
 
 @contextmanager
+def running(protocol: int, *options: str) -> Iterator[Any]:
+    """A server, which is gone afterwards whatever happens."""
+    command = [sys.executable, "-m", "patchlock", "trax", "--protocol", str(protocol), *options]
+    pipes = {name: subprocess.PIPE for name in ("stdin", "stdout", "stderr")}
+    with subprocess.Popen(command, **pipes) as server:  # type: ignore[call-overload]
+        try:
+            yield server
+        finally:
+            server.kill()
+
+
+@contextmanager
 def client(tmp_path: Path, protocol: int) -> Iterator[Any]:
     """A client of libtrax and a server of its own, which must end with the client."""
     from trax.client import Client
 
     settings = tmp_path / "quick.toml"
     settings.write_text("".join(f"{name} = {value}\n" for name, value in made_up.SETTINGS.items()))
-    command = [sys.executable, "-m", "patchlock", "trax", "--protocol", str(protocol), "--config", str(settings)]
-    server = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-    assert server.stdin and server.stdout and server.stderr
-    try:
+    with running(protocol, "--config", str(settings)) as server:
         # Without a log this version of the client can't be made, and its end writes to a log that must still be there.
         peer = Client(stream=(server.stdin.fileno(), server.stdout.fileno()), log=lambda line: None)
         LOGS.append(peer._clogger)
         yield peer
         server.stdin.close()
         server.wait(timeout=60)
-    finally:
-        server.kill()
-        for pipe in (server.stdin, server.stdout, server.stderr):
-            pipe.close()
-        server.wait()
 
 
 def corners(k: int) -> list[tuple[float, float]]:
@@ -141,6 +145,22 @@ def test_the_client_learns_what_is_wrong(trax: Any, protocol: int, images: list[
         with client(tmp_path, protocol) as peer:
             with pytest.raises(trax.TraxException, match=reason):
                 peer.initialize({"color": image}, [(region, {})], {})
+
+
+@pytest.mark.parametrize("hears", [True, False], ids=["asks no more", "hears no more"])
+def test_a_client_that_is_gone_ends_the_server(hears: bool, images: list[Path]) -> None:
+    with running(3) as server:
+        assert server.stdout.readline().startswith(b"@@TRAX:hello")
+        if hears:
+            server.stdin.close()
+        else:
+            # Its input stays open: it must find out from its output.
+            server.stdout.close()
+            box = ",".join(str(value) for value in made_up.box(0))
+            server.stdin.write(f"@@TRAX:initialize file://{images[0]} {box}\n".encode())
+            server.stdin.flush()
+        assert server.wait(timeout=120) == 0
+        assert server.stderr.read() == b""
 
 
 def test_a_server_of_libtrax_in_our_bench(trax: Any, tmp_path: Path) -> None:
