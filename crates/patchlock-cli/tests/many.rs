@@ -8,7 +8,8 @@ use patchlock_cli::source;
 use predicates::prelude::*;
 use support::{BOX, Bench, COLUMNS};
 
-const OTHER: &str = "58,38,22,18";
+/// Within the card: on the even ground all atoms look the same, and telling them apart takes long.
+const OTHER: &str = "30,24,20,18";
 
 /// The lines of a table: of which target and frame, and the numbers of the box.
 fn rows(lines: &[String]) -> Vec<(u64, usize, String)> {
@@ -56,7 +57,7 @@ fn several_boxes_are_tracked_as_each_alone() {
 fn targets_begin_end_and_begin_anew_at_any_frame() {
     let bench = Bench::new();
     bench.images("f", 8);
-    let table = format!("frame,id,x,y,w,h\n1,5,{BOX}\n2,3,{OTHER}\n4,3,60,38,22,18\n6,5,,,,\n");
+    let table = format!("frame,id,x,y,w,h\n1,5,{BOX}\n2,3,{OTHER}\n4,3,34,24,20,18\n6,5,,,,\n");
     fs::write(bench.path("t.csv"), table).unwrap();
     let run = || {
         let mut command = bench.bare("f");
@@ -66,7 +67,7 @@ fn targets_begin_end_and_begin_anew_at_any_frame() {
     run().args(["--save", "a.csv", "--video", "a.mp4"]).assert().success();
     let mut expected = alone(&bench, 5, BOX, "1", "6");
     expected.extend(alone(&bench, 3, OTHER, "2", "4"));
-    expected.extend(alone(&bench, 3, "60,38,22,18", "4", "8"));
+    expected.extend(alone(&bench, 3, "34,24,20,18", "4", "8"));
     expected.sort_by_key(|(id, frame, _)| (*frame, *id));
     assert_eq!(rows(&bench.lines("a.csv")), expected);
     // Frame 0 has no target yet, but the video begins with it.

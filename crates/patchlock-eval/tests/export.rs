@@ -105,6 +105,7 @@ fn coco_has_videos_tracks_and_outlines() {
     assert_eq!(ids("images", "frame_id"), [0, 2, 4, 6]);
     assert_eq!(ids("annotations", "image_id"), [1, 2, 2, 3, 4]);
     assert_eq!(ids("annotations", "track_id"), [1, 1, 3, 3, 1]);
+    assert_eq!(all["annotations"][3]["attributes"]["track_id"], 3);
     assert_eq!(all["images"][1]["file_name"], "frame_000002.jpg");
     let first = &all["annotations"][0];
     assert_eq!(first["bbox"], serde_json::json!([10.0, 5.0, 20.0, 10.0]));

@@ -1,5 +1,5 @@
 //! COCO's JSON for video: images and annotations as ever, so that tools for pictures read them, and beside them `videos` and `tracks`. An annotation
-//! names its target as `track_id` (TAO) and as `instance_id` (CocoVID).
+//! names its target as `track_id` (TAO), as `instance_id` (CocoVID), and as the attribute `track_id` (CVAT, datumaro).
 
 use serde_json::{Value, json};
 
@@ -53,7 +53,7 @@ fn annotation(id: usize, image: usize, entry: &Entry) -> Value {
     let upright = [bbox.x, bbox.y, bbox.w, bbox.h].map(round);
     let mut all = json!({
         "id": id, "image_id": image, "video_id": 1, "category_id": 1,
-        "track_id": entry.id, "instance_id": entry.id,
+        "track_id": entry.id, "instance_id": entry.id, "attributes": {"track_id": entry.id},
         "bbox": upright,
         "area": round(outline.as_ref().map_or(bbox.w * bbox.h, area)),
         "iscrowd": 0,
