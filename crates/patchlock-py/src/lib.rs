@@ -6,6 +6,9 @@
 mod command;
 mod errors;
 mod estimate;
+mod export;
+mod multi;
+mod observation;
 mod pixels;
 mod scene;
 mod settings;
@@ -21,10 +24,14 @@ fn _patchlock(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("PRESETS", patchlock::PRESETS)?;
     module.add_class::<tracker::Tracker>()?;
+    module.add_class::<multi::MultiTracker>()?;
     module.add_class::<estimate::Estimate>()?;
+    module.add_class::<observation::Observation>()?;
     module.add_class::<source::Frames>()?;
     module.add_class::<scene::Scene>()?;
     module.add_function(wrap_pyfunction!(tracker::restore, module)?)?;
+    module.add_function(wrap_pyfunction!(multi::restore_many, module)?)?;
+    module.add_function(wrap_pyfunction!(export::export, module)?)?;
     module.add_function(wrap_pyfunction!(settings::parameters, module)?)?;
     module.add_function(wrap_pyfunction!(command::run, module)?)
 }

@@ -10,6 +10,7 @@ use pyo3::types::{PyBytes, PyDict, PyType};
 
 use crate::errors;
 use crate::estimate::{Estimate, to_box};
+use crate::observation::{Keeper, Observation};
 use crate::pixels::{Channels, Pixels};
 use crate::settings;
 use crate::threads::Threads;
@@ -106,6 +107,21 @@ impl Tracker {
             run.frames += 1;
             Ok(estimate)
         })
+    }
+
+    /// As `update`, and gives what happened inside: the boxes are the same, but all particles are weighed to the end, which takes longer.
+    fn update_observed(
+        &self,
+        py: Python<'_>,
+        frame: &Bound<'_, PyAny>,
+    ) -> PyResult<(Estimate, Observation)> {
+        let mut keeper = Keeper::default();
+        let estimate = self.step(py, frame, |run, frame| {
+            let estimate = run.tracker.update_observed(frame, &mut keeper)?;
+            run.frames += 1;
+            Ok(estimate)
+        })?;
+        Ok((estimate, keeper.into_observation()?))
     }
 
     /// All settings by name.

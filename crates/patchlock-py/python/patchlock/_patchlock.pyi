@@ -15,11 +15,15 @@ __version__: Final[str]
 __all__ = [
     "Estimate",
     "Frames",
+    "MultiTracker",
+    "Observation",
     "PRESETS",
     "Scene",
     "Tracker",
     "__version__",
+    "_export",
     "_restore",
+    "_restore_many",
     "parameters",
     "run",
 ]
@@ -78,6 +82,15 @@ class Tracker:
             ValueError: The frame has another size than the first one, or a wrong shape. The tracker is as it was.
         """
 
+    def update_observed(self, frame: FrameLike) -> tuple[Estimate, Observation]:
+        """As `update`, and gives what happened inside. The boxes are the same; it takes longer, as all particles are weighed to the end.
+
+        Raises:
+            RuntimeError: There was no `init` yet.
+            TypeError: The frame is neither an array of such a type nor an image.
+            ValueError: The frame has another size than the first one, or a wrong shape. The tracker is as it was.
+        """
+
     @property
     def config(self) -> dict[str, int | float | str | bool]:
         """All settings by name."""
@@ -103,6 +116,102 @@ class Tracker:
         frame: int = 0,
     ) -> Self:
         """A tracker that goes on where the snapshot was taken, `frame` frames after `init`.
+
+        Raises:
+            ValueError: This is no snapshot, or its parts do not fit together.
+        """
+
+    def __deepcopy__(self, _memo: dict[int, Any], /) -> Self: ...
+
+@final
+class MultiTracker:
+    """Follows many targets through the frames of a video, each to the boxes that a `Tracker` of its own would give.
+
+    Targets come and go at any frame. A frame is converted once for all of them, and all threads work on all targets. On a frame where targets go on and
+    others begin, call `update` first and `add` after it. Frames, threads, pickling and copying are as with `Tracker`; all targets have the same settings.
+
+    Args:
+        preset: The settings to begin with; `PRESETS` has the names.
+        threads: Threads for this tracker, 1 to 1024; `None` for one for each core, shared by all such trackers of the process. The boxes
+            are the same for any number.
+        channels: The order of colours in arrays: `"bgr"` for what OpenCV reads. A PIL image knows its own.
+        **overrides: Settings that differ from the preset; `parameters()` lists all.
+
+    Raises:
+        TypeError: There is no such setting, or it is of another kind.
+        ValueError: A setting is outside its range.
+    """
+
+    def __new__(
+        cls,
+        preset: str = "paper",
+        *,
+        threads: int | None = None,
+        channels: Literal["rgb", "bgr"] = "rgb",
+        **overrides: Unpack[Settings],
+    ) -> Self: ...
+    def add(self, frame: FrameLike, box: BoxLike) -> tuple[int, Estimate]:
+        """Begins on the target in this box of this frame; gives its id and the first estimate. Ids count from 1, and none is given twice.
+
+        Raises:
+            TypeError: The frame is neither an array of such a type nor an image, or the box holds no numbers.
+            ValueError: The frame has another size than those so far, or the box is not as it must be. Nothing has changed.
+        """
+
+    def reinit(self, id: int, frame: FrameLike, box: BoxLike) -> Estimate:
+        """Begins anew with a target that there is, on a box of this frame, to correct its track by hand or after a loss.
+
+        Raises:
+            KeyError: There is no target with this id.
+            TypeError: As with `add`.
+            ValueError: As with `add`.
+        """
+
+    def remove(self, id: int) -> None:
+        """Forgets a target.
+
+        Raises:
+            KeyError: There is no target with this id.
+        """
+
+    def update(self, frame: FrameLike) -> dict[int, Estimate]:
+        """Finds all targets in the next frame and learns from it: an estimate for each id. `Estimate.ms` is the time that all of them took.
+
+        Raises:
+            TypeError: The frame is neither an array of such a type nor an image.
+            ValueError: The frame has another size than those so far, or a wrong shape. All targets are as they were.
+        """
+
+    @property
+    def ids(self) -> list[int]:
+        """The ids of the targets, in the order in which they were added."""
+
+    def __len__(self) -> int: ...
+    @property
+    def config(self) -> dict[str, int | float | str | bool]:
+        """All settings by name."""
+
+    @property
+    def threads(self) -> int | None:
+        """The number of threads; `None` for one for each core, shared by all such trackers."""
+
+    @property
+    def channels(self) -> Literal["rgb", "bgr"]:
+        """The order of colours in arrays: "rgb" or "bgr"."""
+
+    def snapshot(self) -> bytes:
+        """Everything that is needed to go on to the same boxes later, also from Rust: a `MultiSnapshot` as JSON text."""
+
+    @classmethod
+    def restore(
+        cls,
+        snapshot: bytes,
+        *,
+        threads: int | None = None,
+        channels: Literal["rgb", "bgr"] = "rgb",
+        frame: int = 0,
+    ) -> Self:
+        """A tracker that goes on where the snapshot was taken, after `frame` calls of `update`.
 
         Raises:
             ValueError: This is no snapshot, or its parts do not fit together.
@@ -165,6 +274,38 @@ class Estimate:
         """The same estimate of the frame with this number."""
 
     def __eq__(self, other: object, /) -> bool: ...
+
+@final
+class Observation:
+    """What happened inside the tracker on a frame; `Tracker.update_observed` gives it."""
+
+    @property
+    def particles(self) -> npt.NDArray[np.float64]:
+        """The particles, shape (particles, 6): x and y of the centre in pixels, scale, rotation, aspect, skew."""
+
+    @property
+    def likelihoods(self) -> npt.NDArray[np.float64]:
+        """The likelihood of each particle; minus infinity where its candidate was refused."""
+
+    @property
+    def best(self) -> int:
+        """The index of the estimate among the particles."""
+
+    @property
+    def candidate(self) -> npt.NDArray[np.float32]:
+        """The estimate's candidate, shape (side, side): warped to the size of the templates, of unit norm."""
+
+    @property
+    def templates(self) -> npt.NDArray[np.float32]:
+        """All templates after this frame, shape (templates, side, side), the newest last."""
+
+    @property
+    def replaced(self) -> int | None:
+        """The index that the template had which this frame replaced; `None` where none was."""
+
+    @property
+    def mask(self) -> npt.NDArray[np.float64] | None:
+        """The occlusion mask that the new template was made with, shape (side, side), 1 where visible; `None` where there was none."""
 
 @final
 class Frames:
@@ -230,6 +371,21 @@ def parameters() -> list[tuple[str, int | float | str | bool, str, str, str]]:
 
 def run(args: list[str]) -> int:
     """Runs the command with these arguments, the program's name first; gives the exit code."""
+
+def _export(
+    track: str | os.PathLike[str] | list[tuple[int, int, tuple[float, float, float, float], float, list[list[float]]]],
+    format: str,
+    out: str | os.PathLike[str],
+    size: tuple[int, int] | None,
+    images: str | os.PathLike[str] | None,
+    label: str,
+    name: str,
+    overwrite: bool,
+) -> int:
+    """Writes a track in a format; gives the number of files."""
+
+def _restore_many(snapshot: bytes, threads: int | None, channels: str, frame: int) -> MultiTracker:
+    """What a pickle calls."""
 
 def _restore(snapshot: bytes, threads: int | None, channels: str, frame: int) -> Tracker:
     """What a pickle calls."""

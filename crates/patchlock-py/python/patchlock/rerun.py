@@ -1,0 +1,144 @@
+"""A look into the tracker with the rerun viewer: `pip install "patchlock[rerun]"`.
+
+```python
+import patchlock
+import rerun as rr
+
+rr.init("patchlock", spawn=True)  # or rr.save("track.rrd") after rr.init("patchlock")
+tracker = patchlock.Tracker()
+tracker.init(frames[0], box)
+for frame in frames[1:]:
+    estimate, observation = tracker.update_observed(frame)
+    patchlock.rerun.log(estimate, frame, observation)
+```
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from patchlock._patchlock import Estimate
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+    import rerun as rr
+
+    from patchlock._patchlock import Observation
+    from patchlock._types import FrameLike
+
+__all__ = ["log"]
+
+_SEEN = np.array([46, 211, 183], np.uint8)
+_HIDDEN = np.array([255, 127, 40], np.uint8)
+_BOX = (255, 255, 255)
+
+
+def log(
+    estimate: Estimate | Mapping[int, Estimate],
+    frame: FrameLike | None = None,
+    observation: Observation | None = None,
+    *,
+    entity: str = "patchlock",
+    timeline: str = "frame",
+    channels: Literal["rgb", "bgr"] = "rgb",
+    recording: rr.RecordingStream | None = None,
+) -> None:
+    """Logs one tracked frame, at the frame's number on the timeline.
+
+    | entity | what it shows |
+    |---|---|
+    | `<entity>/frame` | the frame, where it is given |
+    | `<entity>/frame/box`, `/outline` | the upright box, the turned outline |
+    | `<entity>/frame/particles` | the centres of the particles, the more likely the brighter |
+    | `<entity>/score`, `/visible/large`, `/visible/small` | the score and the visible shares over time |
+    | `<entity>/occlusion/large`, `/small` | the patches: green where visible, orange where hidden |
+    | `<entity>/candidate`, `/templates`, `/mask` | the tracked candidate, all templates side by side, the mask of the last replacement |
+
+    With several targets, the ids stand behind the names of all entities but the frame, as in `patchlock/score/2`. Without any, nothing is logged.
+
+    Args:
+        estimate: What the tracker said of the frame, or one for each id, as `MultiTracker.update` gives them.
+        frame: The frame as it was given to the tracker.
+        observation: What `Tracker.update_observed` gives beside the estimate; of one target only.
+        entity: Where in the recording it goes.
+        timeline: The timeline on which the frame's number counts.
+        channels: The order of colours in arrays: `"bgr"` for what OpenCV reads.
+        recording: The recording; `None` for the one that is active.
+
+    Raises:
+        ImportError: The rerun SDK is not there.
+        TypeError: An observation came with several targets.
+        ValueError: The estimates are of different frames.
+    """
+    if isinstance(estimate, Mapping) and observation is not None:
+        raise TypeError("an observation belongs to one target; log it with that target's estimate")
+    targets = {f"/{i}": e for i, e in estimate.items()} if isinstance(estimate, Mapping) else {"": estimate}
+    numbers = {one.frame for one in targets.values()}
+    if len(numbers) > 1:
+        raise ValueError(f"the estimates are of different frames: {sorted(numbers)}")
+    try:
+        import rerun as rr
+    except ImportError as error:
+        raise ImportError('patchlock.rerun needs the rerun SDK: pip install "patchlock[rerun]"') from error
+    for number in numbers:
+        rr.set_time(timeline, sequence=number, recording=recording)
+        if frame is not None:
+            rr.log(f"{entity}/frame", rr.Image(_pixels(frame, channels)), recording=recording)
+        for name, one in targets.items():
+            for path, item in _of_estimate(one, name):
+                rr.log(f"{entity}/{path}{name}", item, recording=recording)
+        for path, item in _of_observation(observation) if observation else ():
+            rr.log(f"{entity}/{path}", item, recording=recording)
+
+
+def _pixels(frame: FrameLike, channels: str) -> npt.NDArray[np.generic]:
+    # Only arrays can have another order: images know theirs.
+    swapped = channels == "bgr" and isinstance(frame, np.ndarray) and frame.ndim == 3
+    pixels = np.asarray(frame)
+    return pixels[..., ::-1] if swapped else pixels
+
+
+def _of_estimate(estimate: Estimate, name: str) -> Iterator[tuple[str, rr.AsComponents]]:
+    import rerun as rr
+
+    x, y, w, h = estimate.box
+    label = f"{name[1:]} {estimate.score:.2f}".strip()
+    yield "frame/box", rr.Boxes2D(mins=[[x, y]], sizes=[[w, h]], labels=[label], colors=[_BOX])
+    # Pixel k reaches from k to k + 1 in the viewer, so a point at its middle is at k + 0.5.
+    outline = estimate.corners[[0, 1, 2, 3, 0]] + 0.5
+    yield "frame/outline", rr.LineStrips2D([outline], colors=[_SEEN if estimate.score >= 0.5 else _HIDDEN])
+    yield "score", rr.Scalars(estimate.score)
+    for scale, share, hidden in zip(("large", "small"), estimate.visibility, estimate.occlusion, strict=True):
+        yield f"visible/{scale}", rr.Scalars(share)
+        yield f"occlusion/{scale}", rr.Image(np.where(hidden[..., None], _HIDDEN, _SEEN).astype(np.uint8))
+
+
+def _of_observation(seen: Observation) -> Iterator[tuple[str, rr.AsComponents]]:
+    import rerun as rr
+
+    yield "frame/particles", rr.Points2D(seen.particles[:, :2] + 0.5, colors=_brightness(seen.likelihoods), radii=1.0)
+    yield "candidate", rr.Image(_grey(seen.candidate))
+    yield "templates", rr.Image(_grey(np.hstack(list(seen.templates))))
+    if seen.mask is not None:
+        yield "mask", rr.Image((255 * seen.mask).astype(np.uint8))
+
+
+def _brightness(likelihoods: npt.NDArray[np.float64]) -> npt.NDArray[np.uint8]:
+    """From dark to bright with the likelihood; black where a candidate was refused."""
+    finite = np.isfinite(likelihoods)
+    share = np.zeros(len(likelihoods))
+    if finite.any():
+        low, high = likelihoods[finite].min(), likelihoods[finite].max()
+        share[finite] = (likelihoods[finite] - low) / max(high - low, 1e-12)
+    bright, dark = share[:, None] * np.array([255, 230, 90]), (finite * (1 - share))[:, None] * 60
+    colours: npt.NDArray[np.float64] = bright + dark
+    return colours.astype(np.uint8)
+
+
+def _grey(samples: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
+    """Stretched to the whole range: templates are of unit norm, and so dark."""
+    low, high = float(samples.min()), float(samples.max())
+    return ((samples - low) / max(high - low, 1e-12) * 255).astype(np.uint8)

@@ -1,0 +1,61 @@
+//! Tracks for other tools: the same code as the command `patchlock export`.
+
+use std::path::PathBuf;
+
+use patchlock::BoundingBox;
+use patchlock_eval::export::{Entry, Format, Options, Track, write};
+use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::prelude::*;
+
+/// One target in one frame: frame, id, box, score, corners.
+type Row = (usize, u64, [f64; 4], f64, [[f64; 2]; 4]);
+
+/// Where a track comes from.
+#[derive(FromPyObject)]
+pub enum Source {
+    Rows(Vec<Row>),
+    File(PathBuf),
+}
+
+/// Writes a track in a format; gives the number of files.
+#[pyfunction]
+#[pyo3(name = "_export")]
+#[expect(clippy::too_many_arguments, reason = "Python calls it with keywords")]
+pub fn export(
+    py: Python<'_>,
+    track: Source,
+    format: &str,
+    out: PathBuf,
+    size: Option<(usize, usize)>,
+    images: Option<PathBuf>,
+    label: String,
+    name: String,
+    overwrite: bool,
+) -> PyResult<usize> {
+    let format = Format::named(format).map_err(|error| to_python(&error))?;
+    let options = Options { format, name, label, size, images };
+    let written = py.detach(|| {
+        let track = match track {
+            Source::File(path) => Track::read(&path),
+            Source::Rows(rows) => Track::new(rows.into_iter().map(entry).collect()),
+        };
+        write(&track?, &options, &out, overwrite)
+    });
+    written.map_err(|error| to_python(&error))
+}
+
+fn entry((frame, id, [x, y, w, h], score, corners): Row) -> Entry {
+    let (score, corners) = (Some(score), Some(corners));
+    Entry { frame, id, bbox: BoundingBox { x, y, w, h }, score, corners }
+}
+
+/// What a user can set right is a `ValueError`, what the system refuses an `OSError`.
+fn to_python(error: &patchlock_eval::Error) -> PyErr {
+    use patchlock_eval::Error;
+    match error {
+        Error::Read { .. } | Error::Write { .. } | Error::Frame { .. } => {
+            PyOSError::new_err(error.to_string())
+        }
+        _ => PyValueError::new_err(error.to_string()),
+    }
+}

@@ -1,0 +1,241 @@
+//! Many targets at once, as Python sees them.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
+
+use patchlock::{Error, Frame, MultiSnapshot, TargetId};
+use pyo3::exceptions::{PyKeyError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict, PyType};
+
+use crate::errors;
+use crate::estimate::{Estimate, to_box};
+use crate::pixels::{Channels, Pixels};
+use crate::settings;
+use crate::threads::Threads;
+
+/// What `__reduce__` gives: how to make the same tracker again, and from what.
+type Reduced<'py> = (Bound<'py, PyAny>, (Bound<'py, PyBytes>, Option<usize>, &'static str, u64));
+
+/// Follows many targets through the frames of a video.
+#[pyclass(frozen, module = "patchlock")]
+pub struct MultiTracker {
+    run: Mutex<Run>,
+    threads: Threads,
+    channels: Channels,
+}
+
+/// What changes from frame to frame.
+struct Run {
+    tracker: patchlock::MultiTracker,
+    /// Calls of `update` so far: the number of the frame, where the first frame's targets are added without it.
+    frames: u64,
+}
+
+impl MultiTracker {
+    fn with(
+        tracker: patchlock::MultiTracker,
+        frames: u64,
+        threads: Threads,
+        channels: Channels,
+    ) -> Self {
+        Self { run: Mutex::new(Run { tracker, frames }), threads, channels }
+    }
+
+    fn run(&self) -> MutexGuard<'_, Run> {
+        self.run.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Does a step with a frame while other Python threads go on. Gives what it finds, the frame's number and the milliseconds.
+    fn step<T: Send>(
+        &self,
+        py: Python<'_>,
+        frame: &Bound<'_, PyAny>,
+        step: impl FnOnce(&mut Run, &Frame<'_>) -> Result<T, Error> + Send,
+    ) -> PyResult<(T, u64, f64)> {
+        let pixels = Pixels::of(frame, self.channels)?;
+        let frame = pixels.frame()?;
+        let pool = self.threads.pool()?;
+        let found = py.detach(|| {
+            let run = &mut *self.run();
+            let start = Instant::now();
+            let found = pool.install(|| step(run, &frame));
+            let ms = start.elapsed().as_secs_f64() * 1e3;
+            found.map(|found| (found, run.frames, ms))
+        });
+        found.map_err(of_targets)
+    }
+}
+
+/// An id that there is not is a missing key; the rest is as for one target.
+fn of_targets(error: Error) -> PyErr {
+    match error {
+        Error::UnknownTarget { .. } => PyKeyError::new_err(error.to_string()),
+        error => errors::of_tracker(error),
+    }
+}
+
+#[pymethods]
+impl MultiTracker {
+    #[new]
+    #[pyo3(signature = (preset = "paper", *, threads = None, channels = "rgb", **overrides))]
+    fn new(
+        preset: &str,
+        threads: Option<usize>,
+        channels: &str,
+        overrides: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let config = settings::resolve(preset, overrides)?;
+        let tracker = patchlock::MultiTracker::new(config).map_err(of_targets)?;
+        Ok(Self::with(tracker, 0, Threads::new(threads)?, Channels::parse(channels)?))
+    }
+
+    /// Begins on the target in this box of this frame; gives its id and the first estimate.
+    #[pyo3(signature = (frame, r#box))]
+    fn add(
+        &self,
+        py: Python<'_>,
+        frame: &Bound<'_, PyAny>,
+        r#box: &Bound<'_, PyAny>,
+    ) -> PyResult<(u64, Estimate)> {
+        let bbox = to_box(r#box)?;
+        let ((id, estimate), number, ms) =
+            self.step(py, frame, |run, frame| run.tracker.add(frame, bbox))?;
+        Ok((id.number(), Estimate::from_rust(estimate, number, ms)))
+    }
+
+    /// Begins anew with a target that there is, on a box of this frame.
+    #[pyo3(signature = (id, frame, r#box))]
+    fn reinit(
+        &self,
+        py: Python<'_>,
+        id: u64,
+        frame: &Bound<'_, PyAny>,
+        r#box: &Bound<'_, PyAny>,
+    ) -> PyResult<Estimate> {
+        let bbox = to_box(r#box)?;
+        let (estimate, number, ms) =
+            self.step(py, frame, |run, frame| run.tracker.reinit(TargetId::from(id), frame, bbox))?;
+        Ok(Estimate::from_rust(estimate, number, ms))
+    }
+
+    /// Forgets a target.
+    fn remove(&self, py: Python<'_>, id: u64) -> PyResult<()> {
+        py.detach(|| self.run().tracker.remove(TargetId::from(id))).map_err(of_targets)
+    }
+
+    /// Finds all targets in the next frame and learns from it: an estimate for each id.
+    fn update<'py>(
+        &self,
+        py: Python<'py>,
+        frame: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let (estimates, number, ms) = self.step(py, frame, |run, frame| {
+            let estimates = run.tracker.update(frame)?;
+            run.frames += 1;
+            Ok(estimates)
+        })?;
+        let dict = PyDict::new(py);
+        for (id, estimate) in estimates {
+            dict.set_item(id.number(), Estimate::from_rust(estimate, number, ms))?;
+        }
+        Ok(dict)
+    }
+
+    /// The ids of the targets, in the order in which they were added.
+    #[getter]
+    fn ids(&self, py: Python<'_>) -> Vec<u64> {
+        py.detach(|| self.run().tracker.ids().map(TargetId::number).collect())
+    }
+
+    fn __len__(&self, py: Python<'_>) -> usize {
+        py.detach(|| self.run().tracker.ids().len())
+    }
+
+    /// All settings by name.
+    #[getter]
+    fn config<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let config = py.detach(|| self.run().tracker.config().clone());
+        settings::to_dict(py, &config)
+    }
+
+    /// The number of threads; `None` for one for each core, shared by all such trackers.
+    #[getter]
+    fn threads(&self) -> Option<usize> {
+        self.threads.count
+    }
+
+    /// The order of colours in arrays: "rgb" or "bgr".
+    #[getter]
+    fn channels(&self) -> &'static str {
+        self.channels.name()
+    }
+
+    /// Everything that is needed to go on to the same boxes later, also from Rust: a `MultiSnapshot` as JSON text.
+    fn snapshot<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        Ok(self.saved(py)?.0)
+    }
+
+    /// A tracker that goes on where the snapshot was taken, after so many frames.
+    #[classmethod]
+    #[pyo3(signature = (snapshot, *, threads = None, channels = "rgb", frame = 0))]
+    fn restore(
+        _class: &Bound<'_, PyType>,
+        snapshot: &[u8],
+        threads: Option<usize>,
+        channels: &str,
+        frame: u64,
+    ) -> PyResult<Self> {
+        restore_many(snapshot, threads, channels, frame)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let restore = py.import("patchlock._patchlock")?.getattr("_restore_many")?;
+        let (snapshot, frames) = self.saved(py)?;
+        Ok((restore, (snapshot, self.threads.count, self.channels.name(), frames)))
+    }
+
+    fn __deepcopy__(&self, py: Python<'_>, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let threads = Threads::new(self.threads.count)?;
+        let copy = py.detach(|| {
+            let run = self.run();
+            patchlock::MultiTracker::restore(run.tracker.snapshot())
+                .map(|tracker| (tracker, run.frames))
+        });
+        let (tracker, frames) = copy.map_err(of_targets)?;
+        Ok(Self::with(tracker, frames, threads, self.channels))
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> String {
+        let (ids, frames) = (self.ids(py), py.detach(|| self.run().frames));
+        format!("<MultiTracker ids={ids:?} channels='{}' frames={frames}>", self.channels.name())
+    }
+}
+
+impl MultiTracker {
+    /// The state as text, and how many frames it has seen.
+    fn saved<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyBytes>, u64)> {
+        let (text, frames) = py.detach(|| {
+            let run = self.run();
+            (serde_json::to_vec(&run.tracker.snapshot()), run.frames)
+        });
+        let text = text.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        Ok((PyBytes::new(py, &text), frames))
+    }
+}
+
+/// What a pickle calls.
+#[pyfunction]
+#[pyo3(name = "_restore_many")]
+pub fn restore_many(
+    snapshot: &[u8],
+    threads: Option<usize>,
+    channels: &str,
+    frame: u64,
+) -> PyResult<MultiTracker> {
+    let snapshot: MultiSnapshot = serde_json::from_slice(snapshot).map_err(|error| {
+        PyValueError::new_err(format!("this is no snapshot of a tracker of many targets: {error}"))
+    })?;
+    let tracker = patchlock::MultiTracker::restore(snapshot).map_err(of_targets)?;
+    Ok(MultiTracker::with(tracker, frame, Threads::new(threads)?, Channels::parse(channels)?))
+}

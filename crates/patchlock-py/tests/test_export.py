@@ -1,0 +1,217 @@
+"""Exports, read back by the tools that they are for."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import QUICK
+
+import patchlock
+
+SIZE = (240, 180)
+HIDDEN = (np.zeros((3, 3), bool), np.zeros((13, 13), bool))
+
+
+def estimate(frame: int, box: tuple[float, float, float, float]) -> patchlock.Estimate:
+    x, y, w, h = (float(value) for value in box)
+    corners = [[x - 0.5, y - 0.5], [x + w - 0.5, y - 0.5], [x + w - 0.5, y + h - 0.5], [x - 0.5, y + h - 0.5]]
+    return patchlock.Estimate((x, y, w, h), corners, 0.0, HIDDEN, frame=frame)
+
+
+FRAMES: list[dict[int, patchlock.Estimate]] = [
+    {1: estimate(0, (10, 20, 30, 40))},
+    {1: estimate(1, (12.5, 21, 30, 40)), 2: estimate(1, (100, 50, 64, 32))},
+    {1: estimate(2, (15, 22.25, 31, 41)), 2: estimate(2, (104, 52, 64, 32))},
+    {2: estimate(3, (108, 54, 66, 33.5))},
+    {2: estimate(4, (110, 55, 66, 33))},
+]
+"""A made-up sequence: one target leaves, another comes."""
+BOXES = {(e.frame, i): tuple(e.box) for frame in FRAMES for i, e in frame.items()}
+"""The box of each frame and target."""
+FORMATS = ["mot", "coco", "cvat", "yolo", "lasot", "got10k"]
+
+
+@pytest.fixture
+def images(tmp_path: Path) -> Path:
+    """The frames of the sequence, as files."""
+    from PIL import Image
+
+    folder = tmp_path / "frames"
+    folder.mkdir()
+    for k in range(len(FRAMES)):
+        Image.fromarray(np.full((SIZE[1], SIZE[0], 3), 40 * k, np.uint8)).save(folder / f"{k:04}.jpg")
+    return folder
+
+
+def export(format: str, out: Path, **options) -> Path:
+    patchlock.export(FRAMES, format, out, label="car", **options)
+    return out
+
+
+# ---- what the function takes
+
+
+def test_it_takes_estimates_of_one_target(scene, film, tmp_path):
+    estimates = list(patchlock.track(film[:4], scene.truth(0), progress=False, **QUICK))
+    assert patchlock.export(iter(estimates), "mot", tmp_path / "a.txt") == 1
+    lines = [line.split(",") for line in (tmp_path / "a.txt").read_text().splitlines()]
+    assert [line[:2] for line in lines] == [["1", "1"], ["2", "1"], ["3", "1"], ["4", "1"]]
+    found = np.array([line[2:7] for line in lines], float)
+    expected = [[e.box.x + 1, e.box.y + 1, e.box.w, e.box.h, e.score] for e in estimates]
+    np.testing.assert_allclose(found, expected, atol=1e-4)
+
+
+def test_it_takes_what_many_targets_give(scene, film, tmp_path):
+    tracker = patchlock.MultiTracker(**QUICK)
+    tracker.add(film[0], scene.truth(0))
+    tracker.add(film[0], (40, 30, 36, 30))
+    patchlock.export([tracker.update(frame) for frame in film[1:4]], "mot", tmp_path / "a.txt")
+    lines = (tmp_path / "a.txt").read_text().splitlines()
+    assert [line.split(",")[:2] for line in lines] == [[str(f), str(i)] for f in (2, 3, 4) for i in (1, 2)]
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_the_command_writes_the_same_from_a_table(tmp_path, format):
+    table = tmp_path / "film.csv"
+    table.write_text("frame,id,x,y,w,h,score\n0,1,10,20,30,40,1\n1,2,12,21,30.5,40,0.25\n")
+    size = None if format in ("mot", "lasot") else SIZE
+    options = ["--label", "car", *(["--size", "240x180"] if size else [])]
+    patchlock.export(str(table), format, tmp_path / "ours", label="car", size=size)
+    from patchlock import _patchlock
+
+    assert _patchlock.run(["patchlock", "export", str(table), "--format", format, "--out", str(tmp_path / "theirs"), *options]) == 0
+
+    def content(place: Path) -> dict[str, bytes]:
+        return {str(f.relative_to(place)): f.read_bytes() for f in [place, *place.rglob("*")] if f.is_file()}
+
+    assert content(tmp_path / "ours") == content(tmp_path / "theirs") != {}
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "says"),
+    [
+        ({"format": "voc"}, ValueError, "no format voc; there is: mot, coco"),
+        ({"format": "coco"}, ValueError, "asks for the size"),
+        ({"format": "coco", "size": (0, 5)}, ValueError, "0 x 5"),
+        ({"format": "mot", "size": (4, 3)}, ValueError, "does not ask for a size"),
+        ({"format": "mot", "label": "a/b"}, ValueError, "the label is"),
+        ({"track": []}, ValueError, "no boxes"),
+        ({"track": [FRAMES[0], FRAMES[0]]}, ValueError, "target 1 comes twice in frame 0"),
+        ({"track": "none.csv"}, OSError, "cannot read none.csv"),
+        ({"out": "no/such/folder.txt"}, ValueError, "there is no folder"),
+    ],
+)
+def test_what_is_wrong_is_said(tmp_path, options, error, says):
+    arguments = {"track": FRAMES, "format": "mot", "out": tmp_path / "out", **options}
+    with pytest.raises(error, match=says):
+        patchlock.export(**arguments)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_is_replaced_only_when_asked(tmp_path):
+    out = export("mot", tmp_path / "a.txt")
+    with pytest.raises(ValueError, match="exists already"):
+        export("mot", out)
+    export("mot", out, overwrite=True)
+
+
+# ---- read back by others
+
+
+def test_motmetrics_reads_mot_and_finds_no_fault(tmp_path):
+    motmetrics = pytest.importorskip("motmetrics", reason="needs the extra export")
+    found = motmetrics.io.loadtxt(export("mot", tmp_path / "a.txt"), fmt="mot15-2D")
+    # motmetrics takes off the 1 that positions are counted from, and leaves the frames.
+    assert {(frame - 1, i): tuple(row) for (frame, i), row in zip(found.index, found[["X", "Y", "Width", "Height"]].values, strict=True)} == BOXES
+    assert list(found["Confidence"]) == [1.0] * len(BOXES)
+    # Against itself moved by a pixel: every box is matched, and no id is switched.
+    moved = tmp_path / "moved.txt"
+    patchlock.export([{i: estimate(e.frame, (e.box.x + 1, *e.box[1:])) for i, e in frame.items()} for frame in FRAMES], "mot", moved)
+    read = motmetrics.io.loadtxt(moved, fmt="mot15-2D")
+    accumulator = motmetrics.MOTAccumulator(auto_id=True)
+    for k in range(1, len(FRAMES) + 1):
+        ours, theirs = found.loc[k], read.loc[k]
+        # Its own distances ask for a numpy before 2.
+        distances = abs(ours["X"].to_numpy()[:, None] - theirs["X"].to_numpy()) / 30
+        accumulator.update(list(ours.index), list(theirs.index), np.where(distances < 0.5, distances, np.nan))
+    names = ["num_matches", "num_switches", "num_false_positives", "num_misses", "mota"]
+    summary = motmetrics.metrics.create().compute(accumulator, metrics=names)
+    assert tuple(summary.iloc[0]) == (len(BOXES), 0, 0, 0, 1.0)
+
+
+def test_pycocotools_reads_coco_and_finds_every_box(tmp_path):
+    coco = pytest.importorskip("pycocotools.coco", reason="needs the extra export")
+    evaluation = pytest.importorskip("pycocotools.cocoeval")
+    out = export("coco", tmp_path / "a.json", size=SIZE)
+    truth = coco.COCO(str(out))
+    frames = {image["id"]: image["frame_id"] for image in truth.loadImgs(truth.getImgIds())}
+    annotations = truth.loadAnns(truth.getAnnIds())
+    assert {(frames[a["image_id"]], a["track_id"]): tuple(a["bbox"]) for a in annotations} == BOXES
+    for annotation in annotations:
+        # The outline, drawn by pycocotools, covers what the box covers.
+        mask = truth.annToMask(annotation)
+        assert mask.shape == SIZE[::-1]
+        assert mask.sum() == pytest.approx(annotation["area"], rel=0.05)
+    found = truth.loadRes([{k: a[k] for k in ("image_id", "category_id", "bbox", "score")} for a in annotations])
+    judge = evaluation.COCOeval(truth, found, "bbox")
+    judge.evaluate()
+    judge.accumulate()
+    judge.summarize()
+    assert judge.stats[0] == pytest.approx(1.0)
+
+
+# ---- datumaro, which reads four of the formats
+
+
+def read_by_datumaro(path: Path, format: str):
+    datumaro = pytest.importorskip("datumaro", reason="needs the extra export")
+    dataset = datumaro.Dataset.import_from(str(path), format)
+    labels = dataset.categories().get(datumaro.AnnotationType.label)
+    return dataset, [label.name for label in labels] if labels else []
+
+
+def boxes_in(dataset) -> list[tuple[str, int | None, list[float]]]:
+    """The item's id, the target and the box of each box that is in the frame."""
+    return sorted(
+        (item.id, annotation.attributes.get("track_id"), annotation.get_bbox())
+        for item in dataset
+        for annotation in item.annotations
+        if annotation.type.name == "bbox" and not annotation.attributes.get("outside")
+    )
+
+
+def test_datumaro_reads_mot(tmp_path):
+    dataset, _ = read_by_datumaro(export("mot", tmp_path / "a.txt"), "mot_seq")
+    assert boxes_in(dataset) == [(f"{k + 1}", i, [x + 1, y + 1, w, h]) for (k, i), (x, y, w, h) in BOXES.items()]
+
+
+def test_datumaro_reads_cvat(tmp_path):
+    dataset, labels = read_by_datumaro(export("cvat", tmp_path / "a.xml", size=SIZE), "cvat")
+    assert boxes_in(dataset) == [(f"frame_{k:06}", i, list(box)) for (k, i), box in BOXES.items()]
+    assert labels == ["car"]
+    # Where the first target has left, the next frame says so.
+    left = [(item.id, a.attributes["track_id"]) for item in dataset for a in item.annotations if a.attributes["outside"]]
+    assert left == [("frame_000003", 1)]
+
+
+def test_datumaro_reads_coco(tmp_path, images):
+    # The layout that it asks for: annotations/ and images/ beside each other.
+    (tmp_path / "annotations").mkdir()
+    images.rename(tmp_path / "images")
+    export("coco", tmp_path / "annotations" / "instances_train.json", images=tmp_path / "images")
+    dataset, labels = read_by_datumaro(tmp_path, "coco_instances")
+    assert labels == ["car"]
+    assert boxes_in(dataset) == sorted((f"{k:04}", i, list(box)) for (k, i), box in BOXES.items())
+
+
+def test_datumaro_reads_yolo(tmp_path, images):
+    dataset, labels = read_by_datumaro(export("yolo", tmp_path / "data", images=images), "yolo")
+    found = [(name, box) for name, _, box in boxes_in(dataset)]
+    wanted = sorted((f"{k:04}", list(box)) for (k, _), box in BOXES.items())
+    assert [name for name, _ in found] == [name for name, _ in wanted]
+    # Written with six digits, relative to the frame.
+    np.testing.assert_allclose([box for _, box in found], [box for _, box in wanted], atol=1e-3)
+    assert labels == ["car"]

@@ -1,0 +1,135 @@
+"""MultiTracker: each target as a Tracker of its own would have it, coming and going at any frame."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import threading
+import time
+
+import numpy as np
+import pytest
+from conftest import QUICK, follow, numbers
+
+import patchlock
+
+OTHER = (40, 30, 36, 30)
+
+
+def test_targets_are_tracked_as_each_alone(scene, film):
+    tracker = patchlock.MultiTracker(threads=2, **QUICK)
+    first, estimate = tracker.add(film[0], scene.truth(0))
+    found = {first: [numbers(estimate)]}
+    for k, frame in enumerate(film[1:], 1):
+        estimates = tracker.update(frame)
+        assert list(estimates) == tracker.ids == list(found)
+        for number, estimate in estimates.items():
+            assert estimate.frame == k and estimate.ms > 0
+            found[number].append(numbers(estimate))
+        if k == 4:
+            second, estimate = tracker.add(frame, OTHER)
+            assert (second, estimate.frame) == (2, 4)
+            found[second] = [numbers(estimate)]
+    assert found[first] == follow(patchlock.Tracker(**QUICK), film, scene.truth(0))
+    assert found[second] == follow(patchlock.Tracker(**QUICK), film[4:], OTHER)
+
+
+def test_targets_are_removed_and_begun_anew(scene, film):
+    tracker = patchlock.MultiTracker(**QUICK)
+    for _ in range(3):
+        tracker.add(film[0], scene.truth(0))
+    tracker.remove(2)
+    assert (tracker.ids, len(tracker)) == ([1, 3], 2)
+    assert set(tracker.update(film[1])) == {1, 3}
+    tracker.reinit(3, film[1], OTHER)
+    alone = patchlock.Tracker(**QUICK)
+    alone.init(film[1], OTHER)
+    assert numbers(tracker.update(film[2])[3]) == numbers(alone.update(film[2]))
+    # An id is never given twice.
+    assert tracker.add(film[2], OTHER)[0] == 4
+    for target in (1, 3, 4):
+        tracker.remove(target)
+    assert tracker.update(film[3]) == {}
+    assert "ids=[]" in repr(tracker)
+
+
+@pytest.mark.parametrize("again", [lambda t: pickle.loads(pickle.dumps(t)), copy.deepcopy, copy.copy])
+def test_a_copy_goes_on_to_the_same_boxes(scene, film, again):
+    tracker = patchlock.MultiTracker(threads=2, channels="bgr", **QUICK)
+    tracker.add(film[0], scene.truth(0))
+    tracker.add(film[0], OTHER)
+    tracker.update(film[1])
+    copied = again(tracker)
+    assert (copied.threads, copied.channels, copied.config, copied.ids) == (2, "bgr", tracker.config, [1, 2])
+    for k, frame in enumerate(film[2:6], 2):
+        ours, theirs = tracker.update(frame), copied.update(frame)
+        assert [numbers(e) for e in ours.values()] == [numbers(e) for e in theirs.values()]
+        assert theirs[1].frame == k
+    restored = patchlock.MultiTracker.restore(tracker.snapshot(), channels="bgr", frame=5)
+    assert restored.update(film[6]) == tracker.update(film[6])
+
+
+def test_what_is_wrong_is_said(scene, film):
+    tracker = patchlock.MultiTracker(**QUICK)
+    with pytest.raises(KeyError, match="no target 1"):
+        tracker.remove(1)
+    tracker.add(film[0], scene.truth(0))
+    with pytest.raises(KeyError, match="7"):
+        tracker.reinit(7, film[0], OTHER)
+    with pytest.raises(ValueError, match="240x100 pixels, but tracking began on 240x180"):
+        tracker.update(film[1][:100])
+    with pytest.raises(ValueError, match="outside the frame"):
+        tracker.add(film[0], (900, 0, 20, 20))
+    with pytest.raises(TypeError, match="four numbers"):
+        tracker.add(film[0], 5)
+    assert tracker.ids == [1]
+    with pytest.raises(ValueError, match="no snapshot of a tracker of many targets"):
+        patchlock.MultiTracker.restore(patchlock.Tracker().snapshot())
+    with pytest.raises(ValueError, match="`particles` is 0"):
+        patchlock.MultiTracker(particles=0)
+
+
+def test_python_goes_on_while_a_frame_is_tracked(scene, film):
+    tracker = patchlock.MultiTracker(particles=2000, threads=1)
+    for _ in range(2):
+        tracker.add(film[0], scene.truth(0))
+    steps: list[float] = []
+    done = threading.Event()
+
+    def count() -> None:
+        while not done.is_set():
+            steps.append(time.perf_counter())
+            time.sleep(0.001)
+
+    counter = threading.Thread(target=count)
+    counter.start()
+    begin = time.perf_counter()
+    tracker.update(film[1])
+    end = time.perf_counter()
+    done.set()
+    counter.join()
+    assert len([step for step in steps if begin < step < end]) >= 5
+
+
+def test_an_observation_shows_the_inside_and_changes_nothing(scene, film):
+    tracker, plain = (patchlock.Tracker(**QUICK) for _ in range(2))
+    for one in (tracker, plain):
+        one.init(film[0], scene.truth(0))
+    replaced = []
+    for frame in film[1:]:
+        estimate, seen = tracker.update_observed(frame)
+        # Without an observer candidates that can't win are not weighed to the end; the best one is.
+        assert numbers(estimate) == numbers(plain.update(frame))
+        assert seen.particles.shape == (30, 6) and seen.likelihoods.shape == (30,)
+        assert seen.best == np.argmax(seen.likelihoods)
+        assert seen.likelihoods[seen.best] == estimate.likelihood
+        x, y, w, h = estimate.box
+        assert seen.particles[seen.best, :2] == pytest.approx((x + (w - 1) / 2, y + (h - 1) / 2))
+        assert seen.candidate.shape == (32, 32) and np.linalg.norm(seen.candidate) == pytest.approx(1, abs=1e-5)
+        assert seen.templates.shape == (10, 32, 32)
+        replaced.append(seen.replaced)
+        assert (seen.mask is None) == (seen.replaced is None)
+    # Every fifth frame.
+    assert [k for k, index in enumerate(replaced, 1) if index is not None] == [5, 10]
+    with pytest.raises(RuntimeError, match="call init"):
+        patchlock.Tracker().update_observed(film[0])

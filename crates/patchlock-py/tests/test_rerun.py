@@ -1,0 +1,102 @@
+"""What the rerun viewer is given, read back from the file."""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import QUICK
+
+import patchlock
+
+ONE = {"frame", "frame/box", "frame/outline", "score", "visible/large", "visible/small", "occlusion/large", "occlusion/small"}
+INSIDE = {"frame/particles", "candidate", "templates"}
+
+
+class Recording:
+    """A recording into a file, and what is found in it."""
+
+    def __init__(self, path: Path) -> None:
+        self.rr = pytest.importorskip("rerun", reason="needs the extra rerun")
+        self.path = path
+        self.stream = self.rr.RecordingStream("patchlock-test")
+        self.stream.save(str(path))
+
+    def chunks(self) -> list[Any]:
+        self.stream.flush()
+        self.stream.disconnect()
+        return [chunk for chunk in self.rr.chunk.RrdReader(str(self.path)).stream() if chunk.entity_path.startswith("/patchlock/")]
+
+
+def rows(chunks: list[Any]) -> Counter[str]:
+    """How often each entity was logged."""
+    counts: Counter[str] = Counter()
+    for chunk in chunks:
+        counts[chunk.entity_path.removeprefix("/patchlock/")] += chunk.num_rows
+    return counts
+
+
+def column(chunks: list[Any], entity: str, name: str) -> dict[int, Any]:
+    """A column of an entity, by the frame."""
+    found = {}
+    for chunk in chunks:
+        if chunk.entity_path == f"/patchlock/{entity}":
+            batch = chunk.to_record_batch()
+            found.update(zip(batch["frame"].to_pylist(), batch[name].to_pylist(), strict=True))
+    return found
+
+
+def test_one_target_with_all_that_is_inside(scene, film, tmp_path):
+    recording = Recording(tmp_path / "a.rrd")
+    tracker = patchlock.Tracker(**QUICK)
+    patchlock.rerun.log(tracker.init(film[0], scene.truth(0)), film[0], recording=recording.stream)
+    estimates = {}
+    for frame in film[1:]:
+        estimate, seen = tracker.update_observed(frame)
+        estimates[estimate.frame] = estimate, seen
+        patchlock.rerun.log(estimate, frame, seen, recording=recording.stream)
+    chunks = recording.chunks()
+    # A template is replaced on frames 5 and 10.
+    assert rows(chunks) == {**dict.fromkeys(ONE, 12), **dict.fromkeys(INSIDE, 11), "mask": 2}
+    scores = column(chunks, "score", "Scalars:scalars")
+    assert list(scores) == list(range(12))
+    particles = column(chunks, "frame/particles", "Points2D:positions")
+    for k, (estimate, seen) in estimates.items():
+        assert scores[k] == [estimate.score]
+        np.testing.assert_allclose(particles[k], seen.particles[:, :2] + 0.5, rtol=1e-6)
+    height, width, _ = film[0].shape
+    image = column(chunks, "frame", "Image:buffer")[3]
+    np.testing.assert_array_equal(np.array(image[0], np.uint8).reshape(height, width, 3), film[3])
+
+
+def test_many_targets_have_their_ids_behind_the_names(scene, film, tmp_path):
+    recording = Recording(tmp_path / "a.rrd")
+    tracker = patchlock.MultiTracker(**QUICK)
+    tracker.add(film[0], scene.truth(0))
+    tracker.add(film[0], (40, 30, 36, 30))
+    for frame in film[1:4]:
+        patchlock.rerun.log(tracker.update(frame), frame[..., ::-1], channels="bgr", recording=recording.stream)
+    patchlock.rerun.log({}, film[4], recording=recording.stream)
+    chunks = recording.chunks()
+    entities = {"frame"} | {f"{name}/{i}" for name in ONE - {"frame"} for i in (1, 2)}
+    assert rows(chunks) == dict.fromkeys(entities, 3)
+    image = column(chunks, "frame", "Image:buffer")[2]
+    assert bytes(image[0]) == film[2].tobytes()
+
+
+def test_what_does_not_belong_together_is_refused(scene, film, monkeypatch):
+    tracker = patchlock.Tracker(**QUICK)
+    first = tracker.init(film[0], scene.truth(0))
+    second, seen = tracker.update_observed(film[1])
+    with pytest.raises(TypeError, match="belongs to one target"):
+        patchlock.rerun.log({1: second}, film[1], seen)
+    with pytest.raises(ValueError, match=r"different frames: \[0, 1\]"):
+        patchlock.rerun.log({1: first, 2: second})
+    # A name of None makes the import fail, as if it were not installed.
+    monkeypatch.setitem(sys.modules, "rerun", None)
+    with pytest.raises(ImportError, match=r'pip install "patchlock\[rerun\]"'):
+        patchlock.rerun.log(first)
