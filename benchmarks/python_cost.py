@@ -5,7 +5,8 @@
     target/python-venv/bin/python benchmarks/python_cost.py cost
     target/python-venv/bin/python benchmarks/python_cost.py threads
 
-Both sides track the same rendered frames with the same settings and seed; their boxes must be the same, or nothing is printed.
+Both sides track the same rendered frames with the same settings and seed; their boxes must be the same in all places that the program writes, or nothing is
+printed.
 
 cost     In turns, a number of rounds: the program `patchlock track` with its own time of each frame (reading the image not counted), and Python with
          the clock around `update`. Of each frame the shortest time of all rounds counts, which is the one that the machine disturbed least. `inside` is what
@@ -15,7 +16,7 @@ threads  Two trackers of one thread each: one after the other, then side by side
 """
 
 import argparse
-import csv
+import json
 import statistics
 import subprocess
 import tempfile
@@ -39,16 +40,15 @@ class Program:
     """`patchlock track` on frames in a folder."""
 
     def __init__(self, binary: Path, folder: Path, box: patchlock.Box, settings: dict[str, int]) -> None:
-        self.boxes = folder / "boxes.csv"
+        self.boxes = folder / "boxes.jsonl"
         config = folder / "settings.toml"
         config.write_text("".join(f"{name} = {value}\n" for name, value in settings.items()))
-        self.command = [str(binary), "track", str(folder / "%04d.png"), "--quiet", "--overwrite", "--threads", "1"]
+        self.command = [str(binary), "track", str(folder / "%04d.bmp"), "--quiet", "--overwrite", "--threads", "1"]
         self.command += ["--box", ",".join(map(str, box)), "--config", str(config)]
 
     def rows(self) -> list[dict[str, float]]:
         subprocess.run([*self.command, "--save", str(self.boxes)], check=True)
-        with self.boxes.open() as file:
-            return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(file)]
+        return [json.loads(line) for line in self.boxes.read_text().splitlines()]
 
     def begin(self) -> subprocess.Popen[bytes]:
         return subprocess.Popen(self.command, stdout=subprocess.DEVNULL)
@@ -71,7 +71,7 @@ def cost(program: Program, frames: Frames, box: patchlock.Box, settings: dict[st
     for _ in range(rounds):
         rows = program.rows()
         estimates, times = follow(frames, box, settings)
-        same = [[row[name] for name in "xywh"] == list(estimate.box) for row, estimate in zip(rows, estimates, strict=True)]
+        same = [[row[name] for name in "xywh"] == [round(value, 6) for value in estimate.box] for row, estimate in zip(rows, estimates, strict=True)]
         if not all(same):
             raise SystemExit(f"the boxes differ from frame {same.index(False)} on: nothing to compare")
         # The first frame is init and not update.
@@ -131,7 +131,7 @@ def main() -> None:
     frames = [scene[k] for k in range(options.frames)]
     with tempfile.TemporaryDirectory() as folder:
         for k, frame in enumerate(frames):
-            Image.fromarray(frame).save(Path(folder) / f"{k:04}.png")
+            Image.fromarray(frame).save(Path(folder) / f"{k:04}.bmp")
         for name in options.settings or SETTINGS:
             print(f"{name}: {len(frames)} frames of {scene[0].shape[1]}x{scene[0].shape[0]}, {options.rounds} rounds, one thread a tracker")
             part = {"cost": cost, "threads": threads}[options.part]
