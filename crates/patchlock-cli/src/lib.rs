@@ -28,8 +28,10 @@ use clap::Parser;
 ///
 /// It never ends the process, so that the Python package can call it.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
-    let code = match cmd::Cli::try_parse_from(args) {
-        Ok(cli) => cli.run().map_or_else(|error| complaint::report(&error) as u8, |()| 0),
+    let args: Vec<OsString> = args.into_iter().collect();
+    let program = args.first().map_or("patchlock".into(), |name| name.to_string_lossy());
+    let code = match cmd::Cli::try_parse_from(&args) {
+        Ok(cli) => cli.run(&program).map_or_else(|error| complaint::report(&error) as u8, |()| 0),
         Err(message) => {
             // Nothing can be done where even that can't be printed.
             let _ = message.print();

@@ -79,3 +79,11 @@ def wait_for(condition) -> None:
         time.sleep(0.02)
 
 
+
+
+def test_the_demo_leaves_pictures_and_says_how_to_go_on(tmp_path):
+    demo = run("demo", "--quiet", "--out", tmp_path / "demo")
+    assert demo.returncode == 0, demo.stderr
+    assert {"demo.mp4", "demo.csv", "strip.png"} <= {path.name for path in (tmp_path / "demo").iterdir()}
+    # In the words that work here, and not those of the interpreter that runs it.
+    assert f"  patchlock track {tmp_path / 'demo' / 'input.mp4'} --box" in demo.stdout

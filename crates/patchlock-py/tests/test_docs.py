@@ -38,7 +38,7 @@ def test_the_code_of_a_page_runs(page, video, tmp_path, monkeypatch):
     (tmp_path / "video.mp4").write_bytes(video.read_bytes())
     monkeypatch.chdir(tmp_path)
     text = page.read_text()
-    names = {"__name__": "page", "frames": [patchlock.Scene("simple")[k] for k in range(4)]}
+    names = {"__name__": "page"}
     for match in CODE.finditer(text):
         line = text.count("\n", 0, match.start(1))
         exec(compile("\n" * line + match.group(1), str(page), "exec"), names)

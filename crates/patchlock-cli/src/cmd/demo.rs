@@ -1,6 +1,5 @@
 //! `patchlock demo`: a rendered scene, tracked and compared with the truth.
 
-use std::env;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -70,8 +69,8 @@ pub struct DemoArgs {
     quiet: bool,
 }
 
-/// Runs the demo.
-pub fn run(args: &DemoArgs) -> Result<()> {
+/// Runs the demo; the commands that it advises begin with `program`.
+pub fn run(args: &DemoArgs, program: &str) -> Result<()> {
     prepare(&args.out, args.overwrite)?;
     interrupt::listen()?;
     let scene = Scene::demo();
@@ -89,7 +88,7 @@ pub fn run(args: &DemoArgs) -> Result<()> {
     progress.finish("");
     let fps = show.engine.fps();
     let overlap = show.finish(&scene, &args.out)?;
-    tell(&args.out, &scene, &overlap, fps);
+    tell(program, &args.out, &scene, &overlap, fps);
     Ok(())
 }
 
@@ -307,10 +306,9 @@ fn lowest(values: &[f64]) -> (usize, f64) {
 }
 
 /// Says what came out and what to do next.
-fn tell(out: &Path, scene: &Scene, overlap: &[f64], fps: f64) {
+fn tell(program: &str, out: &Path, scene: &Scene, overlap: &[f64], fps: f64) {
     let (frame, least) = lowest(overlap);
     let BoundingBox { x, y, w, h } = truth_box(scene, 0);
-    let program = env::args().next().unwrap_or_else(|| "patchlock".into());
     let out = out.display();
     let mut text = format!(
         "Tracked {} rendered frames at {fps:.1} frames a second.\n\

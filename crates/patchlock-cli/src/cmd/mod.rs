@@ -55,12 +55,12 @@ enum Verb {
 }
 
 impl Cli {
-    /// Does what the command line asks for.
-    pub fn run(self) -> Result<()> {
+    /// Does what the command line asks for. `program` is the name that it was called by.
+    pub fn run(self, program: &str) -> Result<()> {
         match self.verb {
             Verb::Track(args) => track::run(&args),
             Verb::Export(args) => export::run(&args),
-            Verb::Demo(args) => demo::run(&args),
+            Verb::Demo(args) => demo::run(&args, program),
             Verb::Config(args) => config::run(&args),
             Verb::Dataset(args) => dataset::run(&args),
             Verb::Bench(args) => bench::run(&args),
