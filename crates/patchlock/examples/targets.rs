@@ -5,14 +5,20 @@
 //! cargo run --release -p patchlock --example targets -- --separate 1 2 4 8    # a Tracker for each, one after the other
 //! ```
 //!
-//! Of each number of targets: the median milliseconds of a frame, those of a target, and the memory of the process, where the system tells.
+//! Of each number of targets: the median milliseconds of a frame; those of a target, by the clock and of processor time; and the memory of the process. The last
+//! two are read from Linux and are 0 elsewhere. All boxes lie around the scene's target, an eighth of a pixel apart: what a target costs depends on what is
+//! in its box, and here only their number should differ.
 
-use patchlock::{BoundingBox, Frame, MultiTracker, Tracker, TrackerConfig};
+use patchlock::{BoundingBox, Error, Frame, MultiTracker, Tracker, TrackerConfig};
 use patchlock_scene::{Scene, SceneFrame};
+use std::fs;
 use std::time::Instant;
 
 /// Frames that are timed, after one that is not.
 const FRAMES: usize = 5;
+
+/// Milliseconds of a frame: by the clock, and of all processors.
+type Cost = [f64; 2];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut separate = false;
@@ -25,42 +31,45 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let scene = Scene::demo();
     let film: Vec<SceneFrame> = (0..FRAMES + 2).map(|k| scene.frame(k)).collect();
-    println!("| targets | ms a frame | ms a target | MB |\n|---|---|---|---|");
+    println!(
+        "| targets | ms a frame | ms a target | CPU ms a target | MB |\n|---|---|---|---|---|"
+    );
     for count in counts {
-        let mut times = if separate { apart(&film, count)? } else { together(&film, count)? };
-        times.sort_by(f64::total_cmp);
-        let (ms, memory) = (times[times.len() / 2], memory().unwrap_or_default());
-        println!("| {count} | {ms:.1} | {:.1} | {memory} |", ms / count as f64);
+        let boxes = boxes(&scene, count);
+        let costs = if separate { apart(&film, &boxes)? } else { together(&film, &boxes)? };
+        let [ms, cpu] = [0, 1].map(|k| median(costs.iter().map(|cost| cost[k]).collect()));
+        let (targets, memory) = (count as f64, memory().unwrap_or_default());
+        println!("| {count} | {ms:.1} | {:.1} | {:.1} | {memory} |", ms / targets, cpu / targets);
     }
     Ok(())
 }
 
-fn view(frame: &SceneFrame) -> Result<Frame<'_>, patchlock::Error> {
+fn view(frame: &SceneFrame) -> Result<Frame<'_>, Error> {
     Frame::rgb8(&frame.rgb, frame.width, frame.height)
 }
 
-/// Boxes of one size, spread over the frame by the golden ratio.
-fn boxes(frame: &SceneFrame, count: usize) -> impl Iterator<Item = BoundingBox> {
-    let (width, height) = (frame.width as f64 - 64.0, frame.height as f64 - 48.0);
-    (0..count).map(move |k| BoundingBox {
-        x: (k as f64 * 0.618_034).fract() * width,
-        y: (k as f64 + 0.5) / count as f64 * height,
-        w: 64.0,
-        h: 48.0,
-    })
+fn boxes(scene: &Scene, count: usize) -> Vec<BoundingBox> {
+    let [x, y, w, h] = scene.truth(0).bbox;
+    let shift = |k: usize| (k % 8) as f64 / 8.0;
+    (0..count).map(|k| BoundingBox { x: x + shift(k), y: y + shift(k / 8), w, h }).collect()
 }
 
-fn together(film: &[SceneFrame], count: usize) -> Result<Vec<f64>, patchlock::Error> {
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+fn together(film: &[SceneFrame], boxes: &[BoundingBox]) -> Result<Vec<Cost>, Error> {
     let mut tracker = MultiTracker::new(TrackerConfig::preset("paper")?)?;
-    for bbox in boxes(&film[0], count) {
+    for &bbox in boxes {
         tracker.add(&view(&film[0])?, bbox)?;
     }
     timed(film, |frame| tracker.update(frame).map(drop))
 }
 
-fn apart(film: &[SceneFrame], count: usize) -> Result<Vec<f64>, patchlock::Error> {
+fn apart(film: &[SceneFrame], boxes: &[BoundingBox]) -> Result<Vec<Cost>, Error> {
     let mut trackers = Vec::new();
-    for bbox in boxes(&film[0], count) {
+    for &bbox in boxes {
         let mut tracker = Tracker::new(TrackerConfig::preset("paper")?)?;
         tracker.init(&view(&film[0])?, bbox)?;
         trackers.push(tracker);
@@ -68,23 +77,33 @@ fn apart(film: &[SceneFrame], count: usize) -> Result<Vec<f64>, patchlock::Error
     timed(film, |frame| trackers.iter_mut().try_for_each(|tracker| tracker.update(frame).map(drop)))
 }
 
-/// Milliseconds of each frame but the first two.
+/// The cost of each frame but the first two.
 fn timed(
     film: &[SceneFrame],
-    mut update: impl FnMut(&Frame<'_>) -> Result<(), patchlock::Error>,
-) -> Result<Vec<f64>, patchlock::Error> {
-    let mut times = Vec::new();
+    mut update: impl FnMut(&Frame<'_>) -> Result<(), Error>,
+) -> Result<Vec<Cost>, Error> {
+    let mut costs = Vec::new();
     for frame in &film[1..] {
-        let start = Instant::now();
+        let (start, cpu) = (Instant::now(), cpu_ms());
         update(&view(frame)?)?;
-        times.push(start.elapsed().as_secs_f64() * 1e3);
+        costs.push([start.elapsed().as_secs_f64() * 1e3, cpu_ms() - cpu]);
     }
-    Ok(times.split_off(1))
+    Ok(costs.split_off(1))
+}
+
+/// Milliseconds that all threads of the process have worked so far.
+fn cpu_ms() -> f64 {
+    let threads = fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
+    let worked = |thread: fs::DirEntry| {
+        let text = fs::read_to_string(thread.path().join("schedstat")).ok()?;
+        text.split_whitespace().next()?.parse::<f64>().ok()
+    };
+    threads.filter_map(worked).sum::<f64>() / 1e6
 }
 
 /// What the process holds now, in MB.
 fn memory() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
     Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? / 1024)
 }
