@@ -7,7 +7,7 @@ use anyhow::Result;
 use clap::Parser;
 use patchlock_eval::bench::runner::{self, Failure};
 use patchlock_eval::bench::schemes::Start;
-use patchlock_eval::bench::store::{Clip, Footage, Run, Series, Task, Trajectory, Written};
+use patchlock_eval::bench::store::{Clip, Footage, Run, Series, Store, Task, Trajectory, Written};
 use patchlock_eval::bench::subject::{self, Patchlock};
 use patchlock_eval::dataset::Dataset;
 use serde::{Deserialize, Serialize};
@@ -61,6 +61,11 @@ impl Job {
             Frames::Clip { clip, .. } => Footage::Clip(clip),
         };
         Run { target: &self.target, seed: self.seed, start: self.start, footage }
+    }
+
+    /// Which run on the target it is, in words.
+    pub fn label(&self) -> String {
+        runner::label(self.seed, self.start.variant)
     }
 
     /// Makes the run.
@@ -123,8 +128,8 @@ struct BenchLine {
 pub struct BenchJobs {
     /// Those that are to be made.
     pub jobs: Vec<Job>,
-    /// What they have in common.
-    pub series: Series,
+    /// Where they are kept.
+    pub store: Store,
     /// How many are there already.
     pub before: usize,
     /// Why others can't be made.
@@ -138,12 +143,11 @@ pub fn of_bench(arguments: &[String], threads: usize, side_by_side: usize) -> Re
         .map_err(|error| usage(error.to_string().trim_start_matches("error: ").to_string()))?;
     let dataset = Dataset::open(&args.dataset).map_err(Complaint::from)?;
     let Plan { store, tasks, before, failures } = bench::plan(&args, &dataset)?;
-    let series = store.series().clone();
     let job = |task: Task<'_>| {
         let frames: std::io::Result<Vec<PathBuf>> =
             task.frames.iter().map(std::path::absolute).collect();
         Ok(Job {
-            series: series.clone(),
+            series: store.series().clone(),
             target: task.target.to_string(),
             seed: task.seed,
             start: task.start,
@@ -154,5 +158,5 @@ pub fn of_bench(arguments: &[String], threads: usize, side_by_side: usize) -> Re
         })
     };
     let jobs = tasks.into_iter().map(job).collect::<Result<_>>()?;
-    Ok(BenchJobs { jobs, series, before, failures })
+    Ok(BenchJobs { jobs, store, before, failures })
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 use patchlock::{BoundingBox, TrackerConfig};
 use patchlock_cli::job::{self, Frames, Job};
 use patchlock_eval::bench::schemes::{Scheme, Start};
-use patchlock_eval::bench::store::{Clip, Identity, Series, Store};
+use patchlock_eval::bench::store::{Clip, Identity, Series};
 use support::Bench;
 use support::benchmark::Benchmark;
 
@@ -35,10 +35,9 @@ fn they_are_the_runs_of_bench() {
     let arguments = arguments(&benchmark, "parts", &["--seeds", "2"]);
     let found = job::of_bench(&arguments, 1, 2).unwrap();
     assert_eq!((found.jobs.len(), found.before, found.failures.len()), (4, 0, 1));
-    let store = Store::open(&benchmark.path("parts"), found.series).unwrap();
     for job in &found.jobs {
         let written = sent(job).track().unwrap();
-        store.keep(&job.run(), &written).unwrap();
+        found.store.keep(&job.run(), &written).unwrap();
     }
     assert_eq!(benchmark.trajectories("parts"), benchmark.trajectories("whole"));
     let again = job::of_bench(&arguments, 1, 2).unwrap();

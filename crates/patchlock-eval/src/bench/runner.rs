@@ -98,10 +98,7 @@ pub fn run(
             watch.ends(left, left == 0 && result.is_ok());
             // Who stops the work stops the programs under test as well: that is no fault of theirs.
             if let Some(error) = result.err().filter(|_| !watch.stopped()) {
-                let run = match task.start.variant {
-                    0 => format!("seed {}", task.seed),
-                    start => format!("seed {}, start {start}", task.seed),
-                };
+                let run = label(task.seed, task.start.variant);
                 let failure = Failure { target: task.target.to_string(), run, error };
                 failures.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).push(failure);
             }
@@ -109,6 +106,14 @@ pub fn run(
     };
     thread::scope(|scope| (0..jobs.max(1)).for_each(|_| drop(scope.spawn(work))));
     failures.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+/// Which run on a target it is, in words.
+pub fn label(seed: u64, variant: usize) -> String {
+    match variant {
+        0 => format!("seed {seed}"),
+        start => format!("seed {seed}, start {start}"),
+    }
 }
 
 /// One run, to the store; counts its frames.
