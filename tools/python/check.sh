@@ -5,10 +5,10 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../.." && pwd)
 venv=$root/target/python-venv
 
-# Other people's toolkits, the readers of exports and the SDK of rerun: about 500 MB the first time. Where they can't be had, the tests that need them say that they were skipped.
+# Other people's toolkits, Ray, the readers of exports and the SDK of rerun: about 600 MB the first time. Where they can't be had, the tests that need them say that they were skipped.
 toolkits() {
     local pip=("$venv/bin/pip" install --quiet --disable-pip-version-check) version
-    "${pip[@]}" --no-compile "patchlock[export,got10k,rerun,vot] @ file://$(echo "$root"/target/wheels/patchlock-*.whl)" || return
+    "${pip[@]}" --no-compile "patchlock[export,got10k,ray,rerun,vot] @ file://$(echo "$root"/target/wheels/patchlock-*.whl)" || return
     # The VOT toolkit brings OpenCV with windows, which needs libraries of a desktop. The same version without windows, and with CSRT, takes its place.
     version=$("$venv/bin/python" -c 'from importlib.metadata import version; print(version("opencv-python"))') || return
     "${pip[@]}" --no-deps "opencv-contrib-python-headless==$version"

@@ -3,6 +3,7 @@
 //! What users see is the package `patchlock` in `python/`; this module, `patchlock._patchlock`, is its Rust part. All work on frames is
 //! done with the interpreter's lock released.
 
+mod batch;
 mod command;
 mod errors;
 mod estimate;
@@ -33,5 +34,9 @@ fn _patchlock(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(multi::restore_many, module)?)?;
     module.add_function(wrap_pyfunction!(export::export, module)?)?;
     module.add_function(wrap_pyfunction!(settings::parameters, module)?)?;
+    module.add_class::<batch::Store>()?;
+    module.add_function(wrap_pyfunction!(batch::track_job, module)?)?;
+    module.add_function(wrap_pyfunction!(batch::bench_jobs, module)?)?;
+    module.add_function(wrap_pyfunction!(batch::read_truth, module)?)?;
     module.add_function(wrap_pyfunction!(command::run, module)?)
 }

@@ -13,8 +13,16 @@ use crate::errors;
 /// A preset with some settings changed.
 pub fn resolve(preset: &str, overrides: Option<&Bound<'_, PyDict>>) -> PyResult<TrackerConfig> {
     let config = TrackerConfig::preset(preset).map_err(errors::of_tracker)?;
+    match overrides {
+        Some(overrides) => changed(config, overrides),
+        None => Ok(config),
+    }
+}
+
+/// A configuration with some settings changed.
+pub fn changed(config: TrackerConfig, overrides: &Bound<'_, PyDict>) -> PyResult<TrackerConfig> {
     let mut table = table(&config)?;
-    for (name, value) in overrides.into_iter().flatten() {
+    for (name, value) in overrides {
         let name: String = name.extract()?;
         // `lambda` is a word of the language: as a keyword it is written `lambda_`.
         let name = name.strip_suffix('_').map_or(name.clone(), str::to_owned);

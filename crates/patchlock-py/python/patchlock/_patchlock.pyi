@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, Final, Literal, final
 
 import numpy as np
@@ -19,13 +20,17 @@ __all__ = [
     "Observation",
     "PRESETS",
     "Scene",
+    "Store",
     "Tracker",
     "__version__",
     "_export",
     "_restore",
     "_restore_many",
+    "bench_jobs",
     "parameters",
+    "read_truth",
     "run",
+    "track_job",
 ]
 
 PRESETS: Final[list[str]]
@@ -365,6 +370,61 @@ class Scene:
 
     def hidden(self, index: int) -> float:
         """The share of the target that is truly hidden in a frame, 0 to 1."""
+
+@final
+class Store:
+    """The folder of one tracker, with runs as `patchlock bench` writes them."""
+
+    def __new__(
+        cls,
+        out: str | os.PathLike[str],
+        name: str,
+        *,
+        preset: str,
+        config: str | os.PathLike[str] | None,
+        base: dict[str, Any],
+        own: dict[str, Any],
+    ) -> Self: ...
+    @property
+    def folder(self) -> Path:
+        """The folder."""
+
+    @property
+    def first_seed(self) -> int:
+        """The seed of clips that have none of their own."""
+
+    def clip(
+        self,
+        target: str,
+        seed: int,
+        bbox: Sequence[float],
+        *,
+        source: str,
+        path: str,
+        start: int,
+        end: int | None,
+        stride: int,
+        threads: int,
+        side_by_side: int,
+    ) -> str:
+        """The run on a clip, as a message."""
+
+    def holds(self, job: str) -> bool:
+        """Whether the run is there, complete."""
+
+    def keep(self, job: str, boxes: str, manifest: str) -> None:
+        """Puts the two files of a run in their place."""
+
+def track_job(job: str) -> tuple[str, str]:
+    """Makes a run; gives its text of boxes and its manifest."""
+
+def bench_jobs(
+    arguments: list[str], *, threads: int, side_by_side: int
+) -> tuple[Store, list[tuple[str, str, str]], int, list[tuple[str, str, str]]]:
+    """What `patchlock bench` with these arguments would run: the store, the jobs, how many are there already, and what can't be run."""
+
+def read_truth(path: str | os.PathLike[str]) -> list[tuple[float, float, float, float] | None]:
+    """The boxes of a truth file that counts from 1, counted from 0; `None` for a frame without one."""
 
 def parameters() -> list[tuple[str, int | float | str | bool, str, str, str]]:
     """The rows of the table of settings."""

@@ -1,0 +1,224 @@
+"""Batches on the processes of this machine."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import patchlock
+from patchlock.batch import Clip, Failed, Local, Lost, Made, Outcome, run
+from patchlock.batch.engine import drive
+from patchlock.batch.task import Task
+
+from .conftest import QUICK, boxes_below, leftovers, manifests_below
+
+
+def until(condition: Any, seconds: float = 60.0) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "it does not come"
+        time.sleep(0.01)
+
+
+def write_manifest(folder: Path, clips: list[Clip]) -> Path:
+    path = folder / "clips.jsonl"
+    rows = [{"source": str(c.source), "box": c.box, "name": c.name, "seed": c.seed, "settings": QUICK} for c in clips]
+    path.write_text("".join(json.dumps(row) + "\n" for row in rows))
+    return path
+
+
+def test_the_boxes_are_those_of_track(tmp_path: Path, clips: list[Clip], frames: Path, box: Any) -> None:
+    part = Clip(frames, box, name="part", start=0, end=9, stride=2)
+    summary = run([*clips[:2], part], tmp_path, jobs=2, progress=False, **QUICK)
+    assert (summary.done, summary.kept, summary.failed, summary.left) == (3, 0, [], 0)
+    assert summary.frames == 24 + 24 + 5 and summary.fps > 0
+    for name, seed, choice in (("clip1", 1, {}), ("part", 0, {"end": 9, "stride": 2})):
+        lines = (tmp_path / "paper" / "ope" / name / f"{seed}.txt").read_text().splitlines()
+        got = [[float(word) for word in line.split(",")] for line in lines]
+        estimates = list(patchlock.track(frames, box, seed=seed, progress=False, **choice, **QUICK))
+        # The first line is the box as given.
+        boxes = [box, *(estimate.box for estimate in estimates[1:])]
+        assert got == [[x + 1, y + 1, w, h] for x, y, w, h in boxes]
+    assert json.loads((tmp_path / "batch.json").read_text()) == summary.to_dict()
+    manifest = json.loads((tmp_path / "paper" / "ope" / "part" / "0.json").read_text())
+    assert manifest["clip"] == {"source": str(frames), "start": 0, "end": 9, "stride": 2}
+    assert (manifest["jobs"], manifest["threads"]) == (2, 1)
+
+
+def test_what_is_there_is_kept_and_what_is_damaged_is_made_again(tmp_path: Path, clips: list[Clip]) -> None:
+    run(clips[:3], tmp_path, progress=False, **QUICK)
+    whole = boxes_below(tmp_path)
+    (tmp_path / "paper/ope/clip0/0.json").unlink()
+    (tmp_path / "paper/ope/clip1/1.txt").write_text("1,2,3,4\n")
+    summary = run(clips[:3], tmp_path, progress=False, **QUICK)
+    assert (summary.done, summary.kept) == (2, 1)
+    assert boxes_below(tmp_path) == whole
+    with pytest.raises(ValueError, match="particles is 60 there and 61 here"):
+        run(clips[:1], tmp_path, progress=False, **{**QUICK, "particles": 61})
+    other = Clip(clips[0].source, clips[0].box, name="clip0", seed=0, end=5)
+    [failure] = run([other], tmp_path, progress=False, **QUICK).failed
+    assert failure.name == "clip0" and "runs of something else" in failure.message
+
+
+def test_clips_with_settings_of_their_own_have_folders_of_their_own(tmp_path: Path, clips: list[Clip]) -> None:
+    own = Clip(clips[1].source, clips[1].box, name="own", settings={"particles": 20})
+    same = Clip(clips[1].source, clips[1].box, name="same", settings={"particles": 60, "seed": 5})
+    strange = Clip(clips[1].source, clips[1].box, name="strange", settings={"partcles": 20})
+    summary = run([clips[0], own, same, strange], tmp_path, progress=False, **QUICK)
+    folders = [Path(folder).name for folder in summary.folders]
+    assert folders[0] == "paper" and len(folders) == 2 and folders[1].startswith("paper-")
+    assert set(boxes_below(tmp_path)) == {f"{folders[1]}/ope/own/0.txt", "paper/ope/clip0/0.txt", "paper/ope/same/5.txt"}
+    [failure] = summary.failed
+    assert failure.name == "strange" and "did you mean particles" in failure.message
+
+
+def test_clips_that_fail_hold_nobody_up(tmp_path: Path, clips: list[Clip], box: Any) -> None:
+    broken = tmp_path / "broken"
+    broken.mkdir()
+    for k in range(3):
+        (broken / f"{k}.png").write_bytes((Path(clips[0].source) / f"{k:04d}.png").read_bytes()[: 900 if k == 2 else None])
+    rows = [
+        f"{clips[0].source},1 2 3,short",
+        f"{clips[0].source},5000 5 20 20,outside",
+        f"nowhere.mp4,{' '.join(map(str, box))},missing",
+        f"broken,{' '.join(map(str, box))},broken",
+        f"{clips[0].source},{' '.join(map(str, box))},good",
+    ]
+    manifest = tmp_path / "clips.csv"
+    manifest.write_text("source,box,name\n" + "\n".join(rows) + "\n")
+    config = tmp_path / "quick.toml"
+    config.write_text("".join(f"{name} = {value}\n" for name, value in QUICK.items()))
+    command = [sys.executable, "-m", "patchlock.batch", str(manifest), "--out", str(tmp_path / "out"), "--config", str(config)]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ended.returncode == 1, ended.stderr
+    assert "1 done, 0 there already, 4 failed" in ended.stdout
+    assert list(boxes_below(tmp_path / "out")) == ["quick/ope/good/0.txt"]
+    failed = {failure["name"]: failure["message"] for failure in json.loads((tmp_path / "out/batch.json").read_text())["failed"]}
+    assert "not four numbers" in failed["short"] and "line 2" in failed["short"]
+    assert "no part of the box is in it" in failed["outside"]
+    assert "no file or folder" in failed["missing"]
+    assert "cannot read frame 2" in failed["broken"]
+
+
+def test_a_process_that_is_killed_is_replaced(tmp_path: Path, clips: list[Clip]) -> None:
+    run(clips, tmp_path / "whole", progress=False, **QUICK)
+    with Local(jobs=2) as engine:
+        killed = []
+
+        def kill() -> None:
+            for finished in (1, 5):
+                until(lambda n=finished: len(boxes_below(tmp_path / "out")) >= n)
+                worker = next(w for w in engine._workers if w.key is not None)
+                killed.append(worker.process.pid)
+                os.kill(worker.process.pid, signal.SIGKILL)
+
+        killer = threading.Thread(target=kill)
+        killer.start()
+        summary = run(clips, tmp_path / "out", engine=engine, progress=False, **QUICK)
+        killer.join()
+    assert len(set(killed)) == 2
+    assert (summary.done, summary.failed) == (12, [])
+    assert boxes_below(tmp_path / "out") == boxes_below(tmp_path / "whole")
+    assert manifests_below(tmp_path / "out") == manifests_below(tmp_path / "whole")
+
+
+class Fragile:
+    """An engine that loses a run so many times."""
+
+    slots = room = threads = 1
+
+    def __init__(self, losses: int) -> None:
+        self.losses, self.keys = losses, list[int]()
+
+    def __enter__(self) -> Fragile:
+        return self
+
+    def __exit__(self, *_: object) -> None: ...
+
+    def submit(self, key: int, job: str) -> None:
+        self.keys.append(key)
+
+    def wait(self) -> list[tuple[int, Outcome]]:
+        self.losses -= 1
+        return [(self.keys[-1], Lost("gone") if self.losses >= 0 else Made("", ""))]
+
+
+@pytest.mark.parametrize(("losses", "tries"), [(0, 1), (2, 3), (9, 3)])
+def test_a_run_that_is_lost_is_tried_again_but_not_for_ever(losses: int, tries: int) -> None:
+    engine = Fragile(losses)
+    task = Task("a", "seed 0", "{}", None)  # type: ignore[arg-type]
+    [(same, outcome)] = drive(engine, [task], retries=2)
+    assert same is task and len(engine.keys) == tries
+    assert outcome == (Made("", "") if losses < 3 else Failed("gone; it was tried 3 times"))
+
+
+def children(pid: int) -> list[int]:
+    path = Path(f"/proc/{pid}/task/{pid}/children")
+    return [int(word) for word in path.read_text().split()] if path.exists() else []
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="processes are looked up in /proc")
+@pytest.mark.parametrize("ending", [signal.SIGKILL, signal.SIGINT])
+def test_stopped_and_started_again_it_gives_what_one_run_gives(tmp_path: Path, clips: list[Clip], ending: signal.Signals) -> None:
+    manifest = write_manifest(tmp_path, clips)
+    command = [sys.executable, "-m", "patchlock.batch", str(manifest), "--jobs", "2", "--out"]
+    subprocess.run([*command, str(tmp_path / "whole")], check=True, capture_output=True)
+    out = tmp_path / "out"
+    process = subprocess.Popen([*command, str(out)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    until(lambda: len(list(out.rglob("ope/*/*.json"))) >= 3)
+    workers = children(process.pid)
+    assert len(workers) == 2
+    process.send_signal(ending)
+    _, said = process.communicate()
+    until(lambda: not any(Path(f"/proc/{pid}/cmdline").exists() and Path(f"/proc/{pid}/cmdline").read_bytes() for pid in workers), 10)
+    if ending == signal.SIGINT:
+        assert process.returncode == 130 and "the same command goes on there" in said
+        summary = json.loads((out / "batch.json").read_text())
+        assert summary["left"] == 12 - summary["done"] > 0
+    ended = subprocess.run([*command, str(out), "--json"], check=True, capture_output=True, text=True)
+    summary = json.loads(ended.stdout)
+    assert summary["done"] + summary["kept"] == 12 and summary["kept"] >= 3
+    assert boxes_below(out) == boxes_below(tmp_path / "whole")
+    assert manifests_below(out) == manifests_below(tmp_path / "whole")
+    assert not [path for path in leftovers(out) if ending == signal.SIGINT]
+
+
+def test_truth_is_gathered_for_the_score(tmp_path: Path, frames: Path, scene: patchlock.Scene) -> None:
+    truth = [scene.truth(k) for k in range(24)]
+    (tmp_path / "truth.txt").write_text("".join(f"{x + 1},{y + 1},{w},{h}\n" for x, y, w, h in truth))
+    (tmp_path / "clips.csv").write_text(f"source,truth,name,stride,settings\n{frames},truth.txt,a,,small_step=4\n{frames},truth.txt,b,2,small_step=4\n")
+    python = [sys.executable, "-m"]
+    out, gathered = str(tmp_path / "out"), str(tmp_path / "truth")
+    made = [*python, "patchlock.batch", str(tmp_path / "clips.csv"), "--out", out, "--truth-to", gathered]
+    subprocess.run(made, check=True, capture_output=True)
+    score = subprocess.run([*python, "patchlock", "score", out, "--truth", gathered, "--json"], check=True, capture_output=True, text=True)
+    [tracker] = json.loads(score.stdout)["trackers"]
+    assert tracker["targets"] == 2 and tracker["dp20"] > 0.9
+
+
+@pytest.mark.parametrize(
+    ("choice", "said"),
+    [
+        ({"engine": "slurm"}, "no engine 'slurm'"),
+        ({"address": "10.0.0.1"}, "only the engine"),
+        ({"jobs": 0}, "jobs is 0"),
+        ({"threads": 0}, "threads is 0"),
+        ({"retries": -1}, "retries is -1"),
+        ({"name": "a/b"}, "name of a folder"),
+        ({"preset": "papr"}, "no preset papr"),
+        ({"epsilon": 9}, "epsilon"),
+    ],
+)
+def test_choices_that_make_no_sense(tmp_path: Path, clips: list[Clip], choice: dict[str, Any], said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        run(clips[:1], tmp_path, progress=False, **choice)
+    assert not boxes_below(tmp_path)
