@@ -407,7 +407,7 @@ class Store:
         threads: int,
         side_by_side: int,
     ) -> str:
-        """The run on a clip, as a message."""
+        """The run on a clip. `source` is what its manifest says, `path` where it is found from any working directory."""
 
     def holds(self, job: str) -> bool:
         """Whether the run is there, complete."""
