@@ -192,7 +192,7 @@ def test_stopped_and_started_again_it_gives_what_one_run_gives(tmp_path: Path, c
     assert not [path for path in leftovers(out) if ending == signal.SIGINT]
 
 
-def test_truth_is_gathered_for_the_score(tmp_path: Path, frames: Path, scene: patchlock.Scene) -> None:
+def test_score_and_report_read_it_with_the_truth_that_was_gathered(tmp_path: Path, frames: Path, scene: patchlock.Scene) -> None:
     truth = [scene.truth(k) for k in range(24)]
     (tmp_path / "truth.txt").write_text("".join(f"{x + 1},{y + 1},{w},{h}\n" for x, y, w, h in truth))
     (tmp_path / "clips.csv").write_text(f"source,truth,name,stride,settings\n{frames},truth.txt,a,,small_step=4\n{frames},truth.txt,b,2,small_step=4\n")
@@ -203,6 +203,9 @@ def test_truth_is_gathered_for_the_score(tmp_path: Path, frames: Path, scene: pa
     score = subprocess.run([*python, "patchlock", "score", out, "--truth", gathered, "--json"], check=True, capture_output=True, text=True)
     [tracker] = json.loads(score.stdout)["trackers"]
     assert tracker["targets"] == 2 and tracker["dp20"] > 0.9
+    page = tmp_path / "page.html"
+    subprocess.run([*python, "patchlock", "report", out, "--truth", gathered, "--out", str(page)], check=True, capture_output=True)
+    assert "<svg" in page.read_text()
 
 
 @pytest.mark.parametrize(
