@@ -118,7 +118,8 @@ def bench(
         seeds: Number of seeds to run each target with.
         sequences: Only these targets, or all targets of these sequences.
         attributes: Only targets that have at least one of these attributes.
-        engine, address, jobs, threads, preset, config, name, retries, progress: As in `run`.
+
+    `engine`, `address`, `jobs`, `threads`, `preset`, `config`, `name`, `retries` and `progress` are as in `run`.
 
     Returns:
         The summary, which is in `<out>/batch.json` too.
