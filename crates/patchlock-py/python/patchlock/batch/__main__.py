@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import sys
 from pathlib import Path
@@ -81,7 +82,9 @@ def main() -> int:
     """Runs the command; gives the exit code."""
     arguments = _parser().parse_args()
     try:
-        summary = _work(arguments)
+        # Ray says on standard output that a node is gone; that is for the summary alone.
+        with contextlib.redirect_stdout(sys.stderr):
+            summary = _work(arguments)
     except KeyboardInterrupt:
         print(f"stopped; the same command goes on there ({Path(arguments.out) / FILE})", file=sys.stderr)
         return 130
