@@ -1,4 +1,4 @@
-//! Tracks out, in the formats of annotation tools and of other benchmarks. One file a format; each makes the text of its files from a [`Track`], and [`write`] puts
+//! Tracks out, in the formats of annotation tools and of other benchmarks. One file a format; each makes the text of its files from a [`Track`], and [`write()`] puts
 //! them in their place, all or none.
 //!
 //! A box covers the pixels from `x` to `x + w - 1`, and tools that draw pixel `k` from `k` to `k + 1` draw the same box with the same numbers: COCO, CVAT, YOLO
