@@ -88,7 +88,7 @@ class Tracker:
         """
 
     def update_observed(self, frame: FrameLike) -> tuple[Estimate, Observation]:
-        """As `update`, and gives what happened inside. The boxes are the same; it takes longer, as all particles are weighed to the end.
+        """As `update`, and gives what happened inside: the boxes are the same, but all particles are weighed to the end, which takes longer.
 
         Raises:
             RuntimeError: There was no `init` yet.
@@ -130,7 +130,9 @@ class Tracker:
 
 @final
 class MultiTracker:
-    """Follows many targets through the frames of a video, each to the boxes that a `Tracker` of its own would give.
+    """Follows many targets through the frames of a video.
+
+    Each gets the boxes that a `Tracker` of its own would give.
 
     Targets come and go at any frame. A frame is converted once for all of them, and all threads work on all targets. On a frame where targets go on and
     others begin, call `update` first and `add` after it. Frames, threads, pickling and copying are as with `Tracker`; all targets have the same settings.
@@ -156,7 +158,9 @@ class MultiTracker:
         **overrides: Unpack[Settings],
     ) -> Self: ...
     def add(self, frame: FrameLike, box: BoxLike) -> tuple[int, Estimate]:
-        """Begins on the target in this box of this frame; gives its id and the first estimate. Ids count from 1, and none is given twice.
+        """Begins on the target in this box of this frame; gives its id and the first estimate.
+
+        Ids count from 1, and none is given twice.
 
         Raises:
             TypeError: The frame is neither an array of such a type nor an image, or the box holds no numbers.
@@ -164,7 +168,9 @@ class MultiTracker:
         """
 
     def reinit(self, id: int, frame: FrameLike, box: BoxLike) -> Estimate:
-        """Begins anew with a target that there is, on a box of this frame, to correct its track by hand or after a loss.
+        """Begins anew with a target that there is, on a box of this frame.
+
+        That corrects its track by hand, or after a loss.
 
         Raises:
             KeyError: There is no target with this id.
@@ -180,7 +186,9 @@ class MultiTracker:
         """
 
     def update(self, frame: FrameLike) -> dict[int, Estimate]:
-        """Finds all targets in the next frame and learns from it: an estimate for each id. `Estimate.ms` is the time that all of them took.
+        """Finds all targets in the next frame and learns from it: an estimate for each id.
+
+        `Estimate.ms` is the time that all of them took.
 
         Raises:
             TypeError: The frame is neither an array of such a type nor an image.
@@ -216,7 +224,7 @@ class MultiTracker:
         channels: Literal["rgb", "bgr"] = "rgb",
         frame: int = 0,
     ) -> Self:
-        """A tracker that goes on where the snapshot was taken, after `frame` calls of `update`.
+        """A tracker that goes on where the snapshot was taken, after so many frames.
 
         Raises:
             ValueError: This is no snapshot, or its parts do not fit together.
@@ -282,7 +290,7 @@ class Estimate:
 
 @final
 class Observation:
-    """What happened inside the tracker on a frame; `Tracker.update_observed` gives it."""
+    """What `Tracker.update_observed` gives beside the estimate."""
 
     @property
     def particles(self) -> npt.NDArray[np.float64]:
@@ -290,7 +298,7 @@ class Observation:
 
     @property
     def likelihoods(self) -> npt.NDArray[np.float64]:
-        """The likelihood of each particle; minus infinity where its candidate was refused."""
+        """The likelihood of each particle; minus infinity where a candidate was refused."""
 
     @property
     def best(self) -> int:
@@ -298,7 +306,7 @@ class Observation:
 
     @property
     def candidate(self) -> npt.NDArray[np.float32]:
-        """The estimate's candidate, shape (side, side): warped to the size of the templates, of unit norm."""
+        """The estimate's candidate, shape (side, side): warped to the template's size, of unit norm."""
 
     @property
     def templates(self) -> npt.NDArray[np.float32]:

@@ -161,6 +161,10 @@ def test_a_run_that_is_lost_is_tried_again_but_not_for_ever(losses: int, tries: 
     assert outcome == (Made("", "") if losses < 3 else Failed("gone; it was tried 3 times"))
 
 
+def listen_to_interrupts() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def children(pid: int) -> list[int]:
     path = Path(f"/proc/{pid}/task/{pid}/children")
     return [int(word) for word in path.read_text().split()] if path.exists() else []
@@ -173,7 +177,8 @@ def test_stopped_and_started_again_it_gives_what_one_run_gives(tmp_path: Path, c
     command = [sys.executable, "-m", "patchlock.batch", str(manifest), "--jobs", "2", "--out"]
     subprocess.run([*command, str(tmp_path / "whole")], check=True, capture_output=True)
     out = tmp_path / "out"
-    process = subprocess.Popen([*command, str(out)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    # A shell that started the tests in the background has them ignore Ctrl-C, and that is handed down.
+    process = subprocess.Popen([*command, str(out)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, preexec_fn=listen_to_interrupts)
     until(lambda: len(list(out.rglob("ope/*/*.json"))) >= 3)
     workers = children(process.pid)
     assert len(workers) == 2
