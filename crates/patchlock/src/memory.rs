@@ -2,8 +2,9 @@
 //! Dictionaries and the patches of the buffers are derived from it.
 
 use crate::Error;
-use crate::appearance::subspace::{Subspace, SubspaceRules};
-use crate::appearance::{buffer, templates, update};
+use crate::appearance::subspace::{self, Subspace, SubspaceRules};
+use crate::appearance::update::NewTemplate;
+use crate::appearance::{buffer, templates};
 use crate::config::{FirstTemplates, TrackerConfig};
 use crate::estimate::Estimate;
 use crate::filter::state::State;
@@ -43,12 +44,28 @@ pub(crate) struct Memory {
 pub(crate) struct Lesson {
     /// The template that was replaced.
     pub replaced: Option<usize>,
-    /// The mask that the new template was made with.
-    pub mask: Vec<f64>,
+    /// Whether the new one was made with a mask, which the scratch then holds.
+    pub masked: bool,
     pub large_dictionary: bool,
     pub small_dictionary: bool,
     pub large_buffer: bool,
     pub small_buffer: bool,
+}
+
+/// Room to learn in, so that nothing is allocated anew. Nothing in it is remembered.
+#[derive(Debug, Default)]
+pub(crate) struct Scratch {
+    /// Candidates that the subspace has taken in, to be written over.
+    spare: Vec<Vec<f32>>,
+    subspace: subspace::Scratch,
+    new: NewTemplate,
+}
+
+impl Scratch {
+    /// The mask of the template that was made last.
+    pub fn mask(&self) -> &[f64] {
+        self.new.mask()
+    }
 }
 
 impl Memory {
@@ -96,18 +113,18 @@ impl Memory {
 
     fn begin_subspace(&mut self, config: &TrackerConfig) {
         self.subspace = Subspace::default();
-        self.subspace.add(&self.templates, &subspace_rules(config));
+        let mut scratch = subspace::Scratch::default();
+        self.subspace.add(&self.templates, &subspace_rules(config), &mut scratch);
     }
 
-    /// Learns from the estimate: its state and candidate, and what of it is visible. What is forgotten goes to `spare`, and is written over by what
-    /// is new.
+    /// Learns from the estimate: its state and candidate, and what of it is visible.
     pub fn learn(
         &mut self,
         (state, candidate): (State, &[f32]),
         estimate: &Estimate,
         grid: &PatchGrid,
         config: &TrackerConfig,
-        spare: &mut Vec<Vec<f32>>,
+        scratch: &mut Scratch,
     ) -> Lesson {
         self.state = state;
         self.frames += 1;
@@ -115,7 +132,7 @@ impl Memory {
             return self.gather(candidate, config);
         }
         self.steps += 1;
-        let mut copy = spare.pop().unwrap_or_default();
+        let mut copy = scratch.spare.pop().unwrap_or_default();
         copy.clear();
         copy.extend_from_slice(candidate);
         self.batch.push(copy);
@@ -124,9 +141,12 @@ impl Memory {
         let (large_turn, small_turn) =
             (every(config.update_interval), every(config.small_update_interval));
         if large_turn {
-            self.subspace.add(&self.batch, &subspace_rules(config));
-            spare.append(&mut self.batch);
-            self.update_templates(candidate, estimate, grid, config, &mut lesson);
+            self.subspace.add(&self.batch, &subspace_rules(config), &mut scratch.subspace);
+            scratch.spare.append(&mut self.batch);
+            lesson.replaced =
+                self.update_templates(candidate, estimate, grid, config, &mut scratch.new);
+            lesson.masked = lesson.replaced.is_some();
+            lesson.large_dictionary = lesson.replaced.is_some();
             if estimate.visible_large > config.large_buffer_guard {
                 buffer::push(&mut self.large_buffer, candidate);
                 lesson.large_buffer = true;
@@ -143,26 +163,23 @@ impl Memory {
         lesson
     }
 
-    /// Replaces a template where enough of the estimate is visible.
+    /// Replaces a template where enough of the estimate is visible, and says which.
     fn update_templates(
         &mut self,
         candidate: &[f32],
         estimate: &Estimate,
         grid: &PatchGrid,
         config: &TrackerConfig,
-        lesson: &mut Lesson,
-    ) {
+        new: &mut NewTemplate,
+    ) -> Option<usize> {
         if estimate.visible_small + estimate.visible_large <= 2.0 * config.delta {
-            return;
+            return None;
         }
-        let visible = &estimate.large.visible;
-        let new = update::new_template(candidate, grid, visible, &self.subspace, config);
+        new.make(candidate, grid, &estimate.large.visible, &self.subspace, config);
         let growth = config.replacement_growth;
         let replaced = templates::draw_replaced(self.templates.len(), growth, &mut self.rng);
-        templates::replace(&mut self.templates, replaced, new.template);
-        lesson.replaced = Some(replaced);
-        lesson.mask = new.mask;
-        lesson.large_dictionary = true;
+        templates::replace(&mut self.templates, replaced, new.template());
+        Some(replaced)
     }
 
     /// Takes the tracked candidate into the first templates, unconditionally.
@@ -172,7 +189,7 @@ impl Memory {
             FirstTemplates::Shifts | FirstTemplates::WarmUp => Some(1),
         };
         let slot = replaced.unwrap_or(self.templates.len());
-        templates::replace(&mut self.templates, slot, candidate.to_vec());
+        templates::replace(&mut self.templates, slot, candidate);
         self.gathering = match config.first_templates {
             FirstTemplates::Nearest => self.templates.len() < config.templates,
             FirstTemplates::Shifts | FirstTemplates::WarmUp => {
@@ -185,7 +202,7 @@ impl Memory {
         }
         Lesson {
             replaced,
-            mask: Vec::new(),
+            masked: false,
             large_dictionary: true,
             small_dictionary: true,
             large_buffer: true,

@@ -14,7 +14,7 @@ use crate::appearance::weighing::Weighing;
 use crate::config::{FirstTemplates, Outside, ScaleMotion, TrackerConfig};
 use crate::estimate::{Estimate, VisibilityMap};
 use crate::filter::{motion::Motion, particles, state::State};
-use crate::memory::{Lesson, Memory};
+use crate::memory::{self, Lesson, Memory};
 use crate::observe::{FrameView, Observer, PatchView, UpdateView};
 use crate::simd::instructions::Instructions;
 use crate::sparse::codes::CodeRules;
@@ -53,8 +53,6 @@ pub struct Tracker {
 #[derive(Debug)]
 pub(crate) struct Target {
     memory: Memory,
-    /// Templates that are forgotten, to be written over.
-    spare: Vec<Vec<f32>>,
     large: Scale,
     small: Scale,
 }
@@ -73,6 +71,7 @@ pub(crate) struct Work {
     likeness: Vec<f64>,
     ranked: Vec<u32>,
     race: Race,
+    learning: memory::Scratch,
 }
 
 impl Tracker {
@@ -124,7 +123,7 @@ impl Tracker {
     }
 
     /// As [`Tracker::update`], into an estimate that there is, from `init` or an earlier frame, which saves the allocation of its two maps. Nothing
-    /// else is allocated, but on frames that change templates, and until all buffers have grown.
+    /// else is allocated once all buffers have grown.
     ///
     /// # Errors
     /// As [`Tracker::update`]; then the estimate is as it was too.
@@ -264,26 +263,20 @@ impl Target {
             memory.small_templates(),
             memory.small_buffer(),
         );
-        Self { memory, spare: Vec::new(), large, small }
+        Self { memory, large, small }
     }
 
     /// Takes the estimate into the memory, and follows with dictionaries and buffers.
     fn learn(
         &mut self,
         best: usize,
-        work: &Work,
+        work: &mut Work,
         estimate: &Estimate,
         config: &TrackerConfig,
     ) -> Lesson {
-        let tracked = work.candidate(best, config.template_side);
-        let state = work.particles[best];
-        let lesson = self.memory.learn(
-            (state, tracked),
-            estimate,
-            self.large.grid(),
-            config,
-            &mut self.spare,
-        );
+        let Work { particles, candidates, learning, .. } = work;
+        let tracked = (particles[best], one(candidates, best, config.template_side));
+        let lesson = self.memory.learn(tracked, estimate, self.large.grid(), config, learning);
         let memory = &self.memory;
         self.large.learn(
             lesson.large_dictionary.then(|| memory.templates()),
@@ -298,10 +291,6 @@ impl Target {
 }
 
 impl Work {
-    fn candidate(&self, k: usize, side: usize) -> &[f32] {
-        &self.candidates[k * side * side..][..side * side]
-    }
-
     /// Warps the candidates of all particles.
     fn warp(&mut self, image: &GreyImage, side: usize) {
         let particles = &self.particles;
@@ -419,16 +408,17 @@ impl Work {
                 })
                 .collect()
         };
+        let mask = if lesson.masked { self.learning.mask() } else { &[] };
         FrameView {
             frame: target.memory.frames(),
             particles: &self.particles,
             likelihoods: &self.likelihoods,
             best,
-            candidate: self.candidate(best, config.template_side),
+            candidate: one(&self.candidates, best, config.template_side),
             large: patches(&self.large),
             small: patches(&self.small),
             templates: target.memory.templates(),
-            update: lesson.replaced.map(|replaced| UpdateView { replaced, mask: &lesson.mask }),
+            update: lesson.replaced.map(|replaced| UpdateView { replaced, mask }),
         }
     }
 }
@@ -446,6 +436,11 @@ enum Whose {
 fn compare(candidates: &[f32], template: &[f32], out: &mut Vec<f64>) {
     let candidates = candidates.par_chunks_exact(template.len().max(1));
     candidates.map(|candidate| likeness(candidate, template)).collect_into_vec(out);
+}
+
+/// One of the candidates.
+fn one(candidates: &[f32], k: usize, side: usize) -> &[f32] {
+    &candidates[k * side * side..][..side * side]
 }
 
 /// Warps and normalises one candidate.

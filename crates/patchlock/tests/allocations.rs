@@ -1,4 +1,4 @@
-//! What the tracker allocates once its buffers have grown: nothing on ordinary frames, little where it learns, and nothing that stays.
+//! What the tracker allocates once its buffers have grown: nothing, also on frames where it learns.
 //!
 //! Counted on one thread. Where more threads share the work, `rayon` allocates now and then for its queues of tasks.
 
@@ -93,25 +93,22 @@ fn quick() -> TrackerConfig {
 const WARM_UP: usize = 60;
 
 #[test]
-fn ordinary_frames_allocate_nothing() {
+fn no_frame_allocates() {
     let config = TrackerConfig::preset("paper").unwrap();
     let frames: Vec<Counted> = on_one_thread(|| {
         let mut endless = Endless::new(&config);
-        (0..WARM_UP + 40).map(|_| endless.step()).skip(WARM_UP).collect()
+        let first = endless.step();
+        assert!(first.calls > 0, "the counter counts: {first:?}");
+        (1..WARM_UP + 60).map(|_| endless.step()).skip(WARM_UP - 1).collect()
     });
-    let learns = |counted: &Counted| counted.frame.is_multiple_of(config.update_interval);
-    let (learning, ordinary): (Vec<_>, Vec<_>) = frames.into_iter().partition(learns);
-    assert_eq!((learning.len(), ordinary.len()), (8, 32));
-    for counted in ordinary {
+    // Templates, both dictionaries, both buffers and the subspace learned meanwhile.
+    assert!(
+        frames.iter().filter(|c| c.frame.is_multiple_of(config.small_update_interval)).count() >= 3
+    );
+    for counted in frames {
         assert_eq!((counted.calls, counted.held), (0, 0), "{counted:?}");
     }
-    println!("frames that learn: {learning:?}");
-    assert!(learning.iter().all(|counted| counted.calls > 0), "the counter counts: {learning:?}");
-    assert!(learning.iter().all(|counted| counted.calls <= MOST_WHEN_LEARNING), "{learning:?}");
 }
-
-/// Calls of the allocator on a frame that learns: small matrices of the subspace and the mask, and scratch of the Gram matrix.
-const MOST_WHEN_LEARNING: u64 = 400;
 
 /// Bytes that a tracker holds, looked at every so many frames.
 fn held(config: &TrackerConfig, count: usize, every: usize) -> Vec<i64> {

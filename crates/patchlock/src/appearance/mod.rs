@@ -6,6 +6,7 @@ pub mod likelihood;
 pub mod mask;
 pub mod pooling;
 pub mod scale;
+mod singular;
 pub mod subspace;
 pub mod templates;
 pub mod update;

@@ -5,25 +5,24 @@
 //! together. For a batch `B` of `m` columns with mean `b`, and the `n` columns so far with mean `a`:
 //!
 //! ```text
-//! B' = [B - b, sqrt(n m / (n + m)) (b - a)]       Q R' = B' - U U^T B'
-//! svd [ f S  U^T B' ] = U' S' V'                  basis [U Q] U',  values S',  mean (f n a + m b) / (f n + m)
-//!     [  0   Q^T B' ]
+//! B' = [B - b, sqrt(n m / (n + m)) (b - a)]
+//! svd [f U S  B'] = U' S' V'                  basis U',  values S',  mean (f n a + m b) / (f n + m)
 //! ```
 
-use nalgebra::{DMatrix, DVector};
+use super::singular::orthogonalise;
 use serde::{Deserialize, Serialize};
 
 /// Squared singular values below this are rounding: the vectors have norm 1, and `f32` resolves differences of 1e-8.
 const NOISE: f64 = 1e-20;
-
-/// A matrix of this size converges in some tens of iterations.
-const MAX_SVD_ITERATIONS: usize = 10_000;
 
 /// Nothing in the subspace of vectors of norm 1 is larger than this, rounding included.
 const MAX_ENTRY: f64 = 1.001;
 
 /// More vectors than any video has frames.
 const MAX_WEIGHT: f64 = 1e15;
+
+/// Vectors that are taken in together: the time grows with the square of their number. A longer batch is taken in parts.
+const MOST_TOGETHER: usize = 64;
 
 /// How the subspace forgets and what it keeps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,15 +45,24 @@ pub struct Subspace {
     weight: f64,
 }
 
+/// Room to take in a batch.
+#[derive(Debug, Default)]
+pub struct Scratch {
+    columns: Vec<f64>,
+    mean: Vec<f64>,
+    /// Singular values and where their columns are.
+    values: Vec<(f64, usize)>,
+}
+
 impl Subspace {
     /// The mean.
-    pub fn mean(&self) -> DVector<f64> {
-        DVector::from_column_slice(&self.mean)
+    pub fn mean(&self) -> &[f64] {
+        &self.mean
     }
 
-    /// The eigenvectors, as columns.
-    pub fn basis(&self) -> DMatrix<f64> {
-        DMatrix::from_column_slice(self.mean.len(), self.values.len(), &self.basis)
+    /// The eigenvectors, as long as the mean, one after the other.
+    pub fn basis(&self) -> &[f64] {
+        &self.basis
     }
 
     /// The singular values, the largest first.
@@ -76,67 +84,80 @@ impl Subspace {
     }
 
     /// Takes in a batch of vectors of one length.
-    pub fn add(&mut self, batch: &[Vec<f32>], rules: &SubspaceRules) {
-        let Some(first) = batch.first() else { return };
-        let (dim, count) = (first.len(), batch.len() as f64);
-        let samples = batch.iter().flatten().map(|&v| f64::from(v));
-        let columns = DMatrix::from_iterator(dim, batch.len(), samples);
-        let batch_mean = columns.column_mean();
-        let mut centred = columns;
-        centred.column_iter_mut().for_each(|mut column| column -= &batch_mean);
-        if self.weight == 0.0 {
-            self.mean = vec![0.0; dim];
-        } else {
-            let shift =
-                (&batch_mean - self.mean()) * (self.weight * count / (self.weight + count)).sqrt();
-            centred = centred.insert_column(batch.len(), 0.0);
-            centred.set_column(batch.len(), &shift);
+    pub fn add(&mut self, batch: &[Vec<f32>], rules: &SubspaceRules, scratch: &mut Scratch) {
+        let mut forgetting = rules.forgetting;
+        for part in batch.chunks(MOST_TOGETHER) {
+            self.add_part(part, &SubspaceRules { forgetting, ..*rules }, scratch);
+            // A batch is forgotten by the next one, not by its own parts.
+            forgetting = 1.0;
         }
-        self.rotate(&centred, rules);
+    }
+
+    fn add_part(&mut self, batch: &[Vec<f32>], rules: &SubspaceRules, scratch: &mut Scratch) {
+        let Some(dim) = batch.first().map(Vec::len) else { return };
+        let count = batch.len() as f64;
+        self.mean.resize(dim, 0.0);
+        scratch.set_mean(batch, dim);
+        scratch.columns.clear();
+        for (value, direction) in self.values.iter().zip(self.basis.chunks_exact(dim)) {
+            let scale = rules.forgetting * value;
+            scratch.columns.extend(direction.iter().map(|v| scale * v));
+        }
+        for vector in batch {
+            let centred = vector.iter().zip(&scratch.mean).map(|(&v, mean)| f64::from(v) - mean);
+            scratch.columns.extend(centred);
+        }
+        if self.weight > 0.0 {
+            let scale = (self.weight * count / (self.weight + count)).sqrt();
+            let shift = scratch.mean.iter().zip(&self.mean).map(|(new, old)| (new - old) * scale);
+            scratch.columns.extend(shift);
+        }
+        orthogonalise(&mut scratch.columns, dim);
+        self.keep(rules, scratch);
         let past = rules.forgetting * self.weight;
-        self.mean =
-            ((self.mean() * past + batch_mean * count) / (past + count)).as_slice().to_vec();
+        for (old, new) in self.mean.iter_mut().zip(&scratch.mean) {
+            *old = (*old * past + new * count) / (past + count);
+        }
         self.weight = past + count;
     }
 
-    /// Takes centred columns into basis and singular values.
-    fn rotate(&mut self, columns: &DMatrix<f64>, rules: &SubspaceRules) {
-        let basis = self.basis();
-        let inside = basis.tr_mul(columns);
-        let outside = columns - &basis * &inside;
-        let mut fresh = outside.qr().q();
-        // Where nearly nothing lies outside, its directions are noise; a second pass keeps them orthogonal to the basis.
-        fresh -= &basis * basis.tr_mul(&fresh);
-        let old = self.values.len();
-        let mut joint = DMatrix::zeros(old + fresh.ncols(), old + columns.ncols());
-        for (k, value) in self.values.iter().enumerate() {
-            joint[(k, k)] = rules.forgetting * value;
+    /// Keeps the largest of the orthogonal columns, as unit vectors and values.
+    fn keep(&mut self, rules: &SubspaceRules, scratch: &mut Scratch) {
+        let Scratch { columns, values, .. } = scratch;
+        let dim = self.mean.len();
+        let norm = |column: &[f64]| column.iter().map(|v| v * v).sum::<f64>().sqrt();
+        values.clear();
+        values.extend(columns.chunks_exact(dim).map(norm).zip(0..));
+        let energy: f64 = values.iter().map(|(value, _)| value * value).sum();
+        let least = (energy * rules.keep).max(NOISE);
+        values.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        values.retain(|(value, _)| *value > 0.0 && value * value >= least);
+        values.truncate(rules.vectors.min(dim));
+        self.basis.clear();
+        self.values.clear();
+        for &(value, place) in values.iter() {
+            let column = &columns[place * dim..][..dim];
+            self.basis.extend(column.iter().map(|v| v / value));
+            self.values.push(value);
         }
-        joint.view_mut((0, old), (old, columns.ncols())).copy_from(&inside);
-        let below = fresh.tr_mul(columns);
-        joint.view_mut((old, old), (fresh.ncols(), columns.ncols())).copy_from(&below);
+    }
+}
 
-        // Where it does not converge (nothing of norm 1 makes it so), the subspace stays as it was.
-        let svd = joint.try_svd(true, false, f64::EPSILON, MAX_SVD_ITERATIONS);
-        let Some((turn, values)) = svd.and_then(|svd| svd.u.map(|u| (u, svd.singular_values)))
-        else {
-            return;
-        };
-        let least = (values.norm_squared() * rules.keep).max(NOISE);
-        let mut order: Vec<usize> = (0..values.len()).collect();
-        order.sort_by(|&a, &b| values[b].total_cmp(&values[a]));
-        order.retain(|&k| values[k] > 0.0 && values[k] * values[k] >= least);
-        order.truncate(rules.vectors);
-        let turn = turn.select_columns(&order);
-        let next = basis * turn.rows(0, old) + fresh * turn.rows(old, turn.nrows() - old);
-        self.basis = next.as_slice().to_vec();
-        self.values = order.iter().map(|&k| values[k]).collect();
+impl Scratch {
+    fn set_mean(&mut self, batch: &[Vec<f32>], dim: usize) {
+        self.mean.clear();
+        self.mean.resize(dim, 0.0);
+        for vector in batch {
+            self.mean.iter_mut().zip(vector).for_each(|(sum, &v)| *sum += f64::from(v));
+        }
+        self.mean.iter_mut().for_each(|sum| *sum /= batch.len() as f64);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::{DMatrix, DVector};
 
     const ALL: SubspaceRules = SubspaceRules { forgetting: 1.0, keep: 1e-12, vectors: 64 };
 
@@ -149,20 +170,20 @@ mod tests {
     #[test]
     fn batches_give_what_all_columns_together_give() {
         let all = vectors(22, 30, 3);
-        let mut subspace = Subspace::default();
+        let (mut subspace, mut scratch) = (Subspace::default(), Scratch::default());
         for batch in [&all[..10], &all[10..15], &all[15..16], &all[16..22]] {
-            subspace.add(batch, &ALL);
+            subspace.add(batch, &ALL, &mut scratch);
         }
         let whole = DMatrix::from_iterator(30, 22, all.iter().flatten().map(|&v| f64::from(v)));
         let mean = whole.column_mean();
         let mut centred = whole;
         centred.column_iter_mut().for_each(|mut c| c -= &mean);
         let svd = centred.clone().svd(true, false);
-        assert!((subspace.mean() - &mean).amax() < 1e-12);
+        assert!((DVector::from_column_slice(subspace.mean()) - &mean).amax() < 1e-12);
         for (got, want) in subspace.values().iter().zip(svd.singular_values.iter()) {
             assert!((got - want).abs() < 1e-10, "{got} {want}");
         }
-        let basis = subspace.basis();
+        let basis = DMatrix::from_column_slice(30, subspace.values().len(), subspace.basis());
         assert!(
             (basis.tr_mul(&basis) - DMatrix::identity(basis.ncols(), basis.ncols())).amax() < 1e-10
         );
@@ -172,15 +193,31 @@ mod tests {
 
     #[test]
     fn repeated_vectors_and_limits() {
-        let mut subspace = Subspace::default();
+        let (mut subspace, mut scratch) = (Subspace::default(), Scratch::default());
         let one = vectors(1, 30, 1);
-        subspace.add(&[one[0].clone(), one[0].clone()], &ALL);
+        subspace.add(&[one[0].clone(), one[0].clone()], &ALL, &mut scratch);
         assert!(subspace.values().is_empty() && subspace.fits(30));
-        subspace.add(&vectors(12, 30, 2), &SubspaceRules { vectors: 4, ..ALL });
+        subspace.add(&vectors(12, 30, 2), &SubspaceRules { vectors: 4, ..ALL }, &mut scratch);
         assert_eq!(subspace.values().len(), 4);
         let before = subspace.values().to_vec();
-        subspace.add(&one, &SubspaceRules { forgetting: 0.5, ..ALL });
+        subspace.add(&one, &SubspaceRules { forgetting: 0.5, ..ALL }, &mut scratch);
         assert!(subspace.values()[0] < before[0]);
         assert!(!subspace.fits(29));
+    }
+
+    #[test]
+    fn a_long_batch_is_taken_in_parts_and_forgotten_once() {
+        let all = vectors(3 * MOST_TOGETHER + 5, 20, 4);
+        let (mut long, mut scratch) = (Subspace::default(), Scratch::default());
+        long.add(&all, &ALL, &mut scratch);
+        let mut parts = Subspace::default();
+        all.chunks(30).for_each(|part| parts.add(part, &ALL, &mut scratch));
+        let pairs = long.values().iter().zip(parts.values());
+        for (a, b) in pairs.chain(long.mean().iter().zip(parts.mean())) {
+            assert!((a - b).abs() < 1e-10, "{a} {b}");
+        }
+        assert_eq!((long.values().len(), parts.values().len()), (20, 20));
+        long.add(&all, &SubspaceRules { forgetting: 0.5, ..ALL }, &mut scratch);
+        assert_eq!(long.weight, 1.5 * all.len() as f64);
     }
 }

@@ -1,5 +1,6 @@
 //! The templates (Sec. 2.5): how the first are gathered and which one is replaced.
 
+use super::buffer;
 use rand_distr::{Distribution, StandardUniform};
 use rand_pcg::Pcg64;
 
@@ -34,12 +35,12 @@ pub fn draw_replaced(count: usize, growth: f64, rng: &mut Pcg64) -> usize {
     count - 1
 }
 
-/// Removes template `replaced`; the new one goes to the end.
-pub fn replace(templates: &mut Vec<Vec<f32>>, replaced: usize, template: Vec<f32>) {
-    if replaced < templates.len() {
-        templates.remove(replaced);
+/// Forgets template `replaced`, where there is one; the new one goes to the end.
+pub fn replace(templates: &mut Vec<Vec<f32>>, replaced: usize, template: &[f32]) {
+    match templates.get_mut(replaced..) {
+        Some(younger) if !younger.is_empty() => buffer::push(younger, template),
+        _ => templates.push(template.to_vec()),
     }
-    templates.push(template);
 }
 
 #[cfg(test)]
@@ -74,7 +75,9 @@ mod tests {
     #[test]
     fn the_new_template_goes_to_the_end() {
         let mut templates = vec![vec![0.0], vec![1.0], vec![2.0]];
-        replace(&mut templates, 1, vec![3.0]);
+        replace(&mut templates, 1, &[3.0]);
         assert_eq!(templates, [[0.0], [2.0], [3.0]]);
+        replace(&mut templates, 3, &[4.0]);
+        assert_eq!(templates, [[0.0], [2.0], [3.0], [4.0]]);
     }
 }

@@ -1,51 +1,61 @@
 //! The new template (Eq. 15-17, 20-21): the tracked candidate where it is visible, its reconstruction where it is hidden.
 
-use super::mask::occlusion_mask;
+use super::mask::OcclusionMask;
 use super::subspace::Subspace;
 use crate::config::TrackerConfig;
-use crate::sparse::lasso;
+use crate::sparse::lasso::Reconstruction;
 use crate::vision::patches::{PatchGrid, normalise};
-use nalgebra::DVector;
 
-/// A new template and the occlusion mask it was made with.
-#[derive(Debug, Clone, PartialEq)]
+/// A new template and the occlusion mask that it was made with; a value can be used again and again.
+#[derive(Debug, Clone, Default)]
 pub struct NewTemplate {
+    template: Vec<f32>,
+    mask: OcclusionMask,
+    /// The candidate as it differs from the subspace's mean, and what explains that.
+    signal: Vec<f64>,
+    code: Reconstruction,
+}
+
+impl NewTemplate {
     /// `T = C K + H (1 - K)`, L2-normalised.
-    pub template: Vec<f32>,
+    pub fn template(&self) -> &[f32] {
+        &self.template
+    }
+
     /// `K`, one value a sample, 1 where the candidate is visible.
-    pub mask: Vec<f64>,
-}
+    pub fn mask(&self) -> &[f64] {
+        self.mask.values()
+    }
 
-/// Makes the new template of a tracked candidate `C` whose large patches are visible or not.
-pub fn new_template(
-    candidate: &[f32],
-    grid: &PatchGrid,
-    visible: &[bool],
-    subspace: &Subspace,
-    config: &TrackerConfig,
-) -> NewTemplate {
-    let (radius, epsilon) = (config.guided_radius, config.guided_epsilon);
-    let mask = occlusion_mask(candidate, config.template_side, grid, visible, radius, epsilon);
-    let reconstruction = reconstruction(candidate, subspace, config.lambda);
-    let blend = |k: usize| f64::from(candidate[k]) * mask[k] + reconstruction[k] * (1.0 - mask[k]);
-    let mut template: Vec<f32> = (0..candidate.len()).map(|k| blend(k) as f32).collect();
-    normalise(&mut template);
-    NewTemplate { template, mask }
-}
-
-/// `H = mean + U q`, with `q` robust against what the trivial templates explain.
-fn reconstruction(candidate: &[f32], subspace: &Subspace, lambda: f64) -> DVector<f64> {
-    let (mean, basis) = (subspace.mean(), subspace.basis());
-    let candidate =
-        DVector::from_iterator(candidate.len(), candidate.iter().map(|&v| f64::from(v)));
-    let code = lasso::reconstruct(&basis, &(candidate - &mean), lambda);
-    mean + basis * code.coefficients
+    /// Makes the new template of a tracked candidate `C` whose large patches are visible or not.
+    pub fn make(
+        &mut self,
+        candidate: &[f32],
+        grid: &PatchGrid,
+        visible: &[bool],
+        subspace: &Subspace,
+        config: &TrackerConfig,
+    ) {
+        let (radius, epsilon) = (config.guided_radius, config.guided_epsilon);
+        self.mask.make(candidate, config.template_side, grid, visible, radius, epsilon);
+        // H = mean + U q, with q robust against what the trivial templates explain.
+        let mean = subspace.mean();
+        self.signal.clear();
+        self.signal.extend(candidate.iter().zip(mean).map(|(&c, mean)| f64::from(c) - mean));
+        self.code.solve(subspace.basis(), &self.signal, config.lambda);
+        let hidden = mean.iter().zip(self.code.fit()).map(|(mean, fit)| mean + fit);
+        let seen = candidate.iter().zip(self.mask.values());
+        let blend = seen.zip(hidden).map(|((&c, k), h)| f64::from(c) * k + h * (1.0 - k));
+        self.template.clear();
+        self.template.extend(blend.map(|v| v as f32));
+        normalise(&mut self.template);
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::appearance::subspace::SubspaceRules;
+    use crate::appearance::subspace::{Scratch, SubspaceRules};
 
     #[test]
     fn what_is_hidden_comes_from_the_subspace() {
@@ -60,24 +70,26 @@ mod tests {
             })
             .collect();
         let mut subspace = Subspace::default();
-        subspace.add(&views, &SubspaceRules { forgetting: 1.0, keep: 1e-6, vectors: 20 });
+        let rules = SubspaceRules { forgetting: 1.0, keep: 1e-6, vectors: 20 };
+        subspace.add(&views, &rules, &mut Scratch::default());
         // The upper left patch is covered by something bright.
         let mut covered = views[0].clone();
         (0..8).for_each(|row| covered[row * 32..row * 32 + 8].fill(0.2));
         let mut visible = [true; 9];
         visible[0] = false;
-        let new = new_template(&covered, &grid, &visible, &subspace, &config);
+        let mut new = NewTemplate::default();
+        new.make(&covered, &grid, &visible, &subspace, &config);
         let error =
             |a: &[f32], b: &[f32]| -> f32 { a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum() };
-        assert!(error(&new.template, &views[0]) < 0.01 * error(&covered, &views[0]));
-        assert_eq!(new.mask[0], 0.0);
-        assert!((new.mask[1023] - 1.0).abs() < 1e-9);
-        let norm: f32 = new.template.iter().map(|v| v * v).sum();
+        assert!(error(new.template(), &views[0]) < 0.01 * error(&covered, &views[0]));
+        assert_eq!(new.mask()[0], 0.0);
+        assert!((new.mask()[1023] - 1.0).abs() < 1e-9);
+        let norm: f32 = new.template().iter().map(|v| v * v).sum();
         assert!((norm - 1.0).abs() < 1e-5);
         // All visible: the candidate itself.
-        let open = new_template(&covered, &grid, &[true; 9], &subspace, &config);
+        new.make(&covered, &grid, &[true; 9], &subspace, &config);
         let mut same = covered.clone();
         normalise(&mut same);
-        assert!(error(&open.template, &same) < 1e-10);
+        assert!(error(new.template(), &same) < 1e-10);
     }
 }

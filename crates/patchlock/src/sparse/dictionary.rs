@@ -4,7 +4,7 @@
 //! norm 1, or 0 where the patch was all zero.
 
 use super::aligned::Aligned;
-use rayon::prelude::*;
+use super::gram;
 
 /// Atoms and what all signals share of them: their squared norms, their samples as the matrix product reads them, and their
 /// inner products.
@@ -17,6 +17,8 @@ pub struct Dictionary {
     atoms: Vec<f32>,
     squared_norms: Vec<f64>,
     panels: Aligned,
+    /// The panels in `f64`, for the inner products.
+    wide: Vec<f64>,
     gram: Aligned,
 }
 
@@ -106,54 +108,14 @@ impl Dictionary {
         &self.gram[k * self.stride..][..self.stride]
     }
 
-    /// The Gram matrix, `count` rows of `stride`, some rows at a time so that the wide ones need little room.
+    /// The Gram matrix, `count` rows of `stride`.
     fn fill_gram(&mut self) {
-        let Self { dim, count, stride, atoms, gram, .. } = self;
-        let (dim, count, stride) = (*dim, *count, *stride);
-        let wide: Vec<f64> = atoms[..count * dim].iter().map(|&v| f64::from(v)).collect();
-        gram.reset(count * stride);
-        gram.par_chunks_mut(GRAM_ROWS * stride).enumerate().for_each(|(block, out)| {
-            let rows = &wide[block * GRAM_ROWS * dim..];
-            let rows = &rows[..rows.len().min(GRAM_ROWS * dim)];
-            let products = inner_products(dim, rows, &wide);
-            for (out, products) in out.chunks_exact_mut(stride).zip(products.chunks_exact(count)) {
-                out.iter_mut().zip(products).for_each(|(out, &product)| *out = product as f32);
-            }
-        });
+        let Self { dim, count, stride, panels, wide, gram, .. } = self;
+        wide.clear();
+        wide.extend(panels.iter().map(|&v| f64::from(v)));
+        gram.reset(*count * *stride);
+        gram::fill(wide, *dim, gram);
     }
-}
-
-/// Rows of the Gram matrix that are computed together.
-const GRAM_ROWS: usize = 128;
-
-/// The inner products of each row of `left` with each row of `right`; rows have `dim` samples.
-#[allow(unsafe_code)]
-fn inner_products(dim: usize, left: &[f64], right: &[f64]) -> Vec<f64> {
-    let (rows, columns) = (left.len() / dim, right.len() / dim);
-    let mut products = vec![0.0; rows * columns];
-    let step = dim as isize;
-    // SAFETY: `left` holds rows x dim, `right` columns x dim and `products` rows x columns values, contiguous and row-major; the
-    // strides say just that, `right` transposed. `products` is borrowed mutably, so it overlaps neither.
-    // Benefit: the library's only entry is a raw one, and its product is some 30 times faster than plain loops.
-    unsafe {
-        matrixmultiply::dgemm(
-            rows,
-            dim,
-            columns,
-            1.0,
-            left.as_ptr(),
-            step,
-            1,
-            right.as_ptr(),
-            1,
-            step,
-            0.0,
-            products.as_mut_ptr(),
-            columns as isize,
-            1,
-        );
-    }
-    products
 }
 
 #[cfg(test)]

@@ -9,7 +9,9 @@
 //! eliminated, and converges to the exact solution. Where many samples are outliers it does so slowly; Nesterov's momentum, started
 //! again whenever it points uphill (O'Donoghue, Candes, 2015), makes that some hundred turns.
 
-use nalgebra::{DMatrix, DVector};
+use crate::simd::dot_wide;
+use crate::simd::instructions::Instructions;
+use pulp::{Simd, WithSimd};
 
 /// Turns taken at most.
 const MAX_TURNS: usize = 10_000;
@@ -17,39 +19,130 @@ const MAX_TURNS: usize = 10_000;
 /// It has converged when no coefficient moved by more than this times lambda.
 const TOLERANCE: f64 = 1e-9;
 
-/// Coefficients in the basis, and the sparse error.
-#[derive(Debug, Clone, PartialEq)]
+/// Coefficients in the basis and the sparse error, with room to find them: a value can be used again and again.
+#[derive(Debug, Clone, Default)]
 pub struct Reconstruction {
-    /// `q`, one a column of the basis.
-    pub coefficients: DVector<f64>,
-    /// `e`, one a sample.
-    pub error: DVector<f64>,
+    coefficients: Vec<f64>,
+    error: Vec<f64>,
+    fit: Vec<f64>,
+    /// Where momentum has carried the coefficients, and where a turn leads from there.
+    ahead: Vec<f64>,
+    next: Vec<f64>,
 }
 
-/// Solves the problem for `signal` (`y`) in `basis` (`U`).
-pub fn reconstruct(basis: &DMatrix<f64>, signal: &DVector<f64>, lambda: f64) -> Reconstruction {
-    let error_of = |q: &DVector<f64>| (signal - basis * q).map(|v| soft_threshold(v, lambda));
-    let turn =
-        |q: &DVector<f64>| basis.tr_mul(&(signal - error_of(q))).map(|v| soft_threshold(v, lambda));
-    let mut q = DVector::zeros(basis.ncols());
-    let (mut ahead, mut momentum) = (q.clone(), 1.0f64);
-    for _ in 0..MAX_TURNS {
-        let next = turn(&ahead);
-        let (step, correction) = (&next - &q, &ahead - &next);
-        if step.amax().max(correction.amax()) <= TOLERANCE * lambda.max(TOLERANCE) {
-            break;
-        }
-        if correction.dot(&step) > 0.0 {
-            momentum = 1.0;
-        }
-        let following = (1.0 + (1.0 + 4.0 * momentum * momentum).sqrt()) / 2.0;
-        ahead = &next + step * ((momentum - 1.0) / following);
-        (q, momentum) = (next, following);
+impl Reconstruction {
+    /// `q`, one a column of the basis.
+    pub fn coefficients(&self) -> &[f64] {
+        &self.coefficients
     }
-    Reconstruction { error: error_of(&q), coefficients: q }
+
+    /// `e`, one a sample.
+    pub fn error(&self) -> &[f64] {
+        &self.error
+    }
+
+    /// `U q`, one a sample.
+    pub fn fit(&self) -> &[f64] {
+        &self.fit
+    }
+
+    /// Solves the problem for `signal` (`y`) in `basis` (`U`), whose columns are as long as the signal and stand one after the other.
+    pub fn solve(&mut self, basis: &[f64], signal: &[f64], lambda: f64) {
+        Instructions::default()
+            .dispatch(Solve { out: self, problem: Problem { basis, signal, lambda } });
+    }
+}
+
+struct Solve<'a> {
+    out: &'a mut Reconstruction,
+    problem: Problem<'a>,
+}
+
+impl WithSimd for Solve<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { out, problem } = self;
+        let Reconstruction { coefficients, error, fit, ahead, next } = out;
+        for part in [&mut *coefficients, &mut *ahead, &mut *next] {
+            part.clear();
+            part.resize(problem.columns().len(), 0.0);
+        }
+        let mut momentum = 1.0f64;
+        for _ in 0..MAX_TURNS {
+            problem.turn(simd, ahead, (fit, error), next);
+            let (mut moved, mut uphill) = (0.0f64, 0.0);
+            for ((next, last), ahead) in next.iter().zip(&*coefficients).zip(&*ahead) {
+                let (step, correction) = (next - last, ahead - next);
+                moved = moved.max(step.abs()).max(correction.abs());
+                uphill += correction * step;
+            }
+            if moved <= TOLERANCE * problem.lambda.max(TOLERANCE) {
+                break;
+            }
+            if uphill > 0.0 {
+                momentum = 1.0;
+            }
+            let following = (1.0 + (1.0 + 4.0 * momentum * momentum).sqrt()) / 2.0;
+            let carried = (momentum - 1.0) / following;
+            for ((ahead, next), last) in ahead.iter_mut().zip(&*next).zip(&*coefficients) {
+                *ahead = next + (next - last) * carried;
+            }
+            std::mem::swap(coefficients, next);
+            momentum = following;
+        }
+        problem.explain(coefficients, fit, error);
+    }
+}
+
+/// What is given.
+#[derive(Clone, Copy)]
+struct Problem<'a> {
+    basis: &'a [f64],
+    signal: &'a [f64],
+    lambda: f64,
+}
+
+impl Problem<'_> {
+    #[inline(always)]
+    fn columns(&self) -> std::slice::ChunksExact<'_, f64> {
+        self.basis.chunks_exact(self.signal.len().max(1))
+    }
+
+    /// `U q`, and the best `e` for it.
+    #[inline(always)]
+    fn explain(&self, q: &[f64], fit: &mut Vec<f64>, error: &mut Vec<f64>) {
+        fit.clear();
+        fit.resize(self.signal.len(), 0.0);
+        for (column, q) in self.columns().zip(q) {
+            fit.iter_mut().zip(column).for_each(|(fit, u)| *fit += u * q);
+        }
+        let left = self.signal.iter().zip(fit).map(|(y, fit)| y - *fit);
+        error.clear();
+        error.extend(left.map(|v| soft_threshold(v, self.lambda)));
+    }
+
+    /// The best `q` for the best `e` of `from`. `fit` and `error` are written over.
+    #[inline(always)]
+    fn turn<S: Simd>(
+        &self,
+        simd: S,
+        from: &[f64],
+        (fit, error): (&mut Vec<f64>, &mut Vec<f64>),
+        next: &mut [f64],
+    ) {
+        self.explain(from, fit, error);
+        // What the columns have to explain stands where the error stood.
+        error.iter_mut().zip(self.signal).for_each(|(e, y)| *e = y - *e);
+        for (next, column) in next.iter_mut().zip(self.columns()) {
+            *next = soft_threshold(dot_wide(simd, column, error), self.lambda);
+        }
+    }
 }
 
 /// `v` moved towards 0 by `lambda`, but not past it.
+#[inline(always)]
 fn soft_threshold(v: f64, lambda: f64) -> f64 {
     (v.abs() - lambda).max(0.0).copysign(v)
 }
@@ -57,7 +150,16 @@ fn soft_threshold(v: f64, lambda: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::{DMatrix, DVector};
     use proptest::prelude::*;
+
+    fn solve(basis: &DMatrix<f64>, signal: &DVector<f64>, lambda: f64) -> [DVector<f64>; 2] {
+        let mut found = Reconstruction::default();
+        found.solve(basis.as_slice(), signal.as_slice(), lambda);
+        let [q, e] = [found.coefficients(), found.error()].map(DVector::from_column_slice);
+        assert!((basis * &q - DVector::from_column_slice(found.fit())).amax() < 1e-12);
+        [q, e]
+    }
 
     /// At the minimum the gradient of the smooth part is `-lambda sign(x)` where `x` is not 0, and within `lambda` where it is.
     fn violation(gradient: &DVector<f64>, x: &DVector<f64>, lambda: f64) -> f64 {
@@ -76,10 +178,10 @@ mod tests {
         ) {
             let basis = DMatrix::from_vec(40, 6, samples).qr().q();
             let signal = DVector::from_vec(signal);
-            let r = reconstruct(&basis, &signal, lambda);
-            let residual = &signal - &basis * &r.coefficients - &r.error;
-            prop_assert!(violation(&(-basis.tr_mul(&residual)), &r.coefficients, lambda) < 1e-7 * lambda.max(0.01));
-            prop_assert!(violation(&(-&residual), &r.error, lambda) < 1e-9);
+            let [q, e] = solve(&basis, &signal, lambda);
+            let residual = &signal - &basis * &q - &e;
+            prop_assert!(violation(&(-basis.tr_mul(&residual)), &q, lambda) < 1e-7 * lambda.max(0.01));
+            prop_assert!(violation(&(-&residual), &e, lambda) < 1e-9);
         }
     }
 
@@ -87,7 +189,18 @@ mod tests {
     fn without_penalty_the_signal_is_explained_whole() {
         let basis = DMatrix::identity(4, 2);
         let signal = DVector::from_vec(vec![1.0, 2.0, 3.0, 4.0]);
-        let r = reconstruct(&basis, &signal, 0.0);
-        assert!((&signal - &basis * &r.coefficients - &r.error).amax() < 1e-12);
+        let [q, e] = solve(&basis, &signal, 0.0);
+        assert!((&signal - &basis * &q - &e).amax() < 1e-12);
+    }
+
+    #[test]
+    fn it_can_be_used_again_for_another_size_and_without_a_basis() {
+        let mut found = Reconstruction::default();
+        found.solve(&[1.0, 0.0, 0.0, 0.0, 1.0, 0.0], &[1.0, 2.0, 3.0], 0.5);
+        found.solve(&[], &[1.0, -2.0], 0.5);
+        assert_eq!((found.coefficients(), found.fit()), (&[][..], &[0.0, 0.0][..]));
+        assert_eq!(found.error(), [0.5, -1.5]);
+        found.solve(&[], &[], 0.5);
+        assert!(found.error().is_empty());
     }
 }

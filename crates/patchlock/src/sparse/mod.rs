@@ -3,5 +3,6 @@
 mod aligned;
 pub mod codes;
 pub mod dictionary;
+mod gram;
 pub mod lasso;
 pub mod somp;

@@ -4,32 +4,57 @@
 //! `a_k = cov_k(I, p) / (var_k(I) + eps)` and `b_k = mean_k(p) - a_k mean_k(I)`; each sample takes the mean of `a` and `b` over the
 //! windows that cover it. Windows are clipped at the border and divided by the samples that they really hold.
 
-/// Filters `input` with `guide`, both row-major and `width` wide.
-pub fn guided_filter(
-    guide: &[f64],
-    input: &[f64],
-    width: usize,
-    radius: usize,
-    epsilon: f64,
-) -> Vec<f64> {
-    let mean = |values: &[f64]| box_mean(values, width, radius);
-    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).collect::<Vec<_>>();
-    let (mean_i, mean_p) = (mean(guide), mean(input));
-    let (corr_ii, corr_ip) = (mean(&product(guide, guide)), mean(&product(guide, input)));
-    let a: Vec<f64> = (0..guide.len())
-        .map(|k| {
-            (corr_ip[k] - mean_i[k] * mean_p[k]) / (corr_ii[k] - mean_i[k] * mean_i[k] + epsilon)
-        })
-        .collect();
-    let b: Vec<f64> = (0..guide.len()).map(|k| mean_p[k] - a[k] * mean_i[k]).collect();
-    let (mean_a, mean_b) = (mean(&a), mean(&b));
-    (0..guide.len()).map(|k| mean_a[k] * guide[k] + mean_b[k]).collect()
+/// The filter, with its room: a value can be used again and again.
+#[derive(Debug, Clone, Default)]
+pub struct GuidedFilter {
+    mean_i: Vec<f64>,
+    mean_p: Vec<f64>,
+    /// `mean(I I)`, then `a`, then what comes out.
+    a: Vec<f64>,
+    /// `mean(I p)`, then `b`.
+    b: Vec<f64>,
+    rows: Vec<f64>,
 }
 
-/// The mean over the window of radius `radius` around each sample, rows first, then columns.
-fn box_mean(values: &[f64], width: usize, radius: usize) -> Vec<f64> {
+impl GuidedFilter {
+    /// Filters `input` with `guide`, both row-major and `width` wide.
+    pub fn filter(
+        &mut self,
+        guide: &[f64],
+        input: &[f64],
+        width: usize,
+        radius: usize,
+        epsilon: f64,
+    ) -> &[f64] {
+        let Self { mean_i, mean_p, a, b, rows } = self;
+        set(mean_i, guide.iter().copied());
+        set(mean_p, input.iter().copied());
+        set(a, guide.iter().map(|i| i * i));
+        set(b, guide.iter().zip(input).map(|(i, p)| i * p));
+        for plane in [&mut *mean_i, &mut *mean_p, &mut *a, &mut *b] {
+            box_mean(plane, width, radius, rows);
+        }
+        for k in 0..guide.len() {
+            let covariance = b[k] - mean_i[k] * mean_p[k];
+            let slope = covariance / (a[k] - mean_i[k] * mean_i[k] + epsilon);
+            (a[k], b[k]) = (slope, mean_p[k] - slope * mean_i[k]);
+        }
+        box_mean(a, width, radius, rows);
+        box_mean(b, width, radius, rows);
+        a.iter_mut().zip(b).zip(guide).for_each(|((a, b), i)| *a = *a * i + *b);
+        a
+    }
+}
+
+fn set(plane: &mut Vec<f64>, values: impl Iterator<Item = f64>) {
+    plane.clear();
+    plane.extend(values);
+}
+
+/// Each sample becomes the mean over the window of radius `radius` around it, rows first, then columns.
+fn box_mean(values: &mut [f64], width: usize, radius: usize, rows: &mut Vec<f64>) {
     let height = values.len() / width.max(1);
-    let mut rows = vec![0.0; values.len()];
+    rows.resize(values.len(), 0.0);
     for y in 0..height {
         for x in 0..width {
             let (first, last) = (x.saturating_sub(radius), (x + radius).min(width - 1));
@@ -37,15 +62,13 @@ fn box_mean(values: &[f64], width: usize, radius: usize) -> Vec<f64> {
             rows[y * width + x] = window.iter().sum::<f64>() / window.len() as f64;
         }
     }
-    let mut means = vec![0.0; values.len()];
     for y in 0..height {
         let (first, last) = (y.saturating_sub(radius), (y + radius).min(height - 1));
         for x in 0..width {
             let sum: f64 = (first..=last).map(|row| rows[row * width + x]).sum();
-            means[y * width + x] = sum / (last - first + 1) as f64;
+            values[y * width + x] = sum / (last - first + 1) as f64;
         }
     }
-    means
 }
 
 #[cfg(test)]
@@ -104,7 +127,9 @@ mod tests {
             epsilon in 1e-4..0.1f64,
         ) {
             let (guide, input): (Vec<_>, Vec<_>) = values.into_iter().unzip();
-            let fast = guided_filter(&guide, &input, 7, radius, epsilon);
+            let mut filter = GuidedFilter::default();
+            filter.filter(&input, &guide, 5, 2, 0.5);
+            let fast = filter.filter(&guide, &input, 7, radius, epsilon);
             let brute = brute_force(&guide, &input, 7, radius, epsilon);
             for (f, b) in fast.iter().zip(&brute) {
                 prop_assert!((f - b).abs() < 1e-9, "{f} {b}");
@@ -116,7 +141,8 @@ mod tests {
     fn radius_zero_changes_nothing() {
         let guide = [0.0, 0.5, 1.0, 0.25];
         let input = [1.0, 0.0, 0.5, 0.75];
-        for (got, want) in guided_filter(&guide, &input, 2, 0, 0.01).iter().zip(input) {
+        let mut filter = GuidedFilter::default();
+        for (got, want) in filter.filter(&guide, &input, 2, 0, 0.01).iter().zip(input) {
             assert!((got - want).abs() < 1e-12);
         }
     }

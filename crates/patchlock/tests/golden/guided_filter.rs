@@ -1,7 +1,7 @@
 //! The guided filter against its definition, window by window.
 
 use crate::{difference, golden};
-use patchlock::vision::guided_filter::guided_filter;
+use patchlock::vision::guided_filter::GuidedFilter;
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -24,11 +24,12 @@ struct Case {
 fn it_is_the_definition() {
     let file: File = golden("guided_filter.json");
     assert_eq!(file.cases.len(), 7);
+    let mut filter = GuidedFilter::default();
     let wide = |rows: &[Vec<f32>]| rows.iter().flatten().map(|&v| f64::from(v)).collect::<Vec<_>>();
     for case in &file.cases {
         let (guide, input) = (wide(&case.guide), wide(&case.input));
-        let ours = guided_filter(&guide, &input, file.side, file.radius, file.eps);
-        let gap = difference(&ours, case.output.iter().flatten());
+        let ours = filter.filter(&guide, &input, file.side, file.radius, file.eps);
+        let gap = difference(ours, case.output.iter().flatten());
         assert!(gap < 1e-8, "{}: {gap}", case.name);
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::{difference, golden};
 use nalgebra::{DMatrix, DVector};
-use patchlock::sparse::lasso::reconstruct;
+use patchlock::sparse::lasso::Reconstruction;
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -30,13 +30,14 @@ fn it_is_the_lasso_over_basis_and_trivial_templates() {
         let y = DVector::from_iterator(file.rows, case.y.iter().map(|&v| f64::from(v)));
         let samples = case.u.iter().flatten().map(|&v| f64::from(v));
         let u = DMatrix::from_row_iterator(file.rows, file.columns, samples);
-        let ours = reconstruct(&u, &y, file.lambda);
-        let (q, e) = (&ours.coefficients, &ours.error);
+        let mut ours = Reconstruction::default();
+        ours.solve(u.as_slice(), y.as_slice(), file.lambda);
+        let [q, e] = [ours.coefficients(), ours.error()].map(DVector::from_column_slice);
         assert!(difference(q.iter(), &case.q) < 1e-6, "{q} {:?}", case.q);
         assert!(difference(e.iter(), &case.e) < 1e-6);
         let one_norm = |v: &DVector<f64>| v.iter().map(|v| v.abs()).sum::<f64>();
         let objective =
-            (&y - &u * q - e).norm_squared() / 2.0 + file.lambda * (one_norm(q) + one_norm(e));
+            (&y - &u * &q - &e).norm_squared() / 2.0 + file.lambda * (one_norm(&q) + one_norm(&e));
         assert!((objective - case.objective).abs() < 1e-9, "{objective} {}", case.objective);
     }
 }

@@ -1,8 +1,8 @@
 //! The incremental subspace against one batch SVD of all columns so far, by numpy.
 
 use crate::{difference, golden};
-use nalgebra::DVector;
-use patchlock::appearance::subspace::{Subspace, SubspaceRules};
+use nalgebra::{DMatrix, DVector};
+use patchlock::appearance::subspace::{Scratch, Subspace, SubspaceRules};
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -31,14 +31,15 @@ struct Batch {
 fn check(sequence: &Sequence, probes: &[Vec<f32>]) {
     let Sequence { name, max_rank, batches } = sequence;
     let rules = SubspaceRules { forgetting: 1.0, keep: 1e-12, vectors: *max_rank };
-    let mut subspace = Subspace::default();
+    let (mut subspace, mut scratch) = (Subspace::default(), Scratch::default());
     for (k, batch) in batches.iter().enumerate() {
-        subspace.add(&batch.columns, &rules);
+        subspace.add(&batch.columns, &rules, &mut scratch);
         assert!(difference(subspace.mean().iter(), &batch.mean) < 1e-8, "{name} {k}: mean");
         let values = subspace.values();
         assert_eq!(values.len(), batch.singular_values.len(), "{name} {k}: {values:?}");
         assert!(difference(values, &batch.singular_values) < 1e-8, "{name} {k}: {values:?}");
-        let basis = subspace.basis();
+        let dim = subspace.mean().len();
+        let basis = DMatrix::from_column_slice(dim, values.len(), subspace.basis());
         for (probe, want) in probes.iter().zip(&batch.projections) {
             let probe = DVector::from_iterator(probe.len(), probe.iter().map(|&v| f64::from(v)));
             let got = &basis * basis.tr_mul(&probe);

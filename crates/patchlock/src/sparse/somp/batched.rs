@@ -47,8 +47,9 @@ use super::node::{Node, Path};
 use super::product::{GROUP, correlate};
 use super::rows::{Margins, Rows};
 use super::screen::{Residuals, Runner, Screen};
-use super::vectors::{U, dot, project_out, widen};
+use super::vectors::{U, project_out, widen};
 use crate::config::MAX_ATOMS;
+use crate::simd::dot_wide;
 use crate::simd::instructions::Instructions;
 use crate::sparse::aligned::Aligned;
 use crate::sparse::codes::{Code, CodeRules};
@@ -251,9 +252,9 @@ impl Scratch {
         for (row, candidate) in block.chunks_exact(dim).enumerate() {
             self.differences.extend(candidate.iter().zip(&location.reference).map(|(r, b)| r - b));
             widen(&mut self.wide, &self.differences[row * dim..]);
-            let distance = dot(simd, &self.wide, &self.wide).sqrt();
+            let distance = dot_wide(simd, &self.wide, &self.wide).sqrt();
             let wide = &self.residuals[row * dim..][..dim];
-            let energy = dot(simd, wide, wide);
+            let energy = dot_wide(simd, wide, wide);
             self.candidates.push(Candidate {
                 distance,
                 error: 1.01 * (dim + 2) as f64 * U * distance,

@@ -1,8 +1,9 @@
 //! An atom in `f64`: whether it is eligible, and its score.
 
 use super::node::Path;
-use super::vectors::{dot, widen};
+use super::vectors::widen;
 use crate::config::{MAX_ATOMS, Selection};
+use crate::simd::dot_wide;
 use crate::sparse::codes::CodeRules;
 use crate::sparse::dictionary::Dictionary;
 use pulp::Simd;
@@ -61,7 +62,7 @@ impl Exact<'_> {
         let mut triangle = [0.0; MAX_ATOMS];
         let mut left = self.dictionary.squared_norm(atom);
         for (along, node) in triangle.iter_mut().zip(self.path.nodes) {
-            *along = dot(simd, self.wide, &node.direction);
+            *along = dot_wide(simd, self.wide, &node.direction);
             left -= *along * *along;
         }
         if left < self.rules.min_residual {
@@ -69,7 +70,7 @@ impl Exact<'_> {
         }
         let norm = left.sqrt();
         triangle[self.path.nodes.len()] = norm;
-        let own = dot(simd, self.wide, residual);
+        let own = dot_wide(simd, self.wide, residual);
         Some(Choice { atom, score: 0.0, left, own, triangle, along: own / norm })
     }
 
@@ -79,7 +80,7 @@ impl Exact<'_> {
         let choice = self.place(simd, atom, residual)?;
         let mut squares = choice.own * choice.own;
         for residual in self.path.end().residuals.chunks_exact(self.wide.len()) {
-            squares += dot(simd, self.wide, residual).powi(2);
+            squares += dot_wide(simd, self.wide, residual).powi(2);
         }
         let score = match self.rules.selection {
             Selection::OrderRecursive => squares / choice.left,

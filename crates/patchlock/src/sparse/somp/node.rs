@@ -1,7 +1,8 @@
 //! What is known in `f64` once some atoms are chosen, of everything that does not depend on the candidate: this decides.
 
-use super::vectors::{dot, project_out, widen};
+use super::vectors::{project_out, widen};
 use crate::config::MAX_ATOMS;
+use crate::simd::dot_wide;
 use crate::sparse::dictionary::Dictionary;
 use pulp::Simd;
 
@@ -50,7 +51,7 @@ impl Node {
     #[inline(always)]
     pub fn fill_root<S: Simd>(&mut self, simd: S, shared: &[f32]) {
         widen(&mut self.residuals, shared);
-        self.energy = dot(simd, &self.residuals, &self.residuals);
+        self.energy = dot_wide(simd, &self.residuals, &self.residuals);
     }
 
     /// Becomes the child of the node at the path's end with one more atom.
@@ -66,7 +67,7 @@ impl Node {
                 *along += project_out(simd, direction, &node.direction);
             }
         }
-        let norm = dot(simd, direction, direction).sqrt();
+        let norm = dot_wide(simd, direction, direction).sqrt();
         let inverse = 1.0 / norm;
         direction.iter_mut().for_each(|v| *v *= inverse);
         self.triangle[path.nodes.len()] = norm;
@@ -76,6 +77,6 @@ impl Node {
         for residual in self.residuals.chunks_exact_mut(dictionary.dim()) {
             self.along.push(project_out(simd, residual, &self.direction));
         }
-        self.energy = dot(simd, &self.residuals, &self.residuals);
+        self.energy = dot_wide(simd, &self.residuals, &self.residuals);
     }
 }

@@ -3,9 +3,10 @@
 
 use super::node::{Node, Path};
 use super::vectors::{
-    TILE, Tile, U, dot, mul_add, place, take_off, tile_place, tiles, tiles_mut, widen,
+    TILE, Tile, U, mul_add, place, take_off, tile_place, tiles, tiles_mut, widen,
 };
 use crate::config::{MAX_ATOMS, Selection};
+use crate::simd::dot_wide;
 use crate::sparse::aligned::Aligned;
 use crate::sparse::codes::CodeRules;
 use crate::sparse::dictionary::{Dictionary, LANES};
@@ -178,7 +179,7 @@ impl Rows {
         for k in 0..count {
             widen(wide, dictionary.atom(k));
             for (c, signal) in signals.clone().enumerate() {
-                self.columns[place(k, c, columns)] = dot(simd, wide, signal) as f32;
+                self.columns[place(k, c, columns)] = dot_wide(simd, wide, signal) as f32;
             }
         }
         self.over.reset(stride);

@@ -1,10 +1,10 @@
 //! Rows over all atoms as wide vectors of `f32`, and short vectors of `f64`.
 //!
-//! The `f64` loops add in an order that does not depend on the width of the vectors and never fuse a product with a sum, so that they
-//! give the same bits on every processor.
+//! The `f64` loops give the same bits on every processor, as [`dot_wide`] does.
 
+use crate::simd::dot_wide;
 use crate::sparse::dictionary::LANES;
-use pulp::{Scalar256b, Simd, bytemuck};
+use pulp::{Scalar256b, Simd};
 use std::any::TypeId;
 
 /// The unit roundoff of `f32`.
@@ -12,9 +12,6 @@ pub const U: f64 = 1.0 / 16_777_216.0;
 
 /// Vectors that are worked on together: enough to hide the latency of one.
 pub const TILE: usize = 4;
-
-/// Vectors of `f64` that hold 16 numbers, where they are shortest.
-const MOST_PARTS: usize = 16;
 
 /// Neighbouring vectors of a row.
 pub type Tile<S> = [<S as Simd>::f32s; TILE];
@@ -64,29 +61,6 @@ pub fn mul_add<S: Simd>(simd: S, a: S::f32s, b: S::f32s, c: S::f32s) -> S::f32s 
     }
 }
 
-/// The inner product. A sum for each of 16 lanes, added up in one order.
-#[inline(always)]
-pub fn dot<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
-    let parts = 16 / S::F64_LANES;
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<16>(), b.as_chunks::<16>());
-    let mut sums = [simd.splat_f64s(0.0); MOST_PARTS];
-    for (a, b) in a.iter().zip(b) {
-        let (a, b) = (S::as_simd_f64s(a).0, S::as_simd_f64s(b).0);
-        for part in 0..parts {
-            sums[part] = simd.add_f64s(sums[part], simd.mul_f64s(a[part], b[part]));
-        }
-    }
-    for part in 0..parts / 2 {
-        sums[part] = simd.add_f64s(sums[part], sums[part + parts / 2]);
-    }
-    let s: &[f64] = bytemuck::cast_slice(&sums[..parts / 2]);
-    let mut rest = 0.0;
-    for (&a, &b) in a_rest.iter().zip(b_rest) {
-        rest += a * b;
-    }
-    ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7])) + rest
-}
-
 /// `narrow` becomes `wide`.
 #[inline(always)]
 pub fn widen(wide: &mut Vec<f64>, narrow: &[f32]) {
@@ -99,7 +73,7 @@ pub fn widen(wide: &mut Vec<f64>, narrow: &[f32]) {
 /// Projects the unit vector `direction` out of `vector` and returns their inner product.
 #[inline(always)]
 pub fn project_out<S: Simd>(simd: S, vector: &mut [f64], direction: &[f64]) -> f64 {
-    let along = dot(simd, vector, direction);
+    let along = dot_wide(simd, vector, direction);
     vector.iter_mut().zip(direction).for_each(|(v, d)| *v -= along * d);
     along
 }
