@@ -47,7 +47,8 @@ fn turn<S: Simd>(simd: S, a: &mut [f64], b: &mut [f64]) -> bool {
     let (aa, bb, ab) = (dot_wide(simd, a, a), dot_wide(simd, b, b), dot_wide(simd, a, b));
     // What rounding leaves of an inner product of this many terms.
     let tolerance = f64::EPSILON * (a.len() as f64).sqrt();
-    if !(ab.abs() > tolerance * aa.sqrt() * bb.sqrt()) {
+    let alike = ab.abs() > tolerance * aa.sqrt() * bb.sqrt();
+    if !alike {
         return false;
     }
     let slope = (bb - aa) / (2.0 * ab);
