@@ -9,11 +9,16 @@
 //! look like the last template are coded everywhere first, so that there is a high likelihood to reach. The others are coded location by location,
 //! those first where most can be lost: at the large scale where a patch weighs most, at the small one where the first candidates lost most.
 
-/// Candidates that are coded everywhere before the others, and again as many of those that look best at the large scale.
-const LEADERS: usize = 4;
+use crate::sparse::somp::batched::BLOCK;
 
-/// Small locations that are coded together.
+/// Candidates that are coded everywhere before the others, and again as many of those that look best at the large scale.
+const LEADERS: usize = 3;
+
+/// Most small locations that are coded together. The fewer, the sooner candidates are dropped.
 const ROUND: usize = 8;
+
+/// Blocks of candidates that are coded together, as far as [`ROUND`] allows: enough that no thread waits long for another.
+const BLOCKS: usize = 32;
 
 /// More than rounding can add to a likelihood.
 const MARGIN: f64 = 1e-9;
@@ -146,9 +151,13 @@ impl Race {
     /// Codes the candidates behind the leaders at the small locations, round by round.
     fn run_small(&mut self, leaders: usize, bonus: f64, field: &mut impl Field) {
         let order = std::mem::take(&mut self.small_order);
-        let mut left = bonus;
-        for locations in order.chunks(ROUND) {
+        let (mut left, mut rest) = (bonus, order.as_slice());
+        while !rest.is_empty() {
             self.drop_hopeless(leaders, left);
+            let blocks = (self.remaining.len() - leaders).div_ceil(BLOCK).max(1);
+            let round = (BLOCKS / blocks).clamp(2, ROUND).min(rest.len());
+            let locations;
+            (locations, rest) = rest.split_at(round);
             field.code(Size::Small, &self.remaining[leaders..], locations);
             for &k in &self.remaining[leaders..] {
                 let gain: f64 = locations.iter().map(|&i| field.gain(k, i)).sum();

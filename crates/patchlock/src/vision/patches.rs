@@ -62,7 +62,7 @@ impl PatchGrid {
     }
 
     #[inline(always)]
-    fn cut_here(&self, template: &[f32], location: usize, out: &mut [f32]) {
+    fn copy_here(&self, template: &[f32], location: usize, out: &mut [f32]) {
         match self.patch {
             // The paper's two sizes: rows of a known length are a vector or two.
             8 => self.copy_rows::<8>(template, location, out),
@@ -72,10 +72,6 @@ impl PatchGrid {
                 lines.zip(self.rows(template, location)).for_each(|(l, r)| l.copy_from_slice(r));
             }
         }
-        if self.subtract_mean {
-            subtract_mean(out);
-        }
-        normalise_here(out);
     }
 
     #[inline(always)]
@@ -120,8 +116,15 @@ impl<'a, T: Iterator<Item = &'a [f32]>> WithSimd for Cut<'_, T> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { grid, templates, location, out } = self;
+        // All are copied before any is worked on, so that their samples are on the way from memory together.
         for (template, patch) in templates.zip(out.chunks_exact_mut(grid.dim())) {
-            grid.cut_here(template, location, patch);
+            grid.copy_here(template, location, patch);
+        }
+        for patch in out.chunks_exact_mut(grid.dim()) {
+            if grid.subtract_mean {
+                subtract_mean(patch);
+            }
+            normalise_here(patch);
         }
     }
 }

@@ -1,8 +1,8 @@
 //! The fast solver: all candidates of a location together, the same atoms as [`definition`](super::definition).
 //!
 //! # How it is fast
-//! - Candidates are kept as their difference to a *reference*, the newest shared column; the correlations of these with all
-//!   atoms are one matrix product.
+//! - Candidates are correlated as their difference to a *reference*, the newest shared column; the correlations of these with all
+//!   atoms are one matrix product, of which each part is screened as soon as it is made.
 //! - Chosen atoms form a tree: candidates that chose the same atoms so far are at the same *node*, and what follows from these atoms alone
 //!   (what is left of each atom and of the shared columns) is computed once for a node. The root of a location, where nothing is chosen,
 //!   stays from frame to frame, as long as dictionary and buffer do.
@@ -33,8 +33,8 @@
 //! Gram matrix        u                                              computed in f64, rounded once
 //! w_t                o_t = ((3t - 2) u + sum_s<t |q_s^T d_t| o_s) / ||d_t,res|| + 3u
 //! shared column      e <- e + |p| (o_t + 2u) + u                    u at the root, which is computed in f64
-//! difference         e <- e + |p| (o_t + 2u) + u ||r - b||          (dim + 2) u ||r - b|| for the matrix product, in any order
-//! candidate          its difference's and the reference's together
+//! candidate          as a shared column                             (dim + 2) u ||r - b|| for the matrix product, in any order, and 2u
+//!                                                                   for the reference and for adding it
 //! l                  l <- l - |^w| (|^w| + 2 o_t) - o_t^2 - 5u      since w^2 <= (|^w| + o_t)^2
 //! g                  g <- g + 4 o_t + 2 o_t^2 + 10u                 since |w| <= 1
 //! ```
@@ -42,9 +42,9 @@
 //! each with a hundredth more for products of errors. Every line counts one rounding for each operation, fused or not, so that
 //! they hold for any processor.
 
-use super::exact::{Choice, Exact};
+use super::exact::{Choice, Exact, eligible_from};
 use super::node::{Node, Path};
-use super::product::{GROUP, correlate};
+use super::product::PAIR;
 use super::rows::{Margins, Rows};
 use super::screen::{Residuals, Runner, Screen};
 use super::vectors::{U, project_out, widen};
@@ -57,8 +57,8 @@ use crate::sparse::dictionary::Dictionary;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
-/// Candidates that are solved together: their rows stay in the second cache.
-pub const BLOCK: usize = 64;
+/// Candidates that are solved together: their rows stay in the second cache. A multiple of six, and at most the bits of a word.
+pub const BLOCK: usize = 60;
 
 /// Stands for "no atom": greater than all.
 const NONE: u32 = u32::MAX;
@@ -119,7 +119,7 @@ impl WithSimd for FillRoot<'_> {
 #[derive(Debug, Default)]
 pub struct Scratch {
     instructions: Instructions,
-    /// Of a block's candidates: their differences to the reference, and the correlations of these with all atoms.
+    /// Of a block's candidates: their differences to the reference, and their own correlations with all atoms.
     differences: Vec<f32>,
     correlations: Aligned,
     /// What is left of each candidate.
@@ -141,8 +141,6 @@ pub struct Scratch {
 /// A candidate on its way to its code.
 #[derive(Debug, Default, Clone)]
 struct Candidate {
-    /// `||r - b||`.
-    distance: f64,
     /// How far its correlations may be off.
     error: f64,
     /// What is left of its energy, and the energy at which the code is complete.
@@ -150,25 +148,25 @@ struct Candidate {
     final_energy: f64,
     /// `p` along each chosen atom.
     along: [f64; MAX_ATOMS],
-    /// `p` of its difference to the reference along the newest one.
-    difference_along: f64,
     /// The atom that completes the code.
     last: Choice,
 }
 
 impl Candidate {
-    /// Takes in what the newest node adds to how far the correlations may be off.
+    /// Takes in what the newest node, of this depth, adds to how far the correlations may be off.
     #[inline(always)]
-    fn advance(&mut self, margins: &Margins) {
-        let along = self.difference_along.abs();
-        self.error += 1.01 * (along * (margins.weights + 2.0 * U) + U * self.distance);
+    fn advance(&mut self, depth: usize, margins: &Margins) {
+        let along = self.along[depth - 1].abs();
+        self.error += 1.01 * (along * (margins.weights + 2.0 * U) + U);
     }
 
-    /// The candidate in a step.
+    /// The candidate in a step at a node with this energy.
     #[inline(always)]
-    fn runner(&self, row: usize, margins: &Margins) -> Runner {
-        let own = margins.reference + self.error;
-        Runner::new(row, self.difference_along as f32, margins.squared + own * own)
+    fn runner(&self, (row, depth): (usize, usize), node_energy: f64, margins: &Margins) -> Runner {
+        let along = if depth == 0 { 0.0 } else { self.along[depth - 1] };
+        // The next atom takes some part of what is left. The bounds ask for no more than its magnitude.
+        let score = 0.3 * (node_energy + self.energy);
+        Runner::new(row, along, score, margins.squared + self.error * self.error)
     }
 }
 
@@ -256,8 +254,7 @@ impl Scratch {
             let wide = &self.residuals[row * dim..][..dim];
             let energy = dot_wide(simd, wide, wide);
             self.candidates.push(Candidate {
-                distance,
-                error: 1.01 * (dim + 2) as f64 * U * distance,
+                error: 1.01 * U * ((dim + 2) as f64 * distance + 2.0),
                 energy,
                 final_energy: rules
                     .final_energy(location.columns + 1, location.root.energy + energy),
@@ -265,10 +262,9 @@ impl Scratch {
             });
             self.order.push((NONE, row as u32));
         }
-        let padded = count.next_multiple_of(GROUP);
+        let padded = count.next_multiple_of(PAIR);
         self.differences.resize(padded * dim, 0.0);
         self.correlations.resize(padded * dictionary.stride());
-        correlate(simd, &self.differences, dictionary, &mut self.correlations);
         self.nodes.resize_with(MAX_ATOMS, Node::default);
         self.rows.resize_with(MAX_ATOMS, Rows::default);
         self.branches.clear();
@@ -290,7 +286,6 @@ impl Scratch {
         let path = Path { root: &location.root, nodes: above };
         node[0].fill(simd, dictionary, path, branch.atom);
         let node = &self.nodes[depth - 1];
-        let reference_along = node.along.last().copied().unwrap_or(0.0);
         let mut kept = branch.members.start;
         for place in branch.members.clone() {
             let row = self.order[place].1 as usize;
@@ -298,7 +293,6 @@ impl Scratch {
             let along = project_out(simd, &mut self.residuals[row * dim..][..dim], &node.direction);
             candidate.along[depth - 1] = along;
             candidate.energy -= along * along;
-            candidate.difference_along = along - reference_along;
             if node.energy + candidate.energy > candidate.final_energy {
                 self.order.swap(kept, place);
                 kept += 1;
@@ -313,29 +307,33 @@ impl Scratch {
     #[inline(always)]
     fn choose<S: Simd>(&mut self, simd: S, problem: Problem<'_>, branch: &Branch) {
         let Problem { dictionary, location, rules } = problem;
-        let Self { candidates, order, rows, screen, guesses, .. } = self;
+        let Self { candidates, order, rows, screen, guesses, differences, .. } = self;
         let path = Path { root: &location.root, nodes: &self.nodes[..branch.depth] };
-        let mut exact = Exact { dictionary, path, rules, wide: &mut self.wide };
+        let eligible_from = eligible_from(rules);
+        let mut exact = Exact { dictionary, path, rules, eligible_from, wide: &mut self.wide };
         let own = Residuals { all: &self.residuals, dim: dictionary.dim() };
         let fields = (own, &mut *self.correlations);
+        let energy = path.end().energy;
         let count = dictionary.len();
         let last = &mut guesses[branch.depth];
         let guess = (*last + location.place) % count;
         let members = branch.members.clone().map(|place| order[place].1 as usize);
         if branch.depth == 0 {
             let margins = location.rows.errors.margins();
-            screen.begin(members.map(|row| candidates[row].runner(row, &margins)));
-            let mut tiles = location.rows.tiles::<S>();
-            screen.run(simd, &mut tiles, &margins, guess, fields, &mut exact);
+            screen.begin(
+                members.map(|row| candidates[row].runner((row, branch.depth), energy, &margins)),
+            );
+            let mut tiles = location.rows.tiles::<S>(dictionary, differences);
+            screen.run(simd, &mut tiles, (guess, margins.gap), fields, &mut exact);
         } else {
             let (above, newest) = rows.split_at_mut(branch.depth - 1);
             let rows = (&location.rows, &*above);
             let (mut tiles, margins) = newest[0].grow::<S>(dictionary, path, rows, rules);
             screen.begin(members.map(|row| {
-                candidates[row].advance(&margins);
-                candidates[row].runner(row, &margins)
+                candidates[row].advance(branch.depth, &margins);
+                candidates[row].runner((row, branch.depth), energy, &margins)
             }));
-            screen.run(simd, &mut tiles, &margins, guess, fields, &mut exact);
+            screen.run(simd, &mut tiles, (guess, margins.gap), fields, &mut exact);
         }
         let mut place = branch.members.start;
         screen.finish(simd, own, &mut exact, |row, atom| {

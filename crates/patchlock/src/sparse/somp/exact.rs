@@ -34,23 +34,23 @@ pub struct Exact<'a> {
     pub path: Path<'a>,
     /// How atoms are chosen.
     pub rules: &'a CodeRules,
+    /// An atom is eligible for sure if the screen leaves this of its `||d_res||^2`.
+    pub eligible_from: f32,
     /// Room for an atom.
     pub wide: &'a mut Vec<f64>,
 }
 
-impl Exact<'_> {
-    /// An atom is eligible for sure if the screen leaves this of its `||d_res||^2`. The textbook's score divides by nothing, and so the
-    /// screen has no `||d_res||^2` to tell by.
-    #[inline(always)]
-    pub fn eligible_from(&self) -> Option<f32> {
-        let rounded = self.rules.min_residual as f32;
-        let up = f64::from(rounded) < self.rules.min_residual;
-        match self.rules.selection {
-            Selection::OrderRecursive => Some(if up { rounded.next_up() } else { rounded }),
-            Selection::Textbook => None,
-        }
+/// What [`Exact::eligible_from`] is. The textbook's score divides by nothing, and so the screen has no `||d_res||^2` to tell by: none is enough.
+pub fn eligible_from(rules: &CodeRules) -> f32 {
+    let rounded = rules.min_residual as f32;
+    match rules.selection {
+        Selection::OrderRecursive if f64::from(rounded) < rules.min_residual => rounded.next_up(),
+        Selection::OrderRecursive => rounded,
+        Selection::Textbook => f32::INFINITY,
     }
+}
 
+impl Exact<'_> {
     /// The atom as a choice, if it is eligible, and where it is the last one: nothing asks for its score then, and it has none. `residual` is
     /// what the chosen atoms leave of the candidate.
     #[inline(always)]

@@ -1,51 +1,54 @@
 //! The correlations of signals with all atoms: a matrix product, shaped for few signals and a dictionary that stays in the cache.
 
-use super::vectors::{TILE, mul_add, tiles, tiles_mut};
+use super::vectors::{TILE, Tile, mul_add, tile_place, tiles};
 use crate::sparse::dictionary::{Dictionary, LANES};
 use pulp::Simd;
 
-/// The number of signals must be a multiple of this: their sums are kept in registers together.
-pub const GROUP: usize = 6;
+/// The number of signals must be a multiple of this.
+pub const PAIR: usize = 2;
 
-/// Of a group, as many as fit where there are only 16 registers.
-const THIRD: usize = 2;
-
-/// Writes the inner products of each signal (rows of `dim`, a multiple of [`GROUP`] of them) with each atom to `out`, in panels of
-/// [`LANES`] atoms.
+/// Writes the inner products of each signal (rows of `dim`, a multiple of [`PAIR`] of them) with the atoms of tile `t`, each added to that atom's entry of
+/// `base`, to where this tile has its place in `out`.
 #[inline(always)]
-pub fn correlate<S: Simd>(simd: S, signals: &[f32], dictionary: &Dictionary, out: &mut [f32]) {
-    match S::REGISTER_COUNT >= 32 {
-        true => by_groups::<S, GROUP>(simd, signals, dictionary, out),
-        false => by_groups::<S, THIRD>(simd, signals, dictionary, out),
-    }
-}
-
-/// Takes the signals `SIZE` at a time. A tile of atoms stays in the nearest cache meanwhile.
-#[inline(always)]
-fn by_groups<S: Simd, const SIZE: usize>(
+pub fn correlate<S: Simd>(
     simd: S,
     signals: &[f32],
     dictionary: &Dictionary,
-    out: &mut [f32],
+    (t, base): (usize, &Tile<S>),
+    out: &mut [Tile<S>],
 ) {
-    let dim = dictionary.dim();
-    let panels = dictionary.panels().chunks_exact(LANES * dim);
+    let (dim, width) = (dictionary.dim(), TILE * S::F32_LANES);
     let rows = signals.len() / dim;
-    for (panel, out) in panels.zip(out.chunks_exact_mut(rows * LANES)) {
-        for part in (0..LANES).step_by(TILE * S::F32_LANES) {
-            let groups = signals.chunks_exact(SIZE * dim);
-            for (group, out) in groups.zip(out.chunks_exact_mut(SIZE * LANES)) {
-                products::<S, SIZE>(simd, group, &panel[part..], &mut out[part..]);
+    let panel = &dictionary.panels()[t * width / LANES * LANES * dim..][..LANES * dim];
+    let panel = &panel[t * width % LANES..];
+    let mut row = 0;
+    while row < rows {
+        let (signals, place) = (&signals[row * dim..], tile_place::<S>(t, row, rows));
+        let parts = LANES / width;
+        // As many together as their sums fit into registers.
+        row += match rows - row {
+            6.. if S::REGISTER_COUNT >= 32 => {
+                products::<S, 6>(simd, signals, panel, base, (&mut out[place..], parts))
             }
+            4.. if S::REGISTER_COUNT >= 32 => {
+                products::<S, 4>(simd, signals, panel, base, (&mut out[place..], parts))
+            }
+            _ => products::<S, PAIR>(simd, signals, panel, base, (&mut out[place..], parts)),
         }
     }
 }
 
-/// The inner products of `SIZE` signals with a tile of atoms, of which every row of `panel` begins with a sample; each row of `out` begins with
-/// where they go.
+/// Does it for the first `SIZE` signals, and says how many that are. Every row of `panel` begins with a sample of the tile's atoms; results go to every
+/// `step`th tile of `out`.
 #[inline(always)]
-fn products<S: Simd, const SIZE: usize>(simd: S, signals: &[f32], panel: &[f32], out: &mut [f32]) {
-    let dim = signals.len() / SIZE;
+fn products<S: Simd, const SIZE: usize>(
+    simd: S,
+    signals: &[f32],
+    panel: &[f32],
+    base: &Tile<S>,
+    (out, step): (&mut [Tile<S>], usize),
+) -> usize {
+    let dim = panel.len().div_ceil(LANES);
     let mut each: [&[f32]; SIZE] = [&[]; SIZE];
     for g in 0..SIZE {
         each[g] = &signals[g * dim..][..dim];
@@ -61,15 +64,18 @@ fn products<S: Simd, const SIZE: usize>(simd: S, signals: &[f32], panel: &[f32],
         }
     }
     for g in 0..SIZE {
-        let row = &mut out[g * LANES..][..TILE * S::F32_LANES];
-        tiles_mut::<S>(row)[0] = sums[g];
+        for i in 0..TILE {
+            out[g * step][i] = simd.add_f32s(sums[g][i], base[i]);
+        }
     }
+    SIZE
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sparse::somp::vectors::place;
+    use crate::sparse::aligned::Aligned;
+    use crate::sparse::somp::vectors::{place, tiles_mut};
     use pulp::{Arch, WithSimd};
 
     struct Correlate<'a>(&'a [f32], &'a Dictionary, &'a mut [f32]);
@@ -79,7 +85,10 @@ mod tests {
 
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) {
-            correlate(simd, self.0, self.1, self.2);
+            let (base, out) = ([simd.splat_f32s(0.5); TILE], tiles_mut::<S>(self.2));
+            for t in 0..self.1.stride() / (TILE * S::F32_LANES) {
+                correlate(simd, self.0, self.1, (t, &base), out);
+            }
         }
     }
 
@@ -88,11 +97,12 @@ mod tests {
         let value = |k: usize| (k * 7919 % 251) as f32 / 251.0 - 0.3;
         for (dim, atoms) in [(64, 169), (5, 3), (256, 64)] {
             let dictionary = Dictionary::new(dim, 1, (0..dim * atoms).map(value).collect());
-            let signals: Vec<f32> = (0..2 * GROUP * dim).map(|k| value(k + 17)).collect();
-            let mut out = vec![9.0; 2 * GROUP * dictionary.stride()];
+            let signals: Vec<f32> = (0..5 * PAIR * dim).map(|k| value(k + 17)).collect();
+            let mut out = Aligned::default();
+            out.resize(5 * PAIR * dictionary.stride());
             Arch::new().dispatch(Correlate(&signals, &dictionary, &mut out));
             for (row, signal) in signals.chunks_exact(dim).enumerate() {
-                let at = |k: usize| out[place(k, row, 2 * GROUP)];
+                let at = |k: usize| out[place(k, row, 5 * PAIR)] - 0.5;
                 for k in 0..atoms {
                     let pairs = signal.iter().zip(dictionary.atom(k));
                     let product: f64 = pairs.map(|(a, b)| f64::from(a * b)).sum();

@@ -2,8 +2,9 @@
 //! the head of [`batched`](super::batched).
 
 use super::node::{Node, Path};
+use super::product::correlate;
 use super::vectors::{
-    TILE, Tile, U, mul_add, place, take_off, tile_place, tiles, tiles_mut, widen,
+    TILE, Tile, U, add_squares, mul_add, place, take_off, tile_place, tiles, tiles_mut, widen,
 };
 use crate::config::{MAX_ATOMS, Selection};
 use crate::simd::dot_wide;
@@ -49,8 +50,6 @@ pub struct Margins {
     pub weights: f64,
     /// The sum of the squares of how far the columns may be off.
     pub squared: f64,
-    /// How far the newest column may be off.
-    pub reference: f64,
     /// How much less than the truth a divisor may be, rounded up.
     pub gap: f32,
 }
@@ -62,7 +61,6 @@ impl Errors {
         Margins {
             weights: self.weights,
             squared: self.columns.iter().map(|e| e * e).sum(),
-            reference: self.columns.last().copied().unwrap_or(0.0),
             gap: (self.over * (1.0 + 4.0 * U)) as f32,
         }
     }
@@ -90,19 +88,20 @@ impl Errors {
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub struct Shared<S: Simd> {
-    /// `w_t`.
+    /// `w_t`; nothing at the root.
     pub weights: Tile<S>,
-    /// The correlations of the newest column's residual.
-    pub reference: Tile<S>,
     /// For each atom the sum of the squared correlations of all columns.
     pub squares: Tile<S>,
     /// What scores are divided by, at least.
     pub over: Tile<S>,
 }
 
-/// Gives the tiles of the root, one after the other.
+/// Gives the tiles of the root, one after the other, and correlates the candidates.
 #[derive(Debug, Clone, Copy)]
 pub struct RootTiles<'a, S: Simd> {
+    dictionary: &'a Dictionary,
+    /// What the candidates differ by from the newest column.
+    differences: &'a [f32],
     rows: &'a Rows,
     columns: &'a [Tile<S>],
     over: &'a [Tile<S>],
@@ -151,11 +150,17 @@ pub trait Tiles<S: Simd> {
     /// Whether candidates still have to take off what the newest atom explains.
     const DEEP: bool;
 
+    /// Whether there are nodes further below.
+    fn kept(&self) -> bool;
+
+    /// Makes the candidates' correlations with tile `t`, where they are not there yet.
+    fn correlate(&self, simd: S, t: usize, correlations: &mut [Tile<S>]);
+
     /// Tile `t`.
     fn tile(&mut self, simd: S, t: usize) -> Shared<S>;
 
-    /// The same of a single atom: weight, reference, squares and divisor.
-    fn at(&self, k: usize) -> [f32; 4];
+    /// The same of a single atom: weight, squares and divisor.
+    fn at(&self, k: usize) -> [f32; 3];
 }
 
 impl Rows {
@@ -207,8 +212,13 @@ impl Rows {
 
     /// The root's tiles.
     #[inline(always)]
-    pub fn tiles<S: Simd>(&self) -> RootTiles<'_, S> {
-        RootTiles { rows: self, columns: tiles::<S>(&self.columns), over: tiles::<S>(&self.over) }
+    pub fn tiles<'a, S: Simd>(
+        &'a self,
+        dictionary: &'a Dictionary,
+        differences: &'a [f32],
+    ) -> RootTiles<'a, S> {
+        let (columns, over) = (tiles::<S>(&self.columns), tiles::<S>(&self.over));
+        RootTiles { dictionary, differences, rows: self, columns, over }
     }
 
     /// The tiles of the node at the path's end, whose parents' rows are `root` and `above`, and their margins. The rows are there once all tiles were
@@ -262,35 +272,58 @@ impl Rows {
     }
 }
 
+impl<S: Simd> RootTiles<'_, S> {
+    /// Tile `t` of a column.
+    #[inline(always)]
+    fn column(&self, t: usize, c: usize) -> &Tile<S> {
+        &self.columns[tile_place::<S>(t, c, self.rows.count())]
+    }
+}
+
 impl<S: Simd> Tiles<S> for RootTiles<'_, S> {
     const DEEP: bool = false;
 
     #[inline(always)]
+    fn kept(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn correlate(&self, simd: S, t: usize, correlations: &mut [Tile<S>]) {
+        let newest = self.column(t, self.rows.count() - 1);
+        correlate(simd, self.differences, self.dictionary, (t, newest), correlations);
+    }
+
+    #[inline(always)]
     fn tile(&mut self, simd: S, t: usize) -> Shared<S> {
         let zero = [simd.splat_f32s(0.0); TILE];
-        let mut shared =
-            Shared { weights: zero, reference: zero, squares: zero, over: self.over[t] };
-        let count = self.columns.len() / self.over.len();
-        for c in 0..count {
-            shared.reference = self.columns[tile_place::<S>(t, c, count)];
-            add_squares(simd, &mut shared.squares, &shared.reference);
+        let mut shared = Shared { weights: zero, squares: zero, over: self.over[t] };
+        for c in 0..self.rows.count() {
+            add_squares(simd, &mut shared.squares, self.column(t, c));
         }
         shared
     }
 
     #[inline(always)]
-    fn at(&self, k: usize) -> [f32; 4] {
-        let (mut reference, mut squares) = (0.0, 0.0);
+    fn at(&self, k: usize) -> [f32; 3] {
+        let mut squares = 0.0;
         for c in 0..self.rows.count() {
-            reference = self.rows.column_at(k, c);
-            squares += reference * reference;
+            squares += self.rows.column_at(k, c).powi(2);
         }
-        [0.0, reference, squares, self.rows.over[k]]
+        [0.0, squares, self.rows.over[k]]
     }
 }
 
 impl<S: Simd> Tiles<S> for ChildTiles<'_, S> {
     const DEEP: bool = true;
+
+    #[inline(always)]
+    fn kept(&self) -> bool {
+        self.kept.is_some()
+    }
+
+    #[inline(always)]
+    fn correlate(&self, _: S, _: usize, _: &mut [Tile<S>]) {}
 
     #[inline(always)]
     fn tile(&mut self, simd: S, t: usize) -> Shared<S> {
@@ -305,16 +338,16 @@ impl<S: Simd> Tiles<S> for ChildTiles<'_, S> {
         }
         let over = recipe.shorten(simd, &w, over[t], t);
         let zero = [simd.splat_f32s(0.0); TILE];
-        let mut shared = Shared { weights: w, reference: zero, squares: zero, over };
+        let mut shared = Shared { weights: w, squares: zero, over };
         for c in 0..*count {
             let place = tile_place::<S>(t, c, *count);
-            shared.reference = columns[place];
+            let mut y = columns[place];
             if let Some(&along) = recipe.along.get(c) {
-                take_off(simd, &mut shared.reference, &w, along as f32);
+                take_off(simd, &mut y, &w, along as f32);
             }
-            add_squares(simd, &mut shared.squares, &shared.reference);
+            add_squares(simd, &mut shared.squares, &y);
             if let Some(kept) = kept {
-                kept.columns[place] = shared.reference;
+                kept.columns[place] = y;
             }
         }
         if let Some(kept) = kept {
@@ -324,24 +357,23 @@ impl<S: Simd> Tiles<S> for ChildTiles<'_, S> {
     }
 
     #[inline(always)]
-    fn at(&self, k: usize) -> [f32; 4] {
+    fn at(&self, k: usize) -> [f32; 3] {
         self.recipe.at(k)
     }
 }
 
 impl Recipe<'_> {
     #[inline(always)]
-    fn at(&self, k: usize) -> [f32; 4] {
+    fn at(&self, k: usize) -> [f32; 3] {
         let mut w = self.gram[k];
         for (rows, along) in self.above.iter().zip(&self.triangle) {
             w -= rows.weights[k] * along;
         }
         w *= self.inverse;
-        let (mut reference, mut squares) = (0.0, 0.0);
+        let mut squares = 0.0;
         for c in 0..self.parent.count() {
-            let column = self.parent.column_at(k, c);
-            reference = column - w * self.along.get(c).map_or(0.0, |&along| along as f32);
-            squares += reference * reference;
+            let along = self.along.get(c).map_or(0.0, |&along| along as f32);
+            squares += (self.parent.column_at(k, c) - w * along).powi(2);
         }
         let over = match self.selection {
             _ if k == self.atom => DEAD,
@@ -350,7 +382,7 @@ impl Recipe<'_> {
                 self.parent.over[k] - (w.abs() + self.loss.0) * w.abs() - self.loss.1
             }
         };
-        [w, reference, squares, over]
+        [w, squares, over]
     }
 
     /// What scores are divided by, at least: `||d_res||^2` loses `w^2`, and what that may be off. The node's own atom is dead.
@@ -399,13 +431,5 @@ fn kill<S: Simd>(simd: S, over: &mut Tile<S>, atom: usize) {
     for i in 0..TILE {
         let chosen = simd.equal_f32s(numbers[i], atom);
         over[i] = simd.select_f32s(chosen, simd.splat_f32s(DEAD), over[i]);
-    }
-}
-
-/// `squares += y^2`.
-#[inline(always)]
-fn add_squares<S: Simd>(simd: S, squares: &mut Tile<S>, y: &Tile<S>) {
-    for i in 0..TILE {
-        squares[i] = mul_add(simd, y[i], y[i], squares[i]);
     }
 }

@@ -1,10 +1,9 @@
 //! One step of all candidates at a node: the screen finds in `f32` which atoms could win, and `f64` decides where it can't tell.
 
 use super::exact::{Choice, Exact};
-use super::rows::{Margins, Shared, Tiles};
-use super::vectors::{TILE, Tile, U, mul_add, place, take_off, tile_place, tiles_mut};
+use super::rows::{Shared, Tiles};
+use super::vectors::{TILE, Tile, U, add_squares, mul_add, place, take_off, tile_place, tiles_mut};
 use pulp::{Simd, bytemuck};
-use std::slice;
 
 /// More than all relative roundings of a screened score.
 const ROUNDING: f64 = 64.0 * U;
@@ -29,9 +28,9 @@ struct Bounds {
 impl Bounds {
     /// The bounds where the squared errors of all columns add to `squared_errors`. They are closest for scores near this one.
     #[inline(always)]
-    fn new(score: f32, squared_errors: f64) -> Self {
+    fn new(score: f64, squared_errors: f64) -> Self {
         // Any slack is right. This one adds about as much as the errors do where a quarter of an atom is left.
-        let slack = (2.0 * (squared_errors / f64::from(score)).sqrt()).clamp(1e-9, 1.0);
+        let slack = (2.0 * (squared_errors / score.max(NOTHING.into())).sqrt()).clamp(1e-9, 1.0);
         let inverse = 1.0 / slack;
         Self {
             widen: ((1.0 + slack) * (1.0 + ROUNDING)) as f32,
@@ -40,36 +39,17 @@ impl Bounds {
             taken: ((inverse - 1.0) * squared_errors * (1.0 + ROUNDING)) as f32,
         }
     }
-
-    /// The most that a score among these is known to be at least: sums of squares, and what they are divided by, where that is
-    /// `eligible` or more.
-    #[inline(always)]
-    fn least<S: Simd>(
-        &self,
-        simd: S,
-        (sums, over): (S::f32s, S::f32s),
-        (eligible, gap): (f32, f32),
-    ) -> f32 {
-        let low = mul_add(simd, simd.splat_f32s(self.narrow), sums, simd.splat_f32s(-self.taken));
-        let score = simd.div_f32s(low, simd.add_f32s(over, simd.splat_f32s(gap)));
-        let counts = simd.greater_than_or_equal_f32s(over, simd.splat_f32s(eligible));
-        let nothing = simd.splat_f32s(0.0);
-        simd.reduce_max_f32s(simd.select_f32s(counts, score, nothing)) * DOWN
-    }
 }
 
 /// A candidate in a step.
 #[derive(Debug, Clone, Default)]
 pub struct Runner {
     row: usize,
-    /// `p` of its difference to the reference along the node's direction.
+    /// `p` along the node's direction.
     along: f32,
-    /// The sum of the squares of how far the correlations of all columns, its own included, may be off.
-    squared_errors: f64,
     bounds: Bounds,
-    /// A score that some atom is known to have at least, and the one that the bounds are fitted to.
+    /// A score that some atom is known to have at least.
     least: f32,
-    fitted: f32,
     /// The best of the atoms that had to be computed.
     leader: Option<Choice>,
 }
@@ -115,40 +95,50 @@ impl Screen {
         self.contenders.clear();
     }
 
-    /// Screens all atoms for all runners, tile by tile. `guess` is tried first: a good one saves work. `correlations` are those of the
-    /// candidates' differences to the reference, in panels, as the parent left them; they are brought up to the node.
+    /// Screens all atoms for all runners, tile by tile. `guess` is tried first: a good one saves work. A divisor may be less than the
+    /// truth by `gap`. `correlations` are those of the candidates, in panels, as the parent left them; they are brought up to the
+    /// node where there are nodes further below.
     #[inline(always)]
     pub fn run<S: Simd, T: Tiles<S>>(
         &mut self,
         simd: S,
         tiles: &mut T,
-        margins: &Margins,
-        guess: usize,
+        (guess, gap): (usize, f32),
         (own, correlations): (Residuals<'_>, &mut [f32]),
         exact: &mut Exact<'_>,
     ) {
-        self.try_first(simd, tiles, margins, guess, (own, correlations), exact);
         let stride = exact.dictionary.stride();
-        let (per_row, rows) = (stride / (TILE * S::F32_LANES), correlations.len() / stride);
-        let correlations = tiles_mut::<S>(correlations);
-        for t in 0..per_row {
+        let (width, rows) = (TILE * S::F32_LANES, correlations.len() / stride);
+        tiles.correlate(simd, guess / width, tiles_mut::<S>(correlations));
+        self.try_first(simd, tiles, (guess, gap), (own, correlations), exact);
+        let (correlations, kept) = (tiles_mut::<S>(correlations), tiles.kept());
+        for t in 0..stride / width {
+            if t != guess / width {
+                tiles.correlate(simd, t, correlations);
+            }
             let shared = tiles.tile(simd, t);
             // Those that found something come later: what they do with it would take the tile out of the registers.
             let mut found = 0u64;
             for (number, runner) in self.runners.iter().enumerate() {
                 let place = tile_place::<S>(t, runner.row, rows);
-                let mut x = correlations[place];
+                let mut y = correlations[place];
                 if T::DEEP {
-                    take_off(simd, &mut x, &shared.weights, runner.along);
-                    correlations[place] = x;
+                    take_off(simd, &mut y, &shared.weights, runner.along);
+                    if kept {
+                        correlations[place] = y;
+                    }
                 }
-                found |= u64::from(runner.reaches(simd, &x, &shared)) << number;
+                found |= u64::from(runner.reaches(simd, &y, &shared)) << number;
             }
             while found != 0 {
                 let number = found.trailing_zeros() as usize;
                 found &= found - 1;
-                let x = &correlations[tile_place::<S>(t, self.runners[number].row, rows)];
-                self.enter_tile(simd, (t, x, &shared), (number, margins.gap), own, exact);
+                let runner = &self.runners[number];
+                let mut y = correlations[tile_place::<S>(t, runner.row, rows)];
+                if T::DEEP && !kept {
+                    take_off(simd, &mut y, &shared.weights, runner.along);
+                }
+                self.enter_tile(simd, (number, t), (&y, &shared), gap, own, exact);
             }
         }
     }
@@ -159,56 +149,45 @@ impl Screen {
         &mut self,
         simd: S,
         tiles: &impl Tiles<S>,
-        margins: &Margins,
-        guess: usize,
+        (guess, gap): (usize, f32),
         (own, correlations): (Residuals<'_>, &[f32]),
         exact: &mut Exact<'_>,
     ) {
         let rows = correlations.len() / exact.dictionary.stride();
-        let [weight, reference, squares, over] = tiles.at(guess);
+        let [weight, squares, over] = tiles.at(guess);
         for number in 0..self.runners.len() {
-            let runner = &mut self.runners[number];
-            runner.least = NOTHING;
-            runner.bounds = Bounds::new(1.0, runner.squared_errors);
-            let before = correlations[place(guess, runner.row, rows)];
-            let y = before - weight * runner.along + reference;
-            self.enter(simd, (number, guess), (squares + y * y, over), margins.gap, own, exact);
-            self.runners[number].fit();
+            let runner = &self.runners[number];
+            let y = correlations[place(guess, runner.row, rows)] - weight * runner.along;
+            self.enter(simd, (number, guess), (squares + y * y, over), gap, own, exact);
         }
         // The guess is found again in its tile.
         self.contenders.clear();
     }
 
-    /// Takes in a tile of atoms, of which some could win: those that still can when the runner knows what the best of them has at least.
+    /// Takes in the atoms of a tile that could win; `y` are the candidate's correlations.
     #[inline(always)]
     fn enter_tile<S: Simd>(
         &mut self,
         simd: S,
-        (t, x, shared): (usize, &Tile<S>, &Shared<S>),
-        (number, gap): (usize, f32),
+        (number, t): (usize, usize),
+        (y, shared): (&Tile<S>, &Shared<S>),
+        gap: f32,
         own: Residuals<'_>,
         exact: &mut Exact<'_>,
     ) {
-        let sums = sums(simd, x, shared);
-        let reach = reach(simd, &sums, &shared.over, &self.runners[number]);
-        let eligible = exact.eligible_from();
+        let mut sums = shared.squares;
+        add_squares(simd, &mut sums, y);
+        let reach = self.runners[number].reach(simd, &sums, &shared.over);
+        let mut bits = 0u64;
         for i in 0..TILE {
-            if reaching::<S>(simd, reach[i]) == 0 {
-                continue;
-            }
-            let runner = &mut self.runners[number];
-            let (sums, over) = (sums[i], shared.over[i]);
-            if let Some(eligible) = eligible {
-                runner.raise(runner.bounds.least(simd, (sums, over), (eligible, gap)));
-            }
-            let mut bits = reaching::<S>(simd, runner.reach(simd, sums, over));
-            while bits != 0 {
-                let lane = bits.trailing_zeros() as usize;
-                bits &= bits - 1;
-                let k = (t * TILE + i) * S::F32_LANES + lane;
-                let found = (lanes::<S>(&sums)[lane], lanes::<S>(&over)[lane]);
-                self.enter(simd, (number, k), found, gap, own, exact);
-            }
+            bits |= u64::from(reaching::<S>(simd, reach[i])) << (i * S::F32_LANES);
+        }
+        let (sums, over) = (lanes::<S>(&sums), lanes::<S>(&shared.over));
+        while bits != 0 {
+            let lane = bits.trailing_zeros() as usize;
+            bits &= bits - 1;
+            let k = t * TILE * S::F32_LANES + lane;
+            self.enter(simd, (number, k), (sums[lane], over[lane]), gap, own, exact);
         }
     }
 
@@ -228,7 +207,7 @@ impl Screen {
         if most < over * runner.least * DOWN {
             return;
         }
-        if exact.eligible_from().is_some_and(|eligible| over >= eligible) {
+        if over >= exact.eligible_from {
             let least = (runner.bounds.narrow * sum - runner.bounds.taken) / (over + gap);
             runner.raise(least * DOWN);
             let most = most / over * UP;
@@ -268,44 +247,40 @@ impl Screen {
 }
 
 impl Runner {
-    /// The candidate of this row: `along` is `p` of its difference to the reference along the node's direction, `squared_errors` the sum of the
-    /// squares of how far the correlations of all columns, its own included, may be off.
-    pub fn new(row: usize, along: f32, squared_errors: f64) -> Self {
-        Self { row, along, squared_errors, ..Self::default() }
+    /// The candidate of this row: `along` is `p` along the node's direction, `score` about what the next atom will reach, `squared_errors` the sum
+    /// of the squares of how far the correlations of all columns, its own included, may be off.
+    #[inline(always)]
+    pub fn new(row: usize, along: f64, score: f64, squared_errors: f64) -> Self {
+        let bounds = Bounds::new(score, squared_errors);
+        Self { row, along: along as f32, bounds, least: NOTHING, leader: None }
     }
 
     /// Knows of an atom whose score is at least this.
     #[inline(always)]
     fn raise(&mut self, least: f32) {
         self.least = self.least.max(least);
-        // The bounds are nearly as close for scores that are near.
-        if self.least > 4.0 * self.fitted {
-            self.fit();
+    }
+
+    /// Not negative where an atom of the tile could win.
+    #[inline(always)]
+    fn reach<S: Simd>(&self, simd: S, sums: &Tile<S>, over: &Tile<S>) -> Tile<S> {
+        let (widen, added) =
+            (simd.splat_f32s(self.bounds.widen), simd.splat_f32s(self.bounds.added));
+        let least = simd.splat_f32s(-self.least);
+        let mut reach = *sums;
+        for i in 0..TILE {
+            let most = mul_add(simd, sums[i], widen, added);
+            reach[i] = mul_add(simd, least, over[i], most);
         }
+        reach
     }
 
-    /// Fits the bounds to the score that is known to be reached.
+    /// Whether an atom of the tile could win; `y` are the candidate's correlations.
     #[inline(always)]
-    fn fit(&mut self) {
-        if self.least > NOTHING {
-            self.fitted = self.least;
-            self.bounds = Bounds::new(self.least, self.squared_errors);
-        }
-    }
-
-    /// Not negative where an atom could win.
-    #[inline(always)]
-    fn reach<S: Simd>(&self, simd: S, sums: S::f32s, over: S::f32s) -> S::f32s {
-        let Bounds { widen, added, .. } = self.bounds;
-        let most = mul_add(simd, sums, simd.splat_f32s(widen), simd.splat_f32s(added));
-        mul_add(simd, simd.splat_f32s(-self.least), over, most)
-    }
-
-    /// Whether an atom of the tile could win. `x` are the correlations of the candidate's difference to the reference.
-    #[inline(always)]
-    fn reaches<S: Simd>(&self, simd: S, x: &Tile<S>, shared: &Shared<S>) -> bool {
-        let reach = reach(simd, &sums(simd, x, shared), &shared.over, self);
-        let [a, b, c, d] = reach;
+    fn reaches<S: Simd>(&self, simd: S, y: &Tile<S>, shared: &Shared<S>) -> bool {
+        let mut sums = shared.squares;
+        add_squares(simd, &mut sums, y);
+        let [a, b, c, d] = self.reach(simd, &sums, &shared.over);
         let highest = simd.max_f32s(simd.max_f32s(a, b), simd.max_f32s(c, d));
         reaching::<S>(simd, highest) != 0
     }
@@ -348,27 +323,6 @@ impl Runner {
     }
 }
 
-/// The screened sums of squares of a tile of atoms.
-#[inline(always)]
-fn sums<S: Simd>(simd: S, x: &Tile<S>, shared: &Shared<S>) -> Tile<S> {
-    let mut sums = shared.squares;
-    for i in 0..TILE {
-        let y = simd.add_f32s(x[i], shared.reference[i]);
-        sums[i] = mul_add(simd, y, y, sums[i]);
-    }
-    sums
-}
-
-/// Not negative where an atom of the tile could win.
-#[inline(always)]
-fn reach<S: Simd>(simd: S, sums: &Tile<S>, over: &Tile<S>, runner: &Runner) -> Tile<S> {
-    let mut reach = *sums;
-    for i in 0..TILE {
-        reach[i] = runner.reach(simd, sums[i], over[i]);
-    }
-    reach
-}
-
 /// A bit for each lane that is not negative, the first lane's the lowest.
 #[inline(always)]
 fn reaching<S: Simd>(simd: S, reach: S::f32s) -> u32 {
@@ -386,6 +340,6 @@ fn reaching<S: Simd>(simd: S, reach: S::f32s) -> u32 {
 }
 
 #[inline(always)]
-fn lanes<S: Simd>(vector: &S::f32s) -> &[f32] {
-    bytemuck::cast_slice(slice::from_ref(vector))
+fn lanes<S: Simd>(tile: &Tile<S>) -> &[f32] {
+    bytemuck::cast_slice(tile)
 }

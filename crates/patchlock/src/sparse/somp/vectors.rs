@@ -51,6 +51,14 @@ pub fn take_off<S: Simd>(simd: S, y: &mut Tile<S>, weights: &Tile<S>, along: f32
     }
 }
 
+/// `squares += y^2`.
+#[inline(always)]
+pub fn add_squares<S: Simd>(simd: S, squares: &mut Tile<S>, y: &Tile<S>) {
+    for i in 0..TILE {
+        squares[i] = mul_add(simd, y[i], y[i], squares[i]);
+    }
+}
+
 /// `a b + c`, fused where the processor can. Plain code would call a function for each number to fuse them, which makes it twenty times as slow.
 #[inline(always)]
 pub fn mul_add<S: Simd>(simd: S, a: S::f32s, b: S::f32s, c: S::f32s) -> S::f32s {
