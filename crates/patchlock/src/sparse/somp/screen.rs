@@ -179,8 +179,8 @@ impl Screen {
         add_squares(simd, &mut sums, y);
         let reach = self.runners[number].reach(simd, &sums, &shared.over);
         let mut bits = 0u64;
-        for i in 0..TILE {
-            bits |= u64::from(reaching::<S>(simd, reach[i])) << (i * S::F32_LANES);
+        for (i, &reach) in reach.iter().enumerate() {
+            bits |= u64::from(reaching::<S>(simd, reach)) << (i * S::F32_LANES);
         }
         let (sums, over) = (lanes::<S>(&sums), lanes::<S>(&shared.over));
         while bits != 0 {
