@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// The names that [`TrackerConfig::preset`] knows.
-pub const PRESETS: &[&str] = &["paper"];
+pub const PRESETS: &[&str] = &["paper", "fast"];
 
 /// The most atoms that one code may hold.
 pub const MAX_ATOMS: usize = 8;
@@ -327,13 +327,15 @@ parameters! {
 }
 
 impl TrackerConfig {
-    /// The configuration of a preset. `paper` is the tracker of the paper.
+    /// The configuration of a preset. `paper` is the tracker of the paper; `fast` is the same with 400 particles and small patches 4 samples apart (7 x 7
+    /// instead of 13 x 13), which costs a small part of the time.
     ///
     /// # Errors
     /// [`Error::UnknownPreset`] names the presets that exist.
     pub fn preset(name: &str) -> Result<Self, Error> {
         match name {
             "paper" => Ok(Self::default()),
+            "fast" => Ok(Self { particles: 400, small_step: 4, ..Self::default() }),
             _ => Err(Error::UnknownPreset { name: name.to_owned(), known: PRESETS.join(", ") }),
         }
     }

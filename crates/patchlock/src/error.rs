@@ -15,7 +15,7 @@ pub enum Error {
         allowed: String,
     },
     /// No preset has this name.
-    #[error("unknown preset `{name}`; there is: {known}")]
+    #[error("unknown preset `{name}`; there are: {known}")]
     UnknownPreset {
         /// The name that was given.
         name: String,

@@ -52,7 +52,7 @@ pub struct BenchArgs {
     #[arg(long, value_name = "NAME", default_value = "ope")]
     protocol: Scheme,
 
-    /// The set of settings to begin with
+    /// The set of settings to begin with: paper, or fast, which weighs fewer candidates by fewer patches
     #[arg(long, value_name = "NAME", default_value = "paper")]
     preset: String,
 

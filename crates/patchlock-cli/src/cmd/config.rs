@@ -23,7 +23,7 @@ const LINE: usize = 100;
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ConfigArgs {
-    /// The set of values to print
+    /// The set of values to print: paper or fast
     #[arg(long, value_name = "NAME", default_value = "paper")]
     preset: String,
 }

@@ -67,7 +67,7 @@ pub struct TrackArgs {
     #[arg(long, value_name = "FILE.csv")]
     boxes: Option<PathBuf>,
 
-    /// The set of settings to begin with
+    /// The set of settings to begin with: paper, or fast, which weighs fewer candidates by fewer patches
     #[arg(long, value_name = "NAME", default_value = "paper")]
     preset: String,
 

@@ -36,7 +36,7 @@ pub struct TraxArgs {
     #[arg(long, value_name = "N", default_value = "4", value_parser = parse_protocol)]
     protocol: Protocol,
 
-    /// The set of settings to begin with
+    /// The set of settings to begin with: paper, or fast, which weighs fewer candidates by fewer patches
     #[arg(long, value_name = "NAME", default_value = "paper")]
     preset: String,
 

@@ -2,7 +2,7 @@
 
 use crate::film::OCCLUDED;
 use patchlock::config::Range;
-use patchlock::{BoundingBox, Error, Estimate, PARAMETERS, Tracker, TrackerConfig};
+use patchlock::{BoundingBox, Error, Estimate, PARAMETERS, PRESETS, Tracker, TrackerConfig};
 use serde::Deserialize;
 use serde::de::value::{Error as ValueError, MapDeserializer};
 use serde_json::{Map, Value, json};
@@ -211,6 +211,16 @@ fn fields_that_do_not_fit_each_other_are_refused() {
         assert!(matches!(error, Error::Config { field, .. } if field == name), "{error}");
         assert!(error.to_string().contains(part), "{error}");
     }
+}
+
+#[test]
+fn presets_have_names() {
+    let fast = TrackerConfig::preset("fast").unwrap();
+    assert_eq!((fast.particles, fast.small_step), (400, 4));
+    assert_eq!(TrackerConfig { particles: 650, small_step: 2, ..fast }, TrackerConfig::default());
+    for name in PRESETS {
+        Tracker::new(TrackerConfig::preset(name).unwrap()).unwrap();
+    }
     let error = TrackerConfig::preset("papper").unwrap_err().to_string();
-    assert!(error.contains("papper") && error.contains("paper"), "{error}");
+    assert!(error.contains("papper") && error.contains("paper, fast"), "{error}");
 }
