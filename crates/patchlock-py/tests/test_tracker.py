@@ -147,7 +147,7 @@ def test_the_types_of_the_settings_are_those_of_the_table():
         ({"gamma": "two"}, ValueError, "exp_visible, one, visible, exp_error"),
         ({"gamma": 2}, TypeError, "gamma takes a word"),
         ({"large_patch": 64}, ValueError, "at most template_side = 32"),
-        ({"preset": "best"}, ValueError, "unknown preset `best`; there is: paper"),
+        ({"preset": "best"}, ValueError, "unknown preset `best`; there are: paper, fast"),
         ({"threads": 0}, ValueError, "1 to 1024"),
         ({"channels": "hsv"}, ValueError, "'rgb', 'bgr'"),
     ],
