@@ -150,7 +150,7 @@ pub trait Tiles<S: Simd> {
     /// Whether candidates still have to take off what the newest atom explains.
     const DEEP: bool;
 
-    /// Whether there are nodes further below.
+    /// Whether what a step makes of the correlations is written, for nodes further below.
     fn kept(&self) -> bool;
 
     /// Makes the candidates' correlations with tile `t`, where they are not there yet.
