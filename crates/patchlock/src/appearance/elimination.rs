@@ -90,7 +90,9 @@ impl Race {
         self.order_small(leaders, field);
 
         let bonus: f64 = (0..small as u32).map(|i| field.most(Size::Small, i)).sum();
-        for done in 0..large {
+        // Where large patches count for nothing, only those who remain are coded there, in the end.
+        let counts = self.large_order.iter().any(|&i| field.most(Size::Large, i) > 0.0);
+        for done in 0..if counts { large } else { 0 } {
             let locations = [self.large_order[done]];
             field.code(Size::Large, &self.remaining[leaders..], &locations);
             self.bound_large(leaders, done + 1, field);
@@ -102,6 +104,9 @@ impl Race {
         let seconds = (leaders + LEADERS).min(self.remaining.len());
         self.code_small(leaders..seconds, field);
         self.run_small(seconds, bonus, field);
+        if !counts {
+            field.code(Size::Large, &self.remaining[leaders..], &self.large_order);
+        }
     }
 
     /// The large locations, those first where a patch weighs most.
@@ -191,6 +196,8 @@ mod tests {
     struct Written {
         large: Vec<Vec<f64>>,
         small: Vec<Vec<f64>>,
+        /// The most that a large patch gives.
+        most_large: f64,
         coded: BTreeSet<(bool, u32, u32)>,
     }
 
@@ -213,8 +220,8 @@ mod tests {
             }
         }
 
-        fn most(&self, _: Size, _: u32) -> f64 {
-            1.0
+        fn most(&self, size: Size, _: u32) -> f64 {
+            if size == Size::Large { self.most_large } else { 1.0 }
         }
 
         fn gain(&self, k: u32, i: u32) -> f64 {
@@ -225,7 +232,7 @@ mod tests {
         fn large_part(&self, k: u32, coded: &[u32]) -> f64 {
             let known: f64 = coded.iter().map(|&i| self.large[k as usize][i as usize]).sum();
             assert!(coded.iter().all(|&i| self.coded.contains(&(true, k, i))));
-            known + (self.large[0].len() - coded.len()) as f64
+            known + self.most_large * (self.large[0].len() - coded.len()) as f64
         }
     }
 
@@ -235,8 +242,11 @@ mod tests {
         fn the_winner_is_never_dropped(
             large in prop::collection::vec(prop::collection::vec(0.0..1.0f64, 4), 40),
             small in prop::collection::vec(prop::collection::vec(0.0..1.0f64, 30), 40),
+            counts in any::<bool>(),
         ) {
-            let mut field = Written { large, small, coded: BTreeSet::new() };
+            let most_large = f64::from(u8::from(counts));
+            let large = large.iter().map(|row| row.iter().map(|v| v * most_large).collect()).collect();
+            let mut field = Written { large, small, most_large, coded: BTreeSet::new() };
             let mut race = Race::default();
             race.begin(40, (0..40).rev());
             race.run((4, 30), &mut field);
@@ -252,11 +262,25 @@ mod tests {
     fn the_hopeless_are_not_coded_everywhere() {
         let value = |k: usize| if k == 7 { 0.9 } else { 0.1 };
         let rows = |n: usize| (0..40).map(|k| vec![value(k); n]).collect();
-        let mut field = Written { large: rows(4), small: rows(30), coded: BTreeSet::new() };
+        let (large, small) = (rows(4), rows(30));
+        let mut field = Written { large, small, most_large: 1.0, coded: BTreeSet::new() };
         let mut race = Race::default();
         race.begin(40, std::iter::once(7).chain((0..40).filter(|&k| k != 7)));
         race.run((4, 30), &mut field);
         assert!(race.remaining().len() <= 2 * LEADERS, "{:?}", race.remaining());
         assert!(!field.is_coded(39));
+    }
+
+    #[test]
+    fn large_patches_that_count_for_nothing_are_not_coded() {
+        let small = |k: usize| vec![if k == 7 { 0.9 } else { 0.1 }; 30];
+        let (large, small) = (vec![vec![0.0; 4]; 40], (0..40).map(small).collect());
+        let mut field = Written { large, small, most_large: 0.0, coded: BTreeSet::new() };
+        let mut race = Race::default();
+        race.begin(40, 0..40);
+        race.run((4, 30), &mut field);
+        assert!(race.remaining().contains(&7));
+        let coded = |k: u32| field.coded.contains(&(true, k, 0));
+        assert!((0..40).all(|k| coded(k) == race.remaining().contains(&k)));
     }
 }

@@ -57,6 +57,7 @@ impl Field for Weighing<'_> {
 
     fn most(&self, size: Size, location: u32) -> f64 {
         match size {
+            Size::Large if !self.rules.counts_large() => 0.0,
             Size::Large => self.rules.most(self.large.positions()[location as usize]),
             Size::Small if !self.rules.counts_small() => 0.0,
             Size::Small => {
