@@ -6,8 +6,9 @@ mod setup;
 
 use patchlock::appearance::buffer;
 use patchlock::appearance::pooling::PoolRules;
-use patchlock::appearance::scale::{Findings, Scale, ScaleRules, Workers};
+use patchlock::appearance::scale::{Scale, ScaleRules, Worker};
 use patchlock::config::Coefficients;
+use patchlock::sparse::somp::batched::BLOCK;
 use patchlock::vision::patches::{PatchGrid, normalise};
 use patchlock::vision::warp::warp;
 use patchlock::{Tracker, TrackerConfig};
@@ -85,12 +86,13 @@ fn scale(bench: &Bench) -> Scale {
 fn codes_of_a_location() {
     let bench = Bench::new();
     let (scale, candidates) = (scale(&bench), bench.candidates());
-    let (mut workers, mut findings) = (Workers::default(), Findings::default());
-    findings.begin(PARTICLES, scale.grid().locations());
-    let which: Vec<u32> = (0..PARTICLES as u32).collect();
+    let (mut worker, mut found) = (Worker::default(), vec![Default::default(); BLOCK]);
     let mut turn = || {
-        let candidates = (candidates.as_slice(), SIDE * SIDE);
-        scale.weigh(candidates, &which, &[LOCATION as u32], &mut workers, &mut findings);
+        for block in candidates.chunks(BLOCK * SIDE * SIDE) {
+            let block = block.chunks_exact(SIDE * SIDE);
+            let found = &mut found[..block.len()];
+            scale.code_block(LOCATION, block, &mut worker, found);
+        }
     };
     turn();
     counted(&mut turn);

@@ -9,8 +9,8 @@
 use crate::appearance::elimination::Race;
 use crate::appearance::likelihood::LikelihoodRules;
 use crate::appearance::pooling::PoolRules;
-use crate::appearance::scale::{Findings, Scale, ScaleRules, Workers};
-use crate::appearance::weighing::Weighing;
+use crate::appearance::scale::{Findings, Scale, ScaleRules};
+use crate::appearance::weighing::{Coding, Weighing, Workers};
 use crate::config::{FirstTemplates, Outside, ScaleMotion, TrackerConfig};
 use crate::estimate::{Estimate, VisibilityMap};
 use crate::filter::{motion::Motion, particles, state::State};
@@ -306,14 +306,18 @@ impl Work {
         let Self { particles, candidates, likelihoods, large, small, workers, race, .. } = self;
         large.begin(particles.len(), target.large.grid().locations());
         small.begin(particles.len(), target.small.grid().locations());
-        let mut weighing = Weighing {
+        workers.prepare();
+        let coding = Coding {
             candidates: (candidates, config.template_side * config.template_side),
-            rules: LikelihoodRules::new(config),
             large: &target.large,
             small: &target.small,
+            workers,
+        };
+        let mut weighing = Weighing {
+            coding,
+            rules: LikelihoodRules::new(config),
             large_findings: large,
             small_findings: small,
-            workers,
         };
         // Without the division a share may exceed 1, and there is no bound to drop candidates by.
         if whose == Whose::All || !config.divide {

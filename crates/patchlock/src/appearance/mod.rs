@@ -1,6 +1,7 @@
 //! The appearance of the target: what its codes say, what weighs how much, and how it is learned.
 
 pub mod buffer;
+mod crew;
 pub mod elimination;
 pub mod likelihood;
 pub mod mask;

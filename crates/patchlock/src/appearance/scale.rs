@@ -6,11 +6,10 @@ use super::weights::{masked_error, position_weights};
 use crate::simd::instructions::Instructions;
 use crate::sparse::codes::{Code, CodeRules};
 use crate::sparse::dictionary::Dictionary;
-use crate::sparse::somp::batched::{self, BLOCK};
+use crate::sparse::somp::batched;
 use crate::vision::patches::PatchGrid;
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
-use std::sync::{Mutex, PoisonError};
 
 /// Grid, dictionary and buffer of a scale.
 #[derive(Debug, Clone)]
@@ -39,22 +38,17 @@ pub struct ScaleRules {
     pub position_weights: bool,
 }
 
-/// What [`Scale::weigh`] finds, location by location: entry `location * candidates + candidate`.
+/// What is found of the candidates, location by location: entry `location * candidates + candidate`.
 #[derive(Debug, Default)]
 pub struct Findings {
     candidates: usize,
     codes: Vec<Code>,
     features: Vec<Feature>,
-    /// What the newest call found: blocks of candidates, location by location.
-    fresh: Vec<(Code, Feature)>,
 }
 
-/// Room for the threads that weigh candidates.
+/// Room for a thread that codes candidates.
 #[derive(Debug, Default)]
-pub struct Workers(Vec<Mutex<Worker>>);
-
-#[derive(Debug, Default)]
-struct Worker {
+pub struct Worker {
     patches: Vec<f32>,
     codes: Vec<Code>,
     solver: batched::Scratch,
@@ -138,42 +132,9 @@ impl Scale {
         &self.positions
     }
 
-    /// Codes the patches of the candidates `which` at these locations; `candidates` are templates of `template_len`
-    /// samples, one after the other. Blocks of them are independent, so the result is the same on any number of threads.
-    pub fn weigh(
-        &self,
-        (candidates, template_len): (&[f32], usize),
-        which: &[u32],
-        locations: &[u32],
-        workers: &mut Workers,
-        findings: &mut Findings,
-    ) {
-        if which.is_empty() {
-            return;
-        }
-        // One for each thread of the pool, and one for a caller that is in none.
-        workers.0.resize_with(rayon::current_num_threads() + 1, Mutex::default);
-        let blocks = which.len().div_ceil(BLOCK);
-        let Findings { candidates: count, codes, features, fresh } = findings;
-        fresh.resize(locations.len() * blocks * BLOCK, Default::default());
-        fresh.par_chunks_mut(BLOCK).enumerate().for_each(|(task, out)| {
-            let thread = rayon::current_thread_index().map_or(0, |k| k + 1);
-            let worker = &workers.0[thread % workers.0.len()];
-            let mut worker = worker.lock().unwrap_or_else(PoisonError::into_inner);
-            let location = locations[task / blocks] as usize;
-            let block = which.chunks(BLOCK).nth(task % blocks).unwrap_or_default();
-            let template = |k: &u32| &candidates[*k as usize * template_len..][..template_len];
-            self.code_block(location, block.iter().map(template), &mut worker, out);
-        });
-        for (&location, found) in locations.iter().zip(fresh.chunks_exact(blocks * BLOCK)) {
-            for (&k, &(code, feature)) in which.iter().zip(found) {
-                let place = location as usize * *count + k as usize;
-                (codes[place], features[place]) = (code, feature);
-            }
-        }
-    }
-
-    fn code_block<'a>(
+    /// Codes the patches of some templates, at most a block of them, at one location. Blocks are independent, so the result is the same on any number of
+    /// threads.
+    pub fn code_block<'a>(
         &self,
         location: usize,
         templates: impl ExactSizeIterator<Item = &'a [f32]>,
@@ -221,6 +182,14 @@ impl Findings {
         self.candidates = candidates;
         self.codes.resize(candidates * locations, Code::default());
         self.features.resize(candidates * locations, Feature::default());
+    }
+
+    /// Notes what was found of these candidates at one location.
+    pub fn note(&mut self, location: usize, which: &[u32], found: &[(Code, Feature)]) {
+        for (&k, &(code, feature)) in which.iter().zip(found) {
+            let place = location * self.candidates + k as usize;
+            (self.codes[place], self.features[place]) = (code, feature);
+        }
     }
 
     /// One candidate's feature at one location.
