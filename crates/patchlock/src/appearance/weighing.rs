@@ -121,7 +121,7 @@ impl Coding<'_> {
             round.locations.extend_from_slice(locations);
             tasks = round.blocks() * locations.len();
             if round.found.len() < tasks {
-                round.found.resize_with(tasks, Mutex::default);
+                round.found.resize_with(tasks, || Mutex::new(Vec::with_capacity(BLOCK)));
             }
         }
         crew.round(tasks);

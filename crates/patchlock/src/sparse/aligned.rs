@@ -11,6 +11,11 @@ const LINE: usize = 64;
 pub struct Aligned(AVec<f32, ConstAlign<LINE>>);
 
 impl Aligned {
+    /// Makes room for this length.
+    pub fn reserve(&mut self, length: usize) {
+        self.0.reserve(length.saturating_sub(self.0.len()));
+    }
+
     /// Makes it `length` long; what is new is zero.
     pub fn resize(&mut self, length: usize) {
         self.0.resize(length, 0.0);

@@ -243,10 +243,8 @@ impl Scratch {
     fn begin<S: Simd>(&mut self, simd: S, problem: Problem<'_>, block: &[f32]) {
         let Problem { dictionary, location, rules } = problem;
         let (dim, count) = (dictionary.dim(), block.len() / dictionary.dim());
-        self.differences.clear();
+        self.clear(dictionary);
         widen(&mut self.residuals, block);
-        self.candidates.clear();
-        self.order.clear();
         for (row, candidate) in block.chunks_exact(dim).enumerate() {
             self.differences.extend(candidate.iter().zip(&location.reference).map(|(r, b)| r - b));
             widen(&mut self.wide, &self.differences[row * dim..]);
@@ -267,8 +265,25 @@ impl Scratch {
         self.correlations.resize(padded * dictionary.stride());
         self.nodes.resize_with(MAX_ATOMS, Node::default);
         self.rows.resize_with(MAX_ATOMS, Rows::default);
-        self.branches.clear();
         self.branches.push(Branch { depth: 0, atom: 0, members: 0..count });
+    }
+
+    /// Forgets the block before, and makes room for a full one: many frames may pass before there is one.
+    fn clear(&mut self, dictionary: &Dictionary) {
+        let Self { differences, correlations, residuals, candidates, order, branches, .. } = self;
+        let samples = BLOCK * dictionary.dim();
+        differences.clear();
+        differences.reserve_exact(samples);
+        residuals.clear();
+        residuals.reserve_exact(samples);
+        correlations.reserve(BLOCK * dictionary.stride());
+        candidates.clear();
+        candidates.reserve_exact(BLOCK);
+        order.clear();
+        order.reserve_exact(BLOCK);
+        branches.clear();
+        branches.reserve_exact(BLOCK);
+        self.screen.reserve(BLOCK, dictionary.len());
     }
 
     /// Makes the branch's node and projects its atom out of the members; those whose code is then complete leave the branch.

@@ -87,6 +87,15 @@ impl Residuals<'_> {
 }
 
 impl Screen {
+    /// Makes room for as many runners and atoms as there can be: how many atoms contend differs from frame to frame, and after days more may do than ever before.
+    #[inline(always)]
+    pub fn reserve(&mut self, runners: usize, atoms: usize) {
+        self.runners.clear();
+        self.runners.reserve_exact(runners);
+        self.contenders.clear();
+        self.contenders.reserve_exact(runners * atoms);
+    }
+
     /// Begins a step with these runners.
     #[inline(always)]
     pub fn begin(&mut self, runners: impl Iterator<Item = Runner>) {
