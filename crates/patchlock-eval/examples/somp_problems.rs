@@ -15,9 +15,10 @@ use std::path::Path;
 use std::time::Instant;
 
 use patchlock::appearance::pooling::PoolRules;
-use patchlock::appearance::scale::{Findings, Scale, ScaleRules, Workers};
+use patchlock::appearance::scale::{Findings, Scale, ScaleRules, Worker};
 use patchlock::filter::state::State;
 use patchlock::sparse::codes::CodeRules;
+use patchlock::sparse::somp::batched::BLOCK;
 use patchlock::vision::frame::GreyImage;
 use patchlock::vision::patches::{PatchGrid, normalise};
 use patchlock::vision::warp::warp;
@@ -118,12 +119,19 @@ impl Moment {
         let warp_ms = begin.elapsed().as_secs_f64() * 1e3;
         let length = self.config.template_side * self.config.template_side;
         let which: Vec<u32> = (0..self.particles.len() as u32).collect();
-        let locations: Vec<u32> = (0..grid.locations() as u32).collect();
-        let (mut workers, mut findings) = (Workers::default(), Findings::default());
-        findings.begin(which.len(), locations.len());
+        let (mut worker, mut findings) = (Worker::default(), Findings::default());
+        findings.begin(which.len(), grid.locations());
+        let mut found = vec![Default::default(); BLOCK];
+        let template = |&k: &u32| &candidates[k as usize * length..][..length];
         let mut turn = || {
             let begin = Instant::now();
-            scale.weigh((&candidates, length), &which, &locations, &mut workers, &mut findings);
+            for location in 0..grid.locations() {
+                for block in which.chunks(BLOCK) {
+                    let found = &mut found[..block.len()];
+                    scale.code_block(location, block.iter().map(template), &mut worker, found);
+                    findings.note(location, block, found);
+                }
+            }
             begin.elapsed().as_secs_f64() * 1e3
         };
         turn();
