@@ -306,15 +306,9 @@ impl Work {
         let Self { particles, candidates, likelihoods, large, small, workers, race, .. } = self;
         large.begin(particles.len(), target.large.grid().locations());
         small.begin(particles.len(), target.small.grid().locations());
-        workers.prepare();
-        let coding = Coding {
-            candidates: (candidates, config.template_side * config.template_side),
-            large: &target.large,
-            small: &target.small,
-            workers,
-        };
+        let candidates = (candidates.as_slice(), config.template_side * config.template_side);
         let mut weighing = Weighing {
-            coding,
+            coding: Coding::new(candidates, (&target.large, &target.small), workers),
             rules: LikelihoodRules::new(config),
             large_findings: large,
             small_findings: small,

@@ -1,6 +1,6 @@
 //! Threads that stay together over many short rounds of work.
 //!
-//! A race goes round by round, some hundred times a frame, and a round takes a fraction of a millisecond. A thread that falls asleep between two rounds
+//! A race goes round by round, 30 to 100 times a frame, and a round takes a fraction of a millisecond. A thread that falls asleep between two rounds
 //! is woken too late, so those that help wait awake until all rounds are over. One that never comes, as it has other work, is not waited for.
 
 use std::hint::spin_loop;

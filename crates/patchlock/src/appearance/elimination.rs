@@ -92,7 +92,8 @@ impl Race {
         let bonus: f64 = (0..small as u32).map(|i| field.most(Size::Small, i)).sum();
         // Where large patches count for nothing, only those who remain are coded there, in the end.
         let counts = self.large_order.iter().any(|&i| field.most(Size::Large, i) > 0.0);
-        for done in 0..if counts { large } else { 0 } {
+        let rounds = if counts { large } else { 0 };
+        for done in 0..rounds {
             let locations = [self.large_order[done]];
             field.code(Size::Large, &self.remaining[leaders..], &locations);
             self.bound_large(leaders, done + 1, field);

@@ -24,14 +24,10 @@ pub struct Weighing<'a> {
 /// What codes are made of: the same for all threads.
 #[derive(Debug, Clone, Copy)]
 pub struct Coding<'a> {
-    /// The candidates, one after the other, and how many samples each has.
-    pub candidates: (&'a [f32], usize),
-    /// The large scale.
-    pub large: &'a Scale,
-    /// The small scale.
-    pub small: &'a Scale,
-    /// Room for the threads.
-    pub workers: &'a Workers,
+    candidates: (&'a [f32], usize),
+    large: &'a Scale,
+    small: &'a Scale,
+    workers: &'a Workers,
 }
 
 /// Room for the threads that code candidates.
@@ -54,7 +50,7 @@ struct Round {
 
 impl Workers {
     /// Makes room for all threads of the pool.
-    pub fn prepare(&mut self) {
+    fn prepare(&mut self) {
         self.each.resize_with(rayon::current_num_threads() + 1, Mutex::default);
     }
 
@@ -82,7 +78,17 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl Coding<'_> {
+impl<'a> Coding<'a> {
+    /// Of the candidates, one after the other, with so many samples each; by the large and the small scale; with room for the threads.
+    pub fn new(
+        candidates: (&'a [f32], usize),
+        (large, small): (&'a Scale, &'a Scale),
+        workers: &'a mut Workers,
+    ) -> Self {
+        workers.prepare();
+        Self { candidates, large, small, workers }
+    }
+
     fn scale(&self, size: Size) -> &Scale {
         match size {
             Size::Large => self.large,
