@@ -61,7 +61,32 @@ CHOICES: dict[str, Settings] = {
     "textbook-pursuit": {"selection": "textbook"},
 }
 
-SETS = {"ablations": ABLATIONS, "choices": CHOICES}
+# More than one choice at a time.
+RELATIVE: Settings = {"scale_motion": "relative"}
+COMBINATIONS: dict[str, Settings] = {
+    "paper": {},
+    "gamma-one-delta-0.3": {"gamma": "one", "delta": 0.3},
+    "relative": RELATIVE,
+    "relative-delta-0.3": {**RELATIVE, "delta": 0.3},
+    "relative-delta-0.6": {**RELATIVE, "delta": 0.6},
+    "relative-epsilon-0.04": {**RELATIVE, "epsilon": 0.04},
+    "relative-epsilon-0.13": {**RELATIVE, "epsilon": 0.13},
+    "relative-gamma-one": {**RELATIVE, "gamma": "one"},
+    "relative-warm-up": {**RELATIVE, "first_templates": "warm_up"},
+    "relative-nearest": {**RELATIVE, "first_templates": "nearest"},
+    "relative-buffers-guarded-more": {**RELATIVE, **CHOICES["buffers-guarded-more"]},
+    "relative-no-occlusion-weights": {**RELATIVE, "occlusion_weights": False},
+    "relative-small": {**RELATIVE, "scales": "small"},
+    "relative-delta-0.3-gamma-one": {**RELATIVE, "delta": 0.3, "gamma": "one"},
+    "relative-delta-0.3-warm-up": {**RELATIVE, "delta": 0.3, "first_templates": "warm_up"},
+    "relative-delta-0.3-small": {**RELATIVE, "delta": 0.3, "scales": "small"},
+    "relative-delta-0.3-epsilon-0.04": {**RELATIVE, "delta": 0.3, "epsilon": 0.04},
+    "relative-delta-0.3-epsilon-0.04-small": {**RELATIVE, "delta": 0.3, "epsilon": 0.04, "scales": "small"},
+    "relative-delta-0.6-epsilon-0.04": {**RELATIVE, "delta": 0.6, "epsilon": 0.04},
+    "relative-delta-0.6-nearest": {**RELATIVE, "delta": 0.6, "first_templates": "nearest"},
+}
+
+SETS = {"ablations": ABLATIONS, "choices": CHOICES, "combinations": COMBINATIONS}
 
 # A twelfth of the cost, for a first look.
 CHEAP: Settings = {"small_step": 4, "particles": 400}

@@ -217,14 +217,14 @@ impl GreyImage {
         &self.samples[start..(start + self.width).min(self.samples.len())]
     }
 
-    /// The sample at `column`, `row` and its neighbour to the right, and the two below them; zeros where one is outside.
+    /// The sample at `column`, `row` and its neighbour to the right, and the two below them, if they are all there.
     #[inline(always)]
-    pub fn neighbours(&self, column: usize, row: usize) -> ([f32; 2], [f32; 2]) {
+    pub fn neighbours(&self, column: usize, row: usize) -> Option<([f32; 2], [f32; 2])> {
         let place = row * self.width + column;
         // Two at once, with one check for both.
         let pair =
             |place: usize| self.samples.get(place..).and_then(|all| all.first_chunk().copied());
-        (pair(place).unwrap_or_default(), pair(place + self.width).unwrap_or_default())
+        Some((pair(place)?, pair(place + self.width)?))
     }
 
     /// Takes over the frame's pixels as grey; the buffer is used again.
