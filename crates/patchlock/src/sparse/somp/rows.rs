@@ -4,7 +4,8 @@
 use super::node::{Node, Path};
 use super::product::correlate;
 use super::vectors::{
-    TILE, Tile, U, add_squares, mul_add, place, take_off, tile_place, tiles, tiles_mut, widen,
+    TILE, Tile, U, add_squares, mul_add, panel, place, take_off, tile_place, tiles, tiles_mut,
+    widen,
 };
 use crate::config::{MAX_ATOMS, Selection};
 use crate::simd::dot_wide;
@@ -28,6 +29,8 @@ pub struct Rows {
     columns: Aligned,
     /// For each atom a lower bound of what its score is divided by, or [`DEAD`].
     over: Aligned,
+    /// `p` of each column along the node's direction; zeros where nothing is shared.
+    along: Vec<f32>,
     /// How far the rows may be off.
     pub errors: Errors,
 }
@@ -116,7 +119,6 @@ pub struct ChildTiles<'a, S: Simd> {
     above: [&'a [Tile<S>]; MAX_ATOMS],
     /// The parent's rows.
     columns: &'a [Tile<S>],
-    count: usize,
     over: &'a [Tile<S>],
     /// The child's own, where they are kept for nodes further below.
     kept: Option<Kept<'a, S>>,
@@ -131,7 +133,7 @@ struct Recipe<'a> {
     /// `q_s^T d` of the new atom for each node above, one over what is left of its norm, and `p` of each column.
     triangle: [f32; MAX_ATOMS],
     inverse: f32,
-    along: &'a [f64],
+    along: &'a [f32],
     atom: usize,
     selection: Selection,
     loss: (f32, f32),
@@ -235,39 +237,49 @@ impl Rows {
         self.errors.follow(path, above, &parent.errors);
         let margins = self.errors.margins();
         let gram = dictionary.gram_row(node.atom);
+        self.along.clear();
+        self.along.extend(node.along.iter().map(|&p| p as f32));
+        self.along.resize(parent.count(), 0.0);
+        let Self { weights, columns, over, along, errors } = self;
+        let own = [weights, columns, over];
         let recipe = Recipe {
             gram,
             above,
             parent,
             triangle: node.triangle.map(|w| w as f32),
             inverse: (1.0 / node.triangle[above.len()]) as f32,
-            along: &node.along,
+            along,
             atom: node.atom,
             selection: rules.selection,
-            loss: self.errors.over_loss(),
+            loss: errors.over_loss(),
         };
         let mut earlier: [&[Tile<S>]; MAX_ATOMS] = [&[]; MAX_ATOMS];
-        for (tiles_above, rows) in earlier.iter_mut().zip(above) {
+        for (k, tiles_above) in earlier.iter_mut().enumerate() {
+            // Left early, so that the compiler makes no gathers of these few turns.
+            let Some(rows) = above.get(k) else { break };
             *tiles_above = tiles::<S>(&rows.weights);
         }
         let (columns, over) = (tiles::<S>(&parent.columns), tiles::<S>(&parent.over));
         // Below the deepest node there is none that would ask for its rows.
         let keep = path.nodes.len() + 1 < rules.atoms;
-        let kept = if keep { Some(self.keep(parent.columns.len(), gram.len())) } else { None };
+        let kept = keep.then(|| Kept::new(own, parent));
         let gram = tiles::<S>(gram);
-        let count = parent.count();
-        (ChildTiles { recipe, gram, above: earlier, columns, count, over, kept }, margins)
+        (ChildTiles { recipe, gram, above: earlier, columns, over, kept }, margins)
     }
+}
 
+impl<'a, S: Simd> Kept<'a, S> {
+    /// Room in these for as many as the parent has.
     #[inline(always)]
-    fn keep<S: Simd>(&mut self, columns: usize, stride: usize) -> Kept<'_, S> {
-        self.columns.resize(columns);
-        self.weights.resize(stride);
-        self.over.resize(stride);
-        Kept {
-            weights: tiles_mut::<S>(&mut self.weights),
-            columns: tiles_mut::<S>(&mut self.columns),
-            over: tiles_mut::<S>(&mut self.over),
+    fn new([weights, columns, over]: [&'a mut Aligned; 3], parent: &Rows) -> Self {
+        columns.resize(parent.columns.len());
+        for row in [&mut *weights, &mut *over] {
+            row.resize(parent.over.len());
+        }
+        Self {
+            weights: tiles_mut::<S>(weights),
+            columns: tiles_mut::<S>(columns),
+            over: tiles_mut::<S>(over),
         }
     }
 }
@@ -327,7 +339,7 @@ impl<S: Simd> Tiles<S> for ChildTiles<'_, S> {
 
     #[inline(always)]
     fn tile(&mut self, simd: S, t: usize) -> Shared<S> {
-        let Self { recipe, gram, above, columns, over, kept, count } = self;
+        let Self { recipe, gram, above, columns, over, kept } = self;
         let mut w = gram[t];
         for (rows, &along) in above[..recipe.above.len()].iter().zip(&recipe.triangle) {
             take_off(simd, &mut w, &rows[t], along);
@@ -339,19 +351,24 @@ impl<S: Simd> Tiles<S> for ChildTiles<'_, S> {
         let over = recipe.shorten(simd, &w, over[t], t);
         let zero = [simd.splat_f32s(0.0); TILE];
         let mut shared = Shared { weights: w, squares: zero, over };
-        for c in 0..*count {
-            let place = tile_place::<S>(t, c, *count);
-            let mut y = columns[place];
-            if let Some(&along) = recipe.along.get(c) {
-                take_off(simd, &mut y, &w, along as f32);
-            }
+        let (first, step) = panel::<S>(t, recipe.along.len());
+        let columns = columns[first..].iter().step_by(step).zip(recipe.along);
+        let mut left = |y: &Tile<S>, along: f32| {
+            let mut y = *y;
+            take_off(simd, &mut y, &w, along);
             add_squares(simd, &mut shared.squares, &y);
-            if let Some(kept) = kept {
-                kept.columns[place] = y;
-            }
-        }
+            y
+        };
         if let Some(kept) = kept {
+            let own = kept.columns[first..].iter_mut().step_by(step);
+            for ((y, &along), own) in columns.zip(own) {
+                *own = left(y, along);
+            }
             (kept.weights[t], kept.over[t]) = (w, over);
+        } else {
+            for (y, &along) in columns {
+                left(y, along);
+            }
         }
         shared
     }
@@ -371,8 +388,7 @@ impl Recipe<'_> {
         }
         w *= self.inverse;
         let mut squares = 0.0;
-        for c in 0..self.parent.count() {
-            let along = self.along.get(c).map_or(0.0, |&along| along as f32);
+        for (c, along) in self.along.iter().enumerate() {
             squares += (self.parent.column_at(k, c) - w * along).powi(2);
         }
         let over = match self.selection {

@@ -38,8 +38,15 @@ pub fn place(k: usize, row: usize, rows: usize) -> usize {
 /// The same in tiles, for tile `t` of a row.
 #[inline(always)]
 pub fn tile_place<S: Simd>(t: usize, row: usize, rows: usize) -> usize {
-    let parts = LANES / (TILE * S::F32_LANES);
-    (t / parts * rows + row) * parts + t % parts
+    let (first, step) = panel::<S>(t, rows);
+    first + row * step
+}
+
+/// Where tile `t` of the first row stands, and how many tiles further on that of the next one.
+#[inline(always)]
+pub fn panel<S: Simd>(t: usize, rows: usize) -> (usize, usize) {
+    let step = LANES / (TILE * S::F32_LANES);
+    (t / step * rows * step + t % step, step)
 }
 
 /// `y -= weights * along`.
