@@ -3,4 +3,4 @@
 mod dot;
 pub mod instructions;
 
-pub use dot::{dot, dot_wide};
+pub use dot::{dot, dot_wide, dots_wide};

@@ -1,9 +1,8 @@
 //! An atom in `f64`: whether it is eligible, and its score.
 
 use super::node::Path;
-use super::vectors::widen;
+use super::vectors::{dots_each, widen};
 use crate::config::{MAX_ATOMS, Selection};
-use crate::simd::dot_wide;
 use crate::sparse::codes::CodeRules;
 use crate::sparse::dictionary::Dictionary;
 use pulp::Simd;
@@ -55,37 +54,56 @@ impl Exact<'_> {
     /// what the chosen atoms leave of the candidate.
     #[inline(always)]
     pub fn place<S: Simd>(&mut self, simd: S, atom: usize, residual: &[f64]) -> Option<Choice> {
-        if self.path.holds(atom) {
-            return None;
-        }
-        widen(self.wide, self.dictionary.atom(atom));
-        let mut triangle = [0.0; MAX_ATOMS];
-        let mut left = self.dictionary.squared_norm(atom);
-        for (along, node) in triangle.iter_mut().zip(self.path.nodes) {
-            *along = dot_wide(simd, self.wide, &node.direction);
-            left -= *along * *along;
-        }
-        if left < self.rules.min_residual {
-            return None;
-        }
-        let norm = left.sqrt();
-        triangle[self.path.nodes.len()] = norm;
-        let own = dot_wide(simd, self.wide, residual);
-        Some(Choice { atom, score: 0.0, left, own, triangle, along: own / norm })
+        self.compute(simd, atom, residual, &[]).map(|(choice, _)| choice)
     }
 
     /// The same with its score, if that is positive.
     #[inline(always)]
     pub fn weigh<S: Simd>(&mut self, simd: S, atom: usize, residual: &[f64]) -> Option<Choice> {
-        let choice = self.place(simd, atom, residual)?;
-        let mut squares = choice.own * choice.own;
-        for residual in self.path.end().residuals.chunks_exact(self.wide.len()) {
-            squares += dot_wide(simd, self.wide, residual).powi(2);
-        }
+        let shared = &self.path.end().residuals;
+        let (choice, squares) = self.compute(simd, atom, residual, shared)?;
         let score = match self.rules.selection {
             Selection::OrderRecursive => squares / choice.left,
             Selection::Textbook => squares,
         };
         (score > 0.0).then_some(Choice { score, ..choice })
+    }
+
+    /// The atom as a choice, if it is eligible, and the sum of its squared inner products with what is left of the candidate and with these vectors.
+    #[inline(always)]
+    fn compute<S: Simd>(
+        &mut self,
+        simd: S,
+        atom: usize,
+        residual: &[f64],
+        shared: &[f64],
+    ) -> Option<(Choice, f64)> {
+        if self.path.holds(atom) {
+            return None;
+        }
+        let (wide, depth) = (&mut *self.wide, self.path.nodes.len());
+        widen(wide, self.dictionary.atom(atom));
+        let mut choice = Choice { atom, left: self.dictionary.squared_norm(atom), ..Choice::default() };
+        let mut squares = 0.0;
+        let directions = self.path.nodes.iter().map(|node| &*node.direction);
+        let signals = std::iter::once(residual).chain(shared.chunks_exact(wide.len()));
+        dots_each(simd, wide, directions.chain(signals), |number, dot| {
+            if number < depth {
+                choice.triangle[number] = dot;
+                choice.left -= dot * dot;
+                return;
+            }
+            if number == depth {
+                choice.own = dot;
+            }
+            squares += dot * dot;
+        });
+        if choice.left < self.rules.min_residual {
+            return None;
+        }
+        let norm = choice.left.sqrt();
+        choice.triangle[depth] = norm;
+        choice.along = choice.own / norm;
+        Some((choice, squares))
     }
 }

@@ -1,6 +1,6 @@
 //! What is known in `f64` once some atoms are chosen, of everything that does not depend on the candidate: this decides.
 
-use super::vectors::{project_out, widen};
+use super::vectors::{dots_each, take_off_wide, widen};
 use crate::config::MAX_ATOMS;
 use crate::simd::dot_wide;
 use crate::sparse::dictionary::Dictionary;
@@ -63,8 +63,12 @@ impl Node {
         self.triangle = [0.0; MAX_ATOMS];
         // Twice, so that the directions are orthogonal to rounding also where little is left of the atom.
         for _ in 0..2 {
-            for (along, node) in self.triangle.iter_mut().zip(path.nodes) {
-                *along += project_out(simd, direction, &node.direction);
+            let mut along = [0.0; MAX_ATOMS];
+            let directions = path.nodes.iter().map(|node| &*node.direction);
+            dots_each(simd, direction, directions, |s, dot| along[s] = dot);
+            for ((sum, along), node) in self.triangle.iter_mut().zip(along).zip(path.nodes) {
+                take_off_wide(direction, &node.direction, along);
+                *sum += along;
             }
         }
         let norm = dot_wide(simd, direction, direction).sqrt();
@@ -72,11 +76,16 @@ impl Node {
         direction.iter_mut().for_each(|v| *v *= inverse);
         self.triangle[path.nodes.len()] = norm;
 
-        self.residuals.clone_from(&path.end().residuals);
+        let parent = path.end();
+        self.residuals.clone_from(&parent.residuals);
         self.along.clear();
-        for residual in self.residuals.chunks_exact_mut(dictionary.dim()) {
-            self.along.push(project_out(simd, residual, &self.direction));
+        let Self { along, direction, .. } = self;
+        let columns = parent.residuals.chunks_exact(dictionary.dim());
+        dots_each(simd, direction, columns, |_, dot| along.push(dot));
+        self.energy = parent.energy;
+        for (residual, along) in self.residuals.chunks_exact_mut(dictionary.dim()).zip(&self.along) {
+            take_off_wide(residual, &self.direction, *along);
+            self.energy -= along * along;
         }
-        self.energy = dot_wide(simd, &self.residuals, &self.residuals);
     }
 }

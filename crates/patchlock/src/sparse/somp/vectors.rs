@@ -2,7 +2,7 @@
 //!
 //! The `f64` loops give the same bits on every processor, as [`dot_wide`] does.
 
-use crate::simd::dot_wide;
+use crate::simd::{dot_wide, dots_wide};
 use crate::sparse::dictionary::LANES;
 use pulp::{Scalar256b, Simd};
 use std::any::TypeId;
@@ -85,10 +85,43 @@ pub fn widen(wide: &mut Vec<f64>, narrow: &[f32]) {
     }
 }
 
+/// Calls `take` with the number of each vector and its inner product with `wide`, a few of them at once.
+#[inline(always)]
+pub fn dots_each<'a, S: Simd>(
+    simd: S,
+    wide: &[f64],
+    mut vectors: impl Iterator<Item = &'a [f64]>,
+    mut take: impl FnMut(usize, f64),
+) {
+    let mut number = 0;
+    while let Some(first) = vectors.next() {
+        match [vectors.next(), vectors.next(), vectors.next()] {
+            [Some(second), Some(third), Some(fourth)] => {
+                for dot in dots_wide(simd, wide, [first, second, third, fourth]) {
+                    take(number, dot);
+                    number += 1;
+                }
+            }
+            rest => {
+                for vector in std::iter::once(first).chain(rest.into_iter().flatten()) {
+                    take(number, dot_wide(simd, wide, vector));
+                    number += 1;
+                }
+            }
+        }
+    }
+}
+
 /// Projects the unit vector `direction` out of `vector` and returns their inner product.
 #[inline(always)]
 pub fn project_out<S: Simd>(simd: S, vector: &mut [f64], direction: &[f64]) -> f64 {
     let along = dot_wide(simd, vector, direction);
-    vector.iter_mut().zip(direction).for_each(|(v, d)| *v -= along * d);
+    take_off_wide(vector, direction, along);
     along
+}
+
+/// `vector -= direction * along`.
+#[inline(always)]
+pub fn take_off_wide(vector: &mut [f64], direction: &[f64], along: f64) {
+    vector.iter_mut().zip(direction).for_each(|(v, d)| *v -= along * d);
 }
