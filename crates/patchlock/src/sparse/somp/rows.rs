@@ -349,25 +349,30 @@ impl<S: Simd> Tiles<S> for ChildTiles<'_, S> {
             *w = simd.mul_f32s(*w, inverse);
         }
         let over = recipe.shorten(simd, &w, over[t], t);
-        let zero = [simd.splat_f32s(0.0); TILE];
-        let mut shared = Shared { weights: w, squares: zero, over };
+        let mut shared = Shared { weights: w, squares: [simd.splat_f32s(0.0); TILE], over };
         let (first, step) = panel::<S>(t, recipe.along.len());
-        let columns = columns[first..].iter().step_by(step).zip(recipe.along);
-        let mut left = |y: &Tile<S>, along: f32| {
-            let mut y = *y;
-            take_off(simd, &mut y, &w, along);
-            add_squares(simd, &mut shared.squares, &y);
-            y
-        };
+        let columns = &columns[first..];
         if let Some(kept) = kept {
-            let own = kept.columns[first..].iter_mut().step_by(step);
-            for ((y, &along), own) in columns.zip(own) {
-                *own = left(y, along);
-            }
             (kept.weights[t], kept.over[t]) = (w, over);
+            let own = &mut kept.columns[first..];
+            // As many as in the paper: a loop of a known length.
+            if let (1, Ok(along), Some(columns), Some(own)) =
+                (step, <&[f32; 4]>::try_from(recipe.along), columns.first_chunk::<4>(), own.first_chunk_mut::<4>())
+            {
+                take_off_each(simd, columns.iter().zip(along), own.iter_mut(), &mut shared);
+            } else {
+                let columns = columns.iter().step_by(step).zip(recipe.along);
+                take_off_each(simd, columns, own.iter_mut().step_by(step), &mut shared);
+            }
+        } else if let (1, Ok(along), Some(columns)) =
+            (step, <&[f32; 4]>::try_from(recipe.along), columns.first_chunk::<4>())
+        {
+            for (y, &along) in columns.iter().zip(along) {
+                take_off_one(simd, y, along, &mut shared);
+            }
         } else {
-            for (y, &along) in columns {
-                left(y, along);
+            for (y, &along) in columns.iter().step_by(step).zip(recipe.along) {
+                take_off_one(simd, y, along, &mut shared);
             }
         }
         shared
@@ -376,6 +381,26 @@ impl<S: Simd> Tiles<S> for ChildTiles<'_, S> {
     #[inline(always)]
     fn at(&self, k: usize) -> [f32; 3] {
         self.recipe.at(k)
+    }
+}
+
+#[inline(always)]
+fn take_off_one<S: Simd>(simd: S, y: &Tile<S>, along: f32, shared: &mut Shared<S>) -> Tile<S> {
+    let mut y = *y;
+    take_off(simd, &mut y, &shared.weights, along);
+    add_squares(simd, &mut shared.squares, &y);
+    y
+}
+
+#[inline(always)]
+fn take_off_each<'a, S: Simd>(
+    simd: S,
+    columns: impl Iterator<Item = (&'a Tile<S>, &'a f32)>,
+    own: impl Iterator<Item = &'a mut Tile<S>>,
+    shared: &mut Shared<S>,
+) {
+    for ((y, &along), own) in columns.zip(own) {
+        *own = take_off_one(simd, y, along, shared);
     }
 }
 
