@@ -83,7 +83,8 @@ impl Exact<'_> {
         }
         let (wide, depth) = (&mut *self.wide, self.path.nodes.len());
         widen(wide, self.dictionary.atom(atom));
-        let mut choice = Choice { atom, left: self.dictionary.squared_norm(atom), ..Choice::default() };
+        let mut choice =
+            Choice { atom, left: self.dictionary.squared_norm(atom), ..Choice::default() };
         let mut squares = 0.0;
         let directions = self.path.nodes.iter().map(|node| &*node.direction);
         let signals = std::iter::once(residual).chain(shared.chunks_exact(wide.len()));

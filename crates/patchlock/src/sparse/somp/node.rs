@@ -83,7 +83,8 @@ impl Node {
         let columns = parent.residuals.chunks_exact(dictionary.dim());
         dots_each(simd, direction, columns, |_, dot| along.push(dot));
         self.energy = parent.energy;
-        for (residual, along) in self.residuals.chunks_exact_mut(dictionary.dim()).zip(&self.along) {
+        for (residual, along) in self.residuals.chunks_exact_mut(dictionary.dim()).zip(&self.along)
+        {
             take_off_wide(residual, &self.direction, *along);
             self.energy -= along * along;
         }

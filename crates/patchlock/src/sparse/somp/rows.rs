@@ -4,11 +4,10 @@
 use super::node::{Node, Path};
 use super::product::correlate;
 use super::vectors::{
-    TILE, Tile, U, add_squares, mul_add, panel, place, take_off, tile_place, tiles, tiles_mut,
-    widen,
+    TILE, Tile, U, add_squares, dots_each, mul_add, panel, place, take_off, tile_place, tiles,
+    tiles_mut, widen,
 };
 use crate::config::{MAX_ATOMS, Selection};
-use crate::simd::dot_wide;
 use crate::sparse::aligned::Aligned;
 use crate::sparse::codes::CodeRules;
 use crate::sparse::dictionary::{Dictionary, LANES};
@@ -185,9 +184,10 @@ impl Rows {
         let signals = root.residuals.chunks_exact(dim);
         for k in 0..count {
             widen(wide, dictionary.atom(k));
-            for (c, signal) in signals.clone().enumerate() {
-                self.columns[place(k, c, columns)] = dot_wide(simd, wide, signal) as f32;
-            }
+            let column = &mut self.columns;
+            dots_each(simd, wide, signals.clone(), |c, dot| {
+                column[place(k, c, columns)] = dot as f32;
+            });
         }
         self.over.reset(stride);
         self.over.fill(DEAD);
@@ -351,29 +351,16 @@ impl<S: Simd> Tiles<S> for ChildTiles<'_, S> {
         let over = recipe.shorten(simd, &w, over[t], t);
         let mut shared = Shared { weights: w, squares: [simd.splat_f32s(0.0); TILE], over };
         let (first, step) = panel::<S>(t, recipe.along.len());
-        let columns = &columns[first..];
-        if let Some(kept) = kept {
+        let own = kept.as_mut().map(|kept| {
             (kept.weights[t], kept.over[t]) = (w, over);
-            let own = &mut kept.columns[first..];
-            // As many as in the paper: a loop of a known length.
-            if let (1, Ok(along), Some(columns), Some(own)) =
-                (step, <&[f32; 4]>::try_from(recipe.along), columns.first_chunk::<4>(), own.first_chunk_mut::<4>())
-            {
-                take_off_each(simd, columns.iter().zip(along), own.iter_mut(), &mut shared);
-            } else {
-                let columns = columns.iter().step_by(step).zip(recipe.along);
-                take_off_each(simd, columns, own.iter_mut().step_by(step), &mut shared);
-            }
-        } else if let (1, Ok(along), Some(columns)) =
-            (step, <&[f32; 4]>::try_from(recipe.along), columns.first_chunk::<4>())
-        {
-            for (y, &along) in columns.iter().zip(along) {
-                take_off_one(simd, y, along, &mut shared);
-            }
-        } else {
-            for (y, &along) in columns.iter().step_by(step).zip(recipe.along) {
-                take_off_one(simd, y, along, &mut shared);
-            }
+            &mut kept.columns[first..]
+        });
+        let (columns, along) = ((&columns[first..], own), recipe.along);
+        // The paper's four columns in a loop of a known length.
+        match (step, along.len()) {
+            (1, 4) => leave::<S, 4>(simd, columns, 1, along, &mut shared),
+            (_, count) if count > 0 => leave::<S, 0>(simd, columns, step, along, &mut shared),
+            _ => {}
         }
         shared
     }
@@ -384,23 +371,24 @@ impl<S: Simd> Tiles<S> for ChildTiles<'_, S> {
     }
 }
 
+/// Adds up the squares of what the node leaves of its parent's columns, every `step`th of these tiles, and writes it where it has its own. `N` is how many
+/// columns there are, or 0 if that is not known beforehand.
 #[inline(always)]
-fn take_off_one<S: Simd>(simd: S, y: &Tile<S>, along: f32, shared: &mut Shared<S>) -> Tile<S> {
-    let mut y = *y;
-    take_off(simd, &mut y, &shared.weights, along);
-    add_squares(simd, &mut shared.squares, &y);
-    y
-}
-
-#[inline(always)]
-fn take_off_each<'a, S: Simd>(
+fn leave<S: Simd, const N: usize>(
     simd: S,
-    columns: impl Iterator<Item = (&'a Tile<S>, &'a f32)>,
-    own: impl Iterator<Item = &'a mut Tile<S>>,
+    (columns, mut own): (&[Tile<S>], Option<&mut [Tile<S>]>),
+    step: usize,
+    along: &[f32],
     shared: &mut Shared<S>,
 ) {
-    for ((y, &along), own) in columns.zip(own) {
-        *own = take_off_one(simd, y, along, shared);
+    let count = if N == 0 { along.len() } else { N };
+    for (c, &along) in along[..count].iter().enumerate() {
+        let mut y = columns[c * step];
+        take_off(simd, &mut y, &shared.weights, along);
+        add_squares(simd, &mut shared.squares, &y);
+        if let Some(own) = &mut own {
+            own[c * step] = y;
+        }
     }
 }
 

@@ -85,30 +85,48 @@ pub fn widen(wide: &mut Vec<f64>, narrow: &[f32]) {
     }
 }
 
-/// Calls `take` with the number of each vector and its inner product with `wide`, a few of them at once.
+/// Calls `take` with the number of each vector and its inner product with `wide`, as many at once as their sums fit into registers.
 #[inline(always)]
 pub fn dots_each<'a, S: Simd>(
+    simd: S,
+    wide: &[f64],
+    vectors: impl Iterator<Item = &'a [f64]>,
+    take: impl FnMut(usize, f64),
+) {
+    if S::REGISTER_COUNT >= 32 {
+        dots_by::<S, 4>(simd, wide, vectors, take);
+    } else {
+        dots_by::<S, 2>(simd, wide, vectors, take);
+    }
+}
+
+#[inline(always)]
+fn dots_by<'a, S: Simd, const N: usize>(
     simd: S,
     wide: &[f64],
     mut vectors: impl Iterator<Item = &'a [f64]>,
     mut take: impl FnMut(usize, f64),
 ) {
     let mut number = 0;
-    while let Some(first) = vectors.next() {
-        match [vectors.next(), vectors.next(), vectors.next()] {
-            [Some(second), Some(third), Some(fourth)] => {
-                for dot in dots_wide(simd, wide, [first, second, third, fourth]) {
-                    take(number, dot);
-                    number += 1;
-                }
-            }
-            rest => {
-                for vector in std::iter::once(first).chain(rest.into_iter().flatten()) {
-                    take(number, dot_wide(simd, wide, vector));
-                    number += 1;
-                }
-            }
+    loop {
+        let mut some: [&[f64]; N] = [&[]; N];
+        let mut count = 0;
+        for (place, vector) in some.iter_mut().zip(&mut vectors) {
+            *place = vector;
+            count += 1;
         }
+        if count == N {
+            for dot in dots_wide(simd, wide, some) {
+                take(number, dot);
+                number += 1;
+            }
+            continue;
+        }
+        for vector in &some[..count] {
+            take(number, dot_wide(simd, wide, vector));
+            number += 1;
+        }
+        return;
     }
 }
 
