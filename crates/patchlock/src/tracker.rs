@@ -18,6 +18,7 @@ use crate::memory::{self, Lesson, Memory};
 use crate::observe::{FrameView, Observer, PatchView, UpdateView};
 use crate::simd::instructions::Instructions;
 use crate::sparse::codes::CodeRules;
+use crate::sparse::somp::batched::BLOCK;
 use crate::vision::frame::{Frame, GreyImage};
 use crate::vision::geometry::BoundingBox;
 use crate::vision::patches::{PatchGrid, likeness, normalise};
@@ -70,6 +71,8 @@ pub(crate) struct Work {
     /// How much each candidate looks like the last template, and the candidates in that order.
     likeness: Vec<f64>,
     ranked: Vec<u32>,
+    /// The candidates in an order in which neighbours look alike.
+    arranged: Vec<u32>,
     race: Race,
     learning: memory::Scratch,
 }
@@ -328,7 +331,7 @@ impl Work {
 
     /// Enters all candidates that are not refused into the race, those first that look like the last template.
     fn rank(&mut self, image: &GreyImage, target: &Target, config: &TrackerConfig) {
-        let Self { particles, candidates, likeness, ranked, race, .. } = self;
+        let Self { particles, candidates, likeness, ranked, arranged, race, .. } = self;
         compare(candidates, target.memory.last_template(), likeness);
         let refused = |k: usize| {
             config.outside == Outside::Reject && leaves(image, &particles[k], config.template_side)
@@ -338,7 +341,8 @@ impl Work {
         let likeness = |k: u32| likeness[k as usize];
         // No two compare as equal, and a stable sort would allocate.
         ranked.sort_unstable_by(|&a, &b| likeness(b).total_cmp(&likeness(a)).then(a.cmp(&b)));
-        race.begin(particles.len(), ranked.iter().copied());
+        particles::arrange(particles, particles.len().div_ceil(BLOCK), arranged);
+        race.begin(ranked, arranged);
     }
 
     /// While the first templates are gathered by nearest neighbour, the inner product with the last of them ranks the candidates: for

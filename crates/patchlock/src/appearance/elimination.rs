@@ -8,6 +8,7 @@
 //! What order candidates and locations are taken in decides how soon the others drop out, and nothing else. A few candidates that
 //! look like the last template are coded everywhere first, so that there is a high likelihood to reach. The others are coded location by location,
 //! those first where most can be lost: at the large scale where a patch weighs most, at the small one where the first candidates lost most.
+//! Those that look alike are coded next to each other, as they share more of the work.
 
 use crate::sparse::somp::batched::BLOCK;
 
@@ -60,6 +61,8 @@ pub struct Race {
     small_order: Vec<u32>,
     /// What the leaders lost at each small location.
     losses: Vec<f64>,
+    /// Where each candidate stands in the order in which they are coded.
+    places: Vec<u32>,
 }
 
 impl Race {
@@ -68,10 +71,16 @@ impl Race {
         &self.remaining
     }
 
-    /// Begins with these of `count` candidates, those that look best first.
-    pub fn begin(&mut self, count: usize, entries: impl Iterator<Item = u32>) {
+    /// Begins with `entries`, those that look best first, of the candidates in `order`, which has them all, each next to others that look like it.
+    pub fn begin(&mut self, entries: &[u32], order: &[u32]) {
         self.remaining.clear();
-        self.remaining.extend(entries);
+        self.remaining.extend_from_slice(entries);
+        let count = order.len();
+        self.places.clear();
+        self.places.resize(count, 0);
+        for (place, &k) in order.iter().enumerate() {
+            self.places[k as usize] = place as u32;
+        }
         for values in [&mut self.large_parts, &mut self.gains] {
             values.clear();
             values.resize(count, 0.0);
@@ -93,6 +102,7 @@ impl Race {
         // Where large patches count for nothing, only those who remain are coded there, in the end.
         let counts = self.large_order.iter().any(|&i| field.most(Size::Large, i) > 0.0);
         let rounds = if counts { large } else { 0 };
+        self.arrange(leaders);
         for done in 0..rounds {
             let locations = [self.large_order[done]];
             field.code(Size::Large, &self.remaining[leaders..], &locations);
@@ -100,14 +110,22 @@ impl Race {
             self.drop_hopeless(leaders, bonus);
         }
         let parts = &self.large_parts;
-        self.remaining[leaders..]
-            .sort_by(|&a, &b| parts[b as usize].total_cmp(&parts[a as usize]).then(a.cmp(&b)));
+        self.remaining[leaders..].sort_unstable_by(|&a, &b| {
+            parts[b as usize].total_cmp(&parts[a as usize]).then(a.cmp(&b))
+        });
         let seconds = (leaders + LEADERS).min(self.remaining.len());
         self.code_small(leaders..seconds, field);
+        self.arrange(seconds);
         self.run_small(seconds, bonus, field);
         if !counts {
             field.code(Size::Large, &self.remaining[leaders..], &self.large_order);
         }
+    }
+
+    /// Puts the candidates behind the leaders into the order in which they are coded.
+    fn arrange(&mut self, leaders: usize) {
+        let places = &self.places;
+        self.remaining[leaders..].sort_unstable_by_key(|&k| places[k as usize]);
     }
 
     /// The large locations, those first where a patch weighs most.
@@ -237,6 +255,11 @@ mod tests {
         }
     }
 
+    /// All of the 40 candidates, this one first.
+    fn entries(first: u32) -> Vec<u32> {
+        std::iter::once(first).chain((0..40).filter(|&k| k != first)).collect()
+    }
+
     proptest! {
         /// Whatever the patches give, the best candidates and all that tie with it remain, coded everywhere.
         #[test]
@@ -244,12 +267,13 @@ mod tests {
             large in prop::collection::vec(prop::collection::vec(0.0..1.0f64, 4), 40),
             small in prop::collection::vec(prop::collection::vec(0.0..1.0f64, 30), 40),
             counts in any::<bool>(),
+            order in Just((0..40).collect::<Vec<u32>>()).prop_shuffle(),
         ) {
             let most_large = f64::from(u8::from(counts));
             let large = large.iter().map(|row| row.iter().map(|v| v * most_large).collect()).collect();
             let mut field = Written { large, small, most_large, coded: BTreeSet::new() };
             let mut race = Race::default();
-            race.begin(40, (0..40).rev());
+            race.begin(&entries(0), &order);
             race.run((4, 30), &mut field);
             let best = (0..40).map(|k| field.likelihood(k)).fold(0.0, f64::max);
             for k in (0..40).filter(|&k| field.likelihood(k) >= best) {
@@ -266,7 +290,7 @@ mod tests {
         let (large, small) = (rows(4), rows(30));
         let mut field = Written { large, small, most_large: 1.0, coded: BTreeSet::new() };
         let mut race = Race::default();
-        race.begin(40, std::iter::once(7).chain((0..40).filter(|&k| k != 7)));
+        race.begin(&entries(7), &entries(0));
         race.run((4, 30), &mut field);
         assert!(race.remaining().len() <= 2 * LEADERS, "{:?}", race.remaining());
         assert!(!field.is_coded(39));
@@ -278,7 +302,7 @@ mod tests {
         let (large, small) = (vec![vec![0.0; 4]; 40], (0..40).map(small).collect());
         let mut field = Written { large, small, most_large: 0.0, coded: BTreeSet::new() };
         let mut race = Race::default();
-        race.begin(40, 0..40);
+        race.begin(&entries(0), &entries(0));
         race.run((4, 30), &mut field);
         assert!(race.remaining().contains(&7));
         let coded = |k: u32| field.coded.contains(&(true, k, 0));

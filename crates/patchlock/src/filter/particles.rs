@@ -16,6 +16,25 @@ pub fn draw(
     particles.extend((0..count).map(|_| motion.draw(last, rng)));
 }
 
+/// Puts the particles' numbers into an order in which neighbours are much alike: strips from left to right, and up and down each of them in turn. It is made to be
+/// cut into about `parts` parts, which are about as wide as high in the template's samples.
+pub fn arrange(particles: &[State], parts: usize, order: &mut Vec<u32>) {
+    order.clear();
+    order.extend(0..particles.len() as u32);
+    let aspect = particles.first().map_or(1.0, |particle| particle.aspect);
+    let strips = (parts as f64 * aspect).sqrt().round().clamp(1.0, parts.max(1) as f64);
+    let at = |k: u32| &particles[k as usize];
+    // No two compare as equal, and a stable sort would allocate.
+    order.sort_unstable_by(|&a, &b| at(a).x.total_cmp(&at(b).x).then(a.cmp(&b)));
+    let strips = order.chunks_mut(particles.len().div_ceil(strips as usize).max(1));
+    for (number, strip) in strips.enumerate() {
+        strip.sort_unstable_by(|&a, &b| at(a).y.total_cmp(&at(b).y).then(a.cmp(&b)));
+        if number % 2 == 1 {
+            strip.reverse();
+        }
+    }
+}
+
 /// The index of the largest likelihood; of equal ones the first. Empty or all-NaN gives 0.
 pub fn most_likely(likelihoods: &[f64]) -> usize {
     let mut best = 0;
@@ -79,6 +98,24 @@ mod tests {
         let (a, b) = (particles(&PAPER, &LAST, 10, 3), particles(&relative, &LAST, 10, 3));
         for (a, b) in a.iter().zip(&b) {
             assert!(((b.scale - 1.2) - 1.2 * (a.scale - 1.2)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn arranged_particles_are_all_there_and_near_their_neighbours() {
+        for (count, parts) in [(650, 11), (650, 1), (7, 60), (1, 1), (0, 0)] {
+            let (drawn, mut order) = (particles(&PAPER, &LAST, count, 5), Vec::new());
+            arrange(&drawn, parts, &mut order);
+            let mut numbers = order.clone();
+            numbers.sort_unstable();
+            assert!(numbers.iter().copied().eq(0..count as u32), "{count} {parts}");
+            let far = |a: u32, b: u32| {
+                let (a, b) = (&drawn[a as usize], &drawn[b as usize]);
+                (a.x - b.x).hypot(a.y - b.y)
+            };
+            let way: f64 = order.windows(2).map(|pair| far(pair[0], pair[1])).sum();
+            let drawn_way: f64 = (1..count as u32).map(|k| far(k - 1, k)).sum();
+            assert!(parts != 11 || way < 0.5 * drawn_way, "{way} {drawn_way}");
         }
     }
 
