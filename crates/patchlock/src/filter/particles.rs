@@ -22,11 +22,11 @@ pub fn arrange(particles: &[State], parts: usize, order: &mut Vec<u32>) {
     order.clear();
     order.extend(0..particles.len() as u32);
     let aspect = particles.first().map_or(1.0, |particle| particle.aspect);
-    let strips = (parts as f64 * aspect).sqrt().round().clamp(1.0, parts.max(1) as f64);
+    let strips = ((parts as f64 * aspect).sqrt().round() as usize).clamp(1, parts.max(1));
     let at = |k: u32| &particles[k as usize];
     // No two compare as equal, and a stable sort would allocate.
     order.sort_unstable_by(|&a, &b| at(a).x.total_cmp(&at(b).x).then(a.cmp(&b)));
-    let strips = order.chunks_mut(particles.len().div_ceil(strips as usize).max(1));
+    let strips = order.chunks_mut(particles.len().div_ceil(strips).max(1));
     for (number, strip) in strips.enumerate() {
         strip.sort_unstable_by(|&a, &b| at(a).y.total_cmp(&at(b).y).then(a.cmp(&b)));
         if number % 2 == 1 {
