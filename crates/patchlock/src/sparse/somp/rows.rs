@@ -359,8 +359,7 @@ impl<S: Simd> Tiles<S> for ChildTiles<'_, S> {
         // The paper's four columns in a loop of a known length.
         match (step, along.len()) {
             (1, 4) => leave::<S, 4>(simd, columns, 1, along, &mut shared),
-            (_, count) if count > 0 => leave::<S, 0>(simd, columns, step, along, &mut shared),
-            _ => {}
+            _ => leave::<S, 0>(simd, columns, step, along, &mut shared),
         }
         shared
     }
