@@ -177,9 +177,10 @@ impl MultiTracker {
     /// A tracker that goes on where the snapshot was taken.
     ///
     /// # Errors
-    /// [`Error::Snapshot`] or [`Error::Config`] where the parts do not fit together.
+    /// [`Error::Snapshot`] or [`Error::Config`] where the parts do not fit together; [`Error::Instructions`] as in [`MultiTracker::new`].
     pub fn restore(snapshot: MultiSnapshot) -> Result<Self, Error> {
         snapshot.check()?;
+        Instructions::chosen()?;
         let MultiSnapshot { config, next, targets, .. } = snapshot;
         let target = |(id, memory)| (id, Target::new(memory, &config));
         let targets = targets.into_iter().map(target).collect();

@@ -157,11 +157,11 @@ impl Tracker {
     /// A tracker that goes on where the snapshot was taken.
     ///
     /// # Errors
-    /// [`Error::Snapshot`] or [`Error::Config`] where the parts do not fit together.
+    /// [`Error::Snapshot`] or [`Error::Config`] where the parts do not fit together; [`Error::Instructions`] as in [`Tracker::new`].
     pub fn restore(snapshot: Snapshot) -> Result<Self, Error> {
         let (config, memory) = snapshot.check()?;
         let target = memory.map(|memory| Target::new(memory, &config));
-        Ok(Self { config, target, image: GreyImage::default(), work: Work::default() })
+        Ok(Self { target, ..Self::new(config)? })
     }
 
     fn step(
@@ -317,8 +317,10 @@ impl Work {
             small_findings: small,
         };
         // Without the division a share may exceed 1, and there is no bound to drop candidates by.
-        if whose == Whose::All || !config.divide {
-            weighing.code_all(race.remaining());
+        if race.remaining().is_empty() {
+            weighing.hide();
+        } else if whose == Whose::All || !config.divide {
+            weighing.code_all(race);
         } else {
             weighing.run(race);
         }

@@ -5,8 +5,10 @@ mod solvers;
 use patchlock::appearance::templates::shifts;
 use patchlock::config::Selection;
 use patchlock::filter::state::State;
+use patchlock::simd::instructions::Instructions;
 use patchlock::sparse::codes::{Code, CodeRules};
 use patchlock::sparse::dictionary::Dictionary;
+use patchlock::sparse::somp::batched;
 use patchlock::vision::{frame::GreyImage, patches::PatchGrid, warp::warp};
 use patchlock::{BoundingBox, Frame};
 use patchlock_scene::Scene;
@@ -96,7 +98,7 @@ proptest! {
         columns in 0..5usize,
         count in 1..7usize,
         textbook in any::<bool>(),
-        stop_energy in prop_oneof![Just(0.0), Just(1e-3)],
+        stop_energy in prop_oneof![Just(0.0), Just(1e-3), Just(0.3), Just(0.7)],
     ) {
         let dictionary = Dictionary::new(16, 5, atoms);
         let selection = if textbook { Selection::Textbook } else { Selection::OrderRecursive };
@@ -143,9 +145,15 @@ fn more_candidates_than_a_block_get_their_own_codes() {
 fn nothing_to_explain_gives_an_empty_code() {
     let dictionary = Dictionary::new(4, 1, unit(vec![1.0, 2.0, 3.0, 4.0]));
     let zero = Dictionary::new(4, 1, vec![0.0; 4]);
+    let none = Dictionary::new(4, 1, Vec::new());
     for solver in Solver::ALL {
         assert!(solver.solve(&dictionary, &[], &[0.0; 4], &RULES).support().is_empty());
         assert!(solver.solve(&zero, &[], dictionary.atom(0), &RULES).support().is_empty());
+        assert!(solver.solve(&none, &[], dictionary.atom(0), &RULES).support().is_empty());
+        // Two columns, of which one is empty: energy 1, which is less than twice what may be left.
+        let rules = CodeRules { stop_energy: 0.6, ..RULES };
+        let code = solver.solve(&dictionary, &[0.0; 4], dictionary.atom(0), &rules);
+        assert!(code.support().is_empty(), "{solver:?}");
     }
 }
 
@@ -211,6 +219,40 @@ fn candidates() -> impl Strategy<Value = (usize, [f64; 4], usize, Selection)> {
     let offset = (-12.0..12.0f64, -12.0..12.0f64, -0.1..0.1f64, -0.1..0.1f64);
     let selection = prop_oneof![Just(Selection::OrderRecursive), Just(Selection::Textbook)];
     (1..60usize, offset.prop_map(|(x, y, s, r)| [x, y, s, r]), 0..169usize, selection)
+}
+
+/// As the tracker does it: candidates that share nodes of the tree, location after location with the same room.
+#[test]
+fn fast_is_the_definition_where_candidates_share_nodes() {
+    let Setting { scene, grid, dictionary, buffer } = &*SMALL;
+    let image = image(scene, 12);
+    let offset =
+        |k: usize| [(k % 11) as f64 - 5.0, (k / 11) as f64 - 2.5, 0.01 * (k % 3) as f64, 0.0];
+    let candidates: Vec<_> = (0..66).map(|k| cut(&image, scene, 12, offset(k))).collect();
+    let mut scratches: Vec<_> = Instructions::available()
+        .into_iter()
+        .map(|(_, instructions)| batched::Scratch::with(instructions))
+        .collect();
+    for place in [83, 84, 97, 0] {
+        let patches = |templates: &[Vec<f32>]| {
+            let mut patches = vec![0.0; templates.len() * grid.dim()];
+            grid.cut_each(templates.iter().map(Vec::as_slice), place, &mut patches);
+            patches
+        };
+        let (shared, signals) = (patches(buffer), patches(&candidates));
+        let mut location = batched::Location::default();
+        location.fill(dictionary, (place, &shared), &RULES);
+        let mut found: Vec<Vec<Code>> = Vec::new();
+        for scratch in &mut scratches {
+            let mut codes = vec![Code::default(); candidates.len()];
+            batched::solve(dictionary, &location, &signals, &RULES, scratch, &mut codes);
+            found.push(codes);
+        }
+        assert!(found.iter().all(|codes| *codes == found[0]));
+        for (signal, code) in signals.chunks_exact(grid.dim()).zip(&found[0]) {
+            check(dictionary, &shared, signal, &RULES, code);
+        }
+    }
 }
 
 static SMALL: LazyLock<Setting> = LazyLock::new(|| Setting::new(PatchGrid::new(32, 8, 2, false)));

@@ -88,6 +88,18 @@ impl Race {
         self.best = f64::NEG_INFINITY;
     }
 
+    /// Codes all candidates everywhere, at this many large and small locations.
+    pub fn code_all(&mut self, (large, small): (usize, usize), field: &mut impl Field) {
+        let Self { remaining, large_order, small_order, .. } = self;
+        for (size, count, order) in
+            [(Size::Large, large, large_order), (Size::Small, small, small_order)]
+        {
+            order.clear();
+            order.extend(0..count as u32);
+            field.code(size, remaining, order);
+        }
+    }
+
     /// Runs it over this many large and small locations.
     pub fn run(&mut self, (large, small): (usize, usize), field: &mut impl Field) {
         self.order_large(large, field);
@@ -215,8 +227,9 @@ mod tests {
     struct Written {
         large: Vec<Vec<f64>>,
         small: Vec<Vec<f64>>,
-        /// The most that a large patch gives.
+        /// The most that a large patch gives, and a small one.
         most_large: f64,
+        most_small: f64,
         coded: BTreeSet<(bool, u32, u32)>,
     }
 
@@ -240,7 +253,7 @@ mod tests {
         }
 
         fn most(&self, size: Size, _: u32) -> f64 {
-            if size == Size::Large { self.most_large } else { 1.0 }
+            if size == Size::Large { self.most_large } else { self.most_small }
         }
 
         fn gain(&self, k: u32, i: u32) -> f64 {
@@ -264,14 +277,19 @@ mod tests {
         /// Whatever the patches give, the best candidates and all that tie with it remain, coded everywhere.
         #[test]
         fn the_winner_is_never_dropped(
-            large in prop::collection::vec(prop::collection::vec(0.0..1.0f64, 4), 40),
-            small in prop::collection::vec(prop::collection::vec(0.0..1.0f64, 30), 40),
+            large in prop::collection::vec(prop::collection::vec(0..3u8, 4), 40),
+            small in prop::collection::vec(prop::collection::vec(0..3u8, 30), 40),
             counts in any::<bool>(),
             order in Just((0..40).collect::<Vec<u32>>()).prop_shuffle(),
         ) {
-            let most_large = f64::from(u8::from(counts));
-            let large = large.iter().map(|row| row.iter().map(|v| v * most_large).collect()).collect();
-            let mut field = Written { large, small, most_large, coded: BTreeSet::new() };
+            // Few values, so that many tie; and none that sums without rounding.
+            let (most_large, most_small) = (f64::from(u8::from(counts)) * 0.7, 0.1);
+            let scaled = |rows: Vec<Vec<u8>>, most: f64| -> Vec<Vec<f64>> {
+                let row = |row: Vec<u8>| row.into_iter().map(|v| f64::from(v) / 2.0 * most).collect();
+                rows.into_iter().map(row).collect()
+            };
+            let (large, small) = (scaled(large, most_large), scaled(small, most_small));
+            let mut field = Written { large, small, most_large, most_small, coded: BTreeSet::new() };
             let mut race = Race::default();
             race.begin(&entries(0), &order);
             race.run((4, 30), &mut field);
@@ -288,7 +306,8 @@ mod tests {
         let value = |k: usize| if k == 7 { 0.9 } else { 0.1 };
         let rows = |n: usize| (0..40).map(|k| vec![value(k); n]).collect();
         let (large, small) = (rows(4), rows(30));
-        let mut field = Written { large, small, most_large: 1.0, coded: BTreeSet::new() };
+        let mut field =
+            Written { large, small, most_large: 1.0, most_small: 1.0, coded: BTreeSet::new() };
         let mut race = Race::default();
         race.begin(&entries(7), &entries(0));
         race.run((4, 30), &mut field);
@@ -300,7 +319,8 @@ mod tests {
     fn large_patches_that_count_for_nothing_are_not_coded() {
         let small = |k: usize| vec![if k == 7 { 0.9 } else { 0.1 }; 30];
         let (large, small) = (vec![vec![0.0; 4]; 40], (0..40).map(small).collect());
-        let mut field = Written { large, small, most_large: 0.0, coded: BTreeSet::new() };
+        let mut field =
+            Written { large, small, most_large: 0.0, most_small: 1.0, coded: BTreeSet::new() };
         let mut race = Race::default();
         race.begin(&entries(0), &entries(0));
         race.run((4, 30), &mut field);

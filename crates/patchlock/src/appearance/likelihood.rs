@@ -12,6 +12,11 @@ pub struct Feature {
     pub error: f64,
 }
 
+impl Feature {
+    /// Of a patch of which nothing is known but that it is hidden.
+    pub const HIDDEN: Self = Self { share: 0.0, error: f64::INFINITY };
+}
+
 /// How the features of a candidate become one number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LikelihoodRules {

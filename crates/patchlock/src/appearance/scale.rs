@@ -184,6 +184,12 @@ impl Findings {
         self.features.resize(candidates * locations, Feature::default());
     }
 
+    /// Where nobody is coded: every patch counts as hidden, and has no code.
+    pub fn hide(&mut self) {
+        self.codes.fill(Code::default());
+        self.features.fill(Feature::HIDDEN);
+    }
+
     /// Notes what was found of these candidates at one location.
     pub fn note(&mut self, location: usize, which: &[u32], found: &[(Code, Feature)]) {
         for (&k, &(code, feature)) in which.iter().zip(found) {

@@ -140,22 +140,28 @@ impl<'a> Coding<'a> {
 }
 
 impl Weighing<'_> {
-    /// Codes these candidates everywhere.
-    pub fn code_all(&mut self, candidates: &[u32]) {
-        self.together(|field| {
-            for size in [Size::Large, Size::Small] {
-                let count = field.weighing.coding.scale(size).grid().locations() as u32;
-                let locations: Vec<u32> = (0..count).collect();
-                field.code(size, candidates, &locations);
-            }
-        });
+    /// Codes all candidates of a race everywhere.
+    pub fn code_all(&mut self, race: &mut Race) {
+        let locations = self.locations();
+        self.together(|field| race.code_all(locations, field));
     }
 
     /// Runs a race: who remains is coded everywhere, and the most likely candidate does.
     pub fn run(&mut self, race: &mut Race) {
-        let Coding { large, small, .. } = self.coding;
-        let locations = (large.grid().locations(), small.grid().locations());
+        let locations = self.locations();
         self.together(|field| race.run(locations, field));
+    }
+
+    /// Where no candidate is to be coded: of all of them, everything counts as hidden.
+    pub fn hide(&mut self) {
+        self.large_findings.hide();
+        self.small_findings.hide();
+    }
+
+    /// How many there are at the large and the small scale.
+    fn locations(&self) -> (usize, usize) {
+        let Coding { large, small, .. } = self.coding;
+        (large.grid().locations(), small.grid().locations())
     }
 
     /// Calls `lead` where idle threads help with what it has coded.

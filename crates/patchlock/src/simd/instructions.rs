@@ -1,11 +1,12 @@
 //! Which instructions the tracker uses: the widest that the processor has, unless the environment says otherwise.
 //!
-//! The variable `PATCHLOCK_SIMD` forces them: `avx512`, `avx2` or `plain`. The boxes are the same with all of them: candidates and patches have
-//! the same bits, and what decides about codes is computed in `f64`, in one order. On processors other than x86-64, `plain` is what the compiler makes of the same source, and
-//! without the variable NEON is used where there is one.
+//! The variable `PATCHLOCK_SIMD` forces them: `avx512`, `avx2`, `neon` or `plain`, as far as the processor has them. The boxes are the same with all of them:
+//! candidates and patches have the same bits, and what decides about codes is computed in `f64`, in one order. `plain` is what the compiler makes of the same source
+//! for every processor of its kind.
 
 use crate::error::Error;
 use pulp::{Arch, Scalar256b, Simd, WithSimd};
+use std::env::VarError;
 use std::sync::OnceLock;
 
 /// The variable that forces the instructions.
@@ -14,8 +15,8 @@ pub const VARIABLE: &str = "PATCHLOCK_SIMD";
 /// Which instructions the tracker uses.
 #[derive(Debug, Clone, Copy)]
 pub enum Instructions {
-    /// The widest that the processor has.
-    Widest(Arch),
+    /// Vectors that not every processor of its kind has.
+    Vectors(Arch),
     /// Those that every processor of its kind has.
     Plain,
 }
@@ -29,7 +30,8 @@ impl Instructions {
         static CHOSEN: OnceLock<Result<Instructions, Error>> = OnceLock::new();
         let read = || match std::env::var(VARIABLE) {
             Ok(name) => Self::named(&name),
-            Err(_) => Ok(Self::widest()),
+            Err(VarError::NotUnicode(name)) => Self::named(&name.to_string_lossy()),
+            Err(VarError::NotPresent) => Ok(Self::widest()),
         };
         CHOSEN.get_or_init(read).clone()
     }
@@ -37,7 +39,7 @@ impl Instructions {
     fn widest() -> Self {
         match Arch::new() {
             Arch::Scalar => Self::Plain,
-            arch => Self::Widest(arch),
+            arch => Self::Vectors(arch),
         }
     }
 
@@ -46,8 +48,12 @@ impl Instructions {
         let mut all = vec![("plain", Self::Plain)];
         #[cfg(target_arch = "x86_64")]
         {
-            all.extend(pulp::x86::V3::try_new().map(|v| ("avx2", Self::Widest(Arch::V3(v)))));
-            all.extend(pulp::x86::V4::try_new().map(|v| ("avx512", Self::Widest(Arch::V4(v)))));
+            all.extend(pulp::x86::V3::try_new().map(|v| ("avx2", Self::Vectors(Arch::V3(v)))));
+            all.extend(pulp::x86::V4::try_new().map(|v| ("avx512", Self::Vectors(Arch::V4(v)))));
+        }
+        #[cfg(target_arch = "aarch64")]
+        if let arch @ Self::Vectors(_) = Self::widest() {
+            all.push(("neon", arch));
         }
         all
     }
@@ -70,7 +76,7 @@ impl Instructions {
     #[inline]
     pub fn dispatch<Op: WithSimd>(self, op: Op) -> Op::Output {
         match self {
-            Self::Widest(arch) => arch.dispatch(op),
+            Self::Vectors(arch) => arch.dispatch(op),
             Self::Plain => Scalar256b.vectorize(op),
         }
     }

@@ -16,6 +16,9 @@ pub struct Dictionary {
     stride: usize,
     atoms: Vec<f32>,
     squared_norms: Vec<f64>,
+    /// The atoms in an order in which those of the same bits are neighbours, and which of them repeat an earlier one.
+    sorted: Vec<u32>,
+    repeats: Vec<bool>,
     panels: Aligned,
     /// The panels in `f64`, for the inner products.
     wide: Vec<f64>,
@@ -43,8 +46,27 @@ impl Dictionary {
         let square = |atom: &[f32]| atom.iter().map(|&v| f64::from(v).powi(2)).sum::<f64>();
         self.squared_norms.clear();
         self.squared_norms.extend(self.atoms.chunks_exact(dim).map(square));
+        self.find_repeats();
         self.fill_panels();
         self.fill_gram();
+    }
+
+    fn find_repeats(&mut self) {
+        let Self { sorted, repeats, atoms, dim, count, .. } = self;
+        let bits = |k: u32| atoms[k as usize * *dim..][..*dim].iter().map(|v| v.to_bits());
+        sorted.clear();
+        sorted.extend(0..*count as u32);
+        sorted.sort_unstable_by(|&a, &b| bits(a).cmp(bits(b)).then(a.cmp(&b)));
+        repeats.clear();
+        repeats.resize(*count, false);
+        for pair in sorted.windows(2) {
+            repeats[pair[1] as usize] = bits(pair[0]).eq(bits(pair[1]));
+        }
+    }
+
+    /// Whether an earlier atom has the same samples, bit for bit.
+    pub fn repeats(&self, k: usize) -> bool {
+        self.repeats[k]
     }
 
     fn fill_panels(&mut self) {

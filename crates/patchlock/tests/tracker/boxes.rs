@@ -100,3 +100,22 @@ fn candidates_that_leave_the_frame_can_be_rejected() {
     }
     assert!(rejected > 0);
 }
+
+/// There is nothing to code then, and nothing of an earlier frame or another target may stand in for it.
+#[test]
+fn where_every_candidate_is_refused_all_is_hidden() {
+    let config = TrackerConfig { outside: Outside::Reject, ..quick() };
+    let outside = bbox([-30.0, 60.0, 48.0, 40.0]);
+    let mut tracker = SIMPLE.begin(&config, 0);
+    SIMPLE.go_on(&mut tracker, 1..4);
+    let mut fresh = Tracker::new(config).unwrap();
+    let begun = fresh.init(&SIMPLE.frame(0), outside).unwrap();
+    assert_eq!(tracker.reinit(&SIMPLE.frame(0), outside).unwrap(), begun);
+    let mut restored = Tracker::restore(tracker.snapshot()).unwrap();
+    let later = SIMPLE.go_on(&mut tracker, 1..9);
+    assert_eq!(SIMPLE.go_on(&mut fresh, 1..9), later);
+    assert_eq!(SIMPLE.go_on(&mut restored, 1..9), later);
+    for estimate in later.iter().chain([&begun]) {
+        assert_eq!((estimate.likelihood, estimate.score), (f64::NEG_INFINITY, 0.0));
+    }
+}

@@ -1,7 +1,7 @@
 //! The same seed gives the same boxes, bit for bit, whatever else is different.
 
-use crate::film::{SIMPLE, bits, quick};
-use patchlock::config::FirstTemplates;
+use crate::film::{OCCLUDED, SIMPLE, bits, quick};
+use patchlock::config::{Coefficients, FirstTemplates, Gamma, Outside, Scales};
 use patchlock::{Estimate, FrameView, TrackerConfig};
 
 const FRAMES: std::ops::Range<usize> = 0..24;
@@ -39,6 +39,36 @@ fn with_an_observer() {
     let alone = SIMPLE.track(&config(), FRAMES);
     assert_eq!(bits(&observed), bits(&alone));
     assert_eq!(observed, alone);
+}
+
+/// With every choice that bears on who can still win, more candidates than a block holds, and frames on which all learns.
+#[test]
+fn with_an_observer_whatever_the_choices() {
+    let base = TrackerConfig { particles: 130, small_update_interval: 5, ..quick() };
+    let mut all = Vec::new();
+    for gamma in [Gamma::ExpVisible, Gamma::One, Gamma::Visible, Gamma::ExpError] {
+        for scales in [Scales::Both, Scales::Large, Scales::Small] {
+            for plain in [false, true] {
+                let mut config = TrackerConfig { gamma, scales, ..base.clone() };
+                if plain {
+                    config.coefficients = Coefficients::Positive;
+                    config.outside = Outside::Reject;
+                    (config.occlusion_weights, config.position_weights) = (false, false);
+                }
+                all.push(config);
+            }
+        }
+    }
+    all.push(TrackerConfig { divide: false, ..base });
+    for config in all {
+        let alone = OCCLUDED.track(&config, 0..12);
+        let mut tracker = OCCLUDED.begin(&config, 0);
+        for (k, alone) in (1..12).zip(alone) {
+            let frame = OCCLUDED.frame(k);
+            let observed = tracker.update_observed(&frame, &mut |_: &FrameView<'_>| ()).unwrap();
+            assert_eq!(observed, alone, "frame {k} of {config:?}");
+        }
+    }
 }
 
 #[test]

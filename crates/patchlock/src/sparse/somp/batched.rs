@@ -35,9 +35,13 @@
 //! shared column      e <- e + |p| (o_t + 2u) + u                    u at the root, which is computed in f64
 //! candidate          as a shared column                             (dim + 2) u ||r - b|| for the matrix product, in any order, and 2u
 //!                                                                   for the reference and for adding it
-//! l                  l <- l - |^w| (|^w| + 2 o_t) - o_t^2 - 5u      since w^2 <= (|^w| + o_t)^2
-//! g                  g <- g + 4 o_t + 2 o_t^2 + 10u                 since |w| <= 1
+//! l                  l <- l - |^w| (|^w| + 2 o_t) - o_t^2 - 5u m^2  since w^2 <= (|^w| + o_t)^2
+//! g                  g <- g + 4 o_t m + 10u m^2                     since (|^w| + o_t)^2 - w^2 <= 4 o_t |^w| or 4 o_t^2
 //! ```
+//!
+//! Here `m = M + o_t`, and `M` is no less than any `|w|` or root of an `l`: 1 at the first node, and further below the root of the largest `l + g` that
+//! the first node left, as `|w| <= ||d_res||` and what is left only becomes less. So patches that hardly differ, whose atoms leave little of each other, have
+//! bounds as close as others.
 //!
 //! each with a hundredth more for products of errors. Every line counts one rounding for each operation, fused or not, so that
 //! they hold for any processor.
@@ -189,6 +193,11 @@ pub fn solve(
     scratch: &mut Scratch,
     codes: &mut [Code],
 ) {
+    // Also where the atoms are empty: there is nothing to divide into blocks then.
+    if dictionary.is_empty() {
+        codes.fill(Code::default());
+        return;
+    }
     let blocks = candidates.chunks(BLOCK * dictionary.dim()).zip(codes.chunks_mut(BLOCK));
     for (block, codes) in blocks {
         let problem = Problem { dictionary, location, rules };
@@ -225,7 +234,7 @@ impl WithSimd for SolveBlock<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { problem, scratch, block, codes } = self;
-        scratch.begin(simd, problem, block);
+        scratch.begin(simd, problem, block, codes);
         while let Some(branch) = scratch.branches.pop() {
             let branch = match branch.depth {
                 0 => branch,
@@ -238,9 +247,9 @@ impl WithSimd for SolveBlock<'_> {
 }
 
 impl Scratch {
-    /// Puts all candidates of the block at the root.
+    /// Puts all candidates of the block at the root, but for those that leave nothing to explain.
     #[inline(always)]
-    fn begin<S: Simd>(&mut self, simd: S, problem: Problem<'_>, block: &[f32]) {
+    fn begin<S: Simd>(&mut self, simd: S, problem: Problem<'_>, block: &[f32], codes: &mut [Code]) {
         let Problem { dictionary, location, rules } = problem;
         let (dim, count) = (dictionary.dim(), block.len() / dictionary.dim());
         self.clear(dictionary);
@@ -251,21 +260,28 @@ impl Scratch {
             let distance = dot_wide(simd, &self.wide, &self.wide).sqrt();
             let wide = &self.residuals[row * dim..][..dim];
             let energy = dot_wide(simd, wide, wide);
+            let all = location.root.energy + energy;
+            let final_energy = rules.final_energy(location.columns + 1, all);
             self.candidates.push(Candidate {
                 error: 1.01 * U * ((dim + 2) as f64 * distance + 2.0),
                 energy,
-                final_energy: rules
-                    .final_energy(location.columns + 1, location.root.energy + energy),
+                final_energy,
                 ..Candidate::default()
             });
-            self.order.push((NONE, row as u32));
+            if all > final_energy {
+                self.order.push((NONE, row as u32));
+            } else {
+                codes[row] = Code::default();
+            }
         }
         let padded = count.next_multiple_of(PAIR);
         self.differences.resize(padded * dim, 0.0);
         self.correlations.resize(padded * dictionary.stride());
         self.nodes.resize_with(MAX_ATOMS, Node::default);
         self.rows.resize_with(MAX_ATOMS, Rows::default);
-        self.branches.push(Branch { depth: 0, atom: 0, members: 0..count });
+        if !self.order.is_empty() {
+            self.branches.push(Branch { depth: 0, atom: 0, members: 0..self.order.len() });
+        }
     }
 
     /// Forgets the block before, and makes room for a full one: many frames may pass before there is one.
@@ -349,6 +365,10 @@ impl Scratch {
                 candidates[row].runner((row, branch.depth), energy, &margins)
             }));
             screen.run(simd, &mut tiles, (guess, margins.gap), fields, &mut exact);
+            // Where patches have little texture, the first atom leaves little of the others.
+            if branch.depth == 1 && rules.atoms > 2 {
+                newest[0].measure(simd);
+            }
         }
         let mut place = branch.members.start;
         screen.finish(simd, own, &mut exact, |row, atom| {

@@ -43,6 +43,10 @@ pub struct Errors {
     columns: Vec<f64>,
     /// How much an entry of `over` may lack.
     over: f64,
+    /// No `||d_res||^2` is more than this, the roots of its rounding aside.
+    most_left: f64,
+    /// What an entry of `over` may have lost to rounding when it was made from the parent's.
+    rounding: f64,
 }
 
 /// What a step has to know of [`Errors`].
@@ -76,8 +80,12 @@ impl Errors {
             numerator += along.abs() * rows.errors.weights;
         }
         self.weights = SECOND_ORDER * (numerator / node.triangle[earlier] + 3.0 * U);
-        // `w` is 1 at most, so `2 o |w|` is taken off twice too much at most, and what is for rounding too.
-        let taken = 4.0 * self.weights + 2.0 * self.weights.powi(2) + 10.0 * U;
+        // What is left of an atom only becomes less.
+        self.most_left = parent.most_left;
+        let most = self.most_left.sqrt();
+        self.rounding = 5.0 * U * (most + self.weights).powi(2);
+        // `2 o |w|` is taken off twice too much at most, and so is what is for rounding.
+        let taken = 4.0 * self.weights * (most + self.weights) + 2.0 * self.rounding;
         self.over = parent.over + SECOND_ORDER * taken;
         self.columns.clone_from(&parent.columns);
         for (error, &p) in self.columns.iter_mut().zip(&node.along) {
@@ -180,6 +188,7 @@ impl Rows {
         self.errors.columns.clear();
         self.errors.columns.resize(columns, U * SECOND_ORDER);
         self.errors.over = 8.0 * U;
+        self.errors.most_left = 1.0 + 8.0 * U;
         self.columns.reset(columns * stride);
         let signals = root.residuals.chunks_exact(dim);
         for k in 0..count {
@@ -193,13 +202,29 @@ impl Rows {
         self.over.fill(DEAD);
         for (k, over) in self.over.iter_mut().take(count).enumerate() {
             let norm = dictionary.squared_norm(k);
-            if norm >= rules.min_residual {
+            // An atom that repeats an earlier one has its score, and gives way to it; with that one chosen, nothing is left of it.
+            if norm >= rules.min_residual && !dictionary.repeats(k) {
                 *over = match rules.selection {
                     Selection::OrderRecursive => (norm * (1.0 - 4.0 * U)) as f32,
                     Selection::Textbook => 1.0,
                 };
             }
         }
+    }
+
+    /// Looks how much is left of the atoms, once all tiles were made: the less, the less the rows of nodes further below can be off.
+    #[inline(always)]
+    pub fn measure<S: Simd>(&mut self, simd: S) {
+        let (dead, none) = (simd.splat_f32s(DEAD), simd.splat_f32s(0.0));
+        let mut most = [none; TILE];
+        for tile in tiles::<S>(&self.over) {
+            for (most, &over) in most.iter_mut().zip(tile) {
+                let alive = simd.less_than_f32s(over, dead);
+                *most = simd.max_f32s(*most, simd.select_f32s(alive, over, none));
+            }
+        }
+        let most = most.into_iter().map(|most| simd.reduce_max_f32s(most)).fold(0.0, f32::max);
+        self.errors.most_left = self.errors.most_left.min(f64::from(most) + self.errors.over);
     }
 
     /// How many columns there are.
@@ -437,7 +462,7 @@ impl Errors {
     /// With `w` as the screen has it, `||d_res||^2` loses at most `|w| (|w| + first) + second`.
     #[inline(always)]
     fn over_loss(&self) -> (f32, f32) {
-        let second = (self.weights.powi(2) + 5.0 * U) * SECOND_ORDER;
+        let second = (self.weights.powi(2) + self.rounding) * SECOND_ORDER;
         ((2.0 * self.weights * SECOND_ORDER) as f32, second as f32)
     }
 }
@@ -459,5 +484,150 @@ fn kill<S: Simd>(simd: S, over: &mut Tile<S>, atom: usize) {
     for i in 0..TILE {
         let chosen = simd.equal_f32s(numbers[i], atom);
         over[i] = simd.select_f32s(chosen, simd.splat_f32s(DEAD), over[i]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simd::instructions::Instructions;
+    use proptest::prelude::*;
+    use pulp::WithSimd;
+
+    const DIM: usize = 16;
+    const RULES: CodeRules = CodeRules {
+        atoms: MAX_ATOMS,
+        selection: Selection::OrderRecursive,
+        min_residual: 1e-6,
+        stop_energy: 0.0,
+    };
+
+    /// Vectors that are positive and alike, as patches are; every third is nearly that before it.
+    fn vectors(count: usize) -> impl Strategy<Value = Vec<f32>> {
+        prop::collection::vec(prop::collection::vec(0.2..1.0f32, DIM), count).prop_map(|rows| {
+            let mut all: Vec<Vec<f32>> = Vec::new();
+            for (k, mut row) in rows.into_iter().enumerate() {
+                if k % 3 == 2 {
+                    row.iter_mut().zip(&all[k - 1]).for_each(|(v, near)| *v = near + 0.004 * *v);
+                }
+                let norm = row.iter().map(|v| v * v).sum::<f32>().sqrt();
+                all.push(row.into_iter().map(|v| v / norm).collect());
+            }
+            all.concat()
+        })
+    }
+
+    /// What a few atoms leave of vectors, by Gram and Schmidt in `f64`.
+    #[derive(Default)]
+    struct Truth(Vec<Vec<f64>>);
+
+    impl Truth {
+        fn rest(&self, vector: &[f32]) -> Vec<f64> {
+            let mut left: Vec<f64> = vector.iter().map(|&v| f64::from(v)).collect();
+            for q in self.0.iter().chain(&self.0) {
+                let along = dot(q, &left);
+                left.iter_mut().zip(q).for_each(|(l, q)| *l -= along * q);
+            }
+            left
+        }
+
+        fn take(&mut self, atom: &[f32]) {
+            let mut direction = self.rest(atom);
+            let norm = dot(&direction, &direction).sqrt();
+            direction.iter_mut().for_each(|v| *v /= norm);
+            self.0.push(direction);
+        }
+    }
+
+    fn dot(a: &[f64], b: &[f64]) -> f64 {
+        a.iter().zip(b).map(|(a, b)| a * b).sum()
+    }
+
+    /// Takes these atoms one after the other, as far as they are eligible, and holds each node's rows to the truth.
+    struct Descend<'a> {
+        dictionary: &'a Dictionary,
+        shared: &'a [f32],
+        atoms: &'a [usize],
+    }
+
+    impl WithSimd for Descend<'_> {
+        type Output = ();
+
+        fn with_simd<S: Simd>(self, simd: S) {
+            let Self { dictionary, shared, atoms } = self;
+            let (mut root, mut nodes) = (Node::default(), Vec::new());
+            root.fill_root(simd, shared);
+            let mut rows = vec![Rows::default()];
+            rows[0].fill_root(simd, &mut Vec::new(), dictionary, &root, &RULES);
+            let mut truth = Truth::default();
+            self.hold(&rows[0], &truth);
+            for &atom in atoms {
+                let left = truth.rest(dictionary.atom(atom));
+                if dot(&left, &left) < RULES.min_residual {
+                    continue;
+                }
+                let mut node = Node::default();
+                node.fill(simd, dictionary, Path { root: &root, nodes: &nodes }, atom);
+                nodes.push(node);
+                truth.take(dictionary.atom(atom));
+                let (path, mut new) = (Path { root: &root, nodes: &nodes }, Rows::default());
+                let above = (&rows[0], &rows[1..]);
+                let (mut tiles, _) = new.grow::<S>(dictionary, path, above, &RULES);
+                let single: Vec<[f32; 3]> = (0..dictionary.len()).map(|k| tiles.at(k)).collect();
+                for t in 0..dictionary.stride() / (TILE * S::F32_LANES) {
+                    tiles.tile(simd, t);
+                }
+                self.hold(&new, &truth);
+                for (k, [weight, _, over]) in single.into_iter().enumerate() {
+                    self.hold_atom(&new, &truth, k, (weight, over));
+                }
+                rows.push(new);
+            }
+        }
+    }
+
+    impl Descend<'_> {
+        fn hold(&self, rows: &Rows, truth: &Truth) {
+            for k in 0..self.dictionary.len() {
+                let weight = rows.weights.get(k).copied().unwrap_or_default();
+                self.hold_atom(rows, truth, k, (weight, rows.over[k]));
+                let atom: Vec<f64> =
+                    self.dictionary.atom(k).iter().map(|&v| f64::from(v)).collect();
+                for (c, column) in self.shared.chunks_exact(DIM).enumerate() {
+                    let off = dot(&truth.rest(column), &atom) - f64::from(rows.column_at(k, c));
+                    assert!(off.abs() <= rows.errors.columns[c], "column {c}: {off}");
+                }
+            }
+        }
+
+        /// A weight, and a divisor.
+        fn hold_atom(&self, rows: &Rows, truth: &Truth, k: usize, (weight, over): (f32, f32)) {
+            let atom = self.dictionary.atom(k);
+            if let Some(direction) = truth.0.last() {
+                let wide: Vec<f64> = atom.iter().map(|&v| f64::from(v)).collect();
+                let off = dot(direction, &wide) - f64::from(weight);
+                assert!(off.abs() <= rows.errors.weights, "weight: {off}");
+            }
+            if over != DEAD {
+                let (rest, over) = (truth.rest(atom), f64::from(over));
+                let left = dot(&rest, &rest);
+                assert!(over <= left && left <= over + rows.errors.over, "{over} {left}");
+            }
+        }
+    }
+
+    proptest! {
+        /// The bounds that the proof begins with.
+        #[test]
+        fn rows_are_no_further_off_than_they_say(
+            atoms in vectors(90),
+            shared in vectors(4),
+            path in prop::collection::vec(0..90usize, 5),
+        ) {
+            let dictionary = Dictionary::new(DIM, 9, atoms);
+            for (_, instructions) in Instructions::available() {
+                instructions.dispatch(Descend { dictionary: &dictionary, shared: &shared, atoms: &path });
+            }
+        }
     }
 }
