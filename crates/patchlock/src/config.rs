@@ -184,7 +184,7 @@ macro_rules! parameters {
         pub struct TrackerConfig {
             $($(
                 $(#[doc = $doc])+
-                #[doc = concat!("\n\nDefault `", stringify!($default), "`; ", $section, ".")]
+                #[doc = concat!("\n\nDefault `", stringify!($default), "`; allowed: `", stringify!($range), "`; ", $section, ".")]
                 pub $name: $ty,
             )*)*
         }
@@ -217,6 +217,7 @@ macro_rules! parameters {
     };
 }
 
+/// Any number from `min` to `max`.
 const fn number(min: f64, max: f64) -> Range {
     Range::Number { min, max }
 }

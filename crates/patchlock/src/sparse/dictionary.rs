@@ -23,6 +23,7 @@ pub struct Dictionary {
     /// The panels in `f64`, for the inner products.
     wide: Vec<f64>,
     gram: Aligned,
+    spread: f64,
 }
 
 /// Rows that run over all atoms are padded to a multiple of this: four of the widest vectors.
@@ -125,18 +126,29 @@ impl Dictionary {
         &self.panels
     }
 
-    /// The inner products of atom `k` with all atoms, computed in `f64` and rounded once, then zeros.
+    /// The inner products of atom `k` with all atoms, less 1, computed in `f64` and rounded once; as with zeros where the row is padded.
     pub fn gram_row(&self, k: usize) -> &[f32] {
         &self.gram[k * self.stride..][..self.stride]
     }
 
+    /// No inner product of two atoms that are not zero differs more from 1 than by this, and no squared norm.
+    pub fn spread(&self) -> f64 {
+        self.spread
+    }
+
     /// The Gram matrix, `count` rows of `stride`.
     fn fill_gram(&mut self) {
-        let Self { dim, count, stride, panels, wide, gram, .. } = self;
+        let Self { dim, count, stride, panels, wide, gram, squared_norms, .. } = self;
         wide.clear();
         wide.extend(panels.iter().map(|&v| f64::from(v)));
         gram.reset(*count * *stride);
         gram::fill(wide, *dim, gram);
+        let rows = gram.chunks_exact((*stride).max(1)).zip(&*squared_norms);
+        let most = rows.filter(|(_, norm)| **norm > 0.0).fold(0.0f32, |most, (row, _)| {
+            let products = row.iter().zip(&*squared_norms).filter(|(_, norm)| **norm > 0.0);
+            products.fold(most, |most, (product, _)| most.max(product.abs()))
+        });
+        self.spread = f64::from(most) * (1.0 + f64::from(f32::EPSILON));
     }
 }
 
@@ -158,10 +170,22 @@ mod tests {
                     .zip(d.atom(j))
                     .map(|(&a, &b)| f64::from(a) * f64::from(b))
                     .sum();
-                assert!((f64::from(d.gram_row(i)[j]) - dot).abs() <= 6e-8 * dot);
+                let less = dot - 1.0;
+                assert!((f64::from(d.gram_row(i)[j]) - less).abs() <= 6e-8 * less.abs());
+                assert!(less.abs() <= d.spread());
             }
-            assert!(d.gram_row(i)[count..].iter().all(|&g| g == 0.0));
+            assert!(d.gram_row(i)[count..].iter().all(|&g| g == -1.0));
             assert_eq!(d.panels()[i / LANES * LANES * dim + 3 * LANES + i % LANES], d.atom(i)[3]);
         }
+    }
+
+    #[test]
+    fn atoms_that_repeat_an_earlier_one_are_known() {
+        let atoms = [[1.0, 0.0], [0.6, 0.8], [1.0, 0.0], [0.0, 0.0], [0.6, 0.8], [1.0, 0.0]];
+        let d = Dictionary::new(2, 3, atoms.concat());
+        let repeats: Vec<bool> = (0..6).map(|k| d.repeats(k)).collect();
+        assert_eq!(repeats, [false, false, true, false, true, true]);
+        // Between the first two; the empty one does not count.
+        assert!((d.spread() - 0.4).abs() < 1e-6);
     }
 }

@@ -1,4 +1,5 @@
-//! The inner products of all atoms with each other: a matrix product in `f64`, rounded to `f32` once.
+//! The inner products of all atoms with each other, less 1: a matrix product in `f64`, rounded to `f32` once. Patches with little texture differ
+//! little, and what their inner products lack to 1 is what tells them apart.
 //!
 //! The product of two numbers that were `f32` is exact in `f64`, so it does not matter whether it is fused with the sum: the bits are the same with
 //! all instructions.
@@ -46,7 +47,10 @@ impl WithSimd for Rows<'_> {
                     for (row, sums) in rows.chunks_exact_mut(stride).zip(&sums) {
                         let sums: &[f64] = bytemuck::cast_slice(sums);
                         let place = &mut row[k * LANES + column..][..sums.len()];
-                        place.iter_mut().zip(sums).for_each(|(out, &sum)| *out = sum as f32);
+                        place
+                            .iter_mut()
+                            .zip(sums)
+                            .for_each(|(out, &sum)| *out = (sum - 1.0) as f32);
                     }
                 }
             }
@@ -102,6 +106,6 @@ mod tests {
         // The third atom of the second panel with the fifth of the third.
         let at = |panel: usize, k: usize, s: usize| panels[(panel * dim + s) * LANES + k];
         let product: f64 = (0..dim).map(|s| at(1, 2, s) * at(2, 4, s)).sum();
-        assert_eq!(plain[2 * 3 * LANES + 2 * LANES + 4], product as f32);
+        assert_eq!(plain[2 * 3 * LANES + 2 * LANES + 4], (product - 1.0) as f32);
     }
 }

@@ -26,32 +26,46 @@
 //! ```
 //!
 //! from `2 |^x| e <= s ^x^2 + e^2 / s`. What the first leaves below the second of another atom can't win, and `l <= 0` leaves nothing below.
-//! An atom is eligible for sure if `l` is at least what has to be left; another one is computed. Relative roundings of the sums, less
-//! than `64 u`, are added to `s`. The errors:
+//! An atom is eligible for sure if `l` is at least what has to be left, and not if `l + g` is less; another one is computed. One that repeats an
+//! earlier one bit for bit never wins. Relative roundings of the sums, less than `64 u`, are added to `s`.
+//!
+//! Patches with little texture differ little: their inner products are all near 1, and what tells them apart would drown in roundings.
+//! So the screen has what numbers near 1 differ from it by: `G' = G - 1` of the Gram matrix, at the root `y' = y - 1` and `l' = ||d||^2 - 1`, and at a first node
+//! `w' = w_1 - 1`. With `n = ||d_t,res||` and `a_s = q_s^T d_t`
 //!
 //! ```text
-//! Gram matrix        u                                              computed in f64, rounded once
-//! w_t                o_t = ((3t - 2) u + sum_s<t |q_s^T d_t| o_s) / ||d_t,res|| + 3u
-//! shared column      e <- e + |p| (o_t + 2u) + u                    u at the root, which is computed in f64
-//! candidate          as a shared column                             (dim + 2) u ||r - b|| for the matrix product, in any order, and 2u
-//!                                                                   for the reference and for adding it
-//! l                  l <- l - |^w| (|^w| + 2 o_t) - o_t^2 - 5u m^2  since w^2 <= (|^w| + o_t)^2
-//! g                  g <- g + 4 o_t m + 10u m^2                     since (|^w| + o_t)^2 - w^2 <= 4 o_t |^w| or 4 o_t^2
+//! w'  = G' / n + (1 / n - 1)
+//! w_t = (G' + (1 - a_1) - a_1 w' - sum_1<s<t a_s w_s) / n
+//! y   = y' - p w' + (1 - p)    at a first node, y <- y - p w_t further below
+//! l   = l' - w' (2 + w')       at a first node, l <- l - w_t^2 further below
 //! ```
 //!
-//! Here `m = M + o_t`, and `M` is no less than any `|w|` or root of an `l`: 1 at the first node, and further below the root of the largest `l + g` that
-//! the first node left, as `|w| <= ||d_res||` and what is left only becomes less. So patches that hardly differ, whose atoms leave little of each other, have
-//! bounds as close as others.
+//! where `1 / n - 1`, `1 - a_1` and `1 - p` come from `f64`. Let `k` be no less than any `|G'|` of atoms that are not zero, `c` than any `|y'|` (of a
+//! candidate more by `||r - b||`), `m_1 = k / n + |1 / n - 1|`, `M^2` no less than any `||d_res||^2` that the first node leaves, `m_t = M + o_t`, and
+//! `S = k + |1 - a_1| + sum_s<t |a_s| m_s`. The errors:
 //!
-//! each with a hundredth more for products of errors. Every line counts one rounding for each operation, fused or not, so that
-//! they hold for any processor.
+//! ```text
+//! w'                 o_1 = 5u m_1
+//! w_t                o_t = (u k + u |1 - a_1| + sum_s<t |a_s| (o_s + 2u m_s) + t u S) / n + 3u M
+//! shared column      u c at the root, which is computed in f64, and 2u more where 1 is added to score there
+//!                    e <- e + |p| (o_1 + 2u m_1) + 2u (c + |p| m_1 + |1 - p|)   at a first node
+//!                    e <- e + |p| (o_t + 2u m_t) + u m_t                        further below, as |y| <= ||d_res||
+//! candidate          as a shared column; at the root (dim + 2) u ||r - b|| for the difference and the matrix product, in any order,
+//!                    and 2u (c + ||r - b||) for the reference and for adding it
+//! l                  l' - w' (2 + w') - R at a first node, with R = o_1 (2 + 2 m_1) + 4u m_1 (2 + m_1) + 2u k
+//!                    l <- l - |w| (|w| + 2 o_t) - o_t^2 - 5u m_t^2              further below, since w_t^2 <= (|w| + o_t)^2
+//! g                  2R, and g <- g + 4 o_t m_t + 10u m_t^2                     since (|w| + o_t)^2 - w_t^2 <= 4 o_t max(|w|, o_t)
+//! ```
+//!
+//! with `w` as the screen has it in the last two lines; 8u for `g` at the root, where `l` is `l' + 1 - 4u`. Each has a hundredth more for products of errors. Every line
+//! counts one rounding for each operation, fused or not, so that they hold for any processor. So the bounds are the closer, the less the patches differ.
 
-use super::exact::{Choice, Exact, eligible_from};
+use super::exact::{Choice, Exact, Memo, eligible};
 use super::node::{Node, Path};
 use super::product::PAIR;
-use super::rows::{Margins, Rows};
+use super::rows::{ADDING_ONE, Margins, Rows};
 use super::screen::{Residuals, Runner, Screen};
-use super::vectors::{U, project_out, widen};
+use super::vectors::{project_out, widen};
 use crate::config::MAX_ATOMS;
 use crate::simd::dot_wide;
 use crate::simd::instructions::Instructions;
@@ -140,13 +154,15 @@ pub struct Scratch {
     /// next to it.
     guesses: [usize; MAX_ATOMS],
     wide: Vec<f64>,
+    memo: Memo,
 }
 
 /// A candidate on its way to its code.
 #[derive(Debug, Default, Clone)]
 struct Candidate {
-    /// How far its correlations may be off.
+    /// How far its correlations may be off, and how much they are at most at the root, less 1.
     error: f64,
+    spread: f64,
     /// What is left of its energy, and the energy at which the code is complete.
     energy: f64,
     final_energy: f64,
@@ -160,17 +176,20 @@ impl Candidate {
     /// Takes in what the newest node, of this depth, adds to how far the correlations may be off.
     #[inline(always)]
     fn advance(&mut self, depth: usize, margins: &Margins) {
-        let along = self.along[depth - 1].abs();
-        self.error += 1.01 * (along * (margins.weights + 2.0 * U) + U);
+        self.error += margins.taken(self.along[depth - 1], self.spread);
     }
 
     /// The candidate in a step at a node with this energy.
     #[inline(always)]
     fn runner(&self, (row, depth): (usize, usize), node_energy: f64, margins: &Margins) -> Runner {
-        let along = if depth == 0 { 0.0 } else { self.along[depth - 1] };
+        let (along, lift, error) = match depth {
+            0 => (0.0, 1.0, self.error + ADDING_ONE),
+            1 => (self.along[0], 1.0 - self.along[0], self.error),
+            _ => (self.along[depth - 1], 0.0, self.error),
+        };
         // The next atom takes some part of what is left. The bounds ask for no more than its magnitude.
         let score = 0.3 * (node_energy + self.energy);
-        Runner::new(row, along, score, margins.squared + self.error * self.error)
+        Runner::new(row, (along, lift), score, margins.squared + error * error)
     }
 }
 
@@ -260,10 +279,12 @@ impl Scratch {
             let distance = dot_wide(simd, &self.wide, &self.wide).sqrt();
             let wide = &self.residuals[row * dim..][..dim];
             let energy = dot_wide(simd, wide, wide);
+            let (error, spread) = location.rows.candidate(dim, distance);
             let all = location.root.energy + energy;
             let final_energy = rules.final_energy(location.columns + 1, all);
             self.candidates.push(Candidate {
-                error: 1.01 * U * ((dim + 2) as f64 * distance + 2.0),
+                error,
+                spread,
                 energy,
                 final_energy,
                 ..Candidate::default()
@@ -340,8 +361,10 @@ impl Scratch {
         let Problem { dictionary, location, rules } = problem;
         let Self { candidates, order, rows, screen, guesses, differences, .. } = self;
         let path = Path { root: &location.root, nodes: &self.nodes[..branch.depth] };
-        let eligible_from = eligible_from(rules);
-        let mut exact = Exact { dictionary, path, rules, eligible_from, wide: &mut self.wide };
+        let eligible = eligible(rules);
+        self.memo.begin(dictionary.len());
+        let (wide, memo) = (&mut self.wide, &mut self.memo);
+        let mut exact = Exact { dictionary, path, rules, eligible, wide, memo };
         let own = Residuals { all: &self.residuals, dim: dictionary.dim() };
         let fields = (own, &mut *self.correlations);
         let energy = path.end().energy;
@@ -349,25 +372,27 @@ impl Scratch {
         let last = &mut guesses[branch.depth];
         let guess = (*last + location.place) % count;
         let members = branch.members.clone().map(|place| order[place].1 as usize);
+        let at = (branch.depth, energy);
         if branch.depth == 0 {
-            let margins = location.rows.errors.margins();
-            screen.begin(
-                members.map(|row| candidates[row].runner((row, branch.depth), energy, &margins)),
-            );
+            let margins = location.rows.root_margins();
+            screen.begin(runners(candidates, members, at, &margins));
             let mut tiles = location.rows.tiles::<S>(dictionary, differences);
             screen.run(simd, &mut tiles, (guess, margins.gap), fields, &mut exact);
         } else {
             let (above, newest) = rows.split_at_mut(branch.depth - 1);
-            let rows = (&location.rows, &*above);
-            let (mut tiles, margins) = newest[0].grow::<S>(dictionary, path, rows, rules);
-            screen.begin(members.map(|row| {
-                candidates[row].advance(branch.depth, &margins);
-                candidates[row].runner((row, branch.depth), energy, &margins)
-            }));
-            screen.run(simd, &mut tiles, (guess, margins.gap), fields, &mut exact);
+            let (newest, above) = (&mut newest[0], (&location.rows, &*above));
+            if branch.depth == 1 {
+                let (mut tiles, margins) = newest.grow::<S, true>(dictionary, path, above, rules);
+                screen.begin(runners(candidates, members, at, &margins));
+                screen.run(simd, &mut tiles, (guess, margins.gap), fields, &mut exact);
+            } else {
+                let (mut tiles, margins) = newest.grow::<S, false>(dictionary, path, above, rules);
+                screen.begin(runners(candidates, members, at, &margins));
+                screen.run(simd, &mut tiles, (guess, margins.gap), fields, &mut exact);
+            }
             // Where patches have little texture, the first atom leaves little of the others.
             if branch.depth == 1 && rules.atoms > 2 {
-                newest[0].measure(simd);
+                newest.measure(simd);
             }
         }
         let mut place = branch.members.start;
@@ -410,6 +435,23 @@ impl Scratch {
             }
         }
     }
+}
+
+/// These candidates in a step at a node of this depth and energy.
+#[inline(always)]
+fn runners(
+    candidates: &mut [Candidate],
+    members: impl Iterator<Item = usize>,
+    (depth, energy): (usize, f64),
+    margins: &Margins,
+) -> impl Iterator<Item = Runner> {
+    members.map(move |row| {
+        let candidate = &mut candidates[row];
+        if depth > 0 {
+            candidate.advance(depth, margins);
+        }
+        candidate.runner((row, depth), energy, margins)
+    })
 }
 
 /// The candidate's refitted coefficients on the atoms of the nodes and of the last choice: back substitution in the triangle.

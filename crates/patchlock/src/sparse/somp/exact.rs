@@ -1,8 +1,9 @@
 //! An atom in `f64`: whether it is eligible, and its score.
 
 use super::node::Path;
-use super::vectors::{dots_each, widen};
+use super::vectors::{U, dots_each, widen};
 use crate::config::{MAX_ATOMS, Selection};
+use crate::simd::dot_wide;
 use crate::sparse::codes::CodeRules;
 use crate::sparse::dictionary::Dictionary;
 use pulp::Simd;
@@ -14,10 +15,6 @@ pub struct Choice {
     pub atom: usize,
     /// Its score.
     pub score: f64,
-    /// `||d_res||^2`.
-    left: f64,
-    /// The inner product with what is left of the candidate.
-    own: f64,
     /// `q_s^T d` for each `s`, then the norm that is left of it.
     pub triangle: [f64; MAX_ATOMS],
     /// `p` of the candidate along it.
@@ -33,19 +30,54 @@ pub struct Exact<'a> {
     pub path: Path<'a>,
     /// How atoms are chosen.
     pub rules: &'a CodeRules,
-    /// An atom is eligible for sure if the screen leaves this of its `||d_res||^2`.
-    pub eligible_from: f32,
+    /// An atom is eligible for sure if the screen leaves the first of its `||d_res||^2`, and surely not if less than the second.
+    pub eligible: (f32, f32),
     /// Room for an atom.
     pub wide: &'a mut Vec<f64>,
+    /// What is known of atoms at this node.
+    pub memo: &'a mut Memo,
 }
 
-/// What [`Exact::eligible_from`] is. The textbook's score divides by nothing, and so the screen has no `||d_res||^2` to tell by: none is enough.
-pub fn eligible_from(rules: &CodeRules) -> f32 {
-    let rounded = rules.min_residual as f32;
+/// What the node alone says of atoms: where patches have little texture, many candidates ask for the same ones.
+#[derive(Debug, Default)]
+pub struct Memo {
+    /// Counts the nodes.
+    turn: u64,
+    each: Vec<Known>,
+}
+
+/// What a node says of an atom.
+#[derive(Debug, Clone, Copy, Default)]
+struct Known {
+    turn: u64,
+    /// `||d_res||^2`.
+    left: f64,
+    /// `q_s^T d` for each `s`.
+    triangle: [f64; MAX_ATOMS],
+    /// The sum of the squared inner products with what is left of the shared columns.
+    squares: f64,
+}
+
+impl Memo {
+    /// Forgets all, for a node of a dictionary with this many atoms.
+    #[inline(always)]
+    pub fn begin(&mut self, atoms: usize) {
+        self.turn += 1;
+        self.each.resize(atoms, Known::default());
+    }
+}
+
+/// What [`Exact::eligible`] is. The textbook's score divides by nothing, and so the screen has no `||d_res||^2` to tell by: none is enough, and
+/// none too little.
+pub fn eligible(rules: &CodeRules) -> (f32, f32) {
+    // More than what `f32` rounds here and there.
+    let slack = 16.0 * U;
     match rules.selection {
-        Selection::OrderRecursive if f64::from(rounded) < rules.min_residual => rounded.next_up(),
-        Selection::OrderRecursive => rounded,
-        Selection::Textbook => f32::INFINITY,
+        Selection::OrderRecursive => (
+            (rules.min_residual * (1.0 + slack)) as f32,
+            (rules.min_residual * (1.0 - slack)) as f32,
+        ),
+        Selection::Textbook => (f32::INFINITY, f32::NEG_INFINITY),
     }
 }
 
@@ -54,22 +86,32 @@ impl Exact<'_> {
     /// what the chosen atoms leave of the candidate.
     #[inline(always)]
     pub fn place<S: Simd>(&mut self, simd: S, atom: usize, residual: &[f64]) -> Option<Choice> {
-        self.compute(simd, atom, residual, &[]).map(|(choice, _)| choice)
+        let (known, own) = self.compute(simd, atom, residual, &[]);
+        self.choice(atom, &known, own)
     }
 
     /// The same with its score, if that is positive.
     #[inline(always)]
     pub fn weigh<S: Simd>(&mut self, simd: S, atom: usize, residual: &[f64]) -> Option<Choice> {
-        let shared = &self.path.end().residuals;
-        let (choice, squares) = self.compute(simd, atom, residual, shared)?;
+        let (known, own) = if self.memo.each[atom].turn == self.memo.turn {
+            widen(self.wide, self.dictionary.atom(atom));
+            (self.memo.each[atom], dot_wide(simd, self.wide, residual))
+        } else {
+            let shared = &self.path.end().residuals;
+            let (known, own) = self.compute(simd, atom, residual, shared);
+            self.memo.each[atom] = known;
+            (known, own)
+        };
+        let choice = self.choice(atom, &known, own)?;
+        let squares = own * own + known.squares;
         let score = match self.rules.selection {
-            Selection::OrderRecursive => squares / choice.left,
+            Selection::OrderRecursive => squares / known.left,
             Selection::Textbook => squares,
         };
         (score > 0.0).then_some(Choice { score, ..choice })
     }
 
-    /// The atom as a choice, if it is eligible, and the sum of its squared inner products with what is left of the candidate and with these vectors.
+    /// What the node says of the atom, with these shared columns, and the inner product with what is left of the candidate.
     #[inline(always)]
     fn compute<S: Simd>(
         &mut self,
@@ -77,34 +119,34 @@ impl Exact<'_> {
         atom: usize,
         residual: &[f64],
         shared: &[f64],
-    ) -> Option<(Choice, f64)> {
-        if self.path.holds(atom) {
-            return None;
-        }
+    ) -> (Known, f64) {
         let (wide, depth) = (&mut *self.wide, self.path.nodes.len());
         widen(wide, self.dictionary.atom(atom));
-        let mut choice =
-            Choice { atom, left: self.dictionary.squared_norm(atom), ..Choice::default() };
-        let mut squares = 0.0;
+        let left = self.dictionary.squared_norm(atom);
+        let mut known = Known { turn: self.memo.turn, left, ..Known::default() };
+        let mut own = 0.0;
         let directions = self.path.nodes.iter().map(|node| &*node.direction);
         let signals = std::iter::once(residual).chain(shared.chunks_exact(wide.len()));
-        dots_each(simd, wide, directions.chain(signals), |number, dot| {
-            if number < depth {
-                choice.triangle[number] = dot;
-                choice.left -= dot * dot;
-                return;
+        dots_each(simd, wide, directions.chain(signals), |number, dot| match number {
+            _ if number < depth => {
+                known.triangle[number] = dot;
+                known.left -= dot * dot;
             }
-            if number == depth {
-                choice.own = dot;
-            }
-            squares += dot * dot;
+            _ if number == depth => own = dot,
+            _ => known.squares += dot * dot,
         });
-        if choice.left < self.rules.min_residual {
+        (known, own)
+    }
+
+    /// The atom as a choice without a score, if it is eligible.
+    #[inline(always)]
+    fn choice(&self, atom: usize, known: &Known, own: f64) -> Option<Choice> {
+        if self.path.holds(atom) || known.left < self.rules.min_residual {
             return None;
         }
-        let norm = choice.left.sqrt();
-        choice.triangle[depth] = norm;
-        choice.along = choice.own / norm;
-        Some((choice, squares))
+        let norm = known.left.sqrt();
+        let mut triangle = known.triangle;
+        triangle[self.path.nodes.len()] = norm;
+        Some(Choice { atom, score: 0.0, triangle, along: own / norm })
     }
 }

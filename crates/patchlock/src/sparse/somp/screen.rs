@@ -2,8 +2,11 @@
 
 use super::exact::{Choice, Exact};
 use super::rows::{Shared, Tiles};
-use super::vectors::{TILE, Tile, U, add_squares, mul_add, place, take_off, tile_place, tiles_mut};
+use super::vectors::{
+    TILE, Tile, U, add, add_squares, mul_add, place, take_off, tile_place, tiles_mut,
+};
 use pulp::{Simd, bytemuck};
+use std::iter::successors;
 
 /// More than all relative roundings of a screened score.
 const ROUNDING: f64 = 64.0 * U;
@@ -50,19 +53,24 @@ pub struct Runner {
     row: usize,
     /// `p` along the node's direction.
     along: f32,
+    /// What makes good that the correlations are less 1: at the root all of it, at a first node what `p` leaves, further below nothing.
+    lift: f32,
     bounds: Bounds,
     /// A score that some atom is known to have at least.
     least: f32,
     /// The best of the atoms that had to be computed.
     leader: Option<Choice>,
+    /// The newest of its contenders.
+    newest: Option<u32>,
 }
 
 /// An atom that could win a runner's step, and the most that its score can be.
 #[derive(Debug, Clone, Copy)]
 struct Contender {
-    runner: u32,
     atom: u32,
     most: f32,
+    /// The runner's contender before.
+    before: Option<u32>,
 }
 
 /// A step of all candidates at a node.
@@ -136,9 +144,12 @@ impl Screen {
                 let mut y = correlations[place];
                 if T::DEEP {
                     take_off(simd, &mut y, &shared.weights, runner.along);
-                    if kept {
-                        correlations[place] = y;
-                    }
+                }
+                if T::LIFTED {
+                    add(simd, &mut y, runner.lift);
+                }
+                if kept {
+                    correlations[place] = y;
                 }
                 found |= u64::from(runner.reaches(simd, &y, &shared)) << number;
             }
@@ -149,6 +160,9 @@ impl Screen {
                 let mut y = correlations[tile_place::<S>(t, runner.row, rows)];
                 if T::DEEP && !kept {
                     take_off(simd, &mut y, &shared.weights, runner.along);
+                }
+                if T::LIFTED && !kept {
+                    add(simd, &mut y, runner.lift);
                 }
                 self.enter_tile(simd, (number, t), (&y, &shared), gap, own, exact);
             }
@@ -169,11 +183,13 @@ impl Screen {
         let [weight, squares, over] = tiles.at(guess);
         for number in 0..self.runners.len() {
             let runner = &self.runners[number];
-            let y = correlations[place(guess, runner.row, rows)] - weight * runner.along;
+            let y =
+                correlations[place(guess, runner.row, rows)] - weight * runner.along + runner.lift;
             self.enter(simd, (number, guess), (squares + y * y, over), gap, own, exact);
         }
         // The guess is found again in its tile.
         self.contenders.clear();
+        self.runners.iter_mut().for_each(|runner| runner.newest = None);
     }
 
     /// Takes in the atoms of a tile that could win; `y` are the candidate's correlations.
@@ -192,7 +208,7 @@ impl Screen {
         let runner = &mut self.runners[number];
         let mut bits = runner.reaching(simd, &sums, &shared.over);
         if bits.count_ones() > FEW {
-            runner.raise_within(simd, (&sums, &shared.over), gap, exact.eligible_from);
+            runner.raise_within(simd, (&sums, &shared.over), gap, exact.eligible.0);
             bits = runner.reaching(simd, &sums, &shared.over);
         }
         let (sums, over) = (lanes::<S>(&sums), lanes::<S>(&shared.over));
@@ -220,12 +236,13 @@ impl Screen {
         if most < over * runner.least * DOWN {
             return;
         }
-        if over >= exact.eligible_from {
+        if over >= exact.eligible.0 {
             let least = (runner.bounds.narrow * sum - runner.bounds.taken) / (over + gap);
             runner.raise(least * DOWN);
+            let before = runner.newest.replace(self.contenders.len() as u32);
             let most = most / over * UP;
-            self.contenders.push(Contender { runner: number as u32, atom: k as u32, most });
-        } else {
+            self.contenders.push(Contender { atom: k as u32, most, before });
+        } else if over + gap >= exact.eligible.1 {
             runner.compute(simd, k, own.row(runner.row), exact);
         }
     }
@@ -240,32 +257,21 @@ impl Screen {
         exact: &mut Exact<'_>,
         mut done: impl FnMut(usize, Option<usize>),
     ) {
-        let Self { runners, contenders } = self;
-        contenders.retain(|c| c.most >= runners[c.runner as usize].least);
-        // The one that can reach furthest comes first: behind it, few others are left.
-        contenders.sort_unstable_by(|a, b| {
-            a.runner.cmp(&b.runner).then(b.most.total_cmp(&a.most)).then(a.atom.cmp(&b.atom))
-        });
-        let mut start = 0;
-        for (number, runner) in runners.iter_mut().enumerate() {
-            let mut end = start;
-            while end < contenders.len() && contenders[end].runner as usize == number {
-                end += 1;
-            }
-            let atom = runner.decide(simd, &contenders[start..end], own, exact);
+        for runner in &mut self.runners {
+            let atom = runner.decide(simd, &self.contenders, own, exact);
             done(runner.row, atom);
-            start = end;
         }
     }
 }
 
 impl Runner {
-    /// The candidate of this row: `along` is `p` along the node's direction, `score` about what the next atom will reach, `squared_errors` the sum
+    /// The candidate of this row: `along` is `p` along the node's direction, `lift` what its correlations lack, `score` about what the next atom will reach, `squared_errors` the sum
     /// of the squares of how far the correlations of all columns, its own included, may be off.
     #[inline(always)]
-    pub fn new(row: usize, along: f64, score: f64, squared_errors: f64) -> Self {
+    pub fn new(row: usize, (along, lift): (f64, f64), score: f64, squared_errors: f64) -> Self {
         let bounds = Bounds::new(score, squared_errors);
-        Self { row, along: along as f32, bounds, least: NOTHING, leader: None }
+        let (along, lift) = (along as f32, lift as f32);
+        Self { row, along, lift, bounds, least: NOTHING, leader: None, newest: None }
     }
 
     /// Knows of an atom whose score is at least this.
@@ -354,14 +360,26 @@ impl Runner {
         own: Residuals<'_>,
         exact: &mut Exact<'_>,
     ) -> Option<usize> {
-        if let (None, [only]) = (&self.leader, contenders)
-            && self.least > NOTHING
+        let at = |place: Option<u32>| place.map(|k| &contenders[k as usize]);
+        let all = || successors(at(self.newest), move |contender| at(contender.before));
+        let least = self.least;
+        let mut alive = all().filter(|contender| contender.most >= least);
+        let mut furthest = alive.next();
+        if let (None, Some(only), None) = (&self.leader, furthest, alive.next())
+            && least > NOTHING
         {
             return Some(only.atom as usize);
         }
-        for contender in contenders {
+        // The one that can reach furthest comes first: behind it, few others are left.
+        for contender in all() {
+            furthest = furthest.filter(|other| other.most >= contender.most).or(Some(contender));
+        }
+        let residual = own.row(self.row);
+        let first = furthest.map(|contender| contender.atom);
+        let others = all().filter(|contender| Some(contender.atom) != first);
+        for contender in furthest.into_iter().chain(others) {
             if contender.most >= self.least {
-                self.compute(simd, contender.atom as usize, own.row(self.row), exact);
+                self.compute(simd, contender.atom as usize, residual, exact);
             }
         }
         self.leader.as_ref().map(|leader| leader.atom)

@@ -58,6 +58,15 @@ pub fn take_off<S: Simd>(simd: S, y: &mut Tile<S>, weights: &Tile<S>, along: f32
     }
 }
 
+/// `tile += number`.
+#[inline(always)]
+pub fn add<S: Simd>(simd: S, tile: &mut Tile<S>, number: f32) {
+    let number = simd.splat_f32s(number);
+    for v in tile {
+        *v = simd.add_f32s(*v, number);
+    }
+}
+
 /// `squares += y^2`.
 #[inline(always)]
 pub fn add_squares<S: Simd>(simd: S, squares: &mut Tile<S>, y: &Tile<S>) {
