@@ -87,6 +87,18 @@ fn mp4_without_its_index() {
 }
 
 #[test]
+fn mp4_with_sound_only() {
+    let bench = Bench::new();
+    let video = bench.mp4("v.mp4", 2);
+    let mut data = fs::read(&video).unwrap();
+    let kind = (0..data.len()).find(|&k| data[k..].starts_with(b"vide")).unwrap();
+    data[kind..kind + 4].copy_from_slice(b"soun");
+    fs::write(&video, data).unwrap();
+    let words = ["there is no video in v.mp4", "hint: name a file with a video"];
+    complains(bench.track("v.mp4").assert(), 1, &words);
+}
+
+#[test]
 fn damage_anywhere_in_an_mp4_never_panics() {
     let bench = Bench::new();
     let data = fs::read(bench.mp4("v.mp4", 4)).unwrap();
@@ -97,6 +109,8 @@ fn damage_anywhere_in_an_mp4_never_panics() {
         fs::write(bench.path("b.mp4"), broken).unwrap();
         let output = bench.track("b.mp4").args(["--quiet"]).env("PATH", "").output().unwrap();
         assert!(matches!(output.status.code(), Some(0 | 1)), "{:?}", output);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(!said.contains("panicked"), "{said}");
     }
 }
 

@@ -142,26 +142,16 @@ fn grey_images_of_both_depths_are_tracked() {
     }
 }
 
+#[cfg(unix)]
 #[test]
 fn other_formats_come_through_ffmpeg() {
-    if !cfg!(unix) {
-        println!("skipped: the stand-in for ffmpeg is a shell script");
-        return;
-    }
-    use std::os::unix::fs::PermissionsExt;
     let bench = Bench::new();
     fs::write(bench.path("real.y4m"), support::y4m(3)).unwrap();
     fs::write(bench.path("v.webm"), "not ours").unwrap();
-    let script = |text: &str| {
-        fs::create_dir_all(bench.path("bin")).unwrap();
-        fs::write(bench.path("bin/ffmpeg"), format!("#!/bin/sh\n{text}\n")).unwrap();
-        fs::set_permissions(bench.path("bin/ffmpeg"), fs::Permissions::from_mode(0o755)).unwrap();
-        let path = format!("{}:/usr/bin:/bin", bench.path("bin").display());
-        bench.track("v.webm").env("PATH", path).assert()
-    };
+    let script = |text: &str| bench.track_with_ffmpeg("v.webm", text).assert();
     script("cat real.y4m").success().stdout(predicate::str::contains("\n2,"));
     // An old version does not know one option, the other spelling is tried.
-    script("case \"$*\" in *fps_mode*) echo \"Unrecognized option 'fps_mode'.\" >&2; exit 1;; esac; cat real.y4m")
+    script("case \"$*\" in *fps_mode*) echo \"Unrecognized option 'fps_mode'.\" >&2; echo 'Error splitting the argument list' >&2; exit 1;; esac; cat real.y4m")
         .success()
         .stdout(predicate::str::contains("\n2,"));
     script("echo 'Invalid data found' >&2; exit 1")
@@ -169,6 +159,49 @@ fn other_formats_come_through_ffmpeg() {
         .stderr(predicate::str::contains("Invalid data found"));
     script("cat real.y4m; echo 'error in stream' >&2; exit 1").code(1).stderr(
         predicate::str::contains("frame 3").and(predicate::str::contains("error in stream")),
+    );
+}
+
+/// ffmpeg calls it a success when it leaves out what it can't decode: only its words tell.
+#[cfg(unix)]
+#[test]
+fn damage_that_ffmpeg_only_mentions_is_an_error() {
+    let bench = Bench::new();
+    fs::write(bench.path("real.y4m"), support::y4m(3)).unwrap();
+    fs::write(bench.path("v.webm"), "not ours").unwrap();
+    let said = "cat real.y4m; echo '[mov @ 0x55] bad unit' >&2; echo '    Last message repeated 1 times' >&2; echo 'partial file' >&2";
+    let run = |more: &[&str]| {
+        bench.track_with_ffmpeg("v.webm", said).args(["--save", "a.csv"]).args(more).assert()
+    };
+    run(&[]).code(1).stderr(
+        predicate::str::contains("cannot read frame 3 of v.webm")
+            .and(predicate::str::contains("found damage"))
+            .and(predicate::str::contains(": bad unit ... partial file\n"))
+            .and(predicate::str::contains("note: the 3 frames")),
+    );
+    assert_eq!(bench.lines("a.csv").len(), 4);
+    run(&["--reverse", "--overwrite"]).code(1).stderr(
+        predicate::str::contains("v.webm to its end")
+            .and(predicate::str::contains("bad unit"))
+            .and(predicate::str::contains("hint: without --reverse")),
+    );
+}
+
+/// The file was made with x264 -qp 0: H.264 of 8 bits and 4:2:0, in a way that the decoder does not know.
+#[cfg(unix)]
+#[test]
+fn kinds_of_h264_that_are_not_known_go_through_ffmpeg() {
+    let bench = Bench::new();
+    fs::write(bench.path("real.y4m"), support::y4m(3)).unwrap();
+    let data = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/lossless.mp4");
+    bench
+        .track_with_ffmpeg(data, "cat real.y4m")
+        .assert()
+        .success()
+        .stdout(predicate::str::contains("\n2,"));
+    bench.track(data).env("PATH", "").assert().code(1).stderr(
+        predicate::str::contains("holds H.264 with transform-bypass")
+            .and(predicate::str::contains("hint: install ffmpeg")),
     );
 }
 

@@ -4,10 +4,11 @@
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow, bail};
-use rusty_h264::{Decoder, YuvFrame};
+use rusty_h264::{DecodeError, Decoder, YuvFrame};
 use shiguredo_mp4::TrackKind;
 use shiguredo_mp4::boxes::{Avc1Box, SampleEntry};
 use shiguredo_mp4::demux::{Input, Mp4FileDemuxer};
@@ -20,6 +21,8 @@ use patchlock_eval::picture::Picture;
 
 /// Frames kept when reading backwards: a longer group of pictures is decoded again for each such part of it.
 const BACKWARD_WINDOW: usize = 64;
+/// So many pictures are tried before the decoder is trusted with a video: by then an encoder has mostly shown all its tools.
+const TRIED: usize = 8;
 const START_CODE: [u8; 4] = [0, 0, 0, 1];
 
 /// Why a file can't be read here.
@@ -68,16 +71,15 @@ impl Mp4 {
     pub fn open(path: &Path) -> Result<Self, OpenError> {
         let name = path.display().to_string();
         let broken = |error: anyhow::Error| {
-            let complaint = failed(format!("cannot read {name}: {error:#}"));
-            OpenError::Broken(
-                complaint
-                    .hint("the file may be cut short or still be written: copy it again")
-                    .into(),
-            )
+            let hint = "the file may be cut short or still be written: copy it again";
+            OpenError::Broken(failed(format!("cannot read {name}: {error:#}")).hint(hint).into())
         };
         let mut file = File::open(path).map_err(|error| broken(error.into()))?;
         let mut demuxer = demux(&mut file).map_err(broken)?;
-        let (entry, raw) = video_samples(&mut demuxer).map_err(broken)?;
+        let Some((entry, raw)) = video_samples(&mut demuxer).map_err(broken)? else {
+            let message = format!("there is no video in {name}, only sound or other data");
+            return Err(OpenError::Broken(failed(message).hint("name a file with a video").into()));
+        };
         let avc = match entry {
             Some(SampleEntry::Avc1(avc)) => avc,
             None => return Err(OpenError::Codec("a fragmented or empty video".into())),
@@ -85,7 +87,7 @@ impl Mp4 {
         };
         let info = supported(&avc)?;
         let (samples, stored) = in_both_orders(&raw);
-        Ok(Self {
+        let mut video = Self {
             file,
             samples,
             stored,
@@ -98,7 +100,27 @@ impl Mp4 {
             last_wanted: 0,
             ready: BTreeMap::new(),
             name,
-        })
+        };
+        match video.refused_tool() {
+            Some(tool) => Err(OpenError::Codec(format!("H.264 with {tool}"))),
+            None => Ok(video),
+        }
+    }
+
+    /// What the decoder does not know of this kind of H.264, as far as the first pictures show it. Damage is found again where it is in the way.
+    fn refused_tool(&mut self) -> Option<&'static str> {
+        let mut decoder = Decoder::new();
+        for at in 0..self.samples.len().min(TRIED) {
+            let data = self.read_sample(at).ok()?;
+            // The decoder is young: where damage makes it panic, the thread that decodes ahead reports that.
+            let decoded = catch_unwind(AssertUnwindSafe(|| decoder.decode(&data)));
+            match decoded.ok()? {
+                Err(DecodeError::Unsupported(tool)) => return Some(tool),
+                Err(_) => return None,
+                Ok(_) => {}
+            }
+        }
+        None
     }
 
     /// Puts the decoder where it reaches the wanted frame with the least work.
@@ -123,7 +145,7 @@ impl Mp4 {
             let shown = sample.shown;
             let data = self.read_sample(self.next)?;
             self.next += 1;
-            let frame = self.decoder.decode(&data).map_err(|error| anyhow!("{error}"))?;
+            let frame = self.decoder.decode(&data)?;
             if let Some(frame) = frame
                 && shown >= keep_from
             {
@@ -200,9 +222,19 @@ impl FrameSource for Mp4 {
         }
         let frame = self.decode_until(index, keep_from).map_err(|error| {
             failed(format!("cannot decode frame {index} of {}: {error:#}", self.name))
-                .hint("what was tracked before it is kept; --end stops before it, --start goes on after it")
+                .hint(advice(&error))
         })?;
         Ok(Some(self.picture(&frame)))
+    }
+}
+
+/// What to do about a frame that can't be decoded.
+fn advice(error: &anyhow::Error) -> &'static str {
+    match error.downcast_ref() {
+        Some(DecodeError::Unsupported(_)) => {
+            "what was tracked before it is kept; ffmpeg -i IN -c:v libx264 -pix_fmt yuv420p OUT.mp4 makes a video that can be read here"
+        }
+        _ => "what was tracked before it is kept; --end stops before it, --start goes on after it",
     }
 }
 
@@ -231,12 +263,14 @@ struct RawSamples {
     rate: Option<FrameRate>,
 }
 
-fn video_samples(demuxer: &mut Mp4FileDemuxer) -> Result<(Option<SampleEntry>, RawSamples)> {
+/// The kind and the list of the pictures; `None` where there is no video in the file.
+fn video_samples(
+    demuxer: &mut Mp4FileDemuxer,
+) -> Result<Option<(Option<SampleEntry>, RawSamples)>> {
     let tracks = demuxer.tracks().map_err(|error| anyhow!("its index is damaged: {error}"))?;
-    let video = tracks
-        .iter()
-        .find(|track| track.kind == TrackKind::Video)
-        .context("there is no video in it")?;
+    let Some(video) = tracks.iter().find(|track| track.kind == TrackKind::Video) else {
+        return Ok(None);
+    };
     let (id, timescale) = (video.track_id, video.timescale.get());
     let (mut entry, mut list, mut duration) = (None, Vec::new(), 0_u64);
     while let Some(sample) =
@@ -251,7 +285,7 @@ fn video_samples(demuxer: &mut Mp4FileDemuxer) -> Result<(Option<SampleEntry>, R
         list.push((sample.data_offset, sample.data_size, sample.keyframe, shown));
     }
     let rate = rate(list.len() as u64 * u64::from(timescale), duration);
-    Ok((entry, RawSamples { list, rate }))
+    Ok(Some((entry, RawSamples { list, rate })))
 }
 
 /// A fraction in lowest terms; `None` where that makes no sense.

@@ -1,7 +1,7 @@
 //! Y4M (YUV4MPEG2): uncompressed video with a one-line header, from a stream or a file. 8 bits a sample.
 
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
@@ -134,12 +134,34 @@ pub fn open_stream(
         let header = read_header(&mut input, name)?;
         return Ok(Box::new(Y4mStream { input, header, name: name.to_string(), next: 0 }));
     }
-    let mut spool =
-        tempfile::tempfile().context("cannot create a temporary file to reverse the stream")?;
-    std::io::copy(&mut input, &mut spool)
-        .with_context(|| format!("cannot copy {name} to a temporary file"))?;
-    spool.rewind()?;
-    Ok(Box::new(Y4mFile::index(spool, name)?))
+    Ok(Box::new(Y4mFile::index(spool(&mut input, name)?, name)?))
+}
+
+/// Copies a stream to a temporary file, which nobody sees and which goes when it is closed.
+fn spool(input: &mut impl BufRead, name: &str) -> Result<File> {
+    let folder = std::env::temp_dir();
+    let no_room = |error: io::Error| {
+        failed(format!(
+            "cannot copy {name} to a temporary file in {}, which --reverse needs: {error}",
+            folder.display()
+        ))
+        .hint("make room there, or set TMPDIR to a folder with room for the uncompressed video")
+    };
+    let mut file = tempfile::tempfile_in(&folder).map_err(no_room)?;
+    loop {
+        let data = input.fill_buf().map_err(|error| {
+            failed(format!("cannot read {name} to its end, which --reverse needs: {error}"))
+                .hint("without --reverse what comes before the end is tracked and kept")
+        })?;
+        let count = data.len();
+        if count == 0 {
+            break;
+        }
+        file.write_all(data).map_err(no_room)?;
+        input.consume(count);
+    }
+    file.rewind().map_err(no_room)?;
+    Ok(file)
 }
 
 /// Y4M from a pipe: frames only forwards.
@@ -163,9 +185,10 @@ impl<R: Read> Y4mStream<R> {
             return Err(damaged(&self.name, index, "the frame's header is missing"));
         }
         let mut data = vec![0; self.header.frame_bytes()];
-        self.input
-            .read_exact(&mut data)
-            .map_err(|_| damaged(&self.name, index, "the data end too early"))?;
+        self.input.read_exact(&mut data).map_err(|error| match error.kind() {
+            io::ErrorKind::UnexpectedEof => damaged(&self.name, index, "the data end too early"),
+            _ => damaged(&self.name, index, &error.to_string()),
+        })?;
         self.next += 1;
         Ok(Some(data))
     }

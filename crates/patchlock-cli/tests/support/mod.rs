@@ -48,6 +48,19 @@ impl Bench {
         command
     }
 
+    /// The same with a box, and with a shell script in the place of ffmpeg.
+    #[cfg(unix)]
+    pub fn track_with_ffmpeg(&self, source: &str, script: &str) -> Command {
+        use std::os::unix::fs::PermissionsExt;
+        fs::create_dir_all(self.path("bin")).unwrap();
+        let program = self.path("bin/ffmpeg");
+        fs::write(&program, format!("#!/bin/sh\n{script}\n")).unwrap();
+        fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
+        let mut command = self.track(source);
+        command.env("PATH", format!("{}:/usr/bin:/bin", self.path("bin").display()));
+        command
+    }
+
     /// A folder of numbered PNG files.
     pub fn images(&self, name: &str, count: usize) {
         fs::create_dir_all(self.path(name)).unwrap();
