@@ -26,7 +26,7 @@ use clap::Parser;
 
 /// The whole program: reads the command line (the program's name first), works, reports. Gives the exit code.
 ///
-/// It never ends the process, so that the Python package can call it.
+/// It does not end the process, so that the Python package can call it; only a second Ctrl-C does, see [`interrupt`].
 pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     let args: Vec<OsString> = args.into_iter().collect();
     let program = args.first().map_or("patchlock".into(), |name| name.to_string_lossy());

@@ -294,3 +294,42 @@ fn ctrl_c_leaves_complete_files() {
     assert!(bench.path("a.mp4").exists() && bench.leftovers().is_empty());
     drop(stdin);
 }
+
+#[cfg(unix)]
+#[test]
+fn a_second_ctrl_c_keeps_the_tables_and_leaves_nothing_half_written() {
+    use std::process::{Command, Stdio};
+    use std::time::{Duration, Instant};
+    let bench = Bench::new();
+    bench.images("f", 3);
+    // The first frame is given; the second one takes much longer than this test.
+    fs::write(bench.path("slow.toml"), "particles = 100000\n").unwrap();
+    let child = Command::new(assert_cmd::cargo::cargo_bin("patchlock"))
+        .current_dir(bench.folder.path())
+        .args(["track", "f", "--box", BOX, "--config", "slow.toml", "--threads", "1"])
+        .args(["--save", "a.csv", "--save", "a.txt", "--video", "a.mp4", "--summary", "a.json"])
+        .stdin(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let begun = || {
+        let rows = |path: &std::path::PathBuf| fs::read(path).is_ok_and(|data| !data.is_empty());
+        bench.leftovers().iter().filter(|path| rows(path)).count() >= 2
+    };
+    let patience = Instant::now();
+    while !begun() && patience.elapsed().as_secs() < 60 {
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    for _ in 0..2 {
+        Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+        std::thread::sleep(Duration::from_millis(200));
+    }
+    let output = child.wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{said}");
+    assert!(said.contains("ended at once by a second Ctrl-C; what was tracked is in "), "{said}");
+    assert!(said.lines().count() == 1 && said.contains("not written: "), "{said}");
+    assert_eq!((bench.lines("a.csv").len(), bench.lines("a.txt").len()), (2, 1));
+    assert!(!bench.path("a.mp4").exists() && !bench.path("a.json").exists());
+    assert_eq!(bench.leftovers(), Vec::<std::path::PathBuf>::new());
+}

@@ -30,7 +30,8 @@ EXIT CODES:
   0  done
   1  failed: a file can't be read or written, a frame is damaged; what was tracked before is kept
   2  wrong use: the options are wrong or do not fit to the source
-  130  stopped by Ctrl-C; the files are complete up to there";
+  130  stopped by Ctrl-C; the files are complete up to there. A second Ctrl-C does not wait: track then keeps
+       its tables, and no file is left half written";
 
 /// Tracks one object through a video: you draw a box in the first frame, it finds the object in all others and says
 /// how sure it is and what is hidden.

@@ -47,6 +47,9 @@ EXAMPLES:
 /// its last pixel x + w - 1.
 ///
 /// With several boxes, or a file of them, the tables have a column id after frame, and a line for each target in a frame.
+///
+/// Ctrl-C stops after the frame at work: all files are then complete up to there. A second Ctrl-C does not wait for that
+/// frame: the tables are kept up to the frame before it, the video and the summary are not written.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, group(ArgGroup::new("target").required(true).args(["bbox", "box_from", "boxes"])))]
 pub struct TrackArgs {

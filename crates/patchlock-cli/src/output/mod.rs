@@ -13,6 +13,7 @@ pub mod summary;
 pub mod tables;
 pub mod text;
 pub mod text_table;
+pub mod unfinished;
 pub mod video;
 
 use std::path::PathBuf;

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use tempfile::NamedTempFile;
 
+use super::unfinished::{self, Unfinished};
 use crate::complaint::{Complaint, failed, usage};
 
 /// A file in the making. Dropped without [`PendingFile::commit`], it leaves nothing behind.
@@ -17,7 +18,7 @@ pub struct PendingFile {
 }
 
 enum Writer {
-    Temporary(BufWriter<NamedTempFile>),
+    Temporary(BufWriter<NamedTempFile>, Unfinished),
     /// Devices and pipes can't be replaced by a renamed file: they are written directly.
     Direct(BufWriter<File>),
 }
@@ -62,7 +63,10 @@ impl PendingFile {
                 .open(&target)
                 .map(|file| Writer::Direct(BufWriter::new(file)))
         } else {
-            temporary_in(&folder_of(&target)).map(|file| Writer::Temporary(BufWriter::new(file)))
+            temporary_in(&folder_of(&target)).map(|file| {
+                let known = Unfinished::new(file.path(), &target, overwrite);
+                Writer::Temporary(BufWriter::new(file), known)
+            })
         };
         let writer = writer.map_err(|error| cannot_write(&target, &error))?;
         Ok(Self { target, overwrite, writer })
@@ -73,22 +77,36 @@ impl PendingFile {
         &self.target
     }
 
+    /// Says that what is in it is of use also where the program is ended at once, before all of it is there.
+    pub fn useful(self) -> Self {
+        if let Writer::Temporary(_, known) = &self.writer {
+            known.useful();
+        }
+        self
+    }
+
+    /// Makes an end at once wait for what is written meanwhile. Not for devices and pipes, where writing may take for ever.
+    pub fn hold(&self) -> Option<unfinished::Hold> {
+        matches!(self.writer, Writer::Temporary(..)).then(unfinished::hold)
+    }
+
     /// Puts the complete file in its place and says where that is.
     pub fn commit(self) -> Result<PathBuf, Complaint> {
         let complain = |error: io::Error| cannot_write(&self.target, &error);
-        let file = match self.writer {
+        let (file, known) = match self.writer {
             Writer::Direct(mut writer) => {
                 return writer.flush().map(|()| self.target.clone()).map_err(complain);
             }
-            Writer::Temporary(writer) => {
-                writer.into_inner().map_err(|error| complain(error.into_error()))?
+            Writer::Temporary(writer, known) => {
+                (writer.into_inner().map_err(|error| complain(error.into_error()))?, known)
             }
         };
-        let placed = if self.overwrite {
-            file.persist(&self.target)
-        } else {
-            file.persist_noclobber(&self.target)
-        };
+        // Before it gets its name: a power failure must not leave a name without the content.
+        file.as_file().sync_all().map_err(complain)?;
+        let placed = known.settle(|| match self.overwrite {
+            true => file.persist(&self.target),
+            false => file.persist_noclobber(&self.target),
+        });
         placed.map(|_| self.target.clone()).map_err(|error| complain(error.error))
     }
 
@@ -140,14 +158,14 @@ fn cannot_write(target: &Path, error: &io::Error) -> Complaint {
 impl Write for PendingFile {
     fn write(&mut self, data: &[u8]) -> io::Result<usize> {
         match &mut self.writer {
-            Writer::Temporary(writer) => writer.write(data),
+            Writer::Temporary(writer, _) => writer.write(data),
             Writer::Direct(writer) => writer.write(data),
         }
     }
 
     fn flush(&mut self) -> io::Result<()> {
         match &mut self.writer {
-            Writer::Temporary(writer) => writer.flush(),
+            Writer::Temporary(writer, _) => writer.flush(),
             Writer::Direct(writer) => writer.flush(),
         }
     }
@@ -156,7 +174,7 @@ impl Write for PendingFile {
 impl Seek for PendingFile {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         match &mut self.writer {
-            Writer::Temporary(writer) => writer.seek(to),
+            Writer::Temporary(writer, _) => writer.seek(to),
             Writer::Direct(writer) => writer.seek(to),
         }
     }

@@ -75,7 +75,8 @@ impl Plan {
     pub fn open(&self, rate: FrameRate, expected: Option<usize>) -> Result<Opened> {
         let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
         for (format, path) in &self.tables {
-            sinks.push(Box::new(Table::new(*format, PendingFile::create(path, self.overwrite)?)));
+            let file = PendingFile::create(path, self.overwrite)?.useful();
+            sinks.push(Box::new(Table::new(*format, file)));
         }
         if let Some(path) = &self.video {
             sinks.push(Box::new(Video::new(

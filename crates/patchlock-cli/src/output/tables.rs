@@ -84,6 +84,8 @@ impl<W: Write> Table<W> {
 
 impl Sink for Table<PendingFile> {
     fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
+        // All targets of a frame or none.
+        let _whole = self.writer.hold();
         for seen in tracked.targets {
             self.row(&seen.row).map_err(|error| self.writer.complain(&error))?;
         }
