@@ -19,7 +19,16 @@ pub struct Progress {
 impl Progress {
     /// A bar for so many frames, or one without an end.
     pub fn new(frames: Option<usize>, quiet: bool) -> Self {
-        let visible = !quiet && std::io::stderr().is_terminal();
+        Self::with_visibility(frames, !quiet && std::io::stderr().is_terminal())
+    }
+
+    /// The same beside a table on standard output: where that is a terminal too, its rows show the progress, and a bar would get between them.
+    pub fn beside_table(frames: Option<usize>, quiet: bool) -> Self {
+        let (bar, table) = (std::io::stderr().is_terminal(), std::io::stdout().is_terminal());
+        Self::with_visibility(frames, visible_beside_table(quiet, bar, table))
+    }
+
+    fn with_visibility(frames: Option<usize>, visible: bool) -> Self {
         let target =
             if visible { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(frames.map(|count| count as u64), target);
@@ -52,6 +61,11 @@ impl Progress {
             eprintln!("{line}");
         }
     }
+}
+
+/// Whether a bar is shown; the others say what is a terminal.
+fn visible_beside_table(quiet: bool, bar: bool, table: bool) -> bool {
+    !quiet && bar && !table
 }
 
 /// A bar over the frames of many runs.
@@ -99,5 +113,19 @@ impl Watch for RunsProgress {
 
     fn stopped(&self) -> bool {
         interrupt::requested()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_bar_among_the_rows_of_a_table() {
+        assert!(!visible_beside_table(false, true, true), "both on the terminal");
+        assert!(visible_beside_table(false, true, false), "the table goes to a file");
+        assert!(
+            !visible_beside_table(false, false, false) && !visible_beside_table(true, true, false)
+        );
     }
 }

@@ -65,6 +65,22 @@ fn damaged_images_in_the_middle_keep_what_was_tracked() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn links_to_nowhere_are_frames_that_cannot_be_read() {
+    let bench = Bench::new();
+    bench.images("f", 4);
+    fs::create_dir(bench.path("f/5.png")).unwrap();
+    fs::remove_file(bench.path("f/2.png")).unwrap();
+    std::os::unix::fs::symlink("nowhere.png", bench.path("f/2.png")).unwrap();
+    for source in ["f", "f/%d.png", "f/*.png"] {
+        complains(bench.track(source).assert(), 1, &["cannot read frame 2, f/2.png", "hint: "]);
+    }
+    fs::remove_file(bench.path("f/2.png")).unwrap();
+    bench.track("f").assert().success();
+    bench.track("f/*.png").assert().success();
+}
+
 #[test]
 fn mp4_cut_in_the_middle_keeps_what_was_tracked() {
     let bench = Bench::new();

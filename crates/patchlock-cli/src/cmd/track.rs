@@ -116,7 +116,7 @@ pub struct TrackArgs {
     #[arg(long, value_name = "FILE.json")]
     summary: Option<PathBuf>,
 
-    /// No progress bar
+    /// No progress bar; there is none either where the CSV goes to the terminal
     #[arg(long, short)]
     quiet: bool,
 
@@ -180,7 +180,10 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let first = due(&mut targets, index, &picture)?;
 
     let Opened { sinks, summary } = plan.open(rate, expected)?;
-    let progress = Progress::new(expected, args.quiet);
+    let progress = match plan.prints() {
+        true => Progress::beside_table(expected, args.quiet),
+        false => Progress::new(expected, args.quiet),
+    };
     let mut run = Run { engine, targets, sinks, progress };
     let tracked = run.track_all(&mut frames, (index, picture, first));
     let Run { engine, sinks, progress, .. } = run;

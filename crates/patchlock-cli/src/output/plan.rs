@@ -71,7 +71,12 @@ impl Plan {
         tables.chain(self.video.as_deref()).chain(self.summary.as_deref())
     }
 
-    /// Opens all files. Without any, the table goes to standard output.
+    /// Whether the table goes to standard output: where no file is named.
+    pub fn prints(&self) -> bool {
+        self.paths().next().is_none()
+    }
+
+    /// Opens all files.
     pub fn open(&self, rate: FrameRate, expected: Option<usize>) -> Result<Opened> {
         let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
         for (format, path) in &self.tables {
@@ -90,7 +95,7 @@ impl Plan {
             .as_deref()
             .map(|path| PendingFile::create(path, self.overwrite))
             .transpose()?;
-        if sinks.is_empty() && summary.is_none() {
+        if self.prints() {
             sinks.push(Box::new(Stdout::new()));
         }
         Ok(Opened { sinks, summary })

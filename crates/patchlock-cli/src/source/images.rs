@@ -46,7 +46,7 @@ impl Images {
         let paths = glob::glob(text).with_context(|| format!("{text} is no valid glob"))?;
         let files =
             paths.collect::<Result<Vec<_>, _>>().with_context(|| format!("cannot list {text}"))?;
-        let files = files.into_iter().filter(|file| is_image(file)).collect();
+        let files = files.into_iter().filter(|file| is_image(file) && !file.is_dir()).collect();
         Self::sorted(files, || {
             failed(format!("no image matches {text}"))
                 .hint("quote the glob, so that the shell does not expand it")
@@ -89,13 +89,14 @@ impl FrameSource for Images {
     }
 }
 
+/// All but folders: also what can't be read, such as a link to nowhere, is a frame, so that it is named and those after it keep their numbers.
 fn visible_files(folder: &Path) -> Result<Vec<PathBuf>> {
     let cannot = || format!("cannot list the folder {}", folder.display());
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).with_context(cannot)? {
         let path = entry.with_context(cannot)?.path();
         let hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
-        if !hidden && path.is_file() {
+        if !hidden && !path.is_dir() {
             files.push(path);
         }
     }
