@@ -262,6 +262,58 @@ fn full_disk() {
     complains(result, 1, &["/dev/full", "hint: the disk is full"]);
 }
 
+/// Runs the program with a full disk as its standard output.
+#[cfg(target_os = "linux")]
+fn printed_to_full(bench: &Bench, arguments: &[&str]) -> Assert {
+    let program = assert_cmd::cargo::cargo_bin("patchlock");
+    let mut command = assert_cmd::Command::new("sh");
+    let line = "exec \"$0\" \"$@\" > /dev/full";
+    command.current_dir(bench.folder.path()).args(["-c", line]).arg(program).args(arguments);
+    command.assert()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn full_disk_behind_standard_output() {
+    if !std::path::Path::new("/dev/full").exists() {
+        println!("skipped: there is no /dev/full here");
+        return;
+    }
+    let bench = Bench::new();
+    bench.images("f", 2);
+    let track = ["track", "f", "--config", "quick.toml", "--box", support::BOX];
+    for arguments in [&["config"][..], &track] {
+        let words = ["cannot write to standard output", "hint: the disk is full"];
+        complains(printed_to_full(&bench, arguments), 1, &words);
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_demo_on_a_full_disk_leaves_no_part_of_it() {
+    if !std::path::Path::new("/dev/full").exists() {
+        println!("skipped: there is no /dev/full here");
+        return;
+    }
+    let bench = Bench::new();
+    fs::create_dir(bench.path("d")).unwrap();
+    std::os::unix::fs::symlink("/dev/full", bench.path("d/input.mp4")).unwrap();
+    let mut demo = patchlock();
+    demo.current_dir(bench.folder.path()).args(["demo", "--out", "d", "--overwrite"]);
+    complains(demo.assert(), 1, &["cannot write /dev/full", "hint: the disk is full"]);
+    let left: Vec<_> = fs::read_dir(bench.path("d")).unwrap().map(|e| e.unwrap().path()).collect();
+    assert_eq!(left, [bench.path("d/input.mp4")]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_temporary_folder_without_room_for_a_reversed_stream() {
+    let bench = Bench::new();
+    let mut run = bench.track("-");
+    run.arg("--reverse").env("TMPDIR", bench.path("gone")).write_stdin(support::y4m(2));
+    complains(run.assert(), 1, &["standard input", "gone, which --reverse needs", "set TMPDIR"]);
+}
+
 #[test]
 fn ranges_that_hold_no_frame() {
     let bench = Bench::new();

@@ -112,6 +112,7 @@ impl Error {
 
     /// The same for any path.
     pub(crate) fn write(path: &Path, source: io::Error) -> Self {
+        let source = without_path(&source).unwrap_or(source);
         Self::Write { path: path.to_path_buf(), source }
     }
 
@@ -144,5 +145,29 @@ impl Error {
                 "a line is x,y,w,h; a box that the tracker did not give is NaN,NaN,NaN,NaN"
             }
         }
+    }
+}
+
+/// The cause in an error of a temporary file, which adds the file's name: that is of no use to who knows another one. `None` for other errors.
+pub fn without_path(error: &io::Error) -> Option<io::Error> {
+    error.get_ref()?;
+    let text = error.to_string();
+    let (cause, _) = text.split_once(" at path \"")?;
+    Some(io::Error::new(error.kind(), cause))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn temporary_files_are_not_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let there = folder.path().join("there");
+        let error = tempfile::NamedTempFile::new_in(&there).unwrap_err();
+        assert!(error.to_string().contains("at path"), "{error}");
+        let said = Error::write(&there, error).to_string();
+        assert!(said.starts_with("cannot write ") && !said.contains("at path"), "{said}");
+        assert!(without_path(&io::Error::other("words")).is_none());
     }
 }

@@ -13,6 +13,7 @@ use patchlock_eval::dataset::{Dataset, Layout, Remark};
 use patchlock_eval::names::{self, counted};
 
 use crate::complaint::{Complaint, failed, interrupted, usage};
+use crate::output::printed::{print, quoted};
 use crate::progress::RunsProgress;
 use crate::{interrupt, selection, settings};
 
@@ -223,8 +224,14 @@ fn tell(args: &BenchArgs, store: &Store, made: usize, before: usize, failures: &
         return;
     }
     let already = if before > 0 { format!(", {before} there already") } else { String::new() };
-    println!("{} made{already}; they are in {}", counted(made, "run"), store.folder().display());
-    println!("next: patchlock score {} --truth {}", args.out.display(), args.dataset.display());
+    // Nobody may be reading; the runs are there all the same.
+    let _ = print(&format!(
+        "{} made{already}; they are in {}\nnext: patchlock score {} --truth {}\n",
+        counted(made, "run"),
+        store.folder().display(),
+        quoted(&args.out),
+        quoted(&args.dataset)
+    ));
 }
 
 fn conclude(tasks: &[Task<'_>], made: usize, failures: &[Failure]) -> Result<()> {

@@ -1,11 +1,10 @@
 //! `patchlock config`: all settings as commented TOML.
 
-use std::io::{self, Write};
-
 use anyhow::Result;
 use clap::Args;
 use patchlock::{PARAMETERS, TrackerConfig};
 
+use crate::output::printed::print;
 use crate::settings;
 
 const EXAMPLES: &str = "\
@@ -31,10 +30,7 @@ pub struct ConfigArgs {
 /// Prints the configuration.
 pub fn run(args: &ConfigArgs) -> Result<()> {
     let text = commented(&settings::preset(&args.preset)?, &args.preset)?;
-    match io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error.into()),
-        _ => Ok(()),
-    }
+    Ok(print(&text)?)
 }
 
 /// The configuration with comments. Read back, it is the same configuration.

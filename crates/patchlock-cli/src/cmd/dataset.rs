@@ -1,6 +1,5 @@
 //! `patchlock dataset`: what is in a folder of sequences.
 
-use std::io::{self, Write};
 use std::path::PathBuf;
 
 use anyhow::Result;
@@ -10,6 +9,7 @@ use patchlock_eval::names::counted;
 use serde_json::{Value, json};
 
 use crate::complaint::{Complaint, failed};
+use crate::output::printed::print;
 use crate::output::text_table::TextTable;
 
 const EXAMPLES: &str = "\
@@ -54,10 +54,7 @@ pub fn run(args: &DatasetArgs) -> Result<()> {
     } else {
         told(&dataset, &findings, &remarks)
     };
-    match io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => return Err(error.into()),
-        _ => {}
-    }
+    print(&text)?;
     // Truth without frames is what such a folder is; elsewhere a target without frames is a fault.
     let faults = remarks.iter().filter(|remark| remark.severity > Severity::Note).count();
     if faults > 0 {

@@ -1,10 +1,9 @@
 //! `patchlock demo`: a rendered scene, tracked and compared with the truth.
 
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Error, Result};
 use clap::Args;
 use patchlock::{BoundingBox, TrackerConfig};
 use patchlock_scene::Scene;
@@ -16,6 +15,7 @@ use crate::output::chart::Chart;
 use crate::output::draw;
 use crate::output::mp4::Mp4Writer;
 use crate::output::pending::PendingFile;
+use crate::output::printed::{print, quoted};
 use crate::output::row::Row;
 use crate::output::strip::{self, Panel};
 use crate::output::tables::{Format, Table};
@@ -71,7 +71,17 @@ pub struct DemoArgs {
 
 /// Runs the demo; the commands that it advises begin with `program`.
 pub fn run(args: &DemoArgs, program: &str) -> Result<()> {
+    let is_new = !args.out.exists();
     prepare(&args.out, args.overwrite)?;
+    let shown = show(args, program);
+    if shown.is_err() && is_new {
+        // Only where nothing came to be in it.
+        let _ = fs::remove_dir(&args.out);
+    }
+    shown
+}
+
+fn show(args: &DemoArgs, program: &str) -> Result<()> {
     interrupt::listen()?;
     let scene = Scene::demo();
     let mut show = Show::new(&args.out, &scene)?;
@@ -115,6 +125,8 @@ struct Show {
     engine: Engine,
     targets: Targets,
     input: Mp4Writer<PendingFile>,
+    /// Names that file in errors of writing it.
+    complain: Box<dyn Fn(Error) -> Error>,
     sinks: Vec<Box<dyn Sink>>,
     overlap: Vec<f64>,
     score: Vec<f64>,
@@ -126,20 +138,19 @@ impl Show {
     fn new(out: &Path, scene: &Scene) -> Result<Self> {
         let create = |name: &str| PendingFile::create(&out.join(name), true);
         let first = scene.frame(0);
+        let input = create("input.mp4")?;
+        let complain = Box::new(input.complainer());
         let frames = Some(scene.len());
         Ok(Self {
             engine: Engine::new(TrackerConfig::preset("paper")?, None)?,
             targets: Targets::in_first_frame(&[truth_box(scene, 0)]),
-            input: Mp4Writer::new(
-                create("input.mp4")?,
-                first.width,
-                first.height,
-                FrameRate::DEFAULT,
-                frames,
-            )?,
+            input: Mp4Writer::new(input, first.width, first.height, FrameRate::DEFAULT, frames)
+                .map_err(&complain)?,
+            complain,
+            // The video first: at its end there is still something to write.
             sinks: vec![
-                Box::new(Table::new(Format::Csv, create("demo.csv")?)),
                 Box::new(Video::new(create("demo.mp4")?, FrameRate::DEFAULT, frames)),
+                Box::new(Table::new(Format::Csv, create("demo.csv")?)),
             ],
             overlap: Vec::new(),
             score: Vec::new(),
@@ -153,7 +164,7 @@ impl Show {
         let rendered = scene.frame(k);
         let picture = Picture::rgb(rendered.width, rendered.height, rendered.rgb);
         let truth = truth_box(scene, k);
-        self.input.push(&picture.to_rgb())?;
+        self.input.push(&picture.to_rgb()).map_err(&self.complain)?;
         let (found, ms) = self.engine.step(k, &picture, &self.targets.due(k))?;
         let Found { bbox, estimate, .. } = found.into_iter().next().context("there is a target")?;
         let (row, score) = (Row::new(k, &bbox, &estimate, ms), estimate.score);
@@ -182,15 +193,21 @@ impl Show {
         let chart = Chart { overlap: &self.overlap, score: &self.score, hidden: &hidden, subtitle };
         let mut strip = Vec::new();
         strip::draw(&self.panels)?.write_png(&mut strip)?;
-        save(out, "overlap.svg", chart.svg().as_bytes())?;
-        save(out, "overlap.png", &chart.png()?)?;
-        save(out, "strip.png", &strip)?;
-        save(out, "truth.csv", truth_table(scene)?.as_bytes())?;
-        self.input.finish()?.commit()?;
+        // First all is written, then all gets its name: a full disk must not leave a part of a demo.
+        let files = [
+            self.input.finish().map_err(self.complain)?,
+            filled(out, "overlap.svg", chart.svg().as_bytes())?,
+            filled(out, "overlap.png", &chart.png()?)?,
+            filled(out, "strip.png", &strip)?,
+            filled(out, "truth.csv", truth_table(scene)?.as_bytes())?,
+            filled(out, ABOUT, about().as_bytes())?,
+        ];
         for sink in self.sinks {
             sink.finish()?;
         }
-        save(out, ABOUT, about().as_bytes())?;
+        for file in files {
+            file.commit()?;
+        }
         Ok(self.overlap)
     }
 }
@@ -220,13 +237,8 @@ fn panel(seen: &Seen, picture: &Picture, what: &str, overlap: f64) -> Panel {
     }
 }
 
-fn save(out: &Path, name: &str, data: &[u8]) -> Result<()> {
-    let mut file = PendingFile::create(&out.join(name), true)?;
-    if let Err(error) = file.write_all(data).and_then(|()| file.flush()) {
-        return Err(file.complain(&error).into());
-    }
-    file.commit()?;
-    Ok(())
+fn filled(out: &Path, name: &str, data: &[u8]) -> Result<PendingFile, Complaint> {
+    PendingFile::create(&out.join(name), true)?.filled(data)
 }
 
 fn truth_box(scene: &Scene, k: usize) -> BoundingBox {
@@ -309,20 +321,24 @@ fn lowest(values: &[f64]) -> (usize, f64) {
 fn tell(program: &str, out: &Path, scene: &Scene, overlap: &[f64], fps: f64) {
     let (frame, least) = lowest(overlap);
     let BoundingBox { x, y, w, h } = truth_box(scene, 0);
-    let out = out.display();
+    let command_out = |name: &str| quoted(&out.join(name));
     let mut text = format!(
         "Tracked {} rendered frames at {fps:.1} frames a second.\n\
-         Overlap with the truth: mean {:.3}, lowest {least:.3} (frame {frame}).\n\nIn {out}:\n",
+         Overlap with the truth: mean {:.3}, lowest {least:.3} (frame {frame}).\n\nIn {}:\n",
         overlap.len(),
-        mean(overlap)
+        mean(overlap),
+        out.display()
     );
     FILES.iter().for_each(|(name, what)| text += &format!("  {name:<12} {what}\n"));
     text += &format!(
         "\nThe same by hand, from the video file:\n  \
-         {program} track {out}/input.mp4 --box {x},{y},{w},{h} --video {out}/mine.mp4 --save {out}/mine.csv\n\n\
+         {program} track {} --box {x},{y},{w},{h} --video {} --save {}\n\n\
          Then on a video of your own: look up left, top, width and height of the object in its first frame, and\n  \
-         {program} track VIDEO.mp4 --box X,Y,W,H --video tracked.mp4 --save boxes.csv\n"
+         {program} track VIDEO.mp4 --box X,Y,W,H --video tracked.mp4 --save boxes.csv\n",
+        command_out("input.mp4"),
+        command_out("mine.mp4"),
+        command_out("mine.csv")
     );
     // Nobody may be reading; the files are there all the same.
-    let _ = std::io::stdout().write_all(text.as_bytes());
+    let _ = print(&text);
 }

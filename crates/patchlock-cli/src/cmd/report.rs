@@ -1,7 +1,6 @@
 //! `patchlock report`: results against truth, as a page to look at.
 
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
@@ -16,6 +15,7 @@ use rayon::prelude::*;
 use crate::complaint::{Complaint, interrupted, usage};
 use crate::interrupt;
 use crate::output::pending::{self, PendingFile};
+use crate::output::printed::print;
 use crate::progress::Progress;
 
 const EXAMPLES: &str = "\
@@ -100,15 +100,15 @@ pub fn run(args: &ReportArgs) -> Result<()> {
     interrupt::listen()?;
     let page = PendingFile::create(&args.out, args.overwrite)?;
     write_plots(&folder, &report, args)?;
-    let page = write(page, report.html.as_bytes())?;
-    println!("{}: {} trackers", page.display(), board.trackers.len());
-    println!(
-        "{}: {} pictures as SVG, PNG and CSV, {} tables",
+    let page = page.filled(report.html.as_bytes())?.commit()?;
+    Ok(print(&format!(
+        "{}: {} trackers\n{}: {} pictures as SVG, PNG and CSV, {} tables\n",
+        page.display(),
+        board.trackers.len(),
         folder.display(),
         report.plots.len(),
         report.tables.len()
-    );
-    Ok(())
+    ))?)
 }
 
 /// `report_plots` for `report.html`.
@@ -147,7 +147,7 @@ fn write_plots(folder: &Path, report: &Report, args: &ReportArgs) -> Result<()> 
     fs::create_dir_all(folder)
         .with_context(|| format!("cannot make the folder {}", folder.display()))?;
     let put = |name: String, content: &[u8]| {
-        write(PendingFile::create(&folder.join(name), args.overwrite)?, content)
+        PendingFile::create(&folder.join(name), args.overwrite)?.filled(content)?.commit()
     };
     for (name, table) in &report.tables {
         put(format!("{name}.csv"), report::csv(table).as_bytes())?;
@@ -168,11 +168,4 @@ fn write_plots(folder: &Path, report: &Report, args: &ReportArgs) -> Result<()> 
     let done: Result<()> = report.plots.par_iter().map(plot).collect();
     progress.finish(&format!("drew {} pictures", report.plots.len()));
     done
-}
-
-fn write(mut file: PendingFile, content: &[u8]) -> Result<PathBuf> {
-    match file.write_all(content).and_then(|()| file.flush()) {
-        Ok(()) => Ok(file.commit()?),
-        Err(error) => Err(file.complain(&error).into()),
-    }
 }

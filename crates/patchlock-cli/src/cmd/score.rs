@@ -1,6 +1,5 @@
 //! `patchlock score`: results against truth, in numbers.
 
-use std::io::{self, Write};
 use std::path::PathBuf;
 
 use anyhow::Result;
@@ -13,6 +12,7 @@ use patchlock_eval::score::{self, Measure, Scoreboard, Summary, TrackerScore};
 use serde_json::{Value, json};
 
 use crate::complaint::{Complaint, failed};
+use crate::output::printed::print;
 use crate::output::text_table::TextTable;
 
 const EXAMPLES: &str = "\
@@ -75,10 +75,7 @@ pub fn run(args: &ScoreArgs) -> Result<()> {
     } else {
         tables(&board, args.by)
     };
-    match io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => return Err(error.into()),
-        _ => {}
-    }
+    print(&text)?;
     tell_notes(&board, truth.sequences.len());
     conclude(&board)
 }

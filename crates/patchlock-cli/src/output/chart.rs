@@ -15,6 +15,8 @@ const LEFT: f64 = 64.0;
 const RIGHT: f64 = 24.0;
 const TOP: f64 = 78.0;
 const BOTTOM: f64 = 52.0;
+/// Labels stand above the plot: within it the curves may be anywhere.
+const LABEL_GAP: f64 = 7.0;
 
 /// What the chart shows, a value a frame.
 pub struct Chart<'a> {
@@ -85,7 +87,7 @@ impl Chart<'_> {
                 format_args!(
                     "<text x=\"{middle:.1}\" y=\"{:.1}\" font-size=\"12\" fill=\"#45536a\" text-anchor=\"middle\">\
                  up to {:.0} % hidden</text>\n",
-                    HEIGHT - BOTTOM - 12.0,
+                    TOP - LABEL_GAP,
                     100.0 * most
                 ),
             );
@@ -206,7 +208,9 @@ mod tests {
             hidden: &[0.0, 0.5, 0.0],
             subtitle: "mean 0.90".into(),
         };
-        assert!(chart.svg().contains("up to 50 % hidden"));
+        let svg = chart.svg();
+        let label = svg.split("<text ").find(|text| text.contains("up to 50 % hidden"));
+        assert!(label.expect("a label").contains("y=\"71.0\""), "above the plot: {svg}");
         assert!(chart.png().expect("draws").starts_with(b"\x89PNG"));
     }
 

@@ -7,6 +7,7 @@ pub mod draw;
 pub mod mp4;
 pub mod pending;
 pub mod plan;
+pub mod printed;
 pub mod row;
 pub mod strip;
 pub mod summary;

@@ -1,12 +1,15 @@
 //! A file that appears only when it is complete: written under a temporary name in the same folder, then renamed.
 
+use std::fmt::Display;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use patchlock_eval::error::without_path;
 use tempfile::NamedTempFile;
 
+use super::printed::quoted;
 use super::unfinished::{self, Unfinished};
 use crate::complaint::{Complaint, failed, usage};
 
@@ -41,7 +44,7 @@ pub fn check(target: &Path, overwrite: bool) -> Result<(), Complaint> {
             target.display(),
             folder.display()
         ))
-        .hint(format!("mkdir -p '{}' makes it", folder.display())));
+        .hint(format!("mkdir -p {} makes it", quoted(&folder))));
     }
     Ok(())
 }
@@ -68,7 +71,7 @@ impl PendingFile {
                 Writer::Temporary(BufWriter::new(file), known)
             })
         };
-        let writer = writer.map_err(|error| cannot_write(&target, &error))?;
+        let writer = writer.map_err(|error| cannot_write(target.display(), &error))?;
         Ok(Self { target, overwrite, writer })
     }
 
@@ -90,9 +93,17 @@ impl PendingFile {
         matches!(self.writer, Writer::Temporary(..)).then(unfinished::hold)
     }
 
+    /// The file with this in it.
+    pub fn filled(mut self, content: &[u8]) -> Result<Self, Complaint> {
+        match self.write_all(content).and_then(|()| self.flush()) {
+            Ok(()) => Ok(self),
+            Err(error) => Err(self.complain(&error)),
+        }
+    }
+
     /// Puts the complete file in its place and says where that is.
     pub fn commit(self) -> Result<PathBuf, Complaint> {
-        let complain = |error: io::Error| cannot_write(&self.target, &error);
+        let complain = |error: io::Error| cannot_write(self.target.display(), &error);
         let (file, known) = match self.writer {
             Writer::Direct(mut writer) => {
                 return writer.flush().map(|()| self.target.clone()).map_err(complain);
@@ -112,14 +123,14 @@ impl PendingFile {
 
     /// Turns an error of writing into one that names the file.
     pub fn complain(&self, error: &io::Error) -> Complaint {
-        cannot_write(&self.target, error)
+        cannot_write(self.target.display(), error)
     }
 
     /// The same for a caller that has given the file away: a way to complain later.
     pub fn complainer(&self) -> impl Fn(anyhow::Error) -> anyhow::Error + 'static {
         let target = self.target.clone();
         move |error| match error.downcast_ref::<io::Error>() {
-            Some(cause) => cannot_write(&target, cause).into(),
+            Some(cause) => cannot_write(target.display(), cause).into(),
             None => error,
         }
     }
@@ -139,7 +150,11 @@ fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
-fn cannot_write(target: &Path, error: &io::Error) -> Complaint {
+/// The complaint about what can't be written, with what to do. `target` is a file, or `to standard output`.
+pub(super) fn cannot_write(target: impl Display, error: &io::Error) -> Complaint {
+    // A temporary file puts its own name into its errors, which would tell the user nothing.
+    let plain = without_path(error);
+    let error = plain.as_ref().unwrap_or(error);
     let hint = match error.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
             "the disk is full: make room or write elsewhere"
@@ -152,7 +167,7 @@ fn cannot_write(target: &Path, error: &io::Error) -> Complaint {
         }
         _ => "check the folder and the disk",
     };
-    failed(format!("cannot write {}: {error}", target.display())).hint(hint)
+    failed(format!("cannot write {target}: {error}")).hint(hint)
 }
 
 impl Write for PendingFile {

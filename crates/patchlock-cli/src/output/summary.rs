@@ -1,6 +1,5 @@
 //! The run in numbers, as a JSON object.
 
-use std::io::Write;
 use std::path::PathBuf;
 
 use anyhow::Result;
@@ -51,13 +50,10 @@ impl Summary {
     }
 
     /// Writes the object and puts the file in its place.
-    pub fn write(&self, mut file: PendingFile) -> Result<PathBuf> {
+    pub fn write(&self, file: PendingFile) -> Result<PathBuf> {
         let mut text = serde_json::to_string_pretty(self)?;
         text.push('\n');
-        if let Err(error) = file.write_all(text.as_bytes()).and_then(|()| file.flush()) {
-            return Err(file.complain(&error).into());
-        }
-        Ok(file.commit()?)
+        Ok(file.filled(text.as_bytes())?.commit()?)
     }
 }
 

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 
 use super::pending::PendingFile;
+use super::printed::cannot_print;
 use super::row::Row;
 use super::{Sink, Tracked};
 use crate::complaint::{Complaint, usage};
@@ -131,8 +132,8 @@ impl Sink for Stdout {
     fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
         for seen in tracked.targets {
             self.table.row(&seen.row).map_err(|error| match error.kind() {
-                io::ErrorKind::BrokenPipe => ReaderLeft.into(),
-                _ => anyhow::Error::new(error).context("cannot write to standard output"),
+                io::ErrorKind::BrokenPipe => anyhow::Error::new(ReaderLeft),
+                _ => cannot_print(&error).into(),
             })?;
         }
         Ok(())

@@ -9,6 +9,7 @@ use anyhow::{Context, Result, bail};
 use super::{FrameRate, FrameSource};
 use crate::colour::{self, Colour, Planes};
 use crate::complaint::failed;
+use patchlock_eval::error::without_path;
 use patchlock_eval::picture::{Picture, Pixels};
 
 /// The first bytes of every such stream.
@@ -141,6 +142,7 @@ pub fn open_stream(
 fn spool(input: &mut impl BufRead, name: &str) -> Result<File> {
     let folder = std::env::temp_dir();
     let no_room = |error: io::Error| {
+        let error = without_path(&error).unwrap_or(error);
         failed(format!(
             "cannot copy {name} to a temporary file in {}, which --reverse needs: {error}",
             folder.display()
