@@ -51,6 +51,11 @@ pub fn interrupted(message: impl Into<String>) -> Complaint {
     Complaint { exit: Exit::Interrupted, message: message.into(), hint: None }
 }
 
+/// A name as it can be seen in a message, also where it is empty.
+pub fn named(name: &str) -> &str {
+    if name.is_empty() { "\"\"" } else { name }
+}
+
 impl fmt::Display for Complaint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.message)

@@ -12,7 +12,7 @@ use crate::targets::Event;
 use patchlock_eval::picture::Picture;
 
 /// More threads than any machine has: a number above it is a slip.
-const MOST_THREADS: usize = 1024;
+pub const MOST_THREADS: usize = 1024;
 
 /// So many threads; without a number, one for each core.
 pub fn pool(threads: Option<usize>) -> Result<ThreadPool> {

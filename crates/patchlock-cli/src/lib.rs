@@ -18,6 +18,7 @@ pub mod source;
 pub mod target;
 pub mod targets;
 pub mod trax;
+pub mod whole;
 
 use std::ffi::OsString;
 use std::io::{self, Write};

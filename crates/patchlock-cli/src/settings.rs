@@ -4,14 +4,15 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::Result;
-use patchlock::{PARAMETERS, PRESETS, TrackerConfig};
+use patchlock::config::Range;
+use patchlock::{PARAMETERS, PRESETS, Parameter, TrackerConfig};
 
-use crate::complaint::{Complaint, failed, usage};
+use crate::complaint::{Complaint, failed, named, usage};
 
 /// The configuration with this name.
 pub fn preset(name: &str) -> Result<TrackerConfig, Complaint> {
     TrackerConfig::preset(name).map_err(|_| {
-        usage(format!("there is no preset {name}"))
+        usage(format!("there is no preset {}", named(name)))
             .hint(format!("the presets are: {}", PRESETS.join(", ")))
     })
 }
@@ -25,9 +26,7 @@ pub fn resolve(name: &str, file: Option<&Path>, seed: Option<u64>) -> Result<Tra
     if let Some(seed) = seed {
         config.seed = seed;
     }
-    config.validate().map_err(|error| {
-        usage(error.to_string()).hint("patchlock config shows every setting with its range")
-    })?;
+    config.validate().map_err(|error| out_of_range(error.to_string()))?;
     Ok(config)
 }
 
@@ -43,7 +42,13 @@ fn with_file(config: TrackerConfig, file: &Path) -> Result<TrackerConfig> {
         usage(format!("{}, line {line}, is no valid TOML: {}", file.display(), error.message()))
             .hint("a line is: name = value, with words in quotes")
     })?;
-    apply(config, changes, file)
+    let config = apply(config, changes, file)?;
+    config.validate().map_err(|error| out_of_range(format!("{}: {error}", file.display())))?;
+    Ok(config)
+}
+
+fn out_of_range(message: String) -> Complaint {
+    usage(message).hint("patchlock config shows every setting with its range")
 }
 
 /// Applies one change after the other, so that a bad one can be named.
@@ -53,15 +58,30 @@ fn apply(config: TrackerConfig, changes: toml::Table, file: &Path) -> Result<Tra
         let Some(parameter) = PARAMETERS.iter().find(|parameter| parameter.name == name) else {
             return Err(unknown_field(&name, file).into());
         };
-        let shown = value.to_string();
-        table.insert(name.clone(), value);
+        let before = table.insert(name.clone(), value.clone());
         let checked: Result<TrackerConfig, _> = table.clone().try_into();
-        checked.map_err(|_| {
-            usage(format!("{}: {name} = {shown} is not of the right kind", file.display()))
-                .hint(format!("{name} takes: {}", parameter.range))
-        })?;
+        checked.map_err(|_| not_taken(parameter, &value, before.as_ref(), file))?;
     }
     Ok(table.try_into()?)
+}
+
+/// The complaint about a value that a setting can't have; `before` is one that it can.
+fn not_taken(
+    parameter: &Parameter,
+    value: &toml::Value,
+    before: Option<&toml::Value>,
+    file: &Path,
+) -> Complaint {
+    let Parameter { name, range, .. } = parameter;
+    let is_number = value.is_integer() || value.is_float();
+    let fault = match range {
+        Range::Words(_) if value.is_str() => "is none of its words",
+        Range::Number { .. } if is_number => "is not among its numbers",
+        _ => "is not of the right kind",
+    };
+    let whole = if before.is_some_and(toml::Value::is_integer) { "a whole number, " } else { "" };
+    usage(format!("{}: {name} = {value} {fault}", file.display()))
+        .hint(format!("{name} takes: {whole}{range}"))
 }
 
 fn unknown_field(name: &str, file: &Path) -> Complaint {

@@ -4,32 +4,40 @@ use std::fs;
 use std::path::Path;
 
 use patchlock::BoundingBox;
+use patchlock_eval::text;
 
-use crate::complaint::{Complaint, failed, usage};
+use crate::complaint::{Complaint, failed, named, usage};
 
-const SYNTAX: &str = "a box is X,Y,W,H: left and upper side counted from 0, width and height, in pixels, as 120,80,64,48";
+/// What `--box` takes.
+pub const SYNTAX: &str = "a box is X,Y,W,H: left and upper side counted from 0, width and height, in pixels, as 120,80,64,48";
+const FIRST_LINE: &str =
+    "the first line must be X,Y,W,H, counted from 1, with commas, tabs or spaces";
+/// From here on a coordinate is written with an exponent: nobody wants to read three hundred digits.
+const LONG: f64 = 1e9;
 
 /// Reads `X,Y,W,H`, 0-based.
-pub fn parse(text: &str) -> Result<BoundingBox, Complaint> {
-    let numbers = numbers(text, |c| c == ',')
-        .ok_or_else(|| bad_box(&format!("--box {text}: these are not four numbers")))?;
-    sensible(numbers, &format!("--box {text}"))
+pub fn parse(given: &str) -> Result<BoundingBox, Complaint> {
+    let bad = |message: String| usage(message).hint(SYNTAX);
+    let numbers = Some(given).filter(|given| given.contains(',')).and_then(four_numbers);
+    let numbers = numbers
+        .ok_or_else(|| bad(format!("--box {}: these are not four numbers", named(given))))?;
+    sensible(numbers, &format!("--box {given}")).map_err(bad)
 }
 
 /// Reads the first line of a truth file, 1-based; commas, tabs or spaces between the numbers.
 pub fn from_file(file: &Path) -> Result<BoundingBox, Complaint> {
     let name = format!("--box-from {}", file.display());
-    let text = fs::read(file).map_err(|error| {
+    let bad = |message: String| usage(message).hint(FIRST_LINE);
+    let bytes = fs::read(file).map_err(|error| {
         failed(format!("{name}: cannot read it: {error}"))
             .hint("name a text file whose first line is X,Y,W,H, counted from 1")
     })?;
-    let text = String::from_utf8_lossy(&text);
+    let (text, _) = text::decode(&bytes);
     let line = text.lines().next().unwrap_or("").trim();
-    let [x, y, w, h] = numbers(line, |c: char| c == ',' || c.is_whitespace()).ok_or_else(|| {
-        usage(format!("{name}: its first line, \"{}\", is not four numbers", shortened(line)))
-            .hint("the first line must be X,Y,W,H, counted from 1, with commas, tabs or spaces")
-    })?;
-    sensible([x - 1.0, y - 1.0, w, h], &name)
+    let name = format!("{name}: its first line, \"{}\"", shortened(line));
+    let [x, y, w, h] =
+        four_numbers(line).ok_or_else(|| bad(format!("{name}, is not four numbers")))?;
+    sensible([x - 1.0, y - 1.0, w, h], &name).map_err(bad)
 }
 
 /// Checks the box against the frame it is in.
@@ -39,42 +47,37 @@ pub fn check(
     width: usize,
     height: usize,
 ) -> Result<(), Complaint> {
-    bbox.check_in(width, height).map_err(|_| {
-        usage(format!(
-            "the box {},{},{},{} does not fit to frame {index}, which is {width} x {height} pixels: no part of the box is in it",
-            bbox.x, bbox.y, bbox.w, bbox.h
-        ))
-        .hint("the box holds for the first frame that is tracked; with --reverse that is the last of the range")
-    })
+    let Err(error) = bbox.check_in(width, height) else { return Ok(()) };
+    let shown = [bbox.x, bbox.y, bbox.w, bbox.h].map(coordinate).join(",");
+    if let patchlock::Error::BoxShape { max, .. } = error {
+        let message = format!("the box {shown}: width and height must be 1 to {max} pixels");
+        return Err(usage(message).hint(SYNTAX));
+    }
+    Err(usage(format!(
+        "the box {shown} does not fit to frame {index}, which is {width} x {height} pixels: no part of the box is in it"
+    ))
+    .hint("the box holds for the first frame that is tracked; with --reverse that is the last of the range"))
 }
 
-fn bad_box(message: &str) -> Complaint {
-    usage(message).hint(SYNTAX)
+fn coordinate(value: f64) -> String {
+    if value.abs() < LONG { format!("{value}") } else { format!("{value:e}") }
 }
 
 fn shortened(line: &str) -> String {
     line.chars().take(40).collect()
 }
 
-fn numbers(text: &str, is_separator: impl Fn(char) -> bool) -> Option<[f64; 4]> {
-    // With commas every field counts, also an empty one; blanks alone may be doubled.
-    let words: Vec<&str> = if text.contains(',') {
-        text.split(',').map(str::trim).collect()
-    } else {
-        text.split(is_separator).filter(|word| !word.is_empty()).collect()
-    };
-    let numbers: Vec<f64> =
-        words.into_iter().map(|word| word.parse().ok()).collect::<Option<_>>()?;
-    numbers.try_into().ok()
+fn four_numbers(line: &str) -> Option<[f64; 4]> {
+    text::numbers(line).ok()?.try_into().ok()
 }
 
-/// The box of these numbers, if they are one; `name` says where they come from.
-pub fn sensible([x, y, w, h]: [f64; 4], name: &str) -> Result<BoundingBox, Complaint> {
+/// The box of these numbers, if they are one; else why not. `name` says where they come from.
+pub fn sensible([x, y, w, h]: [f64; 4], name: &str) -> Result<BoundingBox, String> {
     if ![x, y, w, h].iter().all(|value| value.is_finite()) {
-        return Err(bad_box(&format!("{name}: all four numbers must be finite")));
+        return Err(format!("{name}: all four numbers must be finite"));
     }
     if w < 1.0 || h < 1.0 {
-        return Err(bad_box(&format!("{name}: width {w} and height {h} must be at least 1 pixel")));
+        return Err(format!("{name}: width {w} and height {h} must be at least 1 pixel"));
     }
     Ok(BoundingBox { x, y, w, h })
 }
@@ -115,6 +118,7 @@ mod tests {
             " 11  21 30 40 ",
             "11, 21, 30, 40\r",
             "11,\t21,\t30,\t40",
+            "\u{feff}11,21,30,40",
         ] {
             let file = folder.path().join("truth.txt");
             fs::write(&file, format!("{line}\n99,99,99,99\n")).expect("writes");

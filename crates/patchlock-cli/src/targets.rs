@@ -119,7 +119,8 @@ fn event(line: &Line, name: &str) -> Result<Event, Complaint> {
         (None, None, None, None) => None,
         (Some(x), Some(y), Some(w), Some(h)) => {
             let place = format!("{name}: target {id} in frame {frame}");
-            Some(target::sensible([x, y, w, h], &place)?)
+            let bbox = target::sensible([x, y, w, h], &place);
+            Some(bbox.map_err(|message| usage(message).hint(target::SYNTAX))?)
         }
         _ => {
             let part = format!("{name}: target {id} in frame {frame} has a part of a box");

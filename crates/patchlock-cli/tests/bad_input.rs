@@ -165,6 +165,31 @@ fn a_box_that_does_not_fit() {
         &["t.txt", "hello", "counted from 1"],
     );
     bench.bare("f").assert().code(2).stderr(predicate::str::contains("--box"));
+    complains(boxed("10,10,200000,10"), 2, &["10,10,200000,10", "1 to 100000 pixels"]);
+    complains(boxed("1e300,10,20,20"), 2, &["the box 1e300,10,20,20 does not fit"]);
+    for bad in ["NaN,1,20,20", "5,5,0,20"] {
+        fs::write(bench.path("t.txt"), bad).unwrap();
+        let result = bench.bare("f").args(["--box-from", "t.txt"]).assert();
+        complains(result, 2, &["t.txt", bad, "hint: the first line must be", "from 1"]);
+    }
+}
+
+#[test]
+fn options_that_are_no_whole_numbers() {
+    let bench = Bench::new();
+    for (option, value, allowed) in [
+        ("--start", "-1", "0 or more"),
+        ("--end", "1.5", "0 or more"),
+        ("--stride", "x", "1 or more"),
+        ("--seed", "-1", "0 to 9007199254740991"),
+        ("--seed", "1.5", "0 to 9007199254740991"),
+        ("--threads", "abc", "1 to 1024"),
+        ("--threads", "-2", "1 to 1024"),
+    ] {
+        let allowed = format!("it must be a whole number, {allowed}");
+        let result = bench.track("f").args([option, value]).assert();
+        complains(result, 2, &[&format!("invalid value '{value}' for '{option}"), &allowed]);
+    }
 }
 
 #[test]
@@ -194,8 +219,16 @@ fn unknown_presets_and_settings() {
         command.assert()
     };
     complains(configured("partcles = 3"), 2, &["c.toml", "partcles", "did you mean particles?"]);
-    complains(configured("particles = \"many\""), 2, &["particles", "many", "takes: 1 to"]);
-    complains(configured("particles = 0"), 2, &["particles", "allowed"]);
+    let whole = "takes: a whole number, 1 to 100000";
+    complains(configured("particles = \"many\""), 2, &["particles", "right kind", whole]);
+    for number in ["-5", "1.5", "650.0"] {
+        complains(configured(&format!("particles = {number}")), 2, &[number, "numbers", whole]);
+    }
+    complains(configured("sigma_x = -1.0"), 2, &["c.toml: ", "sigma_x", "allowed: 0 to 1000"]);
+    complains(configured("gamma = \"foo\""), 2, &["\"foo\" is none of its words", "takes: "]);
+    complains(configured("particles = 0"), 2, &["c.toml: ", "particles", "allowed"]);
+    complains(bench.track("x").args(["--preset", ""]).assert(), 2, &["no preset \"\""]);
+    complains(bench.track("").assert(), 1, &["no file or folder \"\""]);
     complains(configured("seed = 1\nparticles 3"), 2, &["c.toml, line 2", "TOML"]);
     complains(patchlock().args(["config", "--preset", "nope"]).assert(), 2, &["nope", "paper"]);
 }
@@ -318,7 +351,11 @@ fn a_temporary_folder_without_room_for_a_reversed_stream() {
 fn ranges_that_hold_no_frame() {
     let bench = Bench::new();
     bench.images("f", 3);
-    complains(bench.track("f").args(["--stride", "0"]).assert(), 2, &["--stride is 0"]);
+    complains(
+        bench.track("f").args(["--stride", "0"]).assert(),
+        2,
+        &["'0'", "--stride", "a whole number, 1 or more"],
+    );
     complains(
         bench.track("f").args(["--start", "3"]).assert(),
         2,
@@ -331,7 +368,7 @@ fn ranges_that_hold_no_frame() {
     );
     let stream = bench.track("-").args(["--start", "9"]).write_stdin(support::y4m(3)).assert();
     complains(stream, 2, &["--start 9", "beyond the end"]);
-    complains(bench.track("f").args(["--threads", "0"]).assert(), 2, &["--threads 0"]);
+    complains(bench.track("f").args(["--threads", "0"]).assert(), 2, &["'0'", "1 to 1024"]);
 }
 
 #[test]

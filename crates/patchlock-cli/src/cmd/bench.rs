@@ -15,6 +15,7 @@ use patchlock_eval::names::{self, counted};
 use crate::complaint::{Complaint, failed, interrupted, usage};
 use crate::output::printed::{print, quoted};
 use crate::progress::RunsProgress;
+use crate::whole::{threads, whole};
 use crate::{interrupt, selection, settings};
 
 const EXAMPLES: &str = "\
@@ -67,7 +68,7 @@ pub struct BenchArgs {
     cmd: Option<String>,
 
     /// Seconds to wait for each answer of the program of --cmd
-    #[arg(long, value_name = "S", default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..=86_400))]
+    #[arg(long, value_name = "S", default_value_t = 60, value_parser = whole::<u64>(1, 86_400), allow_negative_numbers = true)]
     timeout: u64,
 
     /// Name of the results [default: that of the settings file, or of the preset]
@@ -75,7 +76,7 @@ pub struct BenchArgs {
     name: Option<String>,
 
     /// Number of seeds to run each target with, from that of the settings on
-    #[arg(long, value_name = "K", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    #[arg(long, value_name = "K", default_value_t = 1, value_parser = whole::<u64>(1, 10_000), allow_negative_numbers = true)]
     seeds: u64,
 
     /// Only these targets, or all targets of these sequences
@@ -87,11 +88,11 @@ pub struct BenchArgs {
     attributes: Vec<String>,
 
     /// Runs side by side, each on its share of the threads; with more than 1 the times say nothing about the speed
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1024))]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = threads::<u64>(), allow_negative_numbers = true)]
     jobs: u64,
 
     /// Threads for all runs together [default: one for each core]; the boxes are the same for any number
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = threads::<u64>(), allow_negative_numbers = true)]
     threads: Option<u64>,
 
     /// Only the Ith of N parts of the runs, counted from 1; all parts may use one folder

@@ -16,7 +16,7 @@ use crate::output::{Seen, Sink, Tracked};
 use crate::progress::Progress;
 use crate::source::{self, Ahead, FrameRate, Order};
 use crate::targets::{Event, Targets};
-use crate::{settings, target};
+use crate::{settings, target, whole};
 use patchlock_eval::picture::Picture;
 
 const EXAMPLES: &str = "\
@@ -79,23 +79,23 @@ pub struct TrackArgs {
     config: Option<PathBuf>,
 
     /// Seed of the random numbers [default: that of the settings]; the same seed gives the same boxes
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::seed())]
     seed: Option<u64>,
 
     /// Threads to use [default: one for each core]; the boxes are the same for any number
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::threads::<usize>())]
     threads: Option<usize>,
 
     /// First frame of the range
-    #[arg(long, value_name = "N", default_value_t = 0)]
+    #[arg(long, value_name = "N", default_value = "0", allow_negative_numbers = true, value_parser = whole::whole::<usize>(0, u64::MAX))]
     start: usize,
 
     /// End of the range, not included: --start 10 --end 20 tracks frames 10 to 19 [default: all frames]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::whole::<usize>(0, u64::MAX))]
     end: Option<usize>,
 
     /// Take every Nth frame of the range
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole::whole::<usize>(1, u64::MAX))]
     stride: usize,
 
     /// From the last frame of the range to the first; the box is then in the last one

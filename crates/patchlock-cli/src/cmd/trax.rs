@@ -8,6 +8,7 @@ use clap::Args;
 use patchlock_eval::bench::trax::SEED_VARIABLE;
 
 use crate::trax::{Protocol, Targets, serve};
+use crate::whole;
 use crate::{engine, settings};
 
 const EXAMPLES: &str = "\
@@ -45,11 +46,11 @@ pub struct TraxArgs {
     config: Option<PathBuf>,
 
     /// Seed of the random numbers [default: that of the settings]; the same seed gives the same boxes
-    #[arg(long, value_name = "N", env = SEED_VARIABLE)]
+    #[arg(long, value_name = "N", env = SEED_VARIABLE, allow_negative_numbers = true, value_parser = whole::seed())]
     seed: Option<u64>,
 
     /// Threads to use [default: one for each core]; the boxes are the same for any number
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::threads::<usize>())]
     threads: Option<usize>,
 }
 

@@ -17,7 +17,7 @@ use anyhow::{Context, Result};
 pub use ahead::{Ahead, Next};
 pub use order::Order;
 
-use crate::complaint::failed;
+use crate::complaint::{failed, named};
 use patchlock_eval::picture::Picture;
 
 /// Frames a second, as a fraction.
@@ -72,7 +72,7 @@ pub fn open(name: &str, reverse: bool) -> Result<Box<dyn FrameSource>> {
     if name.contains(['*', '?', '[']) {
         return Ok(Box::new(images::Images::glob(name)?));
     }
-    Err(failed(format!("there is no file or folder {name}"))
+    Err(failed(format!("there is no file or folder {}", named(name)))
         .hint("name a folder of images, a pattern such as img/%04d.jpg, a glob, a video file, or - for Y4M on stdin")
         .into())
 }
