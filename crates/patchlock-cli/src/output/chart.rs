@@ -13,7 +13,7 @@ const WIDTH: f64 = 960.0;
 const HEIGHT: f64 = 400.0;
 const LEFT: f64 = 64.0;
 const RIGHT: f64 = 24.0;
-const TOP: f64 = 78.0;
+const TOP: f64 = 86.0;
 const BOTTOM: f64 = 52.0;
 /// Labels stand above the plot: within it the curves may be anywhere.
 const LABEL_GAP: f64 = 7.0;
@@ -210,7 +210,7 @@ mod tests {
         };
         let svg = chart.svg();
         let label = svg.split("<text ").find(|text| text.contains("up to 50 % hidden"));
-        assert!(label.expect("a label").contains("y=\"71.0\""), "above the plot: {svg}");
+        assert!(label.expect("a label").contains("y=\"79.0\""), "above the plot: {svg}");
         assert!(chart.png().expect("draws").starts_with(b"\x89PNG"));
     }
 
