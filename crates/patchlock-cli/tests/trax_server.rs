@@ -230,7 +230,7 @@ fn what_is_wrong_is_told_to_both_sides() {
     let server = |arguments: &[&str]| session.0.patchlock(arguments).assert().code(2).stdout("");
     server(&["trax", "--protocol", "2"]).stderr(contains("it may be 3 or 4"));
     server(&["trax", "--preset", "none"]).stderr(contains("there is no preset none"));
-    server(&["trax", "--threads", "0"]).stderr(contains("--threads 0"));
+    server(&["trax", "--threads", "0"]).stderr(contains("a whole number, 1 to 1024"));
     session
         .0
         .patchlock(&["trax"])
