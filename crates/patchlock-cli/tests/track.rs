@@ -187,7 +187,7 @@ fn damage_that_ffmpeg_only_mentions_is_an_error() {
     );
 }
 
-/// The file was made with x264 -qp 0: H.264 of 8 bits and 4:2:0, in a way that the decoder does not know.
+/// The file shows ffmpeg's test pattern and was made with x264 -qp 0: H.264 of 8 bits and 4:2:0, in a way that the decoder does not know.
 #[cfg(unix)]
 #[test]
 fn kinds_of_h264_that_are_not_known_go_through_ffmpeg() {

@@ -23,6 +23,8 @@ pub struct Dictionary {
     /// The panels in `f64`, for the inner products.
     wide: Vec<f64>,
     gram: Aligned,
+    /// 1 for an atom that is not zero, else 0.
+    counts: Vec<f32>,
     spread: f64,
 }
 
@@ -138,16 +140,32 @@ impl Dictionary {
 
     /// The Gram matrix, `count` rows of `stride`.
     fn fill_gram(&mut self) {
-        let Self { dim, count, stride, panels, wide, gram, squared_norms, .. } = self;
+        let Self { dim, count, stride, panels, wide, gram, .. } = self;
         wide.clear();
         wide.extend(panels.iter().map(|&v| f64::from(v)));
         gram.reset(*count * *stride);
         gram::fill(wide, *dim, gram);
-        let rows = gram.chunks_exact((*stride).max(1)).zip(&*squared_norms);
-        let most = rows.filter(|(_, norm)| **norm > 0.0).fold(0.0f32, |most, (row, _)| {
-            let products = row.iter().zip(&*squared_norms).filter(|(_, norm)| **norm > 0.0);
-            products.fold(most, |most, (product, _)| most.max(product.abs()))
-        });
+        self.measure();
+    }
+
+    /// Finds the spread, from half of the Gram matrix: the other half is the same.
+    fn measure(&mut self) {
+        let Self { stride, squared_norms, gram, counts, .. } = self;
+        counts.clear();
+        counts.extend(squared_norms.iter().map(|&norm| if norm > 0.0 { 1.0 } else { 0.0 }));
+        counts.resize(*stride, 0.0);
+        let mut farthest = [0.0f32; LANES];
+        for (k, row) in gram.chunks_exact((*stride).max(1)).enumerate() {
+            let parts = row[..(k / LANES + 1) * LANES].chunks_exact(LANES);
+            for (row, own) in parts.zip(counts.chunks_exact(LANES)) {
+                // So that the compiler makes wide vectors of it.
+                for ((farthest, product), own) in farthest.iter_mut().zip(row).zip(own) {
+                    let far = product.abs() * own * counts[k];
+                    *farthest = if far > *farthest { far } else { *farthest };
+                }
+            }
+        }
+        let most = farthest.into_iter().fold(0.0, f32::max);
         self.spread = f64::from(most) * (1.0 + f64::from(f32::EPSILON));
     }
 }

@@ -237,8 +237,11 @@ impl Screen {
             return;
         }
         if over >= exact.eligible.0 {
-            let least = (runner.bounds.narrow * sum - runner.bounds.taken) / (over + gap);
-            runner.raise(least * DOWN);
+            let surely = runner.bounds.narrow * sum - runner.bounds.taken;
+            // The bar waits for a division only where that may raise it.
+            if surely > runner.least * (over + gap) {
+                runner.raise(surely / (over + gap) * DOWN);
+            }
             let before = runner.newest.replace(self.contenders.len() as u32);
             let most = most / over * UP;
             self.contenders.push(Contender { atom: k as u32, most, before });
