@@ -54,10 +54,15 @@ fn hold_together(sequence: &Sequence, count: usize) -> usize {
 fn candidates_that_drop_out_change_no_box() {
     let Some(folder) = sequences("candidates_that_drop_out_change_no_box") else { return };
     let whole = env::var_os("PATCHLOCK_FULL").is_some_and(|value| value == "1");
-    let count = if whole { usize::MAX } else { 3 };
+    let count = |sequence: &Sequence| match sequence.name.as_str() {
+        _ if whole => usize::MAX,
+        // Until all has learned, the small dictionary and its buffer included.
+        "Crossing" | "CarScale" => 22,
+        _ => 3,
+    };
     let dataset = Dataset::open(&folder).unwrap();
     let sequences = dataset.sequences.par_iter();
-    let all: usize = sequences.map(|sequence| hold_together(sequence, count)).sum();
+    let all: usize = sequences.map(|sequence| hold_together(sequence, count(sequence))).sum();
     assert!(all > 0, "{} holds no sequences", folder.display());
     let _ = writeln!(std::io::stderr(), "{all} boxes of {} targets", dataset.sequences.len());
 }
