@@ -212,7 +212,7 @@ pub fn solve(
     scratch: &mut Scratch,
     codes: &mut [Code],
 ) {
-    // Also where the atoms are empty: there is nothing to divide into blocks then.
+    // Without atoms every code is empty, and there is no root to begin from.
     if dictionary.is_empty() {
         codes.fill(Code::default());
         return;
