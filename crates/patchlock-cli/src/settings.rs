@@ -4,8 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::Result;
-use patchlock::config::Range;
-use patchlock::{PARAMETERS, PRESETS, Parameter, TrackerConfig};
+use patchlock::{PARAMETERS, PRESETS, Parameter, Range, TrackerConfig};
 
 use crate::complaint::{Complaint, failed, named, usage};
 
@@ -51,18 +50,46 @@ fn out_of_range(message: String) -> Complaint {
     usage(message).hint("patchlock config shows every setting with its range")
 }
 
-/// Applies one change after the other, so that a bad one can be named.
+/// Applies one change after the other, so that a bad one can be named. The settings of a group stand in its table;
+/// as no two have the same name, they are also taken without it.
 fn apply(config: TrackerConfig, changes: toml::Table, file: &Path) -> Result<TrackerConfig> {
     let mut table = toml::Table::try_from(&config)?;
     for (name, value) in changes {
-        let Some(parameter) = PARAMETERS.iter().find(|parameter| parameter.name == name) else {
-            return Err(unknown_field(&name, file).into());
-        };
-        let before = table.insert(name.clone(), value.clone());
-        let checked: Result<TrackerConfig, _> = table.clone().try_into();
-        checked.map_err(|_| not_taken(parameter, &value, before.as_ref(), file))?;
+        let is_group = |parameter: &Parameter| !name.is_empty() && parameter.group == name;
+        match value {
+            toml::Value::Table(group) if PARAMETERS.iter().any(is_group) => {
+                for (field, value) in group {
+                    set(&mut table, Some(&name), &field, &value, file)?;
+                }
+            }
+            value => set(&mut table, None, &name, &value, file)?,
+        }
     }
     Ok(table.try_into()?)
+}
+
+/// Sets one setting in the table of a configuration; `group` is the table that the file has it in.
+fn set(
+    table: &mut toml::Table,
+    group: Option<&str>,
+    name: &str,
+    value: &toml::Value,
+    file: &Path,
+) -> Result<(), Complaint> {
+    let is_meant = |parameter: &&Parameter| {
+        parameter.name == name && group.is_none_or(|group| parameter.group == group)
+    };
+    let Some(parameter) = PARAMETERS.iter().find(is_meant) else {
+        return Err(unknown_field(name, file));
+    };
+    let slot = match parameter.group {
+        "" => table.get_mut(name),
+        group => table.get_mut(group).and_then(|group| group.get_mut(name)),
+    };
+    let before = slot.map(|slot| std::mem::replace(slot, value.clone()));
+    let checked: Result<TrackerConfig, _> = table.clone().try_into();
+    checked.map_err(|_| not_taken(parameter, value, before.as_ref(), file))?;
+    Ok(())
 }
 
 /// The complaint about a value that a setting can't have; `before` is one that it can.

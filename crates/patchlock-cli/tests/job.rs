@@ -75,7 +75,8 @@ fn a_clip_has_the_boxes_of_track() {
     bench.mp4("a.mp4", 8);
     let part = ["--box", "22,18,32,28", "--start", "2", "--end", "8", "--stride", "2"];
     bench.bare("a.mp4").args(part).args(["--seed", "5", "--save", "a.txt"]).assert().success();
-    let config = TrackerConfig { particles: 12, ..TrackerConfig::default() };
+    let mut config = TrackerConfig::default();
+    config.patchwise.particles = 12;
     let part = Clip { source: "a.mp4".into(), start: 2, end: Some(8), stride: 2 };
     let written = sent(&clip(&bench.path("a.mp4"), part, &config)).track().unwrap();
     let boxes = |text: &str| -> Vec<Vec<f64>> {
@@ -93,7 +94,8 @@ fn a_clip_has_the_boxes_of_track() {
 fn what_is_wrong_with_a_clip() {
     let bench = Bench::new();
     bench.mp4("a.mp4", 3);
-    let config = TrackerConfig { particles: 12, ..TrackerConfig::default() };
+    let mut config = TrackerConfig::default();
+    config.patchwise.particles = 12;
     let whole = || Clip { source: "a.mp4".into(), start: 0, end: None, stride: 1 };
     let good = clip(&bench.path("a.mp4"), whole(), &config);
     let error = |job: Job| job.track().unwrap_err().to_string();

@@ -14,15 +14,13 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
-use patchlock::appearance::pooling::PoolRules;
-use patchlock::appearance::scale::{Findings, Scale, ScaleRules, Worker};
-use patchlock::filter::state::State;
+use patchlock::appearance::scale::{CodingScratch, PatchScores, Scale, ScaleRules};
 use patchlock::sparse::codes::CodeRules;
 use patchlock::sparse::somp::batched::BLOCK;
 use patchlock::vision::frame::GreyImage;
 use patchlock::vision::patches::{PatchGrid, normalise};
 use patchlock::vision::warp::warp;
-use patchlock::{FrameView, Tracker, TrackerConfig};
+use patchlock::{FrameView, PatchwiseConfig, State, Tracker, TrackerConfig};
 use patchlock_eval::dataset::Dataset;
 use patchlock_eval::images;
 use serde::Deserialize;
@@ -67,7 +65,17 @@ fn text(error: Box<dyn Error>) -> String {
 /// What is needed of a saved state.
 #[derive(Deserialize)]
 struct Saved {
-    memory: Memory,
+    target: SavedTarget,
+}
+
+#[derive(Deserialize)]
+struct SavedTarget {
+    patchwise: SavedPatchwise,
+}
+
+#[derive(Deserialize)]
+struct SavedPatchwise {
+    model: Memory,
 }
 
 #[derive(Deserialize)]
@@ -80,7 +88,7 @@ struct Memory {
 
 /// The tracker before a frame, and the particles that it draws there.
 struct Moment {
-    config: TrackerConfig,
+    config: PatchwiseConfig,
     memory: Memory,
     particles: Vec<State>,
     image: GreyImage,
@@ -105,9 +113,18 @@ impl Moment {
         let (mut image, mut particles) = (GreyImage::default(), Vec::new());
         let picture = images::load(&sequence.frames[frame])?;
         image.fill(&picture.frame()?)?;
-        let mut observer = |view: &FrameView<'_>| particles = view.particles.to_vec();
+        let mut observer = |view: &FrameView<'_>| {
+            if let FrameView::Patchwise(view) = view {
+                particles = view.particles.to_vec();
+            }
+        };
         tracker.update_observed(&picture.frame()?, &mut observer)?;
-        Ok(Self { config, memory: saved.memory, particles, image })
+        Ok(Self {
+            config: config.patchwise,
+            memory: saved.target.patchwise.model,
+            particles,
+            image,
+        })
     }
 
     /// Times a scale, and writes the problems of the chosen particles.
@@ -119,8 +136,8 @@ impl Moment {
         let warp_ms = begin.elapsed().as_secs_f64() * 1e3;
         let length = self.config.template_side * self.config.template_side;
         let which: Vec<u32> = (0..self.particles.len() as u32).collect();
-        let (mut worker, mut findings) = (Worker::default(), Findings::default());
-        findings.begin(which.len(), grid.locations());
+        let (mut scratch, mut scores) = (CodingScratch::default(), PatchScores::default());
+        scores.begin(which.len(), grid.locations());
         let mut found = vec![Default::default(); BLOCK];
         let template = |&k: &u32| &candidates[k as usize * length..][..length];
         let mut turn = || {
@@ -128,8 +145,8 @@ impl Moment {
             for location in 0..grid.locations() {
                 for block in which.chunks(BLOCK) {
                     let found = &mut found[..block.len()];
-                    scale.code_block(location, block.iter().map(template), &mut worker, found);
-                    findings.note(location, block, found);
+                    scale.code_block(location, block.iter().map(template), &mut scratch, found);
+                    scores.store(location, block, found);
                 }
             }
             begin.elapsed().as_secs_f64() * 1e3
@@ -158,19 +175,19 @@ impl Moment {
         write(folder, "dictionary", "<f4", &[dictionary.len() / dim, dim], &bytes(&dictionary))?;
         write(folder, "shared", "<f4", &[count, buffer.len(), dim], &bytes(&shared))?;
         write(folder, "patches", "<f4", &[chosen.len(), count, dim], &bytes(&patches))?;
-        let atoms: Vec<i32> = chosen.iter().flat_map(|&k| self.atoms(&findings, k)).collect();
+        let atoms: Vec<i32> = chosen.iter().flat_map(|&k| self.atoms(&scores, k)).collect();
         let atoms: Vec<u8> = atoms.into_iter().flat_map(i32::to_le_bytes).collect();
         write(folder, "atoms", "<i4", &[chosen.len(), count, self.config.atoms], &atoms)?;
         Ok(json!({ "locations": count, "warp_ms": warp_ms, "codes_ms": times[TURNS / 2] }))
     }
 
     /// The atoms of a candidate's codes, as many for each code as it may have.
-    fn atoms(&self, findings: &Findings, candidate: usize) -> Vec<i32> {
+    fn atoms(&self, scores: &PatchScores, candidate: usize) -> Vec<i32> {
         let most = self.config.atoms;
         let one = |support: &[u32]| -> Vec<i32> {
             (0..most).map(|k| support.get(k).map_or(-1, |&atom| atom as i32)).collect()
         };
-        findings.codes(candidate).flat_map(|code| one(code.support())).collect()
+        scores.codes(candidate).flat_map(|code| one(code.support())).collect()
     }
 
     /// Grid, templates of the dictionary, and buffer of a scale.
@@ -204,13 +221,7 @@ impl Moment {
     fn rules(&self) -> ScaleRules {
         let config = &self.config;
         ScaleRules {
-            codes: CodeRules {
-                atoms: config.atoms,
-                selection: config.selection,
-                min_residual: config.min_residual,
-                stop_energy: config.stop_energy,
-            },
-            pool: PoolRules { coefficients: config.coefficients, divide: config.divide },
+            codes: CodeRules { atoms: config.atoms, min_residual: config.min_residual },
             beta: config.beta,
             position_weights: config.position_weights,
         }

@@ -37,6 +37,7 @@ fn hold_together(sequence: &Sequence, count: usize) -> usize {
             // An observer gets all likelihoods, so nothing is left out.
             let mut all = true;
             let mut observer = |view: &FrameView<'_>| {
+                let FrameView::Patchwise(view) = view else { panic!("another method's view") };
                 all = view.likelihoods.iter().all(|likelihood| likelihood.is_finite());
             };
             let plain = plain.update_observed(&frame, &mut observer);

@@ -57,7 +57,9 @@ fn boxes_and_times_come_back() {
 
     // The seed is the run's, not the configuration's; everything else makes other runs.
     assert!(open(&TrackerConfig { seed: 99, ..config.clone() }).is_ok());
-    let other = open(&TrackerConfig { particles: 99, ..config });
+    let mut other = config;
+    other.patchwise.particles = 99;
+    let other = open(&other);
     assert!(matches!(other, Err(Error::Conflict { .. })));
     let elsewhere = Task { start: Start { bbox: odd, ..start }, ..task };
     assert!(matches!(store.holds(&elsewhere.run()), Err(Error::Conflict { .. })));

@@ -1,7 +1,7 @@
 //! What the tracker says of a frame, as Python sees it.
 
 use numpy::{PyArray2, PyReadonlyArray2, ToPyArray, ndarray::Array2};
-use patchlock::{BoundingBox, VisibilityMap};
+use patchlock::{BoundingBox, Status, Visibility, VisibilityMap};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -11,8 +11,10 @@ use pyo3::types::{PyDict, PyType};
 type Maps<'py> = (Bound<'py, PyArray2<bool>>, Bound<'py, PyArray2<bool>>);
 
 /// What `__reduce__` gives: the class and the arguments that make the same value again.
-type Reduced<'py> =
-    (Bound<'py, PyType>, (Bound<'py, PyAny>, Vec<[f64; 2]>, f64, Maps<'py>, u64, f64));
+type Reduced<'py> = (
+    Bound<'py, PyType>,
+    (Bound<'py, PyAny>, Vec<[f64; 2]>, f64, &'static str, Option<Maps<'py>>, u64, f64),
+);
 
 /// Where the target is in one frame, how much of it is seen, and how sure that is.
 #[pyclass(frozen, module = "patchlock")]
@@ -31,12 +33,13 @@ impl Estimate {
 #[pymethods]
 impl Estimate {
     #[new]
-    #[pyo3(signature = (r#box, corners, likelihood, occlusion, frame = 0, ms = 0.0))]
+    #[pyo3(signature = (r#box, corners, score, status, occlusion = None, frame = 0, ms = 0.0))]
     fn new(
         r#box: &Bound<'_, PyAny>,
         corners: &Bound<'_, PyAny>,
-        likelihood: f64,
-        occlusion: (Bound<'_, PyAny>, Bound<'_, PyAny>),
+        score: f64,
+        status: &str,
+        occlusion: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
         frame: u64,
         ms: f64,
     ) -> PyResult<Self> {
@@ -46,20 +49,12 @@ impl Estimate {
             .collect::<PyResult<_>>()?;
         let corners =
             corners.try_into().map_err(|_| PyValueError::new_err("there must be four corners"))?;
-        let (large, small) = (visibility(&occlusion.0)?, visibility(&occlusion.1)?);
-        let (visible_large, visible_small) = (large.share(), small.share());
-        let score = (visible_large + visible_small) / 2.0;
-        let bbox = to_box(r#box)?;
-        let inner = patchlock::Estimate {
-            bbox,
-            corners,
-            likelihood,
-            score,
-            visible_large,
-            visible_small,
-            large,
-            small,
+        let visible = |(large, small): (Bound<'_, PyAny>, Bound<'_, PyAny>)| -> PyResult<_> {
+            Ok(Visibility { large: map(&large)?, small: map(&small)? })
         };
+        let visibility = occlusion.map(visible).transpose()?;
+        let (bbox, status) = (to_box(r#box)?, to_status(status)?);
+        let inner = patchlock::Estimate { bbox, corners, score, status, visibility };
         Ok(Self { frame, ms, inner })
     }
 
@@ -87,29 +82,32 @@ impl Estimate {
         Array2::from(self.inner.corners.to_vec()).to_pyarray(py)
     }
 
-    /// How much of the target is seen, 0 to 1: the mean of the visible shares at both scales.
+    /// How sure the tracker is, 0 to 1; with the method `patchwise` the visible share of the target.
     #[getter]
     fn score(&self) -> f64 {
         self.inner.score
     }
 
-    /// The likelihood of the paper's Eq. 24; larger is better, with no fixed scale.
+    /// Whether the target is followed: "tracked", "uncertain" or "lost".
     #[getter]
-    fn likelihood(&self) -> f64 {
-        self.inner.likelihood
+    fn status(&self) -> &'static str {
+        self.inner.status.name()
     }
 
-    /// Shares of visible patches, `(large, small)`, each 0 to 1.
+    /// Shares of visible patches, `(large, small)`, each 0 to 1; `None` where the method does not know.
     #[getter]
-    fn visibility<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let shares = (self.inner.visible_large, self.inner.visible_small);
-        named(py, &VISIBILITY, "Visibility")?.call1(shares)
+    fn visibility<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let Some(visibility) = &self.inner.visibility else { return Ok(None) };
+        let shares = (visibility.large.share(), visibility.small.share());
+        named(py, &VISIBILITY, "Visibility")?.call1(shares).map(Some)
     }
 
-    /// Which patches are hidden, `(large, small)`: boolean arrays of patches, row by row as the target is turned.
+    /// Which patches are hidden, `(large, small)`: boolean arrays, row by row in the target's own frame of
+    /// reference; `None` where the method does not know.
     #[getter]
-    fn occlusion<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        named(py, &OCCLUSION, "Occlusion")?.call1(self.maps(py)?)
+    fn occlusion<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let Some(maps) = self.maps(py)? else { return Ok(None) };
+        named(py, &OCCLUSION, "Occlusion")?.call1(maps).map(Some)
     }
 
     /// The columns of a table as `patchlock track` saves it: frame, x, y, w, h, score, visible_large, visible_small, x1 to y4, ms.
@@ -118,16 +116,11 @@ impl Estimate {
         let dict = PyDict::new(py);
         dict.set_item("frame", frame)?;
         let BoundingBox { x, y, w, h } = inner.bbox;
-        let numbers = [
-            ("x", x),
-            ("y", y),
-            ("w", w),
-            ("h", h),
-            ("score", inner.score),
-            ("visible_large", inner.visible_large),
-            ("visible_small", inner.visible_small),
-        ];
+        let numbers = [("x", x), ("y", y), ("w", w), ("h", h), ("score", inner.score)];
         numbers.iter().try_for_each(|(name, value)| dict.set_item(name, value))?;
+        let visibility = inner.visibility.as_ref();
+        dict.set_item("visible_large", visibility.map(|visibility| visibility.large.share()))?;
+        dict.set_item("visible_small", visibility.map(|visibility| visibility.small.share()))?;
         for (k, [x, y]) in inner.corners.iter().enumerate() {
             dict.set_item(format!("x{}", k + 1), x)?;
             dict.set_item(format!("y{}", k + 1), y)?;
@@ -157,14 +150,16 @@ impl Estimate {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
         let corners = self.inner.corners.to_vec();
         let maps = self.maps(py)?;
-        let args = (self.r#box(py)?, corners, self.inner.likelihood, maps, self.frame, self.ms);
+        let (score, status) = (self.inner.score, self.inner.status.name());
+        let args = (self.r#box(py)?, corners, score, status, maps, self.frame, self.ms);
         Ok((py.get_type::<Self>(), args))
     }
 }
 
 impl Estimate {
-    fn maps<'py>(&self, py: Python<'py>) -> PyResult<Maps<'py>> {
-        Ok((hidden(py, &self.inner.large)?, hidden(py, &self.inner.small)?))
+    fn maps<'py>(&self, py: Python<'py>) -> PyResult<Option<Maps<'py>>> {
+        let Some(Visibility { large, small }) = &self.inner.visibility else { return Ok(None) };
+        Ok(Some((hidden(py, large)?, hidden(py, small)?)))
     }
 }
 
@@ -188,7 +183,16 @@ fn hidden<'py>(py: Python<'py>, map: &VisibilityMap) -> PyResult<Bound<'py, PyAr
     Ok(array.to_pyarray(py))
 }
 
-fn visibility(hidden: &Bound<'_, PyAny>) -> PyResult<VisibilityMap> {
+/// The status of this name.
+fn to_status(name: &str) -> PyResult<Status> {
+    let all = [Status::Tracked, Status::Uncertain, Status::Lost];
+    all.into_iter().find(|status| status.name() == name).ok_or_else(|| {
+        let allowed = Status::NAMES.join(", ");
+        PyValueError::new_err(format!("the status is '{name}'; allowed: {allowed}"))
+    })
+}
+
+fn map(hidden: &Bound<'_, PyAny>) -> PyResult<VisibilityMap> {
     let hidden: PyReadonlyArray2<'_, bool> = hidden.extract().map_err(|_| {
         PyTypeError::new_err("occlusion holds two boolean arrays of shape (rows, columns)")
     })?;

@@ -34,7 +34,8 @@ impl Keeper {
 
 impl Observer for Keeper {
     fn observe(&mut self, view: &FrameView<'_>) {
-        let numbers = |state: &patchlock::filter::state::State| {
+        let FrameView::Patchwise(view) = view else { return };
+        let numbers = |state: &patchlock::State| {
             [state.x, state.y, state.scale, state.rotation, state.aspect, state.skew]
         };
         self.kept = Some(Observation {
@@ -58,7 +59,7 @@ impl Observation {
         Array2::from(self.particles.clone()).to_pyarray(py)
     }
 
-    /// The likelihood of each particle; minus infinity where a candidate was refused.
+    /// The likelihood of each particle (Eq. 24); larger is better, with no fixed scale.
     #[getter]
     fn likelihoods<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.likelihoods.to_pyarray(py)

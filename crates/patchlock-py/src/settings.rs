@@ -1,7 +1,6 @@
 //! From a preset and keyword arguments to a checked configuration.
 
-use patchlock::config::Range;
-use patchlock::{Error, PARAMETERS, Parameter, TrackerConfig};
+use patchlock::{Error, PARAMETERS, Parameter, Range, TrackerConfig};
 use patchlock_cli::settings::near_matches;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -28,8 +27,8 @@ pub fn changed(config: TrackerConfig, overrides: &Bound<'_, PyDict>) -> PyResult
         let name = name.strip_suffix('_').map_or(name.clone(), str::to_owned);
         let known = PARAMETERS.iter().find(|parameter| parameter.name == name);
         let parameter = known.ok_or_else(|| unknown(&name))?;
-        let value = checked(parameter, &value, &table[&name])?;
-        table.insert(name, value);
+        let slot = slot(&mut table, parameter);
+        *slot = checked(parameter, &value, slot)?;
     }
     let config: TrackerConfig = serde_json::from_value(Value::Object(table))
         .map_err(|error| PyValueError::new_err(error.to_string()))?;
@@ -37,7 +36,15 @@ pub fn changed(config: TrackerConfig, overrides: &Bound<'_, PyDict>) -> PyResult
     Ok(config)
 }
 
-/// The configuration by names.
+/// The place of a setting in the table of a configuration.
+fn slot<'a>(table: &'a mut Map<String, Value>, parameter: &Parameter) -> &'a mut Value {
+    match parameter.group {
+        "" => &mut table[parameter.name],
+        group => &mut table[group][parameter.name],
+    }
+}
+
+/// The configuration by groups and names.
 fn table(config: &TrackerConfig) -> PyResult<Map<String, Value>> {
     match serde_json::to_value(config) {
         Ok(Value::Object(table)) => Ok(table),
@@ -96,12 +103,12 @@ fn checked(parameter: &Parameter, value: &Bound<'_, PyAny>, default: &Value) -> 
     }
 }
 
-/// The configuration as a Python dictionary.
+/// The configuration as a Python dictionary, of all groups together: no two settings have the same name.
 pub fn to_dict<'py>(py: Python<'py>, config: &TrackerConfig) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
-    let table = table(config)?;
+    let mut table = table(config)?;
     for parameter in PARAMETERS {
-        dict.set_item(parameter.name, to_python(py, &table[parameter.name])?)?;
+        dict.set_item(parameter.name, to_python(py, slot(&mut table, parameter))?)?;
     }
     Ok(dict)
 }
@@ -117,7 +124,7 @@ fn to_python<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>>
     }
 }
 
-/// One row of the table of settings: name, default, allowed, section of the paper, purpose.
+/// One row of the table of settings: name, default, allowed, source, purpose.
 type Row<'py> = (&'static str, Bound<'py, PyAny>, String, &'static str, String);
 
 /// The rows of the table of settings.
@@ -127,7 +134,7 @@ pub fn parameters(py: Python<'_>) -> PyResult<Vec<Row<'_>>> {
     let row = |parameter: &'static Parameter| -> PyResult<_> {
         let default = defaults.as_any().get_item(parameter.name)?;
         let purpose = parameter.purpose.split_whitespace().collect::<Vec<_>>().join(" ");
-        Ok((parameter.name, default, parameter.range.to_string(), parameter.section, purpose))
+        Ok((parameter.name, default, parameter.range.to_string(), parameter.source, purpose))
     };
     PARAMETERS.iter().map(row).collect()
 }

@@ -5,9 +5,7 @@
 mod setup;
 
 use patchlock::appearance::buffer;
-use patchlock::appearance::pooling::PoolRules;
-use patchlock::appearance::scale::{Scale, ScaleRules, Worker};
-use patchlock::config::Coefficients;
+use patchlock::appearance::scale::{CodingScratch, Scale, ScaleRules};
 use patchlock::sparse::somp::batched::BLOCK;
 use patchlock::vision::patches::{PatchGrid, normalise};
 use patchlock::vision::warp::warp;
@@ -77,8 +75,7 @@ fn cut_a_location() {
 }
 
 fn scale(bench: &Bench) -> Scale {
-    let pool = PoolRules { coefficients: Coefficients::Absolute, divide: true };
-    let rules = ScaleRules { codes: RULES, pool, beta: 0.8, position_weights: true };
+    let rules = ScaleRules { codes: RULES, beta: 0.8, position_weights: true };
     Scale::new(small(), rules, &bench.templates, &buffer::begin(&bench.templates, 4))
 }
 
@@ -86,12 +83,12 @@ fn scale(bench: &Bench) -> Scale {
 fn codes_of_a_location() {
     let bench = Bench::new();
     let (scale, candidates) = (scale(&bench), bench.candidates());
-    let (mut worker, mut found) = (Worker::default(), vec![Default::default(); BLOCK]);
+    let (mut scratch, mut found) = (CodingScratch::default(), vec![Default::default(); BLOCK]);
     let mut turn = || {
         for block in candidates.chunks(BLOCK * SIDE * SIDE) {
             let block = block.chunks_exact(SIDE * SIDE);
             let found = &mut found[..block.len()];
-            scale.code_block(LOCATION, block, &mut worker, found);
+            scale.code_block(LOCATION, block, &mut scratch, found);
         }
     };
     turn();
@@ -118,8 +115,8 @@ fn learn() {
 fn frame(number: usize) {
     let scene = Scene::simple();
     let frames: Vec<SceneFrame> = (0..=number).map(|k| scene.frame(k)).collect();
-    let config =
-        TrackerConfig { particles: 200, small_step: 4, ..TrackerConfig::preset("paper").unwrap() };
+    let mut config = TrackerConfig::preset("paper").unwrap();
+    (config.patchwise.particles, config.patchwise.small_step) = (200, 4);
     let mut tracker = Tracker::new(config).unwrap();
     let mut estimate = tracker.init(&view(&frames[0]), truth(&scene)).unwrap();
     for frame in &frames[1..number] {

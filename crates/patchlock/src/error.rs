@@ -100,3 +100,8 @@ pub enum Error {
     #[error("the saved state can't be used: {0}")]
     Snapshot(String),
 }
+
+/// The error for a saved state that cannot be used for this reason.
+pub(crate) fn snapshot(reason: impl Into<String>) -> Error {
+    Error::Snapshot(reason.into())
+}

@@ -1,51 +1,69 @@
-//! Patchlock: a visual object tracker. Draw a box around anything in the first frame; it follows it through the video, says how
-//! sure it is, and which parts are hidden. It is an exact and fast implementation of "Patchwise object tracking via structural
-//! local sparse appearance model" (Kashiyani, Shokouhi, 2017). No training, no model files, no GPU.
+//! Patchlock: a visual object tracker. Draw a box around anything in the first frame; it follows it through the
+//! video, says how sure it is, and which parts are hidden. It is an exact and fast implementation of "Patchwise
+//! object tracking via structural local sparse appearance model" (Kashiyani, Shokouhi, 2017). No training, no model
+//! files, no GPU.
 //!
 //! Begin with [`Tracker`] and [`TrackerConfig`]; [`MultiTracker`] follows many targets at once.
 //!
-//! # The way of the data, and where each step of the paper is
+//! The library opens no files, prints nothing, reads no clock, and does not panic on any input.
+//!
+//! # Where each step of the paper is
 //!
 //! | step | paper | module |
 //! |---|---|---|
-//! | frame, grey | Sec. 2 | [`vision::frame`] |
-//! | affine state, motion, particles | Sec. 2 | [`filter`] |
-//! | candidates: bilinear warp | Sec. 2 | [`vision::warp`] |
-//! | patches at two scales | Eq. 1 | [`vision::patches`] |
-//! | dictionaries | Eq. 2 | [`sparse::dictionary`] |
-//! | joint sparse codes with buffers | Eq. 3-9 | [`sparse::somp`], [`appearance::buffer`] |
-//! | pooling by alignment | Eq. 10-11 | [`appearance::pooling`] |
-//! | occlusion levels, weights | Eq. 12-14, 18-19 | [`appearance::weights`] |
-//! | likelihood | Eq. 24 | [`appearance::likelihood`] |
-//! | subspace, reconstruction, mask, new template | Eq. 15-17, 20-21 | [`appearance::subspace`], [`sparse::lasso`], [`appearance::mask`], [`appearance::update`] |
-//! | first templates, replacement | Sec. 2.5 | [`appearance::templates`] |
+//! | the whole | Fig. 1 | `patchwise` |
+//! | frame, grey | Sec. 2 | `vision::frame` |
+//! | affine state, motion, particles | Sec. 2, Eq. 22-23 | `motion`, `patchwise::particles` |
+//! | candidates: bilinear warp | Sec. 2 | `vision::warp` |
+//! | patches at two scales | Eq. 1 | `vision::patches` |
+//! | dictionaries | Eq. 2 | `sparse::dictionary` |
+//! | joint sparse codes with buffers | Eq. 3-9 | `sparse::somp`, `appearance::buffer` |
+//! | pooling by alignment | Eq. 10-11 | `appearance::pooling` |
+//! | occlusion levels, weights | Eq. 12-14, 18-19 | `appearance::weights` |
+//! | likelihood | Eq. 24 | `appearance::likelihood` |
+//! | subspace, reconstruction | Eq. 15-16 | `appearance::subspace`, `sparse::lasso` |
+//! | mask, new template | Eq. 17, 20-21 | `appearance::mask`, `appearance::update` |
+//! | first templates, replacement | Sec. 2.5 | `appearance::templates`, `appearance::memory` |
 //!
-//! `vision`, `sparse` and `filter` know nothing of each other; `appearance` uses the first two; the tracker puts all four together.
-//!
-//! The library opens no files, prints nothing, reads no clock, and does not panic on any input.
+//! These modules are no part of the public interface: they are visible so that the tests and benchmarks of this
+//! crate can reach them, and change without notice.
 
+#[doc(hidden)]
 pub mod appearance;
-pub mod config;
-pub mod error;
-pub mod estimate;
-pub mod filter;
-mod memory;
-pub mod multi;
-pub mod observe;
-pub mod simd;
+mod config;
+mod error;
+mod estimate;
+mod method;
+#[doc(hidden)]
+pub mod motion;
+mod multi;
+#[doc(hidden)]
+pub mod numeric;
+mod observe;
+#[doc(hidden)]
+pub mod patchwise;
+mod snapshot;
+#[doc(hidden)]
 pub mod sparse;
-pub mod tracker;
+mod target_id;
+mod tracker;
+#[doc(hidden)]
 pub mod vision;
 
-pub use config::{PARAMETERS, PRESETS, Parameter, TrackerConfig};
+pub use appearance::likelihood::{Feature, Gamma, Scales};
+pub use appearance::visibility::{Visibility, VisibilityMap};
+pub use config::{Method, PARAMETERS, PRESETS, Parameter, PatchwiseConfig, Range, TrackerConfig};
 pub use error::Error;
-pub use estimate::{Estimate, VisibilityMap};
-pub use memory::Snapshot;
-pub use multi::{MultiSnapshot, MultiTracker, TargetId};
-pub use observe::{FrameView, Observer};
+pub use estimate::{Estimate, Status};
+pub use motion::state::State;
+pub use multi::MultiTracker;
+pub use observe::{FrameView, Observer, PatchView, PatchwiseView, UpdateView};
+pub use snapshot::{MultiSnapshot, Snapshot};
+pub use sparse::codes::Code;
+pub use target_id::TargetId;
 pub use tracker::Tracker;
 pub use vision::frame::Frame;
-pub use vision::geometry::BoundingBox;
+pub use vision::geometry::{BoundingBox, Point};
 
 /// Compiles and runs the examples of the README.
 #[cfg(doctest)]

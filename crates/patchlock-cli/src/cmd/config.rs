@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use clap::Args;
-use patchlock::{PARAMETERS, TrackerConfig};
+use patchlock::{PARAMETERS, Parameter, TrackerConfig};
 
 use crate::output::printed::print;
 use crate::settings;
@@ -38,17 +38,29 @@ pub fn commented(config: &TrackerConfig, preset: &str) -> Result<String> {
     let table = toml::Table::try_from(config)?;
     let mut text = format!("# Patchlock {}: the preset \"{preset}\".\n", env!("CARGO_PKG_VERSION"));
     text += "# Change values here and use the file with: patchlock track ... --config FILE\n";
-    let mut section = "";
+    let (mut group, mut source) = ("", "");
     for parameter in PARAMETERS {
-        let Some(value) = table.get(parameter.name) else { continue };
-        if parameter.section != section {
-            section = parameter.section;
-            text += &format!("\n# ---- {section} ----\n");
+        let Some(value) = value_of(parameter, &table) else { continue };
+        if parameter.group != group {
+            group = parameter.group;
+            text += &format!("\n[{group}]\n");
+        }
+        if parameter.source != source {
+            source = parameter.source;
+            text += &format!("\n# ---- {source} ----\n");
         }
         text += &comment(&format!("{} Range: {}.", sentence(parameter.purpose), parameter.range));
         text += &format!("{} = {value}\n", parameter.name);
     }
     Ok(text)
+}
+
+/// The value of a setting in the table of a configuration.
+fn value_of<'a>(parameter: &Parameter, table: &'a toml::Table) -> Option<&'a toml::Value> {
+    match parameter.group {
+        "" => table.get(parameter.name),
+        group => table.get(group)?.get(parameter.name),
+    }
 }
 
 fn sentence(text: &str) -> String {
@@ -83,8 +95,11 @@ mod tests {
             let text = commented(&config, name).expect("prints");
             let back: TrackerConfig = toml::from_str(&text).expect("reads");
             assert_eq!(back, config);
-            let fields = toml::Table::try_from(&config).expect("a table").len();
-            assert_eq!(PARAMETERS.len(), fields, "every field has a comment");
+            let table = toml::Table::try_from(&config).expect("a table");
+            let fields = |table: &toml::Table| table.values().filter(|v| !v.is_table()).count();
+            let groups = table.values().filter_map(toml::Value::as_table).map(fields);
+            let count = fields(&table) + groups.sum::<usize>();
+            assert_eq!(PARAMETERS.len(), count, "every field has a comment");
             assert!(text.lines().all(|line| line.len() <= LINE + 20), "{text}");
         }
     }

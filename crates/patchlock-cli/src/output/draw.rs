@@ -1,6 +1,6 @@
 //! The track on a frame: the box, the outline of the turned target, what is visible of it, score and frame number.
 
-use patchlock::VisibilityMap;
+use patchlock::{Visibility, VisibilityMap};
 
 use super::canvas::{Area, Canvas};
 use super::crowd;
@@ -30,7 +30,9 @@ pub fn annotate(tracked: &Tracked<'_>) -> Vec<u8> {
         [seen] if seen.row.id.is_none() => {
             outlines(&mut canvas, &seen.row);
             status(&mut canvas, &seen.row);
-            maps(&mut canvas, [&seen.estimate.large, &seen.estimate.small]);
+            if let Some(Visibility { large, small }) = &seen.estimate.visibility {
+                maps(&mut canvas, [large, small]);
+            }
         }
         targets => crowd::annotate(&mut canvas, tracked.frame, targets),
     }

@@ -1,6 +1,6 @@
 //! One line of the tables.
 
-use patchlock::{BoundingBox, Estimate};
+use patchlock::{BoundingBox, Estimate, Visibility, VisibilityMap};
 use serde::Serialize;
 
 /// The columns, in their order. Positions are 0-based with pixel centres at integers.
@@ -21,10 +21,10 @@ pub struct Row {
     pub h: f64,
     /// How much the tracker trusts itself, 0 to 1.
     pub score: f64,
-    /// Share of the large patches that are visible.
-    pub visible_large: f64,
-    /// Share of the small patches that are visible.
-    pub visible_small: f64,
+    /// Share of the large patches that are visible; empty where the method does not know.
+    pub visible_large: Option<f64>,
+    /// Share of the small patches that are visible; empty where the method does not know.
+    pub visible_small: Option<f64>,
     /// Corners of the turned and slanted box: upper left ...
     pub x1: f64,
     /// ... and its y.
@@ -50,6 +50,9 @@ impl Row {
     pub fn new(frame: usize, bbox: &BoundingBox, estimate: &Estimate, ms: f64) -> Self {
         let [[x1, y1], [x2, y2], [x3, y3], [x4, y4]] =
             estimate.corners.map(|corner| corner.map(tidy));
+        let share = |map: fn(&Visibility) -> &VisibilityMap| {
+            estimate.visibility.as_ref().map(|visibility| tidy(map(visibility).share()))
+        };
         Self {
             frame,
             id: None,
@@ -58,8 +61,8 @@ impl Row {
             w: tidy(bbox.w),
             h: tidy(bbox.h),
             score: tidy(estimate.score),
-            visible_large: tidy(estimate.visible_large),
-            visible_small: tidy(estimate.visible_small),
+            visible_large: share(|visibility| &visibility.large),
+            visible_small: share(|visibility| &visibility.small),
             x1,
             y1,
             x2,

@@ -1,8 +1,8 @@
 //! What the benchmarks work on: a rendered scene and what the paper's setting makes of it.
 
 use patchlock::appearance::{buffer, templates};
-use patchlock::config::Selection;
-use patchlock::filter::{motion::Motion, particles, state::State};
+use patchlock::motion::{model::Motion, state::State};
+use patchlock::patchwise::particles::Particles;
 use patchlock::sparse::codes::CodeRules;
 use patchlock::sparse::dictionary::Dictionary;
 use patchlock::vision::frame::GreyImage;
@@ -16,12 +16,7 @@ pub const SIDE: usize = 32;
 pub const PARTICLES: usize = 650;
 /// The middle of the small scale's 13 x 13 locations.
 pub const LOCATION: usize = 84;
-pub const RULES: CodeRules = CodeRules {
-    atoms: 4,
-    selection: Selection::OrderRecursive,
-    min_residual: 1e-6,
-    stop_energy: 0.0,
-};
+pub const RULES: CodeRules = CodeRules { atoms: 4, min_residual: 1e-6 };
 
 /// A frame of the rendered scene and everything that the paper's setting makes of it.
 pub struct Bench {
@@ -37,9 +32,9 @@ impl Bench {
         image.fill(&view(&scene.frame(0))).unwrap();
         let first = truth(&scene);
         let state = State::from_box(first.centre(), first.w, first.h, SIDE);
-        let motion = Motion { sigma: [6.0, 6.0, 0.02, 0.002, 0.002, 0.0], relative_scale: false };
-        let mut drawn = Vec::new();
-        particles::draw(&mut drawn, PARTICLES, &state, &motion, &mut Pcg64::new(7, 1));
+        let motion = Motion { sigma: [6.0, 6.0, 0.02, 0.002, 0.002, 0.0] };
+        let mut drawn = Particles::default();
+        drawn.draw(PARTICLES, &state, &motion, &mut Pcg64::new(7, 1));
         let templates = templates::shifts(10)
             .into_iter()
             .map(|[dx, dy]| {
@@ -47,7 +42,7 @@ impl Bench {
                 candidate(&image, &state)
             })
             .collect();
-        Self { image, particles: drawn, templates }
+        Self { image, particles: drawn.states().to_vec(), templates }
     }
 
     pub fn candidates(&self) -> Vec<f32> {

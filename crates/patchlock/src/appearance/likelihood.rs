@@ -1,7 +1,7 @@
 //! The likelihood of a candidate (Eq. 24): the weighted features of both scales.
 
 use super::weights::patch_weight;
-use crate::config::{Gamma, Scales, TrackerConfig};
+use serde::{Deserialize, Serialize};
 
 /// What one patch contributes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -12,31 +12,56 @@ pub struct Feature {
     pub error: f64,
 }
 
-impl Feature {
-    /// Of a patch of which nothing is known but that it is hidden.
-    pub const HIDDEN: Self = Self { share: 0.0, error: f64::INFINITY };
+/// The weight of the large scale in the likelihood.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Gamma {
+    /// `exp(mean visibility - 1)`.
+    ExpVisible,
+    /// 1.
+    One,
+    /// The mean visibility.
+    Visible,
+    /// `exp(-mean error of the masked reconstruction)`.
+    ExpError,
+}
+
+impl Gamma {
+    /// The values as a configuration file writes them.
+    pub const WORDS: &'static [&'static str] = &["exp_visible", "one", "visible", "exp_error"];
+}
+
+/// Which scales the likelihood adds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Scales {
+    /// Large and small patches.
+    Both,
+    /// Large patches only.
+    Large,
+    /// Small patches only.
+    Small,
+}
+
+impl Scales {
+    /// The values as a configuration file writes them.
+    pub const WORDS: &'static [&'static str] = &["both", "large", "small"];
 }
 
 /// How the features of a candidate become one number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LikelihoodRules {
-    epsilon: f64,
-    occlusion_weights: bool,
-    gamma: Gamma,
-    scales: Scales,
+    /// A patch is visible when the squared error of its own-location code is below this.
+    pub epsilon: f64,
+    /// Whether hidden patches lose their position weight.
+    pub occlusion_weights: bool,
+    /// Weight of the large scale.
+    pub gamma: Gamma,
+    /// Which scales are added.
+    pub scales: Scales,
 }
 
 impl LikelihoodRules {
-    /// The rules of a configuration.
-    pub fn new(config: &TrackerConfig) -> Self {
-        Self {
-            epsilon: config.epsilon,
-            occlusion_weights: config.occlusion_weights,
-            gamma: config.gamma,
-            scales: config.scales,
-        }
-    }
-
     /// Whether a patch is visible: `kappa_i` or `tau_i`.
     pub fn visible(&self, feature: &Feature) -> bool {
         feature.error < self.epsilon
@@ -89,12 +114,12 @@ impl LikelihoodRules {
         self.large_part(large.map(|(feature, position)| (feature.unwrap_or(best), position)))
     }
 
-    /// Whether this scale counts.
+    /// Whether the large scale counts.
     pub fn counts_large(&self) -> bool {
         self.scales != Scales::Small
     }
 
-    /// Whether this scale counts.
+    /// Whether the small scale counts.
     pub fn counts_small(&self) -> bool {
         self.scales != Scales::Large
     }
@@ -124,25 +149,30 @@ mod tests {
         shares.iter().zip(errors).map(feature).collect()
     }
 
-    fn likelihood(config: &TrackerConfig) -> f64 {
+    const PAPER: LikelihoodRules = LikelihoodRules {
+        epsilon: 0.08,
+        occlusion_weights: true,
+        gamma: Gamma::ExpVisible,
+        scales: Scales::Both,
+    };
+
+    fn likelihood(rules: &LikelihoodRules) -> f64 {
         let large = features(&[0.5, 1.0], &[0.01, 0.5]);
         let small = features(&[0.2, 0.4], &[0.5, 0.079]);
-        LikelihoodRules::new(config).likelihood(large.into_iter(), small.into_iter())
+        rules.likelihood(large.into_iter(), small.into_iter())
     }
 
     #[test]
     fn it_is_eq_24() {
-        let paper = TrackerConfig::default();
         // Large: one of two visible, so gamma = exp(-1/2), weights 1.5 and 1; small: weights 1 and 1.5.
         let (large, small) = ((1.5 * 0.5 + 1.0) / 2.0, (0.2 + 1.5 * 0.4) / 2.0);
-        assert!((likelihood(&paper) - ((-0.5f64).exp() * large + small)).abs() < 1e-12);
-        let with = |gamma, scales| likelihood(&TrackerConfig { gamma, scales, ..paper.clone() });
+        assert!((likelihood(&PAPER) - ((-0.5f64).exp() * large + small)).abs() < 1e-12);
+        let with = |gamma, scales| likelihood(&LikelihoodRules { gamma, scales, ..PAPER });
         assert!((with(Gamma::One, Scales::Both) - (large + small)).abs() < 1e-12);
         assert!((with(Gamma::Visible, Scales::Large) - 0.5 * large).abs() < 1e-12);
         assert!((with(Gamma::ExpError, Scales::Large) - (-0.255f64).exp() * large).abs() < 1e-12);
         assert!((with(Gamma::One, Scales::Small) - small).abs() < 1e-12);
-        let all =
-            TrackerConfig { occlusion_weights: false, scales: Scales::Small, ..paper.clone() };
+        let all = LikelihoodRules { occlusion_weights: false, scales: Scales::Small, ..PAPER };
         assert!((likelihood(&all) - 1.5 * 0.3).abs() < 1e-12);
     }
 }

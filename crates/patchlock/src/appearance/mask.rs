@@ -25,12 +25,10 @@ impl OcclusionMask {
     pub fn make(
         &mut self,
         candidate: &[f32],
-        side: usize,
-        grid: &PatchGrid,
-        visible: &[bool],
-        radius: usize,
-        epsilon: f64,
+        (grid, visible): (&PatchGrid, &[bool]),
+        (radius, epsilon): (usize, f64),
     ) {
+        let side = grid.template_side();
         self.set_spread(side, grid, visible);
         self.set_guide(candidate);
         let smooth = self.filter.filter(&self.guide, &self.spread, side, radius, epsilon);
@@ -78,7 +76,7 @@ mod tests {
         let candidate: Vec<f32> = (0..1024).map(|k| (k % 13) as f32).collect();
         for visible in [true, false] {
             let mut mask = OcclusionMask::default();
-            mask.make(&candidate, 32, &GRID(), &[visible; 9], 2, 0.01);
+            mask.make(&candidate, (&GRID(), &[visible; 9]), (2, 0.01));
             assert!(mask.values().iter().all(|v| (v - f64::from(u8::from(visible))).abs() < 1e-9));
         }
     }
@@ -88,7 +86,7 @@ mod tests {
         let mut visible = [true; 9];
         visible[0] = false;
         let mut mask = OcclusionMask::default();
-        mask.make(&[0.5; 1024], 32, &GRID(), &visible, 0, 0.01);
+        mask.make(&[0.5; 1024], (&GRID(), &visible), (0, 0.01));
         let spread = &mask.spread;
         assert_eq!(spread[0], 0.0);
         // Rows 8 to 15 belong to two rows of patches, so the middle of the upper left quarter to four patches.

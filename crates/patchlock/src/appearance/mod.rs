@@ -1,15 +1,18 @@
-//! The appearance of the target: what its codes say, what weighs how much, and how it is learned.
+//! The appearance of a target as patches: what their codes say, how much each counts, and how it is learned.
+//!
+//! [`model`] is the whole, as one value. The other modules are its steps.
 
 pub mod buffer;
-mod crew;
-pub mod elimination;
 pub mod likelihood;
 pub mod mask;
+pub mod memory;
+pub mod model;
 pub mod pooling;
+pub mod pruning;
 pub mod scale;
-mod singular;
 pub mod subspace;
 pub mod templates;
 pub mod update;
+pub mod visibility;
 pub mod weighing;
 pub mod weights;

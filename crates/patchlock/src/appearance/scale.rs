@@ -1,9 +1,9 @@
-//! One of the two patch scales: its grid, dictionary and buffer, and what they say of candidates.
+//! One of the two patch scales: its grid, dictionary and buffer, and the scores of patches against them.
 
 use super::likelihood::Feature;
-use super::pooling::{PoolRules, own_share};
+use super::pooling::own_share;
 use super::weights::{masked_error, position_weights};
-use crate::simd::instructions::Instructions;
+use crate::numeric::instructions::Instructions;
 use crate::sparse::codes::{Code, CodeRules};
 use crate::sparse::dictionary::Dictionary;
 use crate::sparse::somp::batched;
@@ -30,25 +30,23 @@ pub struct Scale {
 pub struct ScaleRules {
     /// How codes are made.
     pub codes: CodeRules,
-    /// How they are pooled.
-    pub pool: PoolRules,
     /// How fast the weight falls with the distance from the centre.
     pub beta: f64,
     /// Whether it falls at all.
     pub position_weights: bool,
 }
 
-/// What is found of the candidates, location by location: entry `location * candidates + candidate`.
+/// The codes and features of all candidates, location by location: entry `location * candidates + candidate`.
 #[derive(Debug, Default)]
-pub struct Findings {
+pub struct PatchScores {
     candidates: usize,
     codes: Vec<Code>,
     features: Vec<Feature>,
 }
 
-/// Room for a thread that codes candidates.
+/// Buffers of a thread that codes candidates.
 #[derive(Debug, Default)]
-pub struct Worker {
+pub struct CodingScratch {
     patches: Vec<f32>,
     codes: Vec<Code>,
     solver: batched::Scratch,
@@ -132,28 +130,28 @@ impl Scale {
         &self.positions
     }
 
-    /// Codes the patches of some templates, at most a block of them, at one location. Blocks are independent, so the result is the same on any number of
-    /// threads.
+    /// Codes the patches of some templates, at most a block of them, at one location. Blocks are independent, so
+    /// the result is the same on any number of threads.
     pub fn code_block<'a>(
         &self,
         location: usize,
         templates: impl ExactSizeIterator<Item = &'a [f32]>,
-        worker: &mut Worker,
+        scratch: &mut CodingScratch,
         out: &mut [(Code, Feature)],
     ) {
-        let Worker { patches, codes, solver } = worker;
+        let CodingScratch { patches, codes, solver } = scratch;
         let dim = self.grid.dim();
         patches.resize(templates.len() * dim, 0.0);
         codes.resize(templates.len(), Code::default());
         self.grid.cut_each(templates, location, patches);
         let at = &self.locations[location];
         batched::solve(&self.dictionary, at, patches, &self.rules.codes, solver, codes);
-        Instructions::default().dispatch(Find { scale: self, location, patches, codes, out });
+        Instructions::default().dispatch(Score { scale: self, location, patches, codes, out });
     }
 }
 
-/// What codes say of their patches, for the processor at hand.
-struct Find<'a> {
+/// The features that follow from codes, compiled for the processor at hand.
+struct Score<'a> {
     scale: &'a Scale,
     location: usize,
     patches: &'a [f32],
@@ -161,22 +159,22 @@ struct Find<'a> {
     out: &'a mut [(Code, Feature)],
 }
 
-impl WithSimd for Find<'_> {
+impl WithSimd for Score<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { scale: Scale { dictionary, rules, .. }, location, patches, codes, out } = self;
+        let Self { scale: Scale { dictionary, .. }, location, patches, codes, out } = self;
         let coded = codes.iter().zip(patches.chunks_exact(dictionary.dim()));
         for (out, (&code, patch)) in out.iter_mut().zip(coded) {
-            let share = own_share(&code, location, dictionary.locations(), rules.pool);
+            let share = own_share(&code, location, dictionary.locations());
             let error = masked_error(dictionary, patch, &code, location);
             *out = (code, Feature { share, error });
         }
     }
 }
 
-impl Findings {
+impl PatchScores {
     /// Makes room for this many candidates and locations.
     pub fn begin(&mut self, candidates: usize, locations: usize) {
         self.candidates = candidates;
@@ -184,15 +182,9 @@ impl Findings {
         self.features.resize(candidates * locations, Feature::default());
     }
 
-    /// Where nobody is coded: every patch counts as hidden, and has no code.
-    pub fn hide(&mut self) {
-        self.codes.fill(Code::default());
-        self.features.fill(Feature::HIDDEN);
-    }
-
-    /// Notes what was found of these candidates at one location.
-    pub fn note(&mut self, location: usize, which: &[u32], found: &[(Code, Feature)]) {
-        for (&k, &(code, feature)) in which.iter().zip(found) {
+    /// Stores the codes and features of these candidates at one location.
+    pub fn store(&mut self, location: usize, which: &[u32], scores: &[(Code, Feature)]) {
+        for (&k, &(code, feature)) in which.iter().zip(scores) {
             let place = location * self.candidates + k as usize;
             (self.codes[place], self.features[place]) = (code, feature);
         }

@@ -9,7 +9,7 @@
 //! svd [f U S  B'] = U' S' V'                  basis U',  values S',  mean (f n a + m b) / (f n + m)
 //! ```
 
-use super::singular::orthogonalise;
+use crate::numeric::singular::orthogonalise;
 use serde::{Deserialize, Serialize};
 
 /// Squared singular values below this are rounding: the vectors have norm 1, and `f32` resolves differences of 1e-8.

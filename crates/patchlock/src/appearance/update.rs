@@ -2,9 +2,19 @@
 
 use super::mask::OcclusionMask;
 use super::subspace::Subspace;
-use crate::config::TrackerConfig;
 use crate::sparse::lasso::Reconstruction;
 use crate::vision::patches::{PatchGrid, normalise};
+
+/// How a new template is made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TemplateRules {
+    /// Weight of the L1 norms in the reconstruction of the tracked candidate.
+    pub lambda: f64,
+    /// Radius of the guided filter that smooths the occlusion mask, in samples; 0 turns it off.
+    pub guided_radius: usize,
+    /// Regularisation of the guided filter.
+    pub guided_epsilon: f64,
+}
 
 /// A new template and the occlusion mask that it was made with; a value can be used again and again.
 #[derive(Debug, Clone, Default)]
@@ -31,18 +41,17 @@ impl NewTemplate {
     pub fn make(
         &mut self,
         candidate: &[f32],
-        grid: &PatchGrid,
-        visible: &[bool],
+        (grid, visible): (&PatchGrid, &[bool]),
         subspace: &Subspace,
-        config: &TrackerConfig,
+        rules: &TemplateRules,
     ) {
-        let (radius, epsilon) = (config.guided_radius, config.guided_epsilon);
-        self.mask.make(candidate, config.template_side, grid, visible, radius, epsilon);
+        let filter = (rules.guided_radius, rules.guided_epsilon);
+        self.mask.make(candidate, (grid, visible), filter);
         // H = mean + U q, with q robust against what the trivial templates explain.
         let mean = subspace.mean();
         self.signal.clear();
         self.signal.extend(candidate.iter().zip(mean).map(|(&c, mean)| f64::from(c) - mean));
-        self.code.solve(subspace.basis(), &self.signal, config.lambda);
+        self.code.solve(subspace.basis(), &self.signal, rules.lambda);
         let hidden = mean.iter().zip(self.code.fit()).map(|(mean, fit)| mean + fit);
         let seen = candidate.iter().zip(self.mask.values());
         let blend = seen.zip(hidden).map(|((&c, k), h)| f64::from(c) * k + h * (1.0 - k));
@@ -59,7 +68,7 @@ mod tests {
 
     #[test]
     fn what_is_hidden_comes_from_the_subspace() {
-        let config = TrackerConfig { guided_radius: 0, ..TrackerConfig::default() };
+        let rules = TemplateRules { lambda: 0.01, guided_radius: 0, guided_epsilon: 0.01 };
         let grid = PatchGrid::new(32, 16, 8, false);
         let face = |k: usize, t: usize| 1.0 + ((k / 32 + t) % 7) as f32 * 0.1;
         let views: Vec<Vec<f32>> = (0..10)
@@ -70,15 +79,15 @@ mod tests {
             })
             .collect();
         let mut subspace = Subspace::default();
-        let rules = SubspaceRules { forgetting: 1.0, keep: 1e-6, vectors: 20 };
-        subspace.add(&views, &rules, &mut Scratch::default());
+        let keep_all = SubspaceRules { forgetting: 1.0, keep: 1e-6, vectors: 20 };
+        subspace.add(&views, &keep_all, &mut Scratch::default());
         // The upper left patch is covered by something bright.
         let mut covered = views[0].clone();
         (0..8).for_each(|row| covered[row * 32..row * 32 + 8].fill(0.2));
         let mut visible = [true; 9];
         visible[0] = false;
         let mut new = NewTemplate::default();
-        new.make(&covered, &grid, &visible, &subspace, &config);
+        new.make(&covered, (&grid, &visible), &subspace, &rules);
         let error =
             |a: &[f32], b: &[f32]| -> f32 { a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum() };
         assert!(error(new.template(), &views[0]) < 0.01 * error(&covered, &views[0]));
@@ -87,7 +96,7 @@ mod tests {
         let norm: f32 = new.template().iter().map(|v| v * v).sum();
         assert!((norm - 1.0).abs() < 1e-5);
         // All visible: the candidate itself.
-        new.make(&covered, &grid, &[true; 9], &subspace, &config);
+        new.make(&covered, (&grid, &[true; 9]), &subspace, &rules);
         let mut same = covered.clone();
         normalise(&mut same);
         assert!(error(new.template(), &same) < 1e-10);

@@ -1,6 +1,6 @@
 //! Occlusion levels and position weights (Eq. 12-14, 18-19).
 
-use crate::sparse::codes::Code;
+use crate::sparse::codes::{Code, MAX_ATOMS};
 use crate::sparse::dictionary::Dictionary;
 
 /// Samples that are worked on together.
@@ -14,7 +14,7 @@ pub fn masked_error(dictionary: &Dictionary, patch: &[f32], code: &Code, locatio
     if patch.iter().all(|&v| v == 0.0) {
         return f64::INFINITY;
     }
-    let mut own: [(&[f32], f64); crate::config::MAX_ATOMS] = Default::default();
+    let mut own: [(&[f32], f64); MAX_ATOMS] = Default::default();
     let mut count = 0;
     for (atom, x) in code.entries().filter(|&(atom, _)| dictionary.location(atom) == location) {
         own[count] = (dictionary.atom(atom), x);

@@ -1,6 +1,7 @@
 //! A sparse code: a few atoms of the dictionary and their coefficients.
 
-use crate::config::{MAX_ATOMS, Selection};
+/// The most atoms that one code may hold.
+pub const MAX_ATOMS: usize = 8;
 
 /// The code of one patch: up to [`MAX_ATOMS`] atoms, in the order in which they were chosen, with signed coefficients.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -43,20 +44,15 @@ impl Code {
 pub struct CodeRules {
     /// Most atoms in a code, at most [`MAX_ATOMS`].
     pub atoms: usize,
-    /// How the next atom is chosen.
-    pub selection: Selection,
     /// An atom is eligible while `||d_res||^2` is at least this.
     pub min_residual: f64,
-    /// The code is complete when the remaining energy is at most this for each column.
-    pub stop_energy: f64,
 }
 
-/// Share of the signals' energy that counts as rounding: the signals are `f32`, whose rounding leaves about 1e-14 of it.
+/// Share of the signals' energy that counts as rounding: the signals are `f32`, whose rounding leaves
+/// about 1e-14 of it.
 const ROUNDING: f64 = 1e-12;
 
-impl CodeRules {
-    /// The energy at which a joint problem of `columns` signals with this total energy is complete.
-    pub fn final_energy(&self, columns: usize, energy: f64) -> f64 {
-        self.stop_energy * columns as f64 + ROUNDING * energy
-    }
+/// The remaining energy at which a joint problem whose signals have this total energy is complete.
+pub fn final_energy(energy: f64) -> f64 {
+    ROUNDING * energy
 }

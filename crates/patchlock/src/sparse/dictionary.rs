@@ -3,8 +3,8 @@
 //! `K = templates * locations` atoms of `dim` samples; atom `j * locations + i` is location `i` of template `j`. An atom has
 //! norm 1, or 0 where the patch was all zero.
 
-use super::aligned::Aligned;
 use super::gram;
+use crate::numeric::aligned::Aligned;
 
 /// Atoms and what all signals share of them: their squared norms, their samples as the matrix product reads them, and their
 /// inner products.
@@ -27,6 +27,9 @@ pub struct Dictionary {
     counts: Vec<f32>,
     spread: f64,
 }
+
+/// The largest dictionary, in atoms; its Gram matrix then takes 512 MiB.
+pub const MAX_DICTIONARY: usize = 8192;
 
 /// Rows that run over all atoms are padded to a multiple of this: four of the widest vectors.
 pub const LANES: usize = 64;

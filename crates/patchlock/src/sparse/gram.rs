@@ -5,7 +5,7 @@
 //! all instructions.
 
 use super::dictionary::LANES;
-use crate::simd::instructions::Instructions;
+use crate::numeric::instructions::Instructions;
 use pulp::{Scalar256b, Simd, WithSimd, bytemuck};
 use rayon::prelude::*;
 use std::any::TypeId;

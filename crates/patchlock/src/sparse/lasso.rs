@@ -9,8 +9,8 @@
 //! eliminated, and converges to the exact solution. Where many samples are outliers it does so slowly; Nesterov's momentum, started
 //! again whenever it points uphill (O'Donoghue, Candes, 2015), makes that some hundred turns.
 
-use crate::simd::dot_wide;
-use crate::simd::instructions::Instructions;
+use crate::numeric::dot_wide;
+use crate::numeric::instructions::Instructions;
 use pulp::{Simd, WithSimd};
 
 /// Turns taken at most.

@@ -1,6 +1,5 @@
 //! Sparse codes: the dictionary of patches, joint codes by matching pursuit, and the lasso with trivial templates.
 
-mod aligned;
 pub mod codes;
 pub mod dictionary;
 mod gram;

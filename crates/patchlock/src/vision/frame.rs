@@ -1,8 +1,9 @@
-//! Frames: borrowed views of the caller's pixels, and the grey image that the tracker works on.
+//! Frames: borrowed views of the caller's pixels, and the grey image that is made of one.
 //!
 //! Grey is `0.2989 R + 0.5870 G + 0.1140 B`, scaled to `[0, 1]` (Sec. 1 of the paper's tracker).
 
 use crate::Error;
+use serde::{Deserialize, Serialize};
 
 /// The largest magnitude of a `f32` sample: squares and sums of such samples stay finite.
 const MAX_SAMPLE: f32 = 1e6;
@@ -45,6 +46,42 @@ impl Sample for f32 {
 
     fn is_usable(self) -> bool {
         self.abs() <= MAX_SAMPLE
+    }
+}
+
+/// Width and height of the frames that a target is tracked in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FrameSize {
+    /// Width in pixels.
+    pub width: usize,
+    /// Height in pixels.
+    pub height: usize,
+}
+
+impl FrameSize {
+    /// Refuses frames of another size.
+    ///
+    /// # Errors
+    /// [`Error::FrameSize`] has both sizes.
+    pub fn expect(self, given: Self) -> Result<(), Error> {
+        if given == self {
+            return Ok(());
+        }
+        Err(Error::FrameSize {
+            width: given.width,
+            height: given.height,
+            expected_width: self.width,
+            expected_height: self.height,
+        })
+    }
+
+    /// The size, where it is that of a frame.
+    ///
+    /// # Errors
+    /// [`Error::Snapshot`] where a side is 0.
+    pub fn checked(self) -> Result<Self, Error> {
+        let sound = self.width > 0 && self.height > 0;
+        sound.then_some(self).ok_or_else(|| crate::error::snapshot("the frame size is 0"))
     }
 }
 
@@ -153,6 +190,11 @@ impl<'a> Frame<'a> {
     /// Height in pixels.
     pub fn height(&self) -> usize {
         self.height
+    }
+
+    /// Width and height.
+    pub fn size(&self) -> FrameSize {
+        FrameSize { width: self.width, height: self.height }
     }
 
     fn whole(

@@ -1,6 +1,6 @@
 //! The patches of a template (Eq. 1): overlapping squares on a regular grid, each normalised. The bits are the same with any instructions.
 
-use crate::simd::{dot, instructions::Instructions};
+use crate::numeric::{dot, instructions::Instructions};
 use pulp::{Simd, WithSimd};
 
 /// The grid of patches in a square template: `per_side * per_side` squares of side `patch`, `step` samples apart.
@@ -29,6 +29,11 @@ impl PatchGrid {
     /// Locations along one side.
     pub fn per_side(&self) -> usize {
         self.per_side
+    }
+
+    /// Side of the templates, in samples.
+    pub fn template_side(&self) -> usize {
+        self.template_side
     }
 
     /// Side of a patch, in samples.
@@ -156,13 +161,13 @@ fn normalise_here(vector: &mut [f32]) {
 }
 
 /// The inner product of two templates.
-pub fn likeness(a: &[f32], b: &[f32]) -> f64 {
-    Instructions::default().dispatch(Likeness(a, b))
+pub fn similarity(a: &[f32], b: &[f32]) -> f64 {
+    Instructions::default().dispatch(Similarity(a, b))
 }
 
-struct Likeness<'a>(&'a [f32], &'a [f32]);
+struct Similarity<'a>(&'a [f32], &'a [f32]);
 
-impl WithSimd for Likeness<'_> {
+impl WithSimd for Similarity<'_> {
     type Output = f64;
 
     #[inline(always)]

@@ -4,7 +4,7 @@
 //! `[[m00, m01, x], [m10, m11, y]]` takes grid coordinates `(a, b)` to the frame's pixels. What lies outside the frame
 //! is 0, so a sample between the last pixel and the outside fades to 0 (OpenCV's `BORDER_CONSTANT`).
 
-use crate::simd::instructions::Instructions;
+use crate::numeric::instructions::Instructions;
 use crate::vision::frame::GreyImage;
 use pulp::{Simd, WithSimd};
 

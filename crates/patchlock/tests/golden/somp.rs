@@ -2,7 +2,6 @@
 
 use crate::solvers::{RULES, Solver, Span, energy, indices};
 use crate::{golden, read};
-use patchlock::config::Selection;
 use patchlock::sparse::codes::{Code, CodeRules};
 use patchlock::sparse::dictionary::Dictionary;
 use patchlock::vision::patches::PatchGrid;
@@ -68,7 +67,6 @@ struct RandomProblem {
 struct Answers {
     spams: Answer,
     reference: Answer,
-    textbook: Choice,
 }
 
 /// `None` stands for NaN.
@@ -77,12 +75,6 @@ struct Answer {
     atoms: Vec<usize>,
     coefficients: Vec<Option<f64>>,
     residual_energies: Vec<Option<f64>>,
-    margin: Option<f64>,
-}
-
-#[derive(Deserialize)]
-struct Choice {
-    atoms: Vec<usize>,
     margin: Option<f64>,
 }
 
@@ -104,7 +96,6 @@ struct Counts {
     agree: usize,
     degenerate: usize,
     unclear: usize,
-    unclear_textbook: usize,
 }
 
 impl Problem<'_> {
@@ -125,17 +116,11 @@ impl Problem<'_> {
     /// Both solvers against the reference, which is SPAMS' answer too, unless SPAMS went wrong.
     fn check(&self, answers: &Answers, limit: usize, counts: &mut Counts) {
         let rules = CodeRules { atoms: limit, ..RULES };
-        let textbook = CodeRules { selection: Selection::Textbook, ..rules };
         for solver in Solver::ALL {
             let code = self.solve(solver, &rules);
             self.check_reference(&answers.reference, &code, solver);
-            if is_clear(answers.textbook.margin) {
-                let support = indices(&self.solve(solver, &textbook));
-                assert_eq!(support, answers.textbook.atoms, "{} {solver:?} textbook", self.name);
-            }
         }
         counts.unclear += usize::from(!is_clear(answers.reference.margin));
-        counts.unclear_textbook += usize::from(!is_clear(answers.textbook.margin));
     }
 
     fn check_reference(&self, reference: &Answer, code: &Code, solver: Solver) {
@@ -256,7 +241,7 @@ impl RandomProblem {
 fn codes_of_rendered_scenes_are_those_of_spams() {
     let counts = golden::<File>("somp.json").check_scenes();
     // Where templates repeat, equal atoms tie.
-    assert_eq!(counts, Counts { agree: 80, degenerate: 15, unclear: 13, unclear_textbook: 12 });
+    assert_eq!(counts, Counts { agree: 80, degenerate: 15, unclear: 13 });
 }
 
 #[test]
@@ -270,7 +255,7 @@ fn codes_of_random_problems_are_those_of_spams() {
     for random in &random.spams_degenerate {
         random.with(|problem| problem.check_degenerate(&random.answers, file.limit, &mut counts));
     }
-    assert_eq!(counts, Counts { agree: 14, degenerate: 3, unclear: 3, unclear_textbook: 3 });
+    assert_eq!(counts, Counts { agree: 14, degenerate: 3, unclear: 3 });
 }
 
 /// `tools/oracles/somp_real.py` writes such a file from real frames, which are not ours to store.

@@ -2,7 +2,7 @@
 
 use crate::golden;
 use patchlock::Frame;
-use patchlock::filter::state::State;
+use patchlock::State;
 use patchlock::vision::{frame::GreyImage, warp::warp};
 use serde::Deserialize;
 

@@ -3,19 +3,13 @@
 // Each test program uses a part of this.
 #![allow(dead_code)]
 
-use patchlock::config::Selection;
-use patchlock::simd::instructions::Instructions;
+use patchlock::numeric::instructions::Instructions;
 use patchlock::sparse::codes::{Code, CodeRules};
 use patchlock::sparse::dictionary::Dictionary;
 use patchlock::sparse::somp::{batched, definition};
 
 /// The rules of the preset `paper`.
-pub const RULES: CodeRules = CodeRules {
-    atoms: 4,
-    selection: Selection::OrderRecursive,
-    min_residual: 1e-6,
-    stop_energy: 0.0,
-};
+pub const RULES: CodeRules = CodeRules { atoms: 4, min_residual: 1e-6 };
 
 /// Scores that differ by less than this share are the same up to the rounding of `f64`.
 pub const TIE: f64 = 1e-9;
@@ -105,19 +99,10 @@ impl Span {
     }
 
     /// The score by which `atom` would be chosen next.
-    pub fn score(
-        &self,
-        dictionary: &Dictionary,
-        signals: &[&[f32]],
-        atom: usize,
-        selection: Selection,
-    ) -> f64 {
+    pub fn score(&self, dictionary: &Dictionary, signals: &[&[f32]], atom: usize) -> f64 {
         let atom = self.rest(dictionary.atom(atom));
         let correlation: f64 = signals.iter().map(|s| dot(&self.rest(s), &atom).powi(2)).sum();
-        match selection {
-            Selection::OrderRecursive => correlation / energy(&atom),
-            Selection::Textbook => correlation,
-        }
+        correlation / energy(&atom)
     }
 }
 

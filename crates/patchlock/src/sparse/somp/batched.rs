@@ -62,15 +62,13 @@
 
 use super::exact::{Choice, Exact, Memo, eligible};
 use super::node::{Node, Path};
-use super::product::PAIR;
 use super::rows::{ADDING_ONE, Margins, Rows};
 use super::screen::{Residuals, Runner, Screen};
 use super::vectors::{project_out, widen};
-use crate::config::MAX_ATOMS;
-use crate::simd::dot_wide;
-use crate::simd::instructions::Instructions;
-use crate::sparse::aligned::Aligned;
-use crate::sparse::codes::{Code, CodeRules};
+use crate::numeric::aligned::Aligned;
+use crate::numeric::dot_wide;
+use crate::numeric::instructions::Instructions;
+use crate::sparse::codes::{Code, CodeRules, MAX_ATOMS, final_energy};
 use crate::sparse::dictionary::Dictionary;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
@@ -89,7 +87,6 @@ pub struct Location {
     rows: Rows,
     /// The newest shared column, or zeros.
     reference: Vec<f32>,
-    columns: usize,
     /// Its number.
     place: usize,
     /// Room for an atom.
@@ -106,7 +103,6 @@ impl Location {
     ) {
         let dim = dictionary.dim();
         self.place = place;
-        self.columns = shared.len() / dim;
         self.reference.clear();
         self.reference.extend_from_slice(&shared[shared.len().saturating_sub(dim)..]);
         self.reference.resize(dim, 0.0);
@@ -269,7 +265,7 @@ impl Scratch {
     /// Puts all candidates of the block at the root, but for those that leave nothing to explain.
     #[inline(always)]
     fn begin<S: Simd>(&mut self, simd: S, problem: Problem<'_>, block: &[f32], codes: &mut [Code]) {
-        let Problem { dictionary, location, rules } = problem;
+        let Problem { dictionary, location, .. } = problem;
         let (dim, count) = (dictionary.dim(), block.len() / dictionary.dim());
         self.clear(dictionary);
         widen(&mut self.residuals, block);
@@ -281,7 +277,7 @@ impl Scratch {
             let energy = dot_wide(simd, wide, wide);
             let (error, spread) = location.rows.candidate(dim, distance);
             let all = location.root.energy + energy;
-            let final_energy = rules.final_energy(location.columns + 1, all);
+            let final_energy = final_energy(all);
             self.candidates.push(Candidate {
                 error,
                 spread,
@@ -295,9 +291,7 @@ impl Scratch {
                 codes[row] = Code::default();
             }
         }
-        let padded = count.next_multiple_of(PAIR);
-        self.differences.resize(padded * dim, 0.0);
-        self.correlations.resize(padded * dictionary.stride());
+        self.correlations.resize(count * dictionary.stride());
         self.nodes.resize_with(MAX_ATOMS, Node::default);
         self.rows.resize_with(MAX_ATOMS, Rows::default);
         if !self.order.is_empty() {

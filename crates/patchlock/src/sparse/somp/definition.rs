@@ -1,8 +1,7 @@
 //! The definition of a joint code, written to be obviously right: `f64`, and at each step every projection is a least-squares
 //! problem solved afresh. Far too slow to track with; the tests hold the fast solver to it.
 
-use crate::config::Selection;
-use crate::sparse::codes::{Code, CodeRules};
+use crate::sparse::codes::{Code, CodeRules, final_energy};
 use crate::sparse::dictionary::Dictionary;
 use nalgebra::DMatrix;
 
@@ -16,7 +15,7 @@ pub fn solve(
     let dim = dictionary.dim();
     let atoms = matrix(dim, (0..dictionary.len()).map(|k| dictionary.atom(k)));
     let signals = matrix(dim, shared.chunks_exact(dim).chain([candidate]));
-    let final_energy = rules.final_energy(signals.ncols(), signals.norm_squared());
+    let final_energy = final_energy(signals.norm_squared());
 
     let mut support: Vec<usize> = Vec::new();
     while support.len() < rules.atoms {
@@ -49,11 +48,7 @@ fn best_atom(
         if left < rules.min_residual || support.contains(&k) {
             continue;
         }
-        let correlation = signals_left.tr_mul(&atom).norm_squared();
-        let score = match rules.selection {
-            Selection::OrderRecursive => correlation / left,
-            Selection::Textbook => correlation,
-        };
+        let score = signals_left.tr_mul(&atom).norm_squared() / left;
         if score > best.1 {
             best = (Some(k), score);
         }

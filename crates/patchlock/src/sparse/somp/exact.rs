@@ -2,9 +2,8 @@
 
 use super::node::Path;
 use super::vectors::{U, dots_each, widen};
-use crate::config::{MAX_ATOMS, Selection};
-use crate::simd::dot_wide;
-use crate::sparse::codes::CodeRules;
+use crate::numeric::dot_wide;
+use crate::sparse::codes::{CodeRules, MAX_ATOMS};
 use crate::sparse::dictionary::Dictionary;
 use pulp::Simd;
 
@@ -67,18 +66,12 @@ impl Memo {
     }
 }
 
-/// What [`Exact::eligible`] is. The textbook's score divides by nothing, and so the screen has no `||d_res||^2` to tell by: none is enough, and
-/// none too little.
+/// What [`Exact::eligible`] is.
 pub fn eligible(rules: &CodeRules) -> (f32, f32) {
     // More than what `f32` rounds here and there.
     let slack = 16.0 * U;
-    match rules.selection {
-        Selection::OrderRecursive => (
-            (rules.min_residual * (1.0 + slack)) as f32,
-            (rules.min_residual * (1.0 - slack)) as f32,
-        ),
-        Selection::Textbook => (f32::INFINITY, f32::NEG_INFINITY),
-    }
+    let least = rules.min_residual;
+    ((least * (1.0 + slack)) as f32, (least * (1.0 - slack)) as f32)
 }
 
 impl Exact<'_> {
@@ -104,10 +97,7 @@ impl Exact<'_> {
         };
         let choice = self.choice(atom, &known, own)?;
         let squares = own * own + known.squares;
-        let score = match self.rules.selection {
-            Selection::OrderRecursive => squares / known.left,
-            Selection::Textbook => squares,
-        };
+        let score = squares / known.left;
         (score > 0.0).then_some(Choice { score, ..choice })
     }
 

@@ -9,7 +9,7 @@
 //! atom with the largest score
 //!
 //! ```text
-//! order-recursive:  ||R_res^T d||^2 / ||d_res||^2        textbook:  ||R_res^T d||^2
+//! ||R_res^T d||^2 / ||d_res||^2
 //! ```
 //!
 //! where `R_res` and `d_res` are what projecting out the chosen atoms leaves of signals and atom; the first atom wins a tie. An atom is

@@ -1,8 +1,8 @@
 //! What is known in `f64` once some atoms are chosen, of everything that does not depend on the candidate: this decides.
 
 use super::vectors::{dots_each, take_off_wide, widen};
-use crate::config::MAX_ATOMS;
-use crate::simd::dot_wide;
+use crate::numeric::dot_wide;
+use crate::sparse::codes::MAX_ATOMS;
 use crate::sparse::dictionary::Dictionary;
 use pulp::Simd;
 

@@ -4,11 +4,8 @@ use super::vectors::{TILE, Tile, mul_add, tile_place, tiles};
 use crate::sparse::dictionary::{Dictionary, LANES};
 use pulp::Simd;
 
-/// The number of signals must be a multiple of this.
-pub const PAIR: usize = 2;
-
-/// Writes the inner products of each signal (rows of `dim`, a multiple of [`PAIR`] of them) with the atoms of tile `t`, each added to that atom's entry of
-/// `base`, to where this tile has its place in `out`.
+/// Writes the inner products of each signal (rows of `dim`) with the atoms of tile `t`, each added to that
+/// atom's entry of `base`, to where this tile has its place in `out`.
 #[inline(always)]
 pub fn correlate<S: Simd>(
     simd: S,
@@ -33,7 +30,8 @@ pub fn correlate<S: Simd>(
             4.. if S::REGISTER_COUNT >= 32 => {
                 products::<S, 4>(simd, signals, panel, base, (&mut out[place..], parts))
             }
-            _ => products::<S, PAIR>(simd, signals, panel, base, (&mut out[place..], parts)),
+            2.. => products::<S, 2>(simd, signals, panel, base, (&mut out[place..], parts)),
+            _ => products::<S, 1>(simd, signals, panel, base, (&mut out[place..], parts)),
         }
     }
 }
@@ -74,7 +72,7 @@ fn products<S: Simd, const SIZE: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sparse::aligned::Aligned;
+    use crate::numeric::aligned::Aligned;
     use crate::sparse::somp::vectors::{place, tiles_mut};
     use pulp::{Arch, WithSimd};
 
@@ -92,17 +90,20 @@ mod tests {
         }
     }
 
+    /// With every number of signals that are worked on together.
+    const ROWS: usize = 13;
+
     #[test]
     fn it_is_the_inner_products() {
         let value = |k: usize| (k * 7919 % 251) as f32 / 251.0 - 0.3;
         for (dim, atoms) in [(64, 169), (5, 3), (256, 64)] {
             let dictionary = Dictionary::new(dim, 1, (0..dim * atoms).map(value).collect());
-            let signals: Vec<f32> = (0..5 * PAIR * dim).map(|k| value(k + 17)).collect();
+            let signals: Vec<f32> = (0..ROWS * dim).map(|k| value(k + 17)).collect();
             let mut out = Aligned::default();
-            out.resize(5 * PAIR * dictionary.stride());
+            out.resize(ROWS * dictionary.stride());
             Arch::new().dispatch(Correlate(&signals, &dictionary, &mut out));
             for (row, signal) in signals.chunks_exact(dim).enumerate() {
-                let at = |k: usize| out[place(k, row, 5 * PAIR)] - 0.5;
+                let at = |k: usize| out[place(k, row, ROWS)] - 0.5;
                 for k in 0..atoms {
                     let pairs = signal.iter().zip(dictionary.atom(k));
                     let product: f64 = pairs.map(|(a, b)| f64::from(a * b)).sum();

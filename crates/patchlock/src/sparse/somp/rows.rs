@@ -7,9 +7,8 @@ use super::vectors::{
     TILE, Tile, U, add, add_squares, dots_each, mul_add, panel, place, take_off, tile_place, tiles,
     tiles_mut, widen,
 };
-use crate::config::{MAX_ATOMS, Selection};
-use crate::sparse::aligned::Aligned;
-use crate::sparse::codes::CodeRules;
+use crate::numeric::aligned::Aligned;
+use crate::sparse::codes::{CodeRules, MAX_ATOMS};
 use crate::sparse::dictionary::{Dictionary, LANES};
 use pulp::Simd;
 
@@ -215,7 +214,6 @@ struct Recipe<'a> {
     shift: f32,
     lifts: &'a [f32],
     atom: usize,
-    selection: Selection,
     loss: (f32, f32),
 }
 
@@ -286,10 +284,7 @@ impl Rows {
             let norm = dictionary.squared_norm(k);
             // An atom that repeats an earlier one has its score, and gives way to it; with that one chosen, nothing is left of it.
             if norm >= rules.min_residual && !dictionary.repeats(k) {
-                *over = match rules.selection {
-                    Selection::OrderRecursive => (norm - 1.0) as f32,
-                    Selection::Textbook => 0.0,
-                };
+                *over = (norm - 1.0) as f32;
             }
         }
     }
@@ -376,7 +371,6 @@ impl Rows {
             shift: shift as f32,
             lifts,
             atom: node.atom,
-            selection: rules.selection,
             loss: (errors.loss.0 as f32, errors.loss.1 as f32),
         };
         let mut earlier: [&[Tile<S>]; MAX_ATOMS] = [&[]; MAX_ATOMS];
@@ -481,11 +475,7 @@ impl<S: Simd, const FIRST: bool> Tiles<S> for ChildTiles<'_, S, FIRST> {
             &mut kept.columns[first..]
         });
         let columns = (&columns[first..], own);
-        // The paper's four columns in a loop of a known length.
-        match (step, recipe.along.len()) {
-            (1, 4) => leave::<S, 4, FIRST>(simd, columns, 1, recipe, &mut shared),
-            _ => leave::<S, 0, FIRST>(simd, columns, step, recipe, &mut shared),
-        }
+        leave::<S, FIRST>(simd, columns, step, recipe, &mut shared);
         shared
     }
 
@@ -495,18 +485,17 @@ impl<S: Simd, const FIRST: bool> Tiles<S> for ChildTiles<'_, S, FIRST> {
     }
 }
 
-/// Adds up the squares of what the node leaves of its parent's columns, every `step`th of these tiles, and writes it where it has its own. `N` is how many
-/// columns there are, or 0 if that is not known beforehand.
+/// Adds up the squares of what the node leaves of its parent's columns, every `step`th of these tiles,
+/// and writes it where it has its own.
 #[inline(always)]
-fn leave<S: Simd, const N: usize, const FIRST: bool>(
+fn leave<S: Simd, const FIRST: bool>(
     simd: S,
     (columns, mut own): (&[Tile<S>], Option<&mut [Tile<S>]>),
     step: usize,
     recipe: &Recipe<'_>,
     shared: &mut Shared<S>,
 ) {
-    let count = if N == 0 { recipe.along.len() } else { N };
-    for (c, (&along, &lift)) in recipe.along.iter().zip(recipe.lifts).take(count).enumerate() {
+    for (c, (&along, &lift)) in recipe.along.iter().zip(recipe.lifts).enumerate() {
         let mut y = columns[c * step];
         take_off(simd, &mut y, &shared.weights, along);
         if FIRST {
@@ -556,14 +545,11 @@ impl Recipe<'_> {
             squares += if FIRST { y + lift } else { y }.powi(2);
         }
         let above = self.parent.over[k];
-        let over = match self.selection {
-            _ if k == self.atom => DEAD,
-            Selection::Textbook if FIRST => above + 1.0,
-            Selection::Textbook => above,
-            Selection::OrderRecursive if FIRST => above - (self.loss.0 + w) * w - self.loss.1,
-            Selection::OrderRecursive => above - (w.abs() + self.loss.0) * w.abs() - self.loss.1,
-        };
-        [w, squares, over]
+        if k == self.atom {
+            return [w, squares, DEAD];
+        }
+        let size = if FIRST { w } else { w.abs() };
+        [w, squares, above - (size + self.loss.0) * size - self.loss.1]
     }
 
     /// What scores are divided by, at least: `||d_res||^2` loses `w^2`, and what that may be off. The node's own atom is dead.
@@ -576,16 +562,12 @@ impl Recipe<'_> {
         t: usize,
     ) -> Tile<S> {
         let mut over = above;
-        if self.selection == Selection::OrderRecursive {
-            let (more, constant) = (simd.splat_f32s(self.loss.0), simd.splat_f32s(self.loss.1));
-            for i in 0..TILE {
-                let size = if FIRST { w[i] } else { simd.abs_f32s(w[i]) };
-                let most = simd.neg_f32s(simd.add_f32s(size, more));
-                let left = mul_add(simd, most, size, over[i]);
-                over[i] = simd.sub_f32s(left, constant);
-            }
-        } else if FIRST {
-            add(simd, &mut over, 1.0);
+        let (more, constant) = (simd.splat_f32s(self.loss.0), simd.splat_f32s(self.loss.1));
+        for i in 0..TILE {
+            let size = if FIRST { w[i] } else { simd.abs_f32s(w[i]) };
+            let most = simd.neg_f32s(simd.add_f32s(size, more));
+            let left = mul_add(simd, most, size, over[i]);
+            over[i] = simd.sub_f32s(left, constant);
         }
         if self.atom / (TILE * S::F32_LANES) == t {
             kill(simd, &mut over, self.atom);
@@ -617,18 +599,13 @@ fn kill<S: Simd>(simd: S, over: &mut Tile<S>, atom: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simd::instructions::Instructions;
+    use crate::numeric::instructions::Instructions;
     use proptest::prelude::*;
     use proptest::strategy::ValueTree;
     use pulp::WithSimd;
 
     const DIM: usize = 16;
-    const RULES: CodeRules = CodeRules {
-        atoms: MAX_ATOMS,
-        selection: Selection::OrderRecursive,
-        min_residual: 1e-6,
-        stop_energy: 0.0,
-    };
+    const RULES: CodeRules = CodeRules { atoms: MAX_ATOMS, min_residual: 1e-6 };
 
     /// Vectors that are positive and alike, as patches are, with this much texture; every third is nearly that before it.
     fn vectors(count: usize, texture: f32) -> impl Strategy<Value = Vec<f32>> {

@@ -14,9 +14,6 @@ const ROUNDING: f64 = 64.0 * U;
 /// Less than any score that is not zero but for rounding; more than nothing, so that an atom that can't be chosen stays below it.
 const NOTHING: f32 = 1e-30;
 
-/// Atoms of a tile that are taken in one by one. Where more could win, most of them drop out once the best is known.
-const FEW: u32 = 3;
-
 /// A little less than 1, and a little more.
 const DOWN: f32 = 1.0 - 8.0 * U as f32;
 const UP: f32 = 1.0 + 8.0 * U as f32;
@@ -205,12 +202,8 @@ impl Screen {
     ) {
         let mut sums = shared.squares;
         add_squares(simd, &mut sums, y);
-        let runner = &mut self.runners[number];
+        let runner = &self.runners[number];
         let mut bits = runner.reaching(simd, &sums, &shared.over);
-        if bits.count_ones() > FEW {
-            runner.raise_within(simd, (&sums, &shared.over), gap, exact.eligible.0);
-            bits = runner.reaching(simd, &sums, &shared.over);
-        }
         let (sums, over) = (lanes::<S>(&sums), lanes::<S>(&shared.over));
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize;
@@ -305,28 +298,6 @@ impl Runner {
             bits |= u64::from(reaching::<S>(simd, reach)) << (i * S::F32_LANES);
         }
         bits
-    }
-
-    /// Knows what the eligible atoms of a tile reach at least.
-    #[inline(always)]
-    fn raise_within<S: Simd>(
-        &mut self,
-        simd: S,
-        (sums, over): (&Tile<S>, &Tile<S>),
-        gap: f32,
-        eligible_from: f32,
-    ) {
-        let narrow = simd.splat_f32s(self.bounds.narrow);
-        let taken = simd.splat_f32s(self.bounds.taken);
-        let (gap, from) = (simd.splat_f32s(gap), simd.splat_f32s(eligible_from));
-        let mut highest = simd.splat_f32s(0.0);
-        for (&sum, &over) in sums.iter().zip(over) {
-            let surely = simd.sub_f32s(simd.mul_f32s(narrow, sum), taken);
-            let least = simd.div_f32s(surely, simd.add_f32s(over, gap));
-            let eligible = simd.greater_than_or_equal_f32s(over, from);
-            highest = simd.max_f32s(highest, simd.select_f32s(eligible, least, highest));
-        }
-        self.raise(simd.reduce_max_f32s(highest) * DOWN);
     }
 
     /// Whether an atom of the tile could win; `y` are the candidate's correlations.

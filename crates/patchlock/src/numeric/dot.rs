@@ -71,7 +71,7 @@ pub fn dots_wide<S: Simd, const N: usize>(simd: S, a: &[f64], others: [&[f64]; N
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simd::instructions::Instructions;
+    use crate::numeric::instructions::Instructions;
     use proptest::prelude::*;
     use pulp::WithSimd;
 

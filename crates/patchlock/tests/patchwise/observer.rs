@@ -1,25 +1,38 @@
 //! What the observer is shown is what happened.
 
-use crate::film::{OCCLUDED, quick};
+use crate::film::OCCLUDED;
+use crate::methods::patchwise;
 use patchlock::appearance::weights::{patch_weight, position_weights};
-use patchlock::config::FirstTemplates;
-use patchlock::filter::particles::most_likely;
-use patchlock::observe::PatchView;
+use patchlock::patchwise::particles::most_likely;
 use patchlock::vision::patches::PatchGrid;
-use patchlock::{Estimate, FrameView, TrackerConfig};
+use patchlock::{
+    Estimate, FrameView, PatchView, PatchwiseConfig, PatchwiseView, Tracker, TrackerConfig,
+    Visibility,
+};
 
 const FRAMES: usize = 36;
 
+/// The settings of the method, and all of them.
+fn settings() -> (PatchwiseConfig, TrackerConfig) {
+    let all = patchwise();
+    (all.patchwise.clone(), all)
+}
+
+fn seen(estimate: &Estimate) -> &Visibility {
+    estimate.visibility.as_ref().unwrap()
+}
+
 /// Tracks past the tree and hands over each frame's estimate with what was seen, and the templates before it.
-fn watch(config: &TrackerConfig, mut look: impl FnMut(&Estimate, &FrameView<'_>, &[Vec<f32>])) {
+fn watch(config: &TrackerConfig, mut look: impl FnMut(&Estimate, &PatchwiseView<'_>, &[Vec<f32>])) {
     let mut tracker = OCCLUDED.begin(config, 0);
     let mut templates: Vec<Vec<f32>> = Vec::new();
     for k in 1..FRAMES {
         // The estimate comes after the view, so the frame is tracked twice.
-        let mut twin = patchlock::Tracker::restore(tracker.snapshot()).unwrap();
+        let mut twin = Tracker::restore(tracker.snapshot()).unwrap();
         let estimate = twin.update(&OCCLUDED.frame(k)).unwrap();
         let mut views = 0;
         let mut observer = |view: &FrameView<'_>| {
+            let FrameView::Patchwise(view) = view else { panic!("another method's view") };
             views += 1;
             assert_eq!(view.frame, k as u64);
             look(&estimate, view, &templates);
@@ -32,13 +45,12 @@ fn watch(config: &TrackerConfig, mut look: impl FnMut(&Estimate, &FrameView<'_>,
 
 #[test]
 fn particles_and_likelihoods_are_those_of_the_estimate() {
-    let config = quick();
-    watch(&config, |estimate, view, _| {
+    let (config, all) = settings();
+    watch(&all, |estimate, view, _| {
         assert_eq!(view.particles.len(), config.particles);
         assert_eq!(view.likelihoods.len(), config.particles);
         assert_eq!(view.best, most_likely(view.likelihoods));
         assert!(view.likelihoods.iter().all(|&l| l <= view.likelihoods[view.best]));
-        assert_eq!(view.likelihoods[view.best], estimate.likelihood);
         let state = view.particles[view.best];
         assert_eq!(state.size(config.template_side), (estimate.bbox.w, estimate.bbox.h));
         let [x, y] = estimate.bbox.centre();
@@ -60,9 +72,11 @@ fn share(patch: &PatchView, location: usize, locations: usize) -> f64 {
 
 #[test]
 fn features_follow_from_the_codes() {
-    let config = quick();
-    watch(&config, |estimate, view, _| {
-        for (patches, map) in [(&view.large, &estimate.large), (&view.small, &estimate.small)] {
+    let (config, all) = settings();
+    watch(&all, |estimate, view, _| {
+        for (patches, map) in
+            [(&view.large, &seen(estimate).large), (&view.small, &seen(estimate).small)]
+        {
             assert_eq!(patches.len(), map.rows * map.columns);
             for (location, patch) in patches.iter().enumerate() {
                 assert!(patch.code.support().len() <= config.atoms);
@@ -77,8 +91,8 @@ fn features_follow_from_the_codes() {
 
 #[test]
 fn the_likelihood_follows_from_the_features() {
-    let config = quick();
-    watch(&config, |estimate, view, _| {
+    let (config, all) = settings();
+    watch(&all, |estimate, view, _| {
         let weighted = |patches: &[PatchView]| {
             let side = (patches.len() as f64).sqrt() as usize;
             let positions = position_weights(side, config.beta, true);
@@ -87,19 +101,20 @@ fn the_likelihood_follows_from_the_features() {
             });
             weighted.sum::<f64>() / patches.len() as f64
         };
-        let gamma = (estimate.visible_large - 1.0).exp();
+        let gamma = (seen(estimate).large.share() - 1.0).exp();
         let want = gamma * weighted(&view.large) + weighted(&view.small);
-        assert!((estimate.likelihood - want).abs() < 1e-12, "{} {want}", estimate.likelihood);
+        let got = view.likelihoods[view.best];
+        assert!((got - want).abs() < 1e-12, "{got} {want}");
     });
 }
 
 /// The large dictionary is that of the templates after the frame before.
 #[test]
 fn errors_follow_from_codes_templates_and_candidate() {
-    let config = quick();
+    let (config, all) = settings();
     let grid = PatchGrid::new(32, config.large_patch, config.large_step, false);
     let mut compared = 0;
-    watch(&config, |_, view, templates| {
+    watch(&all, |_, view, templates| {
         if templates.is_empty() {
             return;
         }
@@ -123,12 +138,13 @@ fn errors_follow_from_codes_templates_and_candidate() {
 
 #[test]
 fn a_template_is_replaced_on_every_fifth_frame() {
-    let config = quick();
+    let (config, all) = settings();
     let mut partly_hidden = 0;
-    watch(&config, |estimate, view, before| {
+    watch(&all, |estimate, view, before| {
         assert_eq!(view.templates.len(), config.templates);
         assert!(view.templates.iter().all(|t| t.len() == 32 * 32));
-        let enough = estimate.visible_small + estimate.visible_large > 2.0 * config.delta;
+        let Visibility { large, small } = seen(estimate);
+        let enough = small.share() + large.share() > 2.0 * config.delta;
         let due = view.frame % config.update_interval as u64 == 0 && enough;
         assert_eq!(view.update.is_some(), due, "frame {}", view.frame);
         let Some(update) = view.update else {
@@ -145,22 +161,4 @@ fn a_template_is_replaced_on_every_fifth_frame() {
         assert_eq!(view.templates[0], before[0]);
     });
     assert!(partly_hidden > 0);
-}
-
-#[test]
-fn gathering_shows_the_templates_that_are_there() {
-    let with = |first_templates| TrackerConfig { first_templates, ..quick() };
-    watch(&with(FirstTemplates::Nearest), |_, view, _| {
-        let expected = (view.frame as usize + 1).min(10);
-        assert_eq!(view.templates.len(), expected, "frame {}", view.frame);
-        assert!(view.update.is_none_or(|update| update.mask.len() == 32 * 32));
-    });
-    watch(&with(FirstTemplates::WarmUp), |_, view, _| {
-        assert_eq!(view.templates.len(), 10);
-        if view.frame <= 9 {
-            let update = view.update.unwrap();
-            assert_eq!((update.replaced, update.mask.len()), (1, 0));
-            assert_eq!(view.templates[9], view.candidate);
-        }
-    });
 }

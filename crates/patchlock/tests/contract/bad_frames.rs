@@ -1,6 +1,7 @@
 //! Frames of every kind give what they should, or are refused; none breaks anything.
 
-use crate::film::{SIMPLE, bits, numbers, quick};
+use crate::film::{SIMPLE, bits, numbers};
+use crate::methods::{all, learning_early};
 use patchlock::{BoundingBox, Error, Estimate, Frame, Tracker, TrackerConfig};
 
 /// The samples of a frame of the scene as grey.
@@ -14,9 +15,17 @@ fn grey(k: usize) -> Vec<u8> {
 
 const COUNT: usize = 16;
 
-/// Tracks frames that were made from the grey ones.
+/// Tracks frames that were made from the grey ones, with every method.
 fn track<T>(make: impl Fn(&[u8]) -> Vec<T>, view: impl Fn(&[T]) -> Frame<'_>) -> Vec<Estimate> {
-    let mut tracker = Tracker::new(quick()).unwrap();
+    all().iter().flat_map(|config| track_with(config, &make, &view)).collect()
+}
+
+fn track_with<T>(
+    config: &TrackerConfig,
+    make: impl Fn(&[u8]) -> Vec<T>,
+    view: impl Fn(&[T]) -> Frame<'_>,
+) -> Vec<Estimate> {
+    let mut tracker = Tracker::new(config.clone()).unwrap();
     let frames: Vec<Vec<T>> = (0..COUNT).map(|k| make(&grey(k))).collect();
     tracker.init(&view(&frames[0]), SIMPLE.truth(0)).unwrap();
     frames[1..].iter().map(|frame| tracker.update(&view(frame)).unwrap()).collect()
@@ -79,33 +88,38 @@ fn gaps_between_rows_change_nothing() {
 #[test]
 fn a_refused_frame_leaves_the_tracker_as_it_was() {
     let (w, h) = (SIMPLE.width(), SIMPLE.height());
-    let undisturbed = SIMPLE.track(&quick(), 0..12);
-    let mut tracker = SIMPLE.begin(&quick(), 0);
-    for (k, want) in (1..).zip(&undisturbed) {
-        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30] {
-            let mut samples = vec![0.5; w * h];
-            samples[w * h / 2] = bad;
-            let frame = Frame::grey32f(&samples, w, h).unwrap();
-            let before = tracker.snapshot();
-            assert!(matches!(tracker.update(&frame), Err(Error::Frame(_))), "{bad}");
-            assert!(matches!(tracker.init(&frame, SIMPLE.truth(0)), Err(Error::Frame(_))), "{bad}");
-            assert_eq!(tracker.snapshot(), before);
+    for config in all() {
+        let undisturbed = SIMPLE.track(&config, 0..12);
+        let mut tracker = SIMPLE.begin(&config, 0);
+        for (k, want) in (1..).zip(&undisturbed) {
+            for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30] {
+                let mut samples = vec![0.5; w * h];
+                samples[w * h / 2] = bad;
+                let frame = Frame::grey32f(&samples, w, h).unwrap();
+                let before = tracker.snapshot();
+                assert!(matches!(tracker.update(&frame), Err(Error::Frame(_))), "{bad}");
+                let begun = tracker.init(&frame, SIMPLE.truth(0));
+                assert!(matches!(begun, Err(Error::Frame(_))), "{bad}");
+                assert_eq!(tracker.snapshot(), before);
+            }
+            let samples = vec![90; w * h];
+            for (w, h) in [(h, w), (w - 1, h), (w, h - 1), (1, 1)] {
+                let error = tracker.update(&Frame::grey8(&samples, w, h).unwrap()).unwrap_err();
+                assert!(matches!(error, Error::FrameSize { .. }), "{error}");
+            }
+            assert_eq!(tracker.update(&SIMPLE.frame(k)).unwrap(), *want);
         }
-        let samples = vec![90; w * h];
-        for (w, h) in [(h, w), (w - 1, h), (w, h - 1), (1, 1)] {
-            let error = tracker.update(&Frame::grey8(&samples, w, h).unwrap()).unwrap_err();
-            assert!(matches!(error, Error::FrameSize { .. }), "{error}");
-        }
-        assert_eq!(tracker.update(&SIMPLE.frame(k)).unwrap(), *want);
     }
 }
 
 #[test]
 fn an_update_needs_a_target() {
-    let mut tracker = Tracker::new(quick()).unwrap();
-    assert_eq!(tracker.update(&SIMPLE.frame(0)), Err(Error::NotInitialised));
-    tracker.init(&SIMPLE.frame(0), SIMPLE.truth(0)).unwrap();
-    assert_eq!(SIMPLE.go_on(&mut tracker, 1..5), SIMPLE.track(&quick(), 0..5));
+    for config in all() {
+        let mut tracker = Tracker::new(config.clone()).unwrap();
+        assert_eq!(tracker.update(&SIMPLE.frame(0)), Err(Error::NotInitialised));
+        tracker.init(&SIMPLE.frame(0), SIMPLE.truth(0)).unwrap();
+        assert_eq!(SIMPLE.go_on(&mut tracker, 1..5), SIMPLE.track(&config, 0..5));
+    }
 }
 
 /// Tracks one frame again and again.
@@ -123,16 +137,11 @@ fn stare(samples: &[u8], w: usize, h: usize, bbox: BoundingBox, config: &Tracker
 
 #[test]
 fn frames_with_nothing_on_them_break_nothing() {
-    use patchlock::config::FirstTemplates::{Nearest, Shifts, WarmUp};
     let bbox = BoundingBox { x: 20.0, y: 10.0, w: 24.0, h: 20.0 };
-    for first_templates in [Shifts, WarmUp, Nearest] {
+    for config in all().into_iter().map(learning_early) {
         for subtract_mean in [false, true] {
-            let config = TrackerConfig {
-                first_templates,
-                subtract_mean,
-                small_update_interval: 5,
-                ..quick()
-            };
+            let mut config = config.clone();
+            config.patchwise.subtract_mean = subtract_mean;
             for grey in [0, 128, 255] {
                 stare(&[grey; 80 * 60], 80, 60, bbox, &config);
             }
@@ -143,10 +152,12 @@ fn frames_with_nothing_on_them_break_nothing() {
 #[test]
 fn the_smallest_frames_break_nothing() {
     let one = BoundingBox { x: 0.0, y: 0.0, w: 1.0, h: 1.0 };
-    stare(&[77], 1, 1, one, &quick());
-    stare(&[0], 1, 1, one, &quick());
-    stare(&[77, 200], 2, 1, one, &quick());
-    stare(&[77, 200], 2, 1, BoundingBox { w: 2.0, ..one }, &quick());
-    stare(&[200, 3], 1, 2, BoundingBox { h: 2.0, ..one }, &quick());
-    stare(&[0, 255], 2, 1, BoundingBox { x: -3.0, y: -3.0, w: 9.0, h: 9.0 }, &quick());
+    for config in all() {
+        stare(&[77], 1, 1, one, &config);
+        stare(&[0], 1, 1, one, &config);
+        stare(&[77, 200], 2, 1, one, &config);
+        stare(&[77, 200], 2, 1, BoundingBox { w: 2.0, ..one }, &config);
+        stare(&[200, 3], 1, 2, BoundingBox { h: 2.0, ..one }, &config);
+        stare(&[0, 255], 2, 1, BoundingBox { x: -3.0, y: -3.0, w: 9.0, h: 9.0 }, &config);
+    }
 }

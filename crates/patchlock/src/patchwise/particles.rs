@@ -1,24 +1,69 @@
-//! The particles of a frame: states drawn afresh around the last estimate, no weights carried over.
+//! The particles of a frame (Eq. 22, 23): states drawn anew around the last estimate, and their candidates.
 
-use super::{motion::Motion, state::State};
+use crate::appearance::model::{PatchRules, cut_candidate};
+use crate::motion::model::Motion;
+use crate::motion::state::State;
+use crate::sparse::somp::batched::BLOCK;
+use crate::vision::frame::GreyImage;
 use rand_pcg::Pcg64;
+use rayon::prelude::*;
 
-/// Draws `count` particles around `last` into `particles`. All noise is drawn here, one after the other, so the result does
-/// not depend on the number of threads that weigh the particles.
-pub fn draw(
-    particles: &mut Vec<State>,
-    count: usize,
-    last: &State,
-    motion: &Motion,
-    rng: &mut Pcg64,
-) {
+/// The particles of a frame and their candidates.
+#[derive(Debug, Default)]
+pub struct Particles {
+    states: Vec<State>,
+    candidates: Vec<f32>,
+    order: Vec<u32>,
+}
+
+impl Particles {
+    /// Draws `count` particles around `last`.
+    pub fn draw(&mut self, count: usize, last: &State, motion: &Motion, rng: &mut Pcg64) {
+        draw(&mut self.states, count, last, motion, rng);
+        arrange(&self.states, count.div_ceil(BLOCK), &mut self.order);
+    }
+
+    /// Warps and normalises the candidate of each particle, in parallel.
+    pub fn warp(&mut self, image: &GreyImage, rules: &PatchRules) {
+        let length = rules.template_side * rules.template_side;
+        self.candidates.resize(self.states.len() * length, 0.0);
+        let candidates = self.candidates.par_chunks_mut(length).zip(&self.states);
+        candidates.for_each(|(out, state)| cut_candidate(image, &state.matrix(), rules, out));
+    }
+
+    /// The particles, in the order in which they were drawn.
+    pub fn states(&self) -> &[State] {
+        &self.states
+    }
+
+    /// The candidates of all particles, one after the other.
+    pub fn candidates(&self) -> &[f32] {
+        &self.candidates
+    }
+
+    /// The candidate of one particle.
+    pub fn candidate(&self, k: usize) -> &[f32] {
+        let length = self.candidates.len() / self.states.len().max(1);
+        &self.candidates[k * length..][..length]
+    }
+
+    /// All particles, each next to similar ones.
+    pub fn order(&self) -> &[u32] {
+        &self.order
+    }
+}
+
+/// Draws `count` particles around `last` into `particles`. All noise is drawn here, in one sequence, so the result
+/// does not depend on the number of threads.
+fn draw(particles: &mut Vec<State>, count: usize, last: &State, motion: &Motion, rng: &mut Pcg64) {
     particles.clear();
     particles.extend((0..count).map(|_| motion.draw(last, rng)));
 }
 
-/// Puts the particles' numbers into an order in which neighbours are much alike: strips from left to right, and up and down each of them in turn. It is made to be
-/// cut into about `parts` parts, which are about as wide as high in the template's samples.
-pub fn arrange(particles: &[State], parts: usize, order: &mut Vec<u32>) {
+/// Puts the particles' numbers into an order in which neighbours are similar: vertical strips from left to right,
+/// traversed downwards and upwards in turn. When the order is cut into about `parts` parts, each covers an area
+/// that is about square in samples of the template.
+fn arrange(particles: &[State], parts: usize, order: &mut Vec<u32>) {
     order.clear();
     order.extend(0..particles.len() as u32);
     let aspect = particles.first().map_or(1.0, |particle| particle.aspect);
@@ -53,8 +98,7 @@ mod tests {
 
     const LAST: State =
         State { x: 100.0, y: 50.0, scale: 1.2, rotation: 0.1, aspect: 0.8, skew: 0.0 };
-    const PAPER: Motion =
-        Motion { sigma: [6.0, 6.0, 0.02, 0.002, 0.002, 0.0], relative_scale: false };
+    const PAPER: Motion = Motion { sigma: [6.0, 6.0, 0.02, 0.002, 0.002, 0.0] };
 
     fn particles(motion: &Motion, last: &State, count: usize, seed: u128) -> Vec<State> {
         let mut particles = Vec::new();
@@ -90,15 +134,6 @@ mod tests {
         assert!(particles(&PAPER, &thin, 1000, 1).iter().all(State::is_valid));
         let huge = Motion { sigma: [1e308; 6], ..PAPER };
         assert!(particles(&huge, &LAST, 100, 1).iter().all(State::is_valid));
-    }
-
-    #[test]
-    fn relative_scale_grows_with_the_scale() {
-        let relative = Motion { relative_scale: true, ..PAPER };
-        let (a, b) = (particles(&PAPER, &LAST, 10, 3), particles(&relative, &LAST, 10, 3));
-        for (a, b) in a.iter().zip(&b) {
-            assert!(((b.scale - 1.2) - 1.2 * (a.scale - 1.2)).abs() < 1e-12);
-        }
     }
 
     #[test]

@@ -12,8 +12,6 @@ const MAX_REDRAWS: usize = 100;
 pub struct Motion {
     /// Of x, y (pixels), scale, rotation (radians), aspect and skew (radians).
     pub sigma: [f64; 6],
-    /// Whether the scale's noise is multiplied by the scale.
-    pub relative_scale: bool,
 }
 
 impl Motion {
@@ -33,11 +31,10 @@ impl Motion {
             let normal: f64 = StandardNormal.sample(rng);
             sigma * normal
         });
-        let scale_unit = if self.relative_scale { last.scale } else { 1.0 };
         State {
             x: last.x + noise[0],
             y: last.y + noise[1],
-            scale: last.scale + scale_unit * noise[2],
+            scale: last.scale + noise[2],
             rotation: last.rotation + noise[3],
             aspect: last.aspect + noise[4],
             skew: last.skew + noise[5],

@@ -3,8 +3,8 @@
 //! Two columns at a time are turned in their plane until they are orthogonal. It ends when all are: the columns are then the left singular
 //! vectors times the singular values, also the smallest of them to full relative accuracy.
 
-use crate::simd::dot_wide;
-use crate::simd::instructions::Instructions;
+use crate::numeric::dot_wide;
+use crate::numeric::instructions::Instructions;
 use pulp::{Simd, WithSimd};
 
 /// Some ten are needed.

@@ -68,20 +68,16 @@ impl Film {
     }
 }
 
-/// The preset `paper` with so few particles and patches that a frame takes milliseconds.
-pub fn quick() -> TrackerConfig {
-    TrackerConfig { particles: 30, small_step: 8, ..TrackerConfig::preset("paper").unwrap() }
-}
-
 /// Every number of the estimates, to the last bit.
 pub fn bits(estimates: &[Estimate]) -> Vec<Vec<u64>> {
     estimates.iter().map(|e| numbers(e).into_iter().map(f64::to_bits).collect()).collect()
 }
 
 pub fn numbers(estimate: &Estimate) -> Vec<f64> {
-    let Estimate { bbox, corners, likelihood, score, visible_large, visible_small, .. } = estimate;
+    let Estimate { bbox, corners, score, visibility, .. } = estimate;
     let mut all = vec![bbox.x, bbox.y, bbox.w, bbox.h];
     all.extend(corners.as_flattened());
-    all.extend([likelihood, score, visible_large, visible_small]);
+    all.push(*score);
+    all.extend(visibility.iter().flat_map(|v| [v.large.share(), v.small.share()]));
     all
 }

@@ -1,8 +1,10 @@
 //! Many targets at once are tracked as by trackers of their own.
 
-use crate::film::{SIMPLE, bits, quick};
+use crate::film::{SIMPLE, bits};
+use crate::methods::all;
 use patchlock::{
     BoundingBox, Error, Estimate, Frame, MultiSnapshot, MultiTracker, TargetId, Tracker,
+    TrackerConfig,
 };
 use std::collections::BTreeMap;
 
@@ -28,9 +30,9 @@ fn keep(tracks: &mut Tracks, estimates: Vec<(TargetId, Estimate)>) {
 }
 
 /// The tracks of targets of which the k-th begins on frame k and the second leaves before frame 6.
-fn coming_and_going(threads: usize, count: usize, frames: usize) -> Tracks {
+fn coming_and_going(config: &TrackerConfig, threads: usize, count: usize, frames: usize) -> Tracks {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-    let mut tracker = MultiTracker::new(quick()).unwrap();
+    let mut tracker = MultiTracker::new(config.clone()).unwrap();
     let mut tracks = Tracks::new();
     for k in 0..frames {
         let frame = SIMPLE.frame(k);
@@ -47,9 +49,9 @@ fn coming_and_going(threads: usize, count: usize, frames: usize) -> Tracks {
 }
 
 /// The same with a tracker for each.
-fn one_by_one(count: usize, frames: usize) -> Tracks {
+fn one_by_one(config: &TrackerConfig, count: usize, frames: usize) -> Tracks {
     let track = |(k, &bbox): (usize, &BoundingBox)| {
-        let mut tracker = Tracker::new(quick()).unwrap();
+        let mut tracker = Tracker::new(config.clone()).unwrap();
         let first = tracker.init(&SIMPLE.frame(k), bbox).unwrap();
         let end = if k == 1 { 6 } else { frames };
         let rest = SIMPLE.go_on(&mut tracker, k + 1..end);
@@ -60,30 +62,37 @@ fn one_by_one(count: usize, frames: usize) -> Tracks {
 
 #[test]
 fn the_boxes_are_those_of_trackers_of_their_own() {
-    for count in [1, 2, 7] {
-        let alone = one_by_one(count, 14);
-        for threads in [1, 2, 5] {
-            let together = coming_and_going(threads, count.max(2), 14);
-            for (id, alone) in &alone {
-                assert_eq!(bits(alone), bits(&together[id]), "{id} of {count}, {threads} threads");
-                assert_eq!(alone, &together[id]);
+    for config in all() {
+        for count in [1, 2, 7] {
+            let alone = one_by_one(&config, count, 14);
+            for threads in [1, 2, 5] {
+                let together = coming_and_going(&config, threads, count.max(2), 14);
+                for (id, alone) in &alone {
+                    let name = format!("{id} of {count}, {threads} threads");
+                    assert_eq!(bits(alone), bits(&together[id]), "{name}");
+                    assert_eq!(alone, &together[id]);
+                }
             }
         }
     }
 }
 
 #[test]
-fn a_target_that_begins_anew_keeps_its_id_and_leaves_the_others_alone() {
-    let mut tracker = MultiTracker::new(quick()).unwrap();
+fn a_target_that_begins_again_keeps_its_id_and_leaves_the_others_alone() {
+    all().into_iter().for_each(begin_again);
+}
+
+fn begin_again(config: TrackerConfig) {
+    let mut tracker = MultiTracker::new(config.clone()).unwrap();
     let all = boxes(2);
     let ids: Vec<_> =
         all.iter().map(|&bbox| tracker.add(&SIMPLE.frame(0), bbox).unwrap().0).collect();
     tracker.update(&SIMPLE.frame(1)).unwrap();
     let again = tracker.reinit(ids[0], &SIMPLE.frame(1), SIMPLE.truth(1)).unwrap();
     assert_eq!(tracker.ids().collect::<Vec<_>>(), ids);
-    let mut fresh = Tracker::new(quick()).unwrap();
+    let mut fresh = Tracker::new(config.clone()).unwrap();
     assert_eq!(fresh.init(&SIMPLE.frame(1), SIMPLE.truth(1)).unwrap(), again);
-    let mut other = Tracker::new(quick()).unwrap();
+    let mut other = Tracker::new(config).unwrap();
     other.init(&SIMPLE.frame(0), all[1]).unwrap();
     other.update(&SIMPLE.frame(1)).unwrap();
     for k in 2..8 {
@@ -96,7 +105,11 @@ fn a_target_that_begins_anew_keeps_its_id_and_leaves_the_others_alone() {
 
 #[test]
 fn ids_are_never_given_twice() {
-    let mut tracker = MultiTracker::new(quick()).unwrap();
+    all().into_iter().for_each(give_ids);
+}
+
+fn give_ids(config: TrackerConfig) {
+    let mut tracker = MultiTracker::new(config).unwrap();
     let (frame, bbox) = (SIMPLE.frame(0), SIMPLE.truth(0));
     let (first, _) = tracker.add(&frame, bbox).unwrap();
     tracker.remove(first).unwrap();
@@ -114,7 +127,11 @@ fn ids_are_never_given_twice() {
 
 #[test]
 fn what_goes_wrong_changes_nothing() {
-    let mut tracker = MultiTracker::new(quick()).unwrap();
+    all().into_iter().for_each(go_wrong);
+}
+
+fn go_wrong(config: TrackerConfig) {
+    let mut tracker = MultiTracker::new(config).unwrap();
     let (id, _) = tracker.add(&SIMPLE.frame(0), SIMPLE.truth(0)).unwrap();
     let before = tracker.snapshot();
     let pixels = [0.5; 96 * 72];
@@ -133,8 +150,8 @@ fn what_goes_wrong_changes_nothing() {
 }
 
 /// A tracker with three targets, one of them gone, saved as text.
-fn saved() -> (MultiTracker, String) {
-    let mut tracker = MultiTracker::new(quick()).unwrap();
+fn saved(config: TrackerConfig) -> (MultiTracker, String) {
+    let mut tracker = MultiTracker::new(config).unwrap();
     let ids: Vec<_> =
         boxes(3).iter().map(|&bbox| tracker.add(&SIMPLE.frame(0), bbox).unwrap().0).collect();
     (1..8).for_each(|k| drop(tracker.update(&SIMPLE.frame(k)).unwrap()));
@@ -150,38 +167,39 @@ fn restore(text: &str) -> Result<MultiTracker, String> {
 
 #[test]
 fn a_restored_tracker_goes_on_to_the_same_boxes() {
-    let (mut tracker, text) = saved();
-    let mut restored = restore(&text).unwrap();
-    assert_eq!(restored.config(), tracker.config());
-    for k in 8..14 {
-        let frame = SIMPLE.frame(k);
-        assert_eq!(tracker.update(&frame).unwrap(), restored.update(&frame).unwrap());
-        if k == 10 {
-            let bbox = boxes(4)[3];
-            assert_eq!(tracker.add(&frame, bbox), restored.add(&frame, bbox));
+    for config in all() {
+        let (mut tracker, text) = saved(config);
+        let mut restored = restore(&text).unwrap();
+        assert_eq!(restored.config(), tracker.config());
+        for k in 8..14 {
+            let frame = SIMPLE.frame(k);
+            assert_eq!(tracker.update(&frame).unwrap(), restored.update(&frame).unwrap());
+            if k == 10 {
+                let bbox = boxes(4)[3];
+                assert_eq!(tracker.add(&frame, bbox), restored.add(&frame, bbox));
+            }
         }
+        assert_eq!(restored.ids().map(TargetId::number).collect::<Vec<_>>(), [1, 3, 4]);
     }
-    assert_eq!(restored.ids().map(TargetId::number).collect::<Vec<_>>(), [1, 3, 4]);
 }
 
 #[test]
 fn a_damaged_snapshot_is_refused() {
-    let (_, text) = saved();
-    let size = format!(r#""width":{},"#, SIMPLE.width());
-    let last = text.rfind(&size).unwrap();
-    let other_size = format!("{}\"width\":7,{}", &text[..last], &text[last + size.len()..]);
-    let damaged = [
-        (text.replacen(r#""version":1"#, r#""version":2"#, 1), "version is 2"),
-        (text.replacen(r#""next":4"#, r#""next":3"#, 1), "[1, 3, 3] do not rise"),
-        (text.replacen("[[1,", "[[3,", 1), "[3, 3, 4] do not rise"),
-        (text.replacen("[[1,", "[[0,", 1), "[0, 3, 4] do not rise"),
-        (text.replacen(r#""particles":30"#, r#""particles":0"#, 1), "`particles` is 0"),
-        (text.replacen(r#""templates":10"#, r#""templates":9"#, 1), "the templates do not fit"),
-        (other_size, "target 3 is tracked on frames of another size"),
-    ];
-    for (k, (damaged, words)) in damaged.iter().enumerate() {
-        assert_ne!(damaged, &text, "damage {k} does nothing");
-        let said = restore(damaged).err().unwrap_or_else(|| panic!("damage {k} was taken"));
-        assert!(said.contains(words), "{said}");
+    for config in all() {
+        let (_, text) = saved(config);
+        let damaged = [
+            (text.replacen(r#""version":2"#, r#""version":9"#, 1), "version is 9"),
+            (text.replacen(r#""next":4"#, r#""next":3"#, 1), "[1, 3, 3] do not rise"),
+            (text.replacen("[[1,", "[[3,", 1), "[3, 3, 4] do not rise"),
+            (text.replacen("[[1,", "[[0,", 1), "[0, 3, 4] do not rise"),
+            (text.replacen(r#""particles":30"#, r#""particles":0"#, 1), "`particles` is 0"),
+            (text.replacen(r#""frame_size":{"#, r#""frame":{"#, 1), "no frame size"),
+            (text.replacen(r#""width":240"#, r#""width":0"#, 1), "frame size is 0"),
+        ];
+        for (k, (damaged, words)) in damaged.iter().enumerate() {
+            assert_ne!(damaged, &text, "damage {k} does nothing");
+            let said = restore(damaged).err().unwrap_or_else(|| panic!("damage {k} was taken"));
+            assert!(said.contains(words), "{said}");
+        }
     }
 }

@@ -2,11 +2,8 @@
 //!
 //! Counted on one thread. Where more threads share the work, `rayon` allocates now and then for its queues of tasks.
 
-#[allow(dead_code)]
-#[path = "tracker/film.rs"]
-mod film;
-
-use film::SIMPLE;
+use crate::film::SIMPLE;
+use crate::methods::{all, as_used};
 use patchlock::{Estimate, Tracker, TrackerConfig};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -85,28 +82,18 @@ fn on_one_thread<T: Send>(run: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(run)
 }
 
-fn quick() -> TrackerConfig {
-    TrackerConfig { particles: 20, small_step: 8, ..TrackerConfig::preset("paper").unwrap() }
-}
-
-/// Frames until the buffers have grown.
-const WARM_UP: usize = 60;
-
 #[test]
 fn no_frame_allocates() {
-    let config = TrackerConfig::preset("paper").unwrap();
-    let frames: Vec<Counted> = on_one_thread(|| {
-        let mut endless = Endless::new(&config);
-        let first = endless.step();
-        assert!(first.calls > 0, "the counter counts: {first:?}");
-        (1..WARM_UP + 60).map(|_| endless.step()).skip(WARM_UP - 1).collect()
-    });
-    // Templates, both dictionaries, both buffers and the subspace learned meanwhile.
-    assert!(
-        frames.iter().filter(|c| c.frame.is_multiple_of(config.small_update_interval)).count() >= 3
-    );
-    for counted in frames {
-        assert_eq!((counted.calls, counted.held), (0, 0), "{counted:?}");
+    for (config, warm_up) in all().iter().map(|config| as_used(config.method)) {
+        let frames: Vec<Counted> = on_one_thread(|| {
+            let mut endless = Endless::new(&config);
+            let first = endless.step();
+            assert!(first.calls > 0, "the counter counts: {first:?}");
+            (1..2 * warm_up).map(|_| endless.step()).skip(warm_up - 1).collect()
+        });
+        for counted in frames {
+            assert_eq!((counted.calls, counted.held), (0, 0), "{counted:?}");
+        }
     }
 }
 
@@ -128,22 +115,27 @@ fn held(config: &TrackerConfig, count: usize, every: usize) -> Vec<i64> {
 
 #[test]
 fn nothing_grows_with_the_video() {
-    let held = held(&quick(), 3000, 100);
-    println!("bytes held: {held:?}");
-    // Which candidates look alike decides how far some buffers have to grow: they double a few times, then no more.
-    let late = &held[held.len() / 2..];
-    assert!(late.iter().all(|&bytes| bytes == late[0]), "{held:?}");
+    for config in all() {
+        let held = held(&config, 3000, 100);
+        println!("bytes held: {held:?}");
+        // Which candidates are similar decides how far some buffers have to grow: they double a few times at most.
+        let late = &held[held.len() / 2..];
+        assert!(late.iter().all(|&bytes| bytes == late[0]), "{held:?}");
+    }
 }
 
-/// `cargo test --release -p patchlock --test allocations -- --ignored --nocapture`
+/// `cargo test --release -p patchlock --test contract -- --ignored --nocapture`
 #[test]
 #[ignore = "takes minutes"]
 fn nothing_grows_over_100_000_frames() {
-    let held = held(&quick(), 100_000, 1000);
-    println!("bytes held every 1000 frames: {held:?}");
-    if let Ok(status) = std::fs::read_to_string("/proc/self/status") {
-        status.lines().filter(|line| line.starts_with("Vm")).for_each(|line| println!("{line}"));
+    for config in all() {
+        let held = held(&config, 100_000, 1000);
+        println!("bytes held every 1000 frames: {held:?}");
+        if let Ok(status) = std::fs::read_to_string("/proc/self/status") {
+            let lines = status.lines().filter(|line| line.starts_with("Vm"));
+            lines.for_each(|line| println!("{line}"));
+        }
+        let late = &held[held.len() / 2..];
+        assert!(late.iter().all(|&bytes| bytes == late[0]), "{held:?}");
     }
-    let late = &held[held.len() / 2..];
-    assert!(late.iter().all(|&bytes| bytes == late[0]), "{held:?}");
 }

@@ -1,29 +1,30 @@
-//! Threads that stay together over many short rounds of work.
+//! A team of threads that stay awake over many short rounds of work.
 //!
-//! A race goes round by round, 30 to 100 times a frame, and a round takes a fraction of a millisecond. A thread that falls asleep between two rounds
-//! is woken too late, so those that help wait awake until all rounds are over. One that never comes, as it has other work, is not waited for.
+//! Pruning works in rounds, 30 to 100 per frame, and a round takes a fraction of a millisecond. A thread that falls
+//! asleep between two rounds is woken too late, so helping threads wait awake until all rounds are over. A thread
+//! that never joins, because it has other work, is not waited for.
 
 use std::hint::spin_loop;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::yield_now;
 
-/// Most threads that help: a round has not enough work for more.
+/// The most threads that help: a round does not have enough work for more.
 const MOST_HELPERS: usize = 15;
 
-/// Turns that a thread waits before it offers its processor to others.
+/// How often a waiting thread spins before it yields its processor.
 const SPINS: usize = 100;
 
-/// One thread that leads, and those that help it.
-pub struct Crew<'a> {
+/// One leading thread and its helpers.
+pub struct ThreadTeam<'a> {
     task: &'a (dyn Fn(usize) + Sync),
-    /// Tasks of the round that nobody has taken, and tasks that are not done.
+    /// Tasks of the round that no thread has taken yet, and tasks that are not finished.
     open: AtomicUsize,
     undone: AtomicUsize,
     /// Whether there are no more rounds.
     over: AtomicBool,
 }
 
-/// Does something when it goes out of scope, also where that is by a panic.
+/// Runs a function when it goes out of scope, also during a panic.
 struct Finally<F: FnMut()>(F);
 
 impl<F: FnMut()> Drop for Finally<F> {
@@ -32,28 +33,28 @@ impl<F: FnMut()> Drop for Finally<F> {
     }
 }
 
-impl<'a> Crew<'a> {
-    /// Calls `lead`, whose rounds consist of `task`s; idle threads of the pool help.
-    pub fn gather(task: &'a (dyn Fn(usize) + Sync), lead: impl FnOnce(&Crew<'a>) + Send) {
+impl<'a> ThreadTeam<'a> {
+    /// Calls `lead`, whose rounds consist of `task`s. Idle threads of the pool help.
+    pub fn run(task: &'a (dyn Fn(usize) + Sync), lead: impl FnOnce(&ThreadTeam<'a>) + Send) {
         let (open, undone) = (AtomicUsize::new(0), AtomicUsize::new(0));
-        let crew = Crew { task, open, undone, over: AtomicBool::new(false) };
+        let team = ThreadTeam { task, open, undone, over: AtomicBool::new(false) };
         let helpers = rayon::current_num_threads().saturating_sub(1).min(MOST_HELPERS);
         if helpers == 0 {
-            return lead(&crew);
+            return lead(&team);
         }
         rayon::scope(|scope| {
             for _ in 0..helpers {
-                scope.spawn(|_| crew.help());
+                scope.spawn(|_| team.help());
             }
-            let _end = Finally(|| crew.over.store(true, Ordering::Release));
-            lead(&crew);
+            let _end = Finally(|| team.over.store(true, Ordering::Release));
+            lead(&team);
         });
     }
 
-    /// Does the tasks `0..count`, in any order, and returns when all are done.
+    /// Runs the tasks `0..count` in any order and returns when all are finished.
     pub fn round(&self, count: usize) {
         self.undone.store(count, Ordering::Relaxed);
-        // Who takes a task sees what was written before.
+        // A thread that takes a task sees everything written before.
         self.open.store(count, Ordering::Release);
         while self.work() {}
         let mut turns = 0;
@@ -73,7 +74,7 @@ impl<'a> Crew<'a> {
         }
     }
 
-    /// Does a task, if there is one.
+    /// Runs a task, if there is one.
     fn work(&self) -> bool {
         let take = |open: usize| open.checked_sub(1);
         let taken = self.open.fetch_update(Ordering::Acquire, Ordering::Relaxed, take);
@@ -106,9 +107,9 @@ mod tests {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let task = |number| done.lock().unwrap().push(number);
         pool.install(|| {
-            Crew::gather(&task, |crew| {
+            ThreadTeam::run(&task, |team| {
                 for &count in counts {
-                    crew.round(count);
+                    team.round(count);
                     let mut tasks = std::mem::take(&mut *done.lock().unwrap());
                     tasks.sort_unstable();
                     all.push(tasks);
@@ -128,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn crews_within_a_crowded_pool_all_come_to_an_end() {
+    fn teams_within_a_crowded_pool_all_come_to_an_end() {
         use rayon::prelude::*;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
         let sum = AtomicUsize::new(0);
@@ -137,7 +138,7 @@ mod tests {
         };
         pool.install(|| {
             (0..40).into_par_iter().for_each(|_| {
-                Crew::gather(&task, |crew| (0..50).for_each(|_| crew.round(4)));
+                ThreadTeam::run(&task, |team| (0..50).for_each(|_| team.round(4)));
             });
         });
         assert_eq!(sum.into_inner(), 40 * 50 * 6);
@@ -146,7 +147,7 @@ mod tests {
     #[test]
     fn a_panic_of_the_leader_ends_the_helpers() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
-        let lead = || pool.install(|| Crew::gather(&|_| (), |_| panic!("the leader's")));
+        let lead = || pool.install(|| ThreadTeam::run(&|_| (), |_| panic!("the leader's")));
         assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(lead)).is_err());
     }
 }

@@ -1,0 +1,233 @@
+//! The patch model: the appearance model of the paper as one value (Sec. 2.1 to 2.5).
+//!
+//! It remembers a target as templates, patch dictionaries at two scales, buffers of recent patches and a subspace.
+//!
+//! - [`PatchModel::begin`] makes it from one position in a frame;
+//! - [`PatchModel::look`] says which patches of one candidate are visible;
+//! - [`PatchModel::weigh`] gives the likelihoods of many candidates;
+//! - [`PatchModel::learn`] takes a tracked candidate in. The caller decides when.
+
+use super::likelihood::{Feature, LikelihoodRules};
+use super::memory::{Learned, LearningRules, LearningScratch, LearningStep, PatchMemory};
+use super::pruning::Pruning;
+use super::scale::{CodingScratch, PatchScores, Scale, ScaleRules};
+use super::templates;
+use super::visibility::{Visibility, VisibilityMap};
+use super::weighing::{Coding, ThreadBuffers, Weighing};
+use crate::vision::frame::GreyImage;
+use crate::vision::patches::{PatchGrid, normalise, similarity};
+use crate::vision::warp::{Affine, warp};
+use rand_pcg::Pcg64;
+use rayon::prelude::*;
+
+/// Everything that a patch model is made by.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PatchRules {
+    /// Side of the square templates, in samples.
+    pub template_side: usize,
+    /// The large patches.
+    pub large: PatchGrid,
+    /// The small patches.
+    pub small: PatchGrid,
+    /// How patches are coded and weighted.
+    pub scale: ScaleRules,
+    /// How features become a likelihood, and when a patch is visible.
+    pub likelihood: LikelihoodRules,
+    /// Number of templates.
+    pub templates: usize,
+    /// Number of earlier patches that are coded jointly with the current one.
+    pub buffer: usize,
+    /// How it learns.
+    pub learning: LearningRules,
+}
+
+/// The appearance of one target.
+#[derive(Debug)]
+pub struct PatchModel {
+    rules: PatchRules,
+    memory: PatchMemory,
+    large: Scale,
+    small: Scale,
+}
+
+/// Candidates of a frame: warped and normalised templates.
+#[derive(Debug, Clone, Copy)]
+pub struct Candidates<'a> {
+    /// `template_side * template_side` samples each, one candidate after the other.
+    pub samples: &'a [f32],
+    /// All candidates, each next to similar ones. It decides how fast they are weighed, and nothing else.
+    pub order: &'a [u32],
+}
+
+/// The candidates whose likelihoods are wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wanted {
+    /// All of them.
+    All,
+    /// The most likely one. The others may have minus infinity.
+    Best,
+}
+
+/// The likelihoods and patch scores of the candidates that were weighed last, and the buffers to weigh with.
+#[derive(Debug, Default)]
+pub struct Weighed {
+    likelihoods: Vec<f64>,
+    large: PatchScores,
+    small: PatchScores,
+    buffers: ThreadBuffers,
+    /// The similarity of each candidate to the last template, and the candidates in that order.
+    similarity: Vec<f64>,
+    ranked: Vec<u32>,
+    pruning: Pruning,
+}
+
+/// Buffers of [`PatchModel::look`].
+#[derive(Debug, Default)]
+pub struct LookScratch {
+    coding: CodingScratch,
+}
+
+impl PatchModel {
+    /// The model of the target that `map` takes a template's grid to.
+    pub fn begin(image: &GreyImage, map: &Affine, rules: PatchRules) -> Self {
+        let cut = |[dx, dy]: [f64; 2]| {
+            let [[a, b, x], [c, d, y]] = *map;
+            let mut template = vec![0.0; rules.template_side * rules.template_side];
+            cut_candidate(image, &[[a, b, x + dx], [c, d, y + dy]], &rules, &mut template);
+            template
+        };
+        let first = templates::shifts(rules.templates).into_iter().map(cut).collect();
+        Self::restore(PatchMemory::begin(first, &rules), rules)
+    }
+
+    /// The model with this memory, which must fit the rules ([`PatchMemory::check`]).
+    pub fn restore(memory: PatchMemory, rules: PatchRules) -> Self {
+        let (large_buffer, small_buffer) = (&memory.large_buffer, &memory.small_buffer);
+        let large = Scale::new(rules.large, rules.scale, &memory.templates, large_buffer);
+        let small = Scale::new(rules.small, rules.scale, &memory.small_templates, small_buffer);
+        Self { rules, memory, large, small }
+    }
+
+    /// What it remembers.
+    pub fn memory(&self) -> &PatchMemory {
+        &self.memory
+    }
+
+    /// Which patches of one candidate are visible (Eq. 12, 18). Nothing is allocated once the buffers have grown,
+    /// and nothing is learned.
+    pub fn look(&self, candidate: &[f32], scratch: &mut LookScratch, out: &mut Visibility) {
+        for (scale, map) in [(&self.large, &mut out.large), (&self.small, &mut out.small)] {
+            let visible = |location| {
+                let mut scores = [Default::default()];
+                let candidate = std::iter::once(candidate);
+                scale.code_block(location, candidate, &mut scratch.coding, &mut scores);
+                self.rules.likelihood.visible(&scores[0].1)
+            };
+            map.fill(scale.grid().per_side(), (0..scale.grid().locations()).map(visible));
+        }
+    }
+
+    /// The likelihoods of many candidates (Eq. 24), all of them or those that can be the most likely one. The work
+    /// is shared by the `rayon` pool of the caller; the likelihoods are the same on any number of threads.
+    pub fn weigh(&self, candidates: Candidates<'_>, wanted: Wanted, out: &mut Weighed) {
+        let length = self.rules.template_side * self.rules.template_side;
+        out.rank(candidates, self.memory.last_template());
+        let Weighed { likelihoods, large, small, buffers, pruning, .. } = out;
+        let count = candidates.order.len();
+        large.begin(count, self.large.grid().locations());
+        small.begin(count, self.small.grid().locations());
+        let mut weighing = Weighing {
+            coding: Coding::new((candidates.samples, length), (&self.large, &self.small), buffers),
+            rules: self.rules.likelihood,
+            large_scores: large,
+            small_scores: small,
+        };
+        match wanted {
+            Wanted::All => weighing.code_all(pruning),
+            Wanted::Best => weighing.prune(pruning),
+        }
+        likelihoods.clear();
+        likelihoods.resize(count, f64::NEG_INFINITY);
+        for &k in pruning.remaining() {
+            likelihoods[k as usize] = weighing.likelihood(k);
+        }
+    }
+
+    /// Which patches of a candidate that was weighed are visible. It must be one that was wanted.
+    pub fn visibility(&self, weighed: &Weighed, candidate: usize, out: &mut Visibility) {
+        let fill = |map: &mut VisibilityMap, scale: &Scale, scores: &PatchScores| {
+            let visible = scores.features(candidate).map(|f| self.rules.likelihood.visible(&f));
+            map.fill(scale.grid().per_side(), visible);
+        };
+        fill(&mut out.large, &self.large, &weighed.large);
+        fill(&mut out.small, &self.small, &weighed.small);
+    }
+
+    /// Whether a patch with this feature is visible (Eq. 12, 18).
+    pub fn is_visible(&self, feature: &Feature) -> bool {
+        self.rules.likelihood.visible(feature)
+    }
+
+    /// Keeps a tracked candidate for the subspace until the next large learning step.
+    pub fn collect(&mut self, candidate: &[f32], scratch: &mut LearningScratch) {
+        self.memory.collect(candidate, scratch);
+    }
+
+    /// Learns from a tracked candidate (Sec. 2.5): templates, buffers and subspace as far as enough of it is
+    /// visible (Eq. 20), then the dictionaries. `step` says what learns on this frame.
+    pub fn learn(
+        &mut self,
+        tracked: (&[f32], &Visibility),
+        step: LearningStep,
+        rng: &mut Pcg64,
+        scratch: &mut LearningScratch,
+    ) -> Learned {
+        let learned = self.memory.learn(tracked, step, &self.rules, rng, scratch);
+        let memory = &self.memory;
+        self.large.learn(
+            learned.replaced.map(|_| memory.templates.as_slice()),
+            learned.large_buffer.then_some(memory.large_buffer.as_slice()),
+        );
+        self.small.learn(
+            learned.small_dictionary.then_some(memory.small_templates.as_slice()),
+            learned.small_buffer.then_some(memory.small_buffer.as_slice()),
+        );
+        learned
+    }
+}
+
+impl Weighed {
+    /// The likelihood of each candidate; minus infinity for one that was not wanted.
+    pub fn likelihoods(&self) -> &[f64] {
+        &self.likelihoods
+    }
+
+    /// The scores of the large patches.
+    pub fn large(&self) -> &PatchScores {
+        &self.large
+    }
+
+    /// The scores of the small patches.
+    pub fn small(&self) -> &PatchScores {
+        &self.small
+    }
+
+    /// Ranks the candidates by their similarity to a template.
+    fn rank(&mut self, candidates: Candidates<'_>, template: &[f32]) {
+        let Self { similarity, ranked, pruning, .. } = self;
+        let each = candidates.samples.par_chunks_exact(template.len().max(1));
+        each.map(|candidate| self::similarity(candidate, template)).collect_into_vec(similarity);
+        ranked.clear();
+        ranked.extend(0..candidates.order.len() as u32);
+        let similarity = |k: u32| similarity[k as usize];
+        // No two compare as equal, and a stable sort would allocate.
+        ranked.sort_unstable_by(|&a, &b| similarity(b).total_cmp(&similarity(a)).then(a.cmp(&b)));
+        pruning.begin(ranked, candidates.order);
+    }
+}
+
+/// Warps and normalises the candidate that `map` takes the template's grid to.
+pub fn cut_candidate(image: &GreyImage, map: &Affine, rules: &PatchRules, out: &mut [f32]) {
+    warp(image, map, rules.template_side, out);
+    normalise(out);
+}

@@ -1,0 +1,264 @@
+//! The configuration: every number and choice, in one table, in groups.
+//!
+//! The macro call below *is* the table. Each row is a field with its type, default, range, purpose and source; rows
+//! are grouped by what they configure: the common ones, and those of each method. The structs, their defaults, the
+//! check of the ranges and [`PARAMETERS`] (what `patchlock config` prints) are all made from it, so that they
+//! cannot disagree.
+
+mod reading;
+mod table;
+
+use crate::Error;
+use crate::appearance::likelihood::{Gamma, LikelihoodRules, Scales};
+use crate::appearance::memory::LearningRules;
+use crate::appearance::model::PatchRules;
+use crate::appearance::scale::ScaleRules;
+use crate::appearance::subspace::SubspaceRules;
+use crate::appearance::update::TemplateRules;
+use crate::motion::model::Motion;
+use crate::sparse::codes::{CodeRules, MAX_ATOMS};
+use crate::sparse::dictionary::MAX_DICTIONARY;
+use crate::vision::patches::PatchGrid;
+use serde::{Deserialize, Serialize};
+pub use table::{Parameter, Range};
+use table::{Value, number, parameters};
+
+/// The names that [`TrackerConfig::preset`] knows.
+pub const PRESETS: &[&str] = &["paper", "fast"];
+
+/// The largest seed: every file format keeps whole numbers up to it.
+const MAX_SEED: f64 = 9_007_199_254_740_991.0;
+
+/// The methods of tracking.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Method {
+    /// The paper's tracker: particles, weighed by structural local sparse appearance.
+    Patchwise,
+}
+
+impl Method {
+    /// The values as a configuration file writes them.
+    pub const WORDS: &'static [&'static str] = &["patchwise"];
+}
+
+parameters! {
+    common {
+        "own choice" {
+            /// The method that follows the target.
+            method: Method = Method::Patchwise, Range::Words(Method::WORDS);
+            /// Seed of all randomness: the same seed gives the same boxes.
+            seed: u64 = 0, number(0.0, MAX_SEED);
+        }
+    }
+    /// The numbers and choices of the method `patchwise`, the paper's tracker.
+    patchwise: PatchwiseConfig {
+        "paper Sec. 2" {
+            /// Number of particles, which are weighed on each frame.
+            particles: usize = 650, number(1.0, 100_000.0);
+            /// Standard deviation of the centre's motion along x, in pixels per frame.
+            sigma_x: f64 = 6.0, number(0.0, 1000.0);
+            /// Standard deviation of the centre's motion along y, in pixels per frame.
+            sigma_y: f64 = 6.0, number(0.0, 1000.0);
+            /// Standard deviation of the scale (box width / template side).
+            sigma_scale: f64 = 0.02, number(0.0, 10.0);
+            /// Standard deviation of the rotation, in radians.
+            sigma_rotation: f64 = 0.002, number(0.0, 10.0);
+            /// Standard deviation of the aspect ratio (height / width).
+            sigma_aspect: f64 = 0.002, number(0.0, 10.0);
+            /// Standard deviation of the skew, in radians.
+            sigma_skew: f64 = 0.0, number(0.0, 10.0);
+        }
+        "paper Sec. 2, Eq. 1-2" {
+            /// Side of the square templates, in samples.
+            template_side: usize = 32, number(4.0, 128.0);
+            /// Side of a large patch, in samples.
+            large_patch: usize = 16, number(2.0, 128.0);
+            /// Distance of neighbouring large patches, in samples.
+            large_step: usize = 8, number(1.0, 128.0);
+            /// Side of a small patch, in samples.
+            small_patch: usize = 8, number(2.0, 128.0);
+            /// Distance of neighbouring small patches, in samples.
+            small_step: usize = 2, number(1.0, 128.0);
+            /// Whether each patch's mean is subtracted before its norm is made 1.
+            subtract_mean: bool = false, Range::Flag;
+        }
+        "paper Sec. 2.1, Eq. 3-9" {
+            /// Most atoms in a joint code.
+            atoms: usize = 4, number(1.0, MAX_ATOMS as f64);
+            /// Number of earlier patches that are coded jointly with the current one.
+            buffer: usize = 4, number(0.0, 16.0);
+        }
+        "own choice: atoms that repeat others must not be chosen" {
+            /// An atom is eligible while the squared norm of what the chosen atoms leave of it is at least this.
+            min_residual: f64 = 1e-6, number(1e-7, 0.1);
+        }
+        "paper Sec. 2.3, Eq. 12-14, 18-19" {
+            /// A patch is visible when the squared error of its own-location code is below this.
+            epsilon: f64 = 0.08, number(0.0, 4.0);
+            /// How fast the position weight falls with the distance from the centre, per patch.
+            beta: f64 = 0.8, number(0.0, 100.0);
+            /// Whether patches have position weights at all.
+            position_weights: bool = true, Range::Flag;
+            /// Whether hidden patches lose their position weight.
+            occlusion_weights: bool = true, Range::Flag;
+        }
+        "paper Sec. 2.4, Eq. 24" {
+            /// Weight of the large scale in the likelihood.
+            gamma: Gamma = Gamma::ExpVisible, Range::Words(Gamma::WORDS);
+            /// Which scales the likelihood adds.
+            scales: Scales = Scales::Both, Range::Words(Scales::WORDS);
+        }
+        "paper Sec. 2.5, Eq. 15-21" {
+            /// Number of templates.
+            templates: usize = 10, number(2.0, 40.0);
+            /// Frames between updates of templates, large dictionary, large buffer and subspace.
+            update_interval: usize = 5, number(1.0, 10_000.0);
+            /// Frames between updates of the small dictionary and the small buffer.
+            small_update_interval: usize = 20, number(1.0, 10_000.0);
+            /// Templates are updated when the visible shares of both scales add to more than twice this.
+            delta: f64 = 0.08, number(0.0, 1.0);
+            /// The large buffer takes the candidate when more than this share of large patches is visible (o1).
+            large_buffer_guard: f64 = 0.0, number(0.0, 1.0);
+            /// The small buffer takes the candidate when more than this share of small patches is visible (o2).
+            small_buffer_guard: f64 = 0.13, number(0.0, 1.0);
+            /// The chance that a template is replaced grows by this factor from one to the next younger one.
+            replacement_growth: f64 = 2.0, number(1.0, 100.0);
+            /// Weight of the past in the subspace when a batch comes in (1 forgets nothing).
+            forgetting: f64 = 1.0, number(0.01, 1.0);
+            /// Eigenvectors are kept while their squared singular value is at least this share of the total.
+            subspace_keep: f64 = 1e-6, number(0.0, 1.0);
+            /// Most eigenvectors of the subspace.
+            subspace_vectors: usize = 20, number(1.0, 64.0);
+            /// Weight of the L1 norms in the reconstruction of the tracked candidate.
+            lambda: f64 = 0.01, number(0.0, 1.0);
+            /// Radius of the guided filter that smooths the occlusion mask, in samples; 0 turns it off.
+            guided_radius: usize = 2, number(0.0, 32.0);
+            /// Regularisation of the guided filter.
+            guided_epsilon: f64 = 0.01, number(1e-9, 1.0);
+        }
+    }
+}
+
+impl TrackerConfig {
+    /// The configuration of a preset. `paper` is the tracker of the paper. `fast` is the same with 400 particles and
+    /// small patches 4 samples apart (7 x 7 instead of 13 x 13), which takes a small part of the time.
+    ///
+    /// # Errors
+    /// [`Error::UnknownPreset`] names the presets that exist.
+    pub fn preset(name: &str) -> Result<Self, Error> {
+        let mut config = Self::default();
+        match name {
+            "paper" => {}
+            "fast" => (config.patchwise.particles, config.patchwise.small_step) = (400, 4),
+            _ => {
+                return Err(Error::UnknownPreset {
+                    name: name.to_owned(),
+                    known: PRESETS.join(", "),
+                });
+            }
+        }
+        Ok(config)
+    }
+
+    /// Checks every field against its range, and the fields that must fit each other.
+    ///
+    /// # Errors
+    /// [`Error::Config`] names the first field that is wrong, its value and what is allowed.
+    pub fn validate(&self) -> Result<(), Error> {
+        self.check_ranges()?;
+        self.patchwise.check_patches()
+    }
+}
+
+impl PatchwiseConfig {
+    /// The rules of the patch model.
+    #[doc(hidden)]
+    pub fn patch_rules(&self) -> PatchRules {
+        let grid =
+            |patch, step| PatchGrid::new(self.template_side, patch, step, self.subtract_mean);
+        PatchRules {
+            template_side: self.template_side,
+            large: grid(self.large_patch, self.large_step),
+            small: grid(self.small_patch, self.small_step),
+            scale: ScaleRules {
+                codes: CodeRules { atoms: self.atoms, min_residual: self.min_residual },
+                beta: self.beta,
+                position_weights: self.position_weights,
+            },
+            likelihood: LikelihoodRules {
+                epsilon: self.epsilon,
+                occlusion_weights: self.occlusion_weights,
+                gamma: self.gamma,
+                scales: self.scales,
+            },
+            templates: self.templates,
+            buffer: self.buffer,
+            learning: self.learning_rules(),
+        }
+    }
+
+    fn learning_rules(&self) -> LearningRules {
+        LearningRules {
+            delta: self.delta,
+            large_buffer_guard: self.large_buffer_guard,
+            small_buffer_guard: self.small_buffer_guard,
+            replacement_growth: self.replacement_growth,
+            subspace: SubspaceRules {
+                forgetting: self.forgetting,
+                keep: self.subspace_keep,
+                vectors: self.subspace_vectors,
+            },
+            template: TemplateRules {
+                lambda: self.lambda,
+                guided_radius: self.guided_radius,
+                guided_epsilon: self.guided_epsilon,
+            },
+        }
+    }
+
+    /// The motion model.
+    pub(crate) fn motion(&self) -> Motion {
+        Motion {
+            sigma: [
+                self.sigma_x,
+                self.sigma_y,
+                self.sigma_scale,
+                self.sigma_rotation,
+                self.sigma_aspect,
+                self.sigma_skew,
+            ],
+        }
+    }
+
+    /// Checks that patches fit the templates, and dictionaries their limit.
+    fn check_patches(&self) -> Result<(), Error> {
+        for (field, patch) in [("large_patch", self.large_patch), ("small_patch", self.small_patch)]
+        {
+            if patch > self.template_side {
+                return Err(Error::Config {
+                    field,
+                    value: patch.to_string(),
+                    allowed: format!("at most template_side = {}", self.template_side),
+                });
+            }
+        }
+        let rules = self.patch_rules();
+        for (field, step, grid) in [
+            ("large_step", self.large_step, rules.large),
+            ("small_step", self.small_step, rules.small),
+        ] {
+            let atoms = self.templates * grid.locations();
+            if atoms > MAX_DICTIONARY {
+                return Err(Error::Config {
+                    field,
+                    value: step.to_string(),
+                    allowed: format!(
+                        "templates times locations at most {MAX_DICTIONARY}; this gives {atoms}"
+                    ),
+                });
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,104 @@
+//! The methods of tracking: a closed set. Everything that a tracker needs of its method is here, so that a further
+//! method is a further variant.
+
+use crate::config::{Method, TrackerConfig};
+use crate::estimate::Estimate;
+use crate::observe::{FrameView, Observer};
+use crate::patchwise;
+use crate::vision::frame::{Frame, GreyImage};
+use crate::vision::geometry::BoundingBox;
+use crate::{Error, error};
+use serde::{Deserialize, Serialize};
+
+/// One target, under the method that follows it.
+#[derive(Debug)]
+pub(crate) enum Target {
+    Patchwise(patchwise::Target),
+}
+
+/// A target between two frames, as a snapshot holds it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum SavedTarget {
+    Patchwise(patchwise::Saved),
+}
+
+/// The current frame as the method wants it: made once per frame, shared by all targets.
+#[derive(Debug, Default)]
+pub(crate) struct Images {
+    grey: GreyImage,
+}
+
+/// Buffers of one thread for the targets of any method. Those of methods that are not used stay empty.
+#[derive(Debug, Default)]
+pub(crate) struct Scratch {
+    patchwise: patchwise::Scratch,
+}
+
+impl Images {
+    /// Converts a frame to what the method works on.
+    pub fn fill(&mut self, frame: &Frame<'_>, method: Method) -> Result<(), Error> {
+        match method {
+            Method::Patchwise => self.grey.fill(frame),
+        }
+    }
+}
+
+impl Target {
+    /// Begins on the target in this box of the frame.
+    pub fn begin(
+        images: &Images,
+        bbox: BoundingBox,
+        config: &TrackerConfig,
+        scratch: &mut Scratch,
+    ) -> (Self, Estimate) {
+        match config.method {
+            Method::Patchwise => {
+                let settings = (config.seed, &config.patchwise);
+                let scratch = &mut scratch.patchwise;
+                let (target, estimate) =
+                    patchwise::Target::begin(&images.grey, bbox, settings, scratch);
+                (Self::Patchwise(target), estimate)
+            }
+        }
+    }
+
+    /// Finds the target in the next frame, of the same size, and learns from it.
+    pub fn step(
+        &mut self,
+        images: &Images,
+        config: &TrackerConfig,
+        scratch: &mut Scratch,
+        observer: Option<&mut dyn Observer>,
+        estimate: &mut Estimate,
+    ) {
+        match self {
+            Self::Patchwise(target) => {
+                let (settings, scratch) = (&config.patchwise, &mut scratch.patchwise);
+                let Some(observer) = observer else {
+                    return target.step(&images.grey, settings, scratch, None, estimate);
+                };
+                let mut show = |view| observer.observe(&FrameView::Patchwise(view));
+                target.step(&images.grey, settings, scratch, Some(&mut show), estimate);
+            }
+        }
+    }
+
+    /// The target as a snapshot holds it.
+    pub fn saved(&self) -> SavedTarget {
+        match self {
+            Self::Patchwise(target) => SavedTarget::Patchwise(target.saved()),
+        }
+    }
+
+    /// A target that continues from a saved one.
+    pub fn restore(saved: SavedTarget, config: &TrackerConfig) -> Result<Self, Error> {
+        match (config.method, saved) {
+            (Method::Patchwise, SavedTarget::Patchwise(saved)) => {
+                patchwise::Target::restore(saved, &config.patchwise)
+                    .map(Self::Patchwise)
+                    .map_err(error::snapshot)
+            }
+        }
+    }
+}

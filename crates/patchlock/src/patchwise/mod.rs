@@ -1,0 +1,152 @@
+//! The paper's tracker (Fig. 1): particles around the last state are weighed by the patch model, the most likely
+//! one is the estimate, and the model learns from it every few frames.
+
+pub mod particles;
+pub(crate) mod view;
+
+use crate::appearance::memory::{LearningScratch, LearningStep, PatchMemory};
+use crate::appearance::model::{
+    Candidates, LookScratch, PatchModel, Wanted, Weighed, cut_candidate,
+};
+use crate::config::PatchwiseConfig;
+use crate::estimate::{Estimate, Status};
+use crate::motion::state::State;
+use crate::vision::frame::GreyImage;
+use crate::vision::geometry::BoundingBox;
+use crate::vision::warp;
+use particles::Particles;
+use rand_pcg::Pcg64;
+use serde::{Deserialize, Serialize};
+use view::PatchwiseView;
+
+/// The stream of the random numbers; any fixed one will do.
+const STREAM: u128 = 0x7061_7463_686c_6f63;
+
+/// More frames than any video has; counting on from here never overflows.
+const MAX_FRAMES: u64 = 1 << 53;
+
+/// A target of the paper's tracker.
+#[derive(Debug)]
+pub(crate) struct Target {
+    state: State,
+    rng: Pcg64,
+    /// Frames since the first.
+    frames: u64,
+    model: PatchModel,
+}
+
+/// A target between two frames, as a snapshot holds it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Saved {
+    pub state: State,
+    pub rng: Pcg64,
+    pub frames: u64,
+    pub model: PatchMemory,
+}
+
+/// Buffers that live from frame to frame. No content outlives a frame, so that all targets of a thread share them.
+#[derive(Debug, Default)]
+pub(crate) struct Scratch {
+    particles: Particles,
+    weighed: Weighed,
+    look: LookScratch,
+    learning: LearningScratch,
+}
+
+impl Target {
+    /// Begins on the target in this box of the first frame.
+    pub fn begin(
+        image: &GreyImage,
+        bbox: BoundingBox,
+        (seed, config): (u64, &PatchwiseConfig),
+        scratch: &mut Scratch,
+    ) -> (Self, Estimate) {
+        let (side, rules) = (config.template_side, config.patch_rules());
+        let state = State::from_box(bbox.centre(), bbox.w, bbox.h, side);
+        let model = PatchModel::begin(image, &state.matrix(), rules);
+        let rng = Pcg64::new(u128::from(seed), STREAM);
+        let target = Self { state, rng, frames: 0, model };
+        let mut candidate = vec![0.0; side * side];
+        cut_candidate(image, &state.matrix(), &rules, &mut candidate);
+        let mut estimate = Estimate::empty();
+        let visibility = estimate.visibility.get_or_insert_default();
+        target.model.look(&candidate, &mut scratch.look, visibility);
+        target.finish_estimate(config, &mut estimate);
+        (target, estimate)
+    }
+
+    /// Finds the target in the next frame and learns from it (Fig. 1).
+    pub fn step(
+        &mut self,
+        image: &GreyImage,
+        config: &PatchwiseConfig,
+        scratch: &mut Scratch,
+        show: Option<&mut dyn FnMut(PatchwiseView<'_>)>,
+        estimate: &mut Estimate,
+    ) {
+        let Scratch { particles, weighed, learning, .. } = scratch;
+        let rules = config.patch_rules();
+        particles.draw(config.particles, &self.state, &config.motion(), &mut self.rng);
+        particles.warp(image, &rules);
+        let candidates = Candidates { samples: particles.candidates(), order: particles.order() };
+        let wanted = if show.is_some() { Wanted::All } else { Wanted::Best };
+        self.model.weigh(candidates, wanted, weighed);
+        let best = particles::most_likely(weighed.likelihoods());
+        self.state = particles.states()[best];
+        let visibility = estimate.visibility.get_or_insert_default();
+        self.model.visibility(weighed, best, visibility);
+        let candidate = particles.candidate(best);
+        self.frames += 1;
+        self.model.collect(candidate, learning);
+        let step = learning_step(self.frames, config);
+        let learned = self.model.learn((candidate, visibility), step, &mut self.rng, learning);
+        self.finish_estimate(config, estimate);
+        if let Some(show) = show {
+            let shown = view::Shown { particles, weighed, learning, best, learned: &learned };
+            show(shown.view(self.frames, &self.model));
+        }
+    }
+
+    /// Box, outline, score and status follow from the state and the visibility.
+    fn finish_estimate(&self, config: &PatchwiseConfig, out: &mut Estimate) {
+        let (state, side) = (&self.state, config.template_side);
+        let (w, h) = state.size(side);
+        out.bbox = BoundingBox::around([state.x, state.y], w, h);
+        out.corners = warp::corners(&state.matrix(), side as f64 / 2.0);
+        out.score = out.visibility.as_ref().map_or(0.0, |visibility| visibility.share());
+        let sure = out.score > config.delta;
+        out.status = if sure { Status::Tracked } else { Status::Uncertain };
+    }
+
+    /// The target as a snapshot holds it.
+    pub fn saved(&self) -> Saved {
+        let Self { state, rng, frames, model } = self;
+        Saved { state: *state, rng: rng.clone(), frames: *frames, model: model.memory().clone() }
+    }
+
+    /// A target that continues from a saved one.
+    ///
+    /// # Errors
+    /// What does not fit the configuration.
+    pub fn restore(saved: Saved, config: &PatchwiseConfig) -> Result<Self, &'static str> {
+        let Saved { state, rng, frames, model } = saved;
+        if frames > MAX_FRAMES {
+            return Err("it has counted more frames than a video has");
+        }
+        if !state.is_valid() {
+            return Err("the state is not a shape");
+        }
+        model.check(&config.patch_rules(), config.update_interval)?;
+        let model = PatchModel::restore(model, config.patch_rules());
+        Ok(Self { state, rng, frames, model })
+    }
+}
+
+/// What learns on the frame with this number (Sec. 2.5).
+fn learning_step(frame: u64, config: &PatchwiseConfig) -> LearningStep {
+    let every = |interval: usize| frame.is_multiple_of(interval as u64);
+    LearningStep {
+        large: every(config.update_interval),
+        small: every(config.small_update_interval),
+    }
+}

@@ -1,0 +1,97 @@
+//! Boxes of every kind work or are refused; none breaks anything.
+
+use crate::film::{SIMPLE, numbers};
+use crate::methods::{all, learning_early};
+use patchlock::{BoundingBox, Error, Tracker, TrackerConfig};
+
+fn bbox([x, y, w, h]: [f64; 4]) -> BoundingBox {
+    BoundingBox { x, y, w, h }
+}
+
+#[test]
+fn boxes_that_are_none_are_refused_and_change_nothing() {
+    all().iter().for_each(refuse_boxes);
+}
+
+fn refuse_boxes(config: &TrackerConfig) {
+    let undisturbed = SIMPLE.track(config, 0..5);
+    let mut tracker = SIMPLE.begin(config, 0);
+    let no_shape = [
+        [70.0, 70.0, 0.0, 40.0],
+        [70.0, 70.0, 40.0, 0.0],
+        [70.0, 70.0, -40.0, 40.0],
+        [70.0, 70.0, 40.0, -1.0],
+        [70.0, 70.0, 0.5, 40.0],
+        [f64::NAN, 70.0, 40.0, 40.0],
+        [70.0, f64::INFINITY, 40.0, 40.0],
+        [70.0, 70.0, f64::NAN, 40.0],
+        [70.0, 70.0, 40.0, f64::INFINITY],
+        [0.0, 0.0, 1e300, 10.0],
+    ];
+    for no_box in no_shape {
+        let error = tracker.init(&SIMPLE.frame(0), bbox(no_box)).unwrap_err();
+        assert!(matches!(error, Error::BoxShape { .. }), "{no_box:?}: {error}");
+    }
+    for outside in [
+        [-48.0, 70.0, 48.0, 40.0],
+        [240.0, 70.0, 48.0, 40.0],
+        [70.0, -40.0, 48.0, 40.0],
+        [70.0, 180.0, 48.0, 40.0],
+        [1e9, -1e9, 48.0, 40.0],
+    ] {
+        let error = tracker.reinit(&SIMPLE.frame(0), bbox(outside)).unwrap_err();
+        assert!(matches!(error, Error::BoxOutside { .. }), "{outside:?}: {error}");
+    }
+    assert_eq!(SIMPLE.go_on(&mut tracker, 1..5), undisturbed);
+}
+
+#[test]
+fn boxes_of_any_shape_and_place_can_be_tracked() {
+    let boxes = [
+        [80.0, 80.0, 1.0, 1.0],
+        [80.0, 60.0, 2.0, 80.0],
+        [40.0, 80.0, 80.0, 2.0],
+        [70.375, 58.125, 48.7, 39.1],
+        [-30.0, 60.0, 48.0, 40.0],
+        [-47.5, 60.0, 48.0, 40.0],
+        [225.5, 60.0, 48.0, 40.0],
+        [70.0, -35.0, 48.0, 40.0],
+        [239.0, 179.0, 48.0, 40.0],
+        [0.0, 0.0, 240.0, 180.0],
+        [-60.0, -60.0, 360.0, 300.0],
+        [-40_000.0, -40_000.0, 100_000.0, 100_000.0],
+    ];
+    for config in all().into_iter().map(learning_early) {
+        for numbers_of_box in boxes {
+            let mut tracker = Tracker::new(config.clone()).unwrap();
+            let begun = tracker.init(&SIMPLE.frame(0), bbox(numbers_of_box)).unwrap();
+            let got = begun.bbox;
+            for (got, want) in [got.x, got.y, got.w, got.h].iter().zip(numbers_of_box) {
+                assert!((got - want).abs() < 1e-9 * want.abs().max(1.0), "{got} {want}");
+            }
+            for estimate in SIMPLE.go_on(&mut tracker, 1..9) {
+                let all = numbers(&estimate);
+                assert!(all.iter().all(|v| v.is_finite()), "{numbers_of_box:?}: {all:?}");
+                assert!(estimate.bbox.w > 0.0 && estimate.bbox.h > 0.0);
+                assert!((0.0..=1.0).contains(&estimate.score));
+            }
+        }
+    }
+}
+
+/// Nothing of an earlier frame or another target may stand in for what cannot be seen.
+#[test]
+fn a_target_outside_the_frame_is_the_same_whatever_was_tracked_before() {
+    let outside = bbox([-30.0, 60.0, 31.0, 40.0]);
+    for config in all() {
+        let mut tracker = SIMPLE.begin(&config, 0);
+        SIMPLE.go_on(&mut tracker, 1..4);
+        let mut fresh = Tracker::new(config).unwrap();
+        let begun = fresh.init(&SIMPLE.frame(0), outside).unwrap();
+        assert_eq!(tracker.reinit(&SIMPLE.frame(0), outside).unwrap(), begun);
+        let mut restored = Tracker::restore(tracker.snapshot()).unwrap();
+        let later = SIMPLE.go_on(&mut tracker, 1..9);
+        assert_eq!(SIMPLE.go_on(&mut fresh, 1..9), later);
+        assert_eq!(SIMPLE.go_on(&mut restored, 1..9), later);
+    }
+}

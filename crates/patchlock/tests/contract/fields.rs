@@ -1,0 +1,283 @@
+//! No field of the configuration is dead, and none takes a value outside its range.
+
+use crate::film::OCCLUDED;
+use patchlock::{
+    Error, Estimate, PARAMETERS, PRESETS, Parameter, PatchwiseConfig, Range, Tracker, TrackerConfig,
+};
+use serde::Deserialize;
+use serde::de::value::{Error as ValueError, MapDeserializer};
+use serde_json::{Map, Value, json};
+use std::collections::HashMap;
+
+/// The settings of a case by name, without their groups: no two groups have the same name.
+type Fields = Map<String, Value>;
+
+fn fields(value: Value) -> Fields {
+    value.as_object().unwrap().clone()
+}
+
+fn config(given: &Fields) -> TrackerConfig {
+    serde_json::from_value(grouped(given)).unwrap()
+}
+
+/// The settings in their groups.
+fn grouped(given: &Fields) -> Value {
+    let mut table = Map::new();
+    for (name, value) in given {
+        match group(name) {
+            "" => drop(table.insert(name.clone(), value.clone())),
+            group => {
+                let group = table.entry(group).or_insert_with(|| json!({}));
+                group[name] = value.clone();
+            }
+        }
+    }
+    Value::Object(table)
+}
+
+fn group(name: &str) -> &'static str {
+    PARAMETERS.iter().find(|parameter| parameter.name == name).map_or("", |found| found.group)
+}
+
+fn parse(name: &str, value: Value) -> Result<TrackerConfig, serde_json::Error> {
+    serde_json::from_value(grouped(&Fields::from_iter([(name.to_owned(), value)])))
+}
+
+fn default_of(parameter: &Parameter) -> Value {
+    let default = serde_json::to_value(TrackerConfig::default()).unwrap();
+    match parameter.group {
+        "" => default[parameter.name].clone(),
+        group => default[group][parameter.name].clone(),
+    }
+}
+
+/// Small and restless, so that all that the tracker does happens within a few frames.
+fn base() -> Fields {
+    fields(json!({
+        "particles": 25, "small_step": 8, "templates": 6,
+        "update_interval": 2, "small_update_interval": 3,
+    }))
+}
+
+/// Tracks past the tree.
+fn track(given: &Fields) -> Vec<Estimate> {
+    let mut tracker = OCCLUDED.begin(&config(given), 16);
+    OCCLUDED.go_on(&mut tracker, 17..34)
+}
+
+/// For each number another value.
+fn other_numbers() -> Vec<(&'static str, Value)> {
+    vec![
+        ("seed", json!(1)),
+        ("particles", json!(26)),
+        ("sigma_x", json!(5.0)),
+        ("sigma_y", json!(5.0)),
+        ("sigma_scale", json!(0.03)),
+        ("sigma_rotation", json!(0.01)),
+        ("sigma_aspect", json!(0.01)),
+        ("sigma_skew", json!(0.01)),
+        ("template_side", json!(28)),
+        ("large_patch", json!(12)),
+        ("large_step", json!(16)),
+        ("small_patch", json!(6)),
+        ("small_step", json!(6)),
+        ("atoms", json!(3)),
+        ("min_residual", json!(0.05)),
+        ("buffer", json!(2)),
+        ("epsilon", json!(0.2)),
+        ("beta", json!(0.2)),
+        ("templates", json!(7)),
+        ("update_interval", json!(3)),
+        ("small_update_interval", json!(4)),
+        ("delta", json!(1.0)),
+        ("large_buffer_guard", json!(1.0)),
+        ("small_buffer_guard", json!(1.0)),
+        ("replacement_growth", json!(1.0)),
+        ("forgetting", json!(0.5)),
+        ("subspace_keep", json!(0.3)),
+        ("subspace_vectors", json!(1)),
+        ("lambda", json!(0.1)),
+        ("guided_radius", json!(0)),
+        ("guided_epsilon", json!(1.0)),
+    ]
+}
+
+/// Every other value of a field that this test tries.
+fn others(parameter: &Parameter) -> Vec<Value> {
+    let default = default_of(parameter);
+    match parameter.range {
+        Range::Flag => vec![json!(!default.as_bool().unwrap())],
+        Range::Words(words) => {
+            words.iter().map(|&word| json!(word)).filter(|word| *word != default).collect()
+        }
+        Range::Number { .. } => {
+            let name = parameter.name;
+            let row = other_numbers().into_iter().find(|(field, _)| *field == name);
+            vec![row.unwrap_or_else(|| panic!("the table has no other value for `{name}`")).1]
+        }
+    }
+}
+
+#[test]
+fn every_field_matters() {
+    let mut dead = Vec::new();
+    let mut tracked: HashMap<String, Vec<Estimate>> = HashMap::new();
+    for parameter in PARAMETERS {
+        for value in others(parameter) {
+            let mut given = base();
+            let key = Value::Object(given.clone()).to_string();
+            let before = tracked.entry(key).or_insert_with(|| track(&given)).clone();
+            given.insert(parameter.name.to_owned(), value.clone());
+            if track(&given) == before {
+                dead.push(format!("{} = {value}", parameter.name));
+            }
+        }
+    }
+    assert!(dead.is_empty(), "these change nothing: {dead:?}");
+}
+
+#[test]
+fn the_table_of_parameters_is_the_configuration() {
+    let default = serde_json::to_value(TrackerConfig::default()).unwrap();
+    let mut fields: Vec<(String, String)> = Vec::new();
+    for (name, value) in default.as_object().unwrap() {
+        match value.as_object() {
+            Some(group) => fields.extend(group.keys().map(|field| (name.clone(), field.clone()))),
+            None => fields.push((String::new(), name.clone())),
+        }
+    }
+    let mut rows: Vec<(String, String)> =
+        PARAMETERS.iter().map(|row| (row.group.to_owned(), row.name.to_owned())).collect();
+    fields.sort_unstable();
+    rows.sort_unstable();
+    assert_eq!(fields, rows);
+    for (name, _) in other_numbers() {
+        assert!(rows.iter().any(|(_, row)| row == name), "{name} is no field");
+    }
+}
+
+/// So that a setting can be named without its group.
+#[test]
+fn no_two_fields_have_the_same_name() {
+    for (k, row) in PARAMETERS.iter().enumerate() {
+        assert!(PARAMETERS[..k].iter().all(|other| other.name != row.name), "{}", row.name);
+        assert!(!row.source.is_empty() && !row.purpose.is_empty(), "{}", row.name);
+    }
+}
+
+/// The refusal must name field, value and range.
+fn check_refusal(config: TrackerConfig, name: &str, value: &str, range: Range) {
+    let error = Tracker::new(config).unwrap_err();
+    assert!(matches!(error, Error::Config { field, .. } if field == name), "{name}: {error}");
+    let said = error.to_string();
+    let parts = [name.to_owned(), value.to_owned(), range.to_string()];
+    assert!(parts.iter().all(|part| said.contains(part)), "{name} = {value}: {said}");
+}
+
+#[test]
+fn a_number_outside_its_range_is_refused() {
+    for parameter in PARAMETERS {
+        let Range::Number { min, max } = parameter.range else { continue };
+        let name = parameter.name;
+        if default_of(parameter).is_f64() {
+            for value in [min - 1.0, max + 1.0] {
+                let config = parse(name, json!(value)).unwrap();
+                check_refusal(config, name, &format!("{value:?}"), parameter.range);
+            }
+            for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                // JSON has no word for these.
+                let map = MapDeserializer::<_, ValueError>::new([(name, value)].into_iter());
+                let patchwise = PatchwiseConfig::deserialize(map).unwrap();
+                let config = TrackerConfig { patchwise, ..TrackerConfig::default() };
+                check_refusal(config, name, &format!("{value:?}"), parameter.range);
+            }
+            for value in [min, max] {
+                parse(name, json!(value)).unwrap().validate().unwrap();
+            }
+        } else {
+            assert!(parse(name, json!(-1)).is_err(), "{name} = -1");
+            assert!(parse(name, json!(1.5)).is_err(), "{name} = 1.5");
+            if min >= 1.0 {
+                let value = min as u64 - 1;
+                let config = parse(name, json!(value)).unwrap();
+                check_refusal(config, name, &value.to_string(), parameter.range);
+            }
+            if max < u64::MAX as f64 {
+                let value = max as u64 + 1;
+                let config = parse(name, json!(value)).unwrap();
+                check_refusal(config, name, &value.to_string(), parameter.range);
+            }
+        }
+    }
+}
+
+#[test]
+fn an_unknown_word_or_field_is_refused() {
+    for parameter in PARAMETERS {
+        let said = parse(parameter.name, json!("sideways")).unwrap_err().to_string();
+        assert!(said.contains("sideways"), "{}: {said}", parameter.name);
+        if let Range::Words(words) = parameter.range {
+            assert!(words.iter().all(|word| said.contains(word)), "{}: {said}", parameter.name);
+        }
+    }
+    for unknown in [json!({ "particels": 5 }), json!({ "patchwise": { "particels": 5 } })] {
+        let error = serde_json::from_value::<TrackerConfig>(unknown).unwrap_err();
+        assert!(error.to_string().contains("particels"), "{error}");
+    }
+}
+
+#[test]
+fn fields_that_do_not_fit_each_other_are_refused() {
+    let cases = [
+        (json!({ "template_side": 15 }), "large_patch", "template_side = 15"),
+        (json!({ "template_side": 8, "large_patch": 8, "small_patch": 9 }), "small_patch", "8"),
+        (json!({ "small_step": 1, "small_patch": 2 }), "small_step", "8192"),
+        (json!({ "large_step": 1, "large_patch": 2, "templates": 40 }), "large_step", "8192"),
+    ];
+    for (given, name, part) in cases {
+        let error = Tracker::new(config(&fields(given))).unwrap_err();
+        assert!(matches!(error, Error::Config { field, .. } if field == name), "{error}");
+        assert!(error.to_string().contains(part), "{error}");
+    }
+}
+
+#[test]
+fn presets_have_names() {
+    let mut fast = TrackerConfig::preset("fast").unwrap();
+    assert_eq!((fast.patchwise.particles, fast.patchwise.small_step), (400, 4));
+    (fast.patchwise.particles, fast.patchwise.small_step) = (650, 2);
+    assert_eq!(fast, TrackerConfig::default());
+    for name in PRESETS {
+        Tracker::new(TrackerConfig::preset(name).unwrap()).unwrap();
+    }
+    let error = TrackerConfig::preset("papper").unwrap_err().to_string();
+    assert!(error.contains("papper") && error.contains("paper, fast"), "{error}");
+}
+
+/// Settings of version 0.1 have no groups, and may hold options that no longer exist.
+#[test]
+fn settings_of_version_0_1_are_read() {
+    let read = |value: Value| serde_json::from_value::<TrackerConfig>(value);
+    let old = json!({
+        "particles": 77, "seed": 3, "outside": "zero", "divide": true, "stop_energy": 0.0,
+        "warm_up_frames": 9,
+    });
+    let config = read(old).unwrap();
+    assert_eq!((config.patchwise.particles, config.seed), (77, 3));
+    let removed = [
+        ("outside", json!("reject")),
+        ("divide", json!(false)),
+        ("stop_energy", json!(0.1)),
+        ("first_templates", json!("nearest")),
+        ("scale_motion", json!("relative")),
+        ("selection", json!("textbook")),
+        ("coefficients", json!("positive")),
+    ];
+    for (name, value) in removed {
+        let error = read(json!({ name: value })).unwrap_err().to_string();
+        assert!(error.contains(name) && error.contains("no longer exists"), "{error}");
+    }
+    let twice = json!({ "particles": 77, "patchwise": { "particles": 78 } });
+    let error = read(twice).unwrap_err().to_string();
+    assert!(error.contains("`particles` belongs into the group `patchwise`"), "{error}");
+}

@@ -1,0 +1,48 @@
+//! It follows its target.
+
+use crate::film::{Film, OCCLUDED, SIMPLE};
+use crate::methods::{all, following};
+use patchlock::{Estimate, TrackerConfig};
+use patchlock_scene::{Post, Scene, SceneConfig};
+use std::ops::Range;
+
+/// Mean and smallest overlap with the truth.
+fn overlaps(film: &Film, config: &TrackerConfig, frames: Range<usize>) -> (f64, f64) {
+    let estimates = film.track(config, frames.clone());
+    let overlaps: Vec<f64> =
+        (frames.start + 1..).zip(&estimates).map(|(k, e)| e.bbox.overlap(&film.truth(k))).collect();
+    let mean = overlaps.iter().sum::<f64>() / overlaps.len() as f64;
+    (mean, overlaps.into_iter().fold(1.0, f64::min))
+}
+
+#[test]
+fn it_follows_a_simple_target() {
+    for config in all().into_iter().map(following) {
+        let (mean, worst) = overlaps(&SIMPLE, &config, 0..SIMPLE.len());
+        assert!(mean > 0.75 && worst > 0.6, "mean overlap {mean}, worst {worst}");
+    }
+}
+
+#[test]
+fn it_follows_a_target_behind_a_thin_tree() {
+    let post = Some(Post { centre_x: 120.0, width: 12.0 });
+    let film = Film::new(Scene::new(SceneConfig { post, ..SceneConfig::occluded() }));
+    for config in all().into_iter().map(following) {
+        for seed in [1, 2, 3] {
+            let config = TrackerConfig { seed, ..config.clone() };
+            let (mean, worst) = overlaps(&film, &config, 14..46);
+            assert!(mean > 0.85 && worst > 0.7, "seed {seed}: mean overlap {mean}, worst {worst}");
+        }
+    }
+}
+
+#[test]
+fn the_score_falls_while_the_target_is_hidden() {
+    for config in all().into_iter().map(following) {
+        let estimates = OCCLUDED.track(&config, 0..36);
+        let mean =
+            |frames: &[Estimate]| frames.iter().map(|e| e.score).sum::<f64>() / frames.len() as f64;
+        let (free, hidden) = (mean(&estimates[..8]), mean(&estimates[26..34]));
+        assert!(hidden < 0.7 * free, "score {free} while free, {hidden} while half hidden");
+    }
+}

@@ -1,0 +1,107 @@
+//! The same seed gives the same boxes, bit for bit, whatever else is different.
+
+use crate::film::{OCCLUDED, SIMPLE, bits};
+use crate::methods::{all, learning_early, patchwise};
+use patchlock::{Estimate, FrameView, Gamma, Scales, TrackerConfig};
+
+const FRAMES: std::ops::Range<usize> = 0..24;
+
+fn on_threads(count: usize, config: &TrackerConfig) -> Vec<Estimate> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(count).build().unwrap();
+    pool.install(|| SIMPLE.track(config, FRAMES))
+}
+
+#[test]
+fn on_any_number_of_threads() {
+    for config in all() {
+        let one = on_threads(1, &config);
+        for count in [2, 5] {
+            let more = on_threads(count, &config);
+            assert_eq!(bits(&one), bits(&more), "{count} threads");
+            assert_eq!(one, more);
+        }
+        // In no pool of its own.
+        assert_eq!(one, SIMPLE.track(&config, FRAMES));
+    }
+}
+
+#[test]
+fn with_an_observer() {
+    for config in all() {
+        let mut tracker = SIMPLE.begin(&config, 0);
+        let mut seen = 0;
+        let mut observer = |_: &FrameView<'_>| seen += 1;
+        let observed: Vec<_> = (1..FRAMES.end)
+            .map(|k| tracker.update_observed(&SIMPLE.frame(k), &mut observer).unwrap())
+            .collect();
+        assert_eq!(seen, FRAMES.end - 1);
+        let alone = SIMPLE.track(&config, FRAMES);
+        assert_eq!(bits(&observed), bits(&alone));
+        assert_eq!(observed, alone);
+    }
+}
+
+/// With every choice that bears on which candidates are pruned, more candidates than a block holds, and frames on
+/// which everything learns.
+#[test]
+fn with_an_observer_whatever_is_pruned() {
+    let mut base = learning_early(patchwise());
+    base.patchwise.particles = 130;
+    for gamma in [Gamma::ExpVisible, Gamma::One, Gamma::Visible, Gamma::ExpError] {
+        for scales in [Scales::Both, Scales::Large, Scales::Small] {
+            for weights in [false, true] {
+                let mut config = base.clone();
+                let patchwise = &mut config.patchwise;
+                (patchwise.gamma, patchwise.scales) = (gamma, scales);
+                (patchwise.occlusion_weights, patchwise.position_weights) = (weights, weights);
+                observe_same_boxes(&config);
+            }
+        }
+    }
+}
+
+fn observe_same_boxes(config: &TrackerConfig) {
+    let alone = OCCLUDED.track(config, 0..12);
+    let mut tracker = OCCLUDED.begin(config, 0);
+    for (k, alone) in (1..12).zip(alone) {
+        let frame = OCCLUDED.frame(k);
+        let observed = tracker.update_observed(&frame, &mut |_: &FrameView<'_>| ()).unwrap();
+        assert_eq!(observed, alone, "frame {k} of {config:?}");
+    }
+}
+
+#[test]
+fn twice_but_not_with_another_seed() {
+    for config in all() {
+        let first = SIMPLE.track(&config, FRAMES);
+        assert_eq!(bits(&first), bits(&SIMPLE.track(&config, FRAMES)));
+        let other = SIMPLE.track(&TrackerConfig { seed: 1, ..config }, FRAMES);
+        assert!(bits(&first).iter().zip(bits(&other)).all(|(a, b)| *a != b));
+    }
+}
+
+#[test]
+fn after_beginning_again_at_any_time() {
+    for config in all() {
+        let mut fresh = SIMPLE.begin(&config, 5);
+        let fresh = SIMPLE.go_on(&mut fresh, 6..20);
+        for tracked in [0, 1, 4, 13] {
+            let mut tracker = SIMPLE.begin(&config, 0);
+            SIMPLE.go_on(&mut tracker, 1..1 + tracked);
+            tracker.reinit(&SIMPLE.frame(5), SIMPLE.truth(5)).unwrap();
+            let again = SIMPLE.go_on(&mut tracker, 6..20);
+            assert_eq!(bits(&again), bits(&fresh), "after {tracked}");
+            assert_eq!(again, fresh);
+        }
+    }
+}
+
+#[test]
+fn the_first_estimate_is_the_box_itself() {
+    for config in all() {
+        let mut tracker = SIMPLE.begin(&config, 0);
+        let estimate = tracker.reinit(&SIMPLE.frame(0), SIMPLE.truth(0)).unwrap();
+        assert!(estimate.bbox.overlap(&SIMPLE.truth(0)) > 1.0 - 1e-9);
+        assert!(estimate.score > 0.8, "{}", estimate.score);
+    }
+}

@@ -1,0 +1,25 @@
+//! The paper's tracker: what only this method promises.
+
+#[allow(dead_code)]
+#[path = "../contract/film.rs"]
+mod film;
+#[allow(dead_code)]
+#[path = "../contract/methods.rs"]
+mod methods;
+mod model;
+mod observer;
+mod snapshot;
+
+use film::SIMPLE;
+use patchlock::TrackerConfig;
+
+#[test]
+fn it_follows_with_all_patches_of_the_paper() {
+    let mut config = TrackerConfig::preset("paper").unwrap();
+    config.patchwise.particles = 60;
+    let estimates = SIMPLE.track(&config, 0..16);
+    let overlaps = (1..).zip(&estimates).map(|(k, e)| e.bbox.overlap(&SIMPLE.truth(k)));
+    let (sum, worst) = overlaps.fold((0.0, 1.0f64), |(sum, worst), o| (sum + o, worst.min(o)));
+    let mean = sum / estimates.len() as f64;
+    assert!(mean > 0.75 && worst > 0.6, "mean overlap {mean}, worst {worst}");
+}

@@ -1,0 +1,97 @@
+//! The patch model as a value: looking at one candidate is the same as weighing it among many, and touches nothing.
+
+use patchlock::appearance::memory::{LearningScratch, LearningStep};
+use patchlock::appearance::model::{
+    Candidates, LookScratch, PatchModel, PatchRules, Wanted, Weighed, cut_candidate,
+};
+use patchlock::vision::frame::GreyImage;
+use patchlock::{BoundingBox, PatchwiseConfig, State, Visibility};
+use rand_pcg::Pcg64;
+
+use crate::film::OCCLUDED;
+
+fn image(k: usize) -> GreyImage {
+    let mut image = GreyImage::default();
+    image.fill(&OCCLUDED.frame(k)).unwrap();
+    image
+}
+
+fn state(bbox: BoundingBox) -> State {
+    State::from_box(bbox.centre(), bbox.w, bbox.h, 32)
+}
+
+/// The candidates around the truth of frame `k`.
+fn candidates(k: usize, count: usize, rules: &PatchRules) -> Vec<f32> {
+    let (image, truth) = (image(k), state(OCCLUDED.truth(k)));
+    let mut all = vec![0.0; count * 1024];
+    for (n, out) in all.chunks_exact_mut(1024).enumerate() {
+        let (dx, dy) = ((n % 5) as f64 * 1.7 - 3.0, (n / 5) as f64 * 1.3 - 2.0);
+        let state = State { x: truth.x + dx, y: truth.y + dy, ..truth };
+        cut_candidate(&image, &state.matrix(), rules, out);
+    }
+    all
+}
+
+fn begun(rules: PatchRules) -> PatchModel {
+    PatchModel::begin(&image(0), &state(OCCLUDED.truth(0)).matrix(), rules)
+}
+
+/// Rules with this distance of small patches.
+fn rules(small_step: usize) -> PatchRules {
+    let config = PatchwiseConfig { small_step, ..PatchwiseConfig::default() };
+    config.patch_rules()
+}
+
+#[test]
+fn a_look_is_the_visibility_of_the_weighed_candidate() {
+    for small_step in [2, 4, 8] {
+        let rules = rules(small_step);
+        let (mut model, mut learning) = (begun(rules), LearningScratch::default());
+        let mut rng = Pcg64::new(1, 1);
+        let (mut weighed, mut look) = (Weighed::default(), LookScratch::default());
+        let order: Vec<u32> = (0..20).collect();
+        let mut hidden = 0;
+        for k in [1, 12, 24, 30, 40] {
+            let samples = candidates(k, 20, &rules);
+            let all = Candidates { samples: &samples, order: &order };
+            model.weigh(all, Wanted::All, &mut weighed);
+            let before = model.memory().clone();
+            for (n, candidate) in samples.chunks_exact(1024).enumerate() {
+                let (mut seen, mut expected) = (Visibility::default(), Visibility::default());
+                model.look(candidate, &mut look, &mut seen);
+                model.visibility(&weighed, n, &mut expected);
+                assert_eq!(seen, expected, "step {small_step}, frame {k}, candidate {n}");
+                hidden += seen.small.visible.iter().filter(|visible| !**visible).count();
+            }
+            assert_eq!(*model.memory(), before);
+            // The caller decides that it learns.
+            let mut seen = Visibility::default();
+            model.look(&samples[..1024], &mut look, &mut seen);
+            model.collect(&samples[..1024], &mut learning);
+            let step = LearningStep { large: true, small: true };
+            let learned = model.learn((&samples[..1024], &seen), step, &mut rng, &mut learning);
+            assert!(learned.small_dictionary);
+        }
+        assert!(hidden > 0);
+    }
+}
+
+#[test]
+fn nothing_is_learned_but_when_the_caller_says_so() {
+    let rules = rules(8);
+    let (mut model, mut learning) = (begun(rules), LearningScratch::default());
+    let before = model.memory().clone();
+    let candidate = candidates(1, 1, &rules);
+    let (mut look, mut seen) = (LookScratch::default(), Visibility::default());
+    model.look(&candidate, &mut look, &mut seen);
+    let mut rng = Pcg64::new(1, 1);
+    let nothing = LearningStep::default();
+    let learned = model.learn((&candidate, &seen), nothing, &mut rng, &mut learning);
+    assert_eq!((learned.replaced, learned.small_dictionary), (None, false));
+    assert_eq!(*model.memory(), before);
+    let large = LearningStep { large: true, small: false };
+    let learned = model.learn((&candidate, &seen), large, &mut rng, &mut learning);
+    assert!(learned.replaced.is_some());
+    assert_ne!(model.memory().templates, before.templates);
+    assert_eq!(model.memory().small_templates, before.small_templates);
+}

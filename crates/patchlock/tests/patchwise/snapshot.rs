@@ -1,0 +1,175 @@
+//! What is wrong in a saved target of the paper's tracker is refused; what cannot be told breaks nothing.
+
+use crate::film::{SIMPLE, numbers};
+use crate::methods::patchwise;
+use patchlock::{Snapshot, Tracker, TrackerConfig};
+use serde_json::{Value, json};
+
+/// The tracker after these many frames.
+fn after(frames: usize, config: &TrackerConfig) -> Tracker {
+    let mut tracker = SIMPLE.begin(config, 0);
+    SIMPLE.go_on(&mut tracker, 1..1 + frames);
+    tracker
+}
+
+/// Stands for the random number generator: its integers of 128 bits have no place in a [`Value`].
+const RNG: &str = "the random number generator";
+
+/// A saved tracker, taken apart so that it can be damaged.
+#[derive(Clone)]
+struct Saved {
+    value: Value,
+    rng: String,
+}
+
+impl Saved {
+    fn new(tracker: &Tracker) -> Self {
+        let text = serde_json::to_string(&tracker.snapshot()).unwrap();
+        let (before, rest) = text.split_once(r#""rng":"#).unwrap();
+        let (rng, after) = rest.split_once('}').unwrap();
+        let rng = format!("{rng}}}");
+        let value = serde_json::from_str(&format!(r#"{before}"rng":"{RNG}"{after}"#)).unwrap();
+        Self { value, rng }
+    }
+
+    /// Replaces what stands at a pointer.
+    fn with(&self, at: &str, value: Value) -> Self {
+        let mut damaged = self.clone();
+        *damaged.value.pointer_mut(at).unwrap_or_else(|| panic!("no {at}")) = value;
+        damaged
+    }
+
+    /// Changes an array or an object at a pointer.
+    fn changed(&self, at: &str, change: impl FnOnce(&mut Value)) -> Self {
+        let mut damaged = self.clone();
+        change(damaged.value.pointer_mut(at).unwrap());
+        damaged
+    }
+
+    fn without(&self, object: &str, key: &str) -> Self {
+        self.changed(object, |object| drop(object.as_object_mut().unwrap().remove(key).unwrap()))
+    }
+
+    /// The tracker, or why it is none.
+    fn restore(&self) -> Result<Tracker, String> {
+        let text = self.value.to_string().replace(&format!("\"{RNG}\""), &self.rng);
+        let snapshot: Snapshot = serde_json::from_str(&text).map_err(|e| e.to_string())?;
+        Tracker::restore(snapshot).map_err(|e| e.to_string())
+    }
+}
+
+fn shorten(array: &mut Value) {
+    array.as_array_mut().unwrap().pop().unwrap();
+}
+
+/// Repeats the last element.
+fn lengthen(array: &mut Value) {
+    let array = array.as_array_mut().unwrap();
+    array.push(array.last().unwrap().clone());
+}
+
+#[test]
+fn a_damaged_snapshot_is_refused() {
+    let good = Saved::new(&after(12, &patchwise()));
+    good.restore().unwrap();
+    let replaced = [
+        ("/config/patchwise/particles", json!(0)),
+        ("/config/patchwise/template_side", json!(24)),
+        ("/config/patchwise/templates", json!(9)),
+        ("/config/patchwise/buffer", json!(3)),
+        ("/config/patchwise/update_interval", json!(1)),
+        ("/target/patchwise/state/scale", json!(0.0)),
+        ("/target/patchwise/state/scale", json!(-1.5)),
+        ("/target/patchwise/state/aspect", json!(-0.5)),
+        ("/target/patchwise/state/x", Value::Null),
+        ("/target/patchwise/state", json!({})),
+        ("/target/patchwise/model/templates", json!([])),
+        ("/target/patchwise/model/templates/3", json!([])),
+        ("/target/patchwise/model/templates/3/7", json!(1000.0)),
+        ("/target/patchwise/model/templates/3/7", Value::Null),
+        ("/target/patchwise/model/small_templates", json!([])),
+        ("/target/patchwise/model/large_buffer/1", json!([0.5])),
+        ("/target/patchwise/model/small_buffer/0/0", json!(-3.0)),
+        ("/target/patchwise/model/batch/0", json!([1.0])),
+        ("/target/patchwise/model/subspace/mean", json!([])),
+        ("/target/patchwise/model/subspace/weight", json!(-1.0)),
+        ("/target/patchwise/model/subspace/mean", json!(vec![1e300; 1024])),
+        ("/target/patchwise/model/subspace/basis/0", json!(1e300)),
+        ("/target/patchwise/frames", json!(u64::MAX - 2)),
+        ("/target/patchwise/rng", json!(5)),
+    ];
+    for (at, value) in replaced {
+        let said = good.with(at, value.clone()).restore().err();
+        assert!(said.is_some(), "{at} = {value} was taken");
+    }
+    let arrays = [
+        "/target/patchwise/model/templates",
+        "/target/patchwise/model/templates/0",
+        "/target/patchwise/model/small_templates",
+        "/target/patchwise/model/small_templates/9",
+        "/target/patchwise/model/large_buffer",
+        "/target/patchwise/model/large_buffer/3",
+        "/target/patchwise/model/small_buffer",
+        "/target/patchwise/model/small_buffer/2",
+        "/target/patchwise/model/batch/1",
+        "/target/patchwise/model/subspace/mean",
+        "/target/patchwise/model/subspace/basis",
+        "/target/patchwise/model/subspace/values",
+    ];
+    for at in arrays {
+        assert!(good.changed(at, shorten).restore().is_err(), "{at} too short");
+        assert!(good.changed(at, lengthen).restore().is_err(), "{at} too long");
+    }
+    for object in ["/target/patchwise", "/target/patchwise/model", "/target"] {
+        for key in good.value.pointer(object).unwrap().as_object().unwrap().keys() {
+            assert!(good.without(object, key).restore().is_err(), "without {object}/{key}");
+        }
+    }
+    assert!(good.with("", json!("a tracker")).restore().is_err());
+}
+
+#[test]
+fn a_refusal_says_what_does_not_fit() {
+    let good = Saved::new(&after(12, &patchwise()));
+    let said = |at: &str, value: Value| good.with(at, value).restore().unwrap_err();
+    assert!(said("/target/patchwise/model/templates", json!([])).contains("templates"));
+    assert!(said("/target/patchwise/model/small_buffer", json!([])).contains("buffers"));
+    assert!(said("/target/patchwise/model/subspace/mean", json!([])).contains("subspace"));
+    assert!(said("/config/patchwise/particles", json!(0)).contains("particles"));
+}
+
+/// What can't be told from a good snapshot may track nothing, but must not break anything.
+#[test]
+fn an_odd_snapshot_never_panics() {
+    let odd = [
+        ("/target/patchwise/frames", json!(0)),
+        ("/target/patchwise/state/x", json!(1e300)),
+        ("/target/patchwise/state/y", json!(-1e9)),
+        ("/target/patchwise/state/scale", json!(1e-300)),
+        ("/target/patchwise/state/rotation", json!(1e18)),
+        ("/target/patchwise/model/templates/0", json!(vec![0.0; 1024])),
+        ("/target/patchwise/model/subspace/weight", json!(0.0)),
+        ("/target/patchwise/model/subspace/mean", json!(vec![0.0; 1024])),
+        ("/target/patchwise/model/subspace/values/0", json!(1e300)),
+        ("/target/patchwise/model/subspace/weight", json!(1e300)),
+    ];
+    let mut config = patchwise();
+    config.patchwise.update_interval = 2;
+    for frames in [3, 13] {
+        let good = Saved::new(&after(frames, &config));
+        for (at, value) in &odd {
+            if good.value.pointer(at).is_none_or(|v| v.as_array().is_some_and(Vec::is_empty)) {
+                continue;
+            }
+            let Ok(mut tracker) = good.with(at, value.clone()).restore() else {
+                continue;
+            };
+            for k in 14..20 {
+                if let Ok(estimate) = tracker.update(&SIMPLE.frame(k)) {
+                    let box_numbers = &numbers(&estimate)[..4];
+                    assert!(box_numbers.iter().all(|v| v.is_finite()), "{at} {value}");
+                }
+            }
+        }
+    }
+}
