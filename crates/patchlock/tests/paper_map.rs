@@ -1,4 +1,4 @@
-//! PAPER.md is a map; this holds it to the ground: what it names exists, and no equation is missing.
+//! Checks PAPER.md against the code: every item and test that it names exists, and no equation is missing.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -7,9 +7,13 @@ use std::path::{Path, PathBuf};
 /// The paper's equations.
 const EQUATIONS: std::ops::RangeInclusive<u32> = 1..=24;
 
-/// The columns of the table.
+/// The parts that an entry has below its heading, in this order.
+const PARTS: [&str; 3] = ["where", "proved by", "reading"];
+
+/// One entry of the map: a heading such as `### Sec. 2.1, Eq. 3-6: what it is`, and [`PARTS`] below it.
 #[derive(Debug)]
-struct Row {
+struct Entry {
+    section: String,
     equations: String,
     items: Vec<String>,
     tests: Vec<String>,
@@ -28,28 +32,50 @@ fn quoted(text: &str) -> Vec<String> {
     text.split('`').skip(1).step_by(2).map(str::to_owned).collect()
 }
 
-/// The rows of the tables that have a column of equations: section, equations, meaning, where, proved by, departure.
-fn rows(map: &str) -> Vec<Row> {
-    let mut rows = Vec::new();
-    let mut is_map = false;
-    for line in map.lines().map(str::trim) {
-        if !line.starts_with('|') {
-            is_map = false;
-            continue;
-        }
-        let cells: Vec<&str> = line.trim_matches('|').split('|').map(str::trim).collect();
-        if cells.len() > 1 && cells[1] == "eq." {
-            is_map = true;
-        } else if is_map && !cells[0].starts_with("---") {
-            assert_eq!(cells.len(), 6, "a row has six cells: {line}");
-            rows.push(Row {
-                equations: cells[1].to_owned(),
-                items: quoted(cells[3]),
-                tests: quoted(cells[4]),
-            });
+/// The entries of the map: every heading of the third level, up to the next heading.
+fn entries(map: &str) -> Vec<Entry> {
+    let mut entries: Vec<(&str, Vec<String>)> = Vec::new();
+    let mut in_entry = false;
+    for line in map.lines() {
+        if line.starts_with('#') {
+            in_entry = line.starts_with("### ");
+            if in_entry {
+                entries.push((&line[4..], Vec::new()));
+            }
+        } else if in_entry {
+            let parts = &mut entries.last_mut().unwrap().1;
+            match (line.strip_prefix("- "), line.trim()) {
+                (Some(part), _) => parts.push(part.to_owned()),
+                (None, "") => {}
+                // A line that goes on belongs to the part above it.
+                (None, more) => {
+                    let part = parts.last_mut().unwrap_or_else(|| panic!("no part before: {line}"));
+                    part.push(' ');
+                    part.push_str(more);
+                }
+            }
         }
     }
-    rows
+    entries.iter().map(|(heading, parts)| entry(heading, parts)).collect()
+}
+
+/// One entry, from its heading without the marks and its parts.
+fn entry(heading: &str, parts: &[String]) -> Entry {
+    let (place, _) = heading.split_once(": ").unwrap_or_else(|| panic!("no meaning: {heading}"));
+    let (section, equations) = place.split_once(", Eq. ").unwrap_or((place, "-"));
+    assert!(section.starts_with("Sec. ") || section.starts_with("Fig. "), "no section: {heading}");
+    assert_eq!(parts.len(), PARTS.len(), "an entry has {PARTS:?}: {heading}");
+    let text = |k: usize| {
+        let text = parts[k].strip_prefix(PARTS[k]).and_then(|text| text.strip_prefix(": "));
+        text.unwrap_or_else(|| panic!("an entry has {PARTS:?}: {heading}"))
+    };
+    assert!(!text(2).is_empty(), "a reading, or none: {heading}");
+    Entry {
+        section: section.to_owned(),
+        equations: equations.to_owned(),
+        items: quoted(text(0)),
+        tests: quoted(text(1)),
+    }
 }
 
 /// The numbers in `3-9, 12`.
@@ -115,24 +141,24 @@ fn look_up(reference: &str) -> Result<(String, Vec<String>), String> {
 }
 
 #[test]
-fn every_equation_has_a_row() {
+fn every_equation_has_an_entry() {
     let covered: BTreeSet<u32> =
-        rows(&map()).iter().flat_map(|row| numbers(&row.equations)).collect();
+        entries(&map()).iter().flat_map(|entry| numbers(&entry.equations)).collect();
     let missing: Vec<u32> = EQUATIONS.filter(|number| !covered.contains(number)).collect();
-    assert!(missing.is_empty(), "PAPER.md has no row for Eq. {missing:?}");
+    assert!(missing.is_empty(), "PAPER.md has no entry for Eq. {missing:?}");
     let foreign: Vec<u32> =
         covered.into_iter().filter(|number| !EQUATIONS.contains(number)).collect();
     assert!(foreign.is_empty(), "the paper has no Eq. {foreign:?}");
 }
 
 #[test]
-fn every_row_names_what_does_it_and_what_proves_it() {
+fn every_entry_names_what_does_it_and_what_proves_it() {
     let mut wrong = Vec::new();
-    for row in rows(&map()) {
-        if row.items.is_empty() || row.tests.is_empty() {
-            wrong.push(format!("a row names no item or no test: {row:?}"));
+    for entry in entries(&map()) {
+        if entry.items.is_empty() || entry.tests.is_empty() {
+            wrong.push(format!("an entry names no item or no test: {entry:?}"));
         }
-        for test in &row.tests {
+        for test in &entry.tests {
             match look_up(test) {
                 Ok((source, names)) if !tests(&source, names.last().unwrap()) => {
                     wrong.push(format!("`{test}` is no test"));
@@ -149,9 +175,10 @@ fn every_row_names_what_does_it_and_what_proves_it() {
 fn every_item_named_anywhere_exists() {
     let map = map();
     let references = quoted(&map).into_iter().filter(|text| text.contains(".rs::"));
-    let from_rows = rows(&map).into_iter().flat_map(|row| row.items.into_iter().chain(row.tests));
+    let entries = entries(&map).into_iter();
+    let from_entries = entries.flat_map(|entry| entry.items.into_iter().chain(entry.tests));
     let mut wrong = BTreeSet::new();
-    for reference in references.chain(from_rows) {
+    for reference in references.chain(from_entries) {
         match look_up(&reference) {
             Ok((source, names)) => {
                 let missing = names.iter().filter(|name| !declares(&source, name));
@@ -163,18 +190,42 @@ fn every_item_named_anywhere_exists() {
     assert!(wrong.is_empty(), "{}", wrong.into_iter().collect::<Vec<_>>().join("\n"));
 }
 
-/// Every parameter of the configuration has its place in the paper, and the map names each section that the table does.
+/// Every parameter belongs to a section of the paper, and the map has an entry for each of these.
 #[test]
 fn the_table_of_parameters_is_part_of_the_map() {
-    let map = map();
+    let entries = entries(&map());
     for parameter in patchlock::PARAMETERS {
         let section = parameter.section.split(',').next().unwrap();
-        assert!(map.contains(&format!("| {section} |")), "PAPER.md has no row of {section}");
+        let found = entries.iter().any(|entry| entry.section == section);
+        assert!(found, "PAPER.md has no entry of {section}");
     }
 }
 
 #[test]
 fn the_reader_reads() {
+    let map = [
+        "# Map",
+        "### Sec. 2.1, Eq. 3-5, 9: codes: joint",
+        "",
+        "- where: `a.rs::b`,",
+        "  `a.rs::c`",
+        "- proved by: `t.rs::d`",
+        "- reading: none",
+        "",
+        "### Fig. 1: the whole",
+        "- where: `e.rs::f`",
+        "- proved by: `g.rs::h`",
+        "- reading: x `y`",
+        "## Numbers",
+        "- 4: `z.rs::n`",
+    ];
+    let entries = entries(&map.join("\n"));
+    let [codes, whole] = &entries[..] else { panic!("two entries") };
+    assert_eq!((codes.section.as_str(), codes.equations.as_str()), ("Sec. 2.1", "3-5, 9"));
+    assert_eq!(codes.items, ["a.rs::b", "a.rs::c"]);
+    assert_eq!(codes.tests, ["t.rs::d"]);
+    assert_eq!((whole.section.as_str(), whole.equations.as_str()), ("Fig. 1", "-"));
+    assert_eq!((whole.items.len(), whole.tests.len()), (1, 1));
     assert_eq!(numbers("3-5, 9"), BTreeSet::from([3, 4, 5, 9]));
     assert!(numbers("-").is_empty());
     let source = "pub struct A {\n    pub b: f64,\n}\n// fn comment\nconst C: u8 = 1;\nfn abc() {}\npub const fn d() {}\n";
