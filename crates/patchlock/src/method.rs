@@ -3,7 +3,7 @@
 
 use crate::config::{Method, TrackerConfig};
 use crate::estimate::Estimate;
-use crate::observe::{FrameView, Observer};
+use crate::observe::{FrameView, Observer, PatchwiseView};
 use crate::patchwise;
 use crate::vision::frame::{Frame, GreyImage};
 use crate::vision::geometry::BoundingBox;
@@ -78,7 +78,8 @@ impl Target {
                 let Some(observer) = observer else {
                     return target.step(&images.grey, settings, scratch, None, estimate);
                 };
-                let mut show = |view| observer.observe(&FrameView::Patchwise(view));
+                let mut show =
+                    |view: PatchwiseView<'_>| observer.observe(&FrameView::Patchwise(view));
                 target.step(&images.grey, settings, scratch, Some(&mut show), estimate);
             }
         }

@@ -2,9 +2,10 @@
 //! one is the estimate, and the model learns from it every few frames.
 
 pub mod particles;
+mod saved;
 pub(crate) mod view;
 
-use crate::appearance::memory::{LearningScratch, LearningStep, PatchMemory};
+use crate::appearance::memory::{LearningScratch, LearningStep};
 use crate::appearance::model::{
     Candidates, LookScratch, PatchModel, Wanted, Weighed, cut_candidate,
 };
@@ -16,14 +17,11 @@ use crate::vision::geometry::BoundingBox;
 use crate::vision::warp;
 use particles::Particles;
 use rand_pcg::Pcg64;
-use serde::{Deserialize, Serialize};
+pub(crate) use saved::Saved;
 use view::PatchwiseView;
 
 /// The stream of the random numbers; any fixed one will do.
 const STREAM: u128 = 0x7061_7463_686c_6f63;
-
-/// More frames than any video has; counting on from here never overflows.
-const MAX_FRAMES: u64 = 1 << 53;
 
 /// A target of the paper's tracker.
 #[derive(Debug)]
@@ -35,16 +33,7 @@ pub(crate) struct Target {
     model: PatchModel,
 }
 
-/// A target between two frames, as a snapshot holds it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Saved {
-    pub state: State,
-    pub rng: Pcg64,
-    pub frames: u64,
-    pub model: PatchMemory,
-}
-
-/// Buffers that live from frame to frame. No content outlives a frame, so that all targets of a thread share them.
+/// Buffers that live from frame to frame. Their content does not, so that all targets of a thread share them.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
     particles: Particles,
@@ -85,16 +74,19 @@ impl Target {
         estimate: &mut Estimate,
     ) {
         let Scratch { particles, weighed, learning, .. } = scratch;
-        let rules = config.patch_rules();
+        // Particles and their candidates (Sec. 2, Eq. 22).
         particles.draw(config.particles, &self.state, &config.motion(), &mut self.rng);
-        particles.warp(image, &rules);
+        particles.warp(image, &config.patch_rules());
+        // Patches, joint codes, pooling, weights, likelihoods (Sec. 2.1 to 2.4).
         let candidates = Candidates { samples: particles.candidates(), order: particles.order() };
         let wanted = if show.is_some() { Wanted::All } else { Wanted::Best };
         self.model.weigh(candidates, wanted, weighed);
+        // The estimate is the most likely particle (Eq. 23).
         let best = particles::most_likely(weighed.likelihoods());
         self.state = particles.states()[best];
         let visibility = estimate.visibility.get_or_insert_default();
         self.model.visibility(weighed, best, visibility);
+        // Every few frames: subspace, template, dictionaries, buffers (Sec. 2.5).
         let candidate = particles.candidate(best);
         self.frames += 1;
         self.model.collect(candidate, learning);
@@ -116,29 +108,6 @@ impl Target {
         out.score = out.visibility.as_ref().map_or(0.0, |visibility| visibility.share());
         let sure = out.score > config.delta;
         out.status = if sure { Status::Tracked } else { Status::Uncertain };
-    }
-
-    /// The target as a snapshot holds it.
-    pub fn saved(&self) -> Saved {
-        let Self { state, rng, frames, model } = self;
-        Saved { state: *state, rng: rng.clone(), frames: *frames, model: model.memory().clone() }
-    }
-
-    /// A target that continues from a saved one.
-    ///
-    /// # Errors
-    /// What does not fit the configuration.
-    pub fn restore(saved: Saved, config: &PatchwiseConfig) -> Result<Self, &'static str> {
-        let Saved { state, rng, frames, model } = saved;
-        if frames > MAX_FRAMES {
-            return Err("it has counted more frames than a video has");
-        }
-        if !state.is_valid() {
-            return Err("the state is not a shape");
-        }
-        model.check(&config.patch_rules(), config.update_interval)?;
-        let model = PatchModel::restore(model, config.patch_rules());
-        Ok(Self { state, rng, frames, model })
     }
 }
 

@@ -2,7 +2,8 @@
 
 use crate::film::OCCLUDED;
 use patchlock::{
-    Error, Estimate, PARAMETERS, PRESETS, Parameter, PatchwiseConfig, Range, Tracker, TrackerConfig,
+    Error, Estimate, FrameView, PARAMETERS, PRESETS, Parameter, PatchwiseConfig, Range, Tracker,
+    TrackerConfig,
 };
 use serde::Deserialize;
 use serde::de::value::{Error as ValueError, MapDeserializer};
@@ -59,10 +60,16 @@ fn base() -> Fields {
     }))
 }
 
-/// Tracks past the tree.
-fn track(given: &Fields) -> Vec<Estimate> {
+/// Tracks past the tree. Gives the estimates, and all that an observer sees.
+fn track(given: &Fields) -> Vec<(Estimate, String)> {
     let mut tracker = OCCLUDED.begin(&config(given), 16);
-    OCCLUDED.go_on(&mut tracker, 17..34)
+    let step = |k| {
+        let mut seen = String::new();
+        let mut observer = |view: &FrameView<'_>| seen = format!("{view:?}");
+        let estimate = tracker.update_observed(&OCCLUDED.frame(k), &mut observer).unwrap();
+        (estimate, seen)
+    };
+    (17..34).map(step).collect()
 }
 
 /// For each number another value.
@@ -121,7 +128,7 @@ fn others(parameter: &Parameter) -> Vec<Value> {
 #[test]
 fn every_field_matters() {
     let mut dead = Vec::new();
-    let mut tracked: HashMap<String, Vec<Estimate>> = HashMap::new();
+    let mut tracked: HashMap<String, Vec<(Estimate, String)>> = HashMap::new();
     for parameter in PARAMETERS {
         for value in others(parameter) {
             let mut given = base();

@@ -9,6 +9,7 @@ mod methods;
 mod model;
 mod observer;
 mod snapshot;
+mod version_0_1;
 
 use film::SIMPLE;
 use patchlock::TrackerConfig;

@@ -1,0 +1,46 @@
+//! A target of the paper's tracker between two frames, as a snapshot holds it.
+
+use super::Target;
+use crate::appearance::memory::PatchMemory;
+use crate::appearance::model::PatchModel;
+use crate::config::PatchwiseConfig;
+use crate::motion::state::State;
+use rand_pcg::Pcg64;
+use serde::{Deserialize, Serialize};
+
+/// More frames than any video has; counting on from here never overflows.
+const MAX_FRAMES: u64 = 1 << 53;
+
+/// All that the target's next frames depend on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Saved {
+    pub state: State,
+    pub rng: Pcg64,
+    pub frames: u64,
+    pub model: PatchMemory,
+}
+
+impl Target {
+    /// The target as a snapshot holds it.
+    pub fn saved(&self) -> Saved {
+        let Self { state, rng, frames, model } = self;
+        Saved { state: *state, rng: rng.clone(), frames: *frames, model: model.memory().clone() }
+    }
+
+    /// A target that continues from a saved one.
+    ///
+    /// # Errors
+    /// What does not fit the configuration.
+    pub fn restore(saved: Saved, config: &PatchwiseConfig) -> Result<Self, &'static str> {
+        let Saved { state, rng, frames, model } = saved;
+        if frames > MAX_FRAMES {
+            return Err("it has counted more frames than a video has");
+        }
+        if !state.is_valid() {
+            return Err("the state is not a shape");
+        }
+        model.check(&config.patch_rules(), config.update_interval)?;
+        let model = PatchModel::restore(model, config.patch_rules());
+        Ok(Self { state, rng, frames, model })
+    }
+}
