@@ -31,6 +31,9 @@ impl Picture {
     }
 
     /// The frame as the tracker takes it.
+    ///
+    /// # Errors
+    /// What the tracker says against its size.
     pub fn frame(&self) -> Result<Frame<'_>, patchlock::Error> {
         match &self.pixels {
             Pixels::Grey8(grey) => Frame::grey8(grey, self.width, self.height),

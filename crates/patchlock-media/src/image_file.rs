@@ -6,7 +6,7 @@ use std::path::Path;
 
 use image::{DynamicImage, ImageReader};
 
-use crate::picture::{Picture, Pixels};
+use crate::{Picture, Pixels};
 
 /// What counts as an image, by the end of its name.
 pub const EXTENSIONS: &[&str] = &["jpg", "jpeg", "png", "tif", "tiff", "bmp", "webp"];

@@ -4,21 +4,16 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
 
-use anyhow::Result;
-
-use super::FrameSource;
-use crate::complaint::failed;
-use crate::interrupt;
-use patchlock_eval::picture::Picture;
+use crate::{Error, FrameSource, Picture};
 
 /// Frames that wait, decoded: more would only cost memory.
 const DEPTH: usize = 2;
-/// How often a wait for the decoder looks for Ctrl-C.
+/// So long the caller waits for the decoder before it may look whether to stop.
 const PATIENCE: Duration = Duration::from_millis(100);
 
 /// The frames of a source, in a given order, decoded ahead.
 pub struct Ahead {
-    frames: Receiver<(usize, Result<Option<Picture>>)>,
+    frames: Receiver<(usize, Result<Option<Picture>, Error>)>,
     last: Option<usize>,
     ended: bool,
 }
@@ -54,14 +49,16 @@ impl Ahead {
         Self { frames, last: None, ended: false }
     }
 
-    /// The next frame with its number; `None` at the end, and soon after Ctrl-C.
-    #[expect(
-        clippy::should_implement_trait,
-        reason = "a fallible next reads better here than an iterator of results"
-    )]
-    pub fn next(&mut self) -> Result<Option<(usize, Picture)>> {
+    /// The next frame with its number; `None` at the end, and soon after `stopped` has become true.
+    ///
+    /// # Errors
+    /// As [`Ahead::wait`].
+    pub fn next_unless(
+        &mut self,
+        stopped: &dyn Fn() -> bool,
+    ) -> Result<Option<(usize, Picture)>, Error> {
         loop {
-            if interrupt::requested() {
+            if stopped() {
                 return Ok(None);
             }
             match self.wait()? {
@@ -73,7 +70,10 @@ impl Ahead {
     }
 
     /// Waits a moment for the next frame.
-    pub fn wait(&mut self) -> Result<Next> {
+    ///
+    /// # Errors
+    /// Why the next frame can't be read.
+    pub fn wait(&mut self) -> Result<Next, Error> {
         if self.ended {
             return Ok(Next::End);
         }
@@ -90,12 +90,13 @@ impl Ahead {
     }
 
     /// The thread is gone without a last word: the decoder library panicked.
-    fn decoder_died(&self) -> anyhow::Error {
+    fn decoder_died(&self) -> Error {
         let place = self
             .last
             .map_or("the first frame".to_string(), |index| format!("the frame after {index}"));
-        failed(format!("the decoder gave up at {place}: its data are damaged"))
-            .hint("convert the video once with ffmpeg -i IN -c:v libx264 OUT.mp4")
-            .into()
+        Error::source(
+            format!("the decoder gave up at {place}: its data are damaged"),
+            "convert the video once with ffmpeg -i IN -c:v libx264 OUT.mp4",
+        )
     }
 }
