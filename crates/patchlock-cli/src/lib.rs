@@ -1,24 +1,17 @@
 //! The command line of Patchlock: frames in, tracks out.
 //!
-//! The way of the data: [`source`] gives pictures by number, a thread decodes them ahead, [`engine`] asks the tracker,
-//! and each sink of [`output`] takes every tracked frame. [`cmd`] has one file a verb. [`trax`] is the
-//! same tracker for other programs.
+//! The way of the data: [`patchlock_media`] gives pictures by number and decodes them ahead, a [`run`](mod@run) asks the tracker, and each
+//! sink of [`output`] takes every tracked frame. [`cmd`] has one file a verb. [`trax`] is the same tracker for other programs.
 
 pub mod cmd;
-pub mod colour;
 pub mod complaint;
-pub mod engine;
 pub mod interrupt;
-pub mod job;
 pub mod output;
 pub mod progress;
-pub mod selection;
-pub mod settings;
-pub mod source;
+pub mod run;
 pub mod target;
 pub mod targets;
 pub mod trax;
-pub mod whole;
 
 use std::ffi::OsString;
 use std::io::{self, Write};

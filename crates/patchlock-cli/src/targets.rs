@@ -5,10 +5,11 @@ use std::fs;
 use std::path::Path;
 
 use patchlock::BoundingBox;
+use patchlock_eval::start_box;
+use patchlock_media::Order;
 use serde::Deserialize;
 
 use crate::complaint::{Complaint, failed, usage};
-use crate::source::Order;
 use crate::target;
 
 const TABLE: &str = "the columns are frame,id,x,y,w,h, counted from 0: a target begins at its first line, begins anew at a further one, \
@@ -120,7 +121,7 @@ fn event(line: &Line, name: &str) -> Result<Event, Complaint> {
         (Some(x), Some(y), Some(w), Some(h)) => {
             let place = format!("{name}: target {id} in frame {frame}");
             let bbox = target::sensible([x, y, w, h], &place);
-            Some(bbox.map_err(|message| usage(message).hint(target::SYNTAX))?)
+            Some(bbox.map_err(|message| usage(message).hint(start_box::SYNTAX))?)
         }
         _ => {
             let part = format!("{name}: target {id} in frame {frame} has a part of a box");

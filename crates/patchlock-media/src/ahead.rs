@@ -49,7 +49,7 @@ impl Ahead {
         Self { frames, last: None, ended: false }
     }
 
-    /// The next frame with its number; `None` at the end, and soon after `stopped` has become true.
+    /// The next frame with its number, as [`Iterator::next`] gives it; `None` at the end, and soon after `stopped` has become true.
     ///
     /// # Errors
     /// As [`Ahead::wait`].
@@ -98,5 +98,13 @@ impl Ahead {
             format!("the decoder gave up at {place}: its data are damaged"),
             "convert the video once with ffmpeg -i IN -c:v libx264 OUT.mp4",
         )
+    }
+}
+
+impl Iterator for Ahead {
+    type Item = Result<(usize, Picture), Error>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.next_unless(&|| false).transpose()
     }
 }

@@ -1,7 +1,7 @@
 //! Frames from image files: a folder, a printf pattern, a glob, or one image.
 
-use std::{fs, io};
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 use crate::image_file::{self, EXTENSIONS, is_image};
 use crate::{Error, FrameRate, FrameSource, Picture, natural_order};
@@ -40,8 +40,7 @@ impl ImageSequence {
 
     /// The files that match a glob, in natural order.
     pub fn glob(text: &str) -> Result<Self, Error> {
-        let paths =
-            glob::glob(text).map_err(Error::because(format!("{text} is no valid glob")))?;
+        let paths = glob::glob(text).map_err(Error::because(format!("{text} is no valid glob")))?;
         let files = paths
             .collect::<Result<Vec<_>, _>>()
             .map_err(Error::because(format!("cannot list {text}")))?;

@@ -295,7 +295,8 @@ fn video_samples(
             continue;
         }
         entry = entry.or_else(|| sample.sample_entry.cloned());
-        let shown = i64::try_from(sample.timestamp).map_err(damaged_index)? + sample.composition_time_offset.unwrap_or(0);
+        let shown = i64::try_from(sample.timestamp).map_err(damaged_index)?
+            + sample.composition_time_offset.unwrap_or(0);
         duration += u64::from(sample.duration);
         list.push((sample.data_offset, sample.data_size, sample.keyframe, shown));
     }

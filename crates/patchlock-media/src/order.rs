@@ -29,7 +29,10 @@ impl Order {
         }
         match self.end {
             Some(end) if end <= self.start => Err(Error::range(
-                format!("--end {end} is not after --start {}: no frame is left to track", self.start),
+                format!(
+                    "--end {end} is not after --start {}: no frame is left to track",
+                    self.start
+                ),
                 "--end is the first frame that is not tracked; leave it out to go to the last frame",
             )),
             _ => Ok(()),

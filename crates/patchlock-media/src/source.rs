@@ -94,7 +94,9 @@ fn open_file(path: &Path, reverse: bool) -> Result<Box<dyn FrameSource>, Error> 
     }
     match Mp4::open(path) {
         Ok(video) => Ok(Box::new(video)),
-        Err(mp4_reader::OpenError::Codec(codec)) => ffmpeg::open(path, &format!("holds {codec}"), reverse),
+        Err(mp4_reader::OpenError::Codec(codec)) => {
+            ffmpeg::open(path, &format!("holds {codec}"), reverse)
+        }
         Err(mp4_reader::OpenError::Broken(error)) => Err(error),
     }
 }

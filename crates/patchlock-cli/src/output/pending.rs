@@ -6,7 +6,7 @@ use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use patchlock_eval::error::without_path;
+use patchlock_media::without_path;
 use tempfile::NamedTempFile;
 
 use super::printed::quoted;
@@ -127,11 +127,11 @@ impl PendingFile {
     }
 
     /// The same for a caller that has given the file away: a way to complain later.
-    pub fn complainer(&self) -> impl Fn(anyhow::Error) -> anyhow::Error + 'static {
+    pub fn complainer(&self) -> impl Fn(patchlock_media::Error) -> Complaint + 'static {
         let target = self.target.clone();
-        move |error| match error.downcast_ref::<io::Error>() {
-            Some(cause) => cannot_write(target.display(), cause).into(),
-            None => error,
+        move |error| match error {
+            patchlock_media::Error::Write(cause) => cannot_write(target.display(), &cause),
+            other => other.into(),
         }
     }
 }
