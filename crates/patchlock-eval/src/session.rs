@@ -10,7 +10,8 @@ use crate::bench::clock;
 /// More threads than any machine has: a number above it is a slip.
 pub const MOST_THREADS: usize = 1024;
 
-/// A pool of so many threads; without a number, one thread for each core.
+/// A pool of so many threads; without a number, one thread for each core. 0 leaves the number to `rayon`, which looks at the
+/// environment variable `RAYON_NUM_THREADS` first.
 ///
 /// # Errors
 /// [`Error::Threads`] where the system refuses them.

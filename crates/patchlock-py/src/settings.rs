@@ -2,7 +2,7 @@
 
 use patchlock::config::Range;
 use patchlock::{Error, PARAMETERS, Parameter, TrackerConfig};
-use patchlock_cli::settings::near_matches;
+use patchlock_eval::names::near_matches;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};

@@ -134,9 +134,8 @@ pub fn of_bench(
     let dataset = Dataset::open(&options.dataset)?;
     let Plan { store, tasks, before, failures } = plan::plan(options, &dataset)?;
     let job = |task: Task<'_>| {
-        let files = task.frames.iter().map(|file| {
-            path::absolute(file).map_err(|error| Error::Read { path: file.clone(), source: error })
-        });
+        let files = task.frames.iter();
+        let files = files.map(|file| path::absolute(file).map_err(|e| Error::read(file, e)));
         Ok(Job {
             series: store.series().clone(),
             target: task.target.to_string(),
