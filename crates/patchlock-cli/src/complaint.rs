@@ -1,4 +1,5 @@
-//! Errors as the user meets them: one line that says what and where, a hint that says what to do, an exit code.
+//! Errors as the user meets them: one line that says what and where, a hint that says what to do, an exit
+//! code.
 
 use std::fmt;
 

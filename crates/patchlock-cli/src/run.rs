@@ -1,4 +1,5 @@
-//! One run over frames: each frame goes to the tracker, and what it finds goes to the outputs. `track` and `demo` are such runs.
+//! One run over frames: each frame goes to the tracker, and what it finds goes to the outputs. `track` and
+//! `demo` are such runs.
 
 use std::collections::BTreeSet;
 
@@ -69,8 +70,8 @@ impl Run {
         self.sinks
     }
 
-    /// The next frame: ends targets, follows the others, begins new ones. Gives them in the order of their ids, and the
-    /// milliseconds that it took.
+    /// The next frame: ends targets, follows the others, begins new ones. Gives them in the order of their
+    /// ids, and the milliseconds that it took.
     pub fn track(
         &mut self,
         index: usize,
@@ -98,7 +99,8 @@ impl Run {
         Ok((found, ms))
     }
 
-    /// Gives a tracked frame to the outputs. One that can't take it is dropped; the others still get the frame.
+    /// Gives a tracked frame to the outputs. One that can't take it is dropped; the others still get the
+    /// frame.
     pub fn write(
         &mut self,
         index: usize,

@@ -1,4 +1,5 @@
-//! Which targets a run follows, and when each begins, begins anew or ends: from `--box`, `--box-from` or `--boxes`.
+//! Which targets a run follows, and when each begins, begins anew or ends: from `--box`, `--box-from` or
+//! `--boxes`.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -12,8 +13,8 @@ use serde::Deserialize;
 use crate::complaint::{Complaint, failed, usage};
 use crate::target;
 
-const TABLE: &str = "the columns are frame,id,x,y,w,h, counted from 0: a target begins at its first line, begins anew at a further one, \
-                     and ends at one without x, y, w and h";
+const TABLE: &str = "the columns are frame,id,x,y,w,h, counted from 0: a target begins at its first line, \
+                     begins anew at a further one, and ends at one without x, y, w and h";
 
 /// Something that happens to a target on a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,7 +88,8 @@ impl Targets {
         }
     }
 
-    /// What happens on this frame, in the order of the ids. Each event is given once; frames must come in the order of tracking.
+    /// What happens on this frame, in the order of the ids. Each event is given once; frames must come in the
+    /// order of tracking.
     pub fn due(&mut self, frame: usize) -> Vec<Event> {
         let first = !std::mem::replace(&mut self.begun, true);
         let is_due = |event: &Event| event.frame == Some(frame) || (first && event.frame.is_none());

@@ -129,7 +129,8 @@ pub enum Error {
     },
     /// The box to begin on is beside the frame.
     #[error(
-        "the box {shown} does not fit to frame {index}, which is {width} x {height} pixels: no part of the box is in it"
+        "the box {shown} does not fit to frame {index}, which is {width} x {height} pixels: \
+         no part of the box is in it"
     )]
     StartBoxOutside {
         /// The box, as `X,Y,W,H`.
@@ -235,7 +236,8 @@ impl Error {
             }
             Self::StartBoxShape { .. } => start_box::SYNTAX,
             Self::StartBoxOutside { .. } => {
-                "the box holds for the first frame that is tracked; with --reverse that is the last of the range"
+                "the box holds for the first frame that is tracked; with --reverse that is the last of \
+                 the range"
             }
             Self::NoFrames { .. } => {
                 "name the folder of the sequences; patchlock dataset DIR shows what is recognised"

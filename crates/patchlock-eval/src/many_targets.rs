@@ -65,8 +65,8 @@ impl ManyTargets {
         Ok(true)
     }
 
-    /// The next frame: follows the targets that there are, then begins those that are new, or begin anew. Gives all of them in
-    /// the order of their ids, and the seconds that it took.
+    /// The next frame: follows the targets that there are, then begins those that are new, or begin anew.
+    /// Gives all of them in the order of their ids, and the seconds that it took.
     ///
     /// # Errors
     /// Why the tracker refuses the frame or a box.

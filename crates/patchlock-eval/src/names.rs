@@ -1,6 +1,7 @@
 //! Names: which are the same target, which could be meant, and lists of them in messages.
 
-/// What is compared of names of targets, where case and how a part is marked off do not count: `Jogging.2`, `jogging-2` and `Jogging_2` are one target.
+/// What is compared of names of targets, where case and how a part is marked off do not count: `Jogging.2`,
+/// `jogging-2` and `Jogging_2` are one target.
 pub fn key(name: &str) -> String {
     name.chars()
         .map(|c| if matches!(c, '-' | '_' | ' ') { '.' } else { c.to_ascii_lowercase() })

@@ -1,4 +1,5 @@
-//! The tracker at work: the one place that puts together a tracker, the threads that it works on, and the clock.
+//! The tracker at work: the one place that puts together a tracker, the threads that it works on, and the
+//! clock.
 
 use std::sync::Arc;
 
@@ -10,8 +11,8 @@ use crate::bench::clock;
 /// More threads than any machine has: a number above it is a slip.
 pub const MOST_THREADS: usize = 1024;
 
-/// A pool of so many threads; without a number, one thread for each core. 0 leaves the number to `rayon`, which looks at the
-/// environment variable `RAYON_NUM_THREADS` first.
+/// A pool of so many threads; without a number, one thread for each core. 0 leaves the number to `rayon`,
+/// which looks at the environment variable `RAYON_NUM_THREADS` first.
 ///
 /// # Errors
 /// [`Error::Threads`] where the system refuses them.
@@ -55,7 +56,8 @@ impl<T: Send> Session<T> {
     }
 }
 
-/// The same where the pool is chosen for each step: the Python package makes a new one in a process that was forked.
+/// The same where the pool is chosen for each step: the Python package makes a new one in a process that was
+/// forked.
 ///
 /// # Errors
 /// Those of the step.
@@ -66,4 +68,24 @@ pub fn step_on<T: Send, R: Send>(
 ) -> Result<(R, f64), patchlock::Error> {
     let (result, seconds) = clock::timed(|| pool.install(|| step(tracker)));
     Ok((result?, seconds))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_runs_in_the_pool_and_its_time_is_told() {
+        let mut session = Session::new(0, pool(Some(3)).expect("starts"));
+        assert_eq!(session.threads(), 3);
+        let step = |count: &mut usize| {
+            *count += rayon::current_num_threads();
+            Ok(*count)
+        };
+        let (threads, seconds) = session.step(step).expect("no error");
+        assert!(threads == 3 && seconds >= 0.0);
+        assert_eq!(*session.tracker_mut(), 3);
+        let refused = session.step(|_| Err::<(), _>(patchlock::Error::NotInitialised));
+        assert!(matches!(refused, Err(patchlock::Error::NotInitialised)));
+    }
 }

@@ -5,7 +5,8 @@ use patchlock::BoundingBox;
 use crate::Error;
 
 /// What a box is.
-pub const SYNTAX: &str = "a box is X,Y,W,H: left and upper side counted from 0, width and height, in pixels, as 120,80,64,48";
+pub const SYNTAX: &str = "a box is X,Y,W,H: left and upper side counted from 0, width and height, in pixels, \
+                          as 120,80,64,48";
 /// From here on a coordinate is written with an exponent: nobody wants to read three hundred digits.
 const LONG: f64 = 1e9;
 

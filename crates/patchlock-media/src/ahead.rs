@@ -49,7 +49,8 @@ impl Ahead {
         Self { frames, last: None, ended: false }
     }
 
-    /// The next frame with its number, as [`Iterator::next`] gives it; `None` at the end, and soon after `stopped` has become true.
+    /// The next frame with its number, as [`Iterator::next`] gives it; `None` at the end, and soon after
+    /// `stopped` has become true.
     ///
     /// # Errors
     /// As [`Ahead::wait`].
@@ -106,5 +107,71 @@ impl Iterator for Ahead {
 
     fn next(&mut self) -> Option<Self::Item> {
         self.next_unless(&|| false).transpose()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::FrameRate;
+
+    /// Four frames; frame 3 can't be read where it is `damaged`, and makes the decoder panic where it is not.
+    struct Film {
+        damaged: bool,
+    }
+
+    impl FrameSource for Film {
+        fn length(&self) -> Option<usize> {
+            None
+        }
+
+        fn rate(&self) -> Option<FrameRate> {
+            None
+        }
+
+        fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
+            match index {
+                0..3 => Ok(Some(Picture::rgb(1, 1, vec![index as u8; 3]))),
+                3 if self.damaged => Err(Error::plain("damaged")),
+                3 => panic!("as a decoder does on damaged data"),
+                _ => Ok(None),
+            }
+        }
+    }
+
+    fn ahead(damaged: bool, indices: &'static [usize]) -> Ahead {
+        Ahead::start(Box::new(Film { damaged }), indices.iter().copied())
+    }
+
+    #[test]
+    fn frames_come_in_the_order_that_was_asked_for() {
+        let frames: Vec<usize> =
+            ahead(true, &[2, 0, 1]).map(|frame| frame.expect("whole").0).collect();
+        assert_eq!(frames, [2, 0, 1]);
+        assert_eq!(ahead(true, &[0, 9, 1]).count(), 1, "the source ends before frame 9");
+    }
+
+    #[test]
+    fn an_error_comes_once_and_is_the_last() {
+        let mut frames = ahead(true, &[0, 3, 1]);
+        assert!(frames.next().expect("a frame").is_ok());
+        assert_eq!(frames.next().expect("an error").unwrap_err().to_string(), "damaged");
+        assert!(frames.next().is_none() && frames.next().is_none());
+    }
+
+    #[test]
+    fn a_decoder_that_panics_is_an_error() {
+        let mut frames = ahead(false, &[0, 3]);
+        assert!(frames.next().expect("a frame").is_ok());
+        let error = frames.next().expect("an error").unwrap_err();
+        assert!(error.to_string().contains("gave up at the frame after 0"), "{error}");
+        assert!(error.hint().is_some() && frames.next().is_none());
+    }
+
+    #[test]
+    fn no_frame_comes_after_the_caller_has_stopped() {
+        let mut frames = ahead(true, &[0, 1]);
+        assert!(frames.next_unless(&|| true).expect("no error").is_none());
+        assert!(frames.next_unless(&|| false).expect("no error").is_some());
     }
 }

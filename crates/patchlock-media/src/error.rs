@@ -66,8 +66,8 @@ impl Error {
     }
 }
 
-/// The cause in an error of a temporary file, which adds the file's name: that is of no use to users, who know another one.
-/// `None` for other errors.
+/// The cause in an error of a temporary file, which adds the file's name: that is of no use to users, who
+/// know another one. `None` for other errors.
 pub fn without_path(error: &io::Error) -> Option<io::Error> {
     error.get_ref()?;
     let text = error.to_string();

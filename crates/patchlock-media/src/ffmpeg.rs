@@ -35,7 +35,8 @@ pub fn open(path: &Path, reason: &str, reverse: bool) -> Result<Box<dyn FrameSou
         .unwrap_or_else(|| Error::plain(format!("ffmpeg did not start for {}", path.display()))))
 }
 
-/// Starts ffmpeg. Not with `-xerror`, which also ends healthy videos whose frames are not evenly spaced in time.
+/// Starts ffmpeg. Not with `-xerror`, which also ends healthy videos whose frames are not evenly spaced in
+/// time.
 fn spawn(path: &Path, sync: [&str; 2], reason: &str) -> Result<Option<Child>, Error> {
     let started = Command::new("ffmpeg")
         .args(["-v", "error", "-nostdin", "-i"])
@@ -61,7 +62,8 @@ fn spawn(path: &Path, sync: [&str; 2], reason: &str) -> Result<Option<Child>, Er
     }
 }
 
-/// What ffmpeg wrote about its troubles: the first line, which is mostly the cause, and the last one. Empty where all went well.
+/// What ffmpeg wrote about its troubles: the first line, which is mostly the cause, and the last one. Empty
+/// where all went well.
 fn words(errors: ChildStderr) -> String {
     let (mut first, mut last) = (None, None);
     for line in BufReader::new(errors).split(b'\n').map_while(Result::ok) {
@@ -73,7 +75,8 @@ fn words(errors: ChildStderr) -> String {
     first.into_iter().chain(last).collect::<Vec<_>>().join(" ... ")
 }
 
-/// A line without the address in memory before it, as in `[hevc @ 0x55e5cc57e4c0] `; nothing for one that only counts others.
+/// A line without the address in memory before it, as in `[hevc @ 0x55e5cc57e4c0] `; nothing for one that
+/// only counts others.
 fn plain(line: &str) -> String {
     let line = line.trim();
     let said =
@@ -89,7 +92,8 @@ struct Pipe {
 }
 
 impl Pipe {
-    /// Whether the end of the output is that of the video. ffmpeg leaves out what it can't decode and yet calls that a success: only its words tell.
+    /// Whether the end of the output is that of the video. ffmpeg leaves out what it can't decode and yet
+    /// calls that a success: only its words tell.
     fn check_end(&mut self) -> io::Result<()> {
         let status = self.child.wait()?;
         let words = self.words.take().and_then(|words| words.join().ok()).unwrap_or_default();

@@ -1,5 +1,6 @@
-//! The sequence parameter set of H.264 (Rec. H.264, 7.3.2.1.1 and annex E): what the decoder library does not tell,
-//! namely whether it can decode the stream at all, the crop at the left and top, and what the colours mean.
+//! The sequence parameter set of H.264 (Rec. H.264, 7.3.2.1.1 and annex E): what the decoder library does not
+//! tell, namely whether it can decode the stream at all, the crop at the left and top, and what the colours
+//! mean.
 
 /// What must be known of a stream before it is decoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

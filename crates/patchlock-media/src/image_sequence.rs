@@ -26,7 +26,8 @@ impl ImageSequence {
         })
     }
 
-    /// The files that a pattern such as `img/%04d.jpg` stands for, by number. Numbers may start anywhere and have gaps.
+    /// The files that a pattern such as `img/%04d.jpg` stands for, by number. Numbers may start anywhere and
+    /// have gaps.
     pub fn pattern(text: &str, pattern: &Pattern) -> Result<Self, Error> {
         let names = visible_files(&pattern.folder)?;
         let files = names.into_iter().filter(|file| pattern.matches(file)).collect();
@@ -87,7 +88,8 @@ impl FrameSource for ImageSequence {
     }
 }
 
-/// All but folders: also what can't be read, such as a link to nowhere, is a frame, so that it is named and those after it keep their numbers.
+/// All but folders: also what can't be read, such as a link to nowhere, is a frame, so that it is named and
+/// those after it keep their numbers.
 fn visible_files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let cannot = |error: io::Error| {
         Error::plain(format!("cannot list the folder {}: {error}", folder.display()))

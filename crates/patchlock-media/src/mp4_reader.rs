@@ -1,5 +1,5 @@
-//! MP4 with H.264, decoded in pure Rust. Frames come in the order in which they are shown, whatever the order in
-//! which they are stored. Rotation tags and edit lists are not applied.
+//! MP4 with H.264, decoded in pure Rust. Frames come in the order in which they are shown, whatever the order
+//! in which they are stored. Rotation tags and edit lists are not applied.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -19,7 +19,8 @@ use crate::{Error, FrameRate, FrameSource, Picture};
 
 /// Frames kept when reading backwards: a longer group of pictures is decoded again for each such part of it.
 const BACKWARD_WINDOW: usize = 64;
-/// So many pictures are tried before the decoder is trusted with a video: by then an encoder has mostly shown all its tools.
+/// So many pictures are tried before the decoder is trusted with a video: by then an encoder has mostly shown
+/// all its tools.
 const TRIED: usize = 8;
 const START_CODE: [u8; 4] = [0, 0, 0, 1];
 const DAMAGED: Fault = Fault::Data("its data are damaged");
@@ -119,7 +120,8 @@ impl Mp4 {
         }
     }
 
-    /// What the decoder does not know of this kind of H.264, as far as the first pictures show it. Damage is found again where it is in the way.
+    /// What the decoder does not know of this kind of H.264, as far as the first pictures show it. Damage is
+    /// found again where it is in the way.
     fn refused_tool(&mut self) -> Option<&'static str> {
         let mut decoder = Decoder::new();
         for at in 0..self.samples.len().min(TRIED) {
@@ -250,7 +252,8 @@ fn advice(fault: &Fault) -> &'static str {
     }
 }
 
-/// Feeds the container's index to the demultiplexer, piece by piece as it asks. The error is the reason why it can't be read.
+/// Feeds the container's index to the demultiplexer, piece by piece as it asks. The error is the reason why
+/// it can't be read.
 fn demux(file: &mut File) -> Result<Mp4FileDemuxer, String> {
     let unreadable = |error: io::Error| error.to_string();
     let size = file.metadata().map_err(unreadable)?.len();

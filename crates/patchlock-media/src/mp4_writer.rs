@@ -38,8 +38,8 @@ pub struct Mp4Writer<W: Write + Seek> {
 }
 
 impl<W: Write + Seek> Mp4Writer<W> {
-    /// Begins a file of frames of one size. `expected` frames, where known, get room for their index at the front of
-    /// the file, so that players can begin before they have all of it.
+    /// Begins a file of frames of one size. `expected` frames, where known, get room for their index at the
+    /// front of the file, so that players can begin before they have all of it.
     ///
     /// # Errors
     /// [`Error::Encode`] where no video can have this size; [`Error::Write`].

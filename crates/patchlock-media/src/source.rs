@@ -69,7 +69,8 @@ pub fn open(name: &str, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
     let shown = if name.is_empty() { "\"\"" } else { name };
     Err(Error::source(
         format!("there is no file or folder {shown}"),
-        "name a folder of images, a pattern such as img/%04d.jpg, a glob, a video file, or - for Y4M on stdin",
+        "name a folder of images, a pattern such as img/%04d.jpg, a glob, a video file, or - for \
+         Y4M on stdin",
     ))
 }
 

@@ -131,7 +131,8 @@ fn damaged(name: &str, index: usize, what: &str) -> Error {
     )
 }
 
-/// Opens a stream. For reverse order it is first copied to a temporary file, since a pipe can't be read backwards.
+/// Opens a stream. For reverse order it is first copied to a temporary file, since a pipe can't be read
+/// backwards.
 pub fn open_stream(
     input: impl Read + Send + 'static,
     name: &str,

@@ -103,8 +103,9 @@ fn odd_sizes_are_padded_to_even_ones() {
     assert!(quality > 24.0, "coloured edges of one pixel lose by 4:2:0, but not more: {quality}");
 }
 
-/// The file was made with x264: 18 frames with B-frames, so stored in another order than shown, in two groups of
-/// pictures. Its height of 46 lines is cropped from 48. Red is 30 in the first frame and grows by 10 a frame.
+/// The file was made with x264: 18 frames with B-frames, so stored in another order than shown, in two groups
+/// of pictures. Its height of 46 lines is cropped from 48. Red is 30 in the first frame and grows by 10 a
+/// frame.
 #[test]
 fn reordered_frames_come_in_the_order_of_showing() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bframes.mp4");

@@ -1,4 +1,5 @@
-//! Runs as messages, for the engines of `patchlock.batch`: planned and kept here, made wherever an engine sends them.
+//! Runs as messages, for the engines of `patchlock.batch`: planned and kept here, made wherever an engine
+//! sends them.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -27,7 +28,8 @@ pub struct Store {
 
 #[pymethods]
 impl Store {
-    /// Opens the folder `name` in `out` for clips. With settings of their own it is called `name-<first digits of their hash>`.
+    /// Opens the folder `name` in `out` for clips. With settings of their own it is called
+    /// `name-<first digits of their hash>`.
     #[new]
     #[pyo3(signature = (out, name, *, preset, config, base, own))]
     fn new(
@@ -63,7 +65,8 @@ impl Store {
         self.first_seed
     }
 
-    /// The run on a clip. `source` is what its manifest says, `path` where it is found from any working directory.
+    /// The run on a clip. `source` is what its manifest says, `path` where it is found from any working
+    /// directory.
     #[pyo3(signature = (target, seed, bbox, *, source, path, start, end, stride, threads, side_by_side))]
     #[expect(clippy::too_many_arguments, reason = "each is a field of the message")]
     fn clip(
@@ -133,9 +136,13 @@ pub fn track_job(py: Python<'_>, job: &str) -> PyResult<(String, String)> {
 /// Target, run and message of each run: what to make, and what can't be made.
 type Named = Vec<(String, String, String)>;
 
-/// What a benchmark with these options would run: the store, the jobs, how many are there already, and what can't be run.
+/// What a benchmark with these options would run: the store, the jobs, how many are there already, and what
+/// can't be run.
 #[pyfunction]
-#[pyo3(signature = (dataset, out, *, protocol, preset, config, command, timeout, name, seeds, sequences, attributes, threads, side_by_side))]
+#[pyo3(signature = (
+    dataset, out, *, protocol, preset, config, command, timeout, name, seeds, sequences, attributes,
+    threads, side_by_side
+))]
 #[expect(clippy::too_many_arguments, reason = "Python calls it with keywords")]
 pub fn bench_jobs(
     py: Python<'_>,

@@ -5,7 +5,6 @@ use std::time::Duration;
 
 use anyhow::Result;
 use clap::Args;
-use clap::builder::RangedU64ValueParser;
 use patchlock_eval::bench::plan::{self, Entrant, MOST_SECONDS, MOST_SEEDS, Options, Plan};
 use patchlock_eval::bench::runner::{self, Failure};
 use patchlock_eval::bench::schemes::Scheme;
@@ -14,7 +13,7 @@ use patchlock_eval::bench::subject;
 use patchlock_eval::dataset::Dataset;
 use patchlock_eval::names::{self, counted};
 
-use super::{THREADS, THREADS_SHOWN};
+use super::{THREADS_SHOWN, threads};
 use crate::complaint::{Complaint, failed, interrupted};
 use crate::interrupt;
 use crate::output::printed::{print, quoted};
@@ -66,11 +65,22 @@ pub struct BenchArgs {
 
     /// Run another tracker instead of ours: a program that speaks TraX (protocol 1 to 4, text on its standard input and output, images as paths). It is
     /// started anew for each run, with the seed in the variable PATCHLOCK_SEED. Its times include reading the images
-    #[arg(long, value_name = "PROGRAM ...", conflicts_with_all = ["preset", "config", "threads"], requires = "name")]
+    #[arg(
+        long,
+        value_name = "PROGRAM ...",
+        conflicts_with_all = ["preset", "config", "threads"],
+        requires = "name"
+    )]
     cmd: Option<String>,
 
     /// Seconds to wait for each answer of the program of --cmd
-    #[arg(long, value_name = "1..=86400", default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..=MOST_SECONDS), allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "1..=86400",
+        default_value_t = 60,
+        value_parser = clap::value_parser!(u64).range(1..=MOST_SECONDS),
+        allow_negative_numbers = true
+    )]
     timeout: u64,
 
     /// Name of the results [default: that of the settings file, or of the preset]
@@ -78,7 +88,13 @@ pub struct BenchArgs {
     name: Option<String>,
 
     /// Number of seeds to run each target with, from that of the settings on
-    #[arg(long, value_name = "1..=10000", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=MOST_SEEDS), allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "1..=10000",
+        default_value_t = 1,
+        value_parser = clap::value_parser!(u64).range(1..=MOST_SEEDS),
+        allow_negative_numbers = true
+    )]
     seeds: u64,
 
     /// Only these targets, or all targets of these sequences
@@ -90,11 +106,17 @@ pub struct BenchArgs {
     attributes: Vec<String>,
 
     /// Runs side by side, each on its share of the threads; with more than 1 the times say nothing about the speed
-    #[arg(long, value_name = THREADS_SHOWN, default_value_t = 1, value_parser = RangedU64ValueParser::<usize>::new().range(THREADS), allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = THREADS_SHOWN,
+        default_value_t = 1,
+        value_parser = threads(),
+        allow_negative_numbers = true
+    )]
     jobs: usize,
 
     /// Threads for all runs together [default: one for each core]; the boxes are the same for any number
-    #[arg(long, value_name = THREADS_SHOWN, value_parser = RangedU64ValueParser::<usize>::new().range(THREADS), allow_negative_numbers = true)]
+    #[arg(long, value_name = THREADS_SHOWN, value_parser = threads(), allow_negative_numbers = true)]
     threads: Option<usize>,
 
     /// Only the Ith of N parts of the runs, counted from 1; all parts may use one folder

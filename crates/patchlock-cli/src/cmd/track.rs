@@ -8,7 +8,7 @@ use clap::{ArgGroup, Args};
 use patchlock_eval::{settings, start_box};
 use patchlock_media::{Ahead, FrameRate, Order, Picture};
 
-use super::{SEEDS, SEEDS_SHOWN, THREADS, THREADS_SHOWN};
+use super::{SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
 use crate::complaint::{Complaint, interrupted, usage};
 use crate::output::plan::{Opened, Plan};
 use crate::output::summary::Summary;
@@ -78,11 +78,11 @@ pub struct TrackArgs {
     config: Option<PathBuf>,
 
     /// Seed of the random numbers [default: that of the settings]; the same seed gives the same boxes
-    #[arg(long, value_name = SEEDS_SHOWN, allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(SEEDS))]
+    #[arg(long, value_name = SEEDS_SHOWN, allow_negative_numbers = true, value_parser = seed())]
     seed: Option<u64>,
 
     /// Threads to use [default: one for each core]; the boxes are the same for any number
-    #[arg(long, value_name = THREADS_SHOWN, allow_negative_numbers = true, value_parser = RangedU64ValueParser::<usize>::new().range(THREADS))]
+    #[arg(long, value_name = THREADS_SHOWN, allow_negative_numbers = true, value_parser = threads())]
     threads: Option<usize>,
 
     /// First frame of the range
@@ -94,7 +94,13 @@ pub struct TrackArgs {
     end: Option<usize>,
 
     /// Take every Nth frame of the range
-    #[arg(long, value_name = "1..", default_value = "1", allow_negative_numbers = true, value_parser = RangedU64ValueParser::<usize>::new().range(1..))]
+    #[arg(
+        long,
+        value_name = "1..",
+        default_value = "1",
+        allow_negative_numbers = true,
+        value_parser = RangedU64ValueParser::<usize>::new().range(1..)
+    )]
     stride: usize,
 
     /// From the last frame of the range to the first; the box is then in the last one

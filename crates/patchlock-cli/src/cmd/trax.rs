@@ -5,11 +5,10 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use clap::builder::RangedU64ValueParser;
 use patchlock_eval::bench::trax::SEED_VARIABLE;
 use patchlock_eval::{session, settings};
 
-use super::{SEEDS, SEEDS_SHOWN, THREADS, THREADS_SHOWN};
+use super::{SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
 use crate::complaint::Complaint;
 use crate::trax::{Protocol, Targets, serve};
 
@@ -48,11 +47,17 @@ pub struct TraxArgs {
     config: Option<PathBuf>,
 
     /// Seed of the random numbers [default: that of the settings]; the same seed gives the same boxes
-    #[arg(long, value_name = SEEDS_SHOWN, env = SEED_VARIABLE, allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(SEEDS))]
+    #[arg(
+        long,
+        value_name = SEEDS_SHOWN,
+        env = SEED_VARIABLE,
+        allow_negative_numbers = true,
+        value_parser = seed()
+    )]
     seed: Option<u64>,
 
     /// Threads to use [default: one for each core]; the boxes are the same for any number
-    #[arg(long, value_name = THREADS_SHOWN, allow_negative_numbers = true, value_parser = RangedU64ValueParser::<usize>::new().range(THREADS))]
+    #[arg(long, value_name = THREADS_SHOWN, allow_negative_numbers = true, value_parser = threads())]
     threads: Option<usize>,
 }
 

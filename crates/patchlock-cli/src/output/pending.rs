@@ -1,4 +1,5 @@
-//! A file that appears only when it is complete: written under a temporary name in the same folder, then renamed.
+//! A file that appears only when it is complete: written under a temporary name in the same folder, then
+//! renamed.
 
 use std::fmt::Display;
 use std::fs::{self, File};
@@ -88,7 +89,8 @@ impl PendingFile {
         self
     }
 
-    /// Makes an end at once wait for what is written meanwhile. Not for devices and pipes, where writing may take for ever.
+    /// Makes an end at once wait for what is written meanwhile. Not for devices and pipes, where writing may
+    /// take for ever.
     pub fn hold(&self) -> Option<unfinished::Hold> {
         matches!(self.writer, Writer::Temporary(..)).then(unfinished::hold)
     }

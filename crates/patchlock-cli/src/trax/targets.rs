@@ -36,7 +36,8 @@ impl Targets {
         Ok(())
     }
 
-    /// Finds the targets in a picture, then begins on new ones; gives the state of each. That of a new target is its region as given.
+    /// Finds the targets in a picture, then begins on new ones; gives the state of each. That of a new target
+    /// is its region as given.
     ///
     /// # Errors
     /// Why the tracker refuses the picture or a region.
@@ -70,7 +71,8 @@ impl Targets {
     }
 }
 
-/// The answer for a target: where it is, how sure that is, and its turned outline whatever the form of the region.
+/// The answer for a target: where it is, how sure that is, and its turned outline whatever the form of the
+/// region.
 fn state(region: &Region, estimate: &Estimate) -> Message {
     Message::new("state", &[&region.to_string()])
         .with("confidence", estimate.score)

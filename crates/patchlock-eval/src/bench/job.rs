@@ -1,4 +1,5 @@
-//! One run as a message: all that a process on any machine needs to make it. Its answer is the two files of the run.
+//! One run as a message: all that a process on any machine needs to make it. Its answer is the two files of
+//! the run.
 
 use std::path::{self, PathBuf};
 use std::time::Duration;
@@ -121,8 +122,8 @@ pub struct BenchJobs {
     pub failures: Vec<Failure>,
 }
 
-/// What a benchmark with these options would run, as jobs. How many go on side by side, and on how many threads, is the caller's
-/// choice.
+/// What a benchmark with these options would run, as jobs. How many go on side by side, and on how many
+/// threads, is the caller's choice.
 ///
 /// # Errors
 /// As [`plan::plan`].

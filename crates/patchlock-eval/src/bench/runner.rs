@@ -39,7 +39,8 @@ pub struct Failure {
     pub error: Error,
 }
 
-/// The runs to make on sequences: every target, then every seed, then every start. Sequences whose frames can't be used are failures.
+/// The runs to make on sequences: every target, then every seed, then every start. Sequences whose frames
+/// can't be used are failures.
 pub fn tasks<'a>(
     dataset: &Dataset,
     sequences: &[&'a Sequence],
@@ -75,7 +76,8 @@ pub fn tasks<'a>(
     (tasks, failures)
 }
 
-/// Makes the runs, `jobs` of them side by side, each tracker with so many threads. One that fails is reported and holds nobody up.
+/// Makes the runs, `jobs` of them side by side, each tracker with so many threads. One that fails is reported
+/// and holds nobody up.
 pub fn run(
     tasks: &[Task<'_>],
     store: &Store,
@@ -147,7 +149,8 @@ fn one(
     store.keep(&run, &store.series().write(&run, trajectory, threads, jobs))
 }
 
-/// The loop of every run: shows the frames to a tracker one after the other. `look` learns whether a frame is the first one.
+/// The loop of every run: shows the frames to a tracker one after the other. `look` learns whether a frame is
+/// the first one.
 ///
 /// # Errors
 /// Those of a frame or of `look`.

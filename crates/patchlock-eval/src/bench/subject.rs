@@ -113,7 +113,8 @@ impl Subject for Patchlock {
     }
 }
 
-/// A new tracker for one run: ours on so many threads, or another program that has `patience` for each answer.
+/// A new tracker for one run: ours on so many threads, or another program that has `patience` for each
+/// answer.
 ///
 /// # Errors
 /// [`Error::Subject`] where it can't be made ready, or is of another version than the runs are.
