@@ -6,7 +6,7 @@
 //! all. The other way, [`export`] writes what was tracked for other tools.
 //!
 //! A tracker works in a [`session`], on its threads and with a clock; [`many_targets`] and the runs of
-//! [`bench`] are such sessions. [`settings`] makes its configuration.
+//! [`mod@bench`] are such sessions. [`settings`] makes its configuration.
 //!
 //! Every convention of the comparison is a field of one value, [`protocol::Protocol`].
 //!
