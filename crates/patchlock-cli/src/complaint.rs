@@ -1,4 +1,5 @@
-//! Errors as the user meets them: one line that says what and where, a hint that says what to do, an exit code.
+//! Errors as the user meets them: one line that says what and where, a hint that says what to do, an exit
+//! code.
 
 use std::fmt;
 
@@ -66,15 +67,20 @@ impl std::error::Error for Complaint {}
 
 impl From<patchlock_eval::Error> for Complaint {
     fn from(error: patchlock_eval::Error) -> Self {
-        use patchlock_eval::Error;
-        let (message, advice) = (error.to_string(), error.advice());
-        match error {
-            Error::NoDataset { .. }
-            | Error::NoResults { .. }
-            | Error::Conflict { .. }
-            | Error::Export(_) => usage(message).hint(advice),
-            _ => failed(message).hint(advice),
-        }
+        let exit = if error.is_misuse() { Exit::Usage } else { Exit::Failed };
+        Self { exit, message: error.to_string(), hint: error.advice() }
+    }
+}
+
+impl From<patchlock_eval::settings::SettingsError> for Complaint {
+    fn from(error: patchlock_eval::settings::SettingsError) -> Self {
+        patchlock_eval::Error::from(error).into()
+    }
+}
+
+impl From<patchlock_media::Error> for Complaint {
+    fn from(error: patchlock_media::Error) -> Self {
+        patchlock_eval::Error::from(error).into()
     }
 }
 

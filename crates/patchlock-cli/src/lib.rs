@@ -1,24 +1,18 @@
 //! The command line of Patchlock: frames in, tracks out.
 //!
-//! The way of the data: [`source`] gives pictures by number, a thread decodes them ahead, [`engine`] asks the tracker,
-//! and each sink of [`output`] takes every tracked frame. [`cmd`] has one file a verb. [`trax`] is the
-//! same tracker for other programs.
+//! The way of the data: [`patchlock_media`] gives pictures by number and decodes them ahead, a
+//! [`run`](mod@run) asks the tracker, and each sink of [`output`] takes every tracked frame. [`cmd`] has one
+//! file a verb. [`trax`] is the same tracker for other programs.
 
 pub mod cmd;
-pub mod colour;
 pub mod complaint;
-pub mod engine;
 pub mod interrupt;
-pub mod job;
 pub mod output;
 pub mod progress;
-pub mod selection;
-pub mod settings;
-pub mod source;
+pub mod run;
 pub mod target;
 pub mod targets;
 pub mod trax;
-pub mod whole;
 
 use std::ffi::OsString;
 use std::io::{self, Write};
@@ -27,7 +21,8 @@ use clap::Parser;
 
 /// The whole program: reads the command line (the program's name first), works, reports. Gives the exit code.
 ///
-/// It does not end the process, so that the Python package can call it; only a second Ctrl-C does, see [`interrupt`].
+/// It does not end the process, so that the Python package can call it; only a second Ctrl-C does, see
+/// [`interrupt`].
 pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     let args: Vec<OsString> = args.into_iter().collect();
     let program = args.first().map_or("patchlock".into(), |name| name.to_string_lossy());

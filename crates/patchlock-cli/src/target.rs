@@ -4,16 +4,13 @@ use std::fs;
 use std::path::Path;
 
 use patchlock::BoundingBox;
+use patchlock_eval::start_box::SYNTAX;
 use patchlock_eval::text;
 
 use crate::complaint::{Complaint, failed, named, usage};
 
-/// What `--box` takes.
-pub const SYNTAX: &str = "a box is X,Y,W,H: left and upper side counted from 0, width and height, in pixels, as 120,80,64,48";
 const FIRST_LINE: &str =
     "the first line must be X,Y,W,H, counted from 1, with commas, tabs or spaces";
-/// From here on a coordinate is written with an exponent: nobody wants to read three hundred digits.
-const LONG: f64 = 1e9;
 
 /// Reads `X,Y,W,H`, 0-based.
 pub fn parse(given: &str) -> Result<BoundingBox, Complaint> {
@@ -38,29 +35,6 @@ pub fn from_file(file: &Path) -> Result<BoundingBox, Complaint> {
     let [x, y, w, h] =
         four_numbers(line).ok_or_else(|| bad(format!("{name}, is not four numbers")))?;
     sensible([x - 1.0, y - 1.0, w, h], &name).map_err(bad)
-}
-
-/// Checks the box against the frame it is in.
-pub fn check(
-    bbox: &BoundingBox,
-    index: usize,
-    width: usize,
-    height: usize,
-) -> Result<(), Complaint> {
-    let Err(error) = bbox.check_in(width, height) else { return Ok(()) };
-    let shown = [bbox.x, bbox.y, bbox.w, bbox.h].map(coordinate).join(",");
-    if let patchlock::Error::BoxShape { max, .. } = error {
-        let message = format!("the box {shown}: width and height must be 1 to {max} pixels");
-        return Err(usage(message).hint(SYNTAX));
-    }
-    Err(usage(format!(
-        "the box {shown} does not fit to frame {index}, which is {width} x {height} pixels: no part of the box is in it"
-    ))
-    .hint("the box holds for the first frame that is tracked; with --reverse that is the last of the range"))
-}
-
-fn coordinate(value: f64) -> String {
-    if value.abs() < LONG { format!("{value}") } else { format!("{value:e}") }
 }
 
 fn shortened(line: &str) -> String {

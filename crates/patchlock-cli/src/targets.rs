@@ -1,18 +1,20 @@
-//! Which targets a run follows, and when each begins, begins anew or ends: from `--box`, `--box-from` or `--boxes`.
+//! Which targets a run follows, and when each begins, begins anew or ends: from `--box`, `--box-from` or
+//! `--boxes`.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
 use patchlock::BoundingBox;
+use patchlock_eval::start_box;
+use patchlock_media::Order;
 use serde::Deserialize;
 
 use crate::complaint::{Complaint, failed, usage};
-use crate::source::Order;
 use crate::target;
 
-const TABLE: &str = "the columns are frame,id,x,y,w,h, counted from 0: a target begins at its first line, begins anew at a further one, \
-                     and ends at one without x, y, w and h";
+const TABLE: &str = "the columns are frame,id,x,y,w,h, counted from 0: a target begins at its first line, \
+                     begins anew at a further one, and ends at one without x, y, w and h";
 
 /// Something that happens to a target on a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -86,7 +88,8 @@ impl Targets {
         }
     }
 
-    /// What happens on this frame, in the order of the ids. Each event is given once; frames must come in the order of tracking.
+    /// What happens on this frame, in the order of the ids. Each event is given once; frames must come in the
+    /// order of tracking.
     pub fn due(&mut self, frame: usize) -> Vec<Event> {
         let first = !std::mem::replace(&mut self.begun, true);
         let is_due = |event: &Event| event.frame == Some(frame) || (first && event.frame.is_none());
@@ -120,7 +123,7 @@ fn event(line: &Line, name: &str) -> Result<Event, Complaint> {
         (Some(x), Some(y), Some(w), Some(h)) => {
             let place = format!("{name}: target {id} in frame {frame}");
             let bbox = target::sensible([x, y, w, h], &place);
-            Some(bbox.map_err(|message| usage(message).hint(target::SYNTAX))?)
+            Some(bbox.map_err(|message| usage(message).hint(start_box::SYNTAX))?)
         }
         _ => {
             let part = format!("{name}: target {id} in frame {frame} has a part of a box");

@@ -6,7 +6,8 @@ use std::fs;
 use std::path::Path;
 
 use patchlock::{BoundingBox, TrackerConfig};
-use patchlock_cli::job::{self, Frames, Job};
+use patchlock_eval::bench::job::{self, Frames, Job};
+use patchlock_eval::bench::plan::{Entrant, Options};
 use patchlock_eval::bench::schemes::{Scheme, Start};
 use patchlock_eval::bench::store::{Clip, Identity, Series};
 use support::Bench;
@@ -20,11 +21,18 @@ fn sent(job: &Job) -> Job {
     there
 }
 
-fn arguments(benchmark: &Benchmark, out: &str, more: &[&str]) -> Vec<String> {
-    let path = |name: &str| benchmark.path(name).display().to_string();
-    let (data, config, out) = (path("data"), path("quick.toml"), path(out));
-    let own = [data, "--config".into(), config, "--out".into(), out];
-    own.into_iter().chain(more.iter().map(ToString::to_string)).collect()
+fn options(benchmark: &Benchmark, out: &str) -> Options {
+    let config = Some(benchmark.path("quick.toml"));
+    Options {
+        dataset: benchmark.path("data"),
+        out: benchmark.path(out),
+        entrant: Entrant::Patchlock { preset: "paper".into(), config, name: None },
+        scheme: Scheme::Ope,
+        seeds: 1,
+        sequences: Vec::new(),
+        attributes: Vec::new(),
+        shard: (1, 1),
+    }
 }
 
 #[test]
@@ -32,26 +40,32 @@ fn they_are_the_runs_of_bench() {
     let benchmark = Benchmark::new(3, 4);
     fs::remove_file(benchmark.path("data/B/img/1.png")).unwrap();
     benchmark.bench("whole", &["--seeds", "2"]).assert().code(1);
-    let arguments = arguments(&benchmark, "parts", &["--seeds", "2"]);
-    let found = job::of_bench(&arguments, 1, 2).unwrap();
+    let options = Options { seeds: 2, ..options(&benchmark, "parts") };
+    let found = job::of_bench(&options, 1, 2).unwrap();
     assert_eq!((found.jobs.len(), found.before, found.failures.len()), (4, 0, 1));
     for job in &found.jobs {
         let written = sent(job).track().unwrap();
         found.store.keep(&job.run(), &written).unwrap();
     }
     assert_eq!(benchmark.trajectories("parts"), benchmark.trajectories("whole"));
-    let again = job::of_bench(&arguments, 1, 2).unwrap();
+    let again = job::of_bench(&options, 1, 2).unwrap();
     assert_eq!((again.jobs.len(), again.before), (0, 4));
 }
 
 #[test]
-fn a_command_line_that_is_wrong() {
+fn a_benchmark_that_makes_no_sense() {
     let benchmark = Benchmark::new(1, 3);
-    let error = |more: &[&str]| {
-        job::of_bench(&arguments(&benchmark, "out", more), 1, 1).unwrap_err().to_string()
+    let error = |options: Options| job::of_bench(&options, 1, 1).unwrap_err().to_string();
+    let good = || options(&benchmark, "out");
+    assert!(error(Options { sequences: vec!["Z".into()], ..good() }).contains("no target Z"));
+    let program = |command: &str, name: &str| Entrant::Program {
+        command: command.into(),
+        name: name.into(),
+        patience: std::time::Duration::ZERO,
     };
-    assert!(error(&["--protocol", "abc"]).contains("ope, tre and sre"));
-    assert!(error(&["--sequences", "Z"]).contains("no target Z"));
+    assert!(error(Options { entrant: program("'x", "x"), ..good() }).contains("no command line"));
+    assert!(error(Options { entrant: program("x", "a/b"), ..good() }).contains("--name a/b"));
+    assert!("abc".parse::<Scheme>().unwrap_err().contains("ope, tre and sre"));
 }
 
 fn clip(path: &Path, clip: Clip, config: &TrackerConfig) -> Job {

@@ -4,7 +4,6 @@ mod support;
 
 use std::fs;
 
-use patchlock_cli::source;
 use predicates::prelude::*;
 use support::{BOX, Bench, COLUMNS};
 
@@ -49,7 +48,7 @@ fn several_boxes_are_tracked_as_each_alone() {
     let summary: serde_json::Value =
         serde_json::from_slice(&fs::read(bench.path("a.json")).unwrap()).unwrap();
     assert_eq!((&summary["frames"], &summary["targets"]), (&6.into(), &2.into()));
-    let video = source::open(bench.path("a.mp4").to_str().unwrap(), false).unwrap();
+    let video = patchlock_media::open(bench.path("a.mp4").to_str().unwrap(), false).unwrap();
     assert_eq!(video.length(), Some(6));
 }
 
@@ -71,7 +70,7 @@ fn targets_begin_end_and_begin_anew_at_any_frame() {
     expected.sort_by_key(|(id, frame, _)| (*frame, *id));
     assert_eq!(rows(&bench.lines("a.csv")), expected);
     // Frame 0 has no target yet, but the video begins with it.
-    let video = source::open(bench.path("a.mp4").to_str().unwrap(), false).unwrap();
+    let video = patchlock_media::open(bench.path("a.mp4").to_str().unwrap(), false).unwrap();
     assert_eq!(video.length(), Some(8));
     // The way back: what begins in a later frame comes first.
     fs::write(bench.path("t.csv"), format!("frame,id,x,y,w,h\n7,1,{BOX}\n5,1,,,,\n")).unwrap();

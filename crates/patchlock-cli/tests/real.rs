@@ -11,8 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use patchlock::BoundingBox;
-use patchlock_cli::output::mp4::Mp4Writer;
-use patchlock_cli::source::FrameRate;
+use patchlock_media::{FrameRate, Mp4Writer};
 
 /// Past the test harness, which would swallow it.
 fn say(text: &str) {

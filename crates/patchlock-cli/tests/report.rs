@@ -105,7 +105,7 @@ fn wrong_use_is_explained() {
         .stderr(contains("there is no folder no"));
     report(folder.path(), &["--out", "page.html", "--best", "99"])
         .code(2)
-        .stderr(contains("a whole number, 0 to 40"));
+        .stderr(contains("'99' for '--best <0..=40>': 99 is not in 0..=40"));
     fs::remove_dir_all(folder.path().join("results/near")).unwrap();
     fs::remove_dir_all(folder.path().join("results/far")).unwrap();
     report(folder.path(), &["--out", "page.html"]).code(1).stderr(

@@ -230,7 +230,8 @@ fn what_is_wrong_is_told_to_both_sides() {
     let server = |arguments: &[&str]| session.0.patchlock(arguments).assert().code(2).stdout("");
     server(&["trax", "--protocol", "2"]).stderr(contains("it may be 3 or 4"));
     server(&["trax", "--preset", "none"]).stderr(contains("there is no preset none"));
-    server(&["trax", "--threads", "0"]).stderr(contains("a whole number, 1 to 1024"));
+    server(&["trax", "--threads", "0"])
+        .stderr(contains("'0' for '--threads <1..=1024>': 0 is not in 1..=1024"));
     session
         .0
         .patchlock(&["trax"])

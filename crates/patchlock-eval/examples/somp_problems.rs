@@ -22,7 +22,7 @@ use patchlock::vision::patches::{PatchGrid, normalise};
 use patchlock::vision::warp::warp;
 use patchlock::{FrameView, PatchwiseConfig, State, Tracker, TrackerConfig};
 use patchlock_eval::dataset::Dataset;
-use patchlock_eval::images;
+use patchlock_media::image_file;
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -104,14 +104,14 @@ impl Moment {
         }
         let config = TrackerConfig::preset("paper")?;
         let mut tracker = Tracker::new(config.clone())?;
-        tracker.init(&images::load(&sequence.frames[0])?.frame()?, first)?;
+        tracker.init(&image_file::load(&sequence.frames[0])?.frame()?, first)?;
         for path in &sequence.frames[1..frame] {
-            tracker.update(&images::load(path)?.frame()?)?;
+            tracker.update(&image_file::load(path)?.frame()?)?;
         }
         // By way of text: a value can't hold the 128-bit numbers of the random generator.
         let saved: Saved = serde_json::from_str(&serde_json::to_string(&tracker.snapshot())?)?;
         let (mut image, mut particles) = (GreyImage::default(), Vec::new());
-        let picture = images::load(&sequence.frames[frame])?;
+        let picture = image_file::load(&sequence.frames[frame])?;
         image.fill(&picture.frame()?)?;
         let mut observer = |view: &FrameView<'_>| {
             if let FrameView::Patchwise(view) = view {

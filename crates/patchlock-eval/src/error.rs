@@ -3,6 +3,12 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use patchlock_media::without_path;
+
+use crate::dataset::selection::SelectionError;
+use crate::settings::SettingsError;
+use crate::start_box;
+
 /// Every error of this crate. Each names the place and the reason; [`Error::advice`] is the next step.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -102,6 +108,61 @@ pub enum Error {
     /// A tracker can't be made ready.
     #[error("{0}")]
     Subject(String),
+    /// The threads can't be started.
+    #[error("cannot start the threads: {0}")]
+    Threads(String),
+    /// The tracker stopped in a frame of a clip.
+    #[error("the tracker stopped in frame {index}: {reason}")]
+    TrackerInFrame {
+        /// Number of the frame.
+        index: usize,
+        /// The reason that it gives.
+        reason: String,
+    },
+    /// The box to begin on is no box.
+    #[error("the box {shown}: width and height must be 1 to {max} pixels")]
+    StartBoxShape {
+        /// The box, as `X,Y,W,H`.
+        shown: String,
+        /// The longest side that is allowed, in pixels.
+        max: f64,
+    },
+    /// The box to begin on is beside the frame.
+    #[error(
+        "the box {shown} does not fit to frame {index}, which is {width} x {height} pixels: \
+         no part of the box is in it"
+    )]
+    StartBoxOutside {
+        /// The box, as `X,Y,W,H`.
+        shown: String,
+        /// Number of the frame.
+        index: usize,
+        /// Width of the frame in pixels.
+        width: usize,
+        /// Height of the frame in pixels.
+        height: usize,
+    },
+    /// A dataset that nothing can be tracked on.
+    #[error("{} holds truth without frames", path.display())]
+    NoFrames {
+        /// The dataset.
+        path: PathBuf,
+    },
+    /// What is to be the command line of another tracker.
+    #[error("--cmd {0}: it is no command line")]
+    CommandLine(String),
+    /// What is to be the name of a folder of results.
+    #[error("--name {0}: it is the name of a folder in --out")]
+    FolderName(String),
+    /// Targets that a dataset does not have.
+    #[error(transparent)]
+    Selection(#[from] SelectionError),
+    /// Settings that can't be used.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+    /// A source of frames can't be used.
+    #[error(transparent)]
+    Media(#[from] patchlock_media::Error),
 }
 
 impl Error {
@@ -116,9 +177,38 @@ impl Error {
         Self::Write { path: path.to_path_buf(), source }
     }
 
-    /// One line: what to do next.
-    pub fn advice(&self) -> &'static str {
+    /// Whether the caller asked for something that can't be, rather than the work being impossible.
+    pub fn is_misuse(&self) -> bool {
         match self {
+            Self::NoDataset { .. }
+            | Self::NoResults { .. }
+            | Self::Conflict { .. }
+            | Self::Export(_)
+            | Self::StartBoxShape { .. }
+            | Self::StartBoxOutside { .. }
+            | Self::NoFrames { .. }
+            | Self::CommandLine(_)
+            | Self::FolderName(_)
+            | Self::Selection(_) => true,
+            Self::Settings(error) => error.is_misuse(),
+            Self::Media(error) => error.is_misuse(),
+            _ => false,
+        }
+    }
+
+    /// One line: what to do next, where anything can be done.
+    pub fn advice(&self) -> Option<String> {
+        match self {
+            Self::Selection(error) => Some(error.advice()),
+            Self::Settings(error) => error.advice(),
+            Self::Media(error) => error.hint().map(str::to_string),
+            other => other.fixed_advice().map(str::to_string),
+        }
+    }
+
+    /// The advice that does not depend on what is in the error.
+    fn fixed_advice(&self) -> Option<&'static str> {
+        Some(match self {
             Self::Read { .. } => "check the name and that you may read it",
             Self::NoDataset { .. } => {
                 "name the folder that holds the sequences; patchlock dataset DIR says what is in a folder"
@@ -144,16 +234,25 @@ impl Error {
             Self::Line { .. } => {
                 "a line is x,y,w,h; a box that the tracker did not give is NaN,NaN,NaN,NaN"
             }
-        }
+            Self::StartBoxShape { .. } => start_box::SYNTAX,
+            Self::StartBoxOutside { .. } => {
+                "the box holds for the first frame that is tracked; with --reverse that is the last of \
+                 the range"
+            }
+            Self::NoFrames { .. } => {
+                "name the folder of the sequences; patchlock dataset DIR shows what is recognised"
+            }
+            Self::CommandLine(_) => {
+                "quote it as a shell wants it: --cmd \"python3 'my tracker.py'\""
+            }
+            Self::FolderName(_) => "letters, digits, - and _ are good",
+            Self::Selection(_)
+            | Self::Settings(_)
+            | Self::Media(_)
+            | Self::Threads(_)
+            | Self::TrackerInFrame { .. } => return None,
+        })
     }
-}
-
-/// The cause in an error of a temporary file, which adds the file's name: that is of no use to who knows another one. `None` for other errors.
-pub fn without_path(error: &io::Error) -> Option<io::Error> {
-    error.get_ref()?;
-    let text = error.to_string();
-    let (cause, _) = text.split_once(" at path \"")?;
-    Some(io::Error::new(error.kind(), cause))
 }
 
 #[cfg(test)]
@@ -168,6 +267,5 @@ mod tests {
         assert!(error.to_string().contains("at path"), "{error}");
         let said = Error::write(&there, error).to_string();
         assert!(said.starts_with("cannot write ") && !said.contains("at path"), "{said}");
-        assert!(without_path(&io::Error::other("words")).is_none());
     }
 }

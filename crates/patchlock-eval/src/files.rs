@@ -3,8 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::images::is_image;
-use crate::{Error, natural};
+use patchlock_media::image_file::is_image;
+use patchlock_media::natural_order;
+
+use crate::Error;
 
 /// What is in a folder, in natural order; names that begin with a dot are left out.
 pub fn entries(folder: &Path) -> Result<Vec<PathBuf>, Error> {
@@ -16,7 +18,7 @@ pub fn entries(folder: &Path) -> Result<Vec<PathBuf>, Error> {
             paths.push(path);
         }
     }
-    paths.sort_by(|a, b| natural::compare(&name_of(a), &name_of(b)));
+    paths.sort_by(|a, b| natural_order::compare(&name_of(a), &name_of(b)));
     Ok(paths)
 }
 

@@ -1,6 +1,7 @@
-//! Names of targets: two that differ in case or in how a part is marked off are the same.
+//! Names: which are the same target, which could be meant, and lists of them in messages.
 
-/// What is compared: `Jogging.2`, `jogging-2` and `Jogging_2` are one target.
+/// What is compared of names of targets, where case and how a part is marked off do not count: `Jogging.2`,
+/// `jogging-2` and `Jogging_2` are one target.
 pub fn key(name: &str) -> String {
     name.chars()
         .map(|c| if matches!(c, '-' | '_' | ' ') { '.' } else { c.to_ascii_lowercase() })
@@ -27,6 +28,17 @@ pub fn counted(count: usize, noun: &str) -> String {
     if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
 }
 
+/// Up to three names that could be meant.
+pub fn near_matches<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    let limit = (name.len() / 3).max(2);
+    let mut near: Vec<(usize, &str)> = known
+        .map(|other| (strsim::levenshtein(name, other), other))
+        .filter(|(steps, other)| *steps <= limit || (name.len() > 2 && other.contains(name)))
+        .collect();
+    near.sort();
+    near.into_iter().take(3).map(|(_, other)| other).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -41,5 +53,13 @@ mod tests {
     fn long_lists_are_cut() {
         assert_eq!(some_of(&["a", "b"]), "a, b");
         assert_eq!(some_of(&["a", "b", "c", "d", "e", "f", "g"]), "a, b, c, d, e and 2 more");
+    }
+
+    #[test]
+    fn near_names_come_first() {
+        let known = ["particles", "particle_spread", "seed"];
+        assert_eq!(near_matches("partcles", known.into_iter()), ["particles"]);
+        assert_eq!(near_matches("particle", known.into_iter()), ["particles", "particle_spread"]);
+        assert!(near_matches("zzzzzz", known.into_iter()).is_empty());
     }
 }

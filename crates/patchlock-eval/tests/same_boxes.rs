@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use patchlock::{FrameView, Tracker, TrackerConfig};
 use patchlock_eval::dataset::{Dataset, Sequence};
-use patchlock_eval::images;
+use patchlock_media::image_file;
 use rayon::prelude::*;
 
 fn sequences(test: &str) -> Option<PathBuf> {
@@ -28,7 +28,7 @@ fn hold_together(sequence: &Sequence, count: usize) -> usize {
     let (mut fast, mut plain) =
         (Tracker::new(config.clone()).unwrap(), Tracker::new(config).unwrap());
     for (k, path) in sequence.frames.iter().take(count).enumerate() {
-        let picture = images::load(path).unwrap();
+        let picture = image_file::load(path).unwrap();
         let frame = picture.frame().unwrap();
         let (a, b) = if k == 0 {
             let first = sequence.truth[0].unwrap();

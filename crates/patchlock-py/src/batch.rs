@@ -1,10 +1,12 @@
-//! Runs as messages, for the engines of `patchlock.batch`: planned and kept here, made wherever an engine sends them.
+//! Runs as messages, for the engines of `patchlock.batch`: planned and kept here, made wherever an engine
+//! sends them.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use patchlock::{BoundingBox, TrackerConfig};
-use patchlock_cli::job::{self, Frames, Job};
+use patchlock_eval::bench::job::{self, BenchJobs, Frames, Job};
+use patchlock_eval::bench::plan::{Entrant, MOST_SECONDS, MOST_SEEDS, Options};
 use patchlock_eval::bench::schemes::{Scheme, Start};
 use patchlock_eval::bench::store::{self, Clip, Identity, Series, Written};
 use patchlock_eval::text;
@@ -26,7 +28,8 @@ pub struct Store {
 
 #[pymethods]
 impl Store {
-    /// Opens the folder `name` in `out` for clips. With settings of their own it is called `name-<first digits of their hash>`.
+    /// Opens the folder `name` in `out` for clips. With settings of their own it is called
+    /// `name-<first digits of their hash>`.
     #[new]
     #[pyo3(signature = (out, name, *, preset, config, base, own))]
     fn new(
@@ -37,8 +40,8 @@ impl Store {
         base: &Bound<'_, PyDict>,
         own: &Bound<'_, PyDict>,
     ) -> PyResult<Self> {
-        let common = patchlock_cli::settings::resolve(preset, config.as_deref(), None)
-            .map_err(|error| errors::of_source(&error))?;
+        let common = patchlock_eval::settings::resolve(preset, config.as_deref(), None)
+            .map_err(|error| errors::of_eval(error.into()))?;
         let common = settings::changed(common, base)?;
         let configuration = settings::changed(common.clone(), own)?;
         let subject = Identity::patchlock(&configuration, preset);
@@ -62,7 +65,8 @@ impl Store {
         self.first_seed
     }
 
-    /// The run on a clip. `source` is what its manifest says, `path` where it is found from any working directory.
+    /// The run on a clip. `source` is what its manifest says, `path` where it is found from any working
+    /// directory.
     #[pyo3(signature = (target, seed, bbox, *, source, path, start, end, stride, threads, side_by_side))]
     #[expect(clippy::too_many_arguments, reason = "each is a field of the message")]
     fn clip(
@@ -94,25 +98,21 @@ impl Store {
 
     /// Whether the run is there, complete.
     fn holds(&self, py: Python<'_>, job: &str) -> PyResult<bool> {
-        py.detach(|| self.store.holds(&read(job)?.run()).map_err(of_eval))
+        py.detach(|| self.store.holds(&read(job)?.run()).map_err(errors::of_eval))
     }
 
     /// Puts the two files of a run in their place.
     fn keep(&self, py: Python<'_>, job: &str, boxes: String, manifest: String) -> PyResult<()> {
         let written = Written { boxes, manifest };
-        py.detach(|| self.store.keep(&read(job)?.run(), &written).map_err(of_eval))
+        py.detach(|| self.store.keep(&read(job)?.run(), &written).map_err(errors::of_eval))
     }
 }
 
 impl Store {
     fn open(out: &Path, series: Series, configuration: &TrackerConfig) -> PyResult<Self> {
-        let store = store::Store::open(out, series).map_err(of_eval)?;
+        let store = store::Store::open(out, series).map_err(errors::of_eval)?;
         Ok(Self { store, first_seed: configuration.seed })
     }
-}
-
-fn of_eval(error: patchlock_eval::Error) -> PyErr {
-    errors::of_source(&anyhow::Error::from(patchlock_cli::complaint::Complaint::from(error)))
 }
 
 fn message(job: &Job) -> PyResult<String> {
@@ -129,29 +129,79 @@ fn read(job: &str) -> PyResult<Job> {
 #[pyfunction]
 pub fn track_job(py: Python<'_>, job: &str) -> PyResult<(String, String)> {
     let written = py.detach(|| read(job).map(|job| job.track()))?;
-    let written = written.map_err(|error| errors::of_source(&error))?;
+    let written = written.map_err(errors::of_eval)?;
     Ok((written.boxes, written.manifest))
 }
 
 /// Target, run and message of each run: what to make, and what can't be made.
 type Named = Vec<(String, String, String)>;
 
-/// What `patchlock bench` with these arguments would run: the store, the jobs, how many are there already, and what can't be run.
+/// What a benchmark with these options would run: the store, the jobs, how many are there already, and what
+/// can't be run.
 #[pyfunction]
-#[pyo3(signature = (arguments, *, threads, side_by_side))]
+#[pyo3(signature = (
+    dataset, out, *, protocol, preset, config, command, timeout, name, seeds, sequences, attributes,
+    threads, side_by_side
+))]
+#[expect(clippy::too_many_arguments, reason = "Python calls it with keywords")]
 pub fn bench_jobs(
     py: Python<'_>,
-    arguments: Vec<String>,
+    dataset: PathBuf,
+    out: PathBuf,
+    protocol: &str,
+    preset: String,
+    config: Option<PathBuf>,
+    command: Option<String>,
+    timeout: i64,
+    name: Option<String>,
+    seeds: i64,
+    sequences: Vec<String>,
+    attributes: Vec<String>,
     threads: usize,
     side_by_side: usize,
 ) -> PyResult<(Store, Named, usize, Named)> {
-    let found = py.detach(|| job::of_bench(&arguments, threads, side_by_side));
-    let job::BenchJobs { jobs, store, before, failures } =
-        found.map_err(|error| errors::of_source(&error))?;
+    let options = Options {
+        dataset,
+        out,
+        entrant: entrant(preset, config, command, timeout, name)?,
+        scheme: protocol.parse().map_err(PyValueError::new_err)?,
+        seeds: in_range("seeds", seeds, MOST_SEEDS)?,
+        sequences,
+        attributes,
+        shard: (1, 1),
+    };
+    let found = py.detach(|| job::of_bench(&options, threads, side_by_side));
+    let BenchJobs { jobs, store, before, failures } = found.map_err(errors::of_eval)?;
     let named = |job: &Job| Ok((job.target.clone(), job.label(), message(job)?));
     let jobs = jobs.iter().map(named).collect::<PyResult<_>>()?;
     let failures = failures.into_iter().map(|f| (f.target, f.run, f.error.to_string())).collect();
     Ok((Store { store, first_seed: 0 }, jobs, before, failures))
+}
+
+/// Our tracker with these settings, or another program.
+fn entrant(
+    preset: String,
+    config: Option<PathBuf>,
+    command: Option<String>,
+    timeout: i64,
+    name: Option<String>,
+) -> PyResult<Entrant> {
+    let Some(command) = command else { return Ok(Entrant::Patchlock { preset, config, name }) };
+    if config.is_some() {
+        let message = "config holds settings of our tracker: it can't be used with command";
+        return Err(PyValueError::new_err(message));
+    }
+    let Some(name) = name else {
+        return Err(PyValueError::new_err("command needs a name for its results: name is None"));
+    };
+    let patience = Duration::from_secs(in_range("timeout", timeout, MOST_SECONDS)?);
+    Ok(Entrant::Program { command, name, patience })
+}
+
+/// A whole number from 1 to `most`.
+fn in_range(name: &str, value: i64, most: u64) -> PyResult<u64> {
+    let number = u64::try_from(value).ok().filter(|number| (1..=most).contains(number));
+    number.ok_or_else(|| PyValueError::new_err(format!("{name} is {value}; allowed: 1 to {most}")))
 }
 
 /// x, y, w, h.
@@ -160,7 +210,7 @@ type Sides = (f64, f64, f64, f64);
 /// The boxes of a truth file that counts from 1, counted from 0; `None` for a frame without one.
 #[pyfunction]
 pub fn read_truth(path: PathBuf) -> PyResult<Vec<Option<Sides>>> {
-    let rows = text::read(&path).map_err(of_eval)?.rows;
+    let rows = text::read(&path).map_err(errors::of_eval)?.rows;
     let region = |(k, row): (usize, &Vec<f64>)| {
         let bbox = text::region(row, ORIGIN).map_err(|reason| {
             PyValueError::new_err(format!("{}, line {}: {reason}", path.display(), k + 1))

@@ -1,7 +1,6 @@
 //! Errors of the Rust side as the Python exceptions that one expects.
 
 use patchlock::Error;
-use patchlock_cli::complaint::{Complaint, Exit};
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
@@ -15,15 +14,16 @@ pub fn of_tracker(error: Error) -> PyErr {
     }
 }
 
-/// An error of a source of frames, with its advice.
-pub fn of_source(error: &anyhow::Error) -> PyErr {
-    let complaint = error.chain().find_map(|cause| cause.downcast_ref::<Complaint>());
-    let text = match complaint.and_then(Complaint::advice) {
-        Some(advice) => format!("{error:#} ({advice})"),
-        None => format!("{error:#}"),
+/// An error of the benchmark, with its advice.
+pub fn of_eval(error: patchlock_eval::Error) -> PyErr {
+    let text = match error.advice() {
+        Some(advice) => format!("{error} ({advice})"),
+        None => error.to_string(),
     };
-    match complaint {
-        Some(complaint) if complaint.exit == Exit::Usage => PyValueError::new_err(text),
-        _ => PyOSError::new_err(text),
-    }
+    if error.is_misuse() { PyValueError::new_err(text) } else { PyOSError::new_err(text) }
+}
+
+/// An error of a source of frames, with its advice.
+pub fn of_media(error: patchlock_media::Error) -> PyErr {
+    of_eval(error.into())
 }

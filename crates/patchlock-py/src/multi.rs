@@ -1,9 +1,9 @@
 //! Many targets at once, as Python sees them.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
 
 use patchlock::{Error, Frame, MultiSnapshot, TargetId};
+use patchlock_eval::session::step_on;
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
@@ -58,10 +58,8 @@ impl MultiTracker {
         let pool = self.threads.pool()?;
         let found = py.detach(|| {
             let run = &mut *self.run();
-            let start = Instant::now();
-            let found = pool.install(|| step(run, &frame));
-            let ms = start.elapsed().as_secs_f64() * 1e3;
-            found.map(|found| (found, run.frames, ms))
+            let (found, seconds) = step_on(&pool, run, |run| step(run, &frame))?;
+            Ok((found, run.frames, seconds * 1e3))
         });
         found.map_err(of_targets)
     }

@@ -1,7 +1,7 @@
 //! From a preset and keyword arguments to a checked configuration.
 
 use patchlock::{Error, PARAMETERS, Parameter, Range, TrackerConfig};
-use patchlock_cli::settings::near_matches;
+use patchlock_eval::names::near_matches;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};

@@ -5,8 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use numpy::ndarray::{Array2, Array3};
 use numpy::{Element, IntoPyArray};
-use patchlock_cli::source::{self, Ahead, Next, Order};
-use patchlock_eval::picture::{Picture, Pixels};
+use patchlock_media::{Ahead, Error, Next, Order, Picture, Pixels};
 use pyo3::exceptions::{PyFileNotFoundError, PyValueError};
 use pyo3::prelude::*;
 
@@ -33,9 +32,9 @@ impl Frames {
         reverse: bool,
     ) -> PyResult<Self> {
         let order = Order { start, end, stride, reverse };
-        let opened = py.detach(|| -> anyhow::Result<Self> {
+        let opened = py.detach(|| -> Result<Self, Error> {
             order.check()?;
-            let opened = source::open(&source.to_string_lossy(), reverse)?;
+            let opened = patchlock_media::open(&source.to_string_lossy(), reverse)?;
             let (length, rate) = (opened.length(), opened.rate());
             let indices = order.indices(length)?;
             Ok(Self {
@@ -45,7 +44,7 @@ impl Frames {
             })
         });
         opened.map_err(|error| {
-            let exception = errors::of_source(&error);
+            let exception = errors::of_media(error);
             if is_missing(&source) {
                 return PyFileNotFoundError::new_err(exception.value(py).to_string());
             }
@@ -73,7 +72,7 @@ impl Frames {
         loop {
             let next =
                 py.detach(|| self.ahead.lock().unwrap_or_else(PoisonError::into_inner).wait());
-            match next.map_err(|error| errors::of_source(&error))? {
+            match next.map_err(errors::of_media)? {
                 Next::Frame(index, picture) => return Ok(Some((index, to_array(py, picture)?))),
                 Next::End => return Ok(None),
                 Next::NotYet => py.check_signals()?,

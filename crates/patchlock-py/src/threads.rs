@@ -5,12 +5,10 @@
 use std::process;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use patchlock_eval::session::{self, MOST_THREADS};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
-use rayon::{ThreadPool, ThreadPoolBuilder};
-
-/// More threads than any machine has: a number above it is a slip.
-const MOST_THREADS: usize = 1024;
+use rayon::ThreadPool;
 
 /// A pool, and the process that it belongs to.
 type Made = Mutex<Option<(u32, Arc<ThreadPool>)>>;
@@ -51,10 +49,8 @@ impl Threads {
             Some(parents) => std::mem::forget(parents),
             None => {}
         }
-        let pool = ThreadPoolBuilder::new().num_threads(self.count.unwrap_or(0)).build();
-        let pool =
-            pool.map_err(|e| PyRuntimeError::new_err(format!("cannot start the threads: {e}")))?;
-        let pool = Arc::new(pool);
+        let pool = session::pool(Some(self.count.unwrap_or(0)));
+        let pool = pool.map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
         *made = Some((process::id(), Arc::clone(&pool)));
         Ok(pool)
     }

@@ -1,9 +1,9 @@
 //! The tracker, as Python sees it.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
 
 use patchlock::{Error, Frame, Snapshot};
+use patchlock_eval::session::step_on;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
@@ -59,10 +59,8 @@ impl Tracker {
         let pool = self.threads.pool()?;
         let found = py.detach(|| {
             let run = &mut *self.run();
-            let start = Instant::now();
-            let estimate = pool.install(|| step(run, &frame));
-            let ms = start.elapsed().as_secs_f64() * 1e3;
-            estimate.map(|estimate| (estimate, run.frames, ms))
+            let (estimate, seconds) = step_on(&pool, run, |run| step(run, &frame))?;
+            Ok((estimate, run.frames, seconds * 1e3))
         });
         let (estimate, number, ms) = found.map_err(errors::of_tracker)?;
         Ok(Estimate::from_rust(estimate, number, ms))

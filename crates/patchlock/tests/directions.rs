@@ -53,9 +53,14 @@ const FORBIDDEN_WORDS: &[&str] =
 const CRATES: &[(&str, &[&str], &[&str])] = &[
     ("patchlock-scene", &[], &[]),
     ("patchlock", &[], &["patchlock-scene"]),
-    ("patchlock-eval", &["patchlock"], &["patchlock-scene"]),
-    ("patchlock-cli", &["patchlock", "patchlock-eval", "patchlock-scene"], &[]),
-    ("patchlock-py", &["patchlock", "patchlock-eval", "patchlock-cli", "patchlock-scene"], &[]),
+    ("patchlock-media", &["patchlock"], &["patchlock-scene"]),
+    ("patchlock-eval", &["patchlock", "patchlock-media"], &["patchlock-scene"]),
+    ("patchlock-cli", &["patchlock", "patchlock-media", "patchlock-eval", "patchlock-scene"], &[]),
+    (
+        "patchlock-py",
+        &["patchlock", "patchlock-media", "patchlock-eval", "patchlock-cli", "patchlock-scene"],
+        &[],
+    ),
 ];
 
 fn library() -> PathBuf {

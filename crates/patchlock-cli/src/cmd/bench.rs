@@ -1,22 +1,23 @@
 //! `patchlock bench`: a tracker over all sequences of a dataset, to trajectories on disk.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::Result;
 use clap::Args;
+use patchlock_eval::bench::plan::{self, Entrant, MOST_SECONDS, MOST_SEEDS, Options, Plan};
 use patchlock_eval::bench::runner::{self, Failure};
 use patchlock_eval::bench::schemes::Scheme;
-use patchlock_eval::bench::store::{Identity, Series, Store, Task};
+use patchlock_eval::bench::store::{Store, Task};
 use patchlock_eval::bench::subject;
-use patchlock_eval::dataset::{Dataset, Layout, Remark};
+use patchlock_eval::dataset::Dataset;
 use patchlock_eval::names::{self, counted};
 
-use crate::complaint::{Complaint, failed, interrupted, usage};
+use super::{THREADS_SHOWN, threads};
+use crate::complaint::{Complaint, failed, interrupted};
+use crate::interrupt;
 use crate::output::printed::{print, quoted};
 use crate::progress::RunsProgress;
-use crate::whole::{threads, whole};
-use crate::{interrupt, selection, settings};
 
 const EXAMPLES: &str = "\
 EXAMPLES:
@@ -64,11 +65,22 @@ pub struct BenchArgs {
 
     /// Run another tracker instead of ours: a program that speaks TraX (protocol 1 to 4, text on its standard input and output, images as paths). It is
     /// started anew for each run, with the seed in the variable PATCHLOCK_SEED. Its times include reading the images
-    #[arg(long, value_name = "PROGRAM ...", conflicts_with_all = ["preset", "config", "threads"], requires = "name")]
+    #[arg(
+        long,
+        value_name = "PROGRAM ...",
+        conflicts_with_all = ["preset", "config", "threads"],
+        requires = "name"
+    )]
     cmd: Option<String>,
 
     /// Seconds to wait for each answer of the program of --cmd
-    #[arg(long, value_name = "S", default_value_t = 60, value_parser = whole::<u64>(1, 86_400), allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "1..=86400",
+        default_value_t = 60,
+        value_parser = clap::value_parser!(u64).range(1..=MOST_SECONDS),
+        allow_negative_numbers = true
+    )]
     timeout: u64,
 
     /// Name of the results [default: that of the settings file, or of the preset]
@@ -76,7 +88,13 @@ pub struct BenchArgs {
     name: Option<String>,
 
     /// Number of seeds to run each target with, from that of the settings on
-    #[arg(long, value_name = "K", default_value_t = 1, value_parser = whole::<u64>(1, 10_000), allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "1..=10000",
+        default_value_t = 1,
+        value_parser = clap::value_parser!(u64).range(1..=MOST_SEEDS),
+        allow_negative_numbers = true
+    )]
     seeds: u64,
 
     /// Only these targets, or all targets of these sequences
@@ -88,12 +106,18 @@ pub struct BenchArgs {
     attributes: Vec<String>,
 
     /// Runs side by side, each on its share of the threads; with more than 1 the times say nothing about the speed
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = threads::<u64>(), allow_negative_numbers = true)]
-    jobs: u64,
+    #[arg(
+        long,
+        value_name = THREADS_SHOWN,
+        default_value_t = 1,
+        value_parser = threads(),
+        allow_negative_numbers = true
+    )]
+    jobs: usize,
 
     /// Threads for all runs together [default: one for each core]; the boxes are the same for any number
-    #[arg(long, value_name = "N", value_parser = threads::<u64>(), allow_negative_numbers = true)]
-    threads: Option<u64>,
+    #[arg(long, value_name = THREADS_SHOWN, value_parser = threads(), allow_negative_numbers = true)]
+    threads: Option<usize>,
 
     /// Only the Ith of N parts of the runs, counted from 1; all parts may use one folder
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
@@ -105,9 +129,33 @@ pub struct BenchArgs {
 }
 
 impl BenchArgs {
-    /// How long an answer of the program of `--cmd` may take.
-    pub fn patience(&self) -> Duration {
-        Duration::from_secs(self.timeout)
+    fn options(&self) -> Options {
+        Options {
+            dataset: self.dataset.clone(),
+            out: self.out.clone(),
+            entrant: self.entrant(),
+            scheme: self.protocol,
+            seeds: self.seeds,
+            sequences: self.sequences.clone(),
+            attributes: self.attributes.clone(),
+            shard: self.shard.unwrap_or((1, 1)),
+        }
+    }
+
+    fn entrant(&self) -> Entrant {
+        match &self.cmd {
+            None => Entrant::Patchlock {
+                preset: self.preset.clone(),
+                config: self.config.clone(),
+                name: self.name.clone(),
+            },
+            Some(command) => Entrant::Program {
+                command: command.clone(),
+                // The options say that the name is required.
+                name: self.name.clone().unwrap_or_default(),
+                patience: Duration::from_secs(self.timeout),
+            },
+        }
     }
 }
 
@@ -121,12 +169,14 @@ fn parse_shard(text: &str) -> Result<(usize, usize), String> {
 /// Runs what is not there yet.
 pub fn run(args: &BenchArgs) -> Result<()> {
     let dataset = Dataset::open(&args.dataset).map_err(Complaint::from)?;
-    let Plan { store, tasks, before, mut failures } = plan(args, &dataset)?;
+    let options = args.options();
+    let Plan { store, tasks, before, mut failures } =
+        plan::plan(&options, &dataset).map_err(Complaint::from)?;
     interrupt::listen()?;
-    let jobs = args.jobs as usize;
+    let jobs = args.jobs;
     let threads = threads_each(args.threads, jobs);
     let subject = &store.series().subject;
-    let make = |seed| subject::start(subject, seed, threads, args.patience());
+    let make = |seed| subject::start(subject, seed, threads, options.entrant.patience());
     let progress = RunsProgress::new(&tasks, args.quiet);
     failures.extend(runner::run(&tasks, &store, &make, jobs, threads, &progress));
     let made = progress.finish();
@@ -134,84 +184,10 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     conclude(&tasks, made, &failures)
 }
 
-/// What a command line asks for.
-pub struct Plan<'a> {
-    /// Where the runs are kept.
-    pub store: Store,
-    /// The runs that are to be made.
-    pub tasks: Vec<Task<'a>>,
-    /// How many are there already.
-    pub before: usize,
-    /// Why others can't be made.
-    pub failures: Vec<Failure>,
-}
-
-/// Looks what there is to do, and opens the store.
-pub fn plan<'a>(args: &BenchArgs, dataset: &'a Dataset) -> Result<Plan<'a>> {
-    let (subject, first_seed) = entrant(args)?;
-    if dataset.layout == Layout::TruthOnly {
-        return Err(usage(format!("{} holds truth without frames", args.dataset.display()))
-            .hint(
-                "name the folder of the sequences; patchlock dataset DIR shows what is recognised",
-            )
-            .into());
-    }
-    let chosen = selection::choose(dataset, &args.sequences, &args.attributes)?;
-    let seeds: Vec<u64> = (0..args.seeds).map(|k| first_seed + k).collect();
-    let (tasks, mut failures) = runner::tasks(dataset, &chosen.sequences, args.protocol, &seeds);
-    failures.extend(chosen.without_truth.into_iter().map(without_truth));
-    let (part, parts) = args.shard.unwrap_or((1, 1));
-    let tasks = runner::shard(tasks, part, parts);
-
-    let (tracker, origin) = (name(args)?, dataset.origin());
-    let series = Series { tracker, scheme: args.protocol, subject, origin };
-    let store = Store::open(&args.out, series).map_err(Complaint::from)?;
-    let all = tasks.len();
-    let tasks = runner::missing(tasks, &store).map_err(Complaint::from)?;
-    let before = all - tasks.len();
-    Ok(Plan { store, tasks, before, failures })
-}
-
-fn without_truth(remark: &Remark) -> Failure {
-    let target = remark.target.clone().unwrap_or_default();
-    let error = patchlock_eval::Error::Sequence(remark.text.clone());
-    Failure { target, run: String::new(), error }
-}
-
-/// What is to be run, and the seed to begin with.
-fn entrant(args: &BenchArgs) -> Result<(Identity, u64)> {
-    let Some(command) = &args.cmd else {
-        let config = settings::resolve(&args.preset, args.config.as_deref(), None)?;
-        return Ok((Identity::patchlock(&config, &args.preset), config.seed));
-    };
-    let words = shell_words::split(command).ok().filter(|words| !words.is_empty());
-    let command = words.ok_or_else(|| {
-        usage(format!("--cmd {command}: it is no command line"))
-            .hint("quote it as a shell wants it: --cmd \"python3 'my tracker.py'\"")
-    })?;
-    Ok((Identity::Trax { command }, 0))
-}
-
 /// The share of one run.
-fn threads_each(threads: Option<u64>, jobs: usize) -> usize {
+fn threads_each(threads: Option<usize>, jobs: usize) -> usize {
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-    (threads.map_or_else(cores, |threads| threads as usize) / jobs).max(1)
-}
-
-/// The name of the tracker's folder.
-fn name(args: &BenchArgs) -> Result<String, Complaint> {
-    let stem = args.config.as_deref().and_then(Path::file_stem).map(|stem| stem.to_string_lossy());
-    let name = match (&args.name, stem) {
-        (Some(name), _) => name.clone(),
-        (None, Some(stem)) => stem.into_owned(),
-        (None, None) => args.preset.clone(),
-    };
-    let is_plain = !name.is_empty() && !name.starts_with('.') && !name.contains(['/', '\\']);
-    if is_plain {
-        return Ok(name);
-    }
-    Err(usage(format!("--name {name}: it is the name of a folder in --out"))
-        .hint("letters, digits, - and _ are good"))
+    (threads.unwrap_or_else(cores) / jobs).max(1)
 }
 
 /// What was done, and what to do next.

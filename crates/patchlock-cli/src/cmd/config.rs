@@ -3,9 +3,10 @@
 use anyhow::Result;
 use clap::Args;
 use patchlock::{PARAMETERS, Parameter, TrackerConfig};
+use patchlock_eval::settings;
 
+use crate::complaint::Complaint;
 use crate::output::printed::print;
-use crate::settings;
 
 const EXAMPLES: &str = "\
 EXAMPLES:
@@ -29,7 +30,8 @@ pub struct ConfigArgs {
 
 /// Prints the configuration.
 pub fn run(args: &ConfigArgs) -> Result<()> {
-    let text = commented(&settings::preset(&args.preset)?, &args.preset)?;
+    let config = settings::preset(&args.preset).map_err(Complaint::from)?;
+    let text = commented(&config, &args.preset)?;
     Ok(print(&text)?)
 }
 

@@ -3,28 +3,25 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Error, Result};
+use anyhow::{Context, Result};
 use clap::Args;
 use patchlock::{BoundingBox, TrackerConfig};
+use patchlock_media::{Error, FrameRate, Mp4Writer, Picture};
 use patchlock_scene::Scene;
 
 use crate::complaint::{Complaint, failed, interrupted, usage};
-use crate::engine::{Engine, Found};
 use crate::interrupt;
 use crate::output::chart::Chart;
 use crate::output::draw;
-use crate::output::mp4::Mp4Writer;
 use crate::output::pending::PendingFile;
 use crate::output::printed::{print, quoted};
-use crate::output::row::Row;
 use crate::output::strip::{self, Panel};
 use crate::output::tables::{Format, Table};
 use crate::output::video::Video;
 use crate::output::{Seen, Sink, Tracked};
 use crate::progress::Progress;
-use crate::source::FrameRate;
+use crate::run::Run;
 use crate::targets::Targets;
-use patchlock_eval::picture::Picture;
 
 const EXAMPLES: &str = "\
 EXAMPLES:
@@ -93,10 +90,10 @@ fn show(args: &DemoArgs, program: &str) -> Result<()> {
             );
         }
         let score = show.frame(&scene, k)?;
-        progress.step(show.engine.fps(), score);
+        progress.step(show.run.fps(), score);
     }
     progress.finish("");
-    let fps = show.engine.fps();
+    let fps = show.run.fps();
     let overlap = show.finish(&scene, &args.out)?;
     tell(program, &args.out, &scene, &overlap, fps);
     Ok(())
@@ -122,12 +119,11 @@ fn prepare(out: &Path, overwrite: bool) -> Result<(), Complaint> {
 
 /// The files in the making, and what is measured on the way.
 struct Show {
-    engine: Engine,
+    run: Run,
     targets: Targets,
     input: Mp4Writer<PendingFile>,
     /// Names that file in errors of writing it.
-    complain: Box<dyn Fn(Error) -> Error>,
-    sinks: Vec<Box<dyn Sink>>,
+    complain: Box<dyn Fn(Error) -> Complaint>,
     overlap: Vec<f64>,
     score: Vec<f64>,
     moments: Vec<Moment>,
@@ -141,17 +137,17 @@ impl Show {
         let input = create("input.mp4")?;
         let complain = Box::new(input.complainer());
         let frames = Some(scene.len());
+        // The video first: at its end there is still something to write.
+        let sinks: Vec<Box<dyn Sink>> = vec![
+            Box::new(Video::new(create("demo.mp4")?, FrameRate::DEFAULT, frames)),
+            Box::new(Table::new(Format::Csv, create("demo.csv")?)),
+        ];
         Ok(Self {
-            engine: Engine::new(TrackerConfig::preset("paper")?, None)?,
+            run: Run::new(TrackerConfig::preset("paper")?, None, false, sinks)?,
             targets: Targets::in_first_frame(&[truth_box(scene, 0)]),
             input: Mp4Writer::new(input, first.width, first.height, FrameRate::DEFAULT, frames)
                 .map_err(&complain)?,
             complain,
-            // The video first: at its end there is still something to write.
-            sinks: vec![
-                Box::new(Video::new(create("demo.mp4")?, FrameRate::DEFAULT, frames)),
-                Box::new(Table::new(Format::Csv, create("demo.csv")?)),
-            ],
             overlap: Vec::new(),
             score: Vec::new(),
             moments: moments(scene),
@@ -165,15 +161,10 @@ impl Show {
         let picture = Picture::rgb(rendered.width, rendered.height, rendered.rgb);
         let truth = truth_box(scene, k);
         self.input.push(&picture.to_rgb()).map_err(&self.complain)?;
-        let (found, ms) = self.engine.step(k, &picture, &self.targets.due(k))?;
-        let Found { bbox, estimate, .. } = found.into_iter().next().context("there is a target")?;
-        let (row, score) = (Row::new(k, &bbox, &estimate, ms), estimate.score);
-        let targets = [Seen { row, estimate }];
-        let tracked = Tracked { frame: k, targets: &targets, picture: &picture };
-        for sink in &mut self.sinks {
-            sink.write(&tracked)?;
-        }
-        let overlap = bbox.overlap(&truth);
+        let (found, ms) = self.run.track(k, &picture, &self.targets.due(k))?;
+        let target = found.first().context("there is a target")?;
+        let (overlap, score) = (target.bbox.overlap(&truth), target.estimate.score);
+        let targets = self.run.write(k, &picture, found, ms)?;
         self.overlap.push(overlap);
         self.score.push(score);
         if let Some(moment) = self.moments.iter().find(|moment| moment.frame == k) {
@@ -202,7 +193,7 @@ impl Show {
             filled(out, "truth.csv", truth_table(scene)?.as_bytes())?,
             filled(out, ABOUT, about().as_bytes())?,
         ];
-        for sink in self.sinks {
+        for sink in self.run.into_sinks() {
             sink.finish()?;
         }
         for file in files {

@@ -10,8 +10,31 @@ pub mod score;
 pub mod track;
 pub mod trax;
 
+use std::ops::RangeInclusive;
+
 use anyhow::Result;
+use clap::builder::RangedU64ValueParser;
 use clap::{Parser, Subcommand};
+use patchlock_eval::session::MOST_THREADS;
+
+/// The seeds that there are: every file format keeps whole numbers up to the largest.
+const SEEDS: RangeInclusive<u64> = 0..=(1 << 53) - 1;
+/// [`SEEDS`] as the name of the value, so that help and every error show what is allowed.
+const SEEDS_SHOWN: &str = "0..=9007199254740991";
+/// Numbers of threads.
+const THREADS: RangeInclusive<u64> = 1..=MOST_THREADS as u64;
+/// [`THREADS`] as the name of the value.
+const THREADS_SHOWN: &str = "1..=1024";
+
+/// Reads a seed.
+fn seed() -> RangedU64ValueParser {
+    RangedU64ValueParser::new().range(SEEDS)
+}
+
+/// Reads a number of threads.
+fn threads() -> RangedU64ValueParser<usize> {
+    RangedU64ValueParser::new().range(THREADS)
+}
 
 const EXAMPLES: &str = "\
 EXAMPLES:
@@ -69,5 +92,16 @@ impl Cli {
             Verb::Report(args) => report::run(&args),
             Verb::Trax(args) => trax::run(&args),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_shown_is_what_is_allowed() {
+        assert_eq!(SEEDS_SHOWN, format!("{SEEDS:?}"));
+        assert_eq!(THREADS_SHOWN, format!("{THREADS:?}"));
     }
 }

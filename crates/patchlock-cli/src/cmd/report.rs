@@ -17,7 +17,6 @@ use crate::interrupt;
 use crate::output::pending::{self, PendingFile};
 use crate::output::printed::print;
 use crate::progress::Progress;
-use crate::whole::whole;
 
 const EXAMPLES: &str = "\
 EXAMPLES:
@@ -54,11 +53,23 @@ pub struct ReportArgs {
     show: Vec<String>,
 
     /// How many of the best trackers each plot names; the others are pale lines
-    #[arg(long, value_name = "N", default_value_t = 10, allow_negative_numbers = true, value_parser = whole::<u8>(0, 40))]
+    #[arg(
+        long,
+        value_name = "0..=40",
+        default_value_t = 10,
+        allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u8).range(0..=40)
+    )]
     best: u8,
 
     /// Pictures of failures for each target, at most, where the dataset has frames; 0 for none
-    #[arg(long, value_name = "N", default_value_t = 3, allow_negative_numbers = true, value_parser = whole::<u8>(0, 12))]
+    #[arg(
+        long,
+        value_name = "0..=12",
+        default_value_t = 3,
+        allow_negative_numbers = true,
+        value_parser = clap::value_parser!(u8).range(0..=12)
+    )]
     thumbnails: u8,
 
     /// Folder for the pictures as SVG, PNG and CSV and for the tables [default: the name of the page with _plots]
@@ -66,7 +77,7 @@ pub struct ReportArgs {
     plots: Option<PathBuf>,
 
     /// Seed of the draws that the intervals come from
-    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = whole::<u64>(0, u64::MAX))]
+    #[arg(long, value_name = "0..", default_value_t = 0, allow_negative_numbers = true)]
     seed: u64,
 
     /// No progress bar

@@ -3,21 +3,20 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Error, Result};
+use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args};
+use patchlock_eval::{settings, start_box};
+use patchlock_media::{Ahead, FrameRate, Order, Picture};
 
+use super::{SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
 use crate::complaint::{Complaint, interrupted, usage};
-use crate::engine::{Engine, Found};
-use crate::interrupt;
 use crate::output::plan::{Opened, Plan};
-use crate::output::row::Row;
 use crate::output::summary::Summary;
 use crate::output::tables::{Format, ReaderLeft};
-use crate::output::{Seen, Sink, Tracked};
 use crate::progress::Progress;
-use crate::source::{self, Ahead, FrameRate, Order};
+use crate::run::Run;
 use crate::targets::{Event, Targets};
-use crate::{settings, target, whole};
-use patchlock_eval::picture::Picture;
+use crate::{interrupt, target};
 
 const EXAMPLES: &str = "\
 EXAMPLES:
@@ -79,23 +78,29 @@ pub struct TrackArgs {
     config: Option<PathBuf>,
 
     /// Seed of the random numbers [default: that of the settings]; the same seed gives the same boxes
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::seed())]
+    #[arg(long, value_name = SEEDS_SHOWN, allow_negative_numbers = true, value_parser = seed())]
     seed: Option<u64>,
 
     /// Threads to use [default: one for each core]; the boxes are the same for any number
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::threads::<usize>())]
+    #[arg(long, value_name = THREADS_SHOWN, allow_negative_numbers = true, value_parser = threads())]
     threads: Option<usize>,
 
     /// First frame of the range
-    #[arg(long, value_name = "N", default_value = "0", allow_negative_numbers = true, value_parser = whole::whole::<usize>(0, u64::MAX))]
+    #[arg(long, value_name = "0..", default_value = "0", allow_negative_numbers = true)]
     start: usize,
 
     /// End of the range, not included: --start 10 --end 20 tracks frames 10 to 19 [default: all frames]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::whole::<usize>(0, u64::MAX))]
+    #[arg(long, value_name = "0..", allow_negative_numbers = true)]
     end: Option<usize>,
 
     /// Take every Nth frame of the range
-    #[arg(long, value_name = "N", default_value = "1", allow_negative_numbers = true, value_parser = whole::whole::<usize>(1, u64::MAX))]
+    #[arg(
+        long,
+        value_name = "1..",
+        default_value = "1",
+        allow_negative_numbers = true,
+        value_parser = RangedU64ValueParser::<usize>::new().range(1..)
+    )]
     stride: usize,
 
     /// From the last frame of the range to the first; the box is then in the last one
@@ -162,21 +167,21 @@ impl TrackArgs {
 /// Tracks.
 pub fn run(args: &TrackArgs) -> Result<()> {
     let order = args.order();
-    order.check()?;
+    order.check().map_err(Complaint::from)?;
     let mut targets = args.targets()?;
-    let config = settings::resolve(&args.preset, args.config.as_deref(), args.seed)?;
+    let config = settings::resolve(&args.preset, args.config.as_deref(), args.seed);
+    let config = config.map_err(Complaint::from)?;
     let seed = config.seed;
-    let engine = Engine::new(config, args.threads)?;
     let plan = args.plan(&targets)?;
 
-    let source = source::open(&args.source, args.reverse)?;
+    let source = patchlock_media::open(&args.source, args.reverse).map_err(Complaint::from)?;
     let rate = played_by(source.rate().unwrap_or(FrameRate::DEFAULT), args.stride);
     let length = source.length();
     let expected = order.count(length);
     targets.check(&order, length)?;
     interrupt::listen()?;
-    let mut frames = Ahead::start(source, order.indices(length)?);
-    let Some((index, picture)) = frames.next()? else { return Err(nothing_to_track(&order)) };
+    let mut frames = Ahead::start(source, order.indices(length).map_err(Complaint::from)?);
+    let Some((index, picture)) = next(&mut frames)? else { return Err(nothing_to_track(&order)) };
     let first = due(&mut targets, index, &picture)?;
 
     let Opened { sinks, summary } = plan.open(rate, expected)?;
@@ -184,20 +189,24 @@ pub fn run(args: &TrackArgs) -> Result<()> {
         true => Progress::beside_table(expected, args.quiet),
         false => Progress::new(expected, args.quiet),
     };
-    let mut run = Run { engine, targets, sinks, progress };
-    let tracked = run.track_all(&mut frames, (index, picture, first));
-    let Run { engine, sinks, progress, .. } = run;
-    let count = engine.times_ms().len();
-    let (times, begun) = (engine.times_ms(), engine.targets());
-    let numbers = Summary::new(times, begun, &args.preset, seed, engine.threads());
+    let mut run = Run::new(config, args.threads, targets.many, sinks)?;
+    let tracked =
+        track_all(&mut run, &mut targets, &progress, &mut frames, (index, picture, first));
+    let count = run.times_ms().len();
+    let numbers = Summary::new(run.times_ms(), run.targets(), &args.preset, seed, run.threads());
     progress
         .finish(&format!("tracked {count} frames at {:.1} frames a second", numbers.tracking_fps));
     let mut kept = Kept::default();
     if count > 0 {
-        sinks.into_iter().for_each(|sink| kept.add(sink.finish()));
+        run.into_sinks().into_iter().for_each(|sink| kept.add(sink.finish()));
         summary.into_iter().for_each(|file| kept.add(numbers.write(file).map(Some)));
     }
     conclude(tracked, kept, count)
+}
+
+/// The next frame with its number; `None` at the end, and soon after Ctrl-C.
+fn next(frames: &mut Ahead) -> Result<Option<(usize, Picture)>, Complaint> {
+    Ok(frames.next_unless(&interrupt::requested)?)
 }
 
 /// Every stride-th frame at the same speed of the world needs fewer frames a second.
@@ -210,70 +219,38 @@ fn nothing_to_track(order: &Order) -> Error {
     if interrupt::requested() {
         return interrupted("stopped before the first frame").into();
     }
-    order.nothing().into()
+    Complaint::from(order.nothing()).into()
 }
 
 /// What happens on a frame, its boxes being checked against it.
 fn due(targets: &mut Targets, index: usize, picture: &Picture) -> Result<Vec<Event>, Complaint> {
     let due = targets.due(index);
     for bbox in due.iter().filter_map(|event| event.bbox) {
-        target::check(&bbox, index, picture.width, picture.height)?;
+        start_box::check(&bbox, index, picture.width, picture.height)?;
     }
     Ok(due)
 }
 
-/// A run on its way.
-struct Run {
-    engine: Engine,
-    targets: Targets,
-    sinks: Vec<Box<dyn Sink>>,
-    progress: Progress,
-}
-
-impl Run {
-    /// The loop. An error leaves in the sinks what was tracked before; a sink that can't write is dropped.
-    fn track_all(
-        &mut self,
-        frames: &mut Ahead,
-        (mut index, mut picture, mut events): (usize, Picture, Vec<Event>),
-    ) -> Result<()> {
-        loop {
-            self.frame(index, &picture, &events)?;
-            match frames.next()? {
-                Some(next) => (index, picture) = next,
-                None if interrupt::requested() => return Ok(()),
-                None => return Ok(self.targets.check_all_done()?),
-            }
-            events = due(&mut self.targets, index, &picture)?;
+/// The loop. An error leaves in the outputs what was tracked before.
+fn track_all(
+    run: &mut Run,
+    targets: &mut Targets,
+    progress: &Progress,
+    frames: &mut Ahead,
+    (mut index, mut picture, mut events): (usize, Picture, Vec<Event>),
+) -> Result<()> {
+    loop {
+        let (found, ms) = run.track(index, &picture, &events)?;
+        let seen = run.write(index, &picture, found, ms)?;
+        let scores: f64 = seen.iter().map(|seen| seen.estimate.score).sum();
+        progress.step(run.fps(), scores / seen.len().max(1) as f64);
+        match next(frames)? {
+            Some(next) => (index, picture) = next,
+            None if interrupt::requested() => return Ok(()),
+            None => return Ok(targets.check_all_done()?),
         }
+        events = due(targets, index, &picture)?;
     }
-
-    fn frame(&mut self, index: usize, picture: &Picture, events: &[Event]) -> Result<()> {
-        let (found, ms) = self.engine.step(index, picture, events)?;
-        let many = self.targets.many;
-        let seen = |Found { id, bbox, estimate }| {
-            let mut row = Row::new(index, &bbox, &estimate, ms);
-            row.id = many.then_some(id);
-            Seen { row, estimate }
-        };
-        let targets: Vec<Seen> = found.into_iter().map(seen).collect();
-        write_all(&mut self.sinks, &Tracked { frame: index, targets: &targets, picture })?;
-        let scores: f64 = targets.iter().map(|seen| seen.estimate.score).sum();
-        self.progress.step(self.engine.fps(), scores / targets.len().max(1) as f64);
-        Ok(())
-    }
-}
-
-fn write_all(sinks: &mut Vec<Box<dyn Sink>>, tracked: &Tracked<'_>) -> Result<()> {
-    let mut result = Ok(());
-    sinks.retain_mut(|sink| match sink.write(tracked) {
-        Ok(()) => true,
-        Err(error) => {
-            result = Err(error);
-            false
-        }
-    });
-    result
 }
 
 /// The outputs that were completed, and the first error on the way.

@@ -6,10 +6,11 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use patchlock_eval::bench::trax::SEED_VARIABLE;
+use patchlock_eval::{session, settings};
 
+use super::{SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
+use crate::complaint::Complaint;
 use crate::trax::{Protocol, Targets, serve};
-use crate::whole;
-use crate::{engine, settings};
 
 const EXAMPLES: &str = "\
 EXAMPLES:
@@ -46,11 +47,17 @@ pub struct TraxArgs {
     config: Option<PathBuf>,
 
     /// Seed of the random numbers [default: that of the settings]; the same seed gives the same boxes
-    #[arg(long, value_name = "N", env = SEED_VARIABLE, allow_negative_numbers = true, value_parser = whole::seed())]
+    #[arg(
+        long,
+        value_name = SEEDS_SHOWN,
+        env = SEED_VARIABLE,
+        allow_negative_numbers = true,
+        value_parser = seed()
+    )]
     seed: Option<u64>,
 
     /// Threads to use [default: one for each core]; the boxes are the same for any number
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::threads::<usize>())]
+    #[arg(long, value_name = THREADS_SHOWN, allow_negative_numbers = true, value_parser = threads())]
     threads: Option<usize>,
 }
 
@@ -64,7 +71,9 @@ fn parse_protocol(text: &str) -> Result<Protocol, String> {
 
 /// Serves.
 pub fn run(args: &TraxArgs) -> Result<()> {
-    let config = settings::resolve(&args.preset, args.config.as_deref(), args.seed)?;
-    let targets = Targets::new(config, engine::pool(args.threads)?)?;
+    let config = settings::resolve(&args.preset, args.config.as_deref(), args.seed)
+        .map_err(Complaint::from)?;
+    let pool = session::pool(args.threads).map_err(Complaint::from)?;
+    let targets = Targets::new(config, pool)?;
     serve(io::stdin().lock(), io::stdout().lock(), args.protocol, targets)
 }

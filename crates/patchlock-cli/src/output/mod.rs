@@ -4,7 +4,6 @@ pub mod canvas;
 pub mod chart;
 mod crowd;
 pub mod draw;
-pub mod mp4;
 pub mod pending;
 pub mod plan;
 pub mod printed;
@@ -22,7 +21,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use patchlock::Estimate;
 
-use patchlock_eval::picture::Picture;
+use patchlock_media::Picture;
 use row::Row;
 
 /// One target in one frame.

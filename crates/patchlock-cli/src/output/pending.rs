@@ -1,4 +1,5 @@
-//! A file that appears only when it is complete: written under a temporary name in the same folder, then renamed.
+//! A file that appears only when it is complete: written under a temporary name in the same folder, then
+//! renamed.
 
 use std::fmt::Display;
 use std::fs::{self, File};
@@ -6,7 +7,7 @@ use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use patchlock_eval::error::without_path;
+use patchlock_media::without_path;
 use tempfile::NamedTempFile;
 
 use super::printed::quoted;
@@ -88,7 +89,8 @@ impl PendingFile {
         self
     }
 
-    /// Makes an end at once wait for what is written meanwhile. Not for devices and pipes, where writing may take for ever.
+    /// Makes an end at once wait for what is written meanwhile. Not for devices and pipes, where writing may
+    /// take for ever.
     pub fn hold(&self) -> Option<unfinished::Hold> {
         matches!(self.writer, Writer::Temporary(..)).then(unfinished::hold)
     }
@@ -127,11 +129,11 @@ impl PendingFile {
     }
 
     /// The same for a caller that has given the file away: a way to complain later.
-    pub fn complainer(&self) -> impl Fn(anyhow::Error) -> anyhow::Error + 'static {
+    pub fn complainer(&self) -> impl Fn(patchlock_media::Error) -> Complaint + 'static {
         let target = self.target.clone();
-        move |error| match error.downcast_ref::<io::Error>() {
-            Some(cause) => cannot_write(target.display(), cause).into(),
-            None => error,
+        move |error| match error {
+            patchlock_media::Error::Write(cause) => cannot_write(target.display(), &cause),
+            other => other.into(),
         }
     }
 }

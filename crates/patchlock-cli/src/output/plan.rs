@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
+use patchlock_media::FrameRate;
 
 use super::Sink;
 use super::pending::{self, PendingFile};
 use super::tables::{Format, Stdout, Table};
 use super::video::{self, Video};
 use crate::complaint::{Complaint, usage};
-use crate::source::FrameRate;
 
 /// The outputs that the command line asks for.
 #[derive(Debug)]

@@ -2,14 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Error, Result};
+use anyhow::Result;
+use patchlock_media::{Error, FrameRate, Mp4Writer};
 
 use super::draw;
-use super::mp4::Mp4Writer;
 use super::pending::PendingFile;
 use super::{Sink, Tracked};
 use crate::complaint::{Complaint, usage};
-use crate::source::FrameRate;
 
 /// Complains about a name that does not end in `.mp4`.
 pub fn check_name(path: &Path) -> Result<(), Complaint> {
@@ -25,7 +24,7 @@ pub struct Video {
     state: State,
     rate: FrameRate,
     expected: Option<usize>,
-    complain: Box<dyn Fn(Error) -> Error>,
+    complain: Box<dyn Fn(Error) -> Complaint>,
 }
 
 /// The size is known only with the first frame.
@@ -43,7 +42,11 @@ impl Video {
         Self { state: State::Waiting(file), rate, expected, complain }
     }
 
-    fn writer(&mut self, width: usize, height: usize) -> Result<&mut Mp4Writer<PendingFile>> {
+    fn writer(
+        &mut self,
+        width: usize,
+        height: usize,
+    ) -> Result<&mut Mp4Writer<PendingFile>, Error> {
         if let State::Waiting(_) = self.state
             && let State::Waiting(file) = std::mem::replace(&mut self.state, State::Broken)
         {
@@ -57,7 +60,7 @@ impl Video {
         }
         match &mut self.state {
             State::Writing(writer) => Ok(writer),
-            _ => anyhow::bail!("the video was given up after an earlier error"),
+            _ => Err(Error::Encode("the video was given up after an earlier error".to_string())),
         }
     }
 }
@@ -66,7 +69,7 @@ impl Sink for Video {
     fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
         let rgb = draw::annotate(tracked);
         let writer = self.writer(tracked.picture.width, tracked.picture.height);
-        writer.and_then(|writer| writer.push(&rgb)).map_err(&self.complain)
+        Ok(writer.and_then(|writer| writer.push(&rgb)).map_err(&self.complain)?)
     }
 
     fn finish(self: Box<Self>) -> Result<Option<PathBuf>> {

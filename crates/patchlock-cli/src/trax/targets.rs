@@ -1,16 +1,18 @@
 //! The targets that a client has given, and what is answered of them.
 
-use patchlock::{Error, Estimate, MultiTracker, TrackerConfig};
-use patchlock_eval::picture::Picture;
+use std::sync::Arc;
+
+use patchlock::{BoundingBox, Error, Estimate, TrackerConfig};
+use patchlock_eval::many_targets::ManyTargets;
 use patchlock_eval::trax::message::Message;
 use patchlock_eval::trax::region::Region;
+use patchlock_media::Picture;
 use rayon::ThreadPool;
 
 /// The targets, in the order in which they were given.
 pub struct Targets {
-    config: TrackerConfig,
-    pool: ThreadPool,
-    tracker: MultiTracker,
+    /// Calls the targets by their places in this order.
+    tracker: ManyTargets,
     /// Which of them were given as polygons, and are answered so.
     as_polygons: Vec<bool>,
 }
@@ -19,23 +21,23 @@ impl Targets {
     /// No targets yet.
     ///
     /// # Errors
-    /// As [`MultiTracker::new`].
-    pub fn new(config: TrackerConfig, pool: ThreadPool) -> Result<Self, Error> {
-        let tracker = MultiTracker::new(config.clone())?;
-        Ok(Self { config, pool, tracker, as_polygons: Vec::new() })
+    /// As [`ManyTargets::new`].
+    pub fn new(config: TrackerConfig, pool: Arc<ThreadPool>) -> Result<Self, Error> {
+        Ok(Self { tracker: ManyTargets::new(config, pool)?, as_polygons: Vec::new() })
     }
 
     /// Forgets all, as if nothing had been tracked before.
     ///
     /// # Errors
-    /// As [`Targets::new`].
+    /// As [`ManyTargets::forget`].
     pub fn forget(&mut self) -> Result<(), Error> {
-        self.tracker = MultiTracker::new(self.config.clone())?;
+        self.tracker.forget()?;
         self.as_polygons.clear();
         Ok(())
     }
 
-    /// Finds the targets in a picture, then begins on new ones; gives the state of each. That of a new target is its region as given.
+    /// Finds the targets in a picture, then begins on new ones; gives the state of each. That of a new target
+    /// is its region as given.
     ///
     /// # Errors
     /// Why the tracker refuses the picture or a region.
@@ -43,31 +45,34 @@ impl Targets {
         if self.as_polygons.is_empty() && begin.is_empty() {
             return Err("there is no target yet: initialize comes before frame".to_string());
         }
-        self.follow(picture, begin).map_err(|error| error.to_string())
+        self.follow(picture, &begin).map_err(|error| error.to_string())
     }
 
-    fn follow(&mut self, picture: &Picture, begin: Vec<Region>) -> Result<Vec<Message>, Error> {
-        let frame = picture.frame()?;
-        let Self { pool, tracker, as_polygons, .. } = self;
-        let estimates = pool.install(|| tracker.update(&frame))?;
-        let answers = estimates.iter().zip(as_polygons.iter());
+    fn follow(&mut self, picture: &Picture, begin: &[Region]) -> Result<Vec<Message>, Error> {
+        let known = self.as_polygons.len();
+        // A request has no regions without a target.
+        let (regions, boxes): (Vec<&Region>, Vec<BoundingBox>) =
+            begin.iter().filter_map(|region| Some((region, region.bbox()?))).unzip();
+        let begin: Vec<(u64, BoundingBox)> = (known as u64..).zip(boxes).collect();
+        let (found, _) = self.tracker.step(&picture.frame()?, &begin)?;
+        let (old, new) = found.split_at(known);
+        let answers = old.iter().zip(&self.as_polygons);
         let mut states: Vec<Message> = answers
-            .map(|((_, estimate), as_polygon)| match as_polygon {
-                true => state(&Region::outline(&estimate.corners), estimate),
-                false => state(&Region::Rectangle(estimate.bbox), estimate),
+            .map(|(target, as_polygon)| match as_polygon {
+                true => state(&Region::outline(&target.estimate.corners), &target.estimate),
+                false => state(&Region::Rectangle(target.estimate.bbox), &target.estimate),
             })
             .collect();
-        for region in begin {
-            let Some(bbox) = region.bbox() else { continue }; // a request has no regions without a target
-            let (_, estimate) = pool.install(|| tracker.add(&frame, bbox))?;
-            states.push(state(&region, &estimate));
-            as_polygons.push(matches!(region, Region::Polygon(_)));
-        }
+        states.extend(
+            new.iter().zip(&regions).map(|(target, region)| state(region, &target.estimate)),
+        );
+        self.as_polygons.extend(regions.iter().map(|region| matches!(region, Region::Polygon(_))));
         Ok(states)
     }
 }
 
-/// The answer for a target: where it is, how sure that is, and its turned outline whatever the form of the region.
+/// The answer for a target: where it is, how sure that is, and its turned outline whatever the form of the
+/// region.
 fn state(region: &Region, estimate: &Estimate) -> Message {
     Message::new("state", &[&region.to_string()])
         .with("confidence", estimate.score)

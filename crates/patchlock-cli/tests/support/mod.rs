@@ -8,8 +8,7 @@ use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
 use image::{GrayImage, ImageBuffer, Luma, RgbImage};
-use patchlock_cli::output::mp4::Mp4Writer;
-use patchlock_cli::source::FrameRate;
+use patchlock_media::{FrameRate, Mp4Writer};
 use tempfile::TempDir;
 
 pub const WIDTH: usize = 96;

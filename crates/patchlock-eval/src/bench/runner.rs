@@ -5,11 +5,13 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
+use patchlock_media::image_file;
+
 use super::schemes::{self, Scheme};
 use super::store::{Store, Task, Trajectory};
-use super::subject::Subject;
+use super::subject::{Answer, Subject};
+use crate::Error;
 use crate::dataset::{Dataset, Sequence};
-use crate::{Error, images};
 
 /// Makes a new tracker under test for a seed.
 pub type Make<'a> = &'a (dyn Fn(u64) -> Result<Box<dyn Subject>, Error> + Sync);
@@ -37,7 +39,8 @@ pub struct Failure {
     pub error: Error,
 }
 
-/// The runs to make on sequences: every target, then every seed, then every start. Sequences whose frames can't be used are failures.
+/// The runs to make on sequences: every target, then every seed, then every start. Sequences whose frames
+/// can't be used are failures.
 pub fn tasks<'a>(
     dataset: &Dataset,
     sequences: &[&'a Sequence],
@@ -55,7 +58,8 @@ pub fn tasks<'a>(
         }
         let size = || {
             let path = sequence.frames.first().cloned().unwrap_or_default();
-            images::size(&path).map_err(|error| Error::Frame { path, reason: error.to_string() })
+            image_file::size(&path)
+                .map_err(|error| Error::Frame { path, reason: error.to_string() })
         };
         match schemes::starts(scheme, sequence, dataset.origin(), size) {
             Err(error) => fail(error),
@@ -72,7 +76,8 @@ pub fn tasks<'a>(
     (tasks, failures)
 }
 
-/// Makes the runs, `jobs` of them side by side, each tracker with so many threads. One that fails is reported and holds nobody up.
+/// Makes the runs, `jobs` of them side by side, each tracker with so many threads. One that fails is reported
+/// and holds nobody up.
 pub fn run(
     tasks: &[Task<'_>],
     store: &Store,
@@ -126,44 +131,39 @@ fn one(
     watch: &dyn Watch,
     done: &mut usize,
 ) -> Result<(), Error> {
-    let mut tracked = || {
+    let mut subject = make(task.seed)?;
+    let frames = task.frames.iter().take_while(|_| !watch.stopped()).map(Ok);
+    let trajectory = trace(frames, |file, is_first| {
+        let answer = match is_first {
+            true => subject.begin(file, task.start.bbox)?,
+            false => subject.follow(file)?,
+        };
         *done += 1;
         watch.frame();
-    };
-    let subject = make(task.seed)?;
-    match trace(task, subject, &|| watch.stopped(), &mut tracked)? {
-        Some(trajectory) => {
-            let run = task.run();
-            store.keep(&run, &store.series().write(&run, trajectory, threads, jobs))
-        }
-        None => Ok(()),
+        Ok(answer)
+    })?;
+    if *done < task.frames.len() {
+        return Ok(()); // stopped: what is not complete is not kept
     }
+    let run = task.run();
+    store.keep(&run, &store.series().write(&run, trajectory, threads, jobs))
 }
 
-/// Tracks the frames of a task; `None` where it was stopped before the last one.
+/// The loop of every run: shows the frames to a tracker one after the other. `look` learns whether a frame is
+/// the first one.
 ///
 /// # Errors
-/// Those of the [`Subject`].
-pub fn trace(
-    task: &Task<'_>,
-    mut subject: Box<dyn Subject>,
-    stopped: &dyn Fn() -> bool,
-    tracked: &mut dyn FnMut(),
-) -> Result<Option<Trajectory>, Error> {
+/// Those of a frame or of `look`.
+pub fn trace<F>(
+    frames: impl Iterator<Item = Result<F, Error>>,
+    mut look: impl FnMut(F, bool) -> Result<Answer, Error>,
+) -> Result<Trajectory, Error> {
     let mut trajectory = Trajectory::default();
-    for frame in task.frames {
-        if stopped() {
-            return Ok(None);
-        }
-        let answer = if trajectory.boxes.is_empty() {
-            subject.begin(frame, task.start.bbox)?
-        } else {
-            subject.follow(frame)?
-        };
-        trajectory.add(answer);
-        tracked();
+    for frame in frames {
+        let is_first = trajectory.boxes.is_empty();
+        trajectory.add(look(frame?, is_first)?);
     }
-    Ok(Some(trajectory))
+    Ok(trajectory)
 }
 
 /// The tasks that a shard `part` of `parts` makes, counted from 1.

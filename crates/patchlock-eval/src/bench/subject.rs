@@ -1,15 +1,15 @@
-//! A tracker under test, with a clock around it.
+//! A tracker under test.
 
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use patchlock::{BoundingBox, Estimate, Tracker, TrackerConfig};
-use rayon::ThreadPool;
+use patchlock::{BoundingBox, Tracker, TrackerConfig};
+use patchlock_media::{Picture, image_file};
 
 use super::store::Identity;
 use super::trax::Trax;
-use crate::picture::Picture;
-use crate::{Error, images};
+use crate::Error;
+use crate::session::{self, Session};
 
 /// What a tracker says of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,21 +37,17 @@ pub trait Subject {
 
 /// The tracker of this project. Decoding is not counted in its time.
 pub struct Patchlock {
-    tracker: Tracker,
-    pool: ThreadPool,
+    session: Session<Tracker>,
 }
 
 impl Patchlock {
     /// A tracker on so many threads.
     ///
     /// # Errors
-    /// [`Error::Subject`] where the configuration is wrong or the threads can't be started.
+    /// [`Error::Subject`] where the configuration is wrong; [`Error::Threads`].
     pub fn new(config: TrackerConfig, threads: usize) -> Result<Self, Error> {
         let tracker = Tracker::new(config).map_err(|error| Error::Subject(error.to_string()))?;
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool =
-            pool.map_err(|error| Error::Subject(format!("cannot start threads: {error}")))?;
-        Ok(Self { tracker, pool })
+        Ok(Self { session: Session::new(tracker, session::pool(Some(threads))?) })
     }
 
     /// The tracker that an identity names, with a seed.
@@ -81,7 +77,8 @@ impl Patchlock {
         picture: &Picture,
         bbox: BoundingBox,
     ) -> Result<Answer, patchlock::Error> {
-        let (_, seconds) = self.timed(picture, |tracker, frame| tracker.init(frame, bbox))?;
+        let frame = picture.frame()?;
+        let (_, seconds) = self.session.step(|tracker| tracker.init(&frame, bbox))?;
         // The first line of a trajectory is the box as given.
         Ok(Answer { bbox: Some(bbox), seconds })
     }
@@ -91,31 +88,15 @@ impl Patchlock {
     /// # Errors
     /// What the tracker says.
     pub fn follow_to(&mut self, picture: &Picture) -> Result<Answer, patchlock::Error> {
-        let (estimate, seconds) = self.timed(picture, Tracker::update)?;
-        Ok(Answer { bbox: Some(estimate.bbox), seconds })
-    }
-
-    fn timed(
-        &mut self,
-        picture: &Picture,
-        step: impl FnOnce(&mut Tracker, &patchlock::Frame<'_>) -> Result<Estimate, patchlock::Error>
-        + Send,
-    ) -> Result<(Estimate, f64), patchlock::Error> {
         let frame = picture.frame()?;
-        let Self { tracker, pool } = self;
-        let start = Instant::now();
-        let estimate = pool.install(|| step(tracker, &frame));
-        let seconds = start.elapsed().as_secs_f64();
-        Ok((estimate?, seconds))
+        let (estimate, seconds) = self.session.step(|tracker| tracker.update(&frame))?;
+        Ok(Answer { bbox: Some(estimate.bbox), seconds })
     }
 }
 
 fn load(file: &Path) -> Result<Picture, Error> {
-    let error = |reason: images::LoadError| Error::Frame {
-        path: file.to_path_buf(),
-        reason: reason.to_string(),
-    };
-    images::load(file).map_err(error)
+    image_file::load(file)
+        .map_err(|reason| Error::Frame { path: file.to_path_buf(), reason: reason.to_string() })
 }
 
 fn stopped_at(file: &Path, reason: &patchlock::Error) -> Error {
@@ -132,7 +113,8 @@ impl Subject for Patchlock {
     }
 }
 
-/// A new tracker for one run: ours on so many threads, or another program that has `patience` for each answer.
+/// A new tracker for one run: ours on so many threads, or another program that has `patience` for each
+/// answer.
 ///
 /// # Errors
 /// [`Error::Subject`] where it can't be made ready, or is of another version than the runs are.

@@ -1,7 +1,8 @@
 //! A closer look: the truth against the size of the frames.
 
+use patchlock_media::image_file;
+
 use super::{Dataset, Remark, Sequence, Severity};
-use crate::images;
 
 /// What a closer look found.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -19,7 +20,7 @@ pub fn inspect(dataset: &Dataset) -> Findings {
         let mut remark = |severity, text: String| {
             findings.remarks.push(Remark { target: Some(sequence.name.clone()), severity, text });
         };
-        let size = sequence.frames.first().and_then(|first| match images::size(first) {
+        let size = sequence.frames.first().and_then(|first| match image_file::size(first) {
             Ok(size) => Some(size),
             Err(error) => {
                 remark(Severity::NoFrames, format!("cannot read {}: {error}", first.display()));

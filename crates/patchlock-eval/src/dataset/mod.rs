@@ -4,6 +4,7 @@ mod folders;
 mod frames;
 mod inspect;
 mod otb;
+pub mod selection;
 mod table;
 mod trackingnet;
 mod truth;
@@ -14,8 +15,9 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use patchlock::BoundingBox;
+use patchlock_media::natural_order;
 
-use crate::{Error, names, natural};
+use crate::{Error, names};
 use frames::Images;
 pub use inspect::Findings;
 pub use table::{OTB_ATTRIBUTES, counted_part};
@@ -128,7 +130,7 @@ impl Dataset {
     /// [`Error::Read`]; [`Error::NoDataset`] where no layout fits. What is wrong with one sequence is a remark, and the others are read.
     pub fn open(root: &Path) -> Result<Self, Error> {
         let mut dataset = read(root)?;
-        dataset.sequences.sort_by(|a, b| natural::compare(&a.name, &b.name));
+        dataset.sequences.sort_by(|a, b| natural_order::compare(&a.name, &b.name));
         table::add_attributes(&mut dataset)?;
         Ok(dataset)
     }

@@ -2,8 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use patchlock_media::image_file;
+
 use super::{Content, Item, Options, Track};
-use crate::{Error, files, images};
+use crate::{Error, files};
 
 /// What is known of the frames.
 pub struct Frames {
@@ -90,7 +92,7 @@ fn images_in(folder: &Path, track: &Track) -> Result<Vec<PathBuf>, Error> {
 }
 
 fn checked_size(given: Option<(usize, usize)>, first: &Path) -> Result<(usize, usize), Error> {
-    let own = images::size(first)
+    let own = image_file::size(first)
         .map_err(|error| Error::Frame { path: first.to_path_buf(), reason: error.to_string() })?;
     match given {
         Some(given) if given != own => Err(wrong(format!(

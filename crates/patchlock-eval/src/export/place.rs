@@ -5,9 +5,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use image::codecs::jpeg::JpegEncoder;
+use patchlock_media::image_file;
 
 use super::{Content, Item};
-use crate::{Error, images};
+use crate::Error;
 
 /// Of JPEGs that are made from other images: what is lost can't be seen.
 const JPEG_QUALITY: u8 = 95;
@@ -103,7 +104,7 @@ fn put(path: &Path, content: &Content) -> Result<(), Error> {
 }
 
 fn put_jpeg(path: &Path, from: &Path) -> Result<(), Error> {
-    let picture = images::load(from)
+    let picture = image_file::load(from)
         .map_err(|error| Error::Frame { path: from.to_path_buf(), reason: error.to_string() })?;
     let file = fs::File::create(path).map_err(|error| Error::write(path, error))?;
     let mut out = std::io::BufWriter::new(file);

@@ -9,10 +9,10 @@ use image::RgbImage;
 use image::codecs::jpeg::JpegEncoder;
 use image::imageops::{self, FilterType};
 use patchlock::BoundingBox;
+use patchlock_media::image_file;
 
 use super::svg::escape;
 use crate::dataset::Sequence;
-use crate::images;
 
 /// A frame with less overlap than this is lost.
 pub const LOST: f64 = 0.2;
@@ -85,7 +85,7 @@ pub fn thumbnail(
 ) -> Result<String, String> {
     let file = sequence.frames.get(frame).ok_or("the sequence has no such frame")?;
     let cannot = |reason: String| format!("{}: {reason}", file.display());
-    let picture = images::load(file).map_err(|e| cannot(e.to_string()))?;
+    let picture = image_file::load(file).map_err(|e| cannot(e.to_string()))?;
     let picture = RgbImage::from_raw(picture.width as u32, picture.height as u32, picture.to_rgb())
         .ok_or_else(|| cannot("it has not as many pixels as it says".to_string()))?;
     let frame_size = [f64::from(picture.width()), f64::from(picture.height())];

@@ -4,9 +4,7 @@ use std::path::{Path, PathBuf};
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
-
-use crate::images;
-use crate::picture::{Picture, Pixels};
+use patchlock_media::{Picture, Pixels, image_file};
 
 /// What the protocol calls the name of a file, in its lists of formats.
 pub const PATH: &str = "path";
@@ -58,11 +56,10 @@ impl Image {
     pub fn picture(self) -> Result<Picture, String> {
         match self {
             Self::Memory(picture) => Ok(picture),
-            Self::Path(file) => images::load(&file)
+            Self::Path(file) => image_file::load(&file)
                 .map_err(|error| format!("cannot read the image {}: {error}", file.display())),
-            Self::Buffer(bytes) => {
-                images::decode(&bytes).map_err(|error| format!("cannot decode the image: {error}"))
-            }
+            Self::Buffer(bytes) => image_file::decode(&bytes)
+                .map_err(|error| format!("cannot decode the image: {error}")),
         }
     }
 

@@ -427,9 +427,22 @@ def track_job(job: str) -> tuple[str, str]:
     """Makes a run; gives its text of boxes and its manifest."""
 
 def bench_jobs(
-    arguments: list[str], *, threads: int, side_by_side: int
+    dataset: str | os.PathLike[str],
+    out: str | os.PathLike[str],
+    *,
+    protocol: str,
+    preset: str,
+    config: str | os.PathLike[str] | None,
+    command: str | None,
+    timeout: int,
+    name: str | None,
+    seeds: int,
+    sequences: list[str],
+    attributes: list[str],
+    threads: int,
+    side_by_side: int,
 ) -> tuple[Store, list[tuple[str, str, str]], int, list[tuple[str, str, str]]]:
-    """What `patchlock bench` with these arguments would run: the store, the jobs, how many are there already, and what can't be run."""
+    """What a benchmark with these options would run: the store, the jobs, how many are there already, and what can't be run."""
 
 def read_truth(path: str | os.PathLike[str]) -> list[tuple[float, float, float, float] | None]:
     """The boxes of a truth file that counts from 1, counted from 0; `None` for a frame without one."""

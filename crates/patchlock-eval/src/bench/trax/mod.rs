@@ -7,10 +7,11 @@
 mod process;
 
 use std::path::Path;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use patchlock::BoundingBox;
 
+use super::clock;
 use super::subject::{Answer, Subject};
 use crate::Error;
 use crate::trax::image::{self, Image};
@@ -59,10 +60,11 @@ impl Trax {
 
     fn ask(&mut self, file: &Path, lines: &str) -> Result<Answer, Error> {
         let error = |reason| Error::Tracker { path: file.to_path_buf(), reason };
-        let start = Instant::now();
-        self.process.write(lines).map_err(error)?;
-        let state = next(&mut self.process, "its answer").map_err(error)?;
-        let seconds = start.elapsed().as_secs_f64();
+        let (state, seconds) = clock::timed(|| {
+            self.process.write(lines)?;
+            next(&mut self.process, "its answer")
+        });
+        let state = state.map_err(error)?;
         match (state.name.as_str(), state.arguments.first()) {
             ("state", Some(region)) => {
                 let region = Region::parse(region)

@@ -128,13 +128,23 @@ def bench(
         ValueError: A choice makes no sense, or `out` holds results of other settings.
         OSError: The dataset can't be read.
     """
-    arguments = [os.fspath(dataset), f"--out={os.fspath(out)}", f"--protocol={protocol}", f"--seeds={seeds}"]
-    arguments += [f"--cmd={command}", f"--timeout={timeout}"] if command is not None else [f"--preset={preset}"]
-    choices = {"config": config and os.fspath(config), "name": name, "sequences": ",".join(sequences), "attributes": ",".join(attributes)}
-    arguments += [f"--{option}={value}" for option, value in choices.items() if value]
     with _engine(engine, address, jobs, threads) as machine:
         batch = _Batch(Path(out), engine, machine, retries, progress)
-        store, named, before, failures = _patchlock.bench_jobs(arguments, threads=machine.threads, side_by_side=machine.slots)
+        store, named, before, failures = _patchlock.bench_jobs(
+            dataset,
+            out,
+            protocol=protocol,
+            preset=preset,
+            config=config or None,
+            command=command,
+            timeout=timeout,
+            name=name or None,
+            seeds=seeds,
+            sequences=list(sequences),
+            attributes=list(attributes),
+            threads=machine.threads,
+            side_by_side=machine.slots,
+        )
         batch.summary.kept = before
         batch.summary.folders = [str(store.folder)]
         for failure in failures:

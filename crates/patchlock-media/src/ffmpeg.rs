@@ -5,16 +5,13 @@ use std::path::Path;
 use std::process::{Child, ChildStderr, ChildStdout, Command, Stdio};
 use std::thread::{self, JoinHandle};
 
-use anyhow::{Context, Result};
-
-use super::{FrameSource, y4m};
-use crate::complaint::failed;
+use crate::{Error, FrameSource, y4m};
 
 /// "Every frame once, none doubled", in the spelling of new and of old versions.
 const EVERY_FRAME_ONCE: [[&str; 2]; 2] = [["-fps_mode", "passthrough"], ["-vsync", "0"]];
 
 /// Opens a file by way of ffmpeg. `reason` says why it is needed, for the message when there is none.
-pub fn open(path: &Path, reason: &str, reverse: bool) -> Result<Box<dyn FrameSource>> {
+pub fn open(path: &Path, reason: &str, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
     let mut last_error = None;
     for sync in EVERY_FRAME_ONCE {
         let Some(mut child) = spawn(path, sync, reason)? else { continue };
@@ -26,7 +23,7 @@ pub fn open(path: &Path, reason: &str, reverse: bool) -> Result<Box<dyn FrameSou
         match y4m::open_stream(pipe, &path.display().to_string(), reverse) {
             Ok(frames) => return Ok(frames),
             Err(error) => {
-                let old_version = format!("{error:#}").contains("fps_mode");
+                let old_version = error.to_string().contains("fps_mode");
                 last_error = Some(error);
                 if !old_version {
                     break;
@@ -35,11 +32,12 @@ pub fn open(path: &Path, reason: &str, reverse: bool) -> Result<Box<dyn FrameSou
         }
     }
     Err(last_error
-        .unwrap_or_else(|| failed(format!("ffmpeg did not start for {}", path.display())).into()))
+        .unwrap_or_else(|| Error::plain(format!("ffmpeg did not start for {}", path.display()))))
 }
 
-/// Starts ffmpeg. Not with `-xerror`, which also ends healthy videos whose frames are not evenly spaced in time.
-fn spawn(path: &Path, sync: [&str; 2], reason: &str) -> Result<Option<Child>> {
+/// Starts ffmpeg. Not with `-xerror`, which also ends healthy videos whose frames are not evenly spaced in
+/// time.
+fn spawn(path: &Path, sync: [&str; 2], reason: &str) -> Result<Option<Child>, Error> {
     let started = Command::new("ffmpeg")
         .args(["-v", "error", "-nostdin", "-i"])
         .arg(path)
@@ -52,17 +50,20 @@ fn spawn(path: &Path, sync: [&str; 2], reason: &str) -> Result<Option<Child>> {
         .spawn();
     match started {
         Ok(child) => Ok(Some(child)),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Err(failed(format!(
-            "{} {reason}, which needs the program ffmpeg, and there is none in the PATH",
-            path.display()
-        ))
-        .hint("install ffmpeg, or convert the video elsewhere to an MP4 with H.264 of 8 bits and 4:2:0 (yuv420p)")
-        .into()),
-        Err(error) => Err(error).context("cannot start ffmpeg"),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Err(Error::source(
+            format!(
+                "{} {reason}, which needs the program ffmpeg, and there is none in the PATH",
+                path.display()
+            ),
+            "install ffmpeg, or convert the video elsewhere to an MP4 with H.264 of 8 bits and 4:2:0 \
+             (yuv420p)",
+        )),
+        Err(error) => Err(Error::because("cannot start ffmpeg".to_string())(error)),
     }
 }
 
-/// What ffmpeg wrote about its troubles: the first line, which is mostly the cause, and the last one. Empty where all went well.
+/// What ffmpeg wrote about its troubles: the first line, which is mostly the cause, and the last one. Empty
+/// where all went well.
 fn words(errors: ChildStderr) -> String {
     let (mut first, mut last) = (None, None);
     for line in BufReader::new(errors).split(b'\n').map_while(Result::ok) {
@@ -74,7 +75,8 @@ fn words(errors: ChildStderr) -> String {
     first.into_iter().chain(last).collect::<Vec<_>>().join(" ... ")
 }
 
-/// A line without the address in memory before it, as in `[hevc @ 0x55e5cc57e4c0] `; nothing for one that only counts others.
+/// A line without the address in memory before it, as in `[hevc @ 0x55e5cc57e4c0] `; nothing for one that
+/// only counts others.
 fn plain(line: &str) -> String {
     let line = line.trim();
     let said =
@@ -90,7 +92,8 @@ struct Pipe {
 }
 
 impl Pipe {
-    /// Whether the end of the output is that of the video. ffmpeg leaves out what it can't decode and yet calls that a success: only its words tell.
+    /// Whether the end of the output is that of the video. ffmpeg leaves out what it can't decode and yet
+    /// calls that a success: only its words tell.
     fn check_end(&mut self) -> io::Result<()> {
         let status = self.child.wait()?;
         let words = self.words.take().and_then(|words| words.join().ok()).unwrap_or_default();

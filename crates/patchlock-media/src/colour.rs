@@ -112,8 +112,8 @@ pub fn luma_to_grey(luma: &[u8], full_range: bool) -> Vec<u8> {
         .collect()
 }
 
-/// RGB bytes to 4:2:0 planes of BT.601, limited range. Odd sizes are padded to even ones by repeating the last row
-/// or column, because H.264 with 4:2:0 has even sizes only.
+/// RGB bytes to 4:2:0 planes of BT.601, limited range. Odd sizes are padded to even ones by repeating the
+/// last row or column, because H.264 with 4:2:0 has even sizes only.
 pub fn to_yuv420(rgb: &[u8], width: usize, height: usize) -> rusty_h264::YuvFrame {
     let (wide, high) = (width.next_multiple_of(2), height.next_multiple_of(2));
     let row = |y: usize| &rgb[y.min(height - 1) * width * 3..][..width * 3];

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use image::{DynamicImage, ImageReader};
 
-use crate::picture::{Picture, Pixels};
+use crate::{Picture, Pixels};
 
 /// What counts as an image, by the end of its name.
 pub const EXTENSIONS: &[&str] = &["jpg", "jpeg", "png", "tif", "tiff", "bmp", "webp"];
@@ -76,8 +76,8 @@ pub fn decode(bytes: &[u8]) -> Result<Picture, LoadError> {
     Ok(to_picture(image))
 }
 
-/// JPEG decoders fill a missing rest with grey and say nothing, which would poison the track. A whole file has an
-/// end marker after its last start of scan; neither marker can occur inside compressed data.
+/// JPEG decoders fill a missing rest with grey and say nothing, which would poison the track. A whole file
+/// has an end marker after its last start of scan; neither marker can occur inside compressed data.
 fn jpeg_is_whole(bytes: &[u8]) -> bool {
     let last = |marker: u8| bytes.windows(2).rposition(|pair| pair == [0xff, marker]);
     last(0xd9) > last(0xda)

@@ -1,8 +1,6 @@
-//! Which frames of a source are tracked, in which order.
+//! Which frames of a source are used, in which order.
 
-use anyhow::Result;
-
-use crate::complaint::{Complaint, failed, usage};
+use crate::Error;
 
 /// Frames `start..end` by `stride`, forwards or backwards. The set of frames is the same in both directions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,28 +16,41 @@ pub struct Order {
 }
 
 impl Order {
-    /// What can be said against the range before the source is open.
-    pub fn check(&self) -> Result<(), Complaint> {
+    /// Checks what can be checked before the source is open.
+    ///
+    /// # Errors
+    /// [`Error::Range`].
+    pub fn check(&self) -> Result<(), Error> {
         if self.stride == 0 {
-            return Err(usage("--stride is 0: the same frame would come for ever")
-                .hint("--stride 1 takes every frame"));
+            return Err(Error::range(
+                "--stride is 0: the same frame would come for ever",
+                "--stride 1 takes every frame",
+            ));
         }
         match self.end {
-            Some(end) if end <= self.start => Err(usage(format!(
-                "--end {end} is not after --start {}: no frame is left to track",
-                self.start
-            ))
-            .hint("--end is the first frame that is not tracked; leave it out to go to the last frame")),
+            Some(end) if end <= self.start => Err(Error::range(
+                format!(
+                    "--end {end} is not after --start {}: no frame is left to track",
+                    self.start
+                ),
+                "--end is the first frame that is not tracked; leave it out to go to the last frame",
+            )),
             _ => Ok(()),
         }
     }
 
-    /// The frame numbers in the order of tracking. An end beyond the source stands for its last frame.
-    pub fn indices(&self, length: Option<usize>) -> Result<Box<dyn Iterator<Item = usize> + Send>> {
+    /// The frame numbers in their order. An end beyond the source stands for its last frame.
+    ///
+    /// # Errors
+    /// [`Error::Range`] where the range begins after the last frame.
+    pub fn indices(
+        &self,
+        length: Option<usize>,
+    ) -> Result<Box<dyn Iterator<Item = usize> + Send>, Error> {
         if let Some(length) = length
             && self.start >= length
         {
-            return Err(self.beyond(length).into());
+            return Err(self.beyond(length));
         }
         let end = match (self.end, length) {
             (Some(end), Some(length)) => end.min(length),
@@ -51,32 +62,36 @@ impl Order {
         Ok(if self.reverse { Box::new(rising.rev()) } else { Box::new(rising) })
     }
 
-    /// How many frames will be tracked, where the length of the source is known or the range is closed by it.
+    /// How many frames there will be, where the length of the source is known or the range is closed by it.
     pub fn count(&self, length: Option<usize>) -> Option<usize> {
         let end = self.end.unwrap_or(usize::MAX).min(length?);
         Some(end.saturating_sub(self.start).div_ceil(self.stride.max(1)))
     }
 
-    /// Whether a frame is tracked, as far as that is known before the end of the source is.
+    /// Whether a frame is among them, as far as that is known before the end of the source is.
     pub fn holds(&self, frame: usize, length: Option<usize>) -> bool {
         let end = self.end.unwrap_or(usize::MAX).min(length.unwrap_or(usize::MAX));
         (self.start..end).contains(&frame)
             && (frame - self.start).is_multiple_of(self.stride.max(1))
     }
 
-    /// The complaint that a source of unknown length ended before the range began.
-    pub fn nothing(&self) -> Complaint {
+    /// The error that a source of unknown length ended before the range began.
+    pub fn nothing(&self) -> Error {
         match self.start {
-            0 => failed("the source has no frames"),
-            start => usage(format!("--start {start} is beyond the end of the source"))
-                .hint("frames count from 0"),
+            0 => Error::plain("the source has no frames"),
+            start => Error::range(
+                format!("--start {start} is beyond the end of the source"),
+                "frames count from 0",
+            ),
         }
     }
 
-    /// The complaint that the range begins after the last frame.
-    pub fn beyond(&self, length: usize) -> Complaint {
-        usage(format!("--start {} is beyond the end: the source has {length} frames", self.start))
-            .hint(format!("frames count from 0, so the last one is {}", length.saturating_sub(1)))
+    /// The error that the range begins after the last frame.
+    fn beyond(&self, length: usize) -> Error {
+        Error::range(
+            format!("--start {} is beyond the end: the source has {length} frames", self.start),
+            format!("frames count from 0, so the last one is {}", length.saturating_sub(1)),
+        )
     }
 }
 

@@ -1,36 +1,49 @@
-//! MP4 with H.264, decoded in pure Rust. Frames come in the order in which they are shown, whatever the order in
-//! which they are stored. Rotation tags and edit lists are not applied.
+//! MP4 with H.264, decoded in pure Rust. Frames come in the order in which they are shown, whatever the order
+//! in which they are stored. Rotation tags and edit lists are not applied.
 
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::fs::File;
-use std::io::{Read, Seek, SeekFrom};
+use std::io::{self, Read, Seek, SeekFrom};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-use anyhow::{Context, Result, anyhow, bail};
 use rusty_h264::{DecodeError, Decoder, YuvFrame};
 use shiguredo_mp4::TrackKind;
 use shiguredo_mp4::boxes::{Avc1Box, SampleEntry};
 use shiguredo_mp4::demux::{Input, Mp4FileDemuxer};
 
-use super::sps::{self, StreamInfo};
-use super::{FrameRate, FrameSource};
 use crate::colour::{self, Colour, Matrix, Planes};
-use crate::complaint::failed;
-use patchlock_eval::picture::Picture;
+use crate::h264_sps::{self, StreamInfo};
+use crate::{Error, FrameRate, FrameSource, Picture};
 
 /// Frames kept when reading backwards: a longer group of pictures is decoded again for each such part of it.
 const BACKWARD_WINDOW: usize = 64;
-/// So many pictures are tried before the decoder is trusted with a video: by then an encoder has mostly shown all its tools.
+/// So many pictures are tried before the decoder is trusted with a video: by then an encoder has mostly shown
+/// all its tools.
 const TRIED: usize = 8;
 const START_CODE: [u8; 4] = [0, 0, 0, 1];
+const DAMAGED: Fault = Fault::Data("its data are damaged");
 
 /// Why a file can't be read here.
 pub enum OpenError {
     /// The container is fine; the video in it is something else, or a kind of H.264 that is not supported.
     Codec(String),
     /// Damaged or unreadable.
-    Broken(anyhow::Error),
+    Broken(Error),
+}
+
+/// Why a picture can't be decoded.
+#[derive(Debug, thiserror::Error)]
+enum Fault {
+    #[error("{0}")]
+    Decoder(#[from] DecodeError),
+    #[error("{0}")]
+    File(#[from] io::Error),
+    #[error("{0}")]
+    Data(&'static str),
+    #[error("the file ends too early: {0}")]
+    TooShort(io::Error),
 }
 
 /// One stored picture.
@@ -70,15 +83,15 @@ impl Mp4 {
     /// Reads the index of a file.
     pub fn open(path: &Path) -> Result<Self, OpenError> {
         let name = path.display().to_string();
-        let broken = |error: anyhow::Error| {
+        let broken = |reason: String| {
             let hint = "the file may be cut short or still be written: copy it again";
-            OpenError::Broken(failed(format!("cannot read {name}: {error:#}")).hint(hint).into())
+            OpenError::Broken(Error::source(format!("cannot read {name}: {reason}"), hint))
         };
-        let mut file = File::open(path).map_err(|error| broken(error.into()))?;
+        let mut file = File::open(path).map_err(|error| broken(error.to_string()))?;
         let mut demuxer = demux(&mut file).map_err(broken)?;
         let Some((entry, raw)) = video_samples(&mut demuxer).map_err(broken)? else {
             let message = format!("there is no video in {name}, only sound or other data");
-            return Err(OpenError::Broken(failed(message).hint("name a file with a video").into()));
+            return Err(OpenError::Broken(Error::source(message, "name a file with a video")));
         };
         let avc = match entry {
             Some(SampleEntry::Avc1(avc)) => avc,
@@ -107,7 +120,8 @@ impl Mp4 {
         }
     }
 
-    /// What the decoder does not know of this kind of H.264, as far as the first pictures show it. Damage is found again where it is in the way.
+    /// What the decoder does not know of this kind of H.264, as far as the first pictures show it. Damage is
+    /// found again where it is in the way.
     fn refused_tool(&mut self) -> Option<&'static str> {
         let mut decoder = Decoder::new();
         for at in 0..self.samples.len().min(TRIED) {
@@ -135,11 +149,11 @@ impl Mp4 {
         }
     }
 
-    fn decode_until(&mut self, index: usize, keep_from: usize) -> Result<YuvFrame> {
+    fn decode_until(&mut self, index: usize, keep_from: usize) -> Result<YuvFrame, Fault> {
         self.ready = self.ready.split_off(&keep_from);
         while !self.ready.contains_key(&index) {
             if self.next > self.stored[index] {
-                bail!("there is no picture in its data");
+                return Err(Fault::Data("there is no picture in its data"));
             }
             let sample = &self.samples[self.next];
             let shown = sample.shown;
@@ -152,26 +166,25 @@ impl Mp4 {
                 self.ready.insert(shown, frame);
             }
         }
-        self.ready.remove(&index).context("there is no picture in its data")
+        self.ready.remove(&index).ok_or(Fault::Data("there is no picture in its data"))
     }
 
     /// The data of a stored picture with start codes instead of lengths, as the decoder takes them.
-    fn read_sample(&mut self, at: usize) -> Result<Vec<u8>> {
+    fn read_sample(&mut self, at: usize) -> Result<Vec<u8>, Fault> {
         let sample = &self.samples[at];
         let end = sample.offset.checked_add(sample.size as u64);
         if end.is_none_or(|end| self.file.metadata().is_ok_and(|file| file.len() < end)) {
-            bail!("the file ends too early");
+            return Err(Fault::Data("the file ends too early"));
         }
         let mut data = vec![0; sample.size];
         self.file.seek(SeekFrom::Start(sample.offset))?;
-        self.file.read_exact(&mut data).context("the file ends too early")?;
+        self.file.read_exact(&mut data).map_err(Fault::TooShort)?;
         let mut stream = if sample.keyframe || at == 0 { self.headers.clone() } else { Vec::new() };
         let mut rest = data.as_slice();
         while !rest.is_empty() {
-            let (length, after) =
-                rest.split_at_checked(self.length_bytes).context("its data are damaged")?;
+            let (length, after) = rest.split_at_checked(self.length_bytes).ok_or(DAMAGED)?;
             let length = length.iter().fold(0_usize, |value, &byte| value << 8 | usize::from(byte));
-            let (unit, after) = after.split_at_checked(length).context("its data are damaged")?;
+            let (unit, after) = after.split_at_checked(length).ok_or(DAMAGED)?;
             stream.extend(START_CODE);
             stream.extend(unit);
             rest = after;
@@ -210,7 +223,7 @@ impl FrameSource for Mp4 {
         self.rate
     }
 
-    fn frame(&mut self, index: usize) -> Result<Option<Picture>> {
+    fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
         if index >= self.samples.len() {
             return Ok(None);
         }
@@ -220,41 +233,48 @@ impl FrameSource for Mp4 {
         if !self.ready.contains_key(&index) {
             self.seek_for(index);
         }
-        let frame = self.decode_until(index, keep_from).map_err(|error| {
-            failed(format!("cannot decode frame {index} of {}: {error:#}", self.name))
-                .hint(advice(&error))
+        let frame = self.decode_until(index, keep_from).map_err(|fault| {
+            let message = format!("cannot decode frame {index} of {}: {fault}", self.name);
+            Error::source(message, advice(&fault))
         })?;
         Ok(Some(self.picture(&frame)))
     }
 }
 
 /// What to do about a frame that can't be decoded.
-fn advice(error: &anyhow::Error) -> &'static str {
-    match error.downcast_ref() {
-        Some(DecodeError::Unsupported(_)) => {
-            "what was tracked before it is kept; ffmpeg -i IN -c:v libx264 -pix_fmt yuv420p OUT.mp4 makes a video that can be read here"
+fn advice(fault: &Fault) -> &'static str {
+    match fault {
+        Fault::Decoder(DecodeError::Unsupported(_)) => {
+            "what was tracked before it is kept; ffmpeg -i IN -c:v libx264 -pix_fmt yuv420p OUT.mp4 makes \
+             a video that can be read here"
         }
         _ => "what was tracked before it is kept; --end stops before it, --start goes on after it",
     }
 }
 
-/// Feeds the container's index to the demultiplexer, piece by piece as it asks.
-fn demux(file: &mut File) -> Result<Mp4FileDemuxer> {
-    let size = file.metadata()?.len();
+/// Feeds the container's index to the demultiplexer, piece by piece as it asks. The error is the reason why
+/// it can't be read.
+fn demux(file: &mut File) -> Result<Mp4FileDemuxer, String> {
+    let unreadable = |error: io::Error| error.to_string();
+    let size = file.metadata().map_err(unreadable)?.len();
     let mut demuxer = Mp4FileDemuxer::new();
     while let Some(wanted) = demuxer.required_input() {
         if wanted.position >= size {
-            bail!("it has no index (moov box)");
+            return Err("it has no index (moov box)".to_string());
         }
         let rest = size - wanted.position;
         let count = wanted.size.map_or(rest, |count| rest.min(count as u64));
-        let mut data = vec![0; usize::try_from(count)?];
-        file.seek(SeekFrom::Start(wanted.position))?;
-        file.read_exact(&mut data)?;
+        let mut data = vec![0; usize::try_from(count).map_err(damaged_index)?];
+        file.seek(SeekFrom::Start(wanted.position)).map_err(unreadable)?;
+        file.read_exact(&mut data).map_err(unreadable)?;
         demuxer.handle_input(Input { position: wanted.position, data: &data });
     }
-    demuxer.tracks().map_err(|error| anyhow!("its index is damaged: {error}"))?;
+    demuxer.tracks().map_err(damaged_index)?;
     Ok(demuxer)
+}
+
+fn damaged_index(error: impl Display) -> String {
+    format!("its index is damaged: {error}")
 }
 
 /// The stored pictures as the container lists them.
@@ -266,21 +286,20 @@ struct RawSamples {
 /// The kind and the list of the pictures; `None` where there is no video in the file.
 fn video_samples(
     demuxer: &mut Mp4FileDemuxer,
-) -> Result<Option<(Option<SampleEntry>, RawSamples)>> {
-    let tracks = demuxer.tracks().map_err(|error| anyhow!("its index is damaged: {error}"))?;
+) -> Result<Option<(Option<SampleEntry>, RawSamples)>, String> {
+    let tracks = demuxer.tracks().map_err(damaged_index)?;
     let Some(video) = tracks.iter().find(|track| track.kind == TrackKind::Video) else {
         return Ok(None);
     };
     let (id, timescale) = (video.track_id, video.timescale.get());
     let (mut entry, mut list, mut duration) = (None, Vec::new(), 0_u64);
-    while let Some(sample) =
-        demuxer.next_sample().map_err(|error| anyhow!("its index is damaged: {error}"))?
-    {
+    while let Some(sample) = demuxer.next_sample().map_err(damaged_index)? {
         if sample.track.track_id != id {
             continue;
         }
         entry = entry.or_else(|| sample.sample_entry.cloned());
-        let shown = i64::try_from(sample.timestamp)? + sample.composition_time_offset.unwrap_or(0);
+        let shown = i64::try_from(sample.timestamp).map_err(damaged_index)?
+            + sample.composition_time_offset.unwrap_or(0);
         duration += u64::from(sample.duration);
         list.push((sample.data_offset, sample.data_size, sample.keyframe, shown));
     }
@@ -312,7 +331,7 @@ fn in_both_orders(raw: &RawSamples) -> (Vec<Sample>, Vec<usize>) {
 
 /// Checks that the decoder knows this kind of H.264.
 fn supported(avc: &Avc1Box) -> Result<StreamInfo, OpenError> {
-    let info = avc.avcc_box.sps_list.first().and_then(|set| sps::parse(set));
+    let info = avc.avcc_box.sps_list.first().and_then(|set| h264_sps::parse(set));
     let Some(info) = info else {
         return Err(OpenError::Codec("H.264 without a readable parameter set".into()));
     };

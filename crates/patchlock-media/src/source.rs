@@ -1,24 +1,12 @@
-//! Frames in: whatever the user names becomes a [`FrameSource`], which gives frames by number.
-
-mod ahead;
-mod ffmpeg;
-mod images;
-mod mp4;
-mod order;
-mod sps;
-mod y4m;
+//! What the user names becomes a [`FrameSource`], which gives frames by number.
 
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use anyhow::{Context, Result};
-
-pub use ahead::{Ahead, Next};
-pub use order::Order;
-
-use crate::complaint::{failed, named};
-use patchlock_eval::picture::Picture;
+use crate::image_sequence::{ImageSequence, Pattern};
+use crate::mp4_reader::{self, Mp4};
+use crate::{Error, Picture, ffmpeg, image_file, y4m};
 
 /// Frames a second, as a fraction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,55 +37,67 @@ pub trait FrameSource: Send {
     /// Frames a second, where the source says so.
     fn rate(&self) -> Option<FrameRate>;
 
-    /// The frame with this number, `None` after the last one. An error names the frame.
-    fn frame(&mut self, index: usize) -> Result<Option<Picture>>;
+    /// The frame with this number, `None` after the last one.
+    ///
+    /// # Errors
+    /// Which frame can't be read, and why.
+    fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error>;
 }
 
 /// Opens what the user named. `reverse`: frames will be asked for from the last to the first.
-pub fn open(name: &str, reverse: bool) -> Result<Box<dyn FrameSource>> {
+///
+/// # Errors
+/// Why it can't be opened.
+pub fn open(name: &str, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
     if name == "-" {
         return y4m::open_stream(std::io::stdin(), "standard input", reverse);
     }
     let path = Path::new(name);
     // What is really there wins over what the name could mean as a pattern.
     if path.is_dir() {
-        return Ok(Box::new(images::Images::folder(path)?));
+        return Ok(Box::new(ImageSequence::folder(path)?));
     }
     if path.exists() {
         return open_file(path, reverse);
     }
-    if let Some(pattern) = images::Pattern::parse(name) {
-        return Ok(Box::new(images::Images::pattern(name, &pattern)?));
+    if let Some(pattern) = Pattern::parse(name) {
+        return Ok(Box::new(ImageSequence::pattern(name, &pattern)?));
     }
     if name.contains(['*', '?', '[']) {
-        return Ok(Box::new(images::Images::glob(name)?));
+        return Ok(Box::new(ImageSequence::glob(name)?));
     }
-    Err(failed(format!("there is no file or folder {}", named(name)))
-        .hint("name a folder of images, a pattern such as img/%04d.jpg, a glob, a video file, or - for Y4M on stdin")
-        .into())
+    let shown = if name.is_empty() { "\"\"" } else { name };
+    Err(Error::source(
+        format!("there is no file or folder {shown}"),
+        "name a folder of images, a pattern such as img/%04d.jpg, a glob, a video file, or - for \
+         Y4M on stdin",
+    ))
 }
 
-fn open_file(path: &Path, reverse: bool) -> Result<Box<dyn FrameSource>> {
+fn open_file(path: &Path, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
     let mut head = Vec::new();
-    let file = File::open(path).with_context(|| format!("cannot open {}", path.display()))?;
+    let file =
+        File::open(path).map_err(Error::because(format!("cannot open {}", path.display())))?;
     file.take(16)
         .read_to_end(&mut head)
-        .with_context(|| format!("cannot read {}", path.display()))?;
+        .map_err(Error::because(format!("cannot read {}", path.display())))?;
     if head.is_empty() {
-        return Err(failed(format!("{} is empty", path.display())).into());
+        return Err(Error::plain(format!("{} is empty", path.display())));
     }
     if head.starts_with(y4m::MAGIC) {
         return Ok(Box::new(y4m::Y4mFile::open(path)?));
     }
-    if patchlock_eval::images::is_image(path) {
-        return Ok(Box::new(images::Images::single(path)));
+    if image_file::is_image(path) {
+        return Ok(Box::new(ImageSequence::single(path)));
     }
-    if !mp4::looks_like_mp4(&head) {
+    if !mp4_reader::looks_like_mp4(&head) {
         return ffmpeg::open(path, "is no image, MP4 or Y4M", reverse);
     }
-    match mp4::Mp4::open(path) {
+    match Mp4::open(path) {
         Ok(video) => Ok(Box::new(video)),
-        Err(mp4::OpenError::Codec(codec)) => ffmpeg::open(path, &format!("holds {codec}"), reverse),
-        Err(mp4::OpenError::Broken(error)) => Err(error),
+        Err(mp4_reader::OpenError::Codec(codec)) => {
+            ffmpeg::open(path, &format!("holds {codec}"), reverse)
+        }
+        Err(mp4_reader::OpenError::Broken(error)) => Err(error),
     }
 }

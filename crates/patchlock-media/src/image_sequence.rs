@@ -1,24 +1,19 @@
 //! Frames from image files: a folder, a printf pattern, a glob, or one image.
 
-use std::fs;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
-use anyhow::{Context, Result};
-use patchlock_eval::images::{self, EXTENSIONS, is_image};
-use patchlock_eval::natural;
-use patchlock_eval::picture::Picture;
-
-use super::{FrameRate, FrameSource};
-use crate::complaint::failed;
+use crate::image_file::{self, EXTENSIONS, is_image};
+use crate::{Error, FrameRate, FrameSource, Picture, natural_order};
 
 /// A list of image files, one a frame.
-pub struct Images {
+pub struct ImageSequence {
     files: Vec<PathBuf>,
 }
 
-impl Images {
+impl ImageSequence {
     /// All images of a folder, in natural order.
-    pub fn folder(folder: &Path) -> Result<Self> {
+    pub fn folder(folder: &Path) -> Result<Self, Error> {
         let files = visible_files(folder)?.into_iter().filter(|file| is_image(file)).collect();
         Self::sorted(files, || {
             let advice = match image_subfolder(folder) {
@@ -27,29 +22,35 @@ impl Images {
                 }
                 None => format!("a frame is a file that ends in {}", EXTENSIONS.join(", ")),
             };
-            failed(format!("no images in the folder {}", folder.display())).hint(advice)
+            Error::source(format!("no images in the folder {}", folder.display()), advice)
         })
     }
 
-    /// The files that a pattern such as `img/%04d.jpg` stands for, by number. Numbers may start anywhere and have gaps.
-    pub fn pattern(text: &str, pattern: &Pattern) -> Result<Self> {
+    /// The files that a pattern such as `img/%04d.jpg` stands for, by number. Numbers may start anywhere and
+    /// have gaps.
+    pub fn pattern(text: &str, pattern: &Pattern) -> Result<Self, Error> {
         let names = visible_files(&pattern.folder)?;
         let files = names.into_iter().filter(|file| pattern.matches(file)).collect();
         Self::sorted(files, || {
-            failed(format!("no file matches the pattern {text}"))
-                .hint("%d stands for a number, %04d for one padded to four digits")
+            Error::source(
+                format!("no file matches the pattern {text}"),
+                "%d stands for a number, %04d for one padded to four digits",
+            )
         })
     }
 
     /// The files that match a glob, in natural order.
-    pub fn glob(text: &str) -> Result<Self> {
-        let paths = glob::glob(text).with_context(|| format!("{text} is no valid glob"))?;
-        let files =
-            paths.collect::<Result<Vec<_>, _>>().with_context(|| format!("cannot list {text}"))?;
+    pub fn glob(text: &str) -> Result<Self, Error> {
+        let paths = glob::glob(text).map_err(Error::because(format!("{text} is no valid glob")))?;
+        let files = paths
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(Error::because(format!("cannot list {text}")))?;
         let files = files.into_iter().filter(|file| is_image(file) && !file.is_dir()).collect();
         Self::sorted(files, || {
-            failed(format!("no image matches {text}"))
-                .hint("quote the glob, so that the shell does not expand it")
+            Error::source(
+                format!("no image matches {text}"),
+                "quote the glob, so that the shell does not expand it",
+            )
         })
     }
 
@@ -58,19 +59,16 @@ impl Images {
         Self { files: vec![file.to_path_buf()] }
     }
 
-    fn sorted(
-        mut files: Vec<PathBuf>,
-        none: impl Fn() -> crate::complaint::Complaint,
-    ) -> Result<Self> {
+    fn sorted(mut files: Vec<PathBuf>, none: impl Fn() -> Error) -> Result<Self, Error> {
         if files.is_empty() {
-            return Err(none().into());
+            return Err(none());
         }
-        files.sort_by(|a, b| natural::compare(&a.to_string_lossy(), &b.to_string_lossy()));
+        files.sort_by(|a, b| natural_order::compare(&a.to_string_lossy(), &b.to_string_lossy()));
         Ok(Self { files })
     }
 }
 
-impl FrameSource for Images {
+impl FrameSource for ImageSequence {
     fn length(&self) -> Option<usize> {
         Some(self.files.len())
     }
@@ -79,22 +77,26 @@ impl FrameSource for Images {
         None
     }
 
-    fn frame(&mut self, index: usize) -> Result<Option<Picture>> {
+    fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
         let Some(file) = self.files.get(index) else { return Ok(None) };
-        images::load(file).map(Some).map_err(|error| {
-            failed(format!("cannot read frame {index}, {}: {error}", file.display()))
-                .hint("replace or remove that file; what was tracked before it is kept")
-                .into()
+        image_file::load(file).map(Some).map_err(|error| {
+            Error::source(
+                format!("cannot read frame {index}, {}: {error}", file.display()),
+                "replace or remove that file; what was tracked before it is kept",
+            )
         })
     }
 }
 
-/// All but folders: also what can't be read, such as a link to nowhere, is a frame, so that it is named and those after it keep their numbers.
-fn visible_files(folder: &Path) -> Result<Vec<PathBuf>> {
-    let cannot = || format!("cannot list the folder {}", folder.display());
+/// All but folders: also what can't be read, such as a link to nowhere, is a frame, so that it is named and
+/// those after it keep their numbers.
+fn visible_files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let cannot = |error: io::Error| {
+        Error::plain(format!("cannot list the folder {}: {error}", folder.display()))
+    };
     let mut files = Vec::new();
-    for entry in fs::read_dir(folder).with_context(cannot)? {
-        let path = entry.with_context(cannot)?.path();
+    for entry in fs::read_dir(folder).map_err(cannot)? {
+        let path = entry.map_err(cannot)?.path();
         let hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
         if !hidden && !path.is_dir() {
             files.push(path);

@@ -1,7 +1,8 @@
-//! The sequence parameter set of H.264 (Rec. H.264, 7.3.2.1.1 and annex E): what the decoder library does not tell,
-//! namely whether it can decode the stream at all, the crop at the left and top, and what the colours mean.
+//! The sequence parameter set of H.264 (Rec. H.264, 7.3.2.1.1 and annex E): what the decoder library does not
+//! tell, namely whether it can decode the stream at all, the crop at the left and top, and what the colours
+//! mean.
 
-/// What this program needs to know of a stream before it decodes.
+/// What must be known of a stream before it is decoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct StreamInfo {
     /// 0 grey, 1 4:2:0, 2 4:2:2, 3 4:4:4.

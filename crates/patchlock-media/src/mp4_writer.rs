@@ -1,9 +1,9 @@
 //! Writing MP4 with H.264 in pure Rust.
 
+use std::fmt::Display;
 use std::io::{Seek, SeekFrom, Write};
 use std::num::NonZeroU32;
 
-use anyhow::{Context, Result, anyhow};
 use rusty_h264::{Encoder, EncoderConfig, Preset};
 use shiguredo_mp4::bitstream::h264::{
     H264NalUnitType, H264SampleEntryConfig, LengthSize, build_avc1_box_from_annexb,
@@ -15,8 +15,7 @@ use shiguredo_mp4::mux::{
 };
 use shiguredo_mp4::{BoxSize, BoxType, TrackKind};
 
-use crate::colour;
-use crate::source::FrameRate;
+use crate::{Error, FrameRate, colour};
 
 /// Fine enough that drawn lines of one pixel stay clean.
 const QUALITY: u8 = 20;
@@ -24,7 +23,7 @@ const QUALITY: u8 = 20;
 const KEYFRAME_EVERY: u32 = 60;
 /// `colr` box: BT.601 primaries, transfer and matrix, limited range. What `to_yuv420` makes.
 const COLOUR_BOX: &[u8] = b"nclx\x00\x06\x00\x06\x00\x06\x00";
-const COLOUR_BOX_SIZE: u64 = 8 + COLOUR_BOX.len() as u64;
+const COLOUR_BOX_SIZE: u32 = 8 + COLOUR_BOX.len() as u32;
 
 /// A video file in the making.
 pub struct Mp4Writer<W: Write + Seek> {
@@ -39,15 +38,18 @@ pub struct Mp4Writer<W: Write + Seek> {
 }
 
 impl<W: Write + Seek> Mp4Writer<W> {
-    /// Begins a file of frames of one size. `expected` frames, where known, get room for their index at the front of
-    /// the file, so that players can begin before they have all of it.
+    /// Begins a file of frames of one size. `expected` frames, where known, get room for their index at the
+    /// front of the file, so that players can begin before they have all of it.
+    ///
+    /// # Errors
+    /// [`Error::Encode`] where no video can have this size; [`Error::Write`].
     pub fn new(
         mut out: W,
         width: usize,
         height: usize,
         rate: FrameRate,
         expected: Option<usize>,
-    ) -> Result<Self> {
+    ) -> Result<Self, Error> {
         let mut config = EncoderConfig::new(width.next_multiple_of(2), height.next_multiple_of(2));
         config.preset = Preset::Fast;
         config.qp = QUALITY;
@@ -57,30 +59,37 @@ impl<W: Write + Seek> Mp4Writer<W> {
         config.scenecut = 0;
         config.lookahead = 0;
         config.mbtree = false;
-        let encoder = Encoder::new(config)
-            .map_err(|error| anyhow!("cannot encode {width} x {height}: {error:?}"))?;
+        let encoder = Encoder::new(config).map_err(|error| {
+            Error::Encode(format!("cannot encode {width} x {height}: {error:?}"))
+        })?;
         let options = Mp4FileMuxerOptions {
             reserved_moov_box_size: expected
                 .map_or(0, |count| estimate_maximum_moov_box_size(&[count])),
             ..Mp4FileMuxerOptions::default()
         };
-        let muxer = Mp4FileMuxer::with_options(options).context("cannot begin the MP4")?;
+        let muxer = Mp4FileMuxer::with_options(options).map_err(refused("cannot begin the MP4"))?;
         out.write_all(muxer.initial_boxes_bytes())?;
         let position = muxer.initial_boxes_bytes().len() as u64;
         Ok(Self { out, muxer, encoder, rate, width, height, position, frames: 0 })
     }
 
     /// Adds a frame of RGB bytes.
-    pub fn push(&mut self, rgb: &[u8]) -> Result<()> {
+    ///
+    /// # Errors
+    /// [`Error::Encode`], [`Error::Write`].
+    pub fn push(&mut self, rgb: &[u8]) -> Result<(), Error> {
         let frame = colour::to_yuv420(rgb, self.width, self.height);
         let stream = self
             .encoder
             .try_encode(&frame)
-            .map_err(|error| anyhow!("cannot encode a frame: {error:?}"))?;
-        let units = parse_annexb_nal_units(&stream).context("the encoder wrote no valid stream")?;
+            .map_err(|error| Error::Encode(format!("cannot encode a frame: {error:?}")))?;
+        let units = parse_annexb_nal_units(&stream)
+            .map_err(refused("the encoder wrote no valid stream"))?;
         let mut data = Vec::with_capacity(stream.len());
         for unit in units.iter().filter(|unit| !is_parameter_set(unit.nal_unit_type)) {
-            data.extend(u32::try_from(unit.data.len())?.to_be_bytes());
+            let length = u32::try_from(unit.data.len())
+                .map_err(refused("the encoder wrote too much for a frame"))?;
+            data.extend(length.to_be_bytes());
             data.extend(unit.data);
         }
         let keyframe = units.iter().any(|unit| unit.nal_unit_type == H264NalUnitType::IdrSlice);
@@ -96,16 +105,19 @@ impl<W: Write + Seek> Mp4Writer<W> {
             data_offset: self.position,
             data_size: data.len(),
         };
-        self.muxer.append_sample(&sample).context("cannot add a frame to the MP4")?;
+        self.muxer.append_sample(&sample).map_err(refused("cannot add a frame to the MP4"))?;
         self.position += data.len() as u64;
         self.frames += 1;
         Ok(())
     }
 
     /// Writes the index and gives the writer back.
-    pub fn finish(mut self) -> Result<W> {
+    ///
+    /// # Errors
+    /// [`Error::Encode`], [`Error::Write`].
+    pub fn finish(mut self) -> Result<W, Error> {
         if self.frames > 0 {
-            let boxes = self.muxer.finalize().context("cannot complete the MP4")?;
+            let boxes = self.muxer.finalize().map_err(refused("cannot complete the MP4"))?;
             for (offset, bytes) in boxes.offset_and_bytes_pairs() {
                 self.out.seek(SeekFrom::Start(offset))?;
                 self.out.write_all(bytes)?;
@@ -116,18 +128,23 @@ impl<W: Write + Seek> Mp4Writer<W> {
     }
 }
 
+/// An error of the encoder or of the container with what could not be done.
+fn refused<E: Display>(what: &'static str) -> impl FnOnce(E) -> Error {
+    move |reason| Error::Encode(format!("{what}: {reason}"))
+}
+
 /// Parameter sets live in the sample entry, not among the frames.
 fn is_parameter_set(kind: H264NalUnitType) -> bool {
     matches!(kind, H264NalUnitType::Sps | H264NalUnitType::Pps | H264NalUnitType::Aud)
 }
 
-fn sample_entry(stream: &[u8]) -> Result<SampleEntry> {
+fn sample_entry(stream: &[u8]) -> Result<SampleEntry, Error> {
     let config = H264SampleEntryConfig { length_size: LengthSize::FourBytes };
     let mut entry = build_avc1_box_from_annexb(stream, &config)
-        .context("the encoder wrote no parameter sets")?;
+        .map_err(refused("the encoder wrote no parameter sets"))?;
     entry.unknown_boxes.push(UnknownBox {
         box_type: BoxType::Normal(*b"colr"),
-        box_size: BoxSize::U32(u32::try_from(COLOUR_BOX_SIZE)?),
+        box_size: BoxSize::U32(COLOUR_BOX_SIZE),
         payload: COLOUR_BOX.to_vec(),
     });
     Ok(SampleEntry::Avc1(entry))

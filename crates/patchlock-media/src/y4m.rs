@@ -4,13 +4,8 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
-
-use super::{FrameRate, FrameSource};
 use crate::colour::{self, Colour, Planes};
-use crate::complaint::failed;
-use patchlock_eval::error::without_path;
-use patchlock_eval::picture::{Picture, Pixels};
+use crate::{Error, FrameRate, FrameSource, Picture, Pixels, without_path};
 
 /// The first bytes of every such stream.
 pub const MAGIC: &[u8] = b"YUV4MPEG2";
@@ -29,18 +24,19 @@ struct Header {
 }
 
 impl Header {
-    fn parse(line: &str) -> Result<Self> {
+    /// Reads the header line; the error is the reason why it is none.
+    fn parse(line: &str) -> Result<Self, String> {
         let mut words = line.split(' ');
         if words.next().map(str::as_bytes) != Some(MAGIC) {
-            bail!("these are no Y4M data: they do not begin with YUV4MPEG2");
+            return Err("these are no Y4M data: they do not begin with YUV4MPEG2".to_string());
         }
         let mut header =
             Self { width: 0, height: 0, rate: None, subsampling: Some((2, 2)), full_range: false };
         for word in words.filter(|word| !word.is_empty()) {
             let (tag, value) = word.split_at(word.chars().next().map_or(0, char::len_utf8));
             match tag {
-                "W" => header.width = value.parse().context("the width is no number")?,
-                "H" => header.height = value.parse().context("the height is no number")?,
+                "W" => header.width = number(value, "the width is no number")?,
+                "H" => header.height = number(value, "the height is no number")?,
                 "F" => header.rate = parse_rate(value),
                 "C" => header.subsampling = parse_chroma(value)?,
                 "X" if value == "COLORRANGE=FULL" => header.full_range = true,
@@ -49,7 +45,10 @@ impl Header {
         }
         let sane = 1..=32_768;
         if !sane.contains(&header.width) || !sane.contains(&header.height) {
-            bail!("the Y4M header gives a size of {} x {}", header.width, header.height);
+            return Err(format!(
+                "the Y4M header gives a size of {} x {}",
+                header.width, header.height
+            ));
         }
         Ok(header)
     }
@@ -81,55 +80,64 @@ impl Header {
     }
 }
 
+fn number(text: &str, otherwise: &str) -> Result<usize, String> {
+    text.parse().map_err(|error| format!("{otherwise}: {error}"))
+}
+
 fn parse_rate(value: &str) -> Option<FrameRate> {
     let (frames, seconds) = value.split_once(':')?;
     FrameRate::new(frames.parse().ok()?, seconds.parse().ok()?)
 }
 
-fn parse_chroma(value: &str) -> Result<Option<(usize, usize)>> {
+fn parse_chroma(value: &str) -> Result<Option<(usize, usize)>, String> {
     Ok(match value {
         "420" | "420jpeg" | "420mpeg2" | "420paldv" => Some((2, 2)),
         "422" => Some((2, 1)),
         "444" => Some((1, 1)),
         "411" => Some((4, 1)),
         "mono" => None,
-        other => bail!(
-            "the Y4M colour format {other} is not supported, only 8-bit 420, 422, 444, 411 and mono"
-        ),
+        other => {
+            return Err(format!(
+                "the Y4M colour format {other} is not supported, only 8-bit 420, 422, 444, 411 and mono"
+            ));
+        }
     })
 }
 
 /// Reads a line without its end; an empty answer is the end of the data.
-fn read_line(input: &mut impl BufRead) -> Result<String> {
+fn read_line(input: &mut impl BufRead) -> io::Result<String> {
     let mut line = Vec::new();
     input.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line)?;
     if line.pop_if(|last| *last == b'\n').is_none() && line.len() as u64 == LONGEST_LINE {
-        bail!("a header line has no end");
+        return Err(io::Error::other("a header line has no end"));
     }
     Ok(String::from_utf8_lossy(&line).into_owned())
 }
 
-fn read_header(input: &mut impl BufRead, name: &str) -> Result<Header> {
-    let header = read_line(input).and_then(|line| Header::parse(&line));
-    header.map_err(|error| {
-        failed(format!("cannot read {name}: {error:#}"))
-            .hint("ffmpeg -i IN -f yuv4mpegpipe -pix_fmt yuv420p - writes what can be read here")
-            .into()
+fn read_header(input: &mut impl BufRead, name: &str) -> Result<Header, Error> {
+    let line = read_line(input).map_err(|error| error.to_string());
+    line.and_then(|line| Header::parse(&line)).map_err(|reason| {
+        Error::source(
+            format!("cannot read {name}: {reason}"),
+            "ffmpeg -i IN -f yuv4mpegpipe -pix_fmt yuv420p - writes what can be read here",
+        )
     })
 }
 
-fn damaged(name: &str, index: usize, what: &str) -> anyhow::Error {
-    failed(format!("cannot read frame {index} of {name}: {what}"))
-        .hint("what was tracked before it is kept")
-        .into()
+fn damaged(name: &str, index: usize, what: &str) -> Error {
+    Error::source(
+        format!("cannot read frame {index} of {name}: {what}"),
+        "what was tracked before it is kept",
+    )
 }
 
-/// Opens a stream. For reverse order it is first copied to a temporary file, since a pipe can't be read backwards.
+/// Opens a stream. For reverse order it is first copied to a temporary file, since a pipe can't be read
+/// backwards.
 pub fn open_stream(
     input: impl Read + Send + 'static,
     name: &str,
     reverse: bool,
-) -> Result<Box<dyn FrameSource>> {
+) -> Result<Box<dyn FrameSource>, Error> {
     let mut input = BufReader::new(input);
     if !reverse {
         let header = read_header(&mut input, name)?;
@@ -139,21 +147,25 @@ pub fn open_stream(
 }
 
 /// Copies a stream to a temporary file, which nobody sees and which goes when it is closed.
-fn spool(input: &mut impl BufRead, name: &str) -> Result<File> {
+fn spool(input: &mut impl BufRead, name: &str) -> Result<File, Error> {
     let folder = std::env::temp_dir();
     let no_room = |error: io::Error| {
         let error = without_path(&error).unwrap_or(error);
-        failed(format!(
-            "cannot copy {name} to a temporary file in {}, which --reverse needs: {error}",
-            folder.display()
-        ))
-        .hint("make room there, or set TMPDIR to a folder with room for the uncompressed video")
+        Error::source(
+            format!(
+                "cannot copy {name} to a temporary file in {}, which --reverse needs: {error}",
+                folder.display()
+            ),
+            "make room there, or set TMPDIR to a folder with room for the uncompressed video",
+        )
     };
     let mut file = tempfile::tempfile_in(&folder).map_err(no_room)?;
     loop {
         let data = input.fill_buf().map_err(|error| {
-            failed(format!("cannot read {name} to its end, which --reverse needs: {error}"))
-                .hint("without --reverse what comes before the end is tracked and kept")
+            Error::source(
+                format!("cannot read {name} to its end, which --reverse needs: {error}"),
+                "without --reverse what comes before the end is tracked and kept",
+            )
         })?;
         let count = data.len();
         if count == 0 {
@@ -176,10 +188,10 @@ struct Y4mStream<R> {
 
 impl<R: Read> Y4mStream<R> {
     /// The raw samples of the next frame; `None` at the end.
-    fn read_next(&mut self) -> Result<Option<Vec<u8>>> {
+    fn read_next(&mut self) -> Result<Option<Vec<u8>>, Error> {
         let index = self.next;
         let line = read_line(&mut self.input)
-            .map_err(|error| damaged(&self.name, index, &format!("{error:#}")))?;
+            .map_err(|error| damaged(&self.name, index, &error.to_string()))?;
         if line.is_empty() {
             return Ok(None);
         }
@@ -205,7 +217,7 @@ impl<R: Read + Send> FrameSource for Y4mStream<R> {
         self.header.rate
     }
 
-    fn frame(&mut self, index: usize) -> Result<Option<Picture>> {
+    fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
         loop {
             let is_wanted = self.next == index;
             let Some(data) = self.read_next()? else { return Ok(None) };
@@ -227,25 +239,27 @@ pub struct Y4mFile {
 
 impl Y4mFile {
     /// Opens a file and finds its frames.
-    pub fn open(path: &Path) -> Result<Self> {
+    pub fn open(path: &Path) -> Result<Self, Error> {
         let name = path.display().to_string();
-        Self::index(File::open(path).with_context(|| format!("cannot open {name}"))?, &name)
+        let file = File::open(path).map_err(Error::because(format!("cannot open {name}")))?;
+        Self::index(file, &name)
     }
 
-    fn index(file: File, name: &str) -> Result<Self> {
-        let size = file.metadata()?.len();
+    fn index(file: File, name: &str) -> Result<Self, Error> {
+        let cannot = |error: io::Error| Error::plain(format!("cannot read {name}: {error}"));
+        let size = file.metadata().map_err(cannot)?.len();
         let mut input = BufReader::new(file);
         let header = read_header(&mut input, name)?;
         let mut offsets = Vec::new();
-        while input.stream_position()? < size {
+        while input.stream_position().map_err(cannot)? < size {
             let line = read_line(&mut input)
-                .map_err(|error| damaged(name, offsets.len(), &format!("{error:#}")))?;
+                .map_err(|error| damaged(name, offsets.len(), &error.to_string()))?;
             if !line.starts_with("FRAME") {
                 return Err(damaged(name, offsets.len(), "the frame's header is missing"));
             }
-            offsets.push(input.stream_position()?);
+            offsets.push(input.stream_position().map_err(cannot)?);
             // A last frame that is cut off stays in the list, so that reading it is the error it should be.
-            input.seek_relative(i64::try_from(header.frame_bytes())?)?;
+            input.seek_relative(header.frame_bytes() as i64).map_err(cannot)?;
         }
         Ok(Self { file: input.into_inner(), header, name: name.to_string(), offsets })
     }
@@ -260,7 +274,7 @@ impl FrameSource for Y4mFile {
         self.header.rate
     }
 
-    fn frame(&mut self, index: usize) -> Result<Option<Picture>> {
+    fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
         let Some(&offset) = self.offsets.get(index) else { return Ok(None) };
         let mut data = vec![0; self.header.frame_bytes()];
         let read =

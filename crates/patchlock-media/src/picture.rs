@@ -31,6 +31,9 @@ impl Picture {
     }
 
     /// The frame as the tracker takes it.
+    ///
+    /// # Errors
+    /// What the tracker says against its size.
     pub fn frame(&self) -> Result<Frame<'_>, patchlock::Error> {
         match &self.pixels {
             Pixels::Grey8(grey) => Frame::grey8(grey, self.width, self.height),
@@ -49,8 +52,8 @@ impl Picture {
     }
 }
 
-/// Brings 16-bit grey to 8 bits for the eye. Sensors often use a small part of the 16 bits, so the picture's own
-/// range is stretched; only the drawing sees this, never the tracker.
+/// Brings 16-bit grey to 8 bits for the eye. Sensors often use a small part of the 16 bits, so the picture's
+/// own range is stretched; only the drawing sees this, never the tracker.
 fn stretch(grey: &[u16]) -> Vec<u8> {
     let low = f64::from(grey.iter().copied().min().unwrap_or(0));
     let high = f64::from(grey.iter().copied().max().unwrap_or(0));

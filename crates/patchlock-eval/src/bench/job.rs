@@ -1,0 +1,153 @@
+//! One run as a message: all that a process on any machine needs to make it. Its answer is the two files of
+//! the run.
+
+use std::path::{self, PathBuf};
+use std::time::Duration;
+
+use patchlock_media::{Ahead, Order, Picture};
+use serde::{Deserialize, Serialize};
+
+use super::plan::{self, Options, Plan};
+use super::runner::{self, Failure};
+use super::schemes::Start;
+use super::store::{Clip, Footage, Run, Series, Store, Task, Trajectory, Written};
+use super::subject::{self, Patchlock};
+use crate::dataset::Dataset;
+use crate::{Error, start_box};
+
+/// A run that is to be made.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Job {
+    /// What it has in common with the others.
+    pub series: Series,
+    /// The target's name.
+    pub target: String,
+    /// The seed.
+    pub seed: u64,
+    /// Where it begins.
+    pub start: Start,
+    /// What it is tracked on.
+    pub frames: Frames,
+    /// Threads that the tracker has.
+    pub threads: usize,
+    /// Runs that go on side by side, which the manifest says.
+    pub side_by_side: usize,
+    /// How long another program has for each answer.
+    pub patience: Duration,
+}
+
+/// Where the frames are.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Frames {
+    /// Image files.
+    Files(Vec<PathBuf>),
+    /// A part of a source; `path` is where it is found from any working directory.
+    Clip {
+        /// The source's full path.
+        path: String,
+        /// The part.
+        clip: Clip,
+    },
+}
+
+impl Job {
+    /// The run as the store knows it.
+    pub fn run(&self) -> Run<'_> {
+        let footage = match &self.frames {
+            Frames::Files(files) => Footage::Files(files),
+            Frames::Clip { clip, .. } => Footage::Clip(clip),
+        };
+        Run { target: &self.target, seed: self.seed, start: self.start, footage }
+    }
+
+    /// Which run on the target it is, in words.
+    pub fn label(&self) -> String {
+        runner::label(self.seed, self.start.variant)
+    }
+
+    /// Makes the run.
+    ///
+    /// # Errors
+    /// Why it can't be made.
+    pub fn track(&self) -> Result<Written, Error> {
+        let trajectory = match &self.frames {
+            Frames::Files(files) => self.track_files(files)?,
+            Frames::Clip { path, clip } => self.track_clip(path, clip)?,
+        };
+        Ok(self.series.write(&self.run(), trajectory, self.threads, self.side_by_side))
+    }
+
+    fn track_files(&self, files: &[PathBuf]) -> Result<Trajectory, Error> {
+        let subject = &self.series.subject;
+        let mut subject = subject::start(subject, self.seed, self.threads, self.patience)?;
+        runner::trace(files.iter().map(Ok), |file, is_first| match is_first {
+            true => subject.begin(file, self.start.bbox),
+            false => subject.follow(file),
+        })
+    }
+
+    fn track_clip(&self, path: &str, clip: &Clip) -> Result<Trajectory, Error> {
+        let Clip { start, end, stride, .. } = *clip;
+        let order = Order { start, end, stride, reverse: false };
+        order.check()?;
+        let source = patchlock_media::open(path, false)?;
+        let indices = order.indices(source.length())?;
+        let frames = Ahead::start(source, indices).map(|frame| frame.map_err(Error::from));
+        let mut subject = Patchlock::of(&self.series.subject, self.seed, self.threads)?;
+        let trajectory = runner::trace(frames, |(index, picture): (usize, Picture), is_first| {
+            let bbox = self.start.bbox;
+            let answer = if is_first {
+                start_box::check(&bbox, index, picture.width, picture.height)?;
+                subject.begin_on(&picture, bbox)
+            } else {
+                subject.follow_to(&picture)
+            };
+            answer.map_err(|error| Error::TrackerInFrame { index, reason: error.to_string() })
+        })?;
+        if trajectory.boxes.is_empty() { Err(order.nothing().into()) } else { Ok(trajectory) }
+    }
+}
+
+/// The runs that a benchmark asks for.
+#[derive(Debug)]
+pub struct BenchJobs {
+    /// Those that are to be made.
+    pub jobs: Vec<Job>,
+    /// Where they are kept.
+    pub store: Store,
+    /// How many are there already.
+    pub before: usize,
+    /// Why others can't be made.
+    pub failures: Vec<Failure>,
+}
+
+/// What a benchmark with these options would run, as jobs. How many go on side by side, and on how many
+/// threads, is the caller's choice.
+///
+/// # Errors
+/// As [`plan::plan`].
+pub fn of_bench(
+    options: &Options,
+    threads: usize,
+    side_by_side: usize,
+) -> Result<BenchJobs, Error> {
+    let dataset = Dataset::open(&options.dataset)?;
+    let Plan { store, tasks, before, failures } = plan::plan(options, &dataset)?;
+    let job = |task: Task<'_>| {
+        let files = task.frames.iter();
+        let files = files.map(|file| path::absolute(file).map_err(|e| Error::read(file, e)));
+        Ok(Job {
+            series: store.series().clone(),
+            target: task.target.to_string(),
+            seed: task.seed,
+            start: task.start,
+            frames: Frames::Files(files.collect::<Result<_, Error>>()?),
+            threads,
+            side_by_side,
+            patience: options.entrant.patience(),
+        })
+    };
+    let jobs = tasks.into_iter().map(job).collect::<Result<_, Error>>()?;
+    Ok(BenchJobs { jobs, store, before, failures })
+}

@@ -1,0 +1,232 @@
+//! From the name of a preset, a file of changes and a seed to a checked configuration.
+
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+use patchlock::{PARAMETERS, PRESETS, Parameter, Range, TrackerConfig};
+
+use crate::names::near_matches;
+
+/// Settings that can't be used.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SettingsError {
+    /// There is no such preset.
+    #[error("there is no preset {}", if name.is_empty() { "\"\"" } else { name })]
+    Preset {
+        /// The name that was given.
+        name: String,
+    },
+    /// The file can't be read.
+    #[error("cannot read the configuration {}: {reason}", file.display())]
+    Unreadable {
+        /// The file.
+        file: PathBuf,
+        /// The reason that the system gives.
+        reason: io::Error,
+    },
+    /// The file is no TOML.
+    #[error("{}, line {line}, is no valid TOML: {reason}", file.display())]
+    NoToml {
+        /// The file.
+        file: PathBuf,
+        /// Line, counted from 1.
+        line: usize,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// There is no such setting.
+    #[error("{}: there is no setting {name}", file.display())]
+    Unknown {
+        /// The file.
+        file: PathBuf,
+        /// The name that was given.
+        name: String,
+        /// Names that could be meant.
+        near: Vec<&'static str>,
+    },
+    /// The setting existed in an earlier version, with other values than the one that is always used now.
+    #[error("{}: {reason}", file.display())]
+    Removed {
+        /// The file.
+        file: PathBuf,
+        /// What became of it.
+        reason: String,
+    },
+    /// A setting can't have this value.
+    #[error("{}: {name} = {value} {fault}", file.display())]
+    Value {
+        /// The file.
+        file: PathBuf,
+        /// The setting.
+        name: &'static str,
+        /// The value that was given.
+        value: String,
+        /// What is wrong with it.
+        fault: &'static str,
+        /// What is allowed.
+        allowed: String,
+    },
+    /// The configuration as a whole is not allowed.
+    #[error("{0}")]
+    OutOfRange(String),
+    /// The configuration can't be turned into a table or back.
+    #[error("{0}")]
+    Table(String),
+}
+
+impl SettingsError {
+    /// Whether the settings are wrong, rather than their file being unreadable.
+    pub fn is_misuse(&self) -> bool {
+        !matches!(self, Self::Unreadable { .. } | Self::Table(_))
+    }
+
+    /// One line: what to do next.
+    pub fn advice(&self) -> Option<String> {
+        Some(match self {
+            Self::Preset { .. } => format!("the presets are: {}", PRESETS.join(", ")),
+            Self::Unreadable { .. } => {
+                "patchlock config > my.toml writes one to begin with".to_string()
+            }
+            Self::NoToml { .. } => "a line is: name = value, with words in quotes".to_string(),
+            Self::Unknown { near, .. } if near.is_empty() => {
+                "patchlock config shows all settings".to_string()
+            }
+            Self::Unknown { near, .. } => {
+                format!("did you mean {}? patchlock config shows all settings", near.join(" or "))
+            }
+            Self::Value { name, allowed, .. } => format!("{name} takes: {allowed}"),
+            Self::OutOfRange(_) => {
+                "patchlock config shows every setting with its range".to_string()
+            }
+            Self::Removed { .. } | Self::Table(_) => return None,
+        })
+    }
+}
+
+/// The configuration with this name.
+///
+/// # Errors
+/// [`SettingsError::Preset`].
+pub fn preset(name: &str) -> Result<TrackerConfig, SettingsError> {
+    TrackerConfig::preset(name).map_err(|_| SettingsError::Preset { name: name.to_string() })
+}
+
+/// A preset, the changes of a file, and a seed, in this order.
+///
+/// # Errors
+/// [`SettingsError`].
+pub fn resolve(
+    name: &str,
+    file: Option<&Path>,
+    seed: Option<u64>,
+) -> Result<TrackerConfig, SettingsError> {
+    let mut config = preset(name)?;
+    if let Some(file) = file {
+        config = with_file(config, file)?;
+    }
+    if let Some(seed) = seed {
+        config.seed = seed;
+    }
+    config.validate().map_err(|error| SettingsError::OutOfRange(error.to_string()))?;
+    Ok(config)
+}
+
+fn with_file(config: TrackerConfig, file: &Path) -> Result<TrackerConfig, SettingsError> {
+    let text = fs::read_to_string(file)
+        .map_err(|reason| SettingsError::Unreadable { file: file.to_path_buf(), reason })?;
+    let changes: toml::Table = text.parse().map_err(|error: toml::de::Error| {
+        let line = error
+            .span()
+            .map_or(1, |span| 1 + text[..span.start.min(text.len())].matches('\n').count());
+        let reason = error.message().to_string();
+        SettingsError::NoToml { file: file.to_path_buf(), line, reason }
+    })?;
+    let config = apply(config, changes, file)?;
+    let out_of_range = |error| SettingsError::OutOfRange(format!("{}: {error}", file.display()));
+    config.validate().map_err(out_of_range)?;
+    Ok(config)
+}
+
+/// Applies one change after the other, so that a bad one can be named. The settings of a group are in a table of its
+/// name. They are also accepted outside of it, as no two groups have a setting of the same name.
+fn apply(
+    config: TrackerConfig,
+    changes: toml::Table,
+    file: &Path,
+) -> Result<TrackerConfig, SettingsError> {
+    let table = toml::Table::try_from(&config);
+    let mut table = table.map_err(|error| SettingsError::Table(error.to_string()))?;
+    for (name, value) in changes {
+        let is_group = PARAMETERS.iter().any(|row| !name.is_empty() && row.group == name);
+        match value {
+            toml::Value::Table(settings) if is_group => {
+                for (field, value) in &settings {
+                    apply_one(&mut table, (Some(&name), field), value, file)?;
+                }
+            }
+            value => apply_one(&mut table, (None, &name), &value, file)?,
+        }
+    }
+    table.try_into().map_err(|error: toml::de::Error| SettingsError::Table(error.to_string()))
+}
+
+/// Changes one setting in the table of a configuration. `group` is the table that the file has it in.
+fn apply_one(
+    table: &mut toml::Table,
+    (group, name): (Option<&str>, &str),
+    value: &toml::Value,
+    file: &Path,
+) -> Result<(), SettingsError> {
+    let row = |row: &&Parameter| row.name == name && group.is_none_or(|group| row.group == group);
+    let Some(parameter) = PARAMETERS.iter().find(row) else {
+        return unknown(name, value, file);
+    };
+    let slot = match parameter.group {
+        "" => table.get_mut(name),
+        group => table.get_mut(group).and_then(|group| group.get_mut(name)),
+    };
+    let before = slot.map(|slot| std::mem::replace(slot, value.clone()));
+    let checked: Result<TrackerConfig, _> = table.clone().try_into();
+    checked.map_err(|_| not_taken(parameter, value, before.as_ref(), file)).map(drop)
+}
+
+/// An unknown setting is an error, unless an earlier version had it and this value is what is always used now.
+fn unknown(name: &str, value: &toml::Value, file: &Path) -> Result<(), SettingsError> {
+    let alone = toml::Table::from_iter([(name.to_string(), value.clone())]);
+    match alone.try_into::<TrackerConfig>() {
+        Ok(_) => Ok(()),
+        Err(error) if error.message().contains("no longer exists") => {
+            let reason = error.message().to_string();
+            Err(SettingsError::Removed { file: file.to_path_buf(), reason })
+        }
+        Err(_) => {
+            let near = near_matches(name, PARAMETERS.iter().map(|parameter| parameter.name));
+            Err(SettingsError::Unknown { file: file.to_path_buf(), name: name.to_string(), near })
+        }
+    }
+}
+
+/// The error of a value that a setting can't have; `before` is one that it can.
+fn not_taken(
+    parameter: &Parameter,
+    value: &toml::Value,
+    before: Option<&toml::Value>,
+    file: &Path,
+) -> SettingsError {
+    let Parameter { name, range, .. } = parameter;
+    let is_number = value.is_integer() || value.is_float();
+    let fault = match range {
+        Range::Words(_) if value.is_str() => "is none of its words",
+        Range::Number { .. } if is_number => "is not among its numbers",
+        _ => "is not of the right kind",
+    };
+    let whole = if before.is_some_and(toml::Value::is_integer) { "a whole number, " } else { "" };
+    SettingsError::Value {
+        file: file.to_path_buf(),
+        name,
+        value: value.to_string(),
+        fault,
+        allowed: format!("{whole}{range}"),
+    }
+}

@@ -1,0 +1,177 @@
+//! Decoding ahead on a thread of its own, so that the tracker never waits for the decoder.
+
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::thread;
+use std::time::Duration;
+
+use crate::{Error, FrameSource, Picture};
+
+/// Frames that wait, decoded: more would only cost memory.
+const DEPTH: usize = 2;
+/// So long the caller waits for the decoder before it may look whether to stop.
+const PATIENCE: Duration = Duration::from_millis(100);
+
+/// The frames of a source, in a given order, decoded ahead.
+pub struct Ahead {
+    frames: Receiver<(usize, Result<Option<Picture>, Error>)>,
+    last: Option<usize>,
+    ended: bool,
+}
+
+/// What a wait for the decoder brought.
+#[derive(Debug)]
+pub enum Next {
+    /// A frame with its number.
+    Frame(usize, Picture),
+    /// There are no more.
+    End,
+    /// The decoder is not done with the next one.
+    NotYet,
+}
+
+impl Ahead {
+    /// Starts the thread. It ends with the frames, at an error, or when this value is dropped.
+    pub fn start(
+        mut source: Box<dyn FrameSource>,
+        indices: impl Iterator<Item = usize> + Send + 'static,
+    ) -> Self {
+        let (sender, frames) = mpsc::sync_channel(DEPTH);
+        thread::spawn(move || {
+            for index in indices {
+                let frame = source.frame(index);
+                let more = matches!(frame, Ok(Some(_)));
+                if sender.send((index, frame)).is_err() || !more {
+                    return;
+                }
+            }
+            let _ = sender.send((0, Ok(None)));
+        });
+        Self { frames, last: None, ended: false }
+    }
+
+    /// The next frame with its number, as [`Iterator::next`] gives it; `None` at the end, and soon after
+    /// `stopped` has become true.
+    ///
+    /// # Errors
+    /// As [`Ahead::wait`].
+    pub fn next_unless(
+        &mut self,
+        stopped: &dyn Fn() -> bool,
+    ) -> Result<Option<(usize, Picture)>, Error> {
+        loop {
+            if stopped() {
+                return Ok(None);
+            }
+            match self.wait()? {
+                Next::Frame(index, picture) => return Ok(Some((index, picture))),
+                Next::End => return Ok(None),
+                Next::NotYet => {}
+            }
+        }
+    }
+
+    /// Waits a moment for the next frame.
+    ///
+    /// # Errors
+    /// Why the next frame can't be read.
+    pub fn wait(&mut self) -> Result<Next, Error> {
+        if self.ended {
+            return Ok(Next::End);
+        }
+        let waited = self.frames.recv_timeout(PATIENCE);
+        self.ended = !matches!(waited, Ok((_, Ok(Some(_)))) | Err(RecvTimeoutError::Timeout));
+        match waited {
+            Ok((index, frame)) => {
+                self.last = Some(index);
+                Ok(frame?.map_or(Next::End, |picture| Next::Frame(index, picture)))
+            }
+            Err(RecvTimeoutError::Timeout) => Ok(Next::NotYet),
+            Err(RecvTimeoutError::Disconnected) => Err(self.decoder_died()),
+        }
+    }
+
+    /// The thread is gone without a last word: the decoder library panicked.
+    fn decoder_died(&self) -> Error {
+        let place = self
+            .last
+            .map_or("the first frame".to_string(), |index| format!("the frame after {index}"));
+        Error::source(
+            format!("the decoder gave up at {place}: its data are damaged"),
+            "convert the video once with ffmpeg -i IN -c:v libx264 OUT.mp4",
+        )
+    }
+}
+
+impl Iterator for Ahead {
+    type Item = Result<(usize, Picture), Error>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        self.next_unless(&|| false).transpose()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::FrameRate;
+
+    /// Four frames; frame 3 can't be read where it is `damaged`, and makes the decoder panic where it is not.
+    struct Film {
+        damaged: bool,
+    }
+
+    impl FrameSource for Film {
+        fn length(&self) -> Option<usize> {
+            None
+        }
+
+        fn rate(&self) -> Option<FrameRate> {
+            None
+        }
+
+        fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
+            match index {
+                0..3 => Ok(Some(Picture::rgb(1, 1, vec![index as u8; 3]))),
+                3 if self.damaged => Err(Error::plain("damaged")),
+                3 => panic!("as a decoder does on damaged data"),
+                _ => Ok(None),
+            }
+        }
+    }
+
+    fn ahead(damaged: bool, indices: &'static [usize]) -> Ahead {
+        Ahead::start(Box::new(Film { damaged }), indices.iter().copied())
+    }
+
+    #[test]
+    fn frames_come_in_the_order_that_was_asked_for() {
+        let frames: Vec<usize> =
+            ahead(true, &[2, 0, 1]).map(|frame| frame.expect("whole").0).collect();
+        assert_eq!(frames, [2, 0, 1]);
+        assert_eq!(ahead(true, &[0, 9, 1]).count(), 1, "the source ends before frame 9");
+    }
+
+    #[test]
+    fn an_error_comes_once_and_is_the_last() {
+        let mut frames = ahead(true, &[0, 3, 1]);
+        assert!(frames.next().expect("a frame").is_ok());
+        assert_eq!(frames.next().expect("an error").unwrap_err().to_string(), "damaged");
+        assert!(frames.next().is_none() && frames.next().is_none());
+    }
+
+    #[test]
+    fn a_decoder_that_panics_is_an_error() {
+        let mut frames = ahead(false, &[0, 3]);
+        assert!(frames.next().expect("a frame").is_ok());
+        let error = frames.next().expect("an error").unwrap_err();
+        assert!(error.to_string().contains("gave up at the frame after 0"), "{error}");
+        assert!(error.hint().is_some() && frames.next().is_none());
+    }
+
+    #[test]
+    fn no_frame_comes_after_the_caller_has_stopped() {
+        let mut frames = ahead(true, &[0, 1]);
+        assert!(frames.next_unless(&|| true).expect("no error").is_none());
+        assert!(frames.next_unless(&|| false).expect("no error").is_some());
+    }
+}
