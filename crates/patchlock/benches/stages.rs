@@ -4,11 +4,12 @@
 mod setup;
 
 use divan::{Bencher, black_box};
+use patchlock::appearance::model::{LookScratch, PatchModel};
 use patchlock::sparse::codes::Code;
 use patchlock::sparse::somp::{batched, definition};
 use patchlock::vision::frame::GreyImage;
 use patchlock::vision::warp;
-use patchlock::{Tracker, TrackerConfig};
+use patchlock::{PatchwiseConfig, State, Tracker, TrackerConfig, Visibility};
 use patchlock_scene::{Scene, SceneFrame};
 use setup::{Bench, LOCATION, PARTICLES, RULES, SIDE, small, truth, view};
 
@@ -62,6 +63,19 @@ fn definition_of_one_code(bencher: Bencher<'_, '_>) {
     let (dictionary, shared, patches) = Bench::new().problems();
     let candidate = &patches[..dictionary.dim()];
     bencher.bench_local(|| definition::solve(&dictionary, &shared, candidate, &RULES));
+}
+
+/// The visibility of one candidate, with small patches this many samples apart (2 in the paper), on one thread.
+#[divan::bench(args = [2, 4])]
+fn look(bencher: Bencher<'_, '_>, small_step: usize) {
+    let config = PatchwiseConfig { small_step, ..PatchwiseConfig::default() };
+    let (bench, rules) = (Bench::new(), config.patch_rules());
+    let state = bench.first();
+    let model = PatchModel::begin(&bench.image, &state.matrix(), rules);
+    let near = State { x: state.x + 0.4, y: state.y - 0.3, ..state };
+    let candidate = setup::candidate(&bench.image, &near);
+    let (mut scratch, mut visibility) = (LookScratch::default(), Visibility::default());
+    bencher.bench_local(|| model.look(black_box(&candidate), &mut scratch, &mut visibility));
 }
 
 /// One frame after another of the scene, in the paper's setting, on all threads.

@@ -1,14 +1,14 @@
 //! What the benchmarks work on: a rendered scene and what the paper's setting makes of it.
 
 use patchlock::appearance::{buffer, templates};
-use patchlock::motion::{model::Motion, state::State};
+use patchlock::motion::model::Motion;
 use patchlock::patchwise::particles::Particles;
 use patchlock::sparse::codes::CodeRules;
 use patchlock::sparse::dictionary::Dictionary;
 use patchlock::vision::frame::GreyImage;
 use patchlock::vision::patches::{PatchGrid, normalise};
 use patchlock::vision::warp;
-use patchlock::{BoundingBox, Frame};
+use patchlock::{BoundingBox, Frame, State};
 use patchlock_scene::{Scene, SceneFrame};
 use rand_pcg::Pcg64;
 
@@ -30,8 +30,7 @@ impl Bench {
         let scene = Scene::demo();
         let mut image = GreyImage::default();
         image.fill(&view(&scene.frame(0))).unwrap();
-        let first = truth(&scene);
-        let state = State::from_box(first.centre(), first.w, first.h, SIDE);
+        let state = first_state(&scene);
         let motion = Motion { sigma: [6.0, 6.0, 0.02, 0.002, 0.002, 0.0] };
         let mut drawn = Particles::default();
         drawn.draw(PARTICLES, &state, &motion, &mut Pcg64::new(7, 1));
@@ -43,6 +42,11 @@ impl Bench {
             })
             .collect();
         Self { image, particles: drawn.states().to_vec(), templates }
+    }
+
+    /// The state of the target in the frame.
+    pub fn first(&self) -> State {
+        first_state(&Scene::demo())
     }
 
     pub fn candidates(&self) -> Vec<f32> {
@@ -73,6 +77,11 @@ impl Bench {
         let patches = self.patches(&grid, candidates.chunks_exact(SIDE * SIDE));
         (self.dictionary(&grid), shared, patches)
     }
+}
+
+fn first_state(scene: &Scene) -> State {
+    let first = truth(scene);
+    State::from_box(first.centre(), first.w, first.h, SIDE)
 }
 
 pub fn small() -> PatchGrid {

@@ -117,13 +117,10 @@ impl PatchModel {
     /// and nothing is learned.
     pub fn look(&self, candidate: &[f32], scratch: &mut LookScratch, out: &mut Visibility) {
         for (scale, map) in [(&self.large, &mut out.large), (&self.small, &mut out.small)] {
-            let visible = |location| {
-                let mut scores = [Default::default()];
-                let candidate = std::iter::once(candidate);
-                scale.code_block(location, candidate, &mut scratch.coding, &mut scores);
-                self.rules.likelihood.visible(&scores[0].1)
-            };
-            map.fill(scale.grid().per_side(), (0..scale.grid().locations()).map(visible));
+            map.clear(scale.grid().per_side());
+            scale.code_everywhere(candidate, &mut scratch.coding, |_, feature| {
+                map.visible.push(self.is_visible(&feature));
+            });
         }
     }
 

@@ -150,6 +150,34 @@ impl Scale {
     }
 }
 
+impl Scale {
+    /// Codes the patches of one template at all locations, and calls `each` with the code and the feature of one
+    /// after the other: what [`Self::code_block`] gives for a block of one.
+    pub fn code_everywhere(
+        &self,
+        template: &[f32],
+        scratch: &mut CodingScratch,
+        mut each: impl FnMut(Code, Feature),
+    ) {
+        let CodingScratch { patches, codes, solver } = scratch;
+        let (dim, count) = (self.grid.dim(), self.grid.locations());
+        patches.resize(count * dim, 0.0);
+        codes.resize(count, Code::default());
+        for (location, patch) in patches.chunks_exact_mut(dim).enumerate() {
+            self.grid.cut(template, location, patch);
+        }
+        let (dictionary, rules) = (&self.dictionary, &self.rules.codes);
+        batched::solve_each(dictionary, &self.locations, patches, rules, solver, codes);
+        for (location, (patch, code)) in patches.chunks_exact(dim).zip(&*codes).enumerate() {
+            let (codes, mut scores) = (std::slice::from_ref(code), [Default::default()]);
+            let score = Score { scale: self, location, patches: patch, codes, out: &mut scores };
+            Instructions::default().dispatch(score);
+            let [(code, feature)] = scores;
+            each(code, feature);
+        }
+    }
+}
+
 /// The features that follow from codes, compiled for the processor at hand.
 struct Score<'a> {
     scale: &'a Scale,

@@ -4,7 +4,9 @@
 
 use crate::film::SIMPLE;
 use crate::methods::{all, as_used};
-use patchlock::{Estimate, Tracker, TrackerConfig};
+use patchlock::appearance::model::{LookScratch, PatchModel, cut_candidate};
+use patchlock::vision::frame::GreyImage;
+use patchlock::{Estimate, PatchwiseConfig, State, Tracker, TrackerConfig, Visibility};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
@@ -138,4 +140,28 @@ fn nothing_grows_over_100_000_frames() {
         let late = &held[held.len() / 2..];
         assert!(late.iter().all(|&bytes| bytes == late[0]), "{held:?}");
     }
+}
+
+/// The patch model, asked about one candidate after another.
+#[test]
+fn no_look_allocates() {
+    let config = PatchwiseConfig::default();
+    let rules = config.patch_rules();
+    let mut image = GreyImage::default();
+    image.fill(&SIMPLE.frame(0)).unwrap();
+    let bbox = SIMPLE.truth(0);
+    let state = State::from_box(bbox.centre(), bbox.w, bbox.h, config.template_side);
+    on_one_thread(|| {
+        let model = PatchModel::begin(&image, &state.matrix(), rules);
+        let (mut scratch, mut visibility) = (LookScratch::default(), Visibility::default());
+        let mut candidate = vec![0.0; config.template_side * config.template_side];
+        for k in 0..40 {
+            let near = State { x: state.x + f64::from(k % 7) - 3.0, ..state };
+            cut_candidate(&image, &near.matrix(), &rules, &mut candidate);
+            let before = (CALLS.get(), HELD.get());
+            model.look(&candidate, &mut scratch, &mut visibility);
+            let after = (CALLS.get(), HELD.get());
+            assert!(k < 7 || before == after, "look {k}: {before:?}, {after:?}");
+        }
+    });
 }

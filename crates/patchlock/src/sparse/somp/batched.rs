@@ -62,9 +62,10 @@
 
 use super::exact::{Choice, Exact, Memo, eligible};
 use super::node::{Node, Path};
+use super::product::correlate;
 use super::rows::{ADDING_ONE, Margins, Rows};
 use super::screen::{Residuals, Runner, Screen};
-use super::vectors::{project_out, widen};
+use super::vectors::{TILE, project_out, tile_place, tiles, tiles_mut, widen};
 use crate::numeric::aligned::Aligned;
 use crate::numeric::dot_wide;
 use crate::numeric::instructions::Instructions;
@@ -75,6 +76,9 @@ use std::ops::Range;
 
 /// Candidates that are solved together: their rows stay in the second cache. A multiple of six, and at most the bits of a word.
 pub const BLOCK: usize = 60;
+
+/// Locations of a candidate that share a matrix product. A multiple of six; their rows stay in the second cache.
+const GROUP: usize = 24;
 
 /// Stands for "no atom": greater than all.
 const NONE: u32 = u32::MAX;
@@ -136,6 +140,8 @@ pub struct Scratch {
     /// Of a block's candidates: their differences to the reference, and their own correlations with all atoms.
     differences: Vec<f32>,
     correlations: Aligned,
+    /// Of a group's candidates: the correlations of their differences with all atoms.
+    products: Aligned,
     /// What is left of each candidate.
     residuals: Vec<f64>,
     candidates: Vec<Candidate>,
@@ -220,6 +226,29 @@ pub fn solve(
     }
 }
 
+/// Codes one candidate at each of these locations (rows of `dim` samples, one for each location): the codes of
+/// [`solve`] at one location after the other, but many locations share one matrix product, which reads the
+/// dictionary once for all of them.
+pub fn solve_each(
+    dictionary: &Dictionary,
+    locations: &[Location],
+    candidates: &[f32],
+    rules: &CodeRules,
+    scratch: &mut Scratch,
+    codes: &mut [Code],
+) {
+    if dictionary.is_empty() {
+        codes.fill(Code::default());
+        return;
+    }
+    let candidates = candidates.chunks(GROUP * dictionary.dim());
+    let groups = locations.chunks(GROUP).zip(candidates).zip(codes.chunks_mut(GROUP));
+    for ((locations, candidates), codes) in groups {
+        let group = SolveGroup { dictionary, locations, rules, candidates, codes, scratch };
+        group.scratch.instructions.dispatch(group);
+    }
+}
+
 impl Scratch {
     /// Room for a solver that uses these instructions, whatever the environment says.
     pub fn with(instructions: Instructions) -> Self {
@@ -250,13 +279,35 @@ impl WithSimd for SolveBlock<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { problem, scratch, block, codes } = self;
         scratch.begin(simd, problem, block, codes);
-        while let Some(branch) = scratch.branches.pop() {
-            let branch = match branch.depth {
-                0 => branch,
-                _ => scratch.enter(simd, problem, branch, codes),
-            };
-            scratch.choose(simd, problem, &branch);
-            scratch.split(problem, &branch, codes);
+        scratch.descend(simd, problem, codes);
+    }
+}
+
+/// The codes of one candidate at some locations, for the processor at hand.
+struct SolveGroup<'a> {
+    dictionary: &'a Dictionary,
+    locations: &'a [Location],
+    rules: &'a CodeRules,
+    candidates: &'a [f32],
+    codes: &'a mut [Code],
+    scratch: &'a mut Scratch,
+}
+
+impl WithSimd for SolveGroup<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { dictionary, locations, rules, candidates, codes, scratch } = self;
+        scratch.correlate_group(simd, dictionary, locations, candidates);
+        let patches = candidates.chunks_exact(dictionary.dim());
+        let each = locations.iter().zip(patches).zip(codes).enumerate();
+        for (row, ((location, patch), code)) in each {
+            let problem = Problem { dictionary, location, rules };
+            let code = std::slice::from_mut(code);
+            scratch.begin(simd, problem, patch, code);
+            scratch.take_correlations(simd, problem, (row, locations.len()));
+            scratch.descend(simd, problem, code);
         }
     }
 }
@@ -315,6 +366,59 @@ impl Scratch {
         branches.clear();
         branches.reserve_exact(BLOCK);
         self.screen.reserve(BLOCK, dictionary.len());
+    }
+
+    /// Correlates the difference of each location's candidate to its reference with all atoms.
+    #[inline(always)]
+    fn correlate_group<S: Simd>(
+        &mut self,
+        simd: S,
+        dictionary: &Dictionary,
+        locations: &[Location],
+        candidates: &[f32],
+    ) {
+        let Self { differences, products, .. } = self;
+        let references = locations.iter().flat_map(|location| &location.reference);
+        differences.clear();
+        differences.extend(candidates.iter().zip(references).map(|(r, b)| r - b));
+        products.resize(locations.len() * dictionary.stride());
+        let (zero, products) = ([simd.splat_f32s(0.0); TILE], tiles_mut::<S>(products));
+        for t in 0..dictionary.stride() / (TILE * S::F32_LANES) {
+            correlate(simd, differences, dictionary, (t, &zero), products);
+        }
+    }
+
+    /// Takes the only candidate's correlations from a row of the group's product.
+    #[inline(always)]
+    fn take_correlations<S: Simd>(
+        &mut self,
+        simd: S,
+        problem: Problem<'_>,
+        (row, rows): (usize, usize),
+    ) {
+        let (products, own) = (tiles::<S>(&self.products), tiles_mut::<S>(&mut self.correlations));
+        for (t, own) in own.iter_mut().enumerate() {
+            let newest = problem.location.rows.newest_column::<S>(t);
+            let product = &products[tile_place::<S>(t, row, rows)];
+            for i in 0..TILE {
+                own[i] = simd.add_f32s(product[i], newest[i]);
+            }
+        }
+        // What is correlated already is not correlated again.
+        self.differences.clear();
+    }
+
+    /// Goes down the tree, branch by branch, until all codes are complete.
+    #[inline(always)]
+    fn descend<S: Simd>(&mut self, simd: S, problem: Problem<'_>, codes: &mut [Code]) {
+        while let Some(branch) = self.branches.pop() {
+            let branch = match branch.depth {
+                0 => branch,
+                _ => self.enter(simd, problem, branch, codes),
+            };
+            self.choose(simd, problem, &branch);
+            self.split(problem, &branch, codes);
+        }
     }
 
     /// Makes the branch's node and projects its atom out of the members; those whose code is then complete leave the branch.

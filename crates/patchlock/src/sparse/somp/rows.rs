@@ -327,6 +327,12 @@ impl Rows {
         (SECOND_ORDER * U * ((dim + 2) as f64 * distance + 2.0 * spread), spread)
     }
 
+    /// Tile `t` of the newest column.
+    #[inline(always)]
+    pub fn newest_column<S: Simd>(&self, t: usize) -> &Tile<S> {
+        &tiles::<S>(&self.columns)[tile_place::<S>(t, self.count() - 1, self.count())]
+    }
+
     /// The root's tiles.
     #[inline(always)]
     pub fn tiles<'a, S: Simd>(
