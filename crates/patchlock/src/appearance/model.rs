@@ -13,6 +13,7 @@ use super::pruning::Pruning;
 use super::scale::{CodingScratch, PatchScores, Scale, ScaleRules};
 use super::templates;
 use super::visibility::{Visibility, VisibilityMap};
+pub use super::weighing::Wanted;
 use super::weighing::{Coding, ThreadBuffers, Weighing};
 use crate::vision::frame::GreyImage;
 use crate::vision::patches::{PatchGrid, normalise, similarity};
@@ -57,15 +58,6 @@ pub struct Candidates<'a> {
     pub samples: &'a [f32],
     /// All candidates, each next to similar ones. It decides how fast they are weighed, and nothing else.
     pub order: &'a [u32],
-}
-
-/// The candidates whose likelihoods are wanted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Wanted {
-    /// All of them.
-    All,
-    /// The most likely one. The others may have minus infinity.
-    Best,
 }
 
 /// The likelihoods and patch scores of the candidates that were weighed last, and the buffers to weigh with.
@@ -139,10 +131,7 @@ impl PatchModel {
             large_scores: large,
             small_scores: small,
         };
-        match wanted {
-            Wanted::All => weighing.code_all(pruning),
-            Wanted::Best => weighing.prune(pruning),
-        }
+        weighing.run(wanted, pruning);
         likelihoods.clear();
         likelihoods.resize(count, f64::NEG_INFINITY);
         for &k in pruning.remaining() {

@@ -9,6 +9,15 @@ use crate::sparse::codes::Code;
 use crate::sparse::somp::batched::BLOCK;
 use std::sync::{Mutex, MutexGuard, PoisonError, RwLock};
 
+/// The candidates whose likelihoods are wanted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wanted {
+    /// All of them.
+    All,
+    /// The most likely one. The others may have minus infinity.
+    Best,
+}
+
 /// The candidates of a frame and their scores.
 #[derive(Debug)]
 pub struct Weighing<'a> {
@@ -62,6 +71,20 @@ impl ThreadBuffers {
 }
 
 impl Round {
+    /// Begins a round with these candidates and locations, and returns the number of its tasks.
+    fn begin(&mut self, size: ScaleSize, candidates: &[u32], locations: &[u32]) -> usize {
+        self.size = Some(size);
+        self.candidates.clear();
+        self.candidates.extend_from_slice(candidates);
+        self.locations.clear();
+        self.locations.extend_from_slice(locations);
+        let tasks = self.blocks() * locations.len();
+        if self.scores.len() < tasks {
+            self.scores.resize_with(tasks, || Mutex::new(Vec::with_capacity(BLOCK)));
+        }
+        tasks
+    }
+
     /// The number of blocks.
     fn blocks(&self) -> usize {
         self.candidates.len().div_ceil(BLOCK)
@@ -109,61 +132,21 @@ impl<'a> Coding<'a> {
         let mut scratch = self.buffers.of_this_thread();
         self.scale(size).code_block(location, templates, &mut scratch, &mut scores);
     }
-
-    /// Codes these candidates at these locations.
-    fn code(
-        &self,
-        team: &ThreadTeam<'_>,
-        size: ScaleSize,
-        (candidates, locations): (&[u32], &[u32]),
-        all_scores: &mut PatchScores,
-    ) {
-        let tasks;
-        {
-            let mut round = self.buffers.round.write().unwrap_or_else(PoisonError::into_inner);
-            round.size = Some(size);
-            round.candidates.clear();
-            round.candidates.extend_from_slice(candidates);
-            round.locations.clear();
-            round.locations.extend_from_slice(locations);
-            tasks = round.blocks() * locations.len();
-            if round.scores.len() < tasks {
-                round.scores.resize_with(tasks, || Mutex::new(Vec::with_capacity(BLOCK)));
-            }
-        }
-        team.round(tasks);
-        let round = self.buffers.round.read().unwrap_or_else(PoisonError::into_inner);
-        for (task, scores) in round.scores[..tasks].iter().enumerate() {
-            let (location, block) = round.part(task);
-            all_scores.store(location, block, &lock(scores));
-        }
-    }
 }
 
 impl Weighing<'_> {
-    /// Codes all candidates everywhere.
-    pub fn code_all(&mut self, pruning: &mut Pruning) {
-        let locations = self.locations();
-        self.with_team(|weighing| pruning.code_all(locations, weighing));
-    }
-
-    /// Codes candidates until those that remain are coded everywhere; the most likely one is among them.
-    pub fn prune(&mut self, pruning: &mut Pruning) {
-        let locations = self.locations();
-        self.with_team(|weighing| pruning.run(locations, weighing));
-    }
-
-    /// The number of large and of small locations.
-    fn locations(&self) -> (usize, usize) {
-        let Coding { large, small, .. } = self.coding;
-        (large.grid().locations(), small.grid().locations())
-    }
-
-    /// Calls `lead` with a team of threads that share the coding.
-    fn with_team(&mut self, lead: impl FnOnce(&mut TeamWeighing<'_, '_>) + Send) {
+    /// Codes the candidates with a team of threads: all of them everywhere, or until those that remain are coded
+    /// everywhere and the most likely one is among them.
+    pub fn run(&mut self, wanted: Wanted, pruning: &mut Pruning) {
         let coding = self.coding;
-        let task = |number| coding.run_task(number);
-        ThreadTeam::run(&task, |team| lead(&mut TeamWeighing { weighing: self, team }));
+        let locations = (coding.large.grid().locations(), coding.small.grid().locations());
+        ThreadTeam::run(&|task| coding.run_task(task), |team| {
+            let mut weighing = TeamWeighing { weighing: self, team };
+            match wanted {
+                Wanted::All => pruning.code_all(locations, &mut weighing),
+                Wanted::Best => pruning.run(locations, &mut weighing),
+            }
+        });
     }
 
     /// The likelihood of a candidate that is coded everywhere (Eq. 24).
@@ -186,11 +169,21 @@ struct TeamWeighing<'a, 'b> {
 impl UpperBounds for TeamWeighing<'_, '_> {
     fn code(&mut self, size: ScaleSize, candidates: &[u32], locations: &[u32]) {
         let Weighing { coding, large_scores, small_scores, .. } = &mut *self.weighing;
-        let scores = match size {
+        let all_scores = match size {
             ScaleSize::Large => &mut **large_scores,
             ScaleSize::Small => &mut **small_scores,
         };
-        coding.code(self.team, size, (candidates, locations), scores);
+        let round = &coding.buffers.round;
+        let tasks = {
+            let mut round = round.write().unwrap_or_else(PoisonError::into_inner);
+            round.begin(size, candidates, locations)
+        };
+        self.team.round(tasks);
+        let round = round.read().unwrap_or_else(PoisonError::into_inner);
+        for (task, scores) in round.scores[..tasks].iter().enumerate() {
+            let (location, block) = round.part(task);
+            all_scores.store(location, block, &lock(scores));
+        }
     }
 
     fn most(&self, size: ScaleSize, location: u32) -> f64 {
