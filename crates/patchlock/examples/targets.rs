@@ -30,13 +30,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     let scene = Scene::demo();
-    let film: Vec<SceneFrame> = (0..FRAMES + 2).map(|k| scene.frame(k)).collect();
+    let frames: Vec<SceneFrame> = (0..FRAMES + 2).map(|k| scene.frame(k)).collect();
     println!(
         "| targets | ms a frame | ms a target | CPU ms a target | MB |\n|---|---|---|---|---|"
     );
     for count in counts {
         let boxes = boxes(&scene, count);
-        let costs = if separate { apart(&film, &boxes)? } else { together(&film, &boxes)? };
+        let costs = if separate {
+            separately(&frames, &boxes)?
+        } else {
+            with_one_tracker(&frames, &boxes)?
+        };
         let [ms, cpu] = [0, 1].map(|k| median(costs.iter().map(|cost| cost[k]).collect()));
         let (targets, memory) = (count as f64, memory().unwrap_or_default());
         println!("| {count} | {ms:.1} | {:.1} | {:.1} | {memory} |", ms / targets, cpu / targets);
@@ -59,31 +63,33 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-fn together(film: &[SceneFrame], boxes: &[BoundingBox]) -> Result<Vec<Cost>, Error> {
+fn with_one_tracker(frames: &[SceneFrame], boxes: &[BoundingBox]) -> Result<Vec<Cost>, Error> {
     let mut tracker = MultiTracker::new(TrackerConfig::preset("paper")?)?;
     for &bbox in boxes {
-        tracker.add(&view(&film[0])?, bbox)?;
+        tracker.add(&view(&frames[0])?, bbox)?;
     }
-    timed(film, |frame| tracker.update(frame).map(drop))
+    timed(frames, |frame| tracker.update(frame).map(drop))
 }
 
-fn apart(film: &[SceneFrame], boxes: &[BoundingBox]) -> Result<Vec<Cost>, Error> {
+fn separately(frames: &[SceneFrame], boxes: &[BoundingBox]) -> Result<Vec<Cost>, Error> {
     let mut trackers = Vec::new();
     for &bbox in boxes {
         let mut tracker = Tracker::new(TrackerConfig::preset("paper")?)?;
-        tracker.init(&view(&film[0])?, bbox)?;
+        tracker.init(&view(&frames[0])?, bbox)?;
         trackers.push(tracker);
     }
-    timed(film, |frame| trackers.iter_mut().try_for_each(|tracker| tracker.update(frame).map(drop)))
+    timed(frames, |frame| {
+        trackers.iter_mut().try_for_each(|tracker| tracker.update(frame).map(drop))
+    })
 }
 
 /// The cost of each frame but the first two.
 fn timed(
-    film: &[SceneFrame],
+    frames: &[SceneFrame],
     mut update: impl FnMut(&Frame<'_>) -> Result<(), Error>,
 ) -> Result<Vec<Cost>, Error> {
     let mut costs = Vec::new();
-    for frame in &film[1..] {
+    for frame in &frames[1..] {
         let (start, cpu) = (Instant::now(), cpu_ms());
         update(&view(frame)?)?;
         costs.push([start.elapsed().as_secs_f64() * 1e3, cpu_ms() - cpu]);

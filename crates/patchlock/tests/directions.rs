@@ -10,7 +10,7 @@ type Rule = (&'static str, &'static [&'static str]);
 
 /// Each module of the library's root. Every module may name itself. The modules stand in an order in which each names
 /// only earlier ones, so that there is no circle.
-const MAY_NAME: &[Rule] = &[
+const MAY_USE: &[Rule] = &[
     ("error", &[]),
     ("numeric", &["error"]),
     ("vision", &["error", "numeric"]),
@@ -129,12 +129,12 @@ fn top_level(group: &str) -> Vec<String> {
 }
 
 /// The longest chain `super::super::..` in the code.
-fn longest_climb(code: &str) -> usize {
+fn longest_super_chain(code: &str) -> usize {
     (1..).take_while(|&steps| code.contains(&"super::".repeat(steps))).last().unwrap_or(0)
 }
 
 #[test]
-fn rooms_name_only_what_they_may() {
+fn modules_use_only_what_they_may() {
     let mut wrong = Vec::new();
     for file in rust_files(&library()) {
         let inside = file.strip_prefix(library()).unwrap();
@@ -142,7 +142,7 @@ fn rooms_name_only_what_they_may() {
         if place == "lib" {
             continue;
         }
-        let Some((_, may)) = MAY_NAME.iter().find(|(name, _)| *name == place) else {
+        let Some((_, may)) = MAY_USE.iter().find(|(name, _)| *name == place) else {
             wrong.push(format!("{}: no rule in this test for `{place}`", inside.display()));
             continue;
         };
@@ -158,7 +158,7 @@ fn rooms_name_only_what_they_may() {
         let is_root = inside.file_name().is_some_and(|name| name == "mod.rs");
         let depth = inside.iter().count() - 1 - usize::from(is_root);
         let allowed = depth.max(1); // for the tests at the end of a file, which begin with `use super::*`
-        if longest_climb(&code) > allowed {
+        if longest_super_chain(&code) > allowed {
             wrong.push(format!("{} climbs out of its room with super::", inside.display()));
         }
     }
@@ -167,17 +167,17 @@ fn rooms_name_only_what_they_may() {
 
 #[test]
 fn there_is_no_circle() {
-    for (k, (name, may)) in MAY_NAME.iter().enumerate() {
+    for (k, (name, may)) in MAY_USE.iter().enumerate() {
         for other in *may {
-            let earlier = MAY_NAME[..k].iter().any(|(earlier, _)| earlier == other);
+            let earlier = MAY_USE[..k].iter().any(|(earlier, _)| earlier == other);
             assert!(earlier, "{name} may name {other}, which does not stand before it");
         }
     }
 }
 
 #[test]
-fn the_rooms_of_the_rule_exist() {
-    for (place, _) in MAY_NAME {
+fn the_modules_of_the_rules_exist() {
+    for (place, _) in MAY_USE {
         let room = library().join(place);
         assert!(room.is_dir() || room.with_extension("rs").is_file(), "{place}");
     }
@@ -264,7 +264,7 @@ fn metrics_see_boxes_and_a_protocol() {
             "{}: {tracker:?}",
             file.display()
         );
-        assert!(longest_climb(&code) <= 1, "{} climbs out of its room", file.display());
+        assert!(longest_super_chain(&code) <= 1, "{} climbs out of its room", file.display());
     }
 }
 
@@ -286,11 +286,11 @@ fn the_benchmark_prints_nothing_and_only_its_runs_have_a_clock() {
 }
 
 #[test]
-fn the_reader_sees_groups_and_manifests() {
+fn the_parser_handles_groups_and_manifests() {
     let code = "use crate::{Error, config::{A, B},\n vision::frame};\nlet x = crate::sparse::f(); mycrate::no";
     let names: Vec<_> = names_behind(code, "crate").into_iter().collect();
     assert_eq!(names, ["Error", "config", "sparse", "vision"]);
-    assert_eq!(longest_climb("use super::super::a; use super::b;"), 2);
+    assert_eq!(longest_super_chain("use super::super::a; use super::b;"), 2);
     let manifest = "[dependencies]\nserde = \"1\"\npatchlock-a.workspace = true\n[dev-dependencies]\npatchlock-b = { path = \"x\" }\n[dependencies.patchlock-c]\n";
     assert_eq!(
         ours(manifest, "dependencies").into_iter().collect::<Vec<_>>(),

@@ -152,7 +152,7 @@ fn every_equation_has_an_entry() {
 }
 
 #[test]
-fn every_entry_names_what_does_it_and_what_proves_it() {
+fn every_entry_names_its_code_and_its_tests() {
     let mut wrong = Vec::new();
     for entry in entries(&map()) {
         if entry.items.is_empty() || entry.tests.is_empty() {
@@ -203,7 +203,7 @@ fn the_table_of_parameters_is_part_of_the_map() {
 }
 
 #[test]
-fn the_reader_reads() {
+fn the_parser_reads_entries() {
     let map = [
         "# Map",
         "### Sec. 2.1, Eq. 3-5, 9: codes: joint",

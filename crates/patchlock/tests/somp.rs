@@ -87,7 +87,7 @@ proptest! {
     #![proptest_config(cases(200))]
 
     #[test]
-    fn fast_is_the_definition(
+    fn fast_equals_definition(
         atoms in vectors(16, 50),
         signals in vectors(16, 10),
         columns in 0..5usize,
@@ -209,7 +209,7 @@ fn candidates() -> impl Strategy<Value = (usize, [f64; 4], usize)> {
 
 /// As the tracker does it: candidates that share nodes of the tree, location after location with the same room.
 #[test]
-fn fast_is_the_definition_where_candidates_share_nodes() {
+fn fast_equals_definition_where_candidates_share_nodes() {
     let Setting { scene, grid, dictionary, buffer } = &*SMALL;
     let image = image(scene, 12);
     let offset =
@@ -248,12 +248,12 @@ proptest! {
     #![proptest_config(cases(60))]
 
     #[test]
-    fn fast_is_the_definition_on_small_patches((k, offset, location) in candidates()) {
+    fn fast_equals_definition_on_small_patches((k, offset, location) in candidates()) {
         SMALL.check(k, offset, location);
     }
 
     #[test]
-    fn fast_is_the_definition_on_large_patches((k, offset, location) in candidates()) {
+    fn fast_equals_definition_on_large_patches((k, offset, location) in candidates()) {
         LARGE.check(k, offset, location);
     }
 }

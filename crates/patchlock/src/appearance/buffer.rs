@@ -22,7 +22,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_oldest_goes_first() {
+    fn push_replaces_the_oldest() {
         let templates: Vec<_> = (0..5u8).map(|k| vec![f32::from(k)]).collect();
         let mut buffer = begin(&templates, 3);
         assert_eq!(buffer, [[2.0], [3.0], [4.0]]);

@@ -163,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_eq_24() {
+    fn the_likelihood_is_eq_24() {
         // Large: one of two visible, so gamma = exp(-1/2), weights 1.5 and 1; small: weights 1 and 1.5.
         let (large, small) = ((1.5 * 0.5 + 1.0) / 2.0, (0.2 + 1.5 * 0.4) / 2.0);
         assert!((likelihood(&PAPER) - ((-0.5f64).exp() * large + small)).abs() < 1e-12);

@@ -33,7 +33,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_the_diagonal_of_eq_10() {
+    fn own_share_is_the_diagonal_of_eq_10() {
         let code = Code::new(&[4, 13, 31, 85], &[0.5, -0.25, 0.3, -0.1]);
         for location in 0..9 {
             let got = own_share(&code, location, 9);

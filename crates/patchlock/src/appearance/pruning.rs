@@ -84,8 +84,8 @@ impl Pruning {
         let count = order.len();
         self.positions.clear();
         self.positions.resize(count, 0);
-        for (place, &k) in order.iter().enumerate() {
-            self.positions[k as usize] = place as u32;
+        for (position, &k) in order.iter().enumerate() {
+            self.positions[k as usize] = position as u32;
         }
         for values in [&mut self.large_parts, &mut self.gains] {
             values.clear();
@@ -116,32 +116,32 @@ impl Pruning {
         self.code_small(0..seeds, bounds);
         self.order_small(seeds, bounds);
 
-        let bonus: f64 = (0..small as u32).map(|i| bounds.most(ScaleSize::Small, i)).sum();
+        let small_bound: f64 = (0..small as u32).map(|i| bounds.most(ScaleSize::Small, i)).sum();
         // Where large patches do not count, only those that remain are coded there, at the end.
-        let counts = self.large_order.iter().any(|&i| bounds.most(ScaleSize::Large, i) > 0.0);
-        let rounds = if counts { large } else { 0 };
-        self.arrange(seeds);
+        let large_counts = self.large_order.iter().any(|&i| bounds.most(ScaleSize::Large, i) > 0.0);
+        let rounds = if large_counts { large } else { 0 };
+        self.sort_by_position(seeds);
         for done in 0..rounds {
             let locations = [self.large_order[done]];
             bounds.code(ScaleSize::Large, &self.remaining[seeds..], &locations);
             self.bound_large(seeds, done + 1, bounds);
-            self.drop_beaten(seeds, bonus);
+            self.drop_impossible(seeds, small_bound);
         }
         let parts = &self.large_parts;
         self.remaining[seeds..].sort_unstable_by(|&a, &b| {
             parts[b as usize].total_cmp(&parts[a as usize]).then(a.cmp(&b))
         });
-        let seconds = (seeds + SEEDS).min(self.remaining.len());
-        self.code_small(seeds..seconds, bounds);
-        self.arrange(seconds);
-        self.run_small(seconds, bonus, bounds);
-        if !counts {
+        let second_seeds = (seeds + SEEDS).min(self.remaining.len());
+        self.code_small(seeds..second_seeds, bounds);
+        self.sort_by_position(second_seeds);
+        self.run_small(second_seeds, small_bound, bounds);
+        if !large_counts {
             bounds.code(ScaleSize::Large, &self.remaining[seeds..], &self.large_order);
         }
     }
 
     /// Puts the candidates after the seeds into the order in which they are coded.
-    fn arrange(&mut self, seeds: usize) {
+    fn sort_by_position(&mut self, seeds: usize) {
         let positions = &self.positions;
         self.remaining[seeds..].sort_unstable_by_key(|&k| positions[k as usize]);
     }
@@ -196,11 +196,11 @@ impl Pruning {
     }
 
     /// Codes the candidates after the seeds at the small locations, round by round.
-    fn run_small(&mut self, seeds: usize, bonus: f64, bounds: &mut impl UpperBounds) {
+    fn run_small(&mut self, seeds: usize, small_bound: f64, bounds: &mut impl UpperBounds) {
         let order = std::mem::take(&mut self.small_order);
-        let (mut left, mut rest) = (bonus, order.as_slice());
+        let (mut left, mut rest) = (small_bound, order.as_slice());
         while !rest.is_empty() {
-            self.drop_beaten(seeds, left);
+            self.drop_impossible(seeds, left);
             let blocks = (self.remaining.len() - seeds).div_ceil(BLOCK).max(1);
             let round = (BLOCKS / blocks).clamp(2, ROUND).min(rest.len());
             let locations;
@@ -217,13 +217,13 @@ impl Pruning {
     }
 
     /// Drops every candidate but the seeds that cannot reach the best with at most `left` more.
-    fn drop_beaten(&mut self, seeds: usize, left: f64) {
+    fn drop_impossible(&mut self, seeds: usize, left: f64) {
         let Self { remaining, large_parts, gains, best, .. } = self;
-        let mut place = 0;
+        let mut position = 0;
         remaining.retain(|&k| {
-            place += 1;
+            position += 1;
             let most = large_parts[k as usize] + gains[k as usize] + left;
-            place <= seeds || most + MARGIN >= *best
+            position <= seeds || most + MARGIN >= *best
         });
     }
 }
@@ -235,7 +235,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     /// Candidates whose patches give these values, and which of them were coded where.
-    struct Written {
+    struct FixedGains {
         large: Vec<Vec<f64>>,
         small: Vec<Vec<f64>>,
         /// The most that a large patch gives, and a small one.
@@ -244,7 +244,7 @@ mod tests {
         coded: BTreeSet<(bool, u32, u32)>,
     }
 
-    impl Written {
+    impl FixedGains {
         fn likelihood(&self, k: usize) -> f64 {
             self.large[k].iter().sum::<f64>() + self.small[k].iter().sum::<f64>()
         }
@@ -256,7 +256,7 @@ mod tests {
         }
     }
 
-    impl UpperBounds for Written {
+    impl UpperBounds for FixedGains {
         fn code(&mut self, size: ScaleSize, candidates: &[u32], locations: &[u32]) {
             for &k in candidates {
                 self.coded.extend(locations.iter().map(|&i| (size == ScaleSize::Large, k, i)));
@@ -287,7 +287,7 @@ mod tests {
     proptest! {
         /// Whatever the patches give, the best candidates and all that tie with it remain, coded everywhere.
         #[test]
-        fn the_winner_is_never_dropped(
+        fn the_most_likely_candidate_is_never_dropped(
             large in prop::collection::vec(prop::collection::vec(0..3u8, 4), 40),
             small in prop::collection::vec(prop::collection::vec(0..3u8, 30), 40),
             counts in any::<bool>(),
@@ -300,7 +300,7 @@ mod tests {
                 rows.into_iter().map(row).collect()
             };
             let (large, small) = (scaled(large, most_large), scaled(small, most_small));
-            let mut bounds = Written { large, small, most_large, most_small, coded: BTreeSet::new() };
+            let mut bounds = FixedGains { large, small, most_large, most_small, coded: BTreeSet::new() };
             let mut pruning = Pruning::default();
             pruning.begin(&ranked(0), &order);
             pruning.run((4, 30), &mut bounds);
@@ -313,12 +313,12 @@ mod tests {
     }
 
     #[test]
-    fn beaten_candidates_are_not_coded_everywhere() {
+    fn dropped_candidates_are_not_coded_everywhere() {
         let value = |k: usize| if k == 7 { 0.9 } else { 0.1 };
         let rows = |n: usize| (0..40).map(|k| vec![value(k); n]).collect();
         let (large, small) = (rows(4), rows(30));
         let mut bounds =
-            Written { large, small, most_large: 1.0, most_small: 1.0, coded: BTreeSet::new() };
+            FixedGains { large, small, most_large: 1.0, most_small: 1.0, coded: BTreeSet::new() };
         let mut pruning = Pruning::default();
         pruning.begin(&ranked(7), &ranked(0));
         pruning.run((4, 30), &mut bounds);
@@ -327,11 +327,11 @@ mod tests {
     }
 
     #[test]
-    fn large_patches_that_count_for_nothing_are_not_coded() {
+    fn large_patches_without_weight_are_not_coded_first() {
         let small = |k: usize| vec![if k == 7 { 0.9 } else { 0.1 }; 30];
         let (large, small) = (vec![vec![0.0; 4]; 40], (0..40).map(small).collect());
         let mut bounds =
-            Written { large, small, most_large: 0.0, most_small: 1.0, coded: BTreeSet::new() };
+            FixedGains { large, small, most_large: 0.0, most_small: 1.0, coded: BTreeSet::new() };
         let mut pruning = Pruning::default();
         pruning.begin(&ranked(0), &ranked(0));
         pruning.run((4, 30), &mut bounds);

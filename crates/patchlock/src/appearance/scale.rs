@@ -185,8 +185,8 @@ impl PatchScores {
     /// Stores the codes and features of these candidates at one location.
     pub fn store(&mut self, location: usize, which: &[u32], scores: &[(Code, Feature)]) {
         for (&k, &(code, feature)) in which.iter().zip(scores) {
-            let place = location * self.candidates + k as usize;
-            (self.codes[place], self.features[place]) = (code, feature);
+            let index = location * self.candidates + k as usize;
+            (self.codes[index], self.features[index]) = (code, feature);
         }
     }
 

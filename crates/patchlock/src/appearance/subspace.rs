@@ -22,7 +22,7 @@ const MAX_ENTRY: f64 = 1.001;
 const MAX_WEIGHT: f64 = 1e15;
 
 /// Vectors that are taken in together: the time grows with the square of their number. A longer batch is taken in parts.
-const MOST_TOGETHER: usize = 64;
+const MAX_BATCH: usize = 64;
 
 /// How the subspace forgets and what it keeps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,19 +74,19 @@ impl Subspace {
     pub fn fits(&self, dim: usize) -> bool {
         let entries = self.mean.iter().chain(&self.basis);
         // The squares of the values add to at most the number of vectors, which is the weight.
-        let most = self.weight * MAX_ENTRY;
+        let max_square = self.weight * MAX_ENTRY;
         self.mean.len() == dim
             && self.basis.len() == dim * self.values.len()
             && self.values.len() <= dim
             && (0.0..=MAX_WEIGHT).contains(&self.weight)
             && entries.into_iter().all(|v| v.abs() <= MAX_ENTRY)
-            && self.values.iter().all(|v| (0.0..=most).contains(&(v * v)))
+            && self.values.iter().all(|v| (0.0..=max_square).contains(&(v * v)))
     }
 
     /// Takes in a batch of vectors of one length.
     pub fn add(&mut self, batch: &[Vec<f32>], rules: &SubspaceRules, scratch: &mut Scratch) {
         let mut forgetting = rules.forgetting;
-        for part in batch.chunks(MOST_TOGETHER) {
+        for part in batch.chunks(MAX_BATCH) {
             self.add_part(part, &SubspaceRules { forgetting, ..*rules }, scratch);
             // A batch is forgotten by the next one, not by its own parts.
             forgetting = 1.0;
@@ -129,14 +129,14 @@ impl Subspace {
         values.clear();
         values.extend(columns.chunks_exact(dim).map(norm).zip(0..));
         let energy: f64 = values.iter().map(|(value, _)| value * value).sum();
-        let least = (energy * rules.keep).max(NOISE);
+        let threshold = (energy * rules.keep).max(NOISE);
         values.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        values.retain(|(value, _)| *value > 0.0 && value * value >= least);
+        values.retain(|(value, _)| *value > 0.0 && value * value >= threshold);
         values.truncate(rules.vectors.min(dim));
         self.basis.clear();
         self.values.clear();
-        for &(value, place) in values.iter() {
-            let column = &columns[place * dim..][..dim];
+        for &(value, index) in values.iter() {
+            let column = &columns[index * dim..][..dim];
             self.basis.extend(column.iter().map(|v| v / value));
             self.values.push(value);
         }
@@ -206,8 +206,8 @@ mod tests {
     }
 
     #[test]
-    fn a_long_batch_is_taken_in_parts_and_forgotten_once() {
-        let all = vectors(3 * MOST_TOGETHER + 5, 20, 4);
+    fn a_long_batch_is_added_in_parts_and_decays_the_past_once() {
+        let all = vectors(3 * MAX_BATCH + 5, 20, 4);
         let (mut long, mut scratch) = (Subspace::default(), Scratch::default());
         long.add(&all, &ALL, &mut scratch);
         let mut parts = Subspace::default();

@@ -48,7 +48,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_ten_shifts_are_the_papers_and_none_comes_twice() {
+    fn the_first_ten_shifts_are_the_papers_and_all_are_distinct() {
         let all = shifts(40);
         assert_eq!(all[..3], [[0.0, 0.0], [2.0, 0.0], [1.0, 0.0]]);
         assert_eq!(shifts(10).last(), Some(&[-1.0, 1.0]));

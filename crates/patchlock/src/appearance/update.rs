@@ -67,7 +67,7 @@ mod tests {
     use crate::appearance::subspace::{Scratch, SubspaceRules};
 
     #[test]
-    fn what_is_hidden_comes_from_the_subspace() {
+    fn hidden_samples_come_from_the_subspace() {
         let rules = TemplateRules { lambda: 0.01, guided_radius: 0, guided_epsilon: 0.01 };
         let grid = PatchGrid::new(32, 16, 8, false);
         let face = |k: usize, t: usize| 1.0 + ((k / 32 + t) % 7) as f32 * 0.1;

@@ -37,8 +37,8 @@ pub fn masked_error(dictionary: &Dictionary, patch: &[f32], code: &Code, locatio
         }
     }
     for (k, &sample) in narrow.iter().enumerate() {
-        let place = wide.len() * LANES + k;
-        let explained: f64 = own.iter().map(|(atom, x)| f64::from(atom[place]) * x).sum();
+        let index = wide.len() * LANES + k;
+        let explained: f64 = own.iter().map(|(atom, x)| f64::from(atom[index]) * x).sum();
         rest += (f64::from(sample) - explained).powi(2);
     }
     sums.iter().sum::<f64>() + rest
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn only_atoms_of_the_own_location_explain() {
+    fn only_atoms_of_the_patchs_own_location_count() {
         // Two locations, two templates; the atoms are the axes of four dimensions.
         let axes: Vec<f32> = (0..16).map(|k| if k % 5 == 0 { 1.0 } else { 0.0 }).collect();
         let dictionary = Dictionary::new(4, 2, axes);

@@ -71,12 +71,12 @@ mod tests {
 
     type M = [[f64; 2]; 2];
 
-    fn times(a: M, b: M) -> M {
+    fn product(a: M, b: M) -> M {
         let entry = |i: usize, j: usize| a[i][0] * b[0][j] + a[i][1] * b[1][j];
         [[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]]
     }
 
-    fn turn(angle: f64) -> M {
+    fn rotation_matrix(angle: f64) -> M {
         [[angle.cos(), -angle.sin()], [angle.sin(), angle.cos()]]
     }
 
@@ -87,7 +87,7 @@ mod tests {
         ) {
             let state = State { x: 7.0, y: -2.0, scale, rotation, aspect, skew };
             let stretch = [[scale, 0.0], [0.0, scale * aspect]];
-            let want = times(times(turn(rotation), turn(-skew)), times(stretch, turn(skew)));
+            let want = product(product(rotation_matrix(rotation), rotation_matrix(-skew)), product(stretch, rotation_matrix(skew)));
             let got = state.matrix();
             for i in 0..2 {
                 for j in 0..2 {
@@ -98,7 +98,7 @@ mod tests {
         }
 
         #[test]
-        fn without_skew_it_is_the_closed_form(
+        fn without_skew_the_matrix_has_a_closed_form(
             scale in 0.1..4.0f64, rotation in -3.0..3.0f64, aspect in 0.2..5.0f64, a in -15.5..15.5f64, b in -15.5..15.5f64,
         ) {
             let m = State { x: 1.0, y: 2.0, scale, rotation, aspect, skew: 0.0 }.matrix();
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_comes_back() {
+    fn a_box_becomes_a_state_of_its_size() {
         let state = State::from_box([10.0, 20.0], 48.0, 24.0, 32);
         assert_eq!((state.scale, state.aspect), (1.5, 0.5));
         assert_eq!(state.size(32), (48.0, 24.0));

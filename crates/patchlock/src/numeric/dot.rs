@@ -28,7 +28,7 @@ pub fn dot(a: &[f32], b: &[f32]) -> f64 {
 }
 
 /// Vectors of `f64` that hold 16 numbers, where they are shortest.
-const MOST_PARTS: usize = 16;
+const MAX_PARTS: usize = 16;
 
 /// The same of numbers that are `f64` already, to the same bits.
 #[inline(always)]
@@ -43,7 +43,7 @@ pub fn dots_wide<S: Simd, const N: usize>(simd: S, a: &[f64], others: [&[f64]; N
     let length = others.iter().fold(a.len(), |length, b| length.min(b.len()));
     let (a, a_rest) = a[..length].as_chunks::<16>();
     let others = others.map(|b| b[..length].as_chunks::<16>());
-    let mut sums = [[simd.splat_f64s(0.0); MOST_PARTS]; N];
+    let mut sums = [[simd.splat_f64s(0.0); MAX_PARTS]; N];
     for (k, a) in a.iter().enumerate() {
         let a = S::as_simd_f64s(a).0;
         for (sums, (b, _)) in sums.iter_mut().zip(&others) {
@@ -89,7 +89,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn it_is_the_sum_of_products_at_every_length(pairs in prop::collection::vec((-1.0..1.0f32, -1.0..1.0f32), 0..80)) {
+        fn dot_is_the_sum_of_products_at_every_length(pairs in prop::collection::vec((-1.0..1.0f32, -1.0..1.0f32), 0..80)) {
             let (a, b): (Vec<f32>, Vec<f32>) = pairs.iter().copied().unzip();
             let plain: f64 = pairs.iter().map(|&(a, b)| f64::from(a) * f64::from(b)).sum();
             prop_assert!((dot(&a, &b) - plain).abs() < 1e-13);

@@ -8,7 +8,7 @@ use crate::numeric::instructions::Instructions;
 use pulp::{Simd, WithSimd};
 
 /// Some ten are needed.
-const MOST_SWEEPS: usize = 60;
+const MAX_SWEEPS: usize = 60;
 
 /// Turns the columns, `dim` samples each, one after the other, until all are orthogonal to each other.
 pub fn orthogonalise(columns: &mut [f64], dim: usize) {
@@ -26,15 +26,15 @@ impl WithSimd for Orthogonalise<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { columns, dim } = self;
-        for _ in 0..MOST_SWEEPS {
-            let (mut turned, mut rest) = (false, &mut *columns);
+        for _ in 0..MAX_SWEEPS {
+            let (mut rotated, mut rest) = (false, &mut *columns);
             while let Some((first, others)) = rest.split_at_mut_checked(dim) {
                 for other in others.chunks_exact_mut(dim) {
-                    turned |= turn(simd, first, other);
+                    rotated |= rotate(simd, first, other);
                 }
                 rest = others;
             }
-            if !turned {
+            if !rotated {
                 return;
             }
         }
@@ -43,12 +43,12 @@ impl WithSimd for Orthogonalise<'_> {
 
 /// Turns two columns until they are orthogonal; whether they were not.
 #[inline(always)]
-fn turn<S: Simd>(simd: S, a: &mut [f64], b: &mut [f64]) -> bool {
+fn rotate<S: Simd>(simd: S, a: &mut [f64], b: &mut [f64]) -> bool {
     let (aa, bb, ab) = (dot_wide(simd, a, a), dot_wide(simd, b, b), dot_wide(simd, a, b));
     // What rounding leaves of an inner product of this many terms.
     let tolerance = f64::EPSILON * (a.len() as f64).sqrt();
-    let alike = ab.abs() > tolerance * aa.sqrt() * bb.sqrt();
-    if !alike {
+    let oblique = ab.abs() > tolerance * aa.sqrt() * bb.sqrt();
+    if !oblique {
         return false;
     }
     let slope = (bb - aa) / (2.0 * ab);
@@ -70,9 +70,9 @@ mod tests {
     /// Whether the columns become those of `U S`, where `U S V^T` is their singular value decomposition by another library.
     fn check(dim: usize, columns: &[f64]) -> Result<(), TestCaseError> {
         let before = DMatrix::from_column_slice(dim, columns.len() / dim, columns);
-        let mut turned = columns.to_vec();
-        orthogonalise(&mut turned, dim);
-        let after = DMatrix::from_vec(dim, before.ncols(), turned);
+        let mut rotated = columns.to_vec();
+        orthogonalise(&mut rotated, dim);
+        let after = DMatrix::from_vec(dim, before.ncols(), rotated);
         let mut values: Vec<f64> = after.column_iter().map(|column| column.norm()).collect();
         values.sort_by(|a, b| b.total_cmp(a));
         let svd = before.clone().svd(false, false);
@@ -91,7 +91,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn it_is_the_singular_value_decomposition(
+        fn orthogonalised_columns_match_the_svd(
             samples in prop::collection::vec(-1.0..1.0f64, 33 * 7),
             likeness in 0.0..1.0f64,
         ) {
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_and_zeros_are_left_alone() {
+    fn empty_and_zero_columns_stay_as_they_are() {
         orthogonalise(&mut [], 5);
         let mut zeros = [0.0; 15];
         orthogonalise(&mut zeros, 5);
@@ -117,16 +117,16 @@ mod tests {
     }
 
     #[test]
-    fn it_gives_the_same_bits_with_all_instructions() {
+    fn all_instructions_give_the_same_bits() {
         let samples: Vec<f64> = (0..70 * 9).map(|k| f64::from(k * 7919 % 251) / 251.0).collect();
-        let turned = |instructions: Instructions| {
+        let rotated = |instructions: Instructions| {
             let mut columns = samples.clone();
             instructions.dispatch(Orthogonalise { columns: &mut columns, dim: 70 });
             columns
         };
-        let plain = turned(Instructions::Plain);
+        let plain = rotated(Instructions::Plain);
         for (name, instructions) in Instructions::available() {
-            assert_eq!(turned(instructions), plain, "{name}");
+            assert_eq!(rotated(instructions), plain, "{name}");
         }
     }
 }

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::yield_now;
 
 /// The most threads that help: a round does not have enough work for more.
-const MOST_HELPERS: usize = 15;
+const MAX_HELPERS: usize = 15;
 
 /// How often a waiting thread spins before it yields its processor.
 const SPINS: usize = 100;
@@ -38,7 +38,7 @@ impl<'a> ThreadTeam<'a> {
     pub fn run(task: &'a (dyn Fn(usize) + Sync), lead: impl FnOnce(&ThreadTeam<'a>) + Send) {
         let (open, undone) = (AtomicUsize::new(0), AtomicUsize::new(0));
         let team = ThreadTeam { task, open, undone, over: AtomicBool::new(false) };
-        let helpers = rayon::current_num_threads().saturating_sub(1).min(MOST_HELPERS);
+        let helpers = rayon::current_num_threads().saturating_sub(1).min(MAX_HELPERS);
         if helpers == 0 {
             return lead(&team);
         }
@@ -57,19 +57,19 @@ impl<'a> ThreadTeam<'a> {
         // A thread that takes a task sees everything written before.
         self.open.store(count, Ordering::Release);
         while self.work() {}
-        let mut turns = 0;
+        let mut waits = 0;
         while self.undone.load(Ordering::Acquire) > 0 {
-            wait(&mut turns);
+            wait(&mut waits);
         }
     }
 
     fn help(&self) {
-        let mut turns = 0;
+        let mut waits = 0;
         while !self.over.load(Ordering::Acquire) {
             if self.work() {
-                turns = 0;
+                waits = 0;
             } else {
-                wait(&mut turns);
+                wait(&mut waits);
             }
         }
     }
@@ -87,9 +87,9 @@ impl<'a> ThreadTeam<'a> {
     }
 }
 
-fn wait(turns: &mut usize) {
-    if *turns < SPINS {
-        *turns += 1;
+fn wait(waits: &mut usize) {
+    if *waits < SPINS {
+        *waits += 1;
         spin_loop();
     } else {
         yield_now();
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn teams_within_a_crowded_pool_all_come_to_an_end() {
+    fn teams_in_a_crowded_pool_all_finish() {
         use rayon::prelude::*;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
         let sum = AtomicUsize::new(0);
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_of_the_leader_ends_the_helpers() {
+    fn a_panic_of_the_leading_thread_ends_its_helpers() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
         let lead = || pool.install(|| ThreadTeam::run(&|_| (), |_| panic!("the leader's")));
         assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(lead)).is_err());

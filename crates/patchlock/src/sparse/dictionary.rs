@@ -24,7 +24,7 @@ pub struct Dictionary {
     wide: Vec<f64>,
     gram: Aligned,
     /// 1 for an atom that is not zero, else 0.
-    counts: Vec<f32>,
+    nonzero: Vec<f32>,
     spread: f64,
 }
 
@@ -148,22 +148,22 @@ impl Dictionary {
         wide.extend(panels.iter().map(|&v| f64::from(v)));
         gram.reset(*count * *stride);
         gram::fill(wide, *dim, gram);
-        self.measure();
+        self.find_spread();
     }
 
     /// Finds the spread, from half of the Gram matrix: the other half is the same.
-    fn measure(&mut self) {
-        let Self { stride, squared_norms, gram, counts, .. } = self;
-        counts.clear();
-        counts.extend(squared_norms.iter().map(|&norm| if norm > 0.0 { 1.0 } else { 0.0 }));
-        counts.resize(*stride, 0.0);
+    fn find_spread(&mut self) {
+        let Self { stride, squared_norms, gram, nonzero, .. } = self;
+        nonzero.clear();
+        nonzero.extend(squared_norms.iter().map(|&norm| if norm > 0.0 { 1.0 } else { 0.0 }));
+        nonzero.resize(*stride, 0.0);
         let mut farthest = [0.0f32; LANES];
         for (k, row) in gram.chunks_exact((*stride).max(1)).enumerate() {
             let parts = row[..(k / LANES + 1) * LANES].chunks_exact(LANES);
-            for (row, own) in parts.zip(counts.chunks_exact(LANES)) {
+            for (row, own) in parts.zip(nonzero.chunks_exact(LANES)) {
                 // So that the compiler makes wide vectors of it.
                 for ((farthest, product), own) in farthest.iter_mut().zip(row).zip(own) {
-                    let far = product.abs() * own * counts[k];
+                    let far = product.abs() * own * nonzero[k];
                     *farthest = if far > *farthest { far } else { *farthest };
                 }
             }
@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn atoms_that_repeat_an_earlier_one_are_known() {
+    fn atoms_that_repeat_an_earlier_one_are_found() {
         let atoms = [[1.0, 0.0], [0.6, 0.8], [1.0, 0.0], [0.0, 0.0], [0.6, 0.8], [1.0, 0.0]];
         let d = Dictionary::new(2, 3, atoms.concat());
         let repeats: Vec<bool> = (0..6).map(|k| d.repeats(k)).collect();

@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_gives_the_same_bits_with_all_instructions() {
+    fn all_instructions_give_the_same_bits() {
         let dim = 7;
         let value = |k: usize| f64::from((k * 7919 % 251) as f32 / 251.0 - 0.3);
         let panels: Vec<f64> = (0..3 * LANES * dim).map(value).collect();

@@ -14,7 +14,7 @@ use crate::numeric::instructions::Instructions;
 use pulp::{Simd, WithSimd};
 
 /// Turns taken at most.
-const MAX_TURNS: usize = 10_000;
+const MAX_ITERATIONS: usize = 10_000;
 
 /// It has converged when no coefficient moved by more than this times lambda.
 const TOLERANCE: f64 = 1e-9;
@@ -26,7 +26,7 @@ pub struct Reconstruction {
     error: Vec<f64>,
     fit: Vec<f64>,
     /// Where momentum has carried the coefficients, and where a turn leads from there.
-    ahead: Vec<f64>,
+    extrapolated: Vec<f64>,
     next: Vec<f64>,
 }
 
@@ -64,17 +64,18 @@ impl WithSimd for Solve<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { out, problem } = self;
-        let Reconstruction { coefficients, error, fit, ahead, next } = out;
-        for part in [&mut *coefficients, &mut *ahead, &mut *next] {
+        let Reconstruction { coefficients, error, fit, extrapolated, next } = out;
+        for part in [&mut *coefficients, &mut *extrapolated, &mut *next] {
             part.clear();
             part.resize(problem.columns().len(), 0.0);
         }
         let mut momentum = 1.0f64;
-        for _ in 0..MAX_TURNS {
-            problem.turn(simd, ahead, (fit, error), next);
+        for _ in 0..MAX_ITERATIONS {
+            problem.step(simd, extrapolated, (fit, error), next);
             let (mut moved, mut uphill) = (0.0f64, 0.0);
-            for ((next, last), ahead) in next.iter().zip(&*coefficients).zip(&*ahead) {
-                let (step, correction) = (next - last, ahead - next);
+            for ((next, last), extrapolated) in next.iter().zip(&*coefficients).zip(&*extrapolated)
+            {
+                let (step, correction) = (next - last, extrapolated - next);
                 moved = moved.max(step.abs()).max(correction.abs());
                 uphill += correction * step;
             }
@@ -84,13 +85,15 @@ impl WithSimd for Solve<'_> {
             if uphill > 0.0 {
                 momentum = 1.0;
             }
-            let following = (1.0 + (1.0 + 4.0 * momentum * momentum).sqrt()) / 2.0;
-            let carried = (momentum - 1.0) / following;
-            for ((ahead, next), last) in ahead.iter_mut().zip(&*next).zip(&*coefficients) {
-                *ahead = next + (next - last) * carried;
+            let next_momentum = (1.0 + (1.0 + 4.0 * momentum * momentum).sqrt()) / 2.0;
+            let extrapolation = (momentum - 1.0) / next_momentum;
+            for ((extrapolated, next), last) in
+                extrapolated.iter_mut().zip(&*next).zip(&*coefficients)
+            {
+                *extrapolated = next + (next - last) * extrapolation;
             }
             std::mem::swap(coefficients, next);
-            momentum = following;
+            momentum = next_momentum;
         }
         problem.explain(coefficients, fit, error);
     }
@@ -118,14 +121,14 @@ impl Problem<'_> {
         for (column, q) in self.columns().zip(q) {
             fit.iter_mut().zip(column).for_each(|(fit, u)| *fit += u * q);
         }
-        let left = self.signal.iter().zip(fit).map(|(y, fit)| y - *fit);
+        let residual = self.signal.iter().zip(fit).map(|(y, fit)| y - *fit);
         error.clear();
-        error.extend(left.map(|v| soft_threshold(v, self.lambda)));
+        error.extend(residual.map(|v| soft_threshold(v, self.lambda)));
     }
 
     /// The best `q` for the best `e` of `from`. `fit` and `error` are written over.
     #[inline(always)]
-    fn turn<S: Simd>(
+    fn step<S: Simd>(
         &self,
         simd: S,
         from: &[f64],
@@ -171,7 +174,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn meets_the_conditions_of_optimality(
+        fn the_solution_meets_the_optimality_conditions(
             samples in prop::collection::vec(-1.0..1.0f64, 40 * 6),
             signal in prop::collection::vec(-0.3..0.3f64, 40),
             lambda in 0.001..0.1f64,
@@ -186,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn without_penalty_the_signal_is_explained_whole() {
+    fn without_penalty_the_signal_is_explained_completely() {
         let basis = DMatrix::identity(4, 2);
         let signal = DVector::from_vec(vec![1.0, 2.0, 3.0, 4.0]);
         let [q, e] = solve(&basis, &signal, 0.0);
@@ -194,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn it_can_be_used_again_for_another_size_and_without_a_basis() {
+    fn a_value_can_be_reused_for_another_size_and_without_a_basis() {
         let mut found = Reconstruction::default();
         found.solve(&[1.0, 0.0, 0.0, 0.0, 1.0, 0.0], &[1.0, 2.0, 3.0], 0.5);
         found.solve(&[], &[1.0, -2.0], 0.5);

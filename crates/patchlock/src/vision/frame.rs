@@ -80,8 +80,8 @@ impl FrameSize {
     /// # Errors
     /// [`Error::Snapshot`] where a side is 0.
     pub fn checked(self) -> Result<Self, Error> {
-        let sound = self.width > 0 && self.height > 0;
-        sound.then_some(self).ok_or_else(|| crate::error::snapshot("the frame size is 0"))
+        let valid = self.width > 0 && self.height > 0;
+        valid.then_some(self).ok_or_else(|| crate::error::snapshot("the frame size is 0"))
     }
 }
 
@@ -123,7 +123,7 @@ impl<'a> Frame<'a> {
     /// # Errors
     /// [`Error::Frame`] where a side is 0 or there are too few samples; so for all kinds of frames.
     pub fn grey8(samples: &'a [u8], width: usize, height: usize) -> Result<Self, Error> {
-        Self::whole(Samples::U8(samples), Colours::Grey, width, height)
+        Self::contiguous(Samples::U8(samples), Colours::Grey, width, height)
     }
 
     /// Red, green, blue, 8 bits each, interleaved; `3 * width * height` samples without gaps.
@@ -131,7 +131,7 @@ impl<'a> Frame<'a> {
     /// # Errors
     /// As [`Frame::grey8`].
     pub fn rgb8(samples: &'a [u8], width: usize, height: usize) -> Result<Self, Error> {
-        Self::whole(Samples::U8(samples), Colours::Rgb, width, height)
+        Self::contiguous(Samples::U8(samples), Colours::Rgb, width, height)
     }
 
     /// Grey, 16 bits a sample (0 to 65535 is black to white).
@@ -139,7 +139,7 @@ impl<'a> Frame<'a> {
     /// # Errors
     /// As [`Frame::grey8`].
     pub fn grey16(samples: &'a [u16], width: usize, height: usize) -> Result<Self, Error> {
-        Self::whole(Samples::U16(samples), Colours::Grey, width, height)
+        Self::contiguous(Samples::U16(samples), Colours::Grey, width, height)
     }
 
     /// Red, green, blue, 16 bits each, interleaved.
@@ -147,7 +147,7 @@ impl<'a> Frame<'a> {
     /// # Errors
     /// As [`Frame::grey8`].
     pub fn rgb16(samples: &'a [u16], width: usize, height: usize) -> Result<Self, Error> {
-        Self::whole(Samples::U16(samples), Colours::Rgb, width, height)
+        Self::contiguous(Samples::U16(samples), Colours::Rgb, width, height)
     }
 
     /// Grey floats, meant to be in `[0, 1]`; other ranges do as well, since candidates are normalised.
@@ -156,7 +156,7 @@ impl<'a> Frame<'a> {
     /// # Errors
     /// As [`Frame::grey8`].
     pub fn grey32f(samples: &'a [f32], width: usize, height: usize) -> Result<Self, Error> {
-        Self::whole(Samples::F32(samples), Colours::Grey, width, height)
+        Self::contiguous(Samples::F32(samples), Colours::Grey, width, height)
     }
 
     /// Red, green, blue as floats, interleaved; the values as for [`Frame::grey32f`].
@@ -164,7 +164,7 @@ impl<'a> Frame<'a> {
     /// # Errors
     /// As [`Frame::grey8`].
     pub fn rgb32f(samples: &'a [f32], width: usize, height: usize) -> Result<Self, Error> {
-        Self::whole(Samples::F32(samples), Colours::Rgb, width, height)
+        Self::contiguous(Samples::F32(samples), Colours::Rgb, width, height)
     }
 
     /// The same samples in the order blue, green, red, as OpenCV has them. A grey frame stays what it is.
@@ -197,7 +197,7 @@ impl<'a> Frame<'a> {
         FrameSize { width: self.width, height: self.height }
     }
 
-    fn whole(
+    fn contiguous(
         samples: Samples<'a>,
         colours: Colours,
         width: usize,
@@ -262,11 +262,11 @@ impl GreyImage {
     /// The sample at `column`, `row` and its neighbour to the right, and the two below them, if they are all there.
     #[inline(always)]
     pub fn neighbours(&self, column: usize, row: usize) -> Option<([f32; 2], [f32; 2])> {
-        let place = row * self.width + column;
+        let index = row * self.width + column;
         // Two at once, with one check for both.
         let pair =
-            |place: usize| self.samples.get(place..).and_then(|all| all.first_chunk().copied());
-        Some((pair(place)?, pair(place + self.width)?))
+            |index: usize| self.samples.get(index..).and_then(|all| all.first_chunk().copied());
+        Some((pair(index)?, pair(index + self.width)?))
     }
 
     /// Takes over the frame's pixels as grey; the buffer is used again.
@@ -333,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn colour_is_weighed_as_the_paper_does() {
+    fn colour_is_weighted_as_in_the_paper() {
         let rgb = [255, 0, 0, 0, 255, 0, 0, 0, 255];
         let got = greys(Frame::rgb8(&rgb, 3, 1).unwrap());
         for (got, want) in got.iter().zip([0.2989, 0.5870, 0.1140]) {
@@ -356,7 +356,7 @@ mod tests {
     }
 
     #[test]
-    fn gaps_between_rows_are_passed_over() {
+    fn gaps_between_rows_are_skipped() {
         let samples = [0, 51, 9, 102, 255];
         let frame = Frame::grey8(&samples, 2, 2).and_then(|f| f.with_stride(3)).unwrap();
         assert_eq!(greys(frame), [0.0, 0.2, 0.4, 1.0]);
@@ -368,15 +368,15 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_frame_is_refused_by_name() {
-        let said = |r: Result<Frame<'_>, Error>| r.unwrap_err().to_string();
-        assert!(said(Frame::grey8(&[], 0, 3)).contains("0x3"));
-        assert!(said(Frame::grey8(&[0; 5], 2, 3)).contains("5 samples"));
-        assert!(said(Frame::rgb8(&[0; 17], 2, 3)).contains("17 samples"));
-        assert!(said(Frame::grey8(&[0; 9], usize::MAX, 3)).contains("do not fit"));
-        assert!(said(Frame::rgb8(&[0; 9], usize::MAX, 1)).contains("do not fit"));
+    fn buffers_that_are_not_frames_are_refused_with_the_reason() {
+        let message = |r: Result<Frame<'_>, Error>| r.unwrap_err().to_string();
+        assert!(message(Frame::grey8(&[], 0, 3)).contains("0x3"));
+        assert!(message(Frame::grey8(&[0; 5], 2, 3)).contains("5 samples"));
+        assert!(message(Frame::rgb8(&[0; 17], 2, 3)).contains("17 samples"));
+        assert!(message(Frame::grey8(&[0; 9], usize::MAX, 3)).contains("do not fit"));
+        assert!(message(Frame::rgb8(&[0; 9], usize::MAX, 1)).contains("do not fit"));
         let narrow = Frame::grey8(&[0; 6], 3, 2).and_then(|f| f.with_stride(2));
-        assert!(said(narrow).contains("stride is 2"));
+        assert!(message(narrow).contains("stride is 2"));
         let bad = [0.0, f32::NAN];
         let error = GreyImage::default().fill(&Frame::grey32f(&bad, 1, 2).unwrap()).unwrap_err();
         assert!(error.to_string().contains("x 0, y 1 is NaN"), "{error}");

@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn boxes_that_can_not_be_tracked_are_refused() {
+    fn boxes_that_cannot_be_tracked_are_refused() {
         let good = BoundingBox { x: -3.0, y: 2.0, w: 4.0, h: 1.0 };
         good.check_in(10, 10).unwrap();
         for bad in [0.0, -1.0, 0.5, f64::NAN, f64::INFINITY, 1e9] {

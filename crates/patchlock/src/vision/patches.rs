@@ -67,7 +67,7 @@ impl PatchGrid {
     }
 
     #[inline(always)]
-    fn copy_here(&self, template: &[f32], location: usize, out: &mut [f32]) {
+    fn copy_patch(&self, template: &[f32], location: usize, out: &mut [f32]) {
         match self.patch {
             // The paper's two sizes: rows of a known length are a vector or two.
             8 => self.copy_rows::<8>(template, location, out),
@@ -123,13 +123,13 @@ impl<'a, T: Iterator<Item = &'a [f32]>> WithSimd for Cut<'_, T> {
         let Self { grid, templates, location, out } = self;
         // All are copied before any is worked on, so that their samples are on the way from memory together.
         for (template, patch) in templates.zip(out.chunks_exact_mut(grid.dim())) {
-            grid.copy_here(template, location, patch);
+            grid.copy_patch(template, location, patch);
         }
         for patch in out.chunks_exact_mut(grid.dim()) {
             if grid.subtract_mean {
                 subtract_mean(patch);
             }
-            normalise_here(patch);
+            normalise_inline(patch);
         }
     }
 }
@@ -146,12 +146,12 @@ impl WithSimd for Normalise<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        normalise_here(self.0);
+        normalise_inline(self.0);
     }
 }
 
 #[inline(always)]
-fn normalise_here(vector: &mut [f32]) {
+fn normalise_inline(vector: &mut [f32]) {
     let norm = dot(vector, vector).sqrt();
     if norm > 0.0 && norm.is_finite() {
         vector.iter_mut().for_each(|v| *v = (f64::from(*v) / norm) as f32);

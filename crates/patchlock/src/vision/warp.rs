@@ -76,7 +76,7 @@ fn sample_lanes(image: &GreyImage, at: impl Fn(usize) -> [f64; 2], out: &mut [f3
     for lane in 0..LANES {
         let [x, y] = at(lane);
         let (column, row) = (floor(x), floor(y));
-        (columns[lane], rows[lane]) = (whole(column), whole(row));
+        (columns[lane], rows[lane]) = (to_u32(column), to_u32(row));
         (fx[lane], fy[lane]) = ((x - column) as f32, (y - row) as f32);
     }
     let (mut upper, mut lower) = ([[0.0f32; 2]; LANES], [[0.0f32; 2]; LANES]);
@@ -106,7 +106,7 @@ fn floor(x: f64) -> f64 {
 
 /// A whole number from 0 to `2^32 - 1` as such.
 #[inline(always)]
-fn whole(x: f64) -> u32 {
+fn to_u32(x: f64) -> u32 {
     (x + ROUND).to_bits() as u32
 }
 
@@ -151,7 +151,7 @@ mod tests {
         /// The fast path gives to the bit what the path for any position gives, inside, outside and across the border, with all instructions
         /// and for every side.
         #[test]
-        fn inside_and_anywhere_agree(
+        fn fast_and_general_sampling_agree(
             x in -10.0..50.0f64, y in -10.0..40.0f64, s in 0.01..1.2f64, t in -3.0..3.0f64, side in 2usize..36,
         ) {
             let image = image(40, 30);
@@ -171,7 +171,7 @@ mod tests {
 
         /// Any map, also an absurd one, gives finite samples.
         #[test]
-        fn no_map_breaks_it(m in prop::array::uniform6(prop::num::f64::ANY)) {
+        fn any_map_gives_finite_samples(m in prop::array::uniform6(prop::num::f64::ANY)) {
             let mut out = vec![0.0; 64];
             warp(&image(5, 4), &[[m[0], m[1], m[2]], [m[3], m[4], m[5]]], 8, &mut out);
             prop_assume!(m.iter().all(|v| v.abs() < 1e300));

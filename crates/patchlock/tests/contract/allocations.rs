@@ -2,8 +2,8 @@
 //!
 //! Counted on one thread. Where more threads share the work, `rayon` allocates now and then for its queues of tasks.
 
-use crate::film::SIMPLE;
 use crate::methods::{all, as_used};
+use crate::sequence::SIMPLE;
 use patchlock::{Estimate, Tracker, TrackerConfig};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -114,7 +114,7 @@ fn held(config: &TrackerConfig, count: usize, every: usize) -> Vec<i64> {
 }
 
 #[test]
-fn nothing_grows_with_the_video() {
+fn memory_does_not_grow_with_the_video() {
     for config in all() {
         let held = held(&config, 3000, 100);
         println!("bytes held: {held:?}");
@@ -127,7 +127,7 @@ fn nothing_grows_with_the_video() {
 /// `cargo test --release -p patchlock --test contract -- --ignored --nocapture`
 #[test]
 #[ignore = "takes minutes"]
-fn nothing_grows_over_100_000_frames() {
+fn memory_does_not_grow_over_100_000_frames() {
     for config in all() {
         let held = held(&config, 100_000, 1000);
         println!("bytes held every 1000 frames: {held:?}");

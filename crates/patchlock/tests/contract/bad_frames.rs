@@ -1,7 +1,7 @@
 //! Frames of every kind give what they should, or are refused; none breaks anything.
 
-use crate::film::{SIMPLE, bits, numbers};
 use crate::methods::{all, learning_early};
+use crate::sequence::{SIMPLE, bits, numbers};
 use patchlock::{BoundingBox, Error, Estimate, Frame, Tracker, TrackerConfig};
 
 /// The samples of a frame of the scene as grey.
@@ -118,12 +118,12 @@ fn an_update_needs_a_target() {
         let mut tracker = Tracker::new(config.clone()).unwrap();
         assert_eq!(tracker.update(&SIMPLE.frame(0)), Err(Error::NotInitialised));
         tracker.init(&SIMPLE.frame(0), SIMPLE.truth(0)).unwrap();
-        assert_eq!(SIMPLE.go_on(&mut tracker, 1..5), SIMPLE.track(&config, 0..5));
+        assert_eq!(SIMPLE.resume(&mut tracker, 1..5), SIMPLE.track(&config, 0..5));
     }
 }
 
 /// Tracks one frame again and again.
-fn stare(samples: &[u8], w: usize, h: usize, bbox: BoundingBox, config: &TrackerConfig) {
+fn track_one_frame(samples: &[u8], w: usize, h: usize, bbox: BoundingBox, config: &TrackerConfig) {
     let frame = Frame::grey8(samples, w, h).unwrap();
     let mut tracker = Tracker::new(config.clone()).unwrap();
     let first = tracker.init(&frame, bbox).unwrap();
@@ -136,28 +136,28 @@ fn stare(samples: &[u8], w: usize, h: usize, bbox: BoundingBox, config: &Tracker
 }
 
 #[test]
-fn frames_with_nothing_on_them_break_nothing() {
+fn uniform_frames_give_finite_numbers() {
     let bbox = BoundingBox { x: 20.0, y: 10.0, w: 24.0, h: 20.0 };
     for config in all().into_iter().map(learning_early) {
         for subtract_mean in [false, true] {
             let mut config = config.clone();
             config.patchwise.subtract_mean = subtract_mean;
             for grey in [0, 128, 255] {
-                stare(&[grey; 80 * 60], 80, 60, bbox, &config);
+                track_one_frame(&[grey; 80 * 60], 80, 60, bbox, &config);
             }
         }
     }
 }
 
 #[test]
-fn the_smallest_frames_break_nothing() {
+fn the_smallest_frames_give_finite_numbers() {
     let one = BoundingBox { x: 0.0, y: 0.0, w: 1.0, h: 1.0 };
     for config in all() {
-        stare(&[77], 1, 1, one, &config);
-        stare(&[0], 1, 1, one, &config);
-        stare(&[77, 200], 2, 1, one, &config);
-        stare(&[77, 200], 2, 1, BoundingBox { w: 2.0, ..one }, &config);
-        stare(&[200, 3], 1, 2, BoundingBox { h: 2.0, ..one }, &config);
-        stare(&[0, 255], 2, 1, BoundingBox { x: -3.0, y: -3.0, w: 9.0, h: 9.0 }, &config);
+        track_one_frame(&[77], 1, 1, one, &config);
+        track_one_frame(&[0], 1, 1, one, &config);
+        track_one_frame(&[77, 200], 2, 1, one, &config);
+        track_one_frame(&[77, 200], 2, 1, BoundingBox { w: 2.0, ..one }, &config);
+        track_one_frame(&[200, 3], 1, 2, BoundingBox { h: 2.0, ..one }, &config);
+        track_one_frame(&[0, 255], 2, 1, BoundingBox { x: -3.0, y: -3.0, w: 9.0, h: 9.0 }, &config);
     }
 }

@@ -1,6 +1,6 @@
 //! No field of the configuration is dead, and none takes a value outside its range.
 
-use crate::film::OCCLUDED;
+use crate::sequence::OCCLUDED;
 use patchlock::{
     Error, Estimate, FrameView, PARAMETERS, PRESETS, Parameter, PatchwiseConfig, Range, Tracker,
     TrackerConfig,
@@ -176,9 +176,9 @@ fn no_two_fields_have_the_same_name() {
 fn check_refusal(config: TrackerConfig, name: &str, value: &str, range: Range) {
     let error = Tracker::new(config).unwrap_err();
     assert!(matches!(error, Error::Config { field, .. } if field == name), "{name}: {error}");
-    let said = error.to_string();
+    let message = error.to_string();
     let parts = [name.to_owned(), value.to_owned(), range.to_string()];
-    assert!(parts.iter().all(|part| said.contains(part)), "{name} = {value}: {said}");
+    assert!(parts.iter().all(|part| message.contains(part)), "{name} = {value}: {message}");
 }
 
 #[test]
@@ -221,10 +221,14 @@ fn a_number_outside_its_range_is_refused() {
 #[test]
 fn an_unknown_word_or_field_is_refused() {
     for parameter in PARAMETERS {
-        let said = parse(parameter.name, json!("sideways")).unwrap_err().to_string();
-        assert!(said.contains("sideways"), "{}: {said}", parameter.name);
+        let message = parse(parameter.name, json!("sideways")).unwrap_err().to_string();
+        assert!(message.contains("sideways"), "{}: {message}", parameter.name);
         if let Range::Words(words) = parameter.range {
-            assert!(words.iter().all(|word| said.contains(word)), "{}: {said}", parameter.name);
+            assert!(
+                words.iter().all(|word| message.contains(word)),
+                "{}: {message}",
+                parameter.name
+            );
         }
     }
     for unknown in [json!({ "particels": 5 }), json!({ "patchwise": { "particels": 5 } })] {

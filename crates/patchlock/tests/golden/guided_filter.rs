@@ -21,7 +21,7 @@ struct Case {
 }
 
 #[test]
-fn it_is_the_definition() {
+fn the_filter_matches_its_definition() {
     let file: File = golden("guided_filter.json");
     assert_eq!(file.cases.len(), 7);
     let mut filter = GuidedFilter::default();

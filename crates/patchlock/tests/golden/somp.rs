@@ -238,14 +238,14 @@ impl RandomProblem {
 }
 
 #[test]
-fn codes_of_rendered_scenes_are_those_of_spams() {
+fn codes_of_rendered_scenes_match_spams() {
     let counts = golden::<File>("somp.json").check_scenes();
     // Where templates repeat, equal atoms tie.
     assert_eq!(counts, Counts { agree: 80, degenerate: 15, unclear: 13 });
 }
 
 #[test]
-fn codes_of_random_problems_are_those_of_spams() {
+fn codes_of_random_problems_match_spams() {
     let file: File = golden("somp.json");
     let random = file.random.as_ref().unwrap();
     let mut counts = Counts::default();
@@ -260,7 +260,7 @@ fn codes_of_random_problems_are_those_of_spams() {
 
 /// `tools/oracles/somp_real.py` writes such a file from real frames, which are not ours to store.
 #[test]
-fn codes_of_real_frames_are_those_of_spams() {
+fn codes_of_real_frames_match_spams() {
     let Some(path) = std::env::var_os("PATCHLOCK_SOMP_GOLDEN") else {
         eprintln!(
             "skipped: PATCHLOCK_SOMP_GOLDEN names no file made by tools/oracles/somp_real.py"

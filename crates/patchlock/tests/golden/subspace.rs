@@ -49,7 +49,7 @@ fn check(sequence: &Sequence, probes: &[Vec<f32>]) {
 }
 
 #[test]
-fn after_every_batch_it_is_the_batch_svd_of_all_columns() {
+fn every_update_matches_the_svd_of_all_columns() {
     let file: File = golden("subspace.json");
     assert_eq!((file.dimension, file.sequences.len()), (60, 5));
     file.sequences.iter().for_each(|sequence| check(sequence, &file.probes));

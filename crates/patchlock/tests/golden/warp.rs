@@ -47,7 +47,7 @@ fn state([x, y, scale, rotation, aspect, skew]: [f64; 6]) -> State {
 }
 
 #[test]
-fn samples_at_exact_positions_are_opencvs_to_the_last_bit() {
+fn samples_at_exact_positions_match_opencv_bit_for_bit() {
     let file: File = golden("warp.json");
     assert_eq!(file.exact.len(), 7);
     for case in &file.exact {
@@ -59,7 +59,7 @@ fn samples_at_exact_positions_are_opencvs_to_the_last_bit() {
 }
 
 #[test]
-fn samples_at_any_position_are_scipys() {
+fn samples_at_any_position_match_scipy() {
     let file: File = golden("warp.json");
     assert_eq!(file.general.len(), 8);
     for case in &file.general {
@@ -70,7 +70,7 @@ fn samples_at_any_position_are_scipys() {
 }
 
 #[test]
-fn the_matrix_of_a_state_is_the_oracles() {
+fn the_matrix_of_a_state_matches_the_oracle() {
     let file: File = golden("warp.json");
     let mut compared = 0;
     for case in file.exact.iter().chain(&file.general) {

@@ -8,7 +8,7 @@ use patchlock::vision::frame::GreyImage;
 use patchlock::{BoundingBox, PatchwiseConfig, State, Visibility};
 use rand_pcg::Pcg64;
 
-use crate::film::OCCLUDED;
+use crate::sequence::OCCLUDED;
 
 fn image(k: usize) -> GreyImage {
     let mut image = GreyImage::default();
@@ -77,7 +77,7 @@ fn a_look_is_the_visibility_of_the_weighed_candidate() {
 }
 
 #[test]
-fn nothing_is_learned_but_when_the_caller_says_so() {
+fn the_model_learns_only_when_the_caller_asks() {
     let rules = rules(8);
     let (mut model, mut learning) = (begun(rules), LearningScratch::default());
     let before = model.memory().clone();

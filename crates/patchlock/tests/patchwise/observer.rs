@@ -1,7 +1,7 @@
 //! What the observer is shown is what happened.
 
-use crate::film::OCCLUDED;
 use crate::methods::patchwise;
+use crate::sequence::OCCLUDED;
 use patchlock::appearance::weights::{patch_weight, position_weights};
 use patchlock::patchwise::particles::most_likely;
 use patchlock::vision::patches::PatchGrid;

@@ -1,14 +1,14 @@
 //! What is wrong in a saved target of the paper's tracker is refused; what cannot be told breaks nothing.
 
-use crate::film::{SIMPLE, numbers};
 use crate::methods::patchwise;
+use crate::sequence::{SIMPLE, numbers};
 use patchlock::{Snapshot, Tracker, TrackerConfig};
 use serde_json::{Value, json};
 
 /// The tracker after these many frames.
 fn after(frames: usize, config: &TrackerConfig) -> Tracker {
     let mut tracker = SIMPLE.begin(config, 0);
-    SIMPLE.go_on(&mut tracker, 1..1 + frames);
+    SIMPLE.resume(&mut tracker, 1..1 + frames);
     tracker
 }
 
@@ -99,8 +99,8 @@ fn a_damaged_snapshot_is_refused() {
         ("/target/patchwise/rng", json!(5)),
     ];
     for (at, value) in replaced {
-        let said = good.with(at, value.clone()).restore().err();
-        assert!(said.is_some(), "{at} = {value} was taken");
+        let message = good.with(at, value.clone()).restore().err();
+        assert!(message.is_some(), "{at} = {value} was taken");
     }
     let arrays = [
         "/target/patchwise/model/templates",
@@ -129,13 +129,13 @@ fn a_damaged_snapshot_is_refused() {
 }
 
 #[test]
-fn a_refusal_says_what_does_not_fit() {
+fn an_error_names_the_part_that_does_not_fit() {
     let good = Saved::new(&after(12, &patchwise()));
-    let said = |at: &str, value: Value| good.with(at, value).restore().unwrap_err();
-    assert!(said("/target/patchwise/model/templates", json!([])).contains("templates"));
-    assert!(said("/target/patchwise/model/small_buffer", json!([])).contains("buffers"));
-    assert!(said("/target/patchwise/model/subspace/mean", json!([])).contains("subspace"));
-    assert!(said("/config/patchwise/particles", json!(0)).contains("particles"));
+    let message = |at: &str, value: Value| good.with(at, value).restore().unwrap_err();
+    assert!(message("/target/patchwise/model/templates", json!([])).contains("templates"));
+    assert!(message("/target/patchwise/model/small_buffer", json!([])).contains("buffers"));
+    assert!(message("/target/patchwise/model/subspace/mean", json!([])).contains("subspace"));
+    assert!(message("/config/patchwise/particles", json!(0)).contains("particles"));
 }
 
 /// What can't be told from a good snapshot may track nothing, but must not break anything.

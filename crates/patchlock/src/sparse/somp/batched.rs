@@ -60,10 +60,10 @@
 //! with `w` as the screen has it in the last two lines; 8u for `g` at the root, where `l` is `l' + 1 - 4u`. Each has a hundredth more for products of errors. Every line
 //! counts one rounding for each operation, fused or not, so that they hold for any processor. So the bounds are the closer, the less the patches differ.
 
-use super::exact::{Choice, Exact, Memo, eligible};
+use super::exact::{AtomCache, Choice, Exact, eligible};
 use super::node::{Node, Path};
-use super::rows::{ADDING_ONE, Margins, Rows};
-use super::screen::{Residuals, Runner, Screen};
+use super::rows::{ADD_ONE_ERROR, Margins, Rows};
+use super::screen::{Residuals, Screen, StepCandidate};
 use super::vectors::{project_out, widen};
 use crate::numeric::aligned::Aligned;
 use crate::numeric::dot_wide;
@@ -88,7 +88,7 @@ pub struct Location {
     /// The newest shared column, or zeros.
     reference: Vec<f32>,
     /// Its number.
-    place: usize,
+    number: usize,
     /// Room for an atom.
     wide: Vec<f64>,
 }
@@ -98,11 +98,11 @@ impl Location {
     pub fn fill(
         &mut self,
         dictionary: &Dictionary,
-        (place, shared): (usize, &[f32]),
+        (number, shared): (usize, &[f32]),
         rules: &CodeRules,
     ) {
         let dim = dictionary.dim();
-        self.place = place;
+        self.number = number;
         self.reference.clear();
         self.reference.extend_from_slice(&shared[shared.len().saturating_sub(dim)..]);
         self.reference.resize(dim, 0.0);
@@ -150,7 +150,7 @@ pub struct Scratch {
     /// next to it.
     guesses: [usize; MAX_ATOMS],
     wide: Vec<f64>,
-    memo: Memo,
+    cache: AtomCache,
 }
 
 /// A candidate on its way to its code.
@@ -163,7 +163,7 @@ struct Candidate {
     energy: f64,
     final_energy: f64,
     /// `p` along each chosen atom.
-    along: [f64; MAX_ATOMS],
+    projections: [f64; MAX_ATOMS],
     /// The atom that completes the code.
     last: Choice,
 }
@@ -171,21 +171,26 @@ struct Candidate {
 impl Candidate {
     /// Takes in what the newest node, of this depth, adds to how far the correlations may be off.
     #[inline(always)]
-    fn advance(&mut self, depth: usize, margins: &Margins) {
-        self.error += margins.taken(self.along[depth - 1], self.spread);
+    fn add_error(&mut self, depth: usize, margins: &Margins) {
+        self.error += margins.projection_error(self.projections[depth - 1], self.spread);
     }
 
     /// The candidate in a step at a node with this energy.
     #[inline(always)]
-    fn runner(&self, (row, depth): (usize, usize), node_energy: f64, margins: &Margins) -> Runner {
-        let (along, lift, error) = match depth {
-            0 => (0.0, 1.0, self.error + ADDING_ONE),
-            1 => (self.along[0], 1.0 - self.along[0], self.error),
-            _ => (self.along[depth - 1], 0.0, self.error),
+    fn in_step(
+        &self,
+        (row, depth): (usize, usize),
+        node_energy: f64,
+        margins: &Margins,
+    ) -> StepCandidate {
+        let (projection, offset, error) = match depth {
+            0 => (0.0, 1.0, self.error + ADD_ONE_ERROR),
+            1 => (self.projections[0], 1.0 - self.projections[0], self.error),
+            _ => (self.projections[depth - 1], 0.0, self.error),
         };
         // The next atom takes some part of what is left. The bounds ask for no more than its magnitude.
         let score = 0.3 * (node_energy + self.energy);
-        Runner::new(row, (along, lift), score, margins.squared + error * error)
+        StepCandidate::new(row, (projection, offset), score, margins.squared + error * error)
     }
 }
 
@@ -253,7 +258,7 @@ impl WithSimd for SolveBlock<'_> {
         while let Some(branch) = scratch.branches.pop() {
             let branch = match branch.depth {
                 0 => branch,
-                _ => scratch.enter(simd, problem, branch, codes),
+                _ => scratch.make_node(simd, problem, branch, codes),
             };
             scratch.choose(simd, problem, &branch);
             scratch.split(problem, &branch, codes);
@@ -275,7 +280,7 @@ impl Scratch {
             let distance = dot_wide(simd, &self.wide, &self.wide).sqrt();
             let wide = &self.residuals[row * dim..][..dim];
             let energy = dot_wide(simd, wide, wide);
-            let (error, spread) = location.rows.candidate(dim, distance);
+            let (error, spread) = location.rows.candidate_bounds(dim, distance);
             let all = location.root.energy + energy;
             let final_energy = final_energy(all);
             self.candidates.push(Candidate {
@@ -319,7 +324,7 @@ impl Scratch {
 
     /// Makes the branch's node and projects its atom out of the members; those whose code is then complete leave the branch.
     #[inline(always)]
-    fn enter<S: Simd>(
+    fn make_node<S: Simd>(
         &mut self,
         simd: S,
         problem: Problem<'_>,
@@ -333,14 +338,15 @@ impl Scratch {
         node[0].fill(simd, dictionary, path, branch.atom);
         let node = &self.nodes[depth - 1];
         let mut kept = branch.members.start;
-        for place in branch.members.clone() {
-            let row = self.order[place].1 as usize;
+        for position in branch.members.clone() {
+            let row = self.order[position].1 as usize;
             let candidate = &mut self.candidates[row];
-            let along = project_out(simd, &mut self.residuals[row * dim..][..dim], &node.direction);
-            candidate.along[depth - 1] = along;
-            candidate.energy -= along * along;
+            let projection =
+                project_out(simd, &mut self.residuals[row * dim..][..dim], &node.direction);
+            candidate.projections[depth - 1] = projection;
+            candidate.energy -= projection * projection;
             if node.energy + candidate.energy > candidate.final_energy {
-                self.order.swap(kept, place);
+                self.order.swap(kept, position);
                 kept += 1;
             } else {
                 codes[row] = code(&self.nodes[..depth], candidate, None);
@@ -356,51 +362,53 @@ impl Scratch {
         let Self { candidates, order, rows, screen, guesses, differences, .. } = self;
         let path = Path { root: &location.root, nodes: &self.nodes[..branch.depth] };
         let eligible = eligible(rules);
-        self.memo.begin(dictionary.len());
-        let (wide, memo) = (&mut self.wide, &mut self.memo);
-        let mut exact = Exact { dictionary, path, rules, eligible, wide, memo };
-        let own = Residuals { all: &self.residuals, dim: dictionary.dim() };
-        let fields = (own, &mut *self.correlations);
+        self.cache.begin(dictionary.len());
+        let (wide, cache) = (&mut self.wide, &mut self.cache);
+        let mut exact = Exact { dictionary, path, rules, eligible, wide, cache };
+        let residuals = Residuals { all: &self.residuals, dim: dictionary.dim() };
+        let inputs = (residuals, &mut *self.correlations);
         let energy = path.end().energy;
         let count = dictionary.len();
         let last = &mut guesses[branch.depth];
-        let guess = (*last + location.place) % count;
-        let members = branch.members.clone().map(|place| order[place].1 as usize);
+        let guess = (*last + location.number) % count;
+        let members = branch.members.clone().map(|position| order[position].1 as usize);
         let at = (branch.depth, energy);
         if branch.depth == 0 {
             let margins = location.rows.root_margins();
-            screen.begin(runners(candidates, members, at, &margins));
-            let mut tiles = location.rows.tiles::<S>(dictionary, differences);
-            screen.run(simd, &mut tiles, (guess, margins.gap), fields, &mut exact);
+            screen.begin(step_candidates(candidates, members, at, &margins));
+            let mut tiles = location.rows.root_tiles::<S>(dictionary, differences);
+            screen.run(simd, &mut tiles, (guess, margins.gap), inputs, &mut exact);
         } else {
             let (above, newest) = rows.split_at_mut(branch.depth - 1);
             let (newest, above) = (&mut newest[0], (&location.rows, &*above));
             if branch.depth == 1 {
-                let (mut tiles, margins) = newest.grow::<S, true>(dictionary, path, above, rules);
-                screen.begin(runners(candidates, members, at, &margins));
-                screen.run(simd, &mut tiles, (guess, margins.gap), fields, &mut exact);
+                let (mut tiles, margins) =
+                    newest.child_tiles::<S, true>(dictionary, path, above, rules);
+                screen.begin(step_candidates(candidates, members, at, &margins));
+                screen.run(simd, &mut tiles, (guess, margins.gap), inputs, &mut exact);
             } else {
-                let (mut tiles, margins) = newest.grow::<S, false>(dictionary, path, above, rules);
-                screen.begin(runners(candidates, members, at, &margins));
-                screen.run(simd, &mut tiles, (guess, margins.gap), fields, &mut exact);
+                let (mut tiles, margins) =
+                    newest.child_tiles::<S, false>(dictionary, path, above, rules);
+                screen.begin(step_candidates(candidates, members, at, &margins));
+                screen.run(simd, &mut tiles, (guess, margins.gap), inputs, &mut exact);
             }
             // Where patches have little texture, the first atom leaves little of the others.
             if branch.depth == 1 && rules.atoms > 2 {
-                newest.measure(simd);
+                newest.measure_residuals(simd);
             }
         }
-        let mut place = branch.members.start;
-        screen.finish(simd, own, &mut exact, |row, atom| {
-            order[place] = (atom.map_or(NONE, |atom| atom as u32), row as u32);
-            *last = atom.map_or(*last, |atom| (atom + count - location.place % count) % count);
-            place += 1;
+        let mut position = branch.members.start;
+        screen.finish(simd, residuals, &mut exact, |row, atom| {
+            order[position] = (atom.map_or(NONE, |atom| atom as u32), row as u32);
+            *last = atom.map_or(*last, |atom| (atom + count - location.number % count) % count);
+            position += 1;
         });
         if branch.depth + 1 == rules.atoms {
             for &(atom, row) in &order[branch.members.clone()] {
                 let last = if atom == NONE {
                     None
                 } else {
-                    exact.place(simd, atom as usize, own.row(row as usize))
+                    exact.choice_without_score(simd, atom as usize, residuals.row(row as usize))
                 };
                 candidates[row as usize].last = last.unwrap_or_default();
             }
@@ -433,18 +441,18 @@ impl Scratch {
 
 /// These candidates in a step at a node of this depth and energy.
 #[inline(always)]
-fn runners(
+fn step_candidates(
     candidates: &mut [Candidate],
     members: impl Iterator<Item = usize>,
     (depth, energy): (usize, f64),
     margins: &Margins,
-) -> impl Iterator<Item = Runner> {
+) -> impl Iterator<Item = StepCandidate> {
     members.map(move |row| {
         let candidate = &mut candidates[row];
         if depth > 0 {
-            candidate.advance(depth, margins);
+            candidate.add_error(depth, margins);
         }
-        candidate.runner((row, depth), energy, margins)
+        candidate.in_step((row, depth), energy, margins)
     })
 }
 
@@ -452,20 +460,20 @@ fn runners(
 fn code(nodes: &[Node], candidate: &Candidate, last: Option<&Choice>) -> Code {
     let mut support = [0; MAX_ATOMS];
     let mut triangle = [[0.0; MAX_ATOMS]; MAX_ATOMS];
-    let mut along = candidate.along;
+    let mut projections = candidate.projections;
     let mut length = nodes.len();
     for (k, node) in nodes.iter().enumerate() {
         (support[k], triangle[k]) = (node.atom, node.triangle);
     }
     if let Some(choice) = last {
-        (support[length], triangle[length], along[length]) =
-            (choice.atom, choice.triangle, choice.along);
+        (support[length], triangle[length], projections[length]) =
+            (choice.atom, choice.triangle, choice.projection);
         length += 1;
     }
     let mut coefficients = [0.0; MAX_ATOMS];
     for j in (0..length).rev() {
         let known: f64 = (j + 1..length).map(|s| triangle[s][j] * coefficients[s]).sum();
-        coefficients[j] = (along[j] - known) / triangle[j][j];
+        coefficients[j] = (projections[j] - known) / triangle[j][j];
     }
     Code::new(&support[..length], &coefficients[..length])
 }

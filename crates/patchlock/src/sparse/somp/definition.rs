@@ -20,12 +20,12 @@ pub fn solve(
     let mut support: Vec<usize> = Vec::new();
     while support.len() < rules.atoms {
         let chosen = atoms.select_columns(&support);
-        let signals_left = &signals - &chosen * least_squares(&chosen, &signals);
-        if signals_left.norm_squared() <= final_energy {
+        let signal_residuals = &signals - &chosen * least_squares(&chosen, &signals);
+        if signal_residuals.norm_squared() <= final_energy {
             break;
         }
-        let atoms_left = &atoms - &chosen * least_squares(&chosen, &atoms);
-        match best_atom(&support, &signals_left, &atoms_left, rules) {
+        let atom_residuals = &atoms - &chosen * least_squares(&chosen, &atoms);
+        match best_atom(&support, &signal_residuals, &atom_residuals, rules) {
             Some(atom) => support.push(atom),
             None => break,
         }
@@ -38,17 +38,17 @@ pub fn solve(
 /// The eligible atom with the largest positive score, the first of equal ones.
 fn best_atom(
     support: &[usize],
-    signals_left: &DMatrix<f64>,
-    atoms_left: &DMatrix<f64>,
+    signal_residuals: &DMatrix<f64>,
+    atom_residuals: &DMatrix<f64>,
     rules: &CodeRules,
 ) -> Option<usize> {
     let mut best = (None, 0.0);
-    for (k, atom) in atoms_left.column_iter().enumerate() {
-        let left = atom.norm_squared();
-        if left < rules.min_residual || support.contains(&k) {
+    for (k, atom) in atom_residuals.column_iter().enumerate() {
+        let residual_energy = atom.norm_squared();
+        if residual_energy < rules.min_residual || support.contains(&k) {
             continue;
         }
-        let score = signals_left.tr_mul(&atom).norm_squared() / left;
+        let score = signal_residuals.tr_mul(&atom).norm_squared() / residual_energy;
         if score > best.1 {
             best = (Some(k), score);
         }

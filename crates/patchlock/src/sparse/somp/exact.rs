@@ -17,7 +17,7 @@ pub struct Choice {
     /// `q_s^T d` for each `s`, then the norm that is left of it.
     pub triangle: [f64; MAX_ATOMS],
     /// `p` of the candidate along it.
-    pub along: f64,
+    pub projection: f64,
 }
 
 /// Computes atoms at a node.
@@ -34,35 +34,35 @@ pub struct Exact<'a> {
     /// Room for an atom.
     pub wide: &'a mut Vec<f64>,
     /// What is known of atoms at this node.
-    pub memo: &'a mut Memo,
+    pub cache: &'a mut AtomCache,
 }
 
 /// What the node alone says of atoms: where patches have little texture, many candidates ask for the same ones.
 #[derive(Debug, Default)]
-pub struct Memo {
+pub struct AtomCache {
     /// Counts the nodes.
-    turn: u64,
-    each: Vec<Known>,
+    generation: u64,
+    atoms: Vec<CachedAtom>,
 }
 
 /// What a node says of an atom.
 #[derive(Debug, Clone, Copy, Default)]
-struct Known {
-    turn: u64,
+struct CachedAtom {
+    generation: u64,
     /// `||d_res||^2`.
-    left: f64,
+    residual_energy: f64,
     /// `q_s^T d` for each `s`.
     triangle: [f64; MAX_ATOMS],
     /// The sum of the squared inner products with what is left of the shared columns.
     squares: f64,
 }
 
-impl Memo {
+impl AtomCache {
     /// Forgets all, for a node of a dictionary with this many atoms.
     #[inline(always)]
     pub fn begin(&mut self, atoms: usize) {
-        self.turn += 1;
-        self.each.resize(atoms, Known::default());
+        self.generation += 1;
+        self.atoms.resize(atoms, CachedAtom::default());
     }
 }
 
@@ -78,26 +78,36 @@ impl Exact<'_> {
     /// The atom as a choice, if it is eligible, and where it is the last one: nothing asks for its score then, and it has none. `residual` is
     /// what the chosen atoms leave of the candidate.
     #[inline(always)]
-    pub fn place<S: Simd>(&mut self, simd: S, atom: usize, residual: &[f64]) -> Option<Choice> {
+    pub fn choice_without_score<S: Simd>(
+        &mut self,
+        simd: S,
+        atom: usize,
+        residual: &[f64],
+    ) -> Option<Choice> {
         let (known, own) = self.compute(simd, atom, residual, &[]);
-        self.choice(atom, &known, own)
+        self.eligible_choice(atom, &known, own)
     }
 
     /// The same with its score, if that is positive.
     #[inline(always)]
-    pub fn weigh<S: Simd>(&mut self, simd: S, atom: usize, residual: &[f64]) -> Option<Choice> {
-        let (known, own) = if self.memo.each[atom].turn == self.memo.turn {
+    pub fn choice_with_score<S: Simd>(
+        &mut self,
+        simd: S,
+        atom: usize,
+        residual: &[f64],
+    ) -> Option<Choice> {
+        let (known, own) = if self.cache.atoms[atom].generation == self.cache.generation {
             widen(self.wide, self.dictionary.atom(atom));
-            (self.memo.each[atom], dot_wide(simd, self.wide, residual))
+            (self.cache.atoms[atom], dot_wide(simd, self.wide, residual))
         } else {
             let shared = &self.path.end().residuals;
             let (known, own) = self.compute(simd, atom, residual, shared);
-            self.memo.each[atom] = known;
+            self.cache.atoms[atom] = known;
             (known, own)
         };
-        let choice = self.choice(atom, &known, own)?;
+        let choice = self.eligible_choice(atom, &known, own)?;
         let squares = own * own + known.squares;
-        let score = squares / known.left;
+        let score = squares / known.residual_energy;
         (score > 0.0).then_some(Choice { score, ..choice })
     }
 
@@ -109,18 +119,22 @@ impl Exact<'_> {
         atom: usize,
         residual: &[f64],
         shared: &[f64],
-    ) -> (Known, f64) {
+    ) -> (CachedAtom, f64) {
         let (wide, depth) = (&mut *self.wide, self.path.nodes.len());
         widen(wide, self.dictionary.atom(atom));
-        let left = self.dictionary.squared_norm(atom);
-        let mut known = Known { turn: self.memo.turn, left, ..Known::default() };
+        let residual_energy = self.dictionary.squared_norm(atom);
+        let mut known = CachedAtom {
+            generation: self.cache.generation,
+            residual_energy,
+            ..CachedAtom::default()
+        };
         let mut own = 0.0;
         let directions = self.path.nodes.iter().map(|node| &*node.direction);
         let signals = std::iter::once(residual).chain(shared.chunks_exact(wide.len()));
         dots_each(simd, wide, directions.chain(signals), |number, dot| match number {
             _ if number < depth => {
                 known.triangle[number] = dot;
-                known.left -= dot * dot;
+                known.residual_energy -= dot * dot;
             }
             _ if number == depth => own = dot,
             _ => known.squares += dot * dot,
@@ -130,13 +144,13 @@ impl Exact<'_> {
 
     /// The atom as a choice without a score, if it is eligible.
     #[inline(always)]
-    fn choice(&self, atom: usize, known: &Known, own: f64) -> Option<Choice> {
-        if self.path.holds(atom) || known.left < self.rules.min_residual {
+    fn eligible_choice(&self, atom: usize, known: &CachedAtom, own: f64) -> Option<Choice> {
+        if self.path.contains(atom) || known.residual_energy < self.rules.min_residual {
             return None;
         }
-        let norm = known.left.sqrt();
+        let norm = known.residual_energy.sqrt();
         let mut triangle = known.triangle;
         triangle[self.path.nodes.len()] = norm;
-        Some(Choice { atom, score: 0.0, triangle, along: own / norm })
+        Some(Choice { atom, score: 0.0, triangle, projection: own / norm })
     }
 }

@@ -1,6 +1,6 @@
 //! What is known in `f64` once some atoms are chosen, of everything that does not depend on the candidate: this decides.
 
-use super::vectors::{dots_each, take_off_wide, widen};
+use super::vectors::{dots_each, subtract_scaled_wide, widen};
 use crate::numeric::dot_wide;
 use crate::sparse::codes::MAX_ATOMS;
 use crate::sparse::dictionary::Dictionary;
@@ -20,7 +20,7 @@ pub struct Node {
     /// The energy of that.
     pub energy: f64,
     /// `p = q_t^T r` of each shared column.
-    pub along: Vec<f64>,
+    pub projections: Vec<f64>,
 }
 
 /// The root and the nodes below it that lead to a node.
@@ -41,7 +41,7 @@ impl<'a> Path<'a> {
 
     /// Whether this atom is chosen.
     #[inline(always)]
-    pub fn holds(&self, atom: usize) -> bool {
+    pub fn contains(&self, atom: usize) -> bool {
         self.nodes.iter().any(|node| node.atom == atom)
     }
 }
@@ -63,12 +63,14 @@ impl Node {
         self.triangle = [0.0; MAX_ATOMS];
         // Twice, so that the directions are orthogonal to rounding also where little is left of the atom.
         for _ in 0..2 {
-            let mut along = [0.0; MAX_ATOMS];
+            let mut projections = [0.0; MAX_ATOMS];
             let directions = path.nodes.iter().map(|node| &*node.direction);
-            dots_each(simd, direction, directions, |s, dot| along[s] = dot);
-            for ((sum, along), node) in self.triangle.iter_mut().zip(along).zip(path.nodes) {
-                take_off_wide(direction, &node.direction, along);
-                *sum += along;
+            dots_each(simd, direction, directions, |s, dot| projections[s] = dot);
+            for ((sum, projection), node) in
+                self.triangle.iter_mut().zip(projections).zip(path.nodes)
+            {
+                subtract_scaled_wide(direction, &node.direction, projection);
+                *sum += projection;
             }
         }
         let norm = dot_wide(simd, direction, direction).sqrt();
@@ -78,15 +80,16 @@ impl Node {
 
         let parent = path.end();
         self.residuals.clone_from(&parent.residuals);
-        self.along.clear();
-        let Self { along, direction, .. } = self;
+        self.projections.clear();
+        let Self { projections, direction, .. } = self;
         let columns = parent.residuals.chunks_exact(dictionary.dim());
-        dots_each(simd, direction, columns, |_, dot| along.push(dot));
+        dots_each(simd, direction, columns, |_, dot| projections.push(dot));
         self.energy = parent.energy;
-        for (residual, along) in self.residuals.chunks_exact_mut(dictionary.dim()).zip(&self.along)
+        for (residual, projection) in
+            self.residuals.chunks_exact_mut(dictionary.dim()).zip(&self.projections)
         {
-            take_off_wide(residual, &self.direction, *along);
-            self.energy -= along * along;
+            subtract_scaled_wide(residual, &self.direction, *projection);
+            self.energy -= projection * projection;
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The correlations of signals with all atoms: a matrix product, shaped for few signals and a dictionary that stays in the cache.
 
-use super::vectors::{TILE, Tile, mul_add, tile_place, tiles};
+use super::vectors::{TILE, Tile, mul_add, tile_index, tiles};
 use crate::sparse::dictionary::{Dictionary, LANES};
 use pulp::Simd;
 
@@ -20,18 +20,18 @@ pub fn correlate<S: Simd>(
     let panel = &panel[t * width % LANES..];
     let mut row = 0;
     while row < rows {
-        let (signals, place) = (&signals[row * dim..], tile_place::<S>(t, row, rows));
+        let (signals, first) = (&signals[row * dim..], tile_index::<S>(t, row, rows));
         let parts = LANES / width;
         // As many together as their sums fit into registers.
         row += match rows - row {
             6.. if S::REGISTER_COUNT >= 32 => {
-                products::<S, 6>(simd, signals, panel, base, (&mut out[place..], parts))
+                products::<S, 6>(simd, signals, panel, base, (&mut out[first..], parts))
             }
             4.. if S::REGISTER_COUNT >= 32 => {
-                products::<S, 4>(simd, signals, panel, base, (&mut out[place..], parts))
+                products::<S, 4>(simd, signals, panel, base, (&mut out[first..], parts))
             }
-            2.. => products::<S, 2>(simd, signals, panel, base, (&mut out[place..], parts)),
-            _ => products::<S, 1>(simd, signals, panel, base, (&mut out[place..], parts)),
+            2.. => products::<S, 2>(simd, signals, panel, base, (&mut out[first..], parts)),
+            _ => products::<S, 1>(simd, signals, panel, base, (&mut out[first..], parts)),
         }
     }
 }
@@ -73,7 +73,7 @@ fn products<S: Simd, const SIZE: usize>(
 mod tests {
     use super::*;
     use crate::numeric::aligned::Aligned;
-    use crate::sparse::somp::vectors::{place, tiles_mut};
+    use crate::sparse::somp::vectors::{panel_index, tiles_mut};
     use pulp::{Arch, WithSimd};
 
     struct Correlate<'a>(&'a [f32], &'a Dictionary, &'a mut [f32]);
@@ -94,7 +94,7 @@ mod tests {
     const ROWS: usize = 13;
 
     #[test]
-    fn it_is_the_inner_products() {
+    fn correlations_are_inner_products() {
         let value = |k: usize| (k * 7919 % 251) as f32 / 251.0 - 0.3;
         for (dim, atoms) in [(64, 169), (5, 3), (256, 64)] {
             let dictionary = Dictionary::new(dim, 1, (0..dim * atoms).map(value).collect());
@@ -103,7 +103,7 @@ mod tests {
             out.resize(ROWS * dictionary.stride());
             Arch::new().dispatch(Correlate(&signals, &dictionary, &mut out));
             for (row, signal) in signals.chunks_exact(dim).enumerate() {
-                let at = |k: usize| out[place(k, row, ROWS)] - 0.5;
+                let at = |k: usize| out[panel_index(k, row, ROWS)] - 0.5;
                 for k in 0..atoms {
                     let pairs = signal.iter().zip(dictionary.atom(k));
                     let product: f64 = pairs.map(|(a, b)| f64::from(a * b)).sum();

@@ -31,13 +31,13 @@ pub fn tiles_mut<S: Simd>(row: &mut [f32]) -> &mut [Tile<S>] {
 /// Rows that are used together are kept together: in panels of [`LANES`] atoms, row after row within a panel. This is where atom `k` of a row
 /// stands.
 #[inline(always)]
-pub fn place(k: usize, row: usize, rows: usize) -> usize {
+pub fn panel_index(k: usize, row: usize, rows: usize) -> usize {
     (k / LANES * rows + row) * LANES + k % LANES
 }
 
 /// The same in tiles, for tile `t` of a row.
 #[inline(always)]
-pub fn tile_place<S: Simd>(t: usize, row: usize, rows: usize) -> usize {
+pub fn tile_index<S: Simd>(t: usize, row: usize, rows: usize) -> usize {
     let (first, step) = panel::<S>(t, rows);
     first + row * step
 }
@@ -51,10 +51,10 @@ pub fn panel<S: Simd>(t: usize, rows: usize) -> (usize, usize) {
 
 /// `y -= weights * along`.
 #[inline(always)]
-pub fn take_off<S: Simd>(simd: S, y: &mut Tile<S>, weights: &Tile<S>, along: f32) {
-    let along = simd.splat_f32s(-along);
+pub fn subtract_scaled<S: Simd>(simd: S, y: &mut Tile<S>, weights: &Tile<S>, factor: f32) {
+    let factor = simd.splat_f32s(-factor);
     for i in 0..TILE {
-        y[i] = mul_add(simd, weights[i], along, y[i]);
+        y[i] = mul_add(simd, weights[i], factor, y[i]);
     }
 }
 
@@ -120,8 +120,8 @@ fn dots_by<'a, S: Simd, const N: usize>(
     loop {
         let mut some: [&[f64]; N] = [&[]; N];
         let mut count = 0;
-        for (place, vector) in some.iter_mut().zip(&mut vectors) {
-            *place = vector;
+        for (slot, vector) in some.iter_mut().zip(&mut vectors) {
+            *slot = vector;
             count += 1;
         }
         if count == N {
@@ -142,13 +142,13 @@ fn dots_by<'a, S: Simd, const N: usize>(
 /// Projects the unit vector `direction` out of `vector` and returns their inner product.
 #[inline(always)]
 pub fn project_out<S: Simd>(simd: S, vector: &mut [f64], direction: &[f64]) -> f64 {
-    let along = dot_wide(simd, vector, direction);
-    take_off_wide(vector, direction, along);
-    along
+    let projection = dot_wide(simd, vector, direction);
+    subtract_scaled_wide(vector, direction, projection);
+    projection
 }
 
 /// `vector -= direction * along`.
 #[inline(always)]
-pub fn take_off_wide(vector: &mut [f64], direction: &[f64], along: f64) {
-    vector.iter_mut().zip(direction).for_each(|(v, d)| *v -= along * d);
+pub fn subtract_scaled_wide(vector: &mut [f64], direction: &[f64], factor: f64) {
+    vector.iter_mut().zip(direction).for_each(|(v, d)| *v -= factor * d);
 }

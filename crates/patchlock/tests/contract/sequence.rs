@@ -6,18 +6,18 @@ use std::ops::Range;
 use std::sync::LazyLock;
 
 /// 40 frames of a target that moves slowly and grows a little.
-pub static SIMPLE: LazyLock<Film> = LazyLock::new(|| Film::new(Scene::simple()));
+pub static SIMPLE: LazyLock<Sequence> = LazyLock::new(|| Sequence::new(Scene::simple()));
 
 /// 60 frames in which a tree hides half of the target.
-pub static OCCLUDED: LazyLock<Film> = LazyLock::new(|| Film::new(Scene::occluded()));
+pub static OCCLUDED: LazyLock<Sequence> = LazyLock::new(|| Sequence::new(Scene::occluded()));
 
 /// A scene, rendered once.
-pub struct Film {
+pub struct Sequence {
     scene: Scene,
     frames: Vec<SceneFrame>,
 }
 
-impl Film {
+impl Sequence {
     pub fn new(scene: Scene) -> Self {
         let frames = (0..scene.len()).map(|k| scene.frame(k)).collect();
         Self { scene, frames }
@@ -57,14 +57,14 @@ impl Film {
     }
 
     /// Goes on over these frames.
-    pub fn go_on(&self, tracker: &mut Tracker, frames: Range<usize>) -> Vec<Estimate> {
+    pub fn resume(&self, tracker: &mut Tracker, frames: Range<usize>) -> Vec<Estimate> {
         frames.map(|k| tracker.update(&self.frame(k)).unwrap()).collect()
     }
 
     /// The estimates of all frames but the first of these.
     pub fn track(&self, config: &TrackerConfig, frames: Range<usize>) -> Vec<Estimate> {
         let mut tracker = self.begin(config, frames.start);
-        self.go_on(&mut tracker, frames.start + 1..frames.end)
+        self.resume(&mut tracker, frames.start + 1..frames.end)
     }
 }
 
