@@ -1,16 +1,18 @@
-//! Singular vectors and values of a few long columns, in place: the one-sided Jacobi method (Hestenes, 1958; Demmel, Veselic, 1992).
+//! Singular vectors and values of a few long columns, in place: the one-sided Jacobi method (Hestenes, 1958;
+//! Demmel, Veselic, 1992).
 //!
-//! Two columns at a time are turned in their plane until they are orthogonal. It ends when all are: the columns are then the left singular
-//! vectors times the singular values, also the smallest of them to full relative accuracy.
+//! Each step rotates two columns in their common plane so that they become orthogonal. When all pairs are
+//! orthogonal, the columns are the left singular vectors times the singular values. Even the smallest
+//! singular values have full relative accuracy.
 
 use crate::numeric::dot_wide;
 use crate::numeric::instructions::Instructions;
 use pulp::{Simd, WithSimd};
 
-/// Some ten are needed.
+/// About ten suffice in practice.
 const MAX_SWEEPS: usize = 60;
 
-/// Turns the columns, `dim` samples each, one after the other, until all are orthogonal to each other.
+/// Rotates the columns, stored one after the other with `dim` samples each, until all pairs are orthogonal.
 pub fn orthogonalise(columns: &mut [f64], dim: usize) {
     Instructions::default().dispatch(Orthogonalise { columns, dim });
 }
@@ -41,11 +43,11 @@ impl WithSimd for Orthogonalise<'_> {
     }
 }
 
-/// Turns two columns until they are orthogonal; whether they were not.
+/// Makes two columns orthogonal by a rotation; returns whether one was needed.
 #[inline(always)]
 fn rotate<S: Simd>(simd: S, a: &mut [f64], b: &mut [f64]) -> bool {
     let (aa, bb, ab) = (dot_wide(simd, a, a), dot_wide(simd, b, b), dot_wide(simd, a, b));
-    // What rounding leaves of an inner product of this many terms.
+    // The rounding error of an inner product of this many terms.
     let tolerance = f64::EPSILON * (a.len() as f64).sqrt();
     let oblique = ab.abs() > tolerance * aa.sqrt() * bb.sqrt();
     if !oblique {
@@ -67,7 +69,8 @@ mod tests {
     use nalgebra::DMatrix;
     use proptest::prelude::*;
 
-    /// Whether the columns become those of `U S`, where `U S V^T` is their singular value decomposition by another library.
+    /// Compares the columns with those of `U S`, where `U S V^T` is the singular value decomposition by
+    /// another library.
     fn check(dim: usize, columns: &[f64]) -> Result<(), TestCaseError> {
         let before = DMatrix::from_column_slice(dim, columns.len() / dim, columns);
         let mut rotated = columns.to_vec();
@@ -80,7 +83,7 @@ mod tests {
         for (got, want) in values.iter().zip(svd.singular_values.iter()) {
             prop_assert!((got - want).abs() <= 1e-13 * largest, "{got} {want}");
         }
-        // U S S U^T = A A^T, so the columns span what they did, and they are orthogonal.
+        // `U S S U^T = A A^T`: the columns span the same space, and they are orthogonal.
         let product = &before * before.transpose() - &after * after.transpose();
         prop_assert!(product.amax() <= 1e-13 * largest * largest);
         let mut gram = after.tr_mul(&after);
@@ -97,7 +100,7 @@ mod tests {
         ) {
             check(33, &samples)?;
             check(7, &samples[..21])?;
-            // Nearly equal columns, a repeated one and one of zeros.
+            // Nearly equal columns, a repeated column and a zero column.
             let mut alike = samples.clone();
             for k in 33..33 * 5 {
                 alike[k] = samples[k % 33] + likeness.powi(20) * samples[k];

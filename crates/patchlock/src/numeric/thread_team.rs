@@ -1,30 +1,30 @@
 //! A team of threads that stay awake over many short rounds of work.
 //!
-//! Pruning works in rounds, 30 to 100 per frame, and a round takes a fraction of a millisecond. A thread that falls
-//! asleep between two rounds is woken too late, so helping threads wait awake until all rounds are over. A thread
-//! that never joins, because it has other work, is not waited for.
+//! Pruning works in rounds, 30 to 100 per frame, each of which takes a fraction of a millisecond. Waking a
+//! sleeping thread for each round would take too long, so helpers spin until all rounds are over. The team
+//! does not wait for threads that never join because they have other work.
 
 use std::hint::spin_loop;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::yield_now;
 
-/// The most threads that help: a round does not have enough work for more.
+/// Maximum number of helpers; a round does not have enough work for more.
 const MAX_HELPERS: usize = 15;
 
-/// How often a waiting thread spins before it yields its processor.
+/// Number of times that a waiting thread spins before it yields its processor.
 const SPINS: usize = 100;
 
 /// One leading thread and its helpers.
 pub struct ThreadTeam<'a> {
     task: &'a (dyn Fn(usize) + Sync),
-    /// Tasks of the round that no thread has taken yet, and tasks that are not finished.
+    /// Number of tasks of the round that no thread has taken yet, and of tasks that are not finished.
     open: AtomicUsize,
     undone: AtomicUsize,
-    /// Whether there are no more rounds.
+    /// Whether all rounds are over.
     over: AtomicBool,
 }
 
-/// Runs a function when it goes out of scope, also during a panic.
+/// Runs a function when dropped, also during a panic.
 struct Finally<F: FnMut()>(F);
 
 impl<F: FnMut()> Drop for Finally<F> {
@@ -34,7 +34,7 @@ impl<F: FnMut()> Drop for Finally<F> {
 }
 
 impl<'a> ThreadTeam<'a> {
-    /// Calls `lead`, whose rounds consist of `task`s. Idle threads of the pool help.
+    /// Calls `lead`, which runs rounds of `task`s. Idle threads of the pool help.
     pub fn run(task: &'a (dyn Fn(usize) + Sync), lead: impl FnOnce(&ThreadTeam<'a>) + Send) {
         let (open, undone) = (AtomicUsize::new(0), AtomicUsize::new(0));
         let team = ThreadTeam { task, open, undone, over: AtomicBool::new(false) };
@@ -51,10 +51,10 @@ impl<'a> ThreadTeam<'a> {
         });
     }
 
-    /// Runs the tasks `0..count` in any order and returns when all are finished.
+    /// Runs the tasks `0..count` in any order and returns when all have finished.
     pub fn round(&self, count: usize) {
         self.undone.store(count, Ordering::Relaxed);
-        // A thread that takes a task sees everything written before.
+        // A thread that takes a task sees everything written before this store.
         self.open.store(count, Ordering::Release);
         while self.work() {}
         let mut waits = 0;
@@ -74,7 +74,7 @@ impl<'a> ThreadTeam<'a> {
         }
     }
 
-    /// Runs a task, if there is one.
+    /// Takes and runs one task of the round; returns whether there was one.
     fn work(&self) -> bool {
         let take = |open: usize| open.checked_sub(1);
         let taken = self.open.fetch_update(Ordering::Acquire, Ordering::Relaxed, take);
@@ -101,7 +101,7 @@ mod tests {
     use super::*;
     use std::sync::Mutex;
 
-    /// The tasks of each round, in order, on this many threads.
+    /// Runs rounds with these task counts on this many threads; returns the sorted tasks of each round.
     fn rounds(threads: usize, counts: &[usize]) -> Vec<Vec<usize>> {
         let (done, mut all) = (Mutex::new(Vec::new()), Vec::new());
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

@@ -4,49 +4,51 @@
 //! min_{q, e}  ||y - U q - e||^2 / 2 + lambda (||q||_1 + ||e||_1)
 //! ```
 //!
-//! `U` (`dim x k`) has orthonormal columns, so for a given `e` the best `q` is the soft threshold of `U^T (y - e)`, and for a given `q`
-//! the best `e` is that of `y - U q`. Taking turns is a proximal gradient step of length 1 on what remains of the problem when `e` is
-//! eliminated, and converges to the exact solution. Where many samples are outliers it does so slowly; Nesterov's momentum, started
-//! again whenever it points uphill (O'Donoghue, Candes, 2015), makes that some hundred turns.
+//! `U` (`dim x k`) has orthonormal columns. So the best `q` for a given `e` is the soft threshold of
+//! `U^T (y - e)`, and the best `e` for a given `q` is the soft threshold of `y - U q`. Alternating between
+//! them is a proximal gradient method with step length 1 on the problem with `e` eliminated, and converges to
+//! the exact solution. With many outliers it converges slowly. Nesterov's momentum, restarted whenever it
+//! points uphill (O'Donoghue, Candes, 2015), reduces it to about a hundred iterations.
 
 use crate::numeric::dot_wide;
 use crate::numeric::instructions::Instructions;
 use pulp::{Simd, WithSimd};
 
-/// Turns taken at most.
+/// Maximum number of iterations.
 const MAX_ITERATIONS: usize = 10_000;
 
-/// It has converged when no coefficient moved by more than this times lambda.
+/// Converged when no coefficient moved by more than this times lambda.
 const TOLERANCE: f64 = 1e-9;
 
-/// Coefficients in the basis and the sparse error, with room to find them: a value can be used again and again.
+/// Coefficients in the basis and the sparse error, with their buffers. Reuse a value to avoid allocations.
 #[derive(Debug, Clone, Default)]
 pub struct Reconstruction {
     coefficients: Vec<f64>,
     error: Vec<f64>,
     fit: Vec<f64>,
-    /// Where momentum has carried the coefficients, and where a turn leads from there.
+    /// The coefficients extrapolated by momentum, and the result of a step from there.
     extrapolated: Vec<f64>,
     next: Vec<f64>,
 }
 
 impl Reconstruction {
-    /// `q`, one a column of the basis.
+    /// `q`, one coefficient per column of the basis.
     pub fn coefficients(&self) -> &[f64] {
         &self.coefficients
     }
 
-    /// `e`, one a sample.
+    /// `e`, one value per sample.
     pub fn error(&self) -> &[f64] {
         &self.error
     }
 
-    /// `U q`, one a sample.
+    /// `U q`, one value per sample.
     pub fn fit(&self) -> &[f64] {
         &self.fit
     }
 
-    /// Solves the problem for `signal` (`y`) in `basis` (`U`), whose columns are as long as the signal and stand one after the other.
+    /// Solves the problem for `signal` (`y`) in `basis` (`U`). The columns of the basis are stored one after
+    /// the other and have the signal's length.
     pub fn solve(&mut self, basis: &[f64], signal: &[f64], lambda: f64) {
         Instructions::default()
             .dispatch(Solve { out: self, problem: Problem { basis, signal, lambda } });
@@ -99,7 +101,7 @@ impl WithSimd for Solve<'_> {
     }
 }
 
-/// What is given.
+/// The input of the problem.
 #[derive(Clone, Copy)]
 struct Problem<'a> {
     basis: &'a [f64],
@@ -126,7 +128,7 @@ impl Problem<'_> {
         error.extend(residual.map(|v| soft_threshold(v, self.lambda)));
     }
 
-    /// The best `q` for the best `e` of `from`. `fit` and `error` are written over.
+    /// The best `q` for the best `e` of `from`. `fit` and `error` are overwritten.
     #[inline(always)]
     fn step<S: Simd>(
         &self,
@@ -136,7 +138,7 @@ impl Problem<'_> {
         next: &mut [f64],
     ) {
         self.explain(from, fit, error);
-        // What the columns have to explain stands where the error stood.
+        // From here on, `error` holds the signal that the basis has to explain.
         error.iter_mut().zip(self.signal).for_each(|(e, y)| *e = y - *e);
         for (next, column) in next.iter_mut().zip(self.columns()) {
             *next = soft_threshold(dot_wide(simd, column, error), self.lambda);
@@ -144,7 +146,7 @@ impl Problem<'_> {
     }
 }
 
-/// `v` moved towards 0 by `lambda`, but not past it.
+/// `v` moved towards 0 by `lambda`, but not beyond 0.
 #[inline(always)]
 fn soft_threshold(v: f64, lambda: f64) -> f64 {
     (v.abs() - lambda).max(0.0).copysign(v)
@@ -164,7 +166,8 @@ mod tests {
         [q, e]
     }
 
-    /// At the minimum the gradient of the smooth part is `-lambda sign(x)` where `x` is not 0, and within `lambda` where it is.
+    /// At the minimum, the gradient of the smooth part is `-lambda sign(x)` where `x` is not 0, and within
+    /// `lambda` of 0 elsewhere.
     fn violation(gradient: &DVector<f64>, x: &DVector<f64>, lambda: f64) -> f64 {
         let each = gradient.iter().zip(x.iter()).map(|(&g, &x)| {
             if x == 0.0 { (g.abs() - lambda).max(0.0) } else { (g + lambda * x.signum()).abs() }

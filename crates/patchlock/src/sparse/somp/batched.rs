@@ -1,37 +1,45 @@
-//! The fast solver: all candidates of a location together, the same atoms as [`definition`](super::definition).
+//! The fast solver: it codes all candidates of a location together and chooses the same atoms as
+//! [`definition`](super::definition).
 //!
 //! # How it is fast
-//! - Candidates are correlated as their difference to a *reference*, the newest shared column; the correlations of these with all
-//!   atoms are one matrix product, of which each part is screened as soon as it is made.
-//! - Chosen atoms form a tree: candidates that chose the same atoms so far are at the same *node*, and what follows from these atoms alone
-//!   (what is left of each atom and of the shared columns) is computed once for a node. The root of a location, where nothing is chosen,
-//!   stays from frame to frame, as long as dictionary and buffer do.
-//! - No step touches the samples of all atoms again: with the orthonormal basis `q_1 .. q_t` of the chosen atoms, `w_t = D^T q_t` follows
-//!   from a row of the Gram matrix and the earlier `w`, and each correlation of what is left from that before: `y <- y - p w_t`,
-//!   `p = q_t^T r`.
-//! - A step goes over the atoms once, a tile of some 64 at a time: the node's part of the tile is made, and while it is in registers
-//!   all candidates at the node use it. Each asks which atoms could beat what it is sure to reach, and begins with a guess: what the
-//!   candidates before took.
+//! - Candidates are correlated with the atoms as differences from a *reference*, the newest shared column.
+//!   The correlations of these differences with all atoms are one matrix product, and each part of it is
+//!   screened as soon as it has been computed.
+//! - Chosen atoms form a tree. Candidates with the same atoms so far are at the same *node*. Everything that
+//!   follows from these atoms alone (the residuals of the atoms and of the shared columns) is computed once
+//!   per node. The root of a location, where no atom has been chosen yet, is kept from frame to frame until
+//!   the dictionary or the buffer changes.
+//! - No step reads the samples of all atoms again. With the orthonormal basis `q_1 .. q_t` of the chosen
+//!   atoms, `w_t = D^T q_t` follows from a row of the Gram matrix and the earlier `w`. Each residual
+//!   correlation follows from the previous one: `y <- y - p w_t`, `p = q_t^T r`.
+//! - A step passes over the atoms once, in tiles of about 64. The node's part of a tile is computed, and all
+//!   candidates at the node use it while it is in registers. For each candidate, a tile is searched for atoms
+//!   whose score could exceed the lower bound on the best score. The first lower bound comes from a guess:
+//!   the atom that the previous candidates chose.
 //!
 //! # Why it is exact
-//! All of this only *screens*, in `f32`. Where the bounds below leave one atom that can win, it has won; otherwise those
-//! that are left are computed in `f64` from their samples, and eligibility and ties are decided there. So an atom can only differ from the
-//! definition's where two scores agree to the last digits of `f64`. Write `u = 2^-24`,
-//! a hat for what the screen has, and let atoms and signals have norm 1 at most (up to rounding).
-//! For an atom with true residual correlations `x_c`, `|x_c - ^x_c| <= e_c`, and `l <= ||d_res||^2 <= l + g`, any `0 < s <= 1` gives
+//! All of this only *screens*, in `f32`. If the bounds below leave only one atom that can have the largest
+//! score, that atom is chosen. Otherwise the remaining atoms are computed in `f64` from their samples, which
+//! decides eligibility and ties. So the chosen atom can differ from that of the definition only where two
+//! scores agree to the last digits of `f64`. Write `u = 2^-24`, mark values of the screen with a hat, and let
+//! atoms and signals have norm 1 at most (up to rounding). For an atom with true residual correlations `x_c`,
+//! `|x_c - ^x_c| <= e_c`, and `l <= ||d_res||^2 <= l + g`, any `0 < s <= 1` gives
 //!
 //! ```text
 //! score = sum x_c^2 / ||d_res||^2  <=  ((1 + s) sum ^x_c^2 + (1/s + 1) sum e_c^2) / l
 //!                                  >=  ((1 - s) sum ^x_c^2 - (1/s - 1) sum e_c^2) / (l + g)
 //! ```
 //!
-//! from `2 |^x| e <= s ^x^2 + e^2 / s`. What the first leaves below the second of another atom can't win, and `l <= 0` leaves nothing below.
-//! An atom is eligible for sure if `l` is at least what has to be left, and not if `l + g` is less; another one is computed. One that repeats an
-//! earlier one bit for bit never wins. Relative roundings of the sums, less than `64 u`, are added to `s`.
+//! from `2 |^x| e <= s ^x^2 + e^2 / s`. An atom whose upper bound is below the lower bound of another atom
+//! cannot be chosen; where `l <= 0` there is no upper bound. An atom is certainly eligible if `l` is at least
+//! the required residual, and certainly not eligible if `l + g` is less; in between it is computed in `f64`.
+//! An atom that repeats an earlier one bit for bit is never chosen. The relative rounding errors of the sums,
+//! less than `64 u`, are added to `s`.
 //!
-//! Patches with little texture differ little: their inner products are all near 1, and what tells them apart would drown in roundings.
-//! So the screen has what numbers near 1 differ from it by: `G' = G - 1` of the Gram matrix, at the root `y' = y - 1` and `l' = ||d||^2 - 1`, and at a first node
-//! `w' = w_1 - 1`. With `n = ||d_t,res||` and `a_s = q_s^T d_t`
+//! Patches with little texture differ little: their inner products are all near 1, and rounding errors would
+//! hide the differences between them. So the screen stores such numbers minus 1: `G' = G - 1` of the Gram
+//! matrix, at the root `y' = y - 1` and `l' = ||d||^2 - 1`, and at a first node `w' = w_1 - 1`. With
+//! `n = ||d_t,res||` and `a_s = q_s^T d_t`
 //!
 //! ```text
 //! w'  = G' / n + (1 / n - 1)
@@ -40,25 +48,31 @@
 //! l   = l' - w' (2 + w')       at a first node, l <- l - w_t^2 further below
 //! ```
 //!
-//! where `1 / n - 1`, `1 - a_1` and `1 - p` come from `f64`. Let `k` be no less than any `|G'|` of atoms that are not zero, `c` than any `|y'|` (of a
-//! candidate more by `||r - b||`), `m_1 = k / n + |1 / n - 1|`, `M^2` no less than any `||d_res||^2` that the first node leaves, `m_t = M + o_t`, and
-//! `S = k + |1 - a_1| + sum_s<t |a_s| m_s`. The errors:
+//! where `1 / n - 1`, `1 - a_1` and `1 - p` are computed in `f64`. Let `k` be an upper bound of `|G'|` over
+//! all nonzero atoms and `c` one of `|y'|` (larger by `||r - b||` for a candidate). Let
+//! `m_1 = k / n + |1 / n - 1|`, let `M^2` be an upper bound of `||d_res||^2` after the first node,
+//! `m_t = M + o_t`, and `S = k + |1 - a_1| + sum_s<t |a_s| m_s`. The errors are at most:
 //!
 //! ```text
 //! w'                 o_1 = 5u m_1
 //! w_t                o_t = (u k + u |1 - a_1| + sum_s<t |a_s| (o_s + 2u m_s) + t u S) / n + 3u M
 //! shared column      u c at the root, which is computed in f64, and 2u more where 1 is added to score there
 //!                    e <- e + |p| (o_1 + 2u m_1) + 2u (c + |p| m_1 + |1 - p|)   at a first node
-//!                    e <- e + |p| (o_t + 2u m_t) + u m_t                        further below, as |y| <= ||d_res||
-//! candidate          as a shared column; at the root (dim + 2) u ||r - b|| for the difference and the matrix product, in any order,
-//!                    and 2u (c + ||r - b||) for the reference and for adding it
-//! l                  l' - w' (2 + w') - R at a first node, with R = o_1 (2 + 2 m_1) + 4u m_1 (2 + m_1) + 2u k
-//!                    l <- l - |w| (|w| + 2 o_t) - o_t^2 - 5u m_t^2              further below, since w_t^2 <= (|w| + o_t)^2
-//! g                  2R, and g <- g + 4 o_t m_t + 10u m_t^2                     since (|w| + o_t)^2 - w_t^2 <= 4 o_t max(|w|, o_t)
+//!                    e <- e + |p| (o_t + 2u m_t) + u m_t   further below, as |y| <= ||d_res||
+//! candidate          as a shared column; at the root (dim + 2) u ||r - b|| for the difference and the matrix
+//!                    product, in any order, and 2u (c + ||r - b||) for the reference and for adding it
+//! l                  l' - w' (2 + w') - R at a first node,
+//!                    with R = o_1 (2 + 2 m_1) + 4u m_1 (2 + m_1) + 2u k
+//!                    l <- l - |w| (|w| + 2 o_t) - o_t^2 - 5u m_t^2
+//!                    further below, since w_t^2 <= (|w| + o_t)^2
+//! g                  2R, and g <- g + 4 o_t m_t + 10u m_t^2
+//!                    since (|w| + o_t)^2 - w_t^2 <= 4 o_t max(|w|, o_t)
 //! ```
 //!
-//! with `w` as the screen has it in the last two lines; 8u for `g` at the root, where `l` is `l' + 1 - 4u`. Each has a hundredth more for products of errors. Every line
-//! counts one rounding for each operation, fused or not, so that they hold for any processor. So the bounds are the closer, the less the patches differ.
+//! where `w` is the screen's value in the bounds of `l` and `g` further below. At the root, `g` is 8u, and
+//! `l` is `l' + 1 - 4u`. Each bound is increased by one hundredth for products of errors. Every line counts
+//! one rounding for each operation, fused or not, so the bounds hold on any processor. The less the patches
+//! differ, the tighter the bounds.
 
 use super::exact::{AtomCache, Choice, Exact, eligible};
 use super::node::{Node, Path};
@@ -73,28 +87,29 @@ use crate::sparse::dictionary::Dictionary;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
-/// Candidates that are solved together: their rows stay in the second cache. A multiple of six, and at most the bits of a word.
+/// Candidates that are solved together, so that their rows stay in the second-level cache. A multiple of six,
+/// and at most the number of bits in a `u64`.
 pub const BLOCK: usize = 60;
 
-/// Stands for "no atom": greater than all.
+/// Stands for "no atom"; greater than any index of an atom.
 const NONE: u32 = u32::MAX;
 
-/// A location: its shared columns, and everything that follows from them and the dictionary alone. To be filled again when one
-/// of the two changes.
+/// A location: its shared columns, and everything that follows from them and the dictionary alone. It must be
+/// filled again when either of them changes.
 #[derive(Debug, Clone, Default)]
 pub struct Location {
     root: Node,
     rows: Rows,
-    /// The newest shared column, or zeros.
+    /// The newest shared column, or zeros if there is none.
     reference: Vec<f32>,
-    /// Its number.
+    /// The location's index.
     number: usize,
-    /// Room for an atom.
+    /// Scratch space for one atom.
     wide: Vec<f64>,
 }
 
 impl Location {
-    /// Becomes the location of this number with these shared columns (rows of `dim`).
+    /// Fills in the location of this index with these shared columns (rows of `dim` samples).
     pub fn fill(
         &mut self,
         dictionary: &Dictionary,
@@ -110,7 +125,8 @@ impl Location {
     }
 }
 
-/// Fills a location's root for the processor at hand. (A closure would not do: only what is always inlined is compiled for it.)
+/// Fills a location's root, compiled for the instructions in use. A closure would not do: only code that is
+/// always inlined is compiled for them.
 struct FillRoot<'a> {
     location: &'a mut Location,
     dictionary: &'a Dictionary,
@@ -129,53 +145,54 @@ impl WithSimd for FillRoot<'_> {
     }
 }
 
-/// What [`solve`] needs besides its input; keep it and no call allocates once it has grown.
+/// The working memory of [`solve`]. Reuse it: once its buffers have grown, no call allocates.
 #[derive(Debug, Default)]
 pub struct Scratch {
     instructions: Instructions,
-    /// Of a block's candidates: their differences to the reference, and their own correlations with all atoms.
+    /// For the candidates of a block: their differences from the reference, and their own correlations with
+    /// all atoms.
     differences: Vec<f32>,
     correlations: Aligned,
-    /// What is left of each candidate.
+    /// The residual of each candidate.
     residuals: Vec<f64>,
     candidates: Vec<Candidate>,
-    /// The candidates in the order of the tree, with the atom that each chose last.
+    /// The candidates in the order of the tree: the atom that each chose last, and the candidate's row.
     order: Vec<(u32, u32)>,
-    /// The nodes on the way to the one that is worked on.
+    /// The nodes from the root's child down to the current one.
     nodes: Vec<Node>,
     rows: Vec<Rows>,
     branches: Vec<Branch>,
     screen: Screen,
-    /// For each depth the atom that was chosen last, less its location's number: at the next location it is likely the one
-    /// next to it.
+    /// For each depth, the atom chosen last minus the index of its location. At the next location the atom
+    /// next to it is the likely choice.
     guesses: [usize; MAX_ATOMS],
     wide: Vec<f64>,
     cache: AtomCache,
 }
 
-/// A candidate on its way to its code.
+/// A candidate while its atoms are being chosen.
 #[derive(Debug, Default, Clone)]
 struct Candidate {
-    /// How far its correlations may be off, and how much they are at most at the root, less 1.
+    /// Error bound of its correlations, and an upper bound of `|y'|` at the root.
     error: f64,
     spread: f64,
-    /// What is left of its energy, and the energy at which the code is complete.
+    /// The energy of its residual, and the energy at which the code is complete.
     energy: f64,
     final_energy: f64,
-    /// `p` along each chosen atom.
+    /// `p` for each chosen atom.
     projections: [f64; MAX_ATOMS],
-    /// The atom that completes the code.
+    /// The last atom of a code of full length.
     last: Choice,
 }
 
 impl Candidate {
-    /// Takes in what the newest node, of this depth, adds to how far the correlations may be off.
+    /// Adds the error that the newest node, at this depth, contributes to the correlations.
     #[inline(always)]
     fn add_error(&mut self, depth: usize, margins: &Margins) {
         self.error += margins.projection_error(self.projections[depth - 1], self.spread);
     }
 
-    /// The candidate in a step at a node with this energy.
+    /// The state of this candidate for a step at a node with this energy.
     #[inline(always)]
     fn in_step(
         &self,
@@ -188,23 +205,24 @@ impl Candidate {
             1 => (self.projections[0], 1.0 - self.projections[0], self.error),
             _ => (self.projections[depth - 1], 0.0, self.error),
         };
-        // The next atom takes some part of what is left. The bounds ask for no more than its magnitude.
+        // The next atom explains some share of the residual energy. The bounds need only the score's order of
+        // magnitude.
         let score = 0.3 * (node_energy + self.energy);
         StepCandidate::new(row, (projection, offset), score, margins.squared + error * error)
     }
 }
 
-/// Candidates that took the same atom at the same node, as a range of [`Scratch::order`].
+/// Candidates that chose the same atom at the same node, as a range of [`Scratch::order`].
 #[derive(Debug)]
 struct Branch {
-    /// Atoms chosen so far, this one included.
+    /// Number of atoms chosen so far, including this one.
     depth: usize,
     atom: usize,
     members: Range<usize>,
 }
 
-/// Codes every candidate (rows of `dim` samples) jointly with the location's shared columns, one code a candidate.
-/// The location must have been filled for this dictionary and these rules.
+/// Codes every candidate (rows of `dim` samples) jointly with the location's shared columns, one code per
+/// candidate. The location must have been filled for this dictionary and these rules.
 pub fn solve(
     dictionary: &Dictionary,
     location: &Location,
@@ -213,7 +231,7 @@ pub fn solve(
     scratch: &mut Scratch,
     codes: &mut [Code],
 ) {
-    // Without atoms every code is empty, and there is no root to begin from.
+    // Without atoms every code is empty, and the root cannot be filled.
     if dictionary.is_empty() {
         codes.fill(Code::default());
         return;
@@ -226,13 +244,13 @@ pub fn solve(
 }
 
 impl Scratch {
-    /// Room for a solver that uses these instructions, whatever the environment says.
+    /// Working memory of a solver that uses these instructions, whatever the environment variable says.
     pub fn with(instructions: Instructions) -> Self {
         Self { instructions, ..Self::default() }
     }
 }
 
-/// What all candidates of a block have in common.
+/// The input shared by all candidates of a block.
 #[derive(Debug, Clone, Copy)]
 struct Problem<'a> {
     dictionary: &'a Dictionary,
@@ -240,7 +258,7 @@ struct Problem<'a> {
     rules: &'a CodeRules,
 }
 
-/// The codes of a block, for the processor at hand.
+/// Codes a block, compiled for the instructions in use.
 struct SolveBlock<'a> {
     problem: Problem<'a>,
     scratch: &'a mut Scratch,
@@ -267,7 +285,7 @@ impl WithSimd for SolveBlock<'_> {
 }
 
 impl Scratch {
-    /// Puts all candidates of the block at the root, but for those that leave nothing to explain.
+    /// Puts all candidates of the block at the root, except those without energy to explain.
     #[inline(always)]
     fn begin<S: Simd>(&mut self, simd: S, problem: Problem<'_>, block: &[f32], codes: &mut [Code]) {
         let Problem { dictionary, location, .. } = problem;
@@ -304,7 +322,8 @@ impl Scratch {
         }
     }
 
-    /// Forgets the block before, and makes room for a full one: many frames may pass before there is one.
+    /// Clears the state of the previous block and reserves space for a full one, which may occur only after
+    /// many frames.
     fn clear(&mut self, dictionary: &Dictionary) {
         let Self { differences, correlations, residuals, candidates, order, branches, .. } = self;
         let samples = BLOCK * dictionary.dim();
@@ -322,7 +341,8 @@ impl Scratch {
         self.screen.reserve(BLOCK, dictionary.len());
     }
 
-    /// Makes the branch's node and projects its atom out of the members; those whose code is then complete leave the branch.
+    /// Fills in the branch's node and projects its atom out of the members. Members whose codes are then
+    /// complete leave the branch.
     #[inline(always)]
     fn make_node<S: Simd>(
         &mut self,
@@ -355,7 +375,7 @@ impl Scratch {
         Branch { members: branch.members.start..kept, ..branch }
     }
 
-    /// Finds each member's next atom and orders the members by it.
+    /// Chooses each member's next atom and sorts the members by it.
     #[inline(always)]
     fn choose<S: Simd>(&mut self, simd: S, problem: Problem<'_>, branch: &Branch) {
         let Problem { dictionary, location, rules } = problem;
@@ -392,9 +412,9 @@ impl Scratch {
                 screen.begin(step_candidates(candidates, members, at, &margins));
                 screen.run(simd, &mut tiles, (guess, margins.gap), inputs, &mut exact);
             }
-            // Where patches have little texture, the first atom leaves little of the others.
+            // If patches have little texture, the first atom leaves small residuals of the others.
             if branch.depth == 1 && rules.atoms > 2 {
-                newest.measure_residuals(simd);
+                newest.tighten_max_residual(simd);
             }
         }
         let mut position = branch.members.start;
@@ -416,7 +436,8 @@ impl Scratch {
         order[branch.members.clone()].sort_unstable();
     }
 
-    /// Makes a branch of the members with the same next atom. Those that found none, or now have all, are complete.
+    /// Makes one branch per atom that members chose. Members without a further atom, or with the last one,
+    /// are complete.
     #[inline(always)]
     fn split(&mut self, problem: Problem<'_>, branch: &Branch, codes: &mut [Code]) {
         let (depth, end) = (branch.depth + 1, branch.members.end);
@@ -439,7 +460,7 @@ impl Scratch {
     }
 }
 
-/// These candidates in a step at a node of this depth and energy.
+/// The states of these candidates for a step at a node of this depth and energy.
 #[inline(always)]
 fn step_candidates(
     candidates: &mut [Candidate],
@@ -456,7 +477,8 @@ fn step_candidates(
     })
 }
 
-/// The candidate's refitted coefficients on the atoms of the nodes and of the last choice: back substitution in the triangle.
+/// The candidate's code: the least-squares coefficients for the atoms of the nodes and of the last choice, by
+/// back substitution in the triangular factor.
 fn code(nodes: &[Node], candidate: &Candidate, last: Option<&Choice>) -> Code {
     let mut support = [0; MAX_ATOMS];
     let mut triangle = [[0.0; MAX_ATOMS]; MAX_ATOMS];

@@ -1,5 +1,6 @@
-//! The definition of a joint code, written to be obviously right: `f64`, and at each step every projection is a least-squares
-//! problem solved afresh. Far too slow to track with; the tests hold the fast solver to it.
+//! The definition of a joint code, written to be obviously correct: in `f64`, and with every projection of
+//! every step solved anew as a least-squares problem. Far too slow for tracking; the tests compare the fast
+//! solver with it.
 
 use crate::sparse::codes::{Code, CodeRules, final_energy};
 use crate::sparse::dictionary::Dictionary;
@@ -35,7 +36,7 @@ pub fn solve(
     Code::new(&support, &of_candidate.iter().copied().collect::<Vec<_>>())
 }
 
-/// The eligible atom with the largest positive score, the first of equal ones.
+/// The eligible atom with the largest positive score; in a tie, the first.
 fn best_atom(
     support: &[usize],
     signal_residuals: &DMatrix<f64>,
@@ -60,7 +61,7 @@ fn best_atom(
 fn least_squares(left: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> {
     let qr = left.clone().qr();
     let projected = qr.q().tr_mul(right);
-    // Eligible atoms are independent, so the triangle is regular; an empty one has no solution to find.
+    // Eligible atoms are linearly independent, so the triangular factor is regular, unless it is empty.
     qr.r()
         .solve_upper_triangular(&projected)
         .unwrap_or_else(|| DMatrix::zeros(left.ncols(), right.ncols()))

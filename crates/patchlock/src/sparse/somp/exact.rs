@@ -1,4 +1,4 @@
-//! An atom in `f64`: whether it is eligible, and its score.
+//! Eligibility and score of an atom, computed in `f64`.
 
 use super::node::Path;
 use super::vectors::{U, dots_each, widen};
@@ -14,13 +14,13 @@ pub struct Choice {
     pub atom: usize,
     /// Its score.
     pub score: f64,
-    /// `q_s^T d` for each `s`, then the norm that is left of it.
+    /// `q_s^T d` for each `s`, then the norm of the atom's residual.
     pub triangle: [f64; MAX_ATOMS],
-    /// `p` of the candidate along it.
+    /// `p` of the candidate for this atom.
     pub projection: f64,
 }
 
-/// Computes atoms at a node.
+/// Computes atoms in `f64` at a node.
 #[derive(Debug)]
 pub struct Exact<'a> {
     /// The dictionary.
@@ -29,23 +29,25 @@ pub struct Exact<'a> {
     pub path: Path<'a>,
     /// How atoms are chosen.
     pub rules: &'a CodeRules,
-    /// An atom is eligible for sure if the screen leaves the first of its `||d_res||^2`, and surely not if less than the second.
+    /// Limits for the screen's lower bound `l` and upper bound of `||d_res||^2`: the atom is certainly
+    /// eligible if `l` is at least the first, and certainly not if the upper bound is below the second.
     pub eligible: (f32, f32),
-    /// Room for an atom.
+    /// Scratch space for one atom.
     pub wide: &'a mut Vec<f64>,
-    /// What is known of atoms at this node.
+    /// Results for atoms at this node.
     pub cache: &'a mut AtomCache,
 }
 
-/// What the node alone says of atoms: where patches have little texture, many candidates ask for the same ones.
+/// Results that depend on the node and the atom, but not on the candidate. Where patches have little texture,
+/// many candidates need the same atoms.
 #[derive(Debug, Default)]
 pub struct AtomCache {
-    /// Counts the nodes.
+    /// Incremented at each node. Entries of an older generation are invalid.
     generation: u64,
     atoms: Vec<CachedAtom>,
 }
 
-/// What a node says of an atom.
+/// The result for one atom.
 #[derive(Debug, Clone, Copy, Default)]
 struct CachedAtom {
     generation: u64,
@@ -53,12 +55,12 @@ struct CachedAtom {
     residual_energy: f64,
     /// `q_s^T d` for each `s`.
     triangle: [f64; MAX_ATOMS],
-    /// The sum of the squared inner products with what is left of the shared columns.
+    /// The sum of the squared inner products with the residuals of the shared columns.
     squares: f64,
 }
 
 impl AtomCache {
-    /// Forgets all, for a node of a dictionary with this many atoms.
+    /// Invalidates all entries, for a node of a dictionary with this many atoms.
     #[inline(always)]
     pub fn begin(&mut self, atoms: usize) {
         self.generation += 1;
@@ -66,17 +68,17 @@ impl AtomCache {
     }
 }
 
-/// What [`Exact::eligible`] is.
+/// The value of [`Exact::eligible`].
 pub fn eligible(rules: &CodeRules) -> (f32, f32) {
-    // More than what `f32` rounds here and there.
+    // Exceeds the `f32` rounding errors of both limits.
     let slack = 16.0 * U;
     let least = rules.min_residual;
     ((least * (1.0 + slack)) as f32, (least * (1.0 - slack)) as f32)
 }
 
 impl Exact<'_> {
-    /// The atom as a choice, if it is eligible, and where it is the last one: nothing asks for its score then, and it has none. `residual` is
-    /// what the chosen atoms leave of the candidate.
+    /// The atom as a choice without a score, if it is eligible. Used for the last atom of a code, whose score
+    /// is not needed. `residual` is the candidate's residual.
     #[inline(always)]
     pub fn choice_without_score<S: Simd>(
         &mut self,
@@ -88,7 +90,7 @@ impl Exact<'_> {
         self.eligible_choice(atom, &known, own)
     }
 
-    /// The same with its score, if that is positive.
+    /// The atom as a choice with its score, if it is eligible and the score is positive.
     #[inline(always)]
     pub fn choice_with_score<S: Simd>(
         &mut self,
@@ -111,7 +113,8 @@ impl Exact<'_> {
         (score > 0.0).then_some(Choice { score, ..choice })
     }
 
-    /// What the node says of the atom, with these shared columns, and the inner product with what is left of the candidate.
+    /// The result for the atom with these shared columns, and its inner product with the candidate's
+    /// residual.
     #[inline(always)]
     fn compute<S: Simd>(
         &mut self,

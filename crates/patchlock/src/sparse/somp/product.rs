@@ -1,11 +1,12 @@
-//! The correlations of signals with all atoms: a matrix product, shaped for few signals and a dictionary that stays in the cache.
+//! The correlations of signals with all atoms: a matrix product for few signals and a dictionary that fits in
+//! the cache.
 
 use super::vectors::{TILE, Tile, mul_add, tile_index, tiles};
 use crate::sparse::dictionary::{Dictionary, LANES};
 use pulp::Simd;
 
-/// Writes the inner products of each signal (rows of `dim`) with the atoms of tile `t`, each added to that
-/// atom's entry of `base`, to where this tile has its place in `out`.
+/// Writes the inner products of each signal (rows of `dim` samples) with the atoms of tile `t`, plus that
+/// atom's entry of `base`, to this tile's entries of `out`.
 #[inline(always)]
 pub fn correlate<S: Simd>(
     simd: S,
@@ -22,7 +23,7 @@ pub fn correlate<S: Simd>(
     while row < rows {
         let (signals, first) = (&signals[row * dim..], tile_index::<S>(t, row, rows));
         let parts = LANES / width;
-        // As many together as their sums fit into registers.
+        // As many signals at once as have room for their sums in registers.
         row += match rows - row {
             6.. if S::REGISTER_COUNT >= 32 => {
                 products::<S, 6>(simd, signals, panel, base, (&mut out[first..], parts))
@@ -36,8 +37,8 @@ pub fn correlate<S: Simd>(
     }
 }
 
-/// Does it for the first `SIZE` signals, and says how many that are. Every row of `panel` begins with a sample of the tile's atoms; results go to every
-/// `step`th tile of `out`.
+/// The products of the first `SIZE` signals; returns `SIZE`. Each row of `panel` begins with one sample of
+/// each of the tile's atoms. The results are written to every `step`th tile of `out`.
 #[inline(always)]
 fn products<S: Simd, const SIZE: usize>(
     simd: S,
@@ -90,7 +91,7 @@ mod tests {
         }
     }
 
-    /// With every number of signals that are worked on together.
+    /// Large enough to use every group size.
     const ROWS: usize = 13;
 
     #[test]

@@ -1,5 +1,5 @@
-//! What the screen knows in `f32` at a node: rows over all atoms, each with a bound of its error. The symbols and the bounds are derived at
-//! the head of [`batched`](super::batched).
+//! The `f32` data of the screen at a node: rows over all atoms, each with an error bound. The head of
+//! [`batched`](super::batched) defines the symbols and derives the bounds.
 
 use super::node::{Node, Path};
 use super::product::correlate;
@@ -12,66 +12,71 @@ use crate::sparse::codes::{CodeRules, MAX_ATOMS};
 use crate::sparse::dictionary::{Dictionary, LANES};
 use pulp::Simd;
 
-/// Stands for `||d_res||^2` of an atom that can't be chosen: no score is left over it. Finite, so that no product is undefined.
+/// Stored instead of `||d_res||^2` for an atom that cannot be chosen: every score divided by it is
+/// negligible. Finite, so that no product is undefined.
 pub const EXCLUDED: f32 = 1e36;
 
 /// Covers the products of two errors in the bounds.
 const SECOND_ORDER: f64 = 1.01;
 
-/// Less than 1 by more than adding it to a number can be off.
+/// 1 minus more than the rounding error of adding it.
 const NEARLY_ONE: f32 = 1.0 - 4.0 * U as f32;
 
 /// The rows of a node, padded to the dictionary's stride.
 #[derive(Debug, Clone, Default)]
 pub struct Rows {
-    /// `w_t = D^T q_t`, of the first node less 1; nothing at the root.
+    /// `w_t = D^T q_t`, minus 1 at a first node; empty at the root.
     weights: Aligned,
-    /// The correlations of the shared columns' residuals, a row each (as of a column of zeros where nothing is shared), in panels; at the root less 1.
+    /// The correlations of the shared columns' residuals with all atoms, one row per column, in panels; minus
+    /// 1 at the root. Without shared columns there is one row, for a column of zeros.
     columns: Aligned,
-    /// For each atom a lower bound of what its score is divided by, or [`DEAD`]; at the root less 1, and no bound but the number.
+    /// For each atom, a lower bound of the divisor of its score, or [`EXCLUDED`]. At the root it is the
+    /// divisor minus 1, rounded rather than bounded.
     divisors: Aligned,
-    /// `p` of each column along the node's direction; zeros where nothing is shared.
+    /// `p` of each column along the node's direction; zeros without shared columns.
     projections: Vec<f32>,
-    /// What is left of 1 of each column, at a first node.
+    /// `1 - p` of each column, which a first node adds.
     offsets: Vec<f32>,
-    /// How far the rows may be off.
+    /// Error bounds of the rows.
     pub errors: Errors,
 }
 
-/// How far rows may be off.
+/// Error bounds of the rows of a node.
 #[derive(Debug, Clone, Default)]
 pub struct Errors {
-    /// An entry of the weights.
+    /// Of an entry of the weights.
     weights: f64,
-    /// An entry of each column.
+    /// Of an entry of each column.
     columns: Vec<f64>,
-    /// How much an entry of `over` may lack.
+    /// How much a divisor may be below `||d_res||^2`.
     divisors: f64,
-    /// No weight is more than this.
+    /// Upper bound of the magnitude of a weight.
     max_weight: f64,
-    /// No `||d_res||^2` is more than this.
-    max_left: f64,
-    /// At the root: no entry of the columns is more than this.
+    /// Upper bound of `||d_res||^2` over all atoms.
+    max_residual: f64,
+    /// At the root: upper bound of the columns' `|y'|`.
     spread: f64,
-    /// `||d_res||^2` loses `w^2`: as the screen has `w`, at most `|w| (|w| + first) + second`, and at the first node `w (2 + w) + second`.
+    /// `||d_res||^2` decreases by `w^2`, which is at most `|w| (|w| + loss.0) + loss.1` with the screen's
+    /// `w`, and `w (w + loss.0) + loss.1` at a first node.
     loss: (f64, f64),
 }
 
-/// What a step has to know of [`Errors`].
+/// The part of [`Errors`] that a step needs.
 #[derive(Debug, Clone, Copy)]
 pub struct Margins {
-    /// How far a weight may be off, and how large it may be.
+    /// Error bound of a weight, and upper bound of its magnitude.
     weights: (f64, f64),
-    /// Whether the node is the first one.
+    /// Whether the node is a first node.
     first: bool,
-    /// The sum of the squares of how far the columns may be off.
+    /// The sum of the squared error bounds of the columns.
     pub squared: f64,
-    /// How much less than the truth a divisor may be, rounded up.
+    /// How much a divisor may be too small, rounded up.
     pub gap: f32,
 }
 
 impl Margins {
-    /// How much further a correlation is off once `along` is taken off. At the root it was no more than `spread`, less 1.
+    /// The error that a correlation gains when `projection` times the weight is subtracted. At the root its
+    /// `|y'|` was at most `spread`.
     #[inline(always)]
     pub fn projection_error(&self, projection: f64, spread: f64) -> f64 {
         let (p, (off, max_weight)) = (projection.abs(), self.weights);
@@ -85,14 +90,14 @@ impl Margins {
 }
 
 impl Errors {
-    /// What a step at the root has to know: there, 1 is added to all.
+    /// The margins of a step at the root, where 1 is added to all correlations.
     #[inline(always)]
     fn at_root(&self) -> Margins {
         let squared = self.columns.iter().map(|e| (e + ADD_ONE_ERROR).powi(2)).sum();
         Margins { squared, ..self.margins(false) }
     }
 
-    /// What a step has to know.
+    /// The margins of a step below the root.
     #[inline(always)]
     fn margins(&self, first: bool) -> Margins {
         Margins {
@@ -103,7 +108,8 @@ impl Errors {
         }
     }
 
-    /// As the child's of `parent` with the node at the path's end; gives what a step has to know.
+    /// Sets the bounds of the node at the end of the path, a child of `parent`, and returns the margins of
+    /// its step.
     #[inline(always)]
     fn set_child<const FIRST: bool>(
         &mut self,
@@ -118,8 +124,8 @@ impl Errors {
             self.set_deeper(&path.end().triangle, above, spread);
             self.divisors += parent.divisors;
         }
-        // What is left of an atom only becomes less.
-        self.max_left = parent.max_left;
+        // The residual of an atom can only shrink.
+        self.max_residual = parent.max_residual;
         let margins = self.margins(FIRST);
         self.columns.clone_from(&parent.columns);
         for (error, &p) in self.columns.iter_mut().zip(&path.end().projections) {
@@ -128,7 +134,7 @@ impl Errors {
         self.margins(FIRST)
     }
 
-    /// Of a first node, whose atom has this norm.
+    /// Sets the bounds of a first node whose atom has this norm.
     #[inline(always)]
     fn set_first(&mut self, norm: f64, spread: f64) {
         let max_weight = spread / norm + (1.0 / norm - 1.0).abs();
@@ -140,7 +146,7 @@ impl Errors {
         self.divisors = 2.0 * self.loss.1;
     }
 
-    /// Of a node further below; what `over` may lack more than the parent's.
+    /// Sets the bounds of a deeper node; `divisors` becomes the increase over the parent's.
     #[inline(always)]
     fn set_deeper(&mut self, triangle: &[f64; MAX_ATOMS], above: &[Rows], spread: f64) {
         let earlier = above.len();
@@ -152,44 +158,46 @@ impl Errors {
             sums += projection.abs() * max_weight;
         }
         numerator += U * ((earlier + 1) as f64 * sums + (1.0 - triangle[0]).abs());
-        let max_norm = above[0].errors.max_left.sqrt();
+        let max_norm = above[0].errors.max_residual.sqrt();
         self.weights = SECOND_ORDER * (numerator / triangle[earlier] + 3.0 * U * max_norm);
         self.max_weight = max_norm + self.weights;
         let rounding = 5.0 * U * self.max_weight.powi(2);
         self.loss =
             (2.0 * SECOND_ORDER * self.weights, SECOND_ORDER * (self.weights.powi(2) + rounding));
-        // `2 o |w|` is taken off twice too much at most, and so is what is for rounding.
+        // At most, `2 o |w|` is subtracted twice too often, and so is the allowance for rounding.
         self.divisors = SECOND_ORDER * (4.0 * self.weights * self.max_weight + 2.0 * rounding);
     }
 }
 
-/// How far adding 1 to a correlation takes it off.
+/// Error bound of adding 1 to a correlation.
 pub const ADD_ONE_ERROR: f64 = 2.0 * U;
 
-/// A tile of what all candidates at a node share. Aligned, as a vector across two cache lines costs twice.
+/// A tile of the data that all candidates at a node share. Aligned, because loading a vector that straddles
+/// two cache lines costs twice as much.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub struct SharedTile<S: Simd> {
-    /// `w_t`; nothing at the root.
+    /// `w_t`; zeros at the root.
     pub weights: Tile<S>,
-    /// For each atom the sum of the squared correlations of all columns.
+    /// For each atom, the sum of the squared correlations of all shared columns.
     pub squares: Tile<S>,
-    /// What scores are divided by, at least.
+    /// Lower bounds of the divisors of the scores.
     pub divisors: Tile<S>,
 }
 
-/// Gives the tiles of the root, one after the other, and correlates the candidates.
+/// Makes the tiles of the root one by one, and correlates the candidates.
 #[derive(Debug, Clone, Copy)]
 pub struct RootTiles<'a, S: Simd> {
     dictionary: &'a Dictionary,
-    /// What the candidates differ by from the newest column.
+    /// The candidates minus the newest column.
     differences: &'a [f32],
     rows: &'a Rows,
     columns: &'a [Tile<S>],
     divisors: &'a [Tile<S>],
 }
 
-/// Makes the tiles of a child, of the root or of a node further below, one after the other. Its rows are cut into tiles once, as cutting costs more than a tile.
+/// Makes the tiles of a child, of the root or of a deeper node, one by one. Its rows are split into tiles
+/// once, because splitting them costs more than computing a tile.
 #[derive(Debug)]
 pub struct ChildTiles<'a, S: Simd, const FIRST: bool> {
     recurrence: Recurrence<'a>,
@@ -199,28 +207,30 @@ pub struct ChildTiles<'a, S: Simd, const FIRST: bool> {
     /// The parent's rows.
     columns: &'a [Tile<S>],
     divisors: &'a [Tile<S>],
-    /// The child's own, where they are kept for nodes further below.
+    /// The child's own rows, if it can have children.
     stored: Option<StoredRows<'a, S>>,
 }
 
-/// How a child's entries follow from those of the nodes above.
+/// The recurrence that computes a child's entries from those of the nodes above.
 #[derive(Debug)]
 struct Recurrence<'a> {
     gram: &'a [f32],
     above: &'a [Rows],
     parent: &'a Rows,
-    /// `q_s^T d` of the new atom for each node above, one over what is left of its norm, and `p` of each column.
+    /// `q_s^T d` of the new atom for each node above, the inverse of the norm of its residual, and `p` of
+    /// each column.
     triangle: [f32; MAX_ATOMS],
     inverse: f32,
     projections: &'a [f32],
-    /// What makes good that the numbers above are less 1: added to weights (of the first node after they are scaled), and to columns.
+    /// Corrections for entries stored minus 1. `weight_offset` is added to the weights, at a first node after
+    /// scaling them; `offsets` are added to the columns.
     weight_offset: f32,
     offsets: &'a [f32],
     atom: usize,
     loss: (f32, f32),
 }
 
-/// Rows that are written.
+/// The rows that a child stores for its own children.
 #[derive(Debug)]
 struct StoredRows<'a, S: Simd> {
     weights: &'a mut [Tile<S>],
@@ -230,27 +240,27 @@ struct StoredRows<'a, S: Simd> {
 
 /// A source of tiles.
 pub trait Tiles<S: Simd> {
-    /// Whether candidates still have to take off what the newest atom explains.
+    /// Whether the newest atom must be projected out of the candidates' correlations.
     const BELOW_ROOT: bool;
 
-    /// Whether the correlations are less 1.
+    /// Whether the correlations are stored minus 1.
     const HAS_OFFSET: bool;
 
-    /// Whether what a step makes of the correlations is written, for nodes further below.
+    /// Whether the updated correlations are stored for child nodes.
     fn stores_rows(&self) -> bool;
 
-    /// Makes the candidates' correlations with tile `t`, where they are not there yet.
+    /// Correlates the candidates with the atoms of tile `t`, unless their correlations are stored already.
     fn correlate(&self, simd: S, t: usize, correlations: &mut [Tile<S>]);
 
-    /// Tile `t`.
+    /// Makes tile `t`.
     fn tile(&mut self, simd: S, t: usize) -> SharedTile<S>;
 
-    /// The same of a single atom: weight, squares and divisor.
+    /// The same for one atom: its weight, sum of squares and divisor.
     fn at(&self, k: usize) -> [f32; 3];
 }
 
 impl Rows {
-    /// Becomes the rows of the root.
+    /// Fills in the rows of the root.
     #[inline(always)]
     pub fn fill_root<S: Simd>(
         &mut self,
@@ -280,21 +290,23 @@ impl Rows {
         self.errors.columns.clear();
         self.errors.columns.resize(columns, U * spread);
         (self.errors.spread, self.errors.divisors) = (spread, 8.0 * U);
-        self.errors.max_left = 1.0 + 8.0 * U;
+        self.errors.max_residual = 1.0 + 8.0 * U;
         self.divisors.resize(stride);
         self.divisors.fill(EXCLUDED);
         for (k, divisor) in self.divisors.iter_mut().take(count).enumerate() {
             let norm = dictionary.squared_norm(k);
-            // An atom that repeats an earlier one has its score, and gives way to it; with that one chosen, nothing is left of it.
+            // An atom that repeats an earlier one has the same score and loses the tie. Once the earlier one
+            // has been chosen, it has no residual.
             if norm >= rules.min_residual && !dictionary.repeats(k) {
                 *divisor = (norm - 1.0) as f32;
             }
         }
     }
 
-    /// Looks how much is left of the atoms, once all tiles were made: the less, the less the rows of nodes further below can be off.
+    /// Tightens [`Errors::max_residual`] once all tiles have been made: the smaller the residuals of the
+    /// atoms, the smaller the errors of deeper nodes.
     #[inline(always)]
-    pub fn measure_residuals<S: Simd>(&mut self, simd: S) {
+    pub fn tighten_max_residual<S: Simd>(&mut self, simd: S) {
         let (excluded, zero) = (simd.splat_f32s(EXCLUDED), simd.splat_f32s(0.0));
         let mut largest = [zero; TILE];
         for tile in tiles::<S>(&self.divisors) {
@@ -304,10 +316,11 @@ impl Rows {
             }
         }
         let largest = largest.into_iter().map(|v| simd.reduce_max_f32s(v)).fold(0.0, f32::max);
-        self.errors.max_left = self.errors.max_left.min(f64::from(largest) + self.errors.divisors);
+        self.errors.max_residual =
+            self.errors.max_residual.min(f64::from(largest) + self.errors.divisors);
     }
 
-    /// How many columns there are.
+    /// Number of columns.
     fn count(&self) -> usize {
         self.columns.len() / self.divisors.len().max(1)
     }
@@ -317,20 +330,21 @@ impl Rows {
         self.columns[panel_index(k, c, self.count())]
     }
 
-    /// What a step at the root has to know.
+    /// The margins of a step at the root.
     #[inline(always)]
     pub fn root_margins(&self) -> Margins {
         self.errors.at_root()
     }
 
-    /// At the root: how far a candidate's correlations are off that is this far from the newest column, and the most that they are, less 1.
+    /// At the root, for a candidate at this distance from the newest column: the error bound of its
+    /// correlations, and an upper bound of their `|y'|`.
     #[inline(always)]
     pub fn candidate_bounds(&self, dim: usize, distance: f64) -> (f64, f64) {
         let spread = self.errors.spread + distance;
         (SECOND_ORDER * U * ((dim + 2) as f64 * distance + 2.0 * spread), spread)
     }
 
-    /// The root's tiles.
+    /// The tiles of the root.
     #[inline(always)]
     pub fn root_tiles<'a, S: Simd>(
         &'a self,
@@ -341,7 +355,8 @@ impl Rows {
         RootTiles { dictionary, differences, rows: self, columns, divisors }
     }
 
-    /// The tiles of the node at the path's end, `FIRST` if the root is its parent, whose parents' rows are `root` and `above`, and their margins. The rows are there once all tiles were
+    /// The tiles and margins of the node at the end of the path; `FIRST` if its parent is the root. `root`
+    /// and `above` are the rows of the nodes above it. Its own rows are complete once all tiles have been
     /// made.
     #[inline(always)]
     pub fn child_tiles<'a, S: Simd, const FIRST: bool>(
@@ -379,12 +394,12 @@ impl Rows {
         };
         let mut earlier: [&[Tile<S>]; MAX_ATOMS] = [&[]; MAX_ATOMS];
         for (k, tiles_above) in earlier.iter_mut().enumerate() {
-            // Left early, so that the compiler makes no gathers of these few turns.
+            // Leaving early keeps the compiler from turning these few iterations into gathers.
             let Some(rows) = above.get(k) else { break };
             *tiles_above = tiles::<S>(&rows.weights);
         }
         let (columns, divisors) = (tiles::<S>(&parent.columns), tiles::<S>(&parent.divisors));
-        // Below the deepest node there is none that would ask for its rows.
+        // The deepest nodes have no children that would read their rows.
         let store = path.nodes.len() + 1 < rules.atoms;
         let stored = store.then(|| StoredRows::new(own, parent));
         let gram = tiles::<S>(gram);
@@ -393,7 +408,7 @@ impl Rows {
 }
 
 impl<'a, S: Simd> StoredRows<'a, S> {
-    /// Room in these for as many as the parent has.
+    /// Resizes the rows to the size of the parent's.
     #[inline(always)]
     fn new([weights, columns, divisors]: [&'a mut Aligned; 3], parent: &Rows) -> Self {
         columns.resize(parent.columns.len());
@@ -489,8 +504,8 @@ impl<S: Simd, const FIRST: bool> Tiles<S> for ChildTiles<'_, S, FIRST> {
     }
 }
 
-/// Adds up the squares of what the node leaves of its parent's columns, every `step`th of these tiles,
-/// and writes it where it has its own.
+/// Updates the parent's columns, which are every `step`th tile, to the child, adds up their squares, and
+/// stores them if the child stores its rows.
 #[inline(always)]
 fn update_columns<S: Simd, const FIRST: bool>(
     simd: S,
@@ -559,7 +574,8 @@ impl Recurrence<'_> {
         [w, squares, above - (size + self.loss.0) * size - self.loss.1]
     }
 
-    /// What scores are divided by, at least: `||d_res||^2` loses `w^2`, and what that may be off. The node's own atom is dead.
+    /// Lower bounds of the divisors: `||d_res||^2` decreases by `w^2` and by its error bound. The node's own
+    /// atom is excluded.
     #[inline(always)]
     fn update_divisors<S: Simd, const FIRST: bool>(
         &self,
@@ -583,7 +599,8 @@ impl Recurrence<'_> {
     }
 }
 
-/// Marks the atom as one that can't be chosen. By comparing: a number written into a vector would take the whole tile through memory.
+/// Marks the atom as excluded. It compares lanes, because writing one lane would move the whole tile through
+/// memory.
 #[inline(always)]
 fn exclude<S: Simd>(simd: S, divisors: &mut Tile<S>, atom: usize) {
     static NUMBERS: [f32; LANES] = {
@@ -614,7 +631,8 @@ mod tests {
     const DIM: usize = 16;
     const RULES: CodeRules = CodeRules { atoms: MAX_ATOMS, min_residual: 1e-6 };
 
-    /// Vectors that are positive and alike, as patches are, with this much texture; every third is nearly that before it.
+    /// Positive, similar vectors with this much texture, like patches; every third one nearly equals the one
+    /// before it.
     fn vectors(count: usize, texture: f32) -> impl Strategy<Value = Vec<f32>> {
         let rows = prop::collection::vec(prop::collection::vec(-0.5..0.5f32, DIM), count);
         rows.prop_map(move |rows| {
@@ -633,7 +651,7 @@ mod tests {
         })
     }
 
-    /// What a few atoms leave of vectors, by Gram and Schmidt in `f64`.
+    /// Projects chosen atoms out of vectors by the Gram-Schmidt process in `f64`.
     #[derive(Default)]
     struct Truth(Vec<Vec<f64>>);
 
@@ -659,7 +677,8 @@ mod tests {
         a.iter().zip(b).map(|(a, b)| a * b).sum()
     }
 
-    /// Takes these atoms one after the other, as far as they are eligible, and holds each node's rows to the truth. Gives what they say of their errors.
+    /// Chooses these atoms in order, as far as they are eligible, and compares each node's rows with the
+    /// truth. Returns the error bounds of the nodes.
     struct Descend<'a> {
         dictionary: &'a Dictionary,
         shared: &'a [f32],
@@ -691,7 +710,7 @@ mod tests {
                 let single = if nodes.len() == 1 {
                     let tiles = new.child_tiles::<S, true>(dictionary, path, above, &RULES).0;
                     let single = make_tiles(simd, dictionary, tiles);
-                    new.measure_residuals(simd);
+                    new.tighten_max_residual(simd);
                     single
                 } else {
                     let tiles = new.child_tiles::<S, false>(dictionary, path, above, &RULES).0;
@@ -707,7 +726,7 @@ mod tests {
         }
     }
 
-    /// Makes all tiles, and says what the same are of each atom alone.
+    /// Makes all tiles; returns the same data computed for each atom alone.
     #[inline(always)]
     fn make_tiles<S: Simd, const FIRST: bool>(
         simd: S,
@@ -737,7 +756,7 @@ mod tests {
             }
         }
 
-        /// A weight, and a divisor.
+        /// Checks a weight and a divisor.
         fn check_atom(&self, rows: &Rows, truth: &Truth, k: usize, (weight, divisor): (f32, f32)) {
             let atom = self.dictionary.atom(k);
             if let Some(direction) = truth.0.last() {
@@ -758,7 +777,7 @@ mod tests {
         }
     }
 
-    /// Where patches have little texture, little is left of the atoms, and the bounds are as much closer.
+    /// With little texture the residuals of the atoms are small, and the bounds are correspondingly tight.
     #[test]
     fn bounds_are_tight_where_little_is_left() {
         let mut runner = proptest::test_runner::TestRunner::deterministic();
@@ -769,16 +788,19 @@ mod tests {
         for (_, instructions) in Instructions::available() {
             let descend = Descend { dictionary: &dictionary, shared: &shared, atoms: &[3, 16, 31] };
             for (depth, errors) in instructions.dispatch(descend).iter().enumerate().skip(1) {
-                println!("{depth} {} {} {:?}", errors.max_left, errors.divisors, errors.columns);
-                assert!(errors.max_left < 1e-3, "node {depth}: {errors:?}");
-                assert!(errors.divisors < 1e-2 * errors.max_left, "node {depth}: {errors:?}");
+                println!(
+                    "{depth} {} {} {:?}",
+                    errors.max_residual, errors.divisors, errors.columns
+                );
+                assert!(errors.max_residual < 1e-3, "node {depth}: {errors:?}");
+                assert!(errors.divisors < 1e-2 * errors.max_residual, "node {depth}: {errors:?}");
                 assert!(errors.columns.iter().all(|e| *e < 1e-7), "node {depth}: {errors:?}");
             }
         }
     }
 
     proptest! {
-        /// The bounds that the proof begins with.
+        /// The bounds on which the proof is built.
         #[test]
         fn errors_stay_within_their_bounds(
             (atoms, shared) in prop_oneof![Just(0.8), Just(0.01), Just(1e-4)]

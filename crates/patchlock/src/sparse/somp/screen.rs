@@ -1,4 +1,5 @@
-//! One step of all candidates at a node: the screen finds in `f32` which atoms could win, and `f64` decides where it can't tell.
+//! One step of all candidates at a node: the screen finds in `f32` which atoms can have the largest score.
+//! Where several can, `f64` decides.
 
 use super::exact::{Choice, Exact};
 use super::rows::{SharedTile, Tiles};
@@ -8,18 +9,20 @@ use super::vectors::{
 use pulp::{Simd, bytemuck};
 use std::iter::successors;
 
-/// More than all relative roundings of a screened score.
+/// Exceeds all relative rounding errors of a screened score.
 const ROUNDING: f64 = 64.0 * U;
 
-/// Less than any score that is not zero but for rounding; more than nothing, so that an atom that can't be chosen stays below it.
+/// Below any score that is not just rounding error. Above 0, so that the score of an excluded atom stays
+/// below it.
 const MIN_SCORE: f32 = 1e-30;
 
-/// A little less than 1, and a little more.
+/// Factors slightly below and above 1 that absorb the rounding of a bound.
 const ROUND_DOWN: f32 = 1.0 - 8.0 * U as f32;
 const ROUND_UP: f32 = 1.0 + 8.0 * U as f32;
 
-/// What the screened sum of squares `x` of an atom says of its score: with `l` and `l + gap` around its `||d_res||^2`, the score is at most
-/// `(widen x + added) / l` and at least `(narrow x - taken) / (l + gap)`.
+/// Bounds on an atom's score, given its screened sum of squares `x`. With `l <= ||d_res||^2 <= l + gap`, the
+/// score is at most `(upper_factor x + upper_term) / l` and at least
+/// `(lower_factor x - lower_term) / (l + gap)`.
 #[derive(Debug, Clone, Copy, Default)]
 struct Bounds {
     upper_factor: f32,
@@ -29,10 +32,11 @@ struct Bounds {
 }
 
 impl Bounds {
-    /// The bounds where the squared errors of all columns add to `squared_errors`. They are closest for scores near this one.
+    /// The bounds for columns whose squared errors sum to `squared_errors`; tightest for scores near `score`.
     #[inline(always)]
     fn new(score: f64, squared_errors: f64) -> Self {
-        // Any slack is right. This one adds about as much as the errors do where a quarter of an atom is left.
+        // Any slack in this range is valid. This one is about the size of the errors where a quarter of an
+        // atom is left.
         let slack = (2.0 * (squared_errors / score.max(MIN_SCORE.into())).sqrt()).clamp(1e-9, 1.0);
         let inverse = 1.0 / slack;
         Self {
@@ -44,50 +48,51 @@ impl Bounds {
     }
 }
 
-/// A candidate in a step.
+/// The state of a candidate in one step.
 #[derive(Debug, Clone, Default)]
 pub struct StepCandidate {
     row: usize,
     /// `p` along the node's direction.
     projection: f32,
-    /// What makes good that the correlations are less 1: at the root all of it, at a first node what `p` leaves, further below nothing.
+    /// Added to the correlations, which are stored minus 1: 1 at the root, `1 - p` at a first node, 0 further
+    /// below.
     offset: f32,
     bounds: Bounds,
-    /// A score that some atom is known to have at least.
+    /// A lower bound on the largest score.
     lower_bound: f32,
-    /// The best of the atoms that had to be computed.
+    /// The best of the atoms computed in `f64` so far.
     best: Option<Choice>,
-    /// The newest of its contenders.
+    /// Index of the newest of its possible atoms.
     newest: Option<u32>,
 }
 
-/// An atom that could win a runner's step, and the most that its score can be.
+/// An atom that may have the largest score for a candidate, and an upper bound on that score.
 #[derive(Debug, Clone, Copy)]
 struct PossibleAtom {
     atom: u32,
     upper_bound: f32,
-    /// The runner's contender before.
+    /// Index of the candidate's previous possible atom.
     previous: Option<u32>,
 }
 
-/// A step of all candidates at a node.
+/// The state of a step of all candidates at a node.
 #[derive(Debug, Default)]
 pub struct Screen {
     candidates: Vec<StepCandidate>,
     possible_atoms: Vec<PossibleAtom>,
 }
 
-/// What is left of the candidates.
+/// The residuals of all candidates.
 #[derive(Debug, Clone, Copy)]
 pub struct Residuals<'a> {
-    /// One after the other.
+    /// Row by row.
     pub all: &'a [f64],
-    /// Samples of each.
+    /// Number of samples in a row.
     pub dim: usize,
 }
 
 impl Residuals<'_> {
-    /// That of one candidate.
+    /// The residual of one candidate.
     #[inline(always)]
     pub fn row(&self, row: usize) -> &[f64] {
         &self.all[row * self.dim..][..self.dim]
@@ -95,7 +100,8 @@ impl Residuals<'_> {
 }
 
 impl Screen {
-    /// Makes room for as many runners and atoms as there can be: how many atoms contend differs from frame to frame, and after days more may do than ever before.
+    /// Reserves space for this many candidates and for every atom of each. How many atoms remain possible
+    /// varies from frame to frame, and a new maximum may occur after any number of frames.
     #[inline(always)]
     pub fn reserve(&mut self, candidates: usize, atoms: usize) {
         self.candidates.clear();
@@ -104,7 +110,7 @@ impl Screen {
         self.possible_atoms.reserve_exact(candidates * atoms);
     }
 
-    /// Begins a step with these runners.
+    /// Begins a step with these candidates.
     #[inline(always)]
     pub fn begin(&mut self, candidates: impl Iterator<Item = StepCandidate>) {
         self.candidates.clear();
@@ -112,9 +118,10 @@ impl Screen {
         self.possible_atoms.clear();
     }
 
-    /// Screens all atoms for all runners, tile by tile. `guess` is tried first: a good one saves work. A divisor may be less than the
-    /// truth by `gap`. `correlations` are those of the candidates, in panels, as the parent left them; they are brought up to the
-    /// node where there are nodes further below.
+    /// Screens all atoms for all candidates, tile by tile. The atom `guess` comes first: a good guess raises
+    /// the lower bounds early. A divisor may be too small by at most `gap`. `correlations` are the
+    /// candidates' own, in panels, as the parent left them. They are updated to this node if it can have
+    /// children.
     #[inline(always)]
     pub fn run<S: Simd, T: Tiles<S>>(
         &mut self,
@@ -134,7 +141,8 @@ impl Screen {
                 tiles.correlate(simd, t, correlations);
             }
             let shared = tiles.tile(simd, t);
-            // Those that found something come later: what they do with it would take the tile out of the registers.
+            // These candidates are handled after the loop: doing it here would move the tile out of the
+            // registers.
             let mut found = 0u64;
             for (number, candidate) in self.candidates.iter().enumerate() {
                 let index = tile_index::<S>(t, candidate.row, rows);
@@ -166,7 +174,7 @@ impl Screen {
         }
     }
 
-    /// Raises the bar by what the guess can do.
+    /// Raises the lower bounds to the score of the guess.
     #[inline(always)]
     fn bound_by_guess<S: Simd>(
         &mut self,
@@ -185,12 +193,12 @@ impl Screen {
                 + candidate.offset;
             self.add_atom(simd, (number, guess), (squares + y * y, divisor), gap, residuals, exact);
         }
-        // The guess is found again in its tile.
+        // The guess is found again with its tile.
         self.possible_atoms.clear();
         self.candidates.iter_mut().for_each(|candidate| candidate.newest = None);
     }
 
-    /// Takes in the atoms of a tile that could win; `y` are the candidate's correlations.
+    /// Adds the possible atoms of a tile; `y` are the candidate's correlations.
     #[inline(always)]
     fn add_tile<S: Simd>(
         &mut self,
@@ -214,7 +222,7 @@ impl Screen {
         }
     }
 
-    /// Takes in an atom with this screened sum of squares and this divisor.
+    /// Adds an atom with this screened sum of squares and this divisor, if it is possible.
     #[inline(always)]
     fn add_atom<S: Simd>(
         &mut self,
@@ -232,7 +240,7 @@ impl Screen {
         }
         if divisor >= exact.eligible.0 {
             let lower = candidate.bounds.lower_factor * sum - candidate.bounds.lower_term;
-            // The bar waits for a division only where that may raise it.
+            // Divides only if that raises the lower bound.
             if lower > candidate.lower_bound * (divisor + gap) {
                 candidate.raise_lower_bound(lower / (divisor + gap) * ROUND_DOWN);
             }
@@ -244,8 +252,9 @@ impl Screen {
         }
     }
 
-    /// Calls `done` with each runner's row and the eligible atom with the largest score, the first of equal ones; none where no score is
-    /// positive. Atoms are computed unless only one is left that could win.
+    /// Calls `done` with each candidate's row and its eligible atom with the largest score, or `None` if no
+    /// score is positive. Of equal scores the first atom is chosen. If more than one atom is possible, they
+    /// are computed in `f64`.
     #[inline(always)]
     pub fn finish<S: Simd>(
         &mut self,
@@ -262,8 +271,9 @@ impl Screen {
 }
 
 impl StepCandidate {
-    /// The candidate of this row: `along` is `p` along the node's direction, `lift` what its correlations lack, `score` about what the next atom will reach, `squared_errors` the sum
-    /// of the squares of how far the correlations of all columns, its own included, may be off.
+    /// The state of the candidate in this row: `projection` is `p` along the node's direction, `offset` is
+    /// added to its correlations, `score` estimates the score of the next atom, and `squared_errors` is the
+    /// sum of the squared error bounds of the correlations of all columns, including its own.
     #[inline(always)]
     pub fn new(
         row: usize,
@@ -276,13 +286,14 @@ impl StepCandidate {
         Self { row, projection, offset, bounds, lower_bound: MIN_SCORE, best: None, newest: None }
     }
 
-    /// Knows of an atom whose score is at least this.
+    /// Records that some atom has at least this score.
     #[inline(always)]
     fn raise_lower_bound(&mut self, lower_bound: f32) {
         self.lower_bound = self.lower_bound.max(lower_bound);
     }
 
-    /// Not negative where an atom of the tile could win.
+    /// For each atom, the excess of its upper bound over the lower bound, times its divisor. If it is
+    /// negative, the atom cannot be chosen.
     #[inline(always)]
     fn excess<S: Simd>(&self, simd: S, sums: &Tile<S>, divisors: &Tile<S>) -> Tile<S> {
         let (upper_factor, upper_term) =
@@ -296,7 +307,7 @@ impl StepCandidate {
         excess
     }
 
-    /// A bit for each atom of the tile that could win, the first one's the lowest.
+    /// A bit mask of the possible atoms of the tile; the first atom is the lowest bit.
     #[inline(always)]
     fn possible_lanes<S: Simd>(&self, simd: S, sums: &Tile<S>, divisors: &Tile<S>) -> u64 {
         let mut bits = 0;
@@ -306,7 +317,7 @@ impl StepCandidate {
         bits
     }
 
-    /// Whether an atom of the tile could win; `y` are the candidate's correlations.
+    /// Whether any atom of the tile is possible; `y` are the candidate's correlations.
     #[inline(always)]
     fn has_possible<S: Simd>(&self, simd: S, y: &Tile<S>, shared: &SharedTile<S>) -> bool {
         let mut sums = shared.squares;
@@ -316,7 +327,7 @@ impl StepCandidate {
         non_negative_lanes::<S>(simd, highest) != 0
     }
 
-    /// Computes an atom, and keeps the better one.
+    /// Computes an atom in `f64` and keeps it if it is the best so far.
     #[inline(always)]
     fn compute<S: Simd>(&mut self, simd: S, k: usize, residual: &[f64], exact: &mut Exact<'_>) {
         let Some(choice) = exact.choice_with_score(simd, k, residual) else { return };
@@ -350,7 +361,7 @@ impl StepCandidate {
         {
             return Some(only.atom as usize);
         }
-        // The one that can reach furthest comes first: behind it, few others are left.
+        // Computing the atom with the highest upper bound first often excludes the others.
         for possible in all() {
             highest = highest
                 .filter(|other| other.upper_bound >= possible.upper_bound)
@@ -368,12 +379,12 @@ impl StepCandidate {
     }
 }
 
-/// A bit for each lane that is not negative, the first lane's the lowest.
+/// A bit mask of the lanes that are not negative; the first lane is the lowest bit.
 #[inline(always)]
 fn non_negative_lanes<S: Simd>(simd: S, excess: S::f32s) -> u32 {
     let mask = simd.greater_than_or_equal_f32s(excess, simd.splat_f32s(0.0));
     let bytes = bytemuck::bytes_of(&mask);
-    // Some processors have a bit for each lane, others a word.
+    // Masks have one bit per lane on some processors and one word per lane on others.
     if let (&[low, high], 16) = (bytes, S::F32_LANES) {
         return u32::from(u16::from_ne_bytes([low, high]));
     }
