@@ -1,23 +1,24 @@
-//! What a target costs as their number grows: the preset `paper` on the rendered demo scene, on all cores.
+//! The cost of tracking many targets: the preset `paper` on the rendered demo scene, on all cores.
 //!
 //! ```sh
 //! cargo run --release -p patchlock --example targets -- 1 2 4 8 16 32 64
-//! cargo run --release -p patchlock --example targets -- --separate 1 2 4 8    # a Tracker for each, one after the other
+//! cargo run --release -p patchlock --example targets -- --separate 1 2 4 8  # a Tracker per target
 //! ```
 //!
-//! Of each number of targets: the median milliseconds of a frame; those of a target, by the clock and of processor time; and the memory of the process. The last
-//! two are read from Linux and are 0 elsewhere. All boxes lie around the scene's target, an eighth of a pixel apart: what a target costs depends on what is
-//! in its box, and here only their number should differ.
+//! For each number of targets it prints the median wall-clock time per frame and per target, the processor
+//! time per target, and the memory of the process. The last two are read from Linux and are 0 on other
+//! systems. All boxes lie around the scene's target, an eighth of a pixel apart. The cost of a target depends
+//! on the contents of its box, and only the number of targets should vary here.
 
 use patchlock::{BoundingBox, Error, Frame, MultiTracker, Tracker, TrackerConfig};
 use patchlock_scene::{Scene, SceneFrame};
 use std::fs;
 use std::time::Instant;
 
-/// Frames that are timed, after one that is not.
+/// Number of frames that are timed, after one that is not.
 const FRAMES: usize = 5;
 
-/// Milliseconds of a frame: by the clock, and of all processors.
+/// Milliseconds per frame: wall-clock time, and processor time of all threads.
 type Cost = [f64; 2];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -83,7 +84,7 @@ fn separately(frames: &[SceneFrame], boxes: &[BoundingBox]) -> Result<Vec<Cost>,
     })
 }
 
-/// The cost of each frame but the first two.
+/// The cost of each frame, except the first two.
 fn timed(
     frames: &[SceneFrame],
     mut update: impl FnMut(&Frame<'_>) -> Result<(), Error>,
@@ -97,7 +98,7 @@ fn timed(
     Ok(costs.split_off(1))
 }
 
-/// Milliseconds that all threads of the process have worked so far.
+/// Processor time of all threads of the process so far, in milliseconds.
 fn cpu_ms() -> f64 {
     let threads = fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
     let worked = |thread: fs::DirEntry| {
@@ -107,7 +108,7 @@ fn cpu_ms() -> f64 {
     threads.filter_map(worked).sum::<f64>() / 1e6
 }
 
-/// What the process holds now, in MB.
+/// Resident memory of the process, in MB.
 fn memory() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;

@@ -1,15 +1,15 @@
-//! Who may know whom, between the rooms of the library and between the crates, read from the source text. ARCHITECTURE.md
-//! says why.
+//! Which modules of the library and which crates may depend on which, checked on the source text.
+//! ARCHITECTURE.md gives the reasons.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A module of the library, and the modules that it may name.
+/// A module of the library, and the modules that it may use.
 type Rule = (&'static str, &'static [&'static str]);
 
-/// Each module of the library's root. Every module may name itself. The modules stand in an order in which each names
-/// only earlier ones, so that there is no circle.
+/// Every module below the library's root; each may also use itself. A module may use only modules listed
+/// before it, so there are no cycles.
 const MAY_USE: &[Rule] = &[
     ("error", &[]),
     ("numeric", &["error"]),
@@ -20,7 +20,7 @@ const MAY_USE: &[Rule] = &[
     ("config", &["appearance", "error", "motion", "sparse", "vision"]),
     ("estimate", &["appearance", "vision"]),
     ("patchwise", &["appearance", "config", "estimate", "motion", "sparse", "vision"]),
-    // Only the types of what it shows.
+    // Only the types in its views.
     ("observe", &["patchwise"]),
     ("method", &["config", "error", "estimate", "observe", "patchwise", "vision"]),
     ("target_id", &[]),
@@ -38,18 +38,20 @@ const MAY_USE: &[Rule] = &[
     ),
 ];
 
-/// What `lib.rs` re-exports and other modules name by that.
+/// Re-exports of `lib.rs` that other modules use, with the modules where they are defined.
 const RE_EXPORTS: &[(&str, &str)] =
     &[("Error", "error"), ("Tracker", "tracker"), ("MultiTracker", "multi")];
 
-/// Parts of the standard library that the tracker must not touch: files, the terminal, the outside world and the clock.
+/// Parts of the standard library that the tracker must not use: files, the terminal, the network, processes
+/// and the clock.
 const FORBIDDEN_STD: &[&str] = &["fs", "io", "env", "net", "process", "time", "os"];
-/// A variable says which instructions to use, and changes nothing else.
+/// An environment variable selects the instructions; it affects nothing else.
 const EXCEPTIONS: &[(&str, &str)] = &[("instructions.rs", "env")];
 const FORBIDDEN_WORDS: &[&str] =
     &["println!", "eprintln!", "print!", "eprint!", "dbg!", "Instant", "SystemTime"];
 
-/// Each crate of the workspace with the crates of the workspace that it may depend on, and those that only its tests may.
+/// Each crate of the workspace, the workspace crates that it may depend on, and those that only its tests may
+/// depend on.
 const CRATES: &[(&str, &[&str], &[&str])] = &[
     ("patchlock-scene", &[], &[]),
     ("patchlock", &[], &["patchlock-scene"]),
@@ -67,7 +69,7 @@ fn library() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
 }
 
-/// All Rust files below a folder.
+/// All Rust files in a folder and its subfolders.
 fn rust_files(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -82,13 +84,13 @@ fn rust_files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// The source without comments, so that the docs may name anything.
+/// The source without comments, because docs may name anything.
 fn code(file: &Path) -> String {
     let text = fs::read_to_string(file).unwrap();
     text.lines().map(|line| line.split("//").next().unwrap_or("")).collect::<Vec<_>>().join("\n")
 }
 
-/// The names that follow `root::` in the code, those of a group `root::{..}` one by one.
+/// The names that follow `root::` in the code, including each name of a group `root::{..}`.
 fn names_behind(code: &str, root: &str) -> BTreeSet<String> {
     let start = format!("{root}::");
     let is_word = |c: char| c.is_alphanumeric() || c == '_';
@@ -109,7 +111,7 @@ fn names_behind(code: &str, root: &str) -> BTreeSet<String> {
     names
 }
 
-/// The parts of a group up to its closing brace; commas of groups within it do not count.
+/// The parts of a group up to its closing brace, split at commas outside nested groups.
 fn top_level(group: &str) -> Vec<String> {
     let (mut parts, mut depth) = (vec![String::new()], 0);
     for c in group.chars() {
@@ -128,7 +130,7 @@ fn top_level(group: &str) -> Vec<String> {
     parts
 }
 
-/// The longest chain `super::super::..` in the code.
+/// The number of `super`s in the longest chain `super::super::..` of the code.
 fn longest_super_chain(code: &str) -> usize {
     (1..).take_while(|&steps| code.contains(&"super::".repeat(steps))).last().unwrap_or(0)
 }
@@ -154,7 +156,7 @@ fn modules_use_only_what_they_may() {
                 wrong.push(format!("{} names crate::{name}", inside.display()));
             }
         }
-        // `super` must not lead out of the room: only `crate::` may, where the rule above sees it.
+        // `super` must not lead out of the module. Only `crate::` may, which the rule above checks.
         let is_root = inside.file_name().is_some_and(|name| name == "mod.rs");
         let depth = inside.iter().count() - 1 - usize::from(is_root);
         let allowed = depth.max(1); // for the tests at the end of a file, which begin with `use super::*`
@@ -188,7 +190,7 @@ fn the_library_touches_no_files_terminal_or_clock() {
     let mut wrong = Vec::new();
     for file in rust_files(&library()) {
         let code = code(&file);
-        // The tests stand at the end of a file.
+        // Tests are at the end of a file.
         let code = code.split("#[cfg(test)]").next().unwrap();
         let place = file.strip_prefix(library()).unwrap().display();
         for word in FORBIDDEN_WORDS {
@@ -207,7 +209,7 @@ fn the_library_touches_no_files_terminal_or_clock() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// The crates of this workspace that a manifest names below a heading such as `dependencies`.
+/// The crates of this workspace that a manifest lists below a heading such as `dependencies`.
 fn ours(manifest: &str, heading: &str) -> BTreeSet<String> {
     let mut below = false;
     let mut names = BTreeSet::new();
@@ -215,7 +217,7 @@ fn ours(manifest: &str, heading: &str) -> BTreeSet<String> {
         if let Some(section) = line.strip_prefix('[') {
             let section = section.trim_end_matches(']');
             below = section.rsplit('.').next() == Some(heading);
-            // A table for one dependency: [dependencies.name].
+            // A table for one dependency: `[dependencies.name]`.
             if let Some((_, name)) = section.split_once(&format!("{heading}.")) {
                 names.insert(name.to_owned());
             }
@@ -287,11 +289,14 @@ fn the_benchmark_prints_nothing_and_only_its_runs_have_a_clock() {
 
 #[test]
 fn the_parser_handles_groups_and_manifests() {
-    let code = "use crate::{Error, config::{A, B},\n vision::frame};\nlet x = crate::sparse::f(); mycrate::no";
+    let code = "use crate::{Error, config::{A, B},\n vision::frame};\n\
+        let x = crate::sparse::f(); mycrate::no";
     let names: Vec<_> = names_behind(code, "crate").into_iter().collect();
     assert_eq!(names, ["Error", "config", "sparse", "vision"]);
     assert_eq!(longest_super_chain("use super::super::a; use super::b;"), 2);
-    let manifest = "[dependencies]\nserde = \"1\"\npatchlock-a.workspace = true\n[dev-dependencies]\npatchlock-b = { path = \"x\" }\n[dependencies.patchlock-c]\n";
+    let manifest = "[dependencies]\nserde = \"1\"\npatchlock-a.workspace = true\n\
+        [dev-dependencies]\npatchlock-b = { path = \"x\" }\n\
+        [dependencies.patchlock-c]\n";
     assert_eq!(
         ours(manifest, "dependencies").into_iter().collect::<Vec<_>>(),
         ["patchlock-a", "patchlock-c"]

@@ -91,11 +91,14 @@ mod tests {
 
     proptest! {
         #[test]
-        fn dot_is_the_sum_of_products_at_every_length(pairs in prop::collection::vec((-1.0..1.0f32, -1.0..1.0f32), 0..80)) {
+        fn dot_is_the_sum_of_products_at_every_length(
+            pairs in prop::collection::vec((-1.0..1.0f32, -1.0..1.0f32), 0..80),
+        ) {
             let (a, b): (Vec<f32>, Vec<f32>) = pairs.iter().copied().unzip();
             let plain: f64 = pairs.iter().map(|&(a, b)| f64::from(a) * f64::from(b)).sum();
             prop_assert!((dot(&a, &b) - plain).abs() < 1e-13);
-            let (wide_a, wide_b): (Vec<f64>, Vec<f64>) = pairs.iter().map(|&(a, b)| (f64::from(a), f64::from(b))).unzip();
+            let wide = pairs.iter().map(|&(a, b)| (f64::from(a), f64::from(b)));
+            let (wide_a, wide_b): (Vec<f64>, Vec<f64>) = wide.unzip();
             for (name, instructions) in Instructions::available() {
                 let wide = instructions.dispatch(Wide(&wide_a, &wide_b));
                 prop_assert!(wide[0].to_bits() == dot(&a, &b).to_bits(), "{name}");

@@ -1,6 +1,6 @@
-//! What the tracker allocates once its buffers have grown: nothing, also on frames where it learns.
+//! The tracker allocates nothing once its buffers have grown, even on frames on which it learns.
 //!
-//! Counted on one thread. Where more threads share the work, `rayon` allocates now and then for its queues of tasks.
+//! Counted on one thread. With several threads, `rayon` occasionally allocates for its task queues.
 
 use crate::methods::{all, as_used};
 use crate::sequence::SIMPLE;
@@ -8,7 +8,7 @@ use patchlock::{Estimate, Tracker, TrackerConfig};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-/// The system's allocator, with two counters for each thread.
+/// The system's allocator, with two counters per thread.
 struct Counting;
 
 #[global_allocator]
@@ -24,8 +24,8 @@ fn count(calls: u64, bytes: i64) {
     HELD.set(HELD.get() + bytes);
 }
 
-// SAFETY: every call goes to the system's allocator as it came. The counters are plain numbers, made when the program is compiled: touching
-// them neither allocates nor runs a destructor.
+// SAFETY: every call is passed on to the system's allocator unchanged. The counters are plain numbers,
+// initialised at compile time: accessing them neither allocates nor runs a destructor.
 #[allow(unsafe_code)]
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
@@ -44,7 +44,7 @@ unsafe impl GlobalAlloc for Counting {
     }
 }
 
-/// What one frame did: calls of the allocator, and bytes that are held after it and were not before.
+/// What one frame did: the number of allocations, and the change of the number of bytes held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Counted {
     frame: usize,
@@ -52,7 +52,7 @@ struct Counted {
     held: i64,
 }
 
-/// A tracker that goes over the film forth and back, so that the target never jumps.
+/// A tracker that runs forwards and backwards over the sequence, so that the target never jumps.
 struct Endless {
     tracker: Tracker,
     estimate: Estimate,
@@ -77,7 +77,7 @@ impl Endless {
     }
 }
 
-/// Runs in a pool of one thread, which then does all the work.
+/// Runs in a pool of one thread, which does all the work.
 fn on_one_thread<T: Send>(run: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(run)
 }
@@ -97,7 +97,7 @@ fn no_frame_allocates() {
     }
 }
 
-/// Bytes that a tracker holds, looked at every so many frames.
+/// The bytes that a tracker holds, measured every `every` frames.
 fn held(config: &TrackerConfig, count: usize, every: usize) -> Vec<i64> {
     on_one_thread(|| {
         let before = HELD.get();
@@ -118,7 +118,8 @@ fn memory_does_not_grow_with_the_video() {
     for config in all() {
         let held = held(&config, 3000, 100);
         println!("bytes held: {held:?}");
-        // Which candidates are similar decides how far some buffers have to grow: they double a few times at most.
+        // How much some buffers grow depends on which candidates are similar; their capacity doubles a few
+        // times at most.
         let late = &held[held.len() / 2..];
         assert!(late.iter().all(|&bytes| bytes == late[0]), "{held:?}");
     }

@@ -1,10 +1,10 @@
-//! Frames of every kind give what they should, or are refused; none breaks anything.
+//! Frames of every kind give correct results or are refused, and no frame corrupts the tracker.
 
 use crate::methods::{all, learning_early};
 use crate::sequence::{SIMPLE, bits, numbers};
 use patchlock::{BoundingBox, Error, Estimate, Frame, Tracker, TrackerConfig};
 
-/// The samples of a frame of the scene as grey.
+/// A frame of the scene in grey.
 fn grey(k: usize) -> Vec<u8> {
     let grey = |rgb: &[u8]| {
         let [r, g, b] = [rgb[0], rgb[1], rgb[2]].map(f64::from);
@@ -15,7 +15,7 @@ fn grey(k: usize) -> Vec<u8> {
 
 const COUNT: usize = 16;
 
-/// Tracks frames that were made from the grey ones, with every method.
+/// Tracks frames made from the grey ones, with every method.
 fn track<T>(make: impl Fn(&[u8]) -> Vec<T>, view: impl Fn(&[T]) -> Frame<'_>) -> Vec<Estimate> {
     all().iter().flat_map(|config| track_with(config, &make, &view)).collect()
 }
@@ -45,7 +45,7 @@ fn every_kind_of_sample_gives_the_same_boxes() {
     );
     assert_eq!(bits(&grey8), bits(&grey16));
     assert_eq!(bits(&grey8), bits(&grey32f));
-    // The weights of the colours add to 0.9999.
+    // The weights of the channels sum to 0.9999.
     let rgb8 = track(
         |g| g.iter().flat_map(|&v| [v; 3]).collect::<Vec<u8>>(),
         |s| Frame::rgb8(s, w, h).unwrap(),
@@ -55,7 +55,7 @@ fn every_kind_of_sample_gives_the_same_boxes() {
     }
 }
 
-/// Puts `gap` samples of noise after every row.
+/// Appends `gap` samples of noise to every row.
 fn widened<T: Copy>(samples: &[T], row: usize, gap: usize, noise: T) -> Vec<T> {
     samples.chunks_exact(row).flat_map(|row| row.iter().copied().chain(vec![noise; gap])).collect()
 }
@@ -122,7 +122,7 @@ fn an_update_needs_a_target() {
     }
 }
 
-/// Tracks one frame again and again.
+/// Tracks the same frame repeatedly and checks that all numbers are finite.
 fn track_one_frame(samples: &[u8], w: usize, h: usize, bbox: BoundingBox, config: &TrackerConfig) {
     let frame = Frame::grey8(samples, w, h).unwrap();
     let mut tracker = Tracker::new(config.clone()).unwrap();

@@ -1,4 +1,4 @@
-//! Boxes of every kind work or are refused; none breaks anything.
+//! Boxes of every kind can be tracked or are refused, and no box corrupts the tracker.
 
 use crate::methods::{all, learning_early};
 use crate::sequence::{SIMPLE, numbers};
@@ -79,7 +79,7 @@ fn boxes_of_any_shape_and_position_can_be_tracked() {
     }
 }
 
-/// Nothing of an earlier frame or another target may stand in for what cannot be seen.
+/// Data of an earlier frame or another target must not replace what is outside the frame.
 #[test]
 fn a_target_outside_the_frame_does_not_depend_on_what_was_tracked_before() {
     let outside = bbox([-30.0, 60.0, 31.0, 40.0]);

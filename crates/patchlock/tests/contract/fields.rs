@@ -1,4 +1,4 @@
-//! No field of the configuration is dead, and none takes a value outside its range.
+//! Every field of the configuration has an effect, and none accepts a value outside its range.
 
 use crate::sequence::OCCLUDED;
 use patchlock::{
@@ -10,7 +10,7 @@ use serde::de::value::{Error as ValueError, MapDeserializer};
 use serde_json::{Map, Value, json};
 use std::collections::HashMap;
 
-/// The settings of a case by name, without their groups: no two groups have the same name.
+/// Settings by name, without their groups: names are unique across groups.
 type Fields = Map<String, Value>;
 
 fn fields(value: Value) -> Fields {
@@ -21,7 +21,7 @@ fn config(given: &Fields) -> TrackerConfig {
     serde_json::from_value(grouped(given)).unwrap()
 }
 
-/// The settings in their groups.
+/// The settings sorted into their groups.
 fn grouped(given: &Fields) -> Value {
     let mut table = Map::new();
     for (name, value) in given {
@@ -52,7 +52,7 @@ fn default_of(parameter: &Parameter) -> Value {
     }
 }
 
-/// Small and restless, so that all that the tracker does happens within a few frames.
+/// Few particles and frequent updates, so that every kind of step occurs within a few frames.
 fn base() -> Fields {
     fields(json!({
         "particles": 25, "small_step": 8, "templates": 6,
@@ -60,7 +60,7 @@ fn base() -> Fields {
     }))
 }
 
-/// Tracks past the tree. Gives the estimates, and all that an observer sees.
+/// Tracks past the tree; returns the estimates and everything that an observer sees.
 fn track(given: &Fields) -> Vec<(Estimate, String)> {
     let mut tracker = OCCLUDED.begin(&config(given), 16);
     let step = |k| {
@@ -72,7 +72,7 @@ fn track(given: &Fields) -> Vec<(Estimate, String)> {
     (17..34).map(step).collect()
 }
 
-/// For each number another value.
+/// A different value for each numeric field.
 fn other_numbers() -> Vec<(&'static str, Value)> {
     vec![
         ("seed", json!(1)),
@@ -109,7 +109,7 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
     ]
 }
 
-/// Every other value of a field that this test tries.
+/// The values of a field, other than its default, that this test tries.
 fn others(parameter: &Parameter) -> Vec<Value> {
     let default = default_of(parameter);
     match parameter.range {
@@ -163,7 +163,7 @@ fn the_table_of_parameters_is_the_configuration() {
     }
 }
 
-/// So that a setting can be named without its group.
+/// Allows a setting to be named without its group.
 #[test]
 fn no_two_fields_have_the_same_name() {
     for (k, row) in PARAMETERS.iter().enumerate() {
@@ -172,7 +172,7 @@ fn no_two_fields_have_the_same_name() {
     }
 }
 
-/// The refusal must name field, value and range.
+/// The error must name field, value and range.
 fn check_refusal(config: TrackerConfig, name: &str, value: &str, range: Range) {
     let error = Tracker::new(config).unwrap_err();
     assert!(matches!(error, Error::Config { field, .. } if field == name), "{name}: {error}");
@@ -192,7 +192,7 @@ fn a_number_outside_its_range_is_refused() {
                 check_refusal(config, name, &format!("{value:?}"), parameter.range);
             }
             for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-                // JSON has no word for these.
+                // JSON cannot represent these values.
                 let map = MapDeserializer::<_, ValueError>::new([(name, value)].into_iter());
                 let patchwise = PatchwiseConfig::deserialize(map).unwrap();
                 let config = TrackerConfig { patchwise, ..TrackerConfig::default() };
@@ -265,7 +265,7 @@ fn presets_have_names() {
     assert!(error.contains("papper") && error.contains("paper, fast"), "{error}");
 }
 
-/// Settings of version 0.1 have no groups, and may hold options that no longer exist.
+/// Settings of version 0.1 have no groups and may contain options that no longer exist.
 #[test]
 fn settings_of_version_0_1_are_read() {
     let read = |value: Value| serde_json::from_value::<TrackerConfig>(value);

@@ -1,4 +1,4 @@
-//! It follows its target.
+//! The tracker follows its target.
 
 use crate::methods::{all, following};
 use crate::sequence::{OCCLUDED, SIMPLE, Sequence};
@@ -6,7 +6,7 @@ use patchlock::{Estimate, TrackerConfig};
 use patchlock_scene::{Post, Scene, SceneConfig};
 use std::ops::Range;
 
-/// Mean and smallest overlap with the truth.
+/// Mean and smallest overlap with the ground truth.
 fn overlaps(sequence: &Sequence, config: &TrackerConfig, frames: Range<usize>) -> (f64, f64) {
     let estimates = sequence.track(config, frames.clone());
     let overlaps: Vec<f64> = (frames.start + 1..)

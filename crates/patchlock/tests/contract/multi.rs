@@ -1,4 +1,4 @@
-//! Many targets at once are tracked as by trackers of their own.
+//! Many targets tracked together get the same boxes as with separate trackers.
 
 use crate::methods::all;
 use crate::sequence::{SIMPLE, bits};
@@ -8,7 +8,7 @@ use patchlock::{
 };
 use std::collections::BTreeMap;
 
-/// The card, and pieces of the backdrop.
+/// The boxes of the card and of parts of the background.
 fn boxes(count: usize) -> Vec<BoundingBox> {
     let card = SIMPLE.truth(0);
     let piece = |k: usize| BoundingBox {
@@ -20,7 +20,7 @@ fn boxes(count: usize) -> Vec<BoundingBox> {
     std::iter::once(card).chain((1..count).map(piece)).collect()
 }
 
-/// Estimates of each target, frame after frame.
+/// The estimates of each target, in the order of frames.
 type Tracks = BTreeMap<u64, Vec<Estimate>>;
 
 fn keep(tracks: &mut Tracks, estimates: Vec<(TargetId, Estimate)>) {
@@ -29,7 +29,8 @@ fn keep(tracks: &mut Tracks, estimates: Vec<(TargetId, Estimate)>) {
     }
 }
 
-/// The tracks of targets of which the k-th begins on frame k and the second leaves before frame 6.
+/// Tracks targets together. Target k is added on frame k (counted from 0), and the second one is removed
+/// before frame 6.
 fn track_together(config: &TrackerConfig, threads: usize, count: usize, frames: usize) -> Tracks {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let mut tracker = MultiTracker::new(config.clone()).unwrap();
@@ -48,7 +49,7 @@ fn track_together(config: &TrackerConfig, threads: usize, count: usize, frames: 
     tracks
 }
 
-/// The same with a tracker for each.
+/// The same with one tracker per target.
 fn track_separately(config: &TrackerConfig, count: usize, frames: usize) -> Tracks {
     let track = |(k, &bbox): (usize, &BoundingBox)| {
         let mut tracker = Tracker::new(config.clone()).unwrap();
@@ -144,12 +145,12 @@ fn check_failed_calls(config: TrackerConfig) {
     assert!(matches!(tracker.add(&frame, outside), Err(Error::BoxOutside { .. })));
     assert!(matches!(tracker.reinit(id, &frame, outside), Err(Error::BoxOutside { .. })));
     assert_eq!(tracker.snapshot(), before);
-    // Without targets any size will do.
+    // Without targets, any frame size is accepted.
     tracker.remove(id).unwrap();
     tracker.add(&other, bbox).unwrap();
 }
 
-/// A tracker with three targets, one of them gone, saved as text.
+/// A tracker with three targets, one of which has been removed, and its snapshot as text.
 fn saved(config: TrackerConfig) -> (MultiTracker, String) {
     let mut tracker = MultiTracker::new(config).unwrap();
     let ids: Vec<_> =

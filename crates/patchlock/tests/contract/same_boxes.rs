@@ -1,4 +1,4 @@
-//! The same seed gives the same boxes, bit for bit, whatever else is different.
+//! The same seed gives the same boxes, bit for bit, whatever else changes.
 
 use crate::methods::{all, learning_early, patchwise};
 use crate::sequence::{OCCLUDED, SIMPLE, bits};
@@ -20,7 +20,7 @@ fn on_any_number_of_threads() {
             assert_eq!(bits(&one), bits(&more), "{count} threads");
             assert_eq!(one, more);
         }
-        // In no pool of its own.
+        // In the global thread pool.
         assert_eq!(one, SIMPLE.track(&config, FRAMES));
     }
 }
@@ -41,8 +41,7 @@ fn with_an_observer() {
     }
 }
 
-/// With every choice that bears on which candidates are pruned, more candidates than a block holds, and frames on
-/// which everything learns.
+/// With every setting that affects pruning, more candidates than a block holds, and frequent learning.
 #[test]
 fn with_an_observer_whatever_is_pruned() {
     let mut base = learning_early(patchwise());

@@ -1,10 +1,10 @@
-//! A saved tracker goes on to the same boxes; a damaged one is refused.
+//! A restored tracker continues with the same boxes; a damaged snapshot is refused.
 
 use crate::methods::all;
 use crate::sequence::{SIMPLE, bits};
 use patchlock::{Error, Snapshot, Tracker, TrackerConfig};
 
-/// The tracker after these many frames.
+/// A tracker after this many frames.
 fn after(frames: usize, config: &TrackerConfig) -> Tracker {
     let mut tracker = SIMPLE.begin(config, 0);
     SIMPLE.resume(&mut tracker, 1..1 + frames);
@@ -23,7 +23,7 @@ fn restore(text: &str) -> Result<Tracker, String> {
 #[test]
 fn a_restored_tracker_continues_with_the_same_boxes() {
     for config in all() {
-        // Before the first frame, at an update, between updates.
+        // Before the first frame, on an update, and between updates.
         for frames in [0, 1, 4, 9, 10, 13] {
             let mut tracker = after(frames, &config);
             let snapshot: Snapshot = serde_json::from_str(&text(&tracker)).unwrap();
@@ -84,7 +84,7 @@ fn a_damaged_snapshot_is_refused() {
             let message = restore(&text).err().unwrap_or_else(|| panic!("{to} was taken"));
             assert!(message.contains(words), "{to}: {message}");
         }
-        // Cut off anywhere.
+        // Truncated snapshots.
         for share in 1..10 {
             assert!(restore(&good[..good.len() * share / 10]).is_err());
         }

@@ -1,4 +1,4 @@
-//! The guided filter against its definition, window by window.
+//! Compares the guided filter with its definition, window by window.
 
 use crate::{difference, golden};
 use patchlock::vision::guided_filter::GuidedFilter;

@@ -1,4 +1,4 @@
-//! The reconstruction with trivial templates against scikit-learn and SPAMS.
+//! Compares the reconstruction with trivial templates with scikit-learn and SPAMS.
 
 use crate::{difference, golden};
 use nalgebra::{DMatrix, DVector};

@@ -1,4 +1,4 @@
-//! The incremental subspace against one batch SVD of all columns so far, by numpy.
+//! Compares the incremental subspace with a single SVD of all columns so far, by numpy.
 
 use crate::{difference, golden};
 use nalgebra::{DMatrix, DVector};
@@ -27,7 +27,7 @@ struct Batch {
     projections: Vec<Vec<f64>>,
 }
 
-/// Takes in the batches of a sequence, and compares after each.
+/// Adds the batches of a sequence, and compares after each.
 fn check(sequence: &Sequence, probes: &[Vec<f32>]) {
     let Sequence { name, max_rank, batches } = sequence;
     let rules = SubspaceRules { forgetting: 1.0, keep: 1e-12, vectors: *max_rank };

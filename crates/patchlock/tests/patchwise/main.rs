@@ -1,4 +1,4 @@
-//! The paper's tracker: what only this method promises.
+//! The paper's tracker: requirements for this method only.
 
 #[allow(dead_code)]
 #[path = "../contract/methods.rs"]

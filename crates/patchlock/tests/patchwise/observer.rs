@@ -1,4 +1,4 @@
-//! What the observer is shown is what happened.
+//! The observer sees what the tracker computed.
 
 use crate::methods::patchwise;
 use crate::sequence::OCCLUDED;
@@ -12,7 +12,7 @@ use patchlock::{
 
 const FRAMES: usize = 36;
 
-/// The settings of the method, and all of them.
+/// The settings of this method, and the whole configuration.
 fn settings() -> (PatchwiseConfig, TrackerConfig) {
     let all = patchwise();
     (all.patchwise.clone(), all)
@@ -22,12 +22,14 @@ fn seen(estimate: &Estimate) -> &Visibility {
     estimate.visibility.as_ref().unwrap()
 }
 
-/// Tracks past the tree and hands over each frame's estimate with what was seen, and the templates before it.
+/// Tracks past the tree. Calls `look` with each frame's estimate, its view, and the templates before the
+/// frame.
 fn watch(config: &TrackerConfig, mut look: impl FnMut(&Estimate, &PatchwiseView<'_>, &[Vec<f32>])) {
     let mut tracker = OCCLUDED.begin(config, 0);
     let mut templates: Vec<Vec<f32>> = Vec::new();
     for k in 1..FRAMES {
-        // The estimate comes after the view, so the frame is tracked twice.
+        // The view is passed before the estimate is returned, so a second tracker computes the estimate
+        // first.
         let mut twin = Tracker::restore(tracker.snapshot()).unwrap();
         let estimate = twin.update(&OCCLUDED.frame(k)).unwrap();
         let mut views = 0;
@@ -60,7 +62,7 @@ fn particles_and_likelihoods_are_those_of_the_estimate() {
     });
 }
 
-/// The pooled share of a code's patch, as Eq. 10-11 have it.
+/// The pooled share of a patch's code by Eq. 10-11.
 fn share(patch: &PatchView, location: usize, locations: usize) -> f64 {
     let own = |atom: usize| atom % locations == location;
     let sum = |of_own: bool| -> f64 {
@@ -108,7 +110,7 @@ fn the_likelihood_follows_from_the_features() {
     });
 }
 
-/// The large dictionary is that of the templates after the frame before.
+/// The large dictionary consists of the templates after the previous frame.
 #[test]
 fn errors_follow_from_codes_templates_and_candidate() {
     let (config, all) = settings();

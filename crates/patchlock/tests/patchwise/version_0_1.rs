@@ -1,6 +1,6 @@
-//! What version 0.1 saved goes on to the boxes that version 0.1 gave.
+//! Snapshots of version 0.1 continue with the boxes of version 0.1.
 //!
-//! `version_0_1.json` was written by the program that it names; see its field `made_by`.
+//! The program named in the field `made_by` wrote `version_0_1.json`.
 
 use crate::sequence::SIMPLE;
 use patchlock::{Estimate, MultiSnapshot, MultiTracker, Snapshot, Tracker};

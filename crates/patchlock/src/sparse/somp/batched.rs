@@ -423,17 +423,11 @@ impl Scratch {
             *last = atom.map_or(*last, |atom| (atom + count - location.number % count) % count);
             position += 1;
         });
+        let members = &mut order[branch.members.clone()];
         if branch.depth + 1 == rules.atoms {
-            for &(atom, row) in &order[branch.members.clone()] {
-                let last = if atom == NONE {
-                    None
-                } else {
-                    exact.choice_without_score(simd, atom as usize, residuals.row(row as usize))
-                };
-                candidates[row as usize].last = last.unwrap_or_default();
-            }
+            set_last_atoms(simd, candidates, members, residuals, &mut exact);
         }
-        order[branch.members.clone()].sort_unstable();
+        members.sort_unstable();
     }
 
     /// Makes one branch per atom that members chose. Members without a further atom, or with the last one,
@@ -475,6 +469,25 @@ fn step_candidates(
         }
         candidate.in_step((row, depth), energy, margins)
     })
+}
+
+/// Stores the last atom of codes of full length in these members.
+#[inline(always)]
+fn set_last_atoms<S: Simd>(
+    simd: S,
+    candidates: &mut [Candidate],
+    members: &[(u32, u32)],
+    residuals: Residuals<'_>,
+    exact: &mut Exact<'_>,
+) {
+    for &(atom, row) in members {
+        let last = if atom == NONE {
+            None
+        } else {
+            exact.choice_without_score(simd, atom as usize, residuals.row(row as usize))
+        };
+        candidates[row as usize].last = last.unwrap_or_default();
+    }
 }
 
 /// The candidate's code: the least-squares coefficients for the atoms of the nodes and of the last choice, by
