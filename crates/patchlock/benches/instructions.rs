@@ -46,7 +46,7 @@ fn main() {
     }
     let unknown: Vec<_> =
         asked.iter().filter(|word| STAGES.iter().all(|(name, _)| name != word)).collect();
-    assert!(unknown.is_empty(), "no stage {unknown:?}");
+    assert!(unknown.is_empty(), "unknown stages: {unknown:?}");
 }
 
 /// The instructions of this function are counted.
@@ -86,15 +86,15 @@ fn codes_of_a_location() {
     let bench = Bench::new();
     let (scale, candidates) = (scale(&bench), bench.candidates());
     let (mut scratch, mut found) = (CodingScratch::default(), vec![Default::default(); BLOCK]);
-    let mut turn = || {
+    let mut code_all = || {
         for block in candidates.chunks(BLOCK * SIDE * SIDE) {
             let block = block.chunks_exact(SIDE * SIDE);
             let found = &mut found[..block.len()];
             scale.code_block(LOCATION, block, &mut scratch, found);
         }
     };
-    turn();
-    counted(&mut turn);
+    code_all();
+    counted(&mut code_all);
 }
 
 /// The small dictionary, the buffer's patches, and the data that follow from both for each location.

@@ -95,11 +95,11 @@ fn names_behind(code: &str, root: &str) -> BTreeSet<String> {
     let start = format!("{root}::");
     let is_word = |c: char| c.is_alphanumeric() || c == '_';
     let mut names = BTreeSet::new();
-    for (place, _) in code.match_indices(&start) {
-        if code[..place].ends_with(is_word) {
+    for (index, _) in code.match_indices(&start) {
+        if code[..index].ends_with(is_word) {
             continue;
         }
-        let rest = &code[place + start.len()..];
+        let rest = &code[index + start.len()..];
         let first =
             |text: &str| text.trim_start().split(|c| !is_word(c)).next().unwrap().to_owned();
         match rest.strip_prefix('{') {
@@ -140,20 +140,20 @@ fn modules_use_only_what_they_may() {
     let mut wrong = Vec::new();
     for file in rust_files(&library()) {
         let inside = file.strip_prefix(library()).unwrap();
-        let place = inside.iter().next().unwrap().to_str().unwrap().trim_end_matches(".rs");
-        if place == "lib" {
+        let module = inside.iter().next().unwrap().to_str().unwrap().trim_end_matches(".rs");
+        if module == "lib" {
             continue;
         }
-        let Some((_, may)) = MAY_USE.iter().find(|(name, _)| *name == place) else {
-            wrong.push(format!("{}: no rule in this test for `{place}`", inside.display()));
+        let Some((_, may)) = MAY_USE.iter().find(|(name, _)| *name == module) else {
+            wrong.push(format!("{}: no rule in this test for `{module}`", inside.display()));
             continue;
         };
         let code = code(&file);
         for name in names_behind(&code, "crate") {
             let home = RE_EXPORTS.iter().find(|(export, _)| *export == name);
             let home = home.map_or(name.as_str(), |(_, home)| home);
-            if home != place && !may.contains(&home) {
-                wrong.push(format!("{} names crate::{name}", inside.display()));
+            if home != module && !may.contains(&home) {
+                wrong.push(format!("{} uses crate::{name}", inside.display()));
             }
         }
         // `super` must not lead out of the module. Only `crate::` may, which the rule above checks.
@@ -161,7 +161,7 @@ fn modules_use_only_what_they_may() {
         let depth = inside.iter().count() - 1 - usize::from(is_root);
         let allowed = depth.max(1); // for the tests at the end of a file, which begin with `use super::*`
         if longest_super_chain(&code) > allowed {
-            wrong.push(format!("{} climbs out of its room with super::", inside.display()));
+            wrong.push(format!("{} leaves its module with super::", inside.display()));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
@@ -172,16 +172,16 @@ fn there_is_no_circle() {
     for (k, (name, may)) in MAY_USE.iter().enumerate() {
         for other in *may {
             let earlier = MAY_USE[..k].iter().any(|(earlier, _)| earlier == other);
-            assert!(earlier, "{name} may name {other}, which does not stand before it");
+            assert!(earlier, "{name} may use {other}, which is not listed before it");
         }
     }
 }
 
 #[test]
 fn the_modules_of_the_rules_exist() {
-    for (place, _) in MAY_USE {
-        let room = library().join(place);
-        assert!(room.is_dir() || room.with_extension("rs").is_file(), "{place}");
+    for (module, _) in MAY_USE {
+        let path = library().join(module);
+        assert!(path.is_dir() || path.with_extension("rs").is_file(), "{module}");
     }
 }
 
@@ -192,17 +192,17 @@ fn the_library_touches_no_files_terminal_or_clock() {
         let code = code(&file);
         // Tests are at the end of a file.
         let code = code.split("#[cfg(test)]").next().unwrap();
-        let place = file.strip_prefix(library()).unwrap().display();
+        let path = file.strip_prefix(library()).unwrap().display();
         for word in FORBIDDEN_WORDS {
             if code.contains(word) {
-                wrong.push(format!("{place} contains {word}"));
+                wrong.push(format!("{path} contains {word}"));
             }
         }
         for name in names_behind(code, "std") {
             let allowed =
                 EXCEPTIONS.contains(&(file.file_name().unwrap().to_str().unwrap(), &name));
             if FORBIDDEN_STD.contains(&name.as_str()) && !allowed {
-                wrong.push(format!("{place} uses std::{name}"));
+                wrong.push(format!("{path} uses std::{name}"));
             }
         }
     }
@@ -266,7 +266,11 @@ fn metrics_see_boxes_and_a_protocol() {
             "{}: {tracker:?}",
             file.display()
         );
-        assert!(longest_super_chain(&code) <= 1, "{} climbs out of its room", file.display());
+        assert!(
+            longest_super_chain(&code) <= 1,
+            "{} leaves its module with super::",
+            file.display()
+        );
     }
 }
 
@@ -276,14 +280,14 @@ fn the_benchmark_prints_nothing_and_only_its_runs_have_a_clock() {
     for file in rust_files(&source) {
         let code = code(&file);
         let code = code.split("#[cfg(test)]").next().unwrap();
-        let place = file.strip_prefix(&source).unwrap();
-        let runs = place.starts_with("bench");
+        let path = file.strip_prefix(&source).unwrap();
+        let runs = path.starts_with("bench");
         for word in FORBIDDEN_WORDS {
             let is_clock = matches!(*word, "Instant" | "SystemTime");
-            assert!(!code.contains(word) || (runs && is_clock), "{} has {word}", place.display());
+            assert!(!code.contains(word) || (runs && is_clock), "{} has {word}", path.display());
         }
         let starts_programs = names_behind(code, "std").contains("process");
-        assert!(!starts_programs || runs, "{} starts programs", place.display());
+        assert!(!starts_programs || runs, "{} starts programs", path.display());
     }
 }
 

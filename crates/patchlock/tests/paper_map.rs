@@ -50,7 +50,8 @@ fn entries(map: &str) -> Vec<Entry> {
                 (None, "") => {}
                 // A continuation line belongs to the part above it.
                 (None, more) => {
-                    let part = parts.last_mut().unwrap_or_else(|| panic!("no part before: {line}"));
+                    let part =
+                        parts.last_mut().unwrap_or_else(|| panic!("no part precedes: {line}"));
                     part.push(' ');
                     part.push_str(more);
                 }
@@ -62,15 +63,16 @@ fn entries(map: &str) -> Vec<Entry> {
 
 /// An entry from its heading (without `###`) and its parts.
 fn entry(heading: &str, parts: &[String]) -> Entry {
-    let (place, _) = heading.split_once(": ").unwrap_or_else(|| panic!("no meaning: {heading}"));
-    let (section, equations) = place.split_once(", Eq. ").unwrap_or((place, "-"));
+    let (source, _) =
+        heading.split_once(": ").unwrap_or_else(|| panic!("no description: {heading}"));
+    let (section, equations) = source.split_once(", Eq. ").unwrap_or((source, "-"));
     assert!(section.starts_with("Sec. ") || section.starts_with("Fig. "), "no section: {heading}");
-    assert_eq!(parts.len(), PARTS.len(), "an entry has {PARTS:?}: {heading}");
+    assert_eq!(parts.len(), PARTS.len(), "an entry must have {PARTS:?}: {heading}");
     let text = |k: usize| {
         let text = parts[k].strip_prefix(PARTS[k]).and_then(|text| text.strip_prefix(": "));
-        text.unwrap_or_else(|| panic!("an entry has {PARTS:?}: {heading}"))
+        text.unwrap_or_else(|| panic!("an entry must have {PARTS:?}: {heading}"))
     };
-    assert!(!text(2).is_empty(), "a reading, or none: {heading}");
+    assert!(!text(2).is_empty(), "an entry without a reading must say `none`: {heading}");
     Entry {
         section: section.to_owned(),
         equations: equations.to_owned(),
@@ -120,10 +122,10 @@ fn declares(source: &str, name: &str) -> bool {
 fn tests(source: &str, name: &str) -> bool {
     let lines: Vec<&str> = source.lines().map(str::trim).collect();
     let start = format!("fn {name}(");
-    let place = lines.iter().position(|line| line.starts_with(&start));
-    place.is_some_and(|place| {
+    let index = lines.iter().position(|line| line.starts_with(&start));
+    index.is_some_and(|index| {
         // Attributes and docs come between `#[test]` and the function.
-        let above = lines[..place].iter().rev();
+        let above = lines[..index].iter().rev();
         above
             .take_while(|line| line.starts_with("#[") || line.starts_with("//"))
             .any(|line| *line == "#[test]")
@@ -162,7 +164,7 @@ fn every_entry_names_its_code_and_its_tests() {
         for test in &entry.tests {
             match look_up(test) {
                 Ok((source, names)) if !tests(&source, names.last().unwrap()) => {
-                    wrong.push(format!("`{test}` is no test"));
+                    wrong.push(format!("`{test}` is not a test"));
                 }
                 Ok(_) => {}
                 Err(error) => wrong.push(error),
@@ -196,10 +198,10 @@ fn every_item_named_anywhere_exists() {
 fn the_table_of_parameters_is_part_of_the_map() {
     let entries = entries(&map());
     for parameter in patchlock::PARAMETERS {
-        let Some(place) = parameter.source.strip_prefix("paper ") else { continue };
-        let section = place.split(',').next().unwrap();
+        let Some(source) = parameter.source.strip_prefix("paper ") else { continue };
+        let section = source.split(',').next().unwrap();
         let found = entries.iter().any(|entry| entry.section == section);
-        assert!(found, "PAPER.md has no entry of {section}");
+        assert!(found, "PAPER.md has no entry for {section}");
     }
 }
 
@@ -222,7 +224,7 @@ fn the_parser_reads_entries() {
         "- 4: `z.rs::n`",
     ];
     let entries = entries(&map.join("\n"));
-    let [codes, whole] = &entries[..] else { panic!("two entries") };
+    let [codes, whole] = &entries[..] else { panic!("expected two entries") };
     assert_eq!((codes.section.as_str(), codes.equations.as_str()), ("Sec. 2.1", "3-5, 9"));
     assert_eq!(codes.items, ["a.rs::b", "a.rs::c"]);
     assert_eq!(codes.tests, ["t.rs::d"]);

@@ -79,8 +79,9 @@ fn check(
     }
     let left = residual(dictionary, candidate, fast);
     for &k in &fast_support {
-        let along: f64 = left.iter().zip(dictionary.atom(k)).map(|(l, &d)| l * f64::from(d)).sum();
-        assert!(along.abs() < 1e-6, "the residual is not orthogonal to the support: {along}");
+        let product: f64 =
+            left.iter().zip(dictionary.atom(k)).map(|(l, &d)| l * f64::from(d)).sum();
+        assert!(product.abs() < 1e-6, "the residual is not orthogonal to the support: {product}");
     }
 }
 
@@ -222,15 +223,15 @@ fn fast_equals_definition_where_candidates_share_nodes() {
         .into_iter()
         .map(|(_, instructions)| batched::Scratch::with(instructions))
         .collect();
-    for place in [83, 84, 97, 0] {
+    for number in [83, 84, 97, 0] {
         let patches = |templates: &[Vec<f32>]| {
             let mut patches = vec![0.0; templates.len() * grid.dim()];
-            grid.cut_each(templates.iter().map(Vec::as_slice), place, &mut patches);
+            grid.cut_each(templates.iter().map(Vec::as_slice), number, &mut patches);
             patches
         };
         let (shared, signals) = (patches(buffer), patches(&candidates));
         let mut location = batched::Location::default();
-        location.fill(dictionary, (place, &shared), &RULES);
+        location.fill(dictionary, (number, &shared), &RULES);
         let mut found: Vec<Vec<Code>> = Vec::new();
         for scratch in &mut scratches {
             let mut codes = vec![Code::default(); candidates.len()];

@@ -19,15 +19,15 @@ pub struct ThreadTeam<'a> {
     task: &'a (dyn Fn(usize) + Sync),
     /// Number of tasks of the round that no thread has taken yet, and of tasks that are not finished.
     open: AtomicUsize,
-    undone: AtomicUsize,
+    unfinished: AtomicUsize,
     /// Whether all rounds are over.
-    over: AtomicBool,
+    finished: AtomicBool,
 }
 
 /// Runs a function when dropped, also during a panic.
-struct Finally<F: FnMut()>(F);
+struct OnDrop<F: FnMut()>(F);
 
-impl<F: FnMut()> Drop for Finally<F> {
+impl<F: FnMut()> Drop for OnDrop<F> {
     fn drop(&mut self) {
         (self.0)();
     }
@@ -36,8 +36,8 @@ impl<F: FnMut()> Drop for Finally<F> {
 impl<'a> ThreadTeam<'a> {
     /// Calls `lead`, which runs rounds of `task`s. Idle threads of the pool help.
     pub fn run(task: &'a (dyn Fn(usize) + Sync), lead: impl FnOnce(&ThreadTeam<'a>) + Send) {
-        let (open, undone) = (AtomicUsize::new(0), AtomicUsize::new(0));
-        let team = ThreadTeam { task, open, undone, over: AtomicBool::new(false) };
+        let (open, unfinished) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let team = ThreadTeam { task, open, unfinished, finished: AtomicBool::new(false) };
         let helpers = rayon::current_num_threads().saturating_sub(1).min(MAX_HELPERS);
         if helpers == 0 {
             return lead(&team);
@@ -46,27 +46,27 @@ impl<'a> ThreadTeam<'a> {
             for _ in 0..helpers {
                 scope.spawn(|_| team.help());
             }
-            let _end = Finally(|| team.over.store(true, Ordering::Release));
+            let _end = OnDrop(|| team.finished.store(true, Ordering::Release));
             lead(&team);
         });
     }
 
     /// Runs the tasks `0..count` in any order and returns when all have finished.
     pub fn round(&self, count: usize) {
-        self.undone.store(count, Ordering::Relaxed);
+        self.unfinished.store(count, Ordering::Relaxed);
         // A thread that takes a task sees everything written before this store.
         self.open.store(count, Ordering::Release);
-        while self.work() {}
+        while self.run_task() {}
         let mut waits = 0;
-        while self.undone.load(Ordering::Acquire) > 0 {
+        while self.unfinished.load(Ordering::Acquire) > 0 {
             wait(&mut waits);
         }
     }
 
     fn help(&self) {
         let mut waits = 0;
-        while !self.over.load(Ordering::Acquire) {
-            if self.work() {
+        while !self.finished.load(Ordering::Acquire) {
+            if self.run_task() {
                 waits = 0;
             } else {
                 wait(&mut waits);
@@ -75,12 +75,12 @@ impl<'a> ThreadTeam<'a> {
     }
 
     /// Takes and runs one task of the round; returns whether there was one.
-    fn work(&self) -> bool {
+    fn run_task(&self) -> bool {
         let take = |open: usize| open.checked_sub(1);
         let taken = self.open.fetch_update(Ordering::Acquire, Ordering::Relaxed, take);
         let Ok(open) = taken else { return false };
-        let _done = Finally(|| {
-            self.undone.fetch_sub(1, Ordering::Release);
+        let _done = OnDrop(|| {
+            self.unfinished.fetch_sub(1, Ordering::Release);
         });
         (self.task)(open - 1);
         true
@@ -147,7 +147,8 @@ mod tests {
     #[test]
     fn a_panic_of_the_leading_thread_ends_its_helpers() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
-        let lead = || pool.install(|| ThreadTeam::run(&|_| (), |_| panic!("the leader's")));
+        let lead =
+            || pool.install(|| ThreadTeam::run(&|_| (), |_| panic!("in the leading thread")));
         assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(lead)).is_err());
     }
 }

@@ -47,8 +47,8 @@ impl WithSimd for Rows<'_> {
                     let sums = products(simd, &own[first * ROWS..], &panel[column..]);
                     for (row, sums) in rows.chunks_exact_mut(stride).zip(&sums) {
                         let sums: &[f64] = bytemuck::cast_slice(sums);
-                        let place = &mut row[k * LANES + column..][..sums.len()];
-                        place
+                        let entries = &mut row[k * LANES + column..][..sums.len()];
+                        entries
                             .iter_mut()
                             .zip(sums)
                             .for_each(|(out, &sum)| *out = (sum - 1.0) as f32);

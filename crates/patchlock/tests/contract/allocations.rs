@@ -2,7 +2,7 @@
 //!
 //! Counted on one thread. With several threads, `rayon` occasionally allocates for its task queues.
 
-use crate::methods::{all, as_used};
+use crate::methods::{all, default_settings};
 use crate::sequence::SIMPLE;
 use patchlock::{Estimate, Tracker, TrackerConfig};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -33,14 +33,14 @@ unsafe impl GlobalAlloc for Counting {
         unsafe { System.alloc(layout) }
     }
 
-    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
         count(0, -(layout.size() as i64));
-        unsafe { System.dealloc(place, layout) }
+        unsafe { System.dealloc(pointer, layout) }
     }
 
-    unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         count(1, size as i64 - layout.size() as i64);
-        unsafe { System.realloc(place, layout, size) }
+        unsafe { System.realloc(pointer, layout, size) }
     }
 }
 
@@ -68,9 +68,9 @@ impl Endless {
 
     fn step(&mut self) -> Counted {
         self.frame += 1;
-        let turn = SIMPLE.len() - 1;
-        let place = self.frame % (2 * turn);
-        let frame = SIMPLE.frame(place.min(2 * turn - place));
+        let last = SIMPLE.len() - 1;
+        let position = self.frame % (2 * last);
+        let frame = SIMPLE.frame(position.min(2 * last - position));
         let before = (CALLS.get(), HELD.get());
         self.tracker.update_into(&frame, &mut self.estimate).unwrap();
         Counted { frame: self.frame, calls: CALLS.get() - before.0, held: HELD.get() - before.1 }
@@ -84,11 +84,11 @@ fn on_one_thread<T: Send>(run: impl FnOnce() -> T + Send) -> T {
 
 #[test]
 fn no_frame_allocates() {
-    for (config, warm_up) in all().iter().map(|config| as_used(config.method)) {
+    for (config, warm_up) in all().iter().map(|config| default_settings(config.method)) {
         let frames: Vec<Counted> = on_one_thread(|| {
             let mut endless = Endless::new(&config);
             let first = endless.step();
-            assert!(first.calls > 0, "the counter counts: {first:?}");
+            assert!(first.calls > 0, "the first frame must allocate: {first:?}");
             (1..2 * warm_up).map(|_| endless.step()).skip(warm_up - 1).collect()
         });
         for counted in frames {

@@ -56,7 +56,7 @@ fn every_kind_of_sample_gives_the_same_boxes() {
 }
 
 /// Appends `gap` samples of noise to every row.
-fn widened<T: Copy>(samples: &[T], row: usize, gap: usize, noise: T) -> Vec<T> {
+fn with_gaps<T: Copy>(samples: &[T], row: usize, gap: usize, noise: T) -> Vec<T> {
     samples.chunks_exact(row).flat_map(|row| row.iter().copied().chain(vec![noise; gap])).collect()
 }
 
@@ -65,12 +65,12 @@ fn gaps_between_rows_change_nothing() {
     let (w, h) = (SIMPLE.width(), SIMPLE.height());
     let dense = track(<[u8]>::to_vec, |s| Frame::grey8(s, w, h).unwrap());
     let strided = track(
-        |g| widened(g, w, 13, 199),
+        |g| with_gaps(g, w, 13, 199),
         |s| Frame::grey8(s, w, h).and_then(|f| f.with_stride(w + 13)).unwrap(),
     );
     assert_eq!(bits(&dense), bits(&strided));
     let floats = track(
-        |g| widened(&g.iter().map(|&v| f32::from(v) / 255.0).collect::<Vec<_>>(), w, 5, f32::NAN),
+        |g| with_gaps(&g.iter().map(|&v| f32::from(v) / 255.0).collect::<Vec<_>>(), w, 5, f32::NAN),
         |s| Frame::grey32f(s, w, h).and_then(|f| f.with_stride(w + 5)).unwrap(),
     );
     assert_eq!(bits(&dense), bits(&floats));
@@ -79,7 +79,7 @@ fn gaps_between_rows_change_nothing() {
         |s| Frame::rgb8(s, w, h).unwrap(),
     );
     let strided = track(
-        |g| widened(&g.iter().flat_map(|&v| [v; 3]).collect::<Vec<u8>>(), 3 * w, 7, 31),
+        |g| with_gaps(&g.iter().flat_map(|&v| [v; 3]).collect::<Vec<u8>>(), 3 * w, 7, 31),
         |s| Frame::rgb8(s, w, h).and_then(|f| f.with_stride(3 * w + 7)).unwrap(),
     );
     assert_eq!(bits(&colours), bits(&strided));

@@ -120,14 +120,14 @@ fn others(parameter: &Parameter) -> Vec<Value> {
         Range::Number { .. } => {
             let name = parameter.name;
             let row = other_numbers().into_iter().find(|(field, _)| *field == name);
-            vec![row.unwrap_or_else(|| panic!("the table has no other value for `{name}`")).1]
+            vec![row.unwrap_or_else(|| panic!("other_numbers() has no value for `{name}`")).1]
         }
     }
 }
 
 #[test]
 fn every_field_matters() {
-    let mut dead = Vec::new();
+    let mut without_effect = Vec::new();
     let mut tracked: HashMap<String, Vec<(Estimate, String)>> = HashMap::new();
     for parameter in PARAMETERS {
         for value in others(parameter) {
@@ -136,11 +136,11 @@ fn every_field_matters() {
             let before = tracked.entry(key).or_insert_with(|| track(&given)).clone();
             given.insert(parameter.name.to_owned(), value.clone());
             if track(&given) == before {
-                dead.push(format!("{} = {value}", parameter.name));
+                without_effect.push(format!("{} = {value}", parameter.name));
             }
         }
     }
-    assert!(dead.is_empty(), "these change nothing: {dead:?}");
+    assert!(without_effect.is_empty(), "these fields have no effect: {without_effect:?}");
 }
 
 #[test]
@@ -159,7 +159,7 @@ fn the_table_of_parameters_is_the_configuration() {
     rows.sort_unstable();
     assert_eq!(fields, rows);
     for (name, _) in other_numbers() {
-        assert!(rows.iter().any(|(_, row)| row == name), "{name} is no field");
+        assert!(rows.iter().any(|(_, row)| row == name), "{name} is not a field");
     }
 }
 

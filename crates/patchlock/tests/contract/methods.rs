@@ -37,7 +37,7 @@ pub fn following(mut config: TrackerConfig) -> TrackerConfig {
 
 /// The default settings, and the number of frames after which all buffers have grown and every learning step
 /// has occurred.
-pub fn as_used(method: Method) -> (TrackerConfig, usize) {
+pub fn default_settings(method: Method) -> (TrackerConfig, usize) {
     match method {
         Method::Patchwise => (TrackerConfig::preset("paper").unwrap(), 60),
     }

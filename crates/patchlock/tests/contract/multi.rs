@@ -198,8 +198,9 @@ fn a_damaged_snapshot_is_refused() {
             (text.replacen(r#""width":240"#, r#""width":0"#, 1), "frame size is 0"),
         ];
         for (k, (damaged, words)) in damaged.iter().enumerate() {
-            assert_ne!(damaged, &text, "damage {k} does nothing");
-            let message = restore(damaged).err().unwrap_or_else(|| panic!("damage {k} was taken"));
+            assert_ne!(damaged, &text, "damage {k} changes nothing");
+            let message =
+                restore(damaged).err().unwrap_or_else(|| panic!("damage {k} was accepted"));
             assert!(message.contains(words), "{message}");
         }
     }

@@ -81,7 +81,7 @@ fn a_damaged_snapshot_is_refused() {
         for (from, to, words) in damaged {
             let text = good.replacen(&from, to, 1);
             assert_ne!(text, good, "there is no {from}");
-            let message = restore(&text).err().unwrap_or_else(|| panic!("{to} was taken"));
+            let message = restore(&text).err().unwrap_or_else(|| panic!("{to} was accepted"));
             assert!(message.contains(words), "{to}: {message}");
         }
         // Truncated snapshots.

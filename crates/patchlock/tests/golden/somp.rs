@@ -109,7 +109,7 @@ impl Problem<'_> {
         [self.candidate.as_slice()]
             .into_iter()
             .chain(shared)
-            .map(|s| energy(&span.rest(s)))
+            .map(|s| energy(&span.residual(s)))
             .collect()
     }
 

@@ -18,7 +18,7 @@ fn settings() -> (PatchwiseConfig, TrackerConfig) {
     (all.patchwise.clone(), all)
 }
 
-fn seen(estimate: &Estimate) -> &Visibility {
+fn visibility(estimate: &Estimate) -> &Visibility {
     estimate.visibility.as_ref().unwrap()
 }
 
@@ -34,7 +34,7 @@ fn watch(config: &TrackerConfig, mut look: impl FnMut(&Estimate, &PatchwiseView<
         let estimate = twin.update(&OCCLUDED.frame(k)).unwrap();
         let mut views = 0;
         let mut observer = |view: &FrameView<'_>| {
-            let FrameView::Patchwise(view) = view else { panic!("another method's view") };
+            let FrameView::Patchwise(view) = view else { panic!("the view of another method") };
             views += 1;
             assert_eq!(view.frame, k as u64);
             look(&estimate, view, &templates);
@@ -77,7 +77,7 @@ fn features_follow_from_the_codes() {
     let (config, all) = settings();
     watch(&all, |estimate, view, _| {
         for (patches, map) in
-            [(&view.large, &seen(estimate).large), (&view.small, &seen(estimate).small)]
+            [(&view.large, &visibility(estimate).large), (&view.small, &visibility(estimate).small)]
         {
             assert_eq!(patches.len(), map.rows * map.columns);
             for (location, patch) in patches.iter().enumerate() {
@@ -103,7 +103,7 @@ fn the_likelihood_follows_from_the_features() {
             });
             weighted.sum::<f64>() / patches.len() as f64
         };
-        let gamma = (seen(estimate).large.share() - 1.0).exp();
+        let gamma = (visibility(estimate).large.share() - 1.0).exp();
         let want = gamma * weighted(&view.large) + weighted(&view.small);
         let got = view.likelihoods[view.best];
         assert!((got - want).abs() < 1e-12, "{got} {want}");
@@ -145,7 +145,7 @@ fn a_template_is_replaced_on_every_fifth_frame() {
     watch(&all, |estimate, view, before| {
         assert_eq!(view.templates.len(), config.templates);
         assert!(view.templates.iter().all(|t| t.len() == 32 * 32));
-        let Visibility { large, small } = seen(estimate);
+        let Visibility { large, small } = visibility(estimate);
         let enough = small.share() + large.share() > 2.0 * config.delta;
         let due = view.frame % config.update_interval as u64 == 0 && enough;
         assert_eq!(view.update.is_some(), due, "frame {}", view.frame);

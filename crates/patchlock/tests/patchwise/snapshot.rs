@@ -100,7 +100,7 @@ fn a_damaged_snapshot_is_refused() {
     ];
     for (at, value) in replaced {
         let message = good.with(at, value.clone()).restore().err();
-        assert!(message.is_some(), "{at} = {value} was taken");
+        assert!(message.is_some(), "{at} = {value} was accepted");
     }
     let arrays = [
         "/target/patchwise/model/templates",
@@ -117,8 +117,8 @@ fn a_damaged_snapshot_is_refused() {
         "/target/patchwise/model/subspace/values",
     ];
     for at in arrays {
-        assert!(good.changed(at, shorten).restore().is_err(), "{at} too short");
-        assert!(good.changed(at, lengthen).restore().is_err(), "{at} too long");
+        assert!(good.changed(at, shorten).restore().is_err(), "{at} is too short");
+        assert!(good.changed(at, lengthen).restore().is_err(), "{at} is too long");
     }
     for object in ["/target/patchwise", "/target/patchwise/model", "/target"] {
         for key in good.value.pointer(object).unwrap().as_object().unwrap().keys() {

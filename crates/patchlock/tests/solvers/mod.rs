@@ -81,7 +81,7 @@ impl Span {
     pub fn new(dictionary: &Dictionary, support: &[usize]) -> Self {
         let mut span = Self(Vec::new());
         for &k in support {
-            let mut direction = span.rest(dictionary.atom(k));
+            let mut direction = span.residual(dictionary.atom(k));
             let norm = energy(&direction).sqrt();
             direction.iter_mut().for_each(|v| *v /= norm);
             span.0.push(direction);
@@ -90,19 +90,19 @@ impl Span {
     }
 
     /// The residual of a vector after projecting out the span, twice to reduce rounding errors.
-    pub fn rest(&self, vector: &[f32]) -> Vec<f64> {
+    pub fn residual(&self, vector: &[f32]) -> Vec<f64> {
         let mut left = wide(vector);
         for q in self.0.iter().chain(&self.0) {
-            let along = dot(&left, q);
-            left.iter_mut().zip(q).for_each(|(l, q)| *l -= along * q);
+            let projection = dot(&left, q);
+            left.iter_mut().zip(q).for_each(|(l, q)| *l -= projection * q);
         }
         left
     }
 
     /// The score of `atom` if it were chosen next.
     pub fn score(&self, dictionary: &Dictionary, signals: &[&[f32]], atom: usize) -> f64 {
-        let atom = self.rest(dictionary.atom(atom));
-        let correlation: f64 = signals.iter().map(|s| dot(&self.rest(s), &atom).powi(2)).sum();
+        let atom = self.residual(dictionary.atom(atom));
+        let correlation: f64 = signals.iter().map(|s| dot(&self.residual(s), &atom).powi(2)).sum();
         correlation / energy(&atom)
     }
 }

@@ -56,8 +56,8 @@ pub struct Errors {
     max_residual: f64,
     /// At the root: upper bound of the columns' `|y'|`.
     spread: f64,
-    /// `||d_res||^2` decreases by `w^2`, which is at most `|w| (|w| + loss.0) + loss.1` with the screen's
-    /// `w`, and `w (w + loss.0) + loss.1` at a first node.
+    /// `||d_res||^2` decreases by `w^2`. With the screen's `w`, this is at most `|w| (|w| + loss.0) + loss.1`;
+    /// at a first node, where `w` is stored minus 1, it is at most `w (w + loss.0) + loss.1`.
     loss: (f64, f64),
 }
 
@@ -656,7 +656,7 @@ mod tests {
     struct Truth(Vec<Vec<f64>>);
 
     impl Truth {
-        fn rest(&self, vector: &[f32]) -> Vec<f64> {
+        fn residual(&self, vector: &[f32]) -> Vec<f64> {
             let mut left: Vec<f64> = vector.iter().map(|&v| f64::from(v)).collect();
             for q in self.0.iter().chain(&self.0) {
                 let projection = dot(q, &left);
@@ -666,7 +666,7 @@ mod tests {
         }
 
         fn add(&mut self, atom: &[f32]) {
-            let mut direction = self.rest(atom);
+            let mut direction = self.residual(atom);
             let norm = dot(&direction, &direction).sqrt();
             direction.iter_mut().for_each(|v| *v /= norm);
             self.0.push(direction);
@@ -697,7 +697,7 @@ mod tests {
             let mut truth = Truth::default();
             self.check(&rows[0], &truth);
             for &atom in atoms {
-                let left = truth.rest(dictionary.atom(atom));
+                let left = truth.residual(dictionary.atom(atom));
                 if dot(&left, &left) < RULES.min_residual {
                     continue;
                 }
@@ -749,8 +749,9 @@ mod tests {
                 let atom: Vec<f64> =
                     self.dictionary.atom(k).iter().map(|&v| f64::from(v)).collect();
                 for (c, column) in self.shared.chunks_exact(DIM).enumerate() {
-                    let off =
-                        dot(&truth.rest(column), &atom) - less - f64::from(rows.column_at(k, c));
+                    let off = dot(&truth.residual(column), &atom)
+                        - less
+                        - f64::from(rows.column_at(k, c));
                     assert!(off.abs() <= rows.errors.columns[c], "column {c}: {off}");
                 }
             }
@@ -767,8 +768,8 @@ mod tests {
             }
             if divisor < EXCLUDED {
                 let at_root = if truth.0.is_empty() { NEARLY_ONE } else { 0.0 };
-                let (rest, divisor) = (truth.rest(atom), f64::from(divisor + at_root));
-                let left = dot(&rest, &rest);
+                let (residual, divisor) = (truth.residual(atom), f64::from(divisor + at_root));
+                let left = dot(&residual, &residual);
                 assert!(
                     divisor <= left && left <= divisor + rows.errors.divisors,
                     "{divisor} {left}"

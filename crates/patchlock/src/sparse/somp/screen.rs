@@ -35,8 +35,8 @@ impl Bounds {
     /// The bounds for columns whose squared errors sum to `squared_errors`; tightest for scores near `score`.
     #[inline(always)]
     fn new(score: f64, squared_errors: f64) -> Self {
-        // Any slack in this range is valid. This one is about the size of the errors where a quarter of an
-        // atom is left.
+        // Any slack in this range is valid. This one widens the bounds about as much as the errors do at a
+        // residual energy of a quarter.
         let slack = (2.0 * (squared_errors / score.max(MIN_SCORE.into())).sqrt()).clamp(1e-9, 1.0);
         let inverse = 1.0 / slack;
         Self {
@@ -351,7 +351,7 @@ impl StepCandidate {
         residuals: Residuals<'_>,
         exact: &mut Exact<'_>,
     ) -> Option<usize> {
-        let at = |place: Option<u32>| place.map(|k| &possible_atoms[k as usize]);
+        let at = |index: Option<u32>| index.map(|k| &possible_atoms[k as usize]);
         let all = || successors(at(self.newest), move |possible| at(possible.previous));
         let lower_bound = self.lower_bound;
         let mut still_possible = all().filter(|possible| possible.upper_bound >= lower_bound);
