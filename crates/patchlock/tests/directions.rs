@@ -168,7 +168,7 @@ fn modules_use_only_what_they_may() {
 }
 
 #[test]
-fn there_is_no_circle() {
+fn there_are_no_cycles() {
     for (k, (name, may)) in MAY_USE.iter().enumerate() {
         for other in *may {
             let earlier = MAY_USE[..k].iter().any(|(earlier, _)| earlier == other);
