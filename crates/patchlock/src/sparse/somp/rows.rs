@@ -56,8 +56,9 @@ pub struct Errors {
     max_residual: f64,
     /// At the root: upper bound of the columns' `|y'|`.
     spread: f64,
-    /// `||d_res||^2` decreases by `w^2`. With the screen's `w`, this is at most `|w| (|w| + loss.0) + loss.1`;
-    /// at a first node, where `w` is stored minus 1, it is at most `w (w + loss.0) + loss.1`.
+    /// `||d_res||^2` decreases by `w^2`. With the screen's `w`, this is at most
+    /// `|w| (|w| + loss.0) + loss.1`; at a first node, where `w` is stored minus 1, it is at most
+    /// `w (w + loss.0) + loss.1`.
     loss: (f64, f64),
 }
 
