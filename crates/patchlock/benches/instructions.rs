@@ -1,5 +1,6 @@
-//! One turn of each stage, for programs that count instructions: `instructions STAGE` runs it inside of [`counted`], the only function that is to be counted. Without
-//! a stage all are run, to see that they work. `benchmarks/instructions.py` counts.
+//! Runs each stage once, for instruction counters: `instructions STAGE` runs the stage inside [`counted`],
+//! the only function whose instructions should be counted. Without arguments it runs all stages, to check
+//! that they work. `benchmarks/instructions.py` does the counting.
 
 #[allow(dead_code)] // each benchmark uses a part of it
 mod setup;
@@ -14,14 +15,15 @@ use patchlock_scene::{Scene, SceneFrame};
 use setup::{Bench, PARTICLES, RULES, SIDE, truth, view};
 use std::hint::black_box;
 
-/// The middle of the small scale's 7 x 7 locations: twice as far apart as in the paper, as a program that counts is some fifty times slower.
+/// The centre of the small scale's 7 x 7 locations. They are twice as far apart as in the paper, because
+/// programs run about fifty times slower while instructions are counted.
 const LOCATION: usize = 24;
 
 fn small() -> PatchGrid {
     PatchGrid::new(SIDE, 8, 4, false)
 }
 
-/// Each stage, with what it does.
+/// The stages by name.
 const STAGES: [(&str, fn()); 6] = [
     ("warp", warp_candidates),
     ("cut", cut_a_location),
@@ -34,7 +36,7 @@ const STAGES: [(&str, fn()); 6] = [
 fn main() {
     let asked: Vec<String> =
         std::env::args().skip(1).filter(|arg| !arg.starts_with("--")).collect();
-    // On one thread, the one that calls `counted`, so that no other one does work that is not counted.
+    // A single thread, so that no work is done outside [`counted`]'s thread.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     for (name, stage) in STAGES {
         if asked.is_empty() || asked.iter().any(|word| word == name) {
@@ -44,10 +46,10 @@ fn main() {
     }
     let unknown: Vec<_> =
         asked.iter().filter(|word| STAGES.iter().all(|(name, _)| name != word)).collect();
-    assert!(unknown.is_empty(), "no stage {unknown:?}");
+    assert!(unknown.is_empty(), "unknown stages: {unknown:?}");
 }
 
-/// What happens in here is counted.
+/// The instructions of this function are counted.
 #[inline(never)]
 fn counted(stage: &mut dyn FnMut()) {
     stage();
@@ -84,30 +86,30 @@ fn codes_of_a_location() {
     let bench = Bench::new();
     let (scale, candidates) = (scale(&bench), bench.candidates());
     let (mut scratch, mut found) = (CodingScratch::default(), vec![Default::default(); BLOCK]);
-    let mut turn = || {
+    let mut code_all = || {
         for block in candidates.chunks(BLOCK * SIDE * SIDE) {
             let block = block.chunks_exact(SIDE * SIDE);
             let found = &mut found[..block.len()];
             scale.code_block(LOCATION, block, &mut scratch, found);
         }
     };
-    turn();
-    counted(&mut turn);
+    code_all();
+    counted(&mut code_all);
 }
 
-/// The small dictionary, the buffer's patches, and what follows from both for each location.
+/// The small dictionary, the buffer's patches, and the data that follow from both for each location.
 fn small_dictionary() {
     let bench = Bench::new();
     let (mut scale, buffer) = (scale(&bench), buffer::begin(&bench.templates, 4));
     counted(&mut || scale.learn(Some(&bench.templates), Some(&buffer)));
 }
 
-/// An update on which nothing is learned: the fourth frame.
+/// An update without learning: frame 4.
 fn update() {
     frame(4);
 }
 
-/// An update with a new template, large dictionary and buffer: the fifth.
+/// An update with a new template, large dictionary and buffer: frame 5.
 fn learn() {
     frame(5);
 }

@@ -1,4 +1,4 @@
-//! What the stages of a frame cost, on the rendered scene: `cargo bench -p patchlock --bench stages`.
+//! The time of each stage of a frame, on the rendered scene: `cargo bench -p patchlock --bench stages`.
 
 #[allow(dead_code)] // each benchmark uses a part of it
 mod setup;
@@ -17,14 +17,14 @@ fn main() {
     divan::main();
 }
 
-/// Colour to grey.
+/// Conversion from colour to grey.
 #[divan::bench]
 fn grey(bencher: Bencher<'_, '_>) {
     let (frame, mut image) = (Scene::demo().frame(0), GreyImage::default());
     bencher.bench_local(|| image.fill(&view(black_box(&frame))));
 }
 
-/// All candidates of a frame, on one thread.
+/// Warps of all candidates of a frame, on one thread.
 #[divan::bench]
 fn warp_candidates(bencher: Bencher<'_, '_>) {
     let bench = Bench::new();
@@ -43,7 +43,7 @@ fn small_dictionary(bencher: Bencher<'_, '_>) {
     bencher.bench_local(|| bench.dictionary(&small()));
 }
 
-/// All candidates of one of the 169 small locations.
+/// Codes of all candidates at one of the 169 small locations.
 #[divan::bench]
 fn codes_of_a_location(bencher: Bencher<'_, '_>) {
     let (dictionary, shared, patches) = Bench::new().problems();
@@ -57,7 +57,7 @@ fn codes_of_a_location(bencher: Bencher<'_, '_>) {
     });
 }
 
-/// One candidate of it by the definition.
+/// The code of one candidate at this location, by the definition.
 #[divan::bench(sample_count = 10)]
 fn definition_of_one_code(bencher: Bencher<'_, '_>) {
     let (dictionary, shared, patches) = Bench::new().problems();
@@ -78,7 +78,7 @@ fn look(bencher: Bencher<'_, '_>, small_step: usize) {
     bencher.bench_local(|| model.look(black_box(&candidate), &mut scratch, &mut visibility));
 }
 
-/// One frame after another of the scene, in the paper's setting, on all threads.
+/// Updates on successive frames of the scene, with the paper's settings, on all threads.
 #[divan::bench(sample_count = 20)]
 fn update(bencher: Bencher<'_, '_>) {
     let scene = Scene::demo();
@@ -87,7 +87,7 @@ fn update(bencher: Bencher<'_, '_>) {
     tracker.init(&view(&frames[0]), truth(&scene)).unwrap();
     let mut next = 1;
     bencher.bench_local(|| {
-        // Back and forth, so that the target never jumps.
+        // Forwards and backwards, so that the target never jumps.
         let round = next % (2 * (frames.len() - 1));
         let k = round.min(2 * (frames.len() - 1) - round);
         next += 1;

@@ -1,23 +1,24 @@
-//! What a target costs as their number grows: the preset `paper` on the rendered demo scene, on all cores.
+//! The cost of tracking many targets: the preset `paper` on the rendered demo scene, on all cores.
 //!
 //! ```sh
 //! cargo run --release -p patchlock --example targets -- 1 2 4 8 16 32 64
-//! cargo run --release -p patchlock --example targets -- --separate 1 2 4 8    # a Tracker for each, one after the other
+//! cargo run --release -p patchlock --example targets -- --separate 1 2 4 8  # a Tracker per target
 //! ```
 //!
-//! Of each number of targets: the median milliseconds of a frame; those of a target, by the clock and of processor time; and the memory of the process. The last
-//! two are read from Linux and are 0 elsewhere. All boxes lie around the scene's target, an eighth of a pixel apart: what a target costs depends on what is
-//! in its box, and here only their number should differ.
+//! For each number of targets it prints the median wall-clock time per frame and per target, the processor
+//! time per target, and the memory of the process. The last two are read from Linux and are 0 on other
+//! systems. All boxes lie around the scene's target, an eighth of a pixel apart. The cost of a target depends
+//! on the contents of its box, and only the number of targets should vary here.
 
 use patchlock::{BoundingBox, Error, Frame, MultiTracker, Tracker, TrackerConfig};
 use patchlock_scene::{Scene, SceneFrame};
 use std::fs;
 use std::time::Instant;
 
-/// Frames that are timed, after one that is not.
+/// Number of frames that are timed, after one that is not.
 const FRAMES: usize = 5;
 
-/// Milliseconds of a frame: by the clock, and of all processors.
+/// Milliseconds per frame: wall-clock time, and processor time of all threads.
 type Cost = [f64; 2];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -30,13 +31,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     let scene = Scene::demo();
-    let film: Vec<SceneFrame> = (0..FRAMES + 2).map(|k| scene.frame(k)).collect();
+    let frames: Vec<SceneFrame> = (0..FRAMES + 2).map(|k| scene.frame(k)).collect();
     println!(
         "| targets | ms a frame | ms a target | CPU ms a target | MB |\n|---|---|---|---|---|"
     );
     for count in counts {
         let boxes = boxes(&scene, count);
-        let costs = if separate { apart(&film, &boxes)? } else { together(&film, &boxes)? };
+        let costs = if separate {
+            separately(&frames, &boxes)?
+        } else {
+            with_one_tracker(&frames, &boxes)?
+        };
         let [ms, cpu] = [0, 1].map(|k| median(costs.iter().map(|cost| cost[k]).collect()));
         let (targets, memory) = (count as f64, memory().unwrap_or_default());
         println!("| {count} | {ms:.1} | {:.1} | {:.1} | {memory} |", ms / targets, cpu / targets);
@@ -59,31 +64,33 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-fn together(film: &[SceneFrame], boxes: &[BoundingBox]) -> Result<Vec<Cost>, Error> {
+fn with_one_tracker(frames: &[SceneFrame], boxes: &[BoundingBox]) -> Result<Vec<Cost>, Error> {
     let mut tracker = MultiTracker::new(TrackerConfig::preset("paper")?)?;
     for &bbox in boxes {
-        tracker.add(&view(&film[0])?, bbox)?;
+        tracker.add(&view(&frames[0])?, bbox)?;
     }
-    timed(film, |frame| tracker.update(frame).map(drop))
+    timed(frames, |frame| tracker.update(frame).map(drop))
 }
 
-fn apart(film: &[SceneFrame], boxes: &[BoundingBox]) -> Result<Vec<Cost>, Error> {
+fn separately(frames: &[SceneFrame], boxes: &[BoundingBox]) -> Result<Vec<Cost>, Error> {
     let mut trackers = Vec::new();
     for &bbox in boxes {
         let mut tracker = Tracker::new(TrackerConfig::preset("paper")?)?;
-        tracker.init(&view(&film[0])?, bbox)?;
+        tracker.init(&view(&frames[0])?, bbox)?;
         trackers.push(tracker);
     }
-    timed(film, |frame| trackers.iter_mut().try_for_each(|tracker| tracker.update(frame).map(drop)))
+    timed(frames, |frame| {
+        trackers.iter_mut().try_for_each(|tracker| tracker.update(frame).map(drop))
+    })
 }
 
-/// The cost of each frame but the first two.
+/// The cost of each frame, except the first two.
 fn timed(
-    film: &[SceneFrame],
+    frames: &[SceneFrame],
     mut update: impl FnMut(&Frame<'_>) -> Result<(), Error>,
 ) -> Result<Vec<Cost>, Error> {
     let mut costs = Vec::new();
-    for frame in &film[1..] {
+    for frame in &frames[1..] {
         let (start, cpu) = (Instant::now(), cpu_ms());
         update(&view(frame)?)?;
         costs.push([start.elapsed().as_secs_f64() * 1e3, cpu_ms() - cpu]);
@@ -91,7 +98,7 @@ fn timed(
     Ok(costs.split_off(1))
 }
 
-/// Milliseconds that all threads of the process have worked so far.
+/// Processor time of all threads of the process so far, in milliseconds.
 fn cpu_ms() -> f64 {
     let threads = fs::read_dir("/proc/self/task").into_iter().flatten().flatten();
     let worked = |thread: fs::DirEntry| {
@@ -101,7 +108,7 @@ fn cpu_ms() -> f64 {
     threads.filter_map(worked).sum::<f64>() / 1e6
 }
 
-/// What the process holds now, in MB.
+/// Resident memory of the process, in MB.
 fn memory() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;

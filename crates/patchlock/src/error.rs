@@ -1,6 +1,6 @@
-//! What can go wrong, said so that the caller knows what to change.
+//! The errors of the library. Their messages tell the caller what to change.
 
-/// Every error of the library. Each names what was wrong, the value that was given and what is allowed.
+/// Any error of the library. Its message states what was wrong, the given value and what is allowed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -11,7 +11,7 @@ pub enum Error {
         field: &'static str,
         /// The value that was given.
         value: String,
-        /// The values that are allowed.
+        /// The allowed values.
         allowed: String,
     },
     /// No preset has this name.
@@ -19,27 +19,29 @@ pub enum Error {
     UnknownPreset {
         /// The name that was given.
         name: String,
-        /// The names that exist.
+        /// The existing names.
         known: String,
     },
-    /// The instructions that the environment asks for do not exist, or not on this processor.
+    /// The environment variable names instructions that are unknown or that this processor does not support.
     #[error(
-        "the environment variable `{variable}` is `{value}`; allowed on this processor: {allowed}. Unset it to use the fastest"
+        "the environment variable `{variable}` is `{value}`; allowed on this processor: {allowed}. \
+         Unset it to use the fastest"
     )]
     Instructions {
         /// The variable's name.
         variable: &'static str,
-        /// What it holds.
+        /// The variable's value.
         value: String,
-        /// What it may hold.
+        /// The allowed values.
         allowed: String,
     },
     /// The pixels do not form a frame.
     #[error("not a frame: {0}")]
     Frame(String),
-    /// The box is not one: a size or position is not finite, or a side is shorter than one pixel.
+    /// The box is invalid: a number is not finite, or a side is shorter than one pixel or too long.
     #[error(
-        "the box has x {x}, y {y}, width {w}, height {h}; all must be finite, width and height at least 1 pixel and at most {max}"
+        "the box has x {x}, y {y}, width {w}, height {h}; all must be finite, \
+         width and height at least 1 pixel and at most {max}"
     )]
     BoxShape {
         /// Left edge in pixels.
@@ -50,12 +52,13 @@ pub enum Error {
         w: f64,
         /// Height in pixels.
         h: f64,
-        /// The longest side that is accepted, in pixels.
+        /// The maximum length of a side, in pixels.
         max: f64,
     },
-    /// The box does not touch the frame.
+    /// The box and the frame do not overlap.
     #[error(
-        "the box x {x}, y {y}, width {w}, height {h} lies outside the frame of {width}x{height} pixels; it must cover a part of it"
+        "the box x {x}, y {y}, width {w}, height {h} lies outside the frame of {width}x{height} \
+         pixels; it must cover a part of it"
     )]
     BoxOutside {
         /// Left edge in pixels.
@@ -71,9 +74,10 @@ pub enum Error {
         /// The frame's height in pixels.
         height: usize,
     },
-    /// A frame has another size than the one that tracking began on.
+    /// The size of a frame differs from that of the frame on which tracking began.
     #[error(
-        "the frame is {width}x{height} pixels, but tracking began on {expected_width}x{expected_height}; give frames of one size, or begin again with `init`"
+        "the frame is {width}x{height} pixels, but tracking began on {expected_width}x{expected_height}; \
+         give frames of one size, or begin again with `init`"
     )]
     FrameSize {
         /// Width of the frame that was given.
@@ -93,10 +97,10 @@ pub enum Error {
     UnknownTarget {
         /// The id that was given.
         id: u64,
-        /// The ids that there are.
+        /// The ids of the existing targets.
         known: String,
     },
-    /// A saved state does not fit together.
+    /// A saved state is damaged or inconsistent.
     #[error("the saved state can't be used: {0}")]
     Snapshot(String),
 }

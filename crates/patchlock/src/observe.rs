@@ -1,8 +1,8 @@
-//! A way to look inside a tracker without touching its loop: one view for each method.
+//! Access to the intermediate results of a tracker, with one kind of view per method.
 
 pub use crate::patchwise::view::{PatchView, PatchwiseView, UpdateView};
 
-/// What happened on one frame, in the terms of the method that tracked it.
+/// The intermediate results of one frame, in the terms of the method that tracked it.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum FrameView<'a> {
@@ -10,9 +10,9 @@ pub enum FrameView<'a> {
     Patchwise(PatchwiseView<'a>),
 }
 
-/// Looks at each frame; any `FnMut(&FrameView)` is one.
+/// Receives the view of each frame. Implemented by every `FnMut(&FrameView)`.
 pub trait Observer {
-    /// Called once for each frame that [`Tracker::update_observed`](crate::Tracker::update_observed) tracks.
+    /// Called once per frame that [`Tracker::update_observed`](crate::Tracker::update_observed) tracks.
     fn observe(&mut self, view: &FrameView<'_>);
 }
 

@@ -1,9 +1,10 @@
-//! The numbers by which a tracker of many targets tells them apart.
+//! Identifiers of the targets of a multi-target tracker.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Identifies a target of a [`MultiTracker`](crate::MultiTracker): 1 for the first that was added, 2 for the next. No number is used twice.
+/// Identifies a target of a [`MultiTracker`](crate::MultiTracker). The first target added has number 1, the
+/// next 2. Numbers are never reused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct TargetId(u64);
 
@@ -15,7 +16,7 @@ impl TargetId {
 }
 
 impl From<u64> for TargetId {
-    /// The id with this number; whether there is such a target, the tracker decides.
+    /// The id with this number. The target need not exist: the tracker checks that.
     fn from(number: u64) -> Self {
         Self(number)
     }

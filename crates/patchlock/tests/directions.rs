@@ -1,16 +1,16 @@
-//! Who may know whom, between the rooms of the library and between the crates, read from the source text. ARCHITECTURE.md
-//! says why.
+//! Which modules of the library and which crates may depend on which, checked on the source text.
+//! ARCHITECTURE.md gives the reasons.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A module of the library, and the modules that it may name.
+/// A module of the library, and the modules that it may use.
 type Rule = (&'static str, &'static [&'static str]);
 
-/// Each module of the library's root. Every module may name itself. The modules stand in an order in which each names
-/// only earlier ones, so that there is no circle.
-const MAY_NAME: &[Rule] = &[
+/// Every module below the library's root; each may also use itself. A module may use only modules listed
+/// before it, so there are no cycles.
+const MAY_USE: &[Rule] = &[
     ("error", &[]),
     ("numeric", &["error"]),
     ("vision", &["error", "numeric"]),
@@ -20,7 +20,7 @@ const MAY_NAME: &[Rule] = &[
     ("config", &["appearance", "error", "motion", "sparse", "vision"]),
     ("estimate", &["appearance", "vision"]),
     ("patchwise", &["appearance", "config", "estimate", "motion", "sparse", "vision"]),
-    // Only the types of what it shows.
+    // Only the types in its views.
     ("observe", &["patchwise"]),
     ("method", &["config", "error", "estimate", "observe", "patchwise", "vision"]),
     ("target_id", &[]),
@@ -38,18 +38,20 @@ const MAY_NAME: &[Rule] = &[
     ),
 ];
 
-/// What `lib.rs` re-exports and other modules name by that.
+/// Re-exports of `lib.rs` that other modules use, with the modules where they are defined.
 const RE_EXPORTS: &[(&str, &str)] =
     &[("Error", "error"), ("Tracker", "tracker"), ("MultiTracker", "multi")];
 
-/// Parts of the standard library that the tracker must not touch: files, the terminal, the outside world and the clock.
+/// Parts of the standard library that the tracker must not use: files, the terminal, the network, processes
+/// and the clock.
 const FORBIDDEN_STD: &[&str] = &["fs", "io", "env", "net", "process", "time", "os"];
-/// A variable says which instructions to use, and changes nothing else.
+/// An environment variable selects the instructions; it affects nothing else.
 const EXCEPTIONS: &[(&str, &str)] = &[("instructions.rs", "env")];
 const FORBIDDEN_WORDS: &[&str] =
     &["println!", "eprintln!", "print!", "eprint!", "dbg!", "Instant", "SystemTime"];
 
-/// Each crate of the workspace with the crates of the workspace that it may depend on, and those that only its tests may.
+/// Each crate of the workspace, the workspace crates that it may depend on, and those that only its tests may
+/// depend on.
 const CRATES: &[(&str, &[&str], &[&str])] = &[
     ("patchlock-scene", &[], &[]),
     ("patchlock", &[], &["patchlock-scene"]),
@@ -67,7 +69,7 @@ fn library() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
 }
 
-/// All Rust files below a folder.
+/// All Rust files in a folder and its subfolders.
 fn rust_files(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -82,22 +84,22 @@ fn rust_files(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// The source without comments, so that the docs may name anything.
+/// The source without comments, because docs may name anything.
 fn code(file: &Path) -> String {
     let text = fs::read_to_string(file).unwrap();
     text.lines().map(|line| line.split("//").next().unwrap_or("")).collect::<Vec<_>>().join("\n")
 }
 
-/// The names that follow `root::` in the code, those of a group `root::{..}` one by one.
+/// The names that follow `root::` in the code, including each name of a group `root::{..}`.
 fn names_behind(code: &str, root: &str) -> BTreeSet<String> {
     let start = format!("{root}::");
     let is_word = |c: char| c.is_alphanumeric() || c == '_';
     let mut names = BTreeSet::new();
-    for (place, _) in code.match_indices(&start) {
-        if code[..place].ends_with(is_word) {
+    for (index, _) in code.match_indices(&start) {
+        if code[..index].ends_with(is_word) {
             continue;
         }
-        let rest = &code[place + start.len()..];
+        let rest = &code[index + start.len()..];
         let first =
             |text: &str| text.trim_start().split(|c| !is_word(c)).next().unwrap().to_owned();
         match rest.strip_prefix('{') {
@@ -109,7 +111,7 @@ fn names_behind(code: &str, root: &str) -> BTreeSet<String> {
     names
 }
 
-/// The parts of a group up to its closing brace; commas of groups within it do not count.
+/// The parts of a group up to its closing brace, split at commas outside nested groups.
 fn top_level(group: &str) -> Vec<String> {
     let (mut parts, mut depth) = (vec![String::new()], 0);
     for c in group.chars() {
@@ -128,58 +130,58 @@ fn top_level(group: &str) -> Vec<String> {
     parts
 }
 
-/// The longest chain `super::super::..` in the code.
-fn longest_climb(code: &str) -> usize {
+/// The number of `super`s in the longest chain `super::super::..` of the code.
+fn longest_super_chain(code: &str) -> usize {
     (1..).take_while(|&steps| code.contains(&"super::".repeat(steps))).last().unwrap_or(0)
 }
 
 #[test]
-fn rooms_name_only_what_they_may() {
+fn modules_use_only_what_they_may() {
     let mut wrong = Vec::new();
     for file in rust_files(&library()) {
         let inside = file.strip_prefix(library()).unwrap();
-        let place = inside.iter().next().unwrap().to_str().unwrap().trim_end_matches(".rs");
-        if place == "lib" {
+        let module = inside.iter().next().unwrap().to_str().unwrap().trim_end_matches(".rs");
+        if module == "lib" {
             continue;
         }
-        let Some((_, may)) = MAY_NAME.iter().find(|(name, _)| *name == place) else {
-            wrong.push(format!("{}: no rule in this test for `{place}`", inside.display()));
+        let Some((_, may)) = MAY_USE.iter().find(|(name, _)| *name == module) else {
+            wrong.push(format!("{}: no rule in this test for `{module}`", inside.display()));
             continue;
         };
         let code = code(&file);
         for name in names_behind(&code, "crate") {
             let home = RE_EXPORTS.iter().find(|(export, _)| *export == name);
             let home = home.map_or(name.as_str(), |(_, home)| home);
-            if home != place && !may.contains(&home) {
-                wrong.push(format!("{} names crate::{name}", inside.display()));
+            if home != module && !may.contains(&home) {
+                wrong.push(format!("{} uses crate::{name}", inside.display()));
             }
         }
-        // `super` must not lead out of the room: only `crate::` may, where the rule above sees it.
+        // `super` must not lead out of the module. Only `crate::` may, which the rule above checks.
         let is_root = inside.file_name().is_some_and(|name| name == "mod.rs");
         let depth = inside.iter().count() - 1 - usize::from(is_root);
         let allowed = depth.max(1); // for the tests at the end of a file, which begin with `use super::*`
-        if longest_climb(&code) > allowed {
-            wrong.push(format!("{} climbs out of its room with super::", inside.display()));
+        if longest_super_chain(&code) > allowed {
+            wrong.push(format!("{} leaves its module with super::", inside.display()));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]
-fn there_is_no_circle() {
-    for (k, (name, may)) in MAY_NAME.iter().enumerate() {
+fn there_are_no_cycles() {
+    for (k, (name, may)) in MAY_USE.iter().enumerate() {
         for other in *may {
-            let earlier = MAY_NAME[..k].iter().any(|(earlier, _)| earlier == other);
-            assert!(earlier, "{name} may name {other}, which does not stand before it");
+            let earlier = MAY_USE[..k].iter().any(|(earlier, _)| earlier == other);
+            assert!(earlier, "{name} may use {other}, which is not listed before it");
         }
     }
 }
 
 #[test]
-fn the_rooms_of_the_rule_exist() {
-    for (place, _) in MAY_NAME {
-        let room = library().join(place);
-        assert!(room.is_dir() || room.with_extension("rs").is_file(), "{place}");
+fn the_modules_of_the_rules_exist() {
+    for (module, _) in MAY_USE {
+        let path = library().join(module);
+        assert!(path.is_dir() || path.with_extension("rs").is_file(), "{module}");
     }
 }
 
@@ -188,26 +190,26 @@ fn the_library_touches_no_files_terminal_or_clock() {
     let mut wrong = Vec::new();
     for file in rust_files(&library()) {
         let code = code(&file);
-        // The tests stand at the end of a file.
+        // Tests are at the end of a file.
         let code = code.split("#[cfg(test)]").next().unwrap();
-        let place = file.strip_prefix(library()).unwrap().display();
+        let path = file.strip_prefix(library()).unwrap().display();
         for word in FORBIDDEN_WORDS {
             if code.contains(word) {
-                wrong.push(format!("{place} contains {word}"));
+                wrong.push(format!("{path} contains {word}"));
             }
         }
         for name in names_behind(code, "std") {
             let allowed =
                 EXCEPTIONS.contains(&(file.file_name().unwrap().to_str().unwrap(), &name));
             if FORBIDDEN_STD.contains(&name.as_str()) && !allowed {
-                wrong.push(format!("{place} uses std::{name}"));
+                wrong.push(format!("{path} uses std::{name}"));
             }
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// The crates of this workspace that a manifest names below a heading such as `dependencies`.
+/// The crates of this workspace that a manifest lists below a heading such as `dependencies`.
 fn ours(manifest: &str, heading: &str) -> BTreeSet<String> {
     let mut below = false;
     let mut names = BTreeSet::new();
@@ -215,7 +217,7 @@ fn ours(manifest: &str, heading: &str) -> BTreeSet<String> {
         if let Some(section) = line.strip_prefix('[') {
             let section = section.trim_end_matches(']');
             below = section.rsplit('.').next() == Some(heading);
-            // A table for one dependency: [dependencies.name].
+            // A table for one dependency: `[dependencies.name]`.
             if let Some((_, name)) = section.split_once(&format!("{heading}.")) {
                 names.insert(name.to_owned());
             }
@@ -264,7 +266,11 @@ fn metrics_see_boxes_and_a_protocol() {
             "{}: {tracker:?}",
             file.display()
         );
-        assert!(longest_climb(&code) <= 1, "{} climbs out of its room", file.display());
+        assert!(
+            longest_super_chain(&code) <= 1,
+            "{} leaves its module with super::",
+            file.display()
+        );
     }
 }
 
@@ -274,24 +280,27 @@ fn the_benchmark_prints_nothing_and_only_its_runs_have_a_clock() {
     for file in rust_files(&source) {
         let code = code(&file);
         let code = code.split("#[cfg(test)]").next().unwrap();
-        let place = file.strip_prefix(&source).unwrap();
-        let runs = place.starts_with("bench");
+        let path = file.strip_prefix(&source).unwrap();
+        let runs = path.starts_with("bench");
         for word in FORBIDDEN_WORDS {
             let is_clock = matches!(*word, "Instant" | "SystemTime");
-            assert!(!code.contains(word) || (runs && is_clock), "{} has {word}", place.display());
+            assert!(!code.contains(word) || (runs && is_clock), "{} has {word}", path.display());
         }
         let starts_programs = names_behind(code, "std").contains("process");
-        assert!(!starts_programs || runs, "{} starts programs", place.display());
+        assert!(!starts_programs || runs, "{} starts programs", path.display());
     }
 }
 
 #[test]
-fn the_reader_sees_groups_and_manifests() {
-    let code = "use crate::{Error, config::{A, B},\n vision::frame};\nlet x = crate::sparse::f(); mycrate::no";
+fn the_parser_handles_groups_and_manifests() {
+    let code = "use crate::{Error, config::{A, B},\n vision::frame};\n\
+        let x = crate::sparse::f(); mycrate::no";
     let names: Vec<_> = names_behind(code, "crate").into_iter().collect();
     assert_eq!(names, ["Error", "config", "sparse", "vision"]);
-    assert_eq!(longest_climb("use super::super::a; use super::b;"), 2);
-    let manifest = "[dependencies]\nserde = \"1\"\npatchlock-a.workspace = true\n[dev-dependencies]\npatchlock-b = { path = \"x\" }\n[dependencies.patchlock-c]\n";
+    assert_eq!(longest_super_chain("use super::super::a; use super::b;"), 2);
+    let manifest = "[dependencies]\nserde = \"1\"\npatchlock-a.workspace = true\n\
+        [dev-dependencies]\npatchlock-b = { path = \"x\" }\n\
+        [dependencies.patchlock-c]\n";
     assert_eq!(
         ours(manifest, "dependencies").into_iter().collect::<Vec<_>>(),
         ["patchlock-a", "patchlock-c"]

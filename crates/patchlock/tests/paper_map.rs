@@ -1,16 +1,17 @@
-//! Checks PAPER.md against the code: every item and test that it names exists, and no equation is missing.
+//! Checks PAPER.md against the code: every item and test that it names exists, and every equation has an
+//! entry.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The paper's equations.
+/// The numbers of the paper's equations.
 const EQUATIONS: std::ops::RangeInclusive<u32> = 1..=24;
 
-/// The parts that an entry has below its heading, in this order.
+/// The parts below the heading of an entry, in this order.
 const PARTS: [&str; 3] = ["where", "proved by", "reading"];
 
-/// One entry of the map: a heading such as `### Sec. 2.1, Eq. 3-6: what it is`, and [`PARTS`] below it.
+/// An entry of the map: a heading such as `### Sec. 2.1, Eq. 3-6: what it is`, followed by [`PARTS`].
 #[derive(Debug)]
 struct Entry {
     section: String,
@@ -27,12 +28,12 @@ fn map() -> String {
     fs::read_to_string(library().join("../../PAPER.md")).unwrap()
 }
 
-/// Everything between backticks.
+/// The texts between backticks.
 fn quoted(text: &str) -> Vec<String> {
     text.split('`').skip(1).step_by(2).map(str::to_owned).collect()
 }
 
-/// The entries of the map: every heading of the third level, up to the next heading.
+/// The entries of the map: each third-level heading with its text up to the next heading.
 fn entries(map: &str) -> Vec<Entry> {
     let mut entries: Vec<(&str, Vec<String>)> = Vec::new();
     let mut in_entry = false;
@@ -47,9 +48,10 @@ fn entries(map: &str) -> Vec<Entry> {
             match (line.strip_prefix("- "), line.trim()) {
                 (Some(part), _) => parts.push(part.to_owned()),
                 (None, "") => {}
-                // A line that goes on belongs to the part above it.
+                // A continuation line belongs to the part above it.
                 (None, more) => {
-                    let part = parts.last_mut().unwrap_or_else(|| panic!("no part before: {line}"));
+                    let part =
+                        parts.last_mut().unwrap_or_else(|| panic!("no part precedes: {line}"));
                     part.push(' ');
                     part.push_str(more);
                 }
@@ -59,17 +61,18 @@ fn entries(map: &str) -> Vec<Entry> {
     entries.iter().map(|(heading, parts)| entry(heading, parts)).collect()
 }
 
-/// One entry, from its heading without the marks and its parts.
+/// An entry from its heading (without `###`) and its parts.
 fn entry(heading: &str, parts: &[String]) -> Entry {
-    let (place, _) = heading.split_once(": ").unwrap_or_else(|| panic!("no meaning: {heading}"));
-    let (section, equations) = place.split_once(", Eq. ").unwrap_or((place, "-"));
+    let (source, _) =
+        heading.split_once(": ").unwrap_or_else(|| panic!("no description: {heading}"));
+    let (section, equations) = source.split_once(", Eq. ").unwrap_or((source, "-"));
     assert!(section.starts_with("Sec. ") || section.starts_with("Fig. "), "no section: {heading}");
-    assert_eq!(parts.len(), PARTS.len(), "an entry has {PARTS:?}: {heading}");
+    assert_eq!(parts.len(), PARTS.len(), "an entry must have {PARTS:?}: {heading}");
     let text = |k: usize| {
         let text = parts[k].strip_prefix(PARTS[k]).and_then(|text| text.strip_prefix(": "));
-        text.unwrap_or_else(|| panic!("an entry has {PARTS:?}: {heading}"))
+        text.unwrap_or_else(|| panic!("an entry must have {PARTS:?}: {heading}"))
     };
-    assert!(!text(2).is_empty(), "a reading, or none: {heading}");
+    assert!(!text(2).is_empty(), "an entry without a reading must say `none`: {heading}");
     Entry {
         section: section.to_owned(),
         equations: equations.to_owned(),
@@ -78,7 +81,7 @@ fn entry(heading: &str, parts: &[String]) -> Entry {
     }
 }
 
-/// The numbers in `3-9, 12`.
+/// The numbers in a list such as `3-9, 12`.
 fn numbers(equations: &str) -> BTreeSet<u32> {
     let mut all = BTreeSet::new();
     for part in equations
@@ -92,14 +95,14 @@ fn numbers(equations: &str) -> BTreeSet<u32> {
     all
 }
 
-/// The file of a path as the map writes it: below `src`, or `tests/..`.
+/// The file of a path in the map: below `src`, or in `tests/`.
 fn file(path: &str) -> PathBuf {
     let base =
         if path.starts_with("tests/") { library().to_owned() } else { library().join("src") };
     base.join(path)
 }
 
-/// Whether the source declares this name: as an item, a field or a row of the table of parameters.
+/// Whether the source declares this name as an item, a field or a row of the parameter table.
 fn declares(source: &str, name: &str) -> bool {
     let keywords = ["fn", "const fn", "struct", "enum", "trait", "const", "type", "mod"];
     let ends = |rest: &str| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_');
@@ -115,21 +118,21 @@ fn declares(source: &str, name: &str) -> bool {
     )
 }
 
-/// Whether the source has a test of this name.
+/// Whether the source has a test with this name.
 fn tests(source: &str, name: &str) -> bool {
     let lines: Vec<&str> = source.lines().map(str::trim).collect();
     let start = format!("fn {name}(");
-    let place = lines.iter().position(|line| line.starts_with(&start));
-    place.is_some_and(|place| {
-        // Attributes and docs stand between `#[test]` and the function.
-        let above = lines[..place].iter().rev();
+    let index = lines.iter().position(|line| line.starts_with(&start));
+    index.is_some_and(|index| {
+        // Attributes and docs come between `#[test]` and the function.
+        let above = lines[..index].iter().rev();
         above
             .take_while(|line| line.starts_with("#[") || line.starts_with("//"))
             .any(|line| *line == "#[test]")
     })
 }
 
-/// Splits `file.rs::a::b` into the file's text and the names.
+/// Splits `file.rs::a::b` into the text of the file and the names.
 fn look_up(reference: &str) -> Result<(String, Vec<String>), String> {
     let (path, names) = reference
         .split_once(".rs::")
@@ -152,7 +155,7 @@ fn every_equation_has_an_entry() {
 }
 
 #[test]
-fn every_entry_names_what_does_it_and_what_proves_it() {
+fn every_entry_names_its_code_and_its_tests() {
     let mut wrong = Vec::new();
     for entry in entries(&map()) {
         if entry.items.is_empty() || entry.tests.is_empty() {
@@ -161,7 +164,7 @@ fn every_entry_names_what_does_it_and_what_proves_it() {
         for test in &entry.tests {
             match look_up(test) {
                 Ok((source, names)) if !tests(&source, names.last().unwrap()) => {
-                    wrong.push(format!("`{test}` is no test"));
+                    wrong.push(format!("`{test}` is not a test"));
                 }
                 Ok(_) => {}
                 Err(error) => wrong.push(error),
@@ -190,20 +193,20 @@ fn every_item_named_anywhere_exists() {
     assert!(wrong.is_empty(), "{}", wrong.into_iter().collect::<Vec<_>>().join("\n"));
 }
 
-/// Every parameter whose source is the paper names a section, and the map has an entry for each of these.
+/// For every parameter whose source is the paper, the map has an entry of the section that it names.
 #[test]
 fn the_table_of_parameters_is_part_of_the_map() {
     let entries = entries(&map());
     for parameter in patchlock::PARAMETERS {
-        let Some(place) = parameter.source.strip_prefix("paper ") else { continue };
-        let section = place.split(',').next().unwrap();
+        let Some(source) = parameter.source.strip_prefix("paper ") else { continue };
+        let section = source.split(',').next().unwrap();
         let found = entries.iter().any(|entry| entry.section == section);
-        assert!(found, "PAPER.md has no entry of {section}");
+        assert!(found, "PAPER.md has no entry for {section}");
     }
 }
 
 #[test]
-fn the_reader_reads() {
+fn the_parser_reads_entries() {
     let map = [
         "# Map",
         "### Sec. 2.1, Eq. 3-5, 9: codes: joint",
@@ -221,7 +224,7 @@ fn the_reader_reads() {
         "- 4: `z.rs::n`",
     ];
     let entries = entries(&map.join("\n"));
-    let [codes, whole] = &entries[..] else { panic!("two entries") };
+    let [codes, whole] = &entries[..] else { panic!("expected two entries") };
     assert_eq!((codes.section.as_str(), codes.equations.as_str()), ("Sec. 2.1", "3-5, 9"));
     assert_eq!(codes.items, ["a.rs::b", "a.rs::c"]);
     assert_eq!(codes.tests, ["t.rs::d"]);
@@ -229,7 +232,8 @@ fn the_reader_reads() {
     assert_eq!((whole.items.len(), whole.tests.len()), (1, 1));
     assert_eq!(numbers("3-5, 9"), BTreeSet::from([3, 4, 5, 9]));
     assert!(numbers("-").is_empty());
-    let source = "pub struct A {\n    pub b: f64,\n}\n// fn comment\nconst C: u8 = 1;\nfn abc() {}\npub const fn d() {}\n";
+    let source = "pub struct A {\n    pub b: f64,\n}\n// fn comment\nconst C: u8 = 1;\n\
+        fn abc() {}\npub const fn d() {}\n";
     for name in ["A", "b", "C", "abc", "d"] {
         assert!(declares(source, name), "{name}");
     }

@@ -1,4 +1,4 @@
-//! The fast solver against the definition, on random and on awkward problems.
+//! Compares the fast solver with the definition, on random and degenerate problems.
 
 mod solvers;
 
@@ -14,7 +14,7 @@ use proptest::prelude::*;
 use solvers::{RULES, Solver, Span, TIE, indices, residual, solve_all};
 use std::sync::LazyLock;
 
-/// Random cases, of which none is written to a file.
+/// This many random cases; failures are not written to a file.
 fn cases(count: u32) -> ProptestConfig {
     ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(count) }
 }
@@ -24,7 +24,7 @@ fn unit(mut v: Vec<f32>) -> Vec<f32> {
     v
 }
 
-/// Vectors like patches: positive, alike, some of them equal, nearly equal, or zero.
+/// Vectors like patches: positive and similar; some of them equal, nearly equal, or zero.
 fn vectors(dim: usize, count: usize) -> impl Strategy<Value = Vec<f32>> {
     let vector = prop::collection::vec(0.0..1.0f32, dim);
     let kinds = prop::collection::vec((vector, 0..12u8, 0..64usize), count);
@@ -48,7 +48,8 @@ fn vectors(dim: usize, count: usize) -> impl Strategy<Value = Vec<f32>> {
     })
 }
 
-/// The atoms are those of the definition, unless a step was a tie; then each alternative scored as much.
+/// The atoms must be those of the definition, unless a step was a tie; then both alternatives must have equal
+/// scores.
 fn check(
     dictionary: &Dictionary,
     shared: &[f32],
@@ -78,8 +79,9 @@ fn check(
     }
     let left = residual(dictionary, candidate, fast);
     for &k in &fast_support {
-        let along: f64 = left.iter().zip(dictionary.atom(k)).map(|(l, &d)| l * f64::from(d)).sum();
-        assert!(along.abs() < 1e-6, "the residual is not orthogonal to the support: {along}");
+        let product: f64 =
+            left.iter().zip(dictionary.atom(k)).map(|(l, &d)| l * f64::from(d)).sum();
+        assert!(product.abs() < 1e-6, "the residual is not orthogonal to the support: {product}");
     }
 }
 
@@ -87,7 +89,7 @@ proptest! {
     #![proptest_config(cases(200))]
 
     #[test]
-    fn fast_is_the_definition(
+    fn fast_equals_definition(
         atoms in vectors(16, 50),
         signals in vectors(16, 10),
         columns in 0..5usize,
@@ -102,7 +104,7 @@ proptest! {
         }
     }
 
-    /// More atoms never leave more energy.
+    /// More atoms never increase the energy of the residual.
     #[test]
     fn the_residual_never_grows(atoms in vectors(16, 40), signals in vectors(16, 5)) {
         let dictionary = Dictionary::new(16, 5, atoms);
@@ -145,7 +147,7 @@ fn nothing_to_explain_gives_an_empty_code() {
     }
 }
 
-/// A frame of the tracker: dictionary and buffers of a rendered scene.
+/// The dictionary and buffer of a tracker on a rendered scene.
 struct Setting {
     scene: Scene,
     grid: PatchGrid,
@@ -154,7 +156,7 @@ struct Setting {
 }
 
 impl Setting {
-    /// Templates of the first frame, and a buffer of the true boxes of four later ones.
+    /// Templates of the first frame, and a buffer of the true boxes of four later frames.
     fn new(grid: PatchGrid) -> Self {
         let scene = Scene::occluded();
         let first = image(&scene, 0);
@@ -167,7 +169,8 @@ impl Setting {
         Self { scene, grid, dictionary, buffer }
     }
 
-    /// Holds the fast solver to the definition at one location of a candidate near the target of frame `k`.
+    /// Compares the fast solver with the definition at one location of a candidate near the target of frame
+    /// `k`.
     fn check(&self, k: usize, offset: [f64; 4], location: usize) {
         let candidate = cut(&image(&self.scene, k), &self.scene, k, offset);
         let patch = |template: &Vec<f32>| {
@@ -189,7 +192,7 @@ fn image(scene: &Scene, k: usize) -> GreyImage {
     image
 }
 
-/// The normalised candidate at the truth of frame `k`, off by this in x, y, scale and rotation.
+/// The normalised candidate at the true box of frame `k`, offset by this in x, y, scale and rotation.
 fn cut(image: &GreyImage, scene: &Scene, k: usize, [x, y, scale, rotation]: [f64; 4]) -> Vec<f32> {
     let [left, top, w, h] = scene.truth(k).bbox;
     let centre = BoundingBox { x: left + x, y: top + y, w, h }.centre();
@@ -201,15 +204,16 @@ fn cut(image: &GreyImage, scene: &Scene, k: usize, [x, y, scale, rotation]: [f64
     unit(candidate)
 }
 
-/// Draws candidates as the motion would, wider, over frames on which the target is free, half hidden, and free again.
+/// Candidates as the motion model draws them, but spread wider, over frames in which the target is visible,
+/// half hidden, and visible again.
 fn candidates() -> impl Strategy<Value = (usize, [f64; 4], usize)> {
     let offset = (-12.0..12.0f64, -12.0..12.0f64, -0.1..0.1f64, -0.1..0.1f64);
     (1..60usize, offset.prop_map(|(x, y, s, r)| [x, y, s, r]), 0..169usize)
 }
 
-/// As the tracker does it: candidates that share nodes of the tree, location after location with the same room.
+/// Candidates share nodes of the tree, and locations share working memory, as in the tracker.
 #[test]
-fn fast_is_the_definition_where_candidates_share_nodes() {
+fn fast_equals_definition_where_candidates_share_nodes() {
     let Setting { scene, grid, dictionary, buffer } = &*SMALL;
     let image = image(scene, 12);
     let offset =
@@ -219,15 +223,15 @@ fn fast_is_the_definition_where_candidates_share_nodes() {
         .into_iter()
         .map(|(_, instructions)| batched::Scratch::with(instructions))
         .collect();
-    for place in [83, 84, 97, 0] {
+    for number in [83, 84, 97, 0] {
         let patches = |templates: &[Vec<f32>]| {
             let mut patches = vec![0.0; templates.len() * grid.dim()];
-            grid.cut_each(templates.iter().map(Vec::as_slice), place, &mut patches);
+            grid.cut_each(templates.iter().map(Vec::as_slice), number, &mut patches);
             patches
         };
         let (shared, signals) = (patches(buffer), patches(&candidates));
         let mut location = batched::Location::default();
-        location.fill(dictionary, (place, &shared), &RULES);
+        location.fill(dictionary, (number, &shared), &RULES);
         let mut found: Vec<Vec<Code>> = Vec::new();
         for scratch in &mut scratches {
             let mut codes = vec![Code::default(); candidates.len()];
@@ -248,12 +252,12 @@ proptest! {
     #![proptest_config(cases(60))]
 
     #[test]
-    fn fast_is_the_definition_on_small_patches((k, offset, location) in candidates()) {
+    fn fast_equals_definition_on_small_patches((k, offset, location) in candidates()) {
         SMALL.check(k, offset, location);
     }
 
     #[test]
-    fn fast_is_the_definition_on_large_patches((k, offset, location) in candidates()) {
+    fn fast_equals_definition_on_large_patches((k, offset, location) in candidates()) {
         LARGE.check(k, offset, location);
     }
 }

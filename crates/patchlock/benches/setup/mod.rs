@@ -1,4 +1,4 @@
-//! What the benchmarks work on: a rendered scene and what the paper's setting makes of it.
+//! Input data of the benchmarks: a rendered scene, processed with the paper's settings.
 
 use patchlock::appearance::{buffer, templates};
 use patchlock::motion::model::Motion;
@@ -14,11 +14,11 @@ use rand_pcg::Pcg64;
 
 pub const SIDE: usize = 32;
 pub const PARTICLES: usize = 650;
-/// The middle of the small scale's 13 x 13 locations.
+/// The centre of the small scale's 13 x 13 locations.
 pub const LOCATION: usize = 84;
 pub const RULES: CodeRules = CodeRules { atoms: 4, min_residual: 1e-6 };
 
-/// A frame of the rendered scene and everything that the paper's setting makes of it.
+/// A frame of the rendered scene, with the particles and templates of the paper's settings.
 pub struct Bench {
     pub image: GreyImage,
     pub particles: Vec<State>,
@@ -58,7 +58,7 @@ impl Bench {
         Dictionary::new(grid.dim(), grid.locations(), atoms)
     }
 
-    /// The patches of these templates at [`LOCATION`].
+    /// The patches at [`LOCATION`] of the templates in `of`.
     pub fn patches<'a>(&self, grid: &PatchGrid, of: impl Iterator<Item = &'a [f32]>) -> Vec<f32> {
         of.flat_map(|template| {
             let mut patch = vec![0.0; grid.dim()];
@@ -68,7 +68,7 @@ impl Bench {
         .collect()
     }
 
-    /// Dictionary, the buffer's patches and the candidates' patches of one location of the small scale.
+    /// The dictionary, the buffer's patches and the candidates' patches at one location of the small scale.
     pub fn problems(&self) -> (Dictionary, Vec<f32>, Vec<f32>) {
         let grid = small();
         let buffer = buffer::begin(&self.templates, 4);

@@ -1,6 +1,7 @@
-//! The buffers (Sec. 2.1, 2.5): the target as it was a few updates ago, coded jointly with each candidate.
+//! The buffers (Sec. 2.1, 2.5): recent appearances of the target, which are coded jointly with each
+//! candidate.
 
-/// Drops the oldest entry and takes the newest.
+/// Replaces the oldest entry by the newest.
 pub fn push(buffer: &mut [Vec<f32>], newest: &[f32]) {
     if let Some(oldest) = buffer.first_mut() {
         oldest.clear();
@@ -9,7 +10,8 @@ pub fn push(buffer: &mut [Vec<f32>], newest: &[f32]) {
     }
 }
 
-/// The first entries: the last templates, and the first of these again where there are too few.
+/// The first entries: the last `length` templates. If there are fewer, the first template is repeated before
+/// them.
 pub fn begin(templates: &[Vec<f32>], length: usize) -> Vec<Vec<f32>> {
     let missing = length.saturating_sub(templates.len());
     let first = templates.len().saturating_sub(length);
@@ -22,7 +24,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_oldest_goes_first() {
+    fn push_replaces_the_oldest() {
         let templates: Vec<_> = (0..5u8).map(|k| vec![f32::from(k)]).collect();
         let mut buffer = begin(&templates, 3);
         assert_eq!(buffer, [[2.0], [3.0], [4.0]]);

@@ -3,7 +3,7 @@
 use super::weights::patch_weight;
 use serde::{Deserialize, Serialize};
 
-/// What one patch contributes.
+/// The contribution of one patch.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Feature {
     /// The pooled share of its code (`F_i` or `G_i`).
@@ -27,11 +27,11 @@ pub enum Gamma {
 }
 
 impl Gamma {
-    /// The values as a configuration file writes them.
+    /// The names used in configuration files.
     pub const WORDS: &'static [&'static str] = &["exp_visible", "one", "visible", "exp_error"];
 }
 
-/// Which scales the likelihood adds.
+/// The scales that contribute to the likelihood.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Scales {
@@ -44,20 +44,20 @@ pub enum Scales {
 }
 
 impl Scales {
-    /// The values as a configuration file writes them.
+    /// The names used in configuration files.
     pub const WORDS: &'static [&'static str] = &["both", "large", "small"];
 }
 
-/// How the features of a candidate become one number.
+/// How the features of a candidate are combined into its likelihood.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LikelihoodRules {
-    /// A patch is visible when the squared error of its own-location code is below this.
+    /// A patch is visible if the squared error of its masked reconstruction is below this.
     pub epsilon: f64,
     /// Whether hidden patches lose their position weight.
     pub occlusion_weights: bool,
     /// Weight of the large scale.
     pub gamma: Gamma,
-    /// Which scales are added.
+    /// The scales that contribute.
     pub scales: Scales,
 }
 
@@ -67,7 +67,8 @@ impl LikelihoodRules {
         feature.error < self.epsilon
     }
 
-    /// `p = gamma * mean_i(omega_i F_i) + mean_i(omega_i G_i)`. Features come with their position weights.
+    /// `p = gamma * mean_i(omega_i F_i) + mean_i(omega_i G_i)`. The inputs are features with their position
+    /// weights.
     pub fn likelihood(
         &self,
         large: impl Iterator<Item = (Feature, f64)> + Clone,
@@ -76,7 +77,7 @@ impl LikelihoodRules {
         self.large_part(large) + self.small_part(small)
     }
 
-    /// The large patches' part, `gamma * mean_i(omega_i F_i)`.
+    /// The contribution of the large patches, `gamma * mean_i(omega_i F_i)`.
     pub fn large_part(&self, large: impl Iterator<Item = (Feature, f64)> + Clone) -> f64 {
         if !self.counts_large() {
             return 0.0;
@@ -85,7 +86,7 @@ impl LikelihoodRules {
         gamma * mean(large.map(|(feature, position)| self.weighted(&feature, position)))
     }
 
-    /// The small patches' part, `mean_i(omega_i G_i)`.
+    /// The contribution of the small patches, `mean_i(omega_i G_i)`.
     pub fn small_part(&self, small: impl Iterator<Item = (Feature, f64)>) -> f64 {
         if !self.counts_small() {
             return 0.0;
@@ -99,27 +100,27 @@ impl LikelihoodRules {
         patch_weight(visible, position) * feature.share
     }
 
-    /// The most that a patch with this position weight can add to a sum that a mean is taken of, where shares are at most 1.
+    /// The largest value of [`Self::weighted`] at this position weight; shares are at most 1.
     pub fn most(&self, position: f64) -> f64 {
         patch_weight(true, position)
     }
 
-    /// The most that [`Self::large_part`] can be where some features are not known yet, if shares are at most 1.
+    /// An upper bound of [`Self::large_part`] where some features are not known yet; shares are at most 1.
     pub fn large_part_at_most(
         &self,
         large: impl Iterator<Item = (Option<Feature>, f64)> + Clone,
     ) -> f64 {
-        // Nothing of it is hidden, and all of it lies where it should.
+        // The best case: visible, with the whole code on atoms of its own location.
         let best = Feature { share: 1.0, error: f64::NEG_INFINITY };
         self.large_part(large.map(|(feature, position)| (feature.unwrap_or(best), position)))
     }
 
-    /// Whether the large scale counts.
+    /// Whether the large scale contributes.
     pub fn counts_large(&self) -> bool {
         self.scales != Scales::Small
     }
 
-    /// Whether the small scale counts.
+    /// Whether the small scale contributes.
     pub fn counts_small(&self) -> bool {
         self.scales != Scales::Large
     }
@@ -163,8 +164,9 @@ mod tests {
     }
 
     #[test]
-    fn it_is_eq_24() {
-        // Large: one of two visible, so gamma = exp(-1/2), weights 1.5 and 1; small: weights 1 and 1.5.
+    fn the_likelihood_is_eq_24() {
+        // Large: one of two patches is visible, so gamma = exp(-1/2) and the weights are 1.5 and 1. Small:
+        // the weights are 1 and 1.5.
         let (large, small) = ((1.5 * 0.5 + 1.0) / 2.0, (0.2 + 1.5 * 0.4) / 2.0);
         assert!((likelihood(&PAPER) - ((-0.5f64).exp() * large + small)).abs() < 1e-12);
         let with = |gamma, scales| likelihood(&LikelihoodRules { gamma, scales, ..PAPER });

@@ -1,27 +1,27 @@
-//! The occlusion mask (Eq. 17): the visibility of the large patches, spread to samples and smoothed.
+//! The occlusion mask (Eq. 17): the visibility of the large patches, spread over their samples and smoothed.
 
 use crate::vision::guided_filter::GuidedFilter;
 use crate::vision::patches::PatchGrid;
 
-/// The mask, with room to make it: a value can be used again and again.
+/// The mask with its buffers. Reuse a value to avoid allocations.
 #[derive(Debug, Clone, Default)]
 pub struct OcclusionMask {
     mask: Vec<f64>,
     guide: Vec<f64>,
-    /// The mean visibility of the patches that cover a sample, and their number.
+    /// For each sample, the mean visibility of the patches that cover it, and their number.
     spread: Vec<f64>,
     cover: Vec<f64>,
     filter: GuidedFilter,
 }
 
 impl OcclusionMask {
-    /// The mask `K` in `[0, 1]`, one value a sample, 1 where the candidate is visible.
+    /// The mask `K` in `[0, 1]`, one value per sample, 1 where the candidate is visible.
     pub fn values(&self) -> &[f64] {
         &self.mask
     }
 
-    /// Makes the mask of a candidate: the mean over the patches that cover a sample (0 where none does), smoothed with the candidate as the guide
-    /// (rescaled to `[0, 1]`), and clamped.
+    /// Makes the mask of a candidate: for each sample the mean visibility of the patches that cover it (0 if
+    /// there are none), smoothed with the candidate as the guide (rescaled to `[0, 1]`), and clamped.
     pub fn make(
         &mut self,
         candidate: &[f32],
@@ -36,7 +36,7 @@ impl OcclusionMask {
         self.mask.extend(smooth.iter().map(|v| v.clamp(0.0, 1.0)));
     }
 
-    /// The mean visibility of the patches that cover each sample.
+    /// Sets each sample to the mean visibility of the patches that cover it.
     fn set_spread(&mut self, side: usize, grid: &PatchGrid, visible: &[bool]) {
         for plane in [&mut self.spread, &mut self.cover] {
             plane.clear();
@@ -54,7 +54,7 @@ impl OcclusionMask {
         self.spread.iter_mut().zip(&self.cover).for_each(|(sum, count)| *sum /= count.max(1.0));
     }
 
-    /// Smallest to 0, largest to 1; a constant becomes 0.
+    /// Rescales the smallest value to 0 and the largest to 1; a constant becomes 0.
     fn set_guide(&mut self, samples: &[f32]) {
         let (low, high) = samples
             .iter()
@@ -89,7 +89,8 @@ mod tests {
         mask.make(&[0.5; 1024], (&GRID(), &visible), (0, 0.01));
         let spread = &mask.spread;
         assert_eq!(spread[0], 0.0);
-        // Rows 8 to 15 belong to two rows of patches, so the middle of the upper left quarter to four patches.
+        // Rows 8 to 15 lie in two rows of patches, so the centre of the upper left quarter lies in four
+        // patches.
         assert_eq!(spread[8 * 32 + 8], 0.75);
         assert_eq!(spread[8], 0.5);
         assert_eq!(spread[1023], 1.0);

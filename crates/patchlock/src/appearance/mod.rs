@@ -1,6 +1,6 @@
-//! The appearance of a target as patches: what their codes say, how much each counts, and how it is learned.
+//! The patch-based appearance model of a target: codes, weights, likelihood and learning.
 //!
-//! [`model`] is the whole, as one value. The other modules are its steps.
+//! [`model`] combines the steps, which are the other modules.
 
 pub mod buffer;
 pub mod likelihood;

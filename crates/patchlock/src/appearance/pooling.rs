@@ -1,8 +1,8 @@
 //! Alignment pooling (Eq. 10-11): the share of a patch's code that lies on atoms of its own location.
 //!
-//! The absolute coefficients of all templates are added for each location and divided by their total. Of the
-//! resulting vector only the entry of the patch's own location is kept (the diagonal of `diag(Z)`, `F_i` at the
-//! large and `G_i` at the small scale).
+//! For each location the absolute coefficients of all templates are summed and divided by the total of all
+//! locations. Of the resulting vector, only the entry of the patch's own location is kept (the diagonal of
+//! `diag(Z)`; `F_i` for large and `G_i` for small patches).
 
 use crate::sparse::codes::Code;
 
@@ -22,7 +22,7 @@ pub fn own_share(code: &Code, location: usize, locations: usize) -> f64 {
 mod tests {
     use super::*;
 
-    /// Eq. 10 as it stands: all coefficients in one long vector, summed over templates, divided, and the
+    /// Eq. 10 as written: all coefficients in one long vector, summed over templates, normalised, and the
     /// diagonal taken.
     fn as_written(code: &Code, location: usize, locations: usize) -> f64 {
         let mut alpha = vec![0.0; 10 * locations];
@@ -33,7 +33,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_the_diagonal_of_eq_10() {
+    fn own_share_is_the_diagonal_of_eq_10() {
         let code = Code::new(&[4, 13, 31, 85], &[0.5, -0.25, 0.3, -0.1]);
         for location in 0..9 {
             let got = own_share(&code, location, 9);

@@ -1,32 +1,33 @@
-//! Pruning of candidates: only the most likely one is wanted, so a candidate is coded no further once it cannot
-//! be that one.
+//! Pruning of candidates. Only the most likely candidate is needed, so a candidate is dropped once it cannot
+//! be it.
 //!
-//! A patch adds at most its largest weight to a likelihood, as its share is at most 1. After some locations the
-//! likelihood of a candidate is therefore at most what these locations give plus the most that the others could,
-//! and a candidate whose upper bound is below a likelihood that another one reaches is dropped. The candidate with
-//! the largest likelihood is never dropped, nor one that ties with it, and the likelihoods of those that remain are
-//! computed as if none had been dropped: the estimate is the same, bit for bit.
+//! The share of a patch is at most 1, so a patch adds at most its largest weight to a likelihood. After some
+//! locations have been coded, the likelihood of a candidate is at most what these contribute plus the maximum
+//! of the others. A candidate is dropped if this upper bound is below a likelihood that another candidate
+//! reaches. The candidate with the largest likelihood is never dropped, and neither is one that ties with it.
+//! The likelihoods of the remaining candidates are computed as if none had been dropped. So the estimate is
+//! the same, bit for bit.
 //!
-//! The order of candidates and locations decides how soon candidates are dropped, and nothing else. A few *seeds*,
-//! the candidates most similar to the last template, are coded everywhere first, so that there is a high likelihood
-//! to reach. The others are coded location by location, in the order in which most can be lost: at the large scale
-//! by the weight of the patch, at the small scale by what the seeds lost there. Similar candidates are coded next
-//! to each other, as they share more of the work.
+//! The order of candidates and locations affects only how early candidates are dropped. A few *seeds*, the
+//! candidates most similar to the last template, are coded at all locations first, to reach a high likelihood
+//! early. The others are coded location by location. The large locations come in the order of their weights,
+//! the small ones in the order of what the seeds lost there. Similar candidates are coded next to each other,
+//! because they share more of the work.
 
 use crate::sparse::somp::batched::BLOCK;
 
-/// Candidates that are coded everywhere before the others, and the number of further ones that are chosen by
-/// their large patches.
+/// Number of candidates coded at all locations before the others, and of further ones, selected by their
+/// large patches.
 const SEEDS: usize = 3;
 
-/// The most small locations that are coded together. The fewer, the sooner candidates are dropped.
+/// Maximum number of small locations that are coded together. A smaller number drops candidates earlier.
 const ROUND: usize = 8;
 
-/// Blocks of candidates that are coded together, as far as [`ROUND`] allows: enough that no thread waits long
-/// for another.
+/// Number of blocks of candidates that are coded together, as far as [`ROUND`] allows: enough that no thread
+/// waits long for another.
 const BLOCKS: usize = 32;
 
-/// More than rounding can add to a likelihood.
+/// Exceeds the rounding error of a likelihood.
 const MARGIN: f64 = 1e-9;
 
 /// The two patch scales.
@@ -34,22 +35,24 @@ const MARGIN: f64 = 1e-9;
 pub enum ScaleSize {
     /// The large patches.
     Large,
-    /// The small ones.
+    /// The small patches.
     Small,
 }
 
-/// What pruning needs to know of the candidates.
+/// The bounds and codes of candidates that pruning needs.
 pub trait UpperBounds {
     /// Codes these candidates at these locations.
     fn code(&mut self, size: ScaleSize, candidates: &[u32], locations: &[u32]);
 
-    /// The most that a patch at this location can add to a likelihood, before anything that multiplies them all.
+    /// The maximum that a patch at this location can add to a likelihood, before any factor common to all
+    /// patches.
     fn most(&self, size: ScaleSize, location: u32) -> f64;
 
-    /// What this candidate's small patch, which is coded, adds to its likelihood.
+    /// What this candidate's small patch adds to its likelihood; the patch must have been coded.
     fn gain(&self, candidate: u32, location: u32) -> f64;
 
-    /// The most that the candidate's large patches can add to its likelihood together, when these are coded.
+    /// The maximum that the candidate's large patches can add to its likelihood together, if those in `coded`
+    /// are coded.
     fn large_part(&self, candidate: u32, coded: &[u32]) -> f64;
 }
 
@@ -57,35 +60,36 @@ pub trait UpperBounds {
 #[derive(Debug, Default)]
 pub struct Pruning {
     remaining: Vec<u32>,
-    /// For each candidate the most that its large patches can add, and what its small ones have added so far.
+    /// For each candidate, the maximum contribution of its large patches, and that of its small patches coded
+    /// so far.
     large_parts: Vec<f64>,
     gains: Vec<f64>,
-    /// A likelihood that some candidate has at least.
+    /// The largest likelihood that some candidate is known to reach.
     best: f64,
     large_order: Vec<u32>,
     small_order: Vec<u32>,
     /// What the seeds lost at each small location.
     losses: Vec<f64>,
-    /// The position of each candidate in the order of coding.
+    /// The position of each candidate in the coding order.
     positions: Vec<u32>,
 }
 
 impl Pruning {
-    /// The candidates that remain. Once pruning has run, they are coded everywhere.
+    /// The remaining candidates. After pruning, they have been coded at all locations.
     pub fn remaining(&self) -> &[u32] {
         &self.remaining
     }
 
-    /// Begins with the candidates in `ranked`, the most promising first. `order` has them all as well, each next
-    /// to similar ones.
+    /// Begins with the candidates in `ranked`, the most promising first. `order` contains the same
+    /// candidates, with similar ones next to each other.
     pub fn begin(&mut self, ranked: &[u32], order: &[u32]) {
         self.remaining.clear();
         self.remaining.extend_from_slice(ranked);
         let count = order.len();
         self.positions.clear();
         self.positions.resize(count, 0);
-        for (place, &k) in order.iter().enumerate() {
-            self.positions[k as usize] = place as u32;
+        for (position, &k) in order.iter().enumerate() {
+            self.positions[k as usize] = position as u32;
         }
         for values in [&mut self.large_parts, &mut self.gains] {
             values.clear();
@@ -94,7 +98,7 @@ impl Pruning {
         self.best = f64::NEG_INFINITY;
     }
 
-    /// Codes all candidates everywhere, at this many large and small locations.
+    /// Codes all candidates at all locations: this many large and small ones.
     pub fn code_all(&mut self, (large, small): (usize, usize), bounds: &mut impl UpperBounds) {
         let Self { remaining, large_order, small_order, .. } = self;
         for (size, count, order) in
@@ -106,7 +110,7 @@ impl Pruning {
         }
     }
 
-    /// Codes and drops candidates over this many large and small locations.
+    /// Codes and drops candidates; there are this many large and small locations.
     pub fn run(&mut self, (large, small): (usize, usize), bounds: &mut impl UpperBounds) {
         self.order_large(large, bounds);
         let seeds = SEEDS.min(self.remaining.len());
@@ -116,37 +120,37 @@ impl Pruning {
         self.code_small(0..seeds, bounds);
         self.order_small(seeds, bounds);
 
-        let bonus: f64 = (0..small as u32).map(|i| bounds.most(ScaleSize::Small, i)).sum();
-        // Where large patches do not count, only those that remain are coded there, at the end.
-        let counts = self.large_order.iter().any(|&i| bounds.most(ScaleSize::Large, i) > 0.0);
-        let rounds = if counts { large } else { 0 };
-        self.arrange(seeds);
+        let small_bound: f64 = (0..small as u32).map(|i| bounds.most(ScaleSize::Small, i)).sum();
+        // If large patches have no weight, they are coded at the end, and only for the remaining candidates.
+        let large_counts = self.large_order.iter().any(|&i| bounds.most(ScaleSize::Large, i) > 0.0);
+        let rounds = if large_counts { large } else { 0 };
+        self.sort_by_position(seeds);
         for done in 0..rounds {
             let locations = [self.large_order[done]];
             bounds.code(ScaleSize::Large, &self.remaining[seeds..], &locations);
             self.bound_large(seeds, done + 1, bounds);
-            self.drop_beaten(seeds, bonus);
+            self.drop_impossible(seeds, small_bound);
         }
         let parts = &self.large_parts;
         self.remaining[seeds..].sort_unstable_by(|&a, &b| {
             parts[b as usize].total_cmp(&parts[a as usize]).then(a.cmp(&b))
         });
-        let seconds = (seeds + SEEDS).min(self.remaining.len());
-        self.code_small(seeds..seconds, bounds);
-        self.arrange(seconds);
-        self.run_small(seconds, bonus, bounds);
-        if !counts {
+        let second_seeds = (seeds + SEEDS).min(self.remaining.len());
+        self.code_small(seeds..second_seeds, bounds);
+        self.sort_by_position(second_seeds);
+        self.run_small(second_seeds, small_bound, bounds);
+        if !large_counts {
             bounds.code(ScaleSize::Large, &self.remaining[seeds..], &self.large_order);
         }
     }
 
-    /// Puts the candidates after the seeds into the order in which they are coded.
-    fn arrange(&mut self, seeds: usize) {
+    /// Sorts the candidates after the seeds by their position in the coding order.
+    fn sort_by_position(&mut self, seeds: usize) {
         let positions = &self.positions;
         self.remaining[seeds..].sort_unstable_by_key(|&k| positions[k as usize]);
     }
 
-    /// The large locations, those first where a patch weighs most.
+    /// Sorts the large locations by the weight of a patch, largest first.
     fn order_large(&mut self, count: usize, bounds: &impl UpperBounds) {
         self.large_order.clear();
         self.large_order.extend(0..count as u32);
@@ -154,7 +158,7 @@ impl Pruning {
         self.large_order.sort_by(|a, b| most(b).total_cmp(&most(a)).then(a.cmp(b)));
     }
 
-    /// The small locations, those first where the seeds lost most.
+    /// Sorts the small locations by what the seeds lost there, largest first.
     fn order_small(&mut self, seeds: usize, bounds: &impl UpperBounds) {
         let losses = &mut self.losses;
         losses.clear();
@@ -179,7 +183,7 @@ impl Pruning {
         }
     }
 
-    /// Codes some of the remaining candidates at all small locations; then their likelihoods are known.
+    /// Codes some of the remaining candidates at all small locations, which completes their likelihoods.
     fn code_small(&mut self, which: std::ops::Range<usize>, bounds: &mut impl UpperBounds) {
         bounds.code(ScaleSize::Small, &self.remaining[which.clone()], &self.small_order);
         for &k in &self.remaining[which] {
@@ -195,12 +199,12 @@ impl Pruning {
         }
     }
 
-    /// Codes the candidates after the seeds at the small locations, round by round.
-    fn run_small(&mut self, seeds: usize, bonus: f64, bounds: &mut impl UpperBounds) {
+    /// Codes the candidates after the seeds at the small locations, in rounds.
+    fn run_small(&mut self, seeds: usize, small_bound: f64, bounds: &mut impl UpperBounds) {
         let order = std::mem::take(&mut self.small_order);
-        let (mut left, mut rest) = (bonus, order.as_slice());
+        let (mut left, mut rest) = (small_bound, order.as_slice());
         while !rest.is_empty() {
-            self.drop_beaten(seeds, left);
+            self.drop_impossible(seeds, left);
             let blocks = (self.remaining.len() - seeds).div_ceil(BLOCK).max(1);
             let round = (BLOCKS / blocks).clamp(2, ROUND).min(rest.len());
             let locations;
@@ -216,14 +220,14 @@ impl Pruning {
         self.small_order = order;
     }
 
-    /// Drops every candidate but the seeds that cannot reach the best with at most `left` more.
-    fn drop_beaten(&mut self, seeds: usize, left: f64) {
+    /// Drops every candidate, except the seeds, that cannot reach `best` by gaining `left`.
+    fn drop_impossible(&mut self, seeds: usize, left: f64) {
         let Self { remaining, large_parts, gains, best, .. } = self;
-        let mut place = 0;
+        let mut position = 0;
         remaining.retain(|&k| {
-            place += 1;
+            position += 1;
             let most = large_parts[k as usize] + gains[k as usize] + left;
-            place <= seeds || most + MARGIN >= *best
+            position <= seeds || most + MARGIN >= *best
         });
     }
 }
@@ -234,17 +238,17 @@ mod tests {
     use proptest::prelude::*;
     use std::collections::BTreeSet;
 
-    /// Candidates whose patches give these values, and which of them were coded where.
-    struct Written {
+    /// Candidates whose patches have fixed gains; records which of them were coded where.
+    struct FixedGains {
         large: Vec<Vec<f64>>,
         small: Vec<Vec<f64>>,
-        /// The most that a large patch gives, and a small one.
+        /// The maximum gain of a large patch and of a small patch.
         most_large: f64,
         most_small: f64,
         coded: BTreeSet<(bool, u32, u32)>,
     }
 
-    impl Written {
+    impl FixedGains {
         fn likelihood(&self, k: usize) -> f64 {
             self.large[k].iter().sum::<f64>() + self.small[k].iter().sum::<f64>()
         }
@@ -256,7 +260,7 @@ mod tests {
         }
     }
 
-    impl UpperBounds for Written {
+    impl UpperBounds for FixedGains {
         fn code(&mut self, size: ScaleSize, candidates: &[u32], locations: &[u32]) {
             for &k in candidates {
                 self.coded.extend(locations.iter().map(|&i| (size == ScaleSize::Large, k, i)));
@@ -279,28 +283,28 @@ mod tests {
         }
     }
 
-    /// All of the 40 candidates, this one first.
+    /// All 40 candidates, this one first.
     fn ranked(first: u32) -> Vec<u32> {
         std::iter::once(first).chain((0..40).filter(|&k| k != first)).collect()
     }
 
     proptest! {
-        /// Whatever the patches give, the best candidates and all that tie with it remain, coded everywhere.
+        /// For any gains, the best candidate and all that tie with it remain and are coded at all locations.
         #[test]
-        fn the_winner_is_never_dropped(
+        fn the_most_likely_candidate_is_never_dropped(
             large in prop::collection::vec(prop::collection::vec(0..3u8, 4), 40),
             small in prop::collection::vec(prop::collection::vec(0..3u8, 30), 40),
             counts in any::<bool>(),
             order in Just((0..40).collect::<Vec<u32>>()).prop_shuffle(),
         ) {
-            // Few values, so that many tie; and none that sums without rounding.
+            // Few distinct values, so that many candidates tie, and values whose sums are rounded.
             let (most_large, most_small) = (f64::from(u8::from(counts)) * 0.7, 0.1);
             let scaled = |rows: Vec<Vec<u8>>, most: f64| -> Vec<Vec<f64>> {
                 let row = |row: Vec<u8>| row.into_iter().map(|v| f64::from(v) / 2.0 * most).collect();
                 rows.into_iter().map(row).collect()
             };
             let (large, small) = (scaled(large, most_large), scaled(small, most_small));
-            let mut bounds = Written { large, small, most_large, most_small, coded: BTreeSet::new() };
+            let mut bounds = FixedGains { large, small, most_large, most_small, coded: BTreeSet::new() };
             let mut pruning = Pruning::default();
             pruning.begin(&ranked(0), &order);
             pruning.run((4, 30), &mut bounds);
@@ -313,12 +317,12 @@ mod tests {
     }
 
     #[test]
-    fn beaten_candidates_are_not_coded_everywhere() {
+    fn dropped_candidates_are_not_coded_everywhere() {
         let value = |k: usize| if k == 7 { 0.9 } else { 0.1 };
         let rows = |n: usize| (0..40).map(|k| vec![value(k); n]).collect();
         let (large, small) = (rows(4), rows(30));
         let mut bounds =
-            Written { large, small, most_large: 1.0, most_small: 1.0, coded: BTreeSet::new() };
+            FixedGains { large, small, most_large: 1.0, most_small: 1.0, coded: BTreeSet::new() };
         let mut pruning = Pruning::default();
         pruning.begin(&ranked(7), &ranked(0));
         pruning.run((4, 30), &mut bounds);
@@ -327,11 +331,11 @@ mod tests {
     }
 
     #[test]
-    fn large_patches_that_count_for_nothing_are_not_coded() {
+    fn large_patches_without_weight_are_not_coded_first() {
         let small = |k: usize| vec![if k == 7 { 0.9 } else { 0.1 }; 30];
         let (large, small) = (vec![vec![0.0; 4]; 40], (0..40).map(small).collect());
         let mut bounds =
-            Written { large, small, most_large: 0.0, most_small: 1.0, coded: BTreeSet::new() };
+            FixedGains { large, small, most_large: 0.0, most_small: 1.0, coded: BTreeSet::new() };
         let mut pruning = Pruning::default();
         pruning.begin(&ranked(0), &ranked(0));
         pruning.run((4, 30), &mut bounds);

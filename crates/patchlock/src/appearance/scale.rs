@@ -1,4 +1,4 @@
-//! One of the two patch scales: its grid, dictionary and buffer, and the scores of patches against them.
+//! One of the two patch scales: its grid, dictionary and buffer, and the scoring of patches with them.
 
 use super::likelihood::Feature;
 use super::pooling::own_share;
@@ -19,9 +19,9 @@ pub struct Scale {
     /// The position part of each location's weight.
     positions: Vec<f64>,
     dictionary: Dictionary,
-    /// The buffer's patches, location by location: `locations` times `buffer length` patches.
+    /// The buffer's patches, location by location: `locations * buffer length` patches.
     shared: Vec<f32>,
-    /// What follows from dictionary and buffer, for each location.
+    /// For each location, what follows from the dictionary and the buffer.
     locations: Vec<batched::Location>,
 }
 
@@ -30,13 +30,14 @@ pub struct Scale {
 pub struct ScaleRules {
     /// How codes are made.
     pub codes: CodeRules,
-    /// How fast the weight falls with the distance from the centre.
+    /// How fast the position weight falls with the distance from the centre.
     pub beta: f64,
-    /// Whether it falls at all.
+    /// Whether position weights are used.
     pub position_weights: bool,
 }
 
-/// The codes and features of all candidates, location by location: entry `location * candidates + candidate`.
+/// The codes and features of all candidates, location by location: the index is
+/// `location * candidates + candidate`.
 #[derive(Debug, Default)]
 pub struct PatchScores {
     candidates: usize,
@@ -44,7 +45,7 @@ pub struct PatchScores {
     features: Vec<Feature>,
 }
 
-/// Buffers of a thread that codes candidates.
+/// The buffers of a thread that codes candidates.
 #[derive(Debug, Default)]
 pub struct CodingScratch {
     patches: Vec<f32>,
@@ -53,7 +54,7 @@ pub struct CodingScratch {
 }
 
 impl Scale {
-    /// A scale with the dictionary of these templates and a buffer of these.
+    /// A scale with the dictionary of these templates and this buffer.
     pub fn new(
         grid: PatchGrid,
         rules: ScaleRules,
@@ -72,7 +73,7 @@ impl Scale {
         scale
     }
 
-    /// Replaces the dictionary by that of these templates, or the buffer by these, or both.
+    /// Replaces the dictionary by that of these templates, the buffer by this one, or both.
     pub fn learn(&mut self, templates: Option<&[Vec<f32>]>, buffer: Option<&[Vec<f32>]>) {
         if let Some(templates) = templates {
             self.set_dictionary(templates);
@@ -130,8 +131,8 @@ impl Scale {
         &self.positions
     }
 
-    /// Codes the patches of some templates, at most a block of them, at one location. Blocks are independent, so
-    /// the result is the same on any number of threads.
+    /// Codes the patches of some templates, at most a block of them, at one location. Blocks are independent,
+    /// so the results are the same on any number of threads.
     pub fn code_block<'a>(
         &self,
         location: usize,
@@ -178,7 +179,7 @@ impl Scale {
     }
 }
 
-/// The features that follow from codes, compiled for the processor at hand.
+/// Computes features from codes, compiled for the instructions in use.
 struct Score<'a> {
     scale: &'a Scale,
     location: usize,
@@ -203,7 +204,7 @@ impl WithSimd for Score<'_> {
 }
 
 impl PatchScores {
-    /// Makes room for this many candidates and locations.
+    /// Resizes the buffers for this many candidates and locations.
     pub fn begin(&mut self, candidates: usize, locations: usize) {
         self.candidates = candidates;
         self.codes.resize(candidates * locations, Code::default());
@@ -213,8 +214,8 @@ impl PatchScores {
     /// Stores the codes and features of these candidates at one location.
     pub fn store(&mut self, location: usize, which: &[u32], scores: &[(Code, Feature)]) {
         for (&k, &(code, feature)) in which.iter().zip(scores) {
-            let place = location * self.candidates + k as usize;
-            (self.codes[place], self.features[place]) = (code, feature);
+            let index = location * self.candidates + k as usize;
+            (self.codes[index], self.features[index]) = (code, feature);
         }
     }
 
@@ -223,12 +224,12 @@ impl PatchScores {
         self.features[location * self.candidates + candidate]
     }
 
-    /// The features of one candidate, location after location.
+    /// The features of one candidate, in the order of locations.
     pub fn features(&self, candidate: usize) -> impl Iterator<Item = Feature> + Clone {
         self.features.iter().skip(candidate).step_by(self.candidates.max(1)).copied()
     }
 
-    /// The codes of one candidate, location after location.
+    /// The codes of one candidate, in the order of locations.
     pub fn codes(&self, candidate: usize) -> impl Iterator<Item = &Code> {
         self.codes.iter().skip(candidate).step_by(self.candidates.max(1))
     }

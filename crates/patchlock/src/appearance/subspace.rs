@@ -1,8 +1,9 @@
-//! The subspace of the tracked candidates (Sec. 2.5): incremental SVD with update of the mean (Ross, Lim, Lin, Yang, "Incremental
-//! learning for robust visual tracking", 2008).
+//! The subspace of the tracked candidates (Sec. 2.5): incremental SVD with mean update (Ross, Lim, Lin, Yang,
+//! "Incremental learning for robust visual tracking", 2008).
 //!
-//! After any number of batches, with nothing forgotten or cut off, mean, singular values and basis are those of all columns
-//! together. For a batch `B` of `m` columns with mean `b`, and the `n` columns so far with mean `a`:
+//! Without forgetting and truncation, the mean, singular values and basis after any number of batches are
+//! those of all columns together. For a batch `B` of `m` columns with mean `b`, and `n` earlier columns with
+//! mean `a`:
 //!
 //! ```text
 //! B' = [B - b, sqrt(n m / (n + m)) (b - a)]
@@ -12,26 +13,28 @@
 use crate::numeric::singular::orthogonalise;
 use serde::{Deserialize, Serialize};
 
-/// Squared singular values below this are rounding: the vectors have norm 1, and `f32` resolves differences of 1e-8.
+/// Smaller squared singular values are rounding errors: the vectors have norm 1, and `f32` resolves
+/// differences of 1e-8.
 const NOISE: f64 = 1e-20;
 
-/// Nothing in the subspace of vectors of norm 1 is larger than this, rounding included.
+/// No entry of the mean or the basis is larger, because the vectors have norm 1; includes rounding errors.
 const MAX_ENTRY: f64 = 1.001;
 
 /// More vectors than any video has frames.
 const MAX_WEIGHT: f64 = 1e15;
 
-/// Vectors that are taken in together: the time grows with the square of their number. A longer batch is taken in parts.
-const MOST_TOGETHER: usize = 64;
+/// Maximum number of vectors that are added at once, because the time grows with its square. Longer batches
+/// are split.
+const MAX_BATCH: usize = 64;
 
-/// How the subspace forgets and what it keeps.
+/// How the subspace weights the past, and what it keeps.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SubspaceRules {
-    /// Weight of the past when a batch comes in.
+    /// Weight of the past when a batch is added.
     pub forgetting: f64,
-    /// Singular values are kept while their square is at least this share of the sum of squares.
+    /// A singular value is kept if its square is at least this share of the sum of squares.
     pub keep: f64,
-    /// Most eigenvectors.
+    /// Maximum number of eigenvectors.
     pub vectors: usize,
 }
 
@@ -45,12 +48,12 @@ pub struct Subspace {
     weight: f64,
 }
 
-/// Room to take in a batch.
+/// Working memory for adding a batch.
 #[derive(Debug, Default)]
 pub struct Scratch {
     columns: Vec<f64>,
     mean: Vec<f64>,
-    /// Singular values and where their columns are.
+    /// Singular values with the indices of their columns.
     values: Vec<(f64, usize)>,
 }
 
@@ -60,35 +63,35 @@ impl Subspace {
         &self.mean
     }
 
-    /// The eigenvectors, as long as the mean, one after the other.
+    /// The eigenvectors, one after the other, each as long as the mean.
     pub fn basis(&self) -> &[f64] {
         &self.basis
     }
 
-    /// The singular values, the largest first.
+    /// The singular values in descending order.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
-    /// Whether this could have come from vectors of length `dim`.
+    /// Whether this can be the subspace of vectors of length `dim`.
     pub fn fits(&self, dim: usize) -> bool {
         let entries = self.mean.iter().chain(&self.basis);
-        // The squares of the values add to at most the number of vectors, which is the weight.
-        let most = self.weight * MAX_ENTRY;
+        // The squared values sum to at most the number of vectors, which is the weight.
+        let max_square = self.weight * MAX_ENTRY;
         self.mean.len() == dim
             && self.basis.len() == dim * self.values.len()
             && self.values.len() <= dim
             && (0.0..=MAX_WEIGHT).contains(&self.weight)
             && entries.into_iter().all(|v| v.abs() <= MAX_ENTRY)
-            && self.values.iter().all(|v| (0.0..=most).contains(&(v * v)))
+            && self.values.iter().all(|v| (0.0..=max_square).contains(&(v * v)))
     }
 
-    /// Takes in a batch of vectors of one length.
+    /// Adds a batch of vectors of equal length.
     pub fn add(&mut self, batch: &[Vec<f32>], rules: &SubspaceRules, scratch: &mut Scratch) {
         let mut forgetting = rules.forgetting;
-        for part in batch.chunks(MOST_TOGETHER) {
+        for part in batch.chunks(MAX_BATCH) {
             self.add_part(part, &SubspaceRules { forgetting, ..*rules }, scratch);
-            // A batch is forgotten by the next one, not by its own parts.
+            // Forgetting applies once per batch, not once per part.
             forgetting = 1.0;
         }
     }
@@ -121,7 +124,7 @@ impl Subspace {
         self.weight = past + count;
     }
 
-    /// Keeps the largest of the orthogonal columns, as unit vectors and values.
+    /// Keeps the largest of the orthogonal columns, as unit vectors with their singular values.
     fn keep(&mut self, rules: &SubspaceRules, scratch: &mut Scratch) {
         let Scratch { columns, values, .. } = scratch;
         let dim = self.mean.len();
@@ -129,14 +132,14 @@ impl Subspace {
         values.clear();
         values.extend(columns.chunks_exact(dim).map(norm).zip(0..));
         let energy: f64 = values.iter().map(|(value, _)| value * value).sum();
-        let least = (energy * rules.keep).max(NOISE);
+        let threshold = (energy * rules.keep).max(NOISE);
         values.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-        values.retain(|(value, _)| *value > 0.0 && value * value >= least);
+        values.retain(|(value, _)| *value > 0.0 && value * value >= threshold);
         values.truncate(rules.vectors.min(dim));
         self.basis.clear();
         self.values.clear();
-        for &(value, place) in values.iter() {
-            let column = &columns[place * dim..][..dim];
+        for &(value, index) in values.iter() {
+            let column = &columns[index * dim..][..dim];
             self.basis.extend(column.iter().map(|v| v / value));
             self.values.push(value);
         }
@@ -206,8 +209,8 @@ mod tests {
     }
 
     #[test]
-    fn a_long_batch_is_taken_in_parts_and_forgotten_once() {
-        let all = vectors(3 * MOST_TOGETHER + 5, 20, 4);
+    fn a_long_batch_is_added_in_parts_and_decays_the_past_once() {
+        let all = vectors(3 * MAX_BATCH + 5, 20, 4);
         let (mut long, mut scratch) = (Subspace::default(), Scratch::default());
         long.add(&all, &ALL, &mut scratch);
         let mut parts = Subspace::default();

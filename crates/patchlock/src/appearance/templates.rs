@@ -1,15 +1,15 @@
-//! The templates (Sec. 2.5): how the first are gathered and which one is replaced.
+//! The templates (Sec. 2.5): how the first ones are collected, and which one is replaced.
 
 use super::buffer;
 use rand_distr::{Distribution, StandardUniform};
 use rand_pcg::Pcg64;
 
-/// The shifts in pixels of the paper's ten first templates.
+/// The shifts of the paper's ten first templates, in pixels.
 const FIRST_SHIFTS: [(i32, i32); 10] =
     [(0, 0), (2, 0), (1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, -1), (1, -1), (-1, 1)];
 
-/// Shifts in pixels for `count` first templates: the paper's ten; beyond them the nearest that are left, those of equal distance
-/// row by row.
+/// Shifts in pixels for `count` first templates: the paper's ten, then the nearest remaining ones; those at
+/// equal distance row by row.
 pub fn shifts(count: usize) -> Vec<[f64; 2]> {
     let square = (-4..=4i32).flat_map(|y| (-4..=4i32).map(move |x| (x, y)));
     let mut others: Vec<_> = square.filter(|shift| !FIRST_SHIFTS.contains(shift)).collect();
@@ -18,11 +18,12 @@ pub fn shifts(count: usize) -> Vec<[f64; 2]> {
     all.take(count).map(|(x, y)| [f64::from(x), f64::from(y)]).collect()
 }
 
-/// The index of the template to replace: `k >= 1` (the first one stays) with a chance that grows by `growth` from each to the next.
-/// For the paper's `growth = 2` that is proportional to `2^(k-1)` counted from 1.
+/// Draws the index `k` of the template to replace. The first template is never replaced; from each later one
+/// to the next, the probability grows by the factor `growth`. With the paper's `growth = 2` it is
+/// proportional to `2^(k-1)`.
 pub fn draw_replaced(count: usize, growth: f64, rng: &mut Pcg64) -> usize {
     let uniform: f64 = StandardUniform.sample(rng);
-    // Relative to the youngest template, so that no power overflows.
+    // Relative to the newest template, so that no power overflows.
     let chance = |k: usize| growth.powi(-((count - 1 - k) as i32));
     let total: f64 = (1..count).map(chance).sum();
     let mut sum = 0.0;
@@ -35,7 +36,7 @@ pub fn draw_replaced(count: usize, growth: f64, rng: &mut Pcg64) -> usize {
     count - 1
 }
 
-/// Forgets template `replaced`, where there is one; the new one goes to the end.
+/// Removes template `replaced`, if it exists, and appends the new one.
 pub fn replace(templates: &mut Vec<Vec<f32>>, replaced: usize, template: &[f32]) {
     match templates.get_mut(replaced..) {
         Some(younger) if !younger.is_empty() => buffer::push(younger, template),
@@ -48,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_ten_shifts_are_the_papers_and_none_comes_twice() {
+    fn the_first_ten_shifts_are_the_papers_and_all_are_distinct() {
         let all = shifts(40);
         assert_eq!(all[..3], [[0.0, 0.0], [2.0, 0.0], [1.0, 0.0]]);
         assert_eq!(shifts(10).last(), Some(&[-1.0, 1.0]));

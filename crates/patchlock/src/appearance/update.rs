@@ -1,4 +1,5 @@
-//! The new template (Eq. 15-17, 20-21): the tracked candidate where it is visible, its reconstruction where it is hidden.
+//! The new template (Eq. 15-17, 20-21): the tracked candidate where it is visible, and its reconstruction
+//! where it is hidden.
 
 use super::mask::OcclusionMask;
 use super::subspace::Subspace;
@@ -16,12 +17,12 @@ pub struct TemplateRules {
     pub guided_epsilon: f64,
 }
 
-/// A new template and the occlusion mask that it was made with; a value can be used again and again.
+/// A new template and its occlusion mask. Reuse a value to avoid allocations.
 #[derive(Debug, Clone, Default)]
 pub struct NewTemplate {
     template: Vec<f32>,
     mask: OcclusionMask,
-    /// The candidate as it differs from the subspace's mean, and what explains that.
+    /// The candidate minus the subspace's mean, and the reconstruction of this difference.
     signal: Vec<f64>,
     code: Reconstruction,
 }
@@ -32,12 +33,12 @@ impl NewTemplate {
         &self.template
     }
 
-    /// `K`, one value a sample, 1 where the candidate is visible.
+    /// `K`, one value per sample, 1 where the candidate is visible.
     pub fn mask(&self) -> &[f64] {
         self.mask.values()
     }
 
-    /// Makes the new template of a tracked candidate `C` whose large patches are visible or not.
+    /// Makes the new template from a tracked candidate `C` and the visibility of its large patches.
     pub fn make(
         &mut self,
         candidate: &[f32],
@@ -47,7 +48,7 @@ impl NewTemplate {
     ) {
         let filter = (rules.guided_radius, rules.guided_epsilon);
         self.mask.make(candidate, (grid, visible), filter);
-        // H = mean + U q, with q robust against what the trivial templates explain.
+        // H = mean + U q, where the trivial templates make q robust against occlusion.
         let mean = subspace.mean();
         self.signal.clear();
         self.signal.extend(candidate.iter().zip(mean).map(|(&c, mean)| f64::from(c) - mean));
@@ -67,7 +68,7 @@ mod tests {
     use crate::appearance::subspace::{Scratch, SubspaceRules};
 
     #[test]
-    fn what_is_hidden_comes_from_the_subspace() {
+    fn hidden_samples_come_from_the_subspace() {
         let rules = TemplateRules { lambda: 0.01, guided_radius: 0, guided_epsilon: 0.01 };
         let grid = PatchGrid::new(32, 16, 8, false);
         let face = |k: usize, t: usize| 1.0 + ((k / 32 + t) % 7) as f32 * 0.1;
@@ -81,7 +82,7 @@ mod tests {
         let mut subspace = Subspace::default();
         let keep_all = SubspaceRules { forgetting: 1.0, keep: 1e-6, vectors: 20 };
         subspace.add(&views, &keep_all, &mut Scratch::default());
-        // The upper left patch is covered by something bright.
+        // Something bright covers the upper left patch.
         let mut covered = views[0].clone();
         (0..8).for_each(|row| covered[row * 32..row * 32 + 8].fill(0.2));
         let mut visible = [true; 9];
@@ -95,7 +96,7 @@ mod tests {
         assert!((new.mask()[1023] - 1.0).abs() < 1e-9);
         let norm: f32 = new.template().iter().map(|v| v * v).sum();
         assert!((norm - 1.0).abs() < 1e-5);
-        // All visible: the candidate itself.
+        // If all patches are visible, the template is the candidate itself.
         new.make(&covered, (&grid, &[true; 9]), &subspace, &rules);
         let mut same = covered.clone();
         normalise(&mut same);

@@ -1,8 +1,8 @@
-//! Which patches of a candidate are visible, at both scales (Eq. 12, 18).
+//! The visibility of a candidate's patches at both scales (Eq. 12, 18).
 
 use serde::{Deserialize, Serialize};
 
-/// Which patches of the target are visible, at the large and at the small scale.
+/// Which patches of the target are visible at each scale.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Visibility {
     /// The large patches (3 x 3 in the paper).
@@ -12,26 +12,25 @@ pub struct Visibility {
 }
 
 impl Visibility {
-    /// The visible share of the target, from 0 to 1: the mean of the visible shares of both scales. It is no part
-    /// of the paper.
+    /// The visible share of the target, from 0 to 1: the mean of both scales' shares. Not part of the paper.
     pub fn share(&self) -> f64 {
         (self.large.share() + self.small.share()) / 2.0
     }
 }
 
-/// Which patches of a scale are visible, row by row in the target's own frame of reference.
+/// Which patches of one scale are visible, row by row in the target's own frame of reference.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct VisibilityMap {
-    /// Rows of patches.
+    /// Number of rows of patches.
     pub rows: usize,
-    /// Patches in a row.
+    /// Number of patches in a row.
     pub columns: usize,
     /// `rows * columns` values.
     pub visible: Vec<bool>,
 }
 
 impl VisibilityMap {
-    /// Becomes the map of a square grid. The buffer is reused.
+    /// Fills in the map of a square grid, reusing the buffer.
     pub(crate) fn fill(&mut self, per_side: usize, visible: impl Iterator<Item = bool>) {
         self.clear(per_side);
         self.visible.extend(visible);

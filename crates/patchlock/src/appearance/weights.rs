@@ -1,14 +1,14 @@
-//! Occlusion levels and position weights (Eq. 12-14, 18-19).
+//! Masked reconstruction errors and position weights (Eq. 12-14, 18-19).
 
 use crate::sparse::codes::{Code, MAX_ATOMS};
 use crate::sparse::dictionary::Dictionary;
 
-/// Samples that are worked on together.
+/// Samples that are processed together.
 const LANES: usize = 16;
 
-/// `||r - D a_own||^2`, where `a_own` keeps the code's coefficients on atoms of the patch's own location, without a refit
-/// (Eq. 12, 18). A patch of zero norm has nothing to show: its error is infinite, so that it counts as hidden.
-/// Samples are added in an order that does not depend on the width of the vectors.
+/// `||r - D a_own||^2`, where `a_own` keeps the code's coefficients for atoms of the patch's own location,
+/// without a refit (Eq. 12, 18). The error of a patch of zero norm is infinite, so that it counts as hidden.
+/// The order of the sums does not depend on the vector width.
 #[inline(always)]
 pub fn masked_error(dictionary: &Dictionary, patch: &[f32], code: &Code, location: usize) -> f64 {
     if patch.iter().all(|&v| v == 0.0) {
@@ -37,15 +37,15 @@ pub fn masked_error(dictionary: &Dictionary, patch: &[f32], code: &Code, locatio
         }
     }
     for (k, &sample) in narrow.iter().enumerate() {
-        let place = wide.len() * LANES + k;
-        let explained: f64 = own.iter().map(|(atom, x)| f64::from(atom[place]) * x).sum();
+        let index = wide.len() * LANES + k;
+        let explained: f64 = own.iter().map(|(atom, x)| f64::from(atom[index]) * x).sum();
         rest += (f64::from(sample) - explained).powi(2);
     }
     sums.iter().sum::<f64>() + rest
 }
 
-/// The position part of the weights, `exp(-beta (|row - centre| + |column - centre|))` of each location, with rows and columns
-/// counted `1..=per_side` and centre `(1 + per_side) / 2`; all 1 without position weights.
+/// The position part of each location's weight, `exp(-beta (|row - centre| + |column - centre|))`. Rows and
+/// columns are counted `1..=per_side`, and the centre is `(1 + per_side) / 2`. All 1 if not `enabled`.
 pub fn position_weights(per_side: usize, beta: f64, enabled: bool) -> Vec<f64> {
     let centre = (1.0 + per_side as f64) / 2.0;
     let away = |k: usize| (k as f64 + 1.0 - centre).abs();
@@ -75,8 +75,8 @@ mod tests {
     }
 
     #[test]
-    fn only_atoms_of_the_own_location_explain() {
-        // Two locations, two templates; the atoms are the axes of four dimensions.
+    fn only_atoms_of_the_patchs_own_location_count() {
+        // Two locations and two templates; the atoms are the unit vectors of a space of four dimensions.
         let axes: Vec<f32> = (0..16).map(|k| if k % 5 == 0 { 1.0 } else { 0.0 }).collect();
         let dictionary = Dictionary::new(4, 2, axes);
         let patch = [0.5, 0.5, 0.5, 0.5];

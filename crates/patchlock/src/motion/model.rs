@@ -4,18 +4,19 @@ use super::state::State;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-/// Redraws of one state before its shape is kept as it was. Even where half of all draws are refused, it is never reached.
+/// Maximum number of redraws of a state; then the last state is kept. Even if half of all draws were refused,
+/// this number would never be reached.
 const MAX_REDRAWS: usize = 100;
 
 /// Standard deviations of the six numbers of a state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
-    /// Of x, y (pixels), scale, rotation (radians), aspect and skew (radians).
+    /// Of x and y (pixels), scale, rotation (radians), aspect, and skew (radians).
     pub sigma: [f64; 6],
 }
 
 impl Motion {
-    /// Draws one state around `last`. A state whose scale or aspect is not positive and finite is drawn again.
+    /// Draws a state around `last`. A state that is not valid is drawn again.
     pub fn draw(&self, last: &State, rng: &mut Pcg64) -> State {
         for _ in 0..MAX_REDRAWS {
             let state = self.draw_once(last, rng);

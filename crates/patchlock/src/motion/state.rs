@@ -2,20 +2,21 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Centre, scale, rotation, aspect and skew of the target. Tracking stays in these six numbers, never back through the matrix.
+/// Centre, scale, rotation, aspect and skew of the target. Tracking stores only these six numbers; they are
+/// never recovered from the matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Column of the centre, in pixels.
     pub x: f64,
     /// Row of the centre, in pixels.
     pub y: f64,
-    /// Width over the template's side.
+    /// Width divided by the template's side.
     pub scale: f64,
     /// Rotation in radians, from x towards y.
     pub rotation: f64,
-    /// Height over width.
+    /// Height divided by width.
     pub aspect: f64,
-    /// Skew in radians: the direction along which the aspect stretches.
+    /// Skew in radians: the direction in which the aspect stretches.
     pub skew: f64,
 }
 
@@ -32,13 +33,14 @@ impl State {
         }
     }
 
-    /// Width and height in pixels.
+    /// Width and height in pixels; `template_side` is in samples.
     pub fn size(&self, template_side: usize) -> (f64, f64) {
         let width = template_side as f64 * self.scale;
         (width, width * self.aspect)
     }
 
-    /// The map from template coordinates to pixels: `R(rotation) R(-skew) S R(skew)` with `S = diag(s, s r)`, then the centre.
+    /// The affine map from template coordinates to pixels: `R(rotation) R(-skew) S R(skew)` with
+    /// `S = diag(s, s r)`, followed by a translation to the centre.
     pub fn matrix(&self) -> [[f64; 3]; 2] {
         let (s, t) = (self.scale, self.scale * self.aspect);
         let (sin_out, cos_out) = (self.rotation - self.skew).sin_cos();
@@ -57,7 +59,7 @@ impl State {
         ]
     }
 
-    /// Whether the state is a shape: all finite, scale and aspect positive.
+    /// Whether all numbers are finite, and scale and aspect positive.
     pub fn is_valid(&self) -> bool {
         let all = [self.x, self.y, self.scale, self.rotation, self.aspect, self.skew];
         all.iter().all(|v| v.is_finite()) && self.scale > 0.0 && self.aspect > 0.0
@@ -71,12 +73,12 @@ mod tests {
 
     type M = [[f64; 2]; 2];
 
-    fn times(a: M, b: M) -> M {
+    fn product(a: M, b: M) -> M {
         let entry = |i: usize, j: usize| a[i][0] * b[0][j] + a[i][1] * b[1][j];
         [[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]]
     }
 
-    fn turn(angle: f64) -> M {
+    fn rotation_matrix(angle: f64) -> M {
         [[angle.cos(), -angle.sin()], [angle.sin(), angle.cos()]]
     }
 
@@ -87,7 +89,8 @@ mod tests {
         ) {
             let state = State { x: 7.0, y: -2.0, scale, rotation, aspect, skew };
             let stretch = [[scale, 0.0], [0.0, scale * aspect]];
-            let want = times(times(turn(rotation), turn(-skew)), times(stretch, turn(skew)));
+            let rotations = product(rotation_matrix(rotation), rotation_matrix(-skew));
+            let want = product(rotations, product(stretch, rotation_matrix(skew)));
             let got = state.matrix();
             for i in 0..2 {
                 for j in 0..2 {
@@ -98,8 +101,12 @@ mod tests {
         }
 
         #[test]
-        fn without_skew_it_is_the_closed_form(
-            scale in 0.1..4.0f64, rotation in -3.0..3.0f64, aspect in 0.2..5.0f64, a in -15.5..15.5f64, b in -15.5..15.5f64,
+        fn without_skew_the_matrix_has_a_closed_form(
+            scale in 0.1..4.0f64,
+            rotation in -3.0..3.0f64,
+            aspect in 0.2..5.0f64,
+            a in -15.5..15.5f64,
+            b in -15.5..15.5f64,
         ) {
             let m = State { x: 1.0, y: 2.0, scale, rotation, aspect, skew: 0.0 }.matrix();
             let x = 1.0 + scale * rotation.cos() * a - scale * aspect * rotation.sin() * b;
@@ -110,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn a_box_comes_back() {
+    fn a_box_becomes_a_state_of_its_size() {
         let state = State::from_box([10.0, 20.0], 48.0, 24.0, 32);
         assert_eq!((state.scale, state.aspect), (1.5, 0.5));
         assert_eq!(state.size(32), (48.0, 24.0));

@@ -1,9 +1,9 @@
-//! Rows of `f32` that begin where a cache line does: a wide vector that straddles two lines costs two loads.
+//! Rows of `f32` that begin at a cache line: a vector that straddles two lines costs two loads.
 
 use aligned_vec::{AVec, ConstAlign};
 use std::ops::{Deref, DerefMut};
 
-/// A cache line.
+/// Bytes of a cache line.
 const LINE: usize = 64;
 
 /// A growable array of `f32` that begins at a cache line.
@@ -11,17 +11,17 @@ const LINE: usize = 64;
 pub struct Aligned(AVec<f32, ConstAlign<LINE>>);
 
 impl Aligned {
-    /// Makes room for this length.
+    /// Reserves space for this length.
     pub fn reserve(&mut self, length: usize) {
         self.0.reserve(length.saturating_sub(self.0.len()));
     }
 
-    /// Makes it `length` long; what is new is zero.
+    /// Sets the length; new entries are zero.
     pub fn resize(&mut self, length: usize) {
         self.0.resize(length, 0.0);
     }
 
-    /// Makes it `length` long and all zero.
+    /// Sets the length and all entries to zero.
     pub fn reset(&mut self, length: usize) {
         self.0.clear();
         self.0.resize(length, 0.0);

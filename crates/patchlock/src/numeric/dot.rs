@@ -1,13 +1,14 @@
-//! The inner product of samples.
+//! Inner products that give the same bits on every processor.
 
 use pulp::{Simd, bytemuck};
 
-/// The inner product in `f64`, added in an order that does not depend on the width of the vectors and never fused, so that it gives the same bits
-/// on every processor. It is as fast as the instructions that the caller is compiled for.
+/// The inner product, summed in `f64`. The order of the sums does not depend on the vector width and nothing
+/// is fused, so the bits are the same on every processor. It uses the instructions that the caller is
+/// compiled for.
 #[inline(always)]
 pub fn dot(a: &[f32], b: &[f32]) -> f64 {
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<16>(), b.as_chunks::<16>());
-    // Two sums, so that an addition need not wait for the one before.
+    // Two independent sums hide the latency of an addition.
     let (mut low, mut high) = ([0.0; 8], [0.0; 8]);
     for (a, b) in a.iter().zip(b) {
         for lane in 0..8 {
@@ -27,23 +28,24 @@ pub fn dot(a: &[f32], b: &[f32]) -> f64 {
     ((low[0] + low[4]) + (low[2] + low[6])) + ((low[1] + low[5]) + (low[3] + low[7])) + rest
 }
 
-/// Vectors of `f64` that hold 16 numbers, where they are shortest.
-const MOST_PARTS: usize = 16;
+/// Number of the shortest `f64` vectors that hold 16 numbers.
+const MAX_PARTS: usize = 16;
 
-/// The same of numbers that are `f64` already, to the same bits.
+/// The same for numbers that are already `f64`; the bits are the same.
 #[inline(always)]
 pub fn dot_wide<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
     dots_wide(simd, a, [b])[0]
 }
 
-/// The same with several vectors at once, which takes little longer than with one: no addition waits for the one before.
+/// The same for several vectors at once. It takes little longer than for one, because the additions are
+/// independent.
 #[inline(always)]
 pub fn dots_wide<S: Simd, const N: usize>(simd: S, a: &[f64], others: [&[f64]; N]) -> [f64; N] {
     let parts = 16 / S::F64_LANES;
     let length = others.iter().fold(a.len(), |length, b| length.min(b.len()));
     let (a, a_rest) = a[..length].as_chunks::<16>();
     let others = others.map(|b| b[..length].as_chunks::<16>());
-    let mut sums = [[simd.splat_f64s(0.0); MOST_PARTS]; N];
+    let mut sums = [[simd.splat_f64s(0.0); MAX_PARTS]; N];
     for (k, a) in a.iter().enumerate() {
         let a = S::as_simd_f64s(a).0;
         for (sums, (b, _)) in sums.iter_mut().zip(&others) {
@@ -89,11 +91,14 @@ mod tests {
 
     proptest! {
         #[test]
-        fn it_is_the_sum_of_products_at_every_length(pairs in prop::collection::vec((-1.0..1.0f32, -1.0..1.0f32), 0..80)) {
+        fn dot_is_the_sum_of_products_at_every_length(
+            pairs in prop::collection::vec((-1.0..1.0f32, -1.0..1.0f32), 0..80),
+        ) {
             let (a, b): (Vec<f32>, Vec<f32>) = pairs.iter().copied().unzip();
             let plain: f64 = pairs.iter().map(|&(a, b)| f64::from(a) * f64::from(b)).sum();
             prop_assert!((dot(&a, &b) - plain).abs() < 1e-13);
-            let (wide_a, wide_b): (Vec<f64>, Vec<f64>) = pairs.iter().map(|&(a, b)| (f64::from(a), f64::from(b))).unzip();
+            let wide = pairs.iter().map(|&(a, b)| (f64::from(a), f64::from(b)));
+            let (wide_a, wide_b): (Vec<f64>, Vec<f64>) = wide.unzip();
             for (name, instructions) in Instructions::available() {
                 let wide = instructions.dispatch(Wide(&wide_a, &wide_b));
                 prop_assert!(wide[0].to_bits() == dot(&a, &b).to_bits(), "{name}");

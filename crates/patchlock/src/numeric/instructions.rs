@@ -1,31 +1,35 @@
-//! Which instructions the tracker uses: the widest that the processor has, unless the environment says otherwise.
+//! The CPU instructions that the tracker uses: the widest that the processor supports, unless the environment
+//! variable `PATCHLOCK_SIMD` selects others.
 //!
-//! The variable `PATCHLOCK_SIMD` forces them: `avx512`, `avx2`, `neon` or `plain`, as far as the processor has them. The boxes are the same with all of them:
-//! candidates and patches have the same bits, and what decides about codes is computed in `f64`, in one order. `plain` is what the compiler makes of the same source
-//! for every processor of its kind.
+//! Its values are `avx512`, `avx2`, `neon` and `plain`, as far as the processor supports them. The boxes are
+//! the same with all of them: candidates and patches have the same bits, and everything that decides about
+//! codes is computed in `f64` in a fixed order. `plain` is the same source compiled for every processor of
+//! the architecture.
 
 use crate::error::Error;
 use pulp::{Arch, Scalar256b, Simd, WithSimd};
 use std::env::VarError;
 use std::sync::OnceLock;
 
-/// The variable that forces the instructions.
+/// The environment variable that selects the instructions.
 pub const VARIABLE: &str = "PATCHLOCK_SIMD";
 
-/// Which instructions the tracker uses.
+/// The CPU instructions that the tracker uses.
 #[derive(Debug, Clone, Copy)]
 pub enum Instructions {
-    /// Vectors that not every processor of its kind has.
+    /// Vector instructions that not every processor of the architecture supports.
     Vectors(Arch),
-    /// Those that every processor of its kind has.
+    /// Instructions that every processor of the architecture supports.
     Plain,
 }
 
 impl Instructions {
-    /// Those that [`VARIABLE`] names, or the widest that the processor has. It is read once.
+    /// The instructions that [`VARIABLE`] names, or the widest that the processor supports. The variable is
+    /// read once.
     ///
     /// # Errors
-    /// [`Error::Instructions`] where the variable holds another word, or one that this processor can't do.
+    /// [`Error::Instructions`] if the variable holds an unknown name or one that this processor does not
+    /// support.
     pub fn chosen() -> Result<Self, Error> {
         static CHOSEN: OnceLock<Result<Instructions, Error>> = OnceLock::new();
         let read = || match std::env::var(VARIABLE) {
@@ -43,7 +47,7 @@ impl Instructions {
         }
     }
 
-    /// All that this processor can do, with their names.
+    /// All instructions that this processor supports, with their names.
     pub fn available() -> Vec<(&'static str, Self)> {
         let mut all = vec![("plain", Self::Plain)];
         #[cfg(target_arch = "x86_64")]
@@ -58,10 +62,10 @@ impl Instructions {
         all
     }
 
-    /// Those of this name.
+    /// The instructions of this name.
     ///
     /// # Errors
-    /// [`Error::Instructions`] where there are none, or not on this processor.
+    /// [`Error::Instructions`] if the name is unknown or this processor does not support them.
     pub fn named(name: &str) -> Result<Self, Error> {
         let available = Self::available();
         let found = available.iter().find(|(known, _)| *known == name);
@@ -72,7 +76,7 @@ impl Instructions {
         })
     }
 
-    /// Runs `op` compiled for them.
+    /// Runs `op` compiled for these instructions.
     #[inline]
     pub fn dispatch<Op: WithSimd>(self, op: Op) -> Op::Output {
         match self {
@@ -83,7 +87,7 @@ impl Instructions {
 }
 
 impl Default for Instructions {
-    /// The chosen ones; the plain ones where the choice can't be had.
+    /// The chosen instructions, or the plain ones if the choice is an error.
     fn default() -> Self {
         Self::chosen().unwrap_or(Self::Plain)
     }

@@ -1,5 +1,5 @@
-//! What all other modules compute with: the instructions of the processor, inner products that give the same bits on
-//! every processor, aligned rows, singular vectors and a team of threads.
+//! Numerical building blocks: the choice of CPU instructions, inner products that give the same bits on every
+//! processor, aligned rows, singular vectors and a thread team.
 
 pub mod aligned;
 mod dot;

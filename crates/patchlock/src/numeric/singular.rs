@@ -1,16 +1,18 @@
-//! Singular vectors and values of a few long columns, in place: the one-sided Jacobi method (Hestenes, 1958; Demmel, Veselic, 1992).
+//! Singular vectors and values of a few long columns, in place: the one-sided Jacobi method (Hestenes, 1958;
+//! Demmel, Veselic, 1992).
 //!
-//! Two columns at a time are turned in their plane until they are orthogonal. It ends when all are: the columns are then the left singular
-//! vectors times the singular values, also the smallest of them to full relative accuracy.
+//! Each step rotates two columns in their common plane so that they become orthogonal. When all pairs are
+//! orthogonal, the columns are the left singular vectors times the singular values. Even the smallest
+//! singular values have full relative accuracy.
 
 use crate::numeric::dot_wide;
 use crate::numeric::instructions::Instructions;
 use pulp::{Simd, WithSimd};
 
-/// Some ten are needed.
-const MOST_SWEEPS: usize = 60;
+/// About ten suffice in practice.
+const MAX_SWEEPS: usize = 60;
 
-/// Turns the columns, `dim` samples each, one after the other, until all are orthogonal to each other.
+/// Rotates the columns, stored one after the other with `dim` samples each, until all pairs are orthogonal.
 pub fn orthogonalise(columns: &mut [f64], dim: usize) {
     Instructions::default().dispatch(Orthogonalise { columns, dim });
 }
@@ -26,29 +28,29 @@ impl WithSimd for Orthogonalise<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { columns, dim } = self;
-        for _ in 0..MOST_SWEEPS {
-            let (mut turned, mut rest) = (false, &mut *columns);
+        for _ in 0..MAX_SWEEPS {
+            let (mut rotated, mut rest) = (false, &mut *columns);
             while let Some((first, others)) = rest.split_at_mut_checked(dim) {
                 for other in others.chunks_exact_mut(dim) {
-                    turned |= turn(simd, first, other);
+                    rotated |= rotate(simd, first, other);
                 }
                 rest = others;
             }
-            if !turned {
+            if !rotated {
                 return;
             }
         }
     }
 }
 
-/// Turns two columns until they are orthogonal; whether they were not.
+/// Makes two columns orthogonal by a rotation; returns whether one was needed.
 #[inline(always)]
-fn turn<S: Simd>(simd: S, a: &mut [f64], b: &mut [f64]) -> bool {
+fn rotate<S: Simd>(simd: S, a: &mut [f64], b: &mut [f64]) -> bool {
     let (aa, bb, ab) = (dot_wide(simd, a, a), dot_wide(simd, b, b), dot_wide(simd, a, b));
-    // What rounding leaves of an inner product of this many terms.
+    // The rounding error of an inner product of this many terms.
     let tolerance = f64::EPSILON * (a.len() as f64).sqrt();
-    let alike = ab.abs() > tolerance * aa.sqrt() * bb.sqrt();
-    if !alike {
+    let oblique = ab.abs() > tolerance * aa.sqrt() * bb.sqrt();
+    if !oblique {
         return false;
     }
     let slope = (bb - aa) / (2.0 * ab);
@@ -67,12 +69,13 @@ mod tests {
     use nalgebra::DMatrix;
     use proptest::prelude::*;
 
-    /// Whether the columns become those of `U S`, where `U S V^T` is their singular value decomposition by another library.
+    /// Compares the columns with those of `U S`, where `U S V^T` is the singular value decomposition by
+    /// another library.
     fn check(dim: usize, columns: &[f64]) -> Result<(), TestCaseError> {
         let before = DMatrix::from_column_slice(dim, columns.len() / dim, columns);
-        let mut turned = columns.to_vec();
-        orthogonalise(&mut turned, dim);
-        let after = DMatrix::from_vec(dim, before.ncols(), turned);
+        let mut rotated = columns.to_vec();
+        orthogonalise(&mut rotated, dim);
+        let after = DMatrix::from_vec(dim, before.ncols(), rotated);
         let mut values: Vec<f64> = after.column_iter().map(|column| column.norm()).collect();
         values.sort_by(|a, b| b.total_cmp(a));
         let svd = before.clone().svd(false, false);
@@ -80,7 +83,7 @@ mod tests {
         for (got, want) in values.iter().zip(svd.singular_values.iter()) {
             prop_assert!((got - want).abs() <= 1e-13 * largest, "{got} {want}");
         }
-        // U S S U^T = A A^T, so the columns span what they did, and they are orthogonal.
+        // `U S S U^T = A A^T`: the columns span the same space, and they are orthogonal.
         let product = &before * before.transpose() - &after * after.transpose();
         prop_assert!(product.amax() <= 1e-13 * largest * largest);
         let mut gram = after.tr_mul(&after);
@@ -91,13 +94,13 @@ mod tests {
 
     proptest! {
         #[test]
-        fn it_is_the_singular_value_decomposition(
+        fn orthogonalised_columns_match_the_svd(
             samples in prop::collection::vec(-1.0..1.0f64, 33 * 7),
             likeness in 0.0..1.0f64,
         ) {
             check(33, &samples)?;
             check(7, &samples[..21])?;
-            // Nearly equal columns, a repeated one and one of zeros.
+            // Nearly equal columns, a repeated column and a zero column.
             let mut alike = samples.clone();
             for k in 33..33 * 5 {
                 alike[k] = samples[k % 33] + likeness.powi(20) * samples[k];
@@ -109,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_and_zeros_are_left_alone() {
+    fn empty_and_zero_columns_stay_as_they_are() {
         orthogonalise(&mut [], 5);
         let mut zeros = [0.0; 15];
         orthogonalise(&mut zeros, 5);
@@ -117,16 +120,16 @@ mod tests {
     }
 
     #[test]
-    fn it_gives_the_same_bits_with_all_instructions() {
+    fn all_instructions_give_the_same_bits() {
         let samples: Vec<f64> = (0..70 * 9).map(|k| f64::from(k * 7919 % 251) / 251.0).collect();
-        let turned = |instructions: Instructions| {
+        let rotated = |instructions: Instructions| {
             let mut columns = samples.clone();
             instructions.dispatch(Orthogonalise { columns: &mut columns, dim: 70 });
             columns
         };
-        let plain = turned(Instructions::Plain);
+        let plain = rotated(Instructions::Plain);
         for (name, instructions) in Instructions::available() {
-            assert_eq!(turned(instructions), plain, "{name}");
+            assert_eq!(rotated(instructions), plain, "{name}");
         }
     }
 }

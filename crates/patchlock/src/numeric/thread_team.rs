@@ -1,44 +1,44 @@
 //! A team of threads that stay awake over many short rounds of work.
 //!
-//! Pruning works in rounds, 30 to 100 per frame, and a round takes a fraction of a millisecond. A thread that falls
-//! asleep between two rounds is woken too late, so helping threads wait awake until all rounds are over. A thread
-//! that never joins, because it has other work, is not waited for.
+//! Pruning works in rounds, 30 to 100 per frame, each of which takes a fraction of a millisecond. Waking a
+//! sleeping thread for each round would take too long, so helpers spin until all rounds are over. The team
+//! does not wait for threads that never join because they have other work.
 
 use std::hint::spin_loop;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::yield_now;
 
-/// The most threads that help: a round does not have enough work for more.
-const MOST_HELPERS: usize = 15;
+/// Maximum number of helpers; a round does not have enough work for more.
+const MAX_HELPERS: usize = 15;
 
-/// How often a waiting thread spins before it yields its processor.
+/// Number of times that a waiting thread spins before it yields its processor.
 const SPINS: usize = 100;
 
 /// One leading thread and its helpers.
 pub struct ThreadTeam<'a> {
     task: &'a (dyn Fn(usize) + Sync),
-    /// Tasks of the round that no thread has taken yet, and tasks that are not finished.
+    /// Number of tasks of the round that no thread has taken yet, and of tasks that are not finished.
     open: AtomicUsize,
-    undone: AtomicUsize,
-    /// Whether there are no more rounds.
-    over: AtomicBool,
+    unfinished: AtomicUsize,
+    /// Whether all rounds are over.
+    finished: AtomicBool,
 }
 
-/// Runs a function when it goes out of scope, also during a panic.
-struct Finally<F: FnMut()>(F);
+/// Runs a function when dropped, also during a panic.
+struct OnDrop<F: FnMut()>(F);
 
-impl<F: FnMut()> Drop for Finally<F> {
+impl<F: FnMut()> Drop for OnDrop<F> {
     fn drop(&mut self) {
         (self.0)();
     }
 }
 
 impl<'a> ThreadTeam<'a> {
-    /// Calls `lead`, whose rounds consist of `task`s. Idle threads of the pool help.
+    /// Calls `lead`, which runs rounds of `task`s. Idle threads of the pool help.
     pub fn run(task: &'a (dyn Fn(usize) + Sync), lead: impl FnOnce(&ThreadTeam<'a>) + Send) {
-        let (open, undone) = (AtomicUsize::new(0), AtomicUsize::new(0));
-        let team = ThreadTeam { task, open, undone, over: AtomicBool::new(false) };
-        let helpers = rayon::current_num_threads().saturating_sub(1).min(MOST_HELPERS);
+        let (open, unfinished) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let team = ThreadTeam { task, open, unfinished, finished: AtomicBool::new(false) };
+        let helpers = rayon::current_num_threads().saturating_sub(1).min(MAX_HELPERS);
         if helpers == 0 {
             return lead(&team);
         }
@@ -46,50 +46,50 @@ impl<'a> ThreadTeam<'a> {
             for _ in 0..helpers {
                 scope.spawn(|_| team.help());
             }
-            let _end = Finally(|| team.over.store(true, Ordering::Release));
+            let _end = OnDrop(|| team.finished.store(true, Ordering::Release));
             lead(&team);
         });
     }
 
-    /// Runs the tasks `0..count` in any order and returns when all are finished.
+    /// Runs the tasks `0..count` in any order and returns when all have finished.
     pub fn round(&self, count: usize) {
-        self.undone.store(count, Ordering::Relaxed);
-        // A thread that takes a task sees everything written before.
+        self.unfinished.store(count, Ordering::Relaxed);
+        // A thread that takes a task sees everything written before this store.
         self.open.store(count, Ordering::Release);
-        while self.work() {}
-        let mut turns = 0;
-        while self.undone.load(Ordering::Acquire) > 0 {
-            wait(&mut turns);
+        while self.run_task() {}
+        let mut waits = 0;
+        while self.unfinished.load(Ordering::Acquire) > 0 {
+            wait(&mut waits);
         }
     }
 
     fn help(&self) {
-        let mut turns = 0;
-        while !self.over.load(Ordering::Acquire) {
-            if self.work() {
-                turns = 0;
+        let mut waits = 0;
+        while !self.finished.load(Ordering::Acquire) {
+            if self.run_task() {
+                waits = 0;
             } else {
-                wait(&mut turns);
+                wait(&mut waits);
             }
         }
     }
 
-    /// Runs a task, if there is one.
-    fn work(&self) -> bool {
+    /// Takes and runs one task of the round; returns whether there was one.
+    fn run_task(&self) -> bool {
         let take = |open: usize| open.checked_sub(1);
         let taken = self.open.fetch_update(Ordering::Acquire, Ordering::Relaxed, take);
         let Ok(open) = taken else { return false };
-        let _done = Finally(|| {
-            self.undone.fetch_sub(1, Ordering::Release);
+        let _done = OnDrop(|| {
+            self.unfinished.fetch_sub(1, Ordering::Release);
         });
         (self.task)(open - 1);
         true
     }
 }
 
-fn wait(turns: &mut usize) {
-    if *turns < SPINS {
-        *turns += 1;
+fn wait(waits: &mut usize) {
+    if *waits < SPINS {
+        *waits += 1;
         spin_loop();
     } else {
         yield_now();
@@ -101,7 +101,7 @@ mod tests {
     use super::*;
     use std::sync::Mutex;
 
-    /// The tasks of each round, in order, on this many threads.
+    /// Runs rounds with these task counts on this many threads; returns the sorted tasks of each round.
     fn rounds(threads: usize, counts: &[usize]) -> Vec<Vec<usize>> {
         let (done, mut all) = (Mutex::new(Vec::new()), Vec::new());
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn teams_within_a_crowded_pool_all_come_to_an_end() {
+    fn teams_in_a_crowded_pool_all_finish() {
         use rayon::prelude::*;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
         let sum = AtomicUsize::new(0);
@@ -145,9 +145,10 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_of_the_leader_ends_the_helpers() {
+    fn a_panic_of_the_leading_thread_ends_its_helpers() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
-        let lead = || pool.install(|| ThreadTeam::run(&|_| (), |_| panic!("the leader's")));
+        let lead =
+            || pool.install(|| ThreadTeam::run(&|_| (), |_| panic!("in the leading thread")));
         assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(lead)).is_err());
     }
 }

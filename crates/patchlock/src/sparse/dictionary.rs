@@ -1,12 +1,12 @@
 //! The dictionary (Eq. 1-2): the normalised patches of all templates at all locations.
 //!
-//! `K = templates * locations` atoms of `dim` samples; atom `j * locations + i` is location `i` of template `j`. An atom has
-//! norm 1, or 0 where the patch was all zero.
+//! It has `K = templates * locations` atoms of `dim` samples. Atom `j * locations + i` is location `i` of
+//! template `j`. An atom has norm 1, or 0 if its patch was all zero.
 
 use super::gram;
 use crate::numeric::aligned::Aligned;
 
-/// Atoms and what all signals share of them: their squared norms, their samples as the matrix product reads them, and their
+/// Atoms and what is derived from them: squared norms, the samples in the layout of the matrix product, and
 /// inner products.
 #[derive(Debug, Clone, Default)]
 pub struct Dictionary {
@@ -16,33 +16,34 @@ pub struct Dictionary {
     stride: usize,
     atoms: Vec<f32>,
     squared_norms: Vec<f64>,
-    /// The atoms in an order in which those of the same bits are neighbours, and which of them repeat an earlier one.
+    /// The atoms, sorted so that identical ones are neighbours, and a flag for each that repeats an earlier
+    /// one.
     sorted: Vec<u32>,
     repeats: Vec<bool>,
     panels: Aligned,
     /// The panels in `f64`, for the inner products.
     wide: Vec<f64>,
     gram: Aligned,
-    /// 1 for an atom that is not zero, else 0.
-    counts: Vec<f32>,
+    /// 1 for a nonzero atom, else 0.
+    nonzero: Vec<f32>,
     spread: f64,
 }
 
 /// The largest dictionary, in atoms; its Gram matrix then takes 512 MiB.
 pub const MAX_DICTIONARY: usize = 8192;
 
-/// Rows that run over all atoms are padded to a multiple of this: four of the widest vectors.
+/// Rows over all atoms are padded to a multiple of this: four of the widest vectors.
 pub const LANES: usize = 64;
 
 impl Dictionary {
-    /// A dictionary of the atoms in `atoms`, one after the other.
+    /// A dictionary of the atoms in `atoms`, stored one after the other, `dim` samples each.
     pub fn new(dim: usize, locations: usize, atoms: Vec<f32>) -> Self {
         let mut dictionary = Self::default();
         dictionary.fill(dim, locations, |out| *out = atoms);
         dictionary
     }
 
-    /// Becomes the dictionary of the atoms that `atoms` writes, one after the other, in place of the old ones.
+    /// Replaces the atoms by those that the function `atoms` writes, one after the other.
     pub fn fill(&mut self, dim: usize, locations: usize, atoms: impl FnOnce(&mut Vec<f32>)) {
         self.atoms.clear();
         atoms(&mut self.atoms);
@@ -85,7 +86,7 @@ impl Dictionary {
         }
     }
 
-    /// Samples of an atom.
+    /// Number of samples of an atom.
     pub fn dim(&self) -> usize {
         self.dim
     }
@@ -105,7 +106,7 @@ impl Dictionary {
         self.count == 0
     }
 
-    /// Length of the padded rows that run over all atoms.
+    /// Length of the padded rows over all atoms.
     pub fn stride(&self) -> usize {
         self.stride
     }
@@ -125,45 +126,47 @@ impl Dictionary {
         k % self.locations
     }
 
-    /// The samples in panels of [`LANES`] atoms: a panel has `dim` rows, of which row `s` holds sample `s` of each of its atoms. The
-    /// last panel is filled up with zeros.
+    /// The samples in panels of [`LANES`] atoms. A panel has `dim` rows; row `s` holds sample `s` of each of
+    /// its atoms. The last panel is padded with zero atoms.
     pub fn panels(&self) -> &[f32] {
         &self.panels
     }
 
-    /// The inner products of atom `k` with all atoms, less 1, computed in `f64` and rounded once; as with zeros where the row is padded.
+    /// The inner products of atom `k` with all atoms, minus 1, computed in `f64` and rounded once. The
+    /// padding holds -1, as for zero atoms.
     pub fn gram_row(&self, k: usize) -> &[f32] {
         &self.gram[k * self.stride..][..self.stride]
     }
 
-    /// No inner product of two atoms that are not zero differs more from 1 than by this, and no squared norm.
+    /// Upper bound of the difference from 1 of any inner product of two nonzero atoms, and of any squared
+    /// norm.
     pub fn spread(&self) -> f64 {
         self.spread
     }
 
-    /// The Gram matrix, `count` rows of `stride`.
+    /// Fills the Gram matrix: `count` rows of `stride` entries.
     fn fill_gram(&mut self) {
         let Self { dim, count, stride, panels, wide, gram, .. } = self;
         wide.clear();
         wide.extend(panels.iter().map(|&v| f64::from(v)));
         gram.reset(*count * *stride);
         gram::fill(wide, *dim, gram);
-        self.measure();
+        self.find_spread();
     }
 
-    /// Finds the spread, from half of the Gram matrix: the other half is the same.
-    fn measure(&mut self) {
-        let Self { stride, squared_norms, gram, counts, .. } = self;
-        counts.clear();
-        counts.extend(squared_norms.iter().map(|&norm| if norm > 0.0 { 1.0 } else { 0.0 }));
-        counts.resize(*stride, 0.0);
+    /// Finds the spread from half of the Gram matrix; the other half is the same.
+    fn find_spread(&mut self) {
+        let Self { stride, squared_norms, gram, nonzero, .. } = self;
+        nonzero.clear();
+        nonzero.extend(squared_norms.iter().map(|&norm| if norm > 0.0 { 1.0 } else { 0.0 }));
+        nonzero.resize(*stride, 0.0);
         let mut farthest = [0.0f32; LANES];
         for (k, row) in gram.chunks_exact((*stride).max(1)).enumerate() {
             let parts = row[..(k / LANES + 1) * LANES].chunks_exact(LANES);
-            for (row, own) in parts.zip(counts.chunks_exact(LANES)) {
-                // So that the compiler makes wide vectors of it.
+            for (row, own) in parts.zip(nonzero.chunks_exact(LANES)) {
+                // This form compiles to vector instructions.
                 for ((farthest, product), own) in farthest.iter_mut().zip(row).zip(own) {
-                    let far = product.abs() * own * counts[k];
+                    let far = product.abs() * own * nonzero[k];
                     *farthest = if far > *farthest { far } else { *farthest };
                 }
             }
@@ -201,12 +204,12 @@ mod tests {
     }
 
     #[test]
-    fn atoms_that_repeat_an_earlier_one_are_known() {
+    fn atoms_that_repeat_an_earlier_one_are_found() {
         let atoms = [[1.0, 0.0], [0.6, 0.8], [1.0, 0.0], [0.0, 0.0], [0.6, 0.8], [1.0, 0.0]];
         let d = Dictionary::new(2, 3, atoms.concat());
         let repeats: Vec<bool> = (0..6).map(|k| d.repeats(k)).collect();
         assert_eq!(repeats, [false, false, true, false, true, true]);
-        // Between the first two; the empty one does not count.
+        // Between the first two atoms; the zero atom does not count.
         assert!((d.spread() - 0.4).abs() < 1e-6);
     }
 }

@@ -1,8 +1,9 @@
-//! The inner products of all atoms with each other, less 1: a matrix product in `f64`, rounded to `f32` once. Patches with little texture differ
-//! little, and what their inner products lack to 1 is what tells them apart.
+//! The inner products of all atoms with each other, minus 1: a matrix product in `f64`, rounded to `f32`
+//! once. The inner products of patches with little texture are all near 1; only the difference from 1
+//! distinguishes them.
 //!
-//! The product of two numbers that were `f32` is exact in `f64`, so it does not matter whether it is fused with the sum: the bits are the same with
-//! all instructions.
+//! The product of two `f32` numbers is exact in `f64`, so fusing it with the addition changes nothing: the
+//! bits are the same with all instructions.
 
 use super::dictionary::LANES;
 use crate::numeric::instructions::Instructions;
@@ -10,12 +11,12 @@ use pulp::{Scalar256b, Simd, WithSimd, bytemuck};
 use rayon::prelude::*;
 use std::any::TypeId;
 
-/// Rows and vectors of a row whose sums are kept in registers together.
+/// Rows, and vectors per row, whose sums are kept in registers together.
 const ROWS: usize = 4;
 const VECTORS: usize = 2;
 
-/// Fills the rows of `out`, one an atom, each as long as there are atoms in `panels`. These are those of a
-/// [`Dictionary`](super::dictionary::Dictionary): of `dim` rows of [`LANES`] atoms each.
+/// Fills the rows of `out`, one per atom and with one entry per atom in `panels`. These are the panels of a
+/// [`Dictionary`](super::dictionary::Dictionary): `dim` rows of [`LANES`] atoms each.
 pub fn fill(panels: &[f64], dim: usize, out: &mut [f32]) {
     let stride = panels.len() / dim.max(1);
     let rows = out.par_chunks_mut((LANES * stride).max(1));
@@ -40,14 +41,14 @@ impl WithSimd for Rows<'_> {
         let Self { own, panels, dim, out } = self;
         let stride = panels.len() / dim;
         for (k, panel) in panels.chunks_exact(LANES * dim).enumerate() {
-            // A few columns of the panel stay in the nearest cache, while all rows are multiplied with them.
+            // A few columns of the panel stay in the first-level cache while all rows are multiplied by them.
             for column in (0..LANES).step_by(VECTORS * S::F64_LANES) {
                 for (first, rows) in out.chunks_mut(ROWS * stride).enumerate() {
                     let sums = products(simd, &own[first * ROWS..], &panel[column..]);
                     for (row, sums) in rows.chunks_exact_mut(stride).zip(&sums) {
                         let sums: &[f64] = bytemuck::cast_slice(sums);
-                        let place = &mut row[k * LANES + column..][..sums.len()];
-                        place
+                        let entries = &mut row[k * LANES + column..][..sums.len()];
+                        entries
                             .iter_mut()
                             .zip(sums)
                             .for_each(|(out, &sum)| *out = (sum - 1.0) as f32);
@@ -58,7 +59,7 @@ impl WithSimd for Rows<'_> {
     }
 }
 
-/// The inner products of the first atoms of two panels, which begin where the slices do.
+/// The inner products of the first atoms of two panels; the slices begin at these atoms.
 #[inline(always)]
 fn products<S: Simd>(simd: S, rows: &[f64], columns: &[f64]) -> [[S::f64s; VECTORS]; ROWS] {
     let mut sums = [[simd.splat_f64s(0.0); VECTORS]; ROWS];
@@ -74,7 +75,7 @@ fn products<S: Simd>(simd: S, rows: &[f64], columns: &[f64]) -> [[S::f64s; VECTO
     sums
 }
 
-/// `a b + c`. Plain code would call a function for each number to fuse them.
+/// `a b + c`. Plain code would call a function for every fused operation.
 #[inline(always)]
 fn mul_add<S: Simd>(simd: S, a: S::f64s, b: S::f64s, c: S::f64s) -> S::f64s {
     if TypeId::of::<S>() == TypeId::of::<Scalar256b>() {
@@ -89,7 +90,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_gives_the_same_bits_with_all_instructions() {
+    fn all_instructions_give_the_same_bits() {
         let dim = 7;
         let value = |k: usize| f64::from((k * 7919 % 251) as f32 / 251.0 - 0.3);
         let panels: Vec<f64> = (0..3 * LANES * dim).map(value).collect();
@@ -103,7 +104,7 @@ mod tests {
         for (name, instructions) in Instructions::available() {
             assert_eq!(rows(instructions), plain, "{name}");
         }
-        // The third atom of the second panel with the fifth of the third.
+        // Atom 2 of panel 1 with atom 4 of panel 2, counted from 0.
         let at = |panel: usize, k: usize, s: usize| panels[(panel * dim + s) * LANES + k];
         let product: f64 = (0..dim).map(|s| at(1, 2, s) * at(2, 4, s)).sum();
         assert_eq!(plain[2 * 3 * LANES + 2 * LANES + 4], (product - 1.0) as f32);

@@ -4,49 +4,51 @@
 //! min_{q, e}  ||y - U q - e||^2 / 2 + lambda (||q||_1 + ||e||_1)
 //! ```
 //!
-//! `U` (`dim x k`) has orthonormal columns, so for a given `e` the best `q` is the soft threshold of `U^T (y - e)`, and for a given `q`
-//! the best `e` is that of `y - U q`. Taking turns is a proximal gradient step of length 1 on what remains of the problem when `e` is
-//! eliminated, and converges to the exact solution. Where many samples are outliers it does so slowly; Nesterov's momentum, started
-//! again whenever it points uphill (O'Donoghue, Candes, 2015), makes that some hundred turns.
+//! `U` (`dim x k`) has orthonormal columns. So the best `q` for a given `e` is the soft threshold of
+//! `U^T (y - e)`, and the best `e` for a given `q` is the soft threshold of `y - U q`. Alternating between
+//! them is a proximal gradient method with step length 1 on the problem with `e` eliminated, and converges to
+//! the exact solution. With many outliers it converges slowly. Nesterov's momentum, restarted whenever it
+//! points uphill (O'Donoghue, Candes, 2015), reduces it to about a hundred iterations.
 
 use crate::numeric::dot_wide;
 use crate::numeric::instructions::Instructions;
 use pulp::{Simd, WithSimd};
 
-/// Turns taken at most.
-const MAX_TURNS: usize = 10_000;
+/// Maximum number of iterations.
+const MAX_ITERATIONS: usize = 10_000;
 
-/// It has converged when no coefficient moved by more than this times lambda.
+/// Converged when no coefficient moved by more than this times lambda.
 const TOLERANCE: f64 = 1e-9;
 
-/// Coefficients in the basis and the sparse error, with room to find them: a value can be used again and again.
+/// Coefficients in the basis and the sparse error, with their buffers. Reuse a value to avoid allocations.
 #[derive(Debug, Clone, Default)]
 pub struct Reconstruction {
     coefficients: Vec<f64>,
     error: Vec<f64>,
     fit: Vec<f64>,
-    /// Where momentum has carried the coefficients, and where a turn leads from there.
-    ahead: Vec<f64>,
+    /// The coefficients extrapolated by momentum, and the result of a step from there.
+    extrapolated: Vec<f64>,
     next: Vec<f64>,
 }
 
 impl Reconstruction {
-    /// `q`, one a column of the basis.
+    /// `q`, one coefficient per column of the basis.
     pub fn coefficients(&self) -> &[f64] {
         &self.coefficients
     }
 
-    /// `e`, one a sample.
+    /// `e`, one value per sample.
     pub fn error(&self) -> &[f64] {
         &self.error
     }
 
-    /// `U q`, one a sample.
+    /// `U q`, one value per sample.
     pub fn fit(&self) -> &[f64] {
         &self.fit
     }
 
-    /// Solves the problem for `signal` (`y`) in `basis` (`U`), whose columns are as long as the signal and stand one after the other.
+    /// Solves the problem for `signal` (`y`) in `basis` (`U`). The columns of the basis are stored one after
+    /// the other and have the signal's length.
     pub fn solve(&mut self, basis: &[f64], signal: &[f64], lambda: f64) {
         Instructions::default()
             .dispatch(Solve { out: self, problem: Problem { basis, signal, lambda } });
@@ -64,17 +66,18 @@ impl WithSimd for Solve<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { out, problem } = self;
-        let Reconstruction { coefficients, error, fit, ahead, next } = out;
-        for part in [&mut *coefficients, &mut *ahead, &mut *next] {
+        let Reconstruction { coefficients, error, fit, extrapolated, next } = out;
+        for part in [&mut *coefficients, &mut *extrapolated, &mut *next] {
             part.clear();
             part.resize(problem.columns().len(), 0.0);
         }
         let mut momentum = 1.0f64;
-        for _ in 0..MAX_TURNS {
-            problem.turn(simd, ahead, (fit, error), next);
+        for _ in 0..MAX_ITERATIONS {
+            problem.step(simd, extrapolated, (fit, error), next);
             let (mut moved, mut uphill) = (0.0f64, 0.0);
-            for ((next, last), ahead) in next.iter().zip(&*coefficients).zip(&*ahead) {
-                let (step, correction) = (next - last, ahead - next);
+            for ((next, last), extrapolated) in next.iter().zip(&*coefficients).zip(&*extrapolated)
+            {
+                let (step, correction) = (next - last, extrapolated - next);
                 moved = moved.max(step.abs()).max(correction.abs());
                 uphill += correction * step;
             }
@@ -84,19 +87,21 @@ impl WithSimd for Solve<'_> {
             if uphill > 0.0 {
                 momentum = 1.0;
             }
-            let following = (1.0 + (1.0 + 4.0 * momentum * momentum).sqrt()) / 2.0;
-            let carried = (momentum - 1.0) / following;
-            for ((ahead, next), last) in ahead.iter_mut().zip(&*next).zip(&*coefficients) {
-                *ahead = next + (next - last) * carried;
+            let next_momentum = (1.0 + (1.0 + 4.0 * momentum * momentum).sqrt()) / 2.0;
+            let extrapolation = (momentum - 1.0) / next_momentum;
+            for ((extrapolated, next), last) in
+                extrapolated.iter_mut().zip(&*next).zip(&*coefficients)
+            {
+                *extrapolated = next + (next - last) * extrapolation;
             }
             std::mem::swap(coefficients, next);
-            momentum = following;
+            momentum = next_momentum;
         }
         problem.explain(coefficients, fit, error);
     }
 }
 
-/// What is given.
+/// The input of the problem.
 #[derive(Clone, Copy)]
 struct Problem<'a> {
     basis: &'a [f64],
@@ -118,14 +123,14 @@ impl Problem<'_> {
         for (column, q) in self.columns().zip(q) {
             fit.iter_mut().zip(column).for_each(|(fit, u)| *fit += u * q);
         }
-        let left = self.signal.iter().zip(fit).map(|(y, fit)| y - *fit);
+        let residual = self.signal.iter().zip(fit).map(|(y, fit)| y - *fit);
         error.clear();
-        error.extend(left.map(|v| soft_threshold(v, self.lambda)));
+        error.extend(residual.map(|v| soft_threshold(v, self.lambda)));
     }
 
-    /// The best `q` for the best `e` of `from`. `fit` and `error` are written over.
+    /// The best `q` for the best `e` of `from`. `fit` and `error` are overwritten.
     #[inline(always)]
-    fn turn<S: Simd>(
+    fn step<S: Simd>(
         &self,
         simd: S,
         from: &[f64],
@@ -133,7 +138,7 @@ impl Problem<'_> {
         next: &mut [f64],
     ) {
         self.explain(from, fit, error);
-        // What the columns have to explain stands where the error stood.
+        // From here on, `error` holds the signal that the basis has to explain.
         error.iter_mut().zip(self.signal).for_each(|(e, y)| *e = y - *e);
         for (next, column) in next.iter_mut().zip(self.columns()) {
             *next = soft_threshold(dot_wide(simd, column, error), self.lambda);
@@ -141,7 +146,7 @@ impl Problem<'_> {
     }
 }
 
-/// `v` moved towards 0 by `lambda`, but not past it.
+/// `v` moved towards 0 by `lambda`, but not beyond 0.
 #[inline(always)]
 fn soft_threshold(v: f64, lambda: f64) -> f64 {
     (v.abs() - lambda).max(0.0).copysign(v)
@@ -161,7 +166,8 @@ mod tests {
         [q, e]
     }
 
-    /// At the minimum the gradient of the smooth part is `-lambda sign(x)` where `x` is not 0, and within `lambda` where it is.
+    /// At the minimum, the gradient of the smooth part is `-lambda sign(x)` where `x` is not 0, and within
+    /// `lambda` of 0 elsewhere.
     fn violation(gradient: &DVector<f64>, x: &DVector<f64>, lambda: f64) -> f64 {
         let each = gradient.iter().zip(x.iter()).map(|(&g, &x)| {
             if x == 0.0 { (g.abs() - lambda).max(0.0) } else { (g + lambda * x.signum()).abs() }
@@ -171,7 +177,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn meets_the_conditions_of_optimality(
+        fn the_solution_meets_the_optimality_conditions(
             samples in prop::collection::vec(-1.0..1.0f64, 40 * 6),
             signal in prop::collection::vec(-0.3..0.3f64, 40),
             lambda in 0.001..0.1f64,
@@ -186,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn without_penalty_the_signal_is_explained_whole() {
+    fn without_penalty_the_signal_is_explained_completely() {
         let basis = DMatrix::identity(4, 2);
         let signal = DVector::from_vec(vec![1.0, 2.0, 3.0, 4.0]);
         let [q, e] = solve(&basis, &signal, 0.0);
@@ -194,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn it_can_be_used_again_for_another_size_and_without_a_basis() {
+    fn a_value_can_be_reused_for_another_size_and_without_a_basis() {
         let mut found = Reconstruction::default();
         found.solve(&[1.0, 0.0, 0.0, 0.0, 1.0, 0.0], &[1.0, 2.0, 3.0], 0.5);
         found.solve(&[], &[1.0, -2.0], 0.5);

@@ -1,21 +1,21 @@
-//! Frames: borrowed views of the caller's pixels, and the grey image that is made of one.
+//! Frames: borrowed views of the caller's pixels, and their conversion to grey images.
 //!
 //! Grey is `0.2989 R + 0.5870 G + 0.1140 B`, scaled to `[0, 1]` (Sec. 1 of the paper's tracker).
 
 use crate::Error;
 use serde::{Deserialize, Serialize};
 
-/// The largest magnitude of a `f32` sample: squares and sums of such samples stay finite.
+/// The maximum magnitude of an `f32` sample: squares and sums of such samples stay finite.
 const MAX_SAMPLE: f32 = 1e6;
 
-/// A number that a pixel is made of.
+/// The type of one channel of a pixel.
 trait Sample: Copy + std::fmt::Debug {
-    /// What white is.
+    /// The value of white.
     const WHITE: f32;
 
     fn value(self) -> f32;
 
-    /// Whether sums of squares of it stay finite.
+    /// Whether the sample is finite and its magnitude is allowed.
     fn is_usable(self) -> bool {
         true
     }
@@ -49,7 +49,7 @@ impl Sample for f32 {
     }
 }
 
-/// Width and height of the frames that a target is tracked in.
+/// Width and height of the frames in which a target is tracked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FrameSize {
     /// Width in pixels.
@@ -59,10 +59,10 @@ pub struct FrameSize {
 }
 
 impl FrameSize {
-    /// Refuses frames of another size.
+    /// Checks that a frame has this size.
     ///
     /// # Errors
-    /// [`Error::FrameSize`] has both sizes.
+    /// [`Error::FrameSize`], with both sizes, if the sizes differ.
     pub fn expect(self, given: Self) -> Result<(), Error> {
         if given == self {
             return Ok(());
@@ -75,13 +75,13 @@ impl FrameSize {
         })
     }
 
-    /// The size, where it is that of a frame.
+    /// Checks that both sides are positive.
     ///
     /// # Errors
-    /// [`Error::Snapshot`] where a side is 0.
+    /// [`Error::Snapshot`] if a side is 0.
     pub fn checked(self) -> Result<Self, Error> {
-        let sound = self.width > 0 && self.height > 0;
-        sound.then_some(self).ok_or_else(|| crate::error::snapshot("the frame size is 0"))
+        let valid = self.width > 0 && self.height > 0;
+        valid.then_some(self).ok_or_else(|| crate::error::snapshot("the frame size is 0"))
     }
 }
 
@@ -93,7 +93,7 @@ enum Samples<'a> {
     F32(&'a [f32]),
 }
 
-/// What the samples of a pixel are, in their order.
+/// The channels of a pixel, in order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Colours {
     Grey,
@@ -107,7 +107,8 @@ impl Colours {
     }
 }
 
-/// A borrowed view of one frame: row-major samples, `stride` samples from one row to the next.
+/// A borrowed view of one frame: row-major samples, with `stride` samples from the start of one row to the
+/// next.
 #[derive(Debug, Clone, Copy)]
 pub struct Frame<'a> {
     samples: Samples<'a>,
@@ -118,12 +119,12 @@ pub struct Frame<'a> {
 }
 
 impl<'a> Frame<'a> {
-    /// Grey, 8 bits a sample; `width * height` samples without gaps.
+    /// Grey, 8 bits per sample; `width * height` samples without gaps.
     ///
     /// # Errors
-    /// [`Error::Frame`] where a side is 0 or there are too few samples; so for all kinds of frames.
+    /// [`Error::Frame`] if a side is 0 or there are too few samples. This holds for all kinds of frames.
     pub fn grey8(samples: &'a [u8], width: usize, height: usize) -> Result<Self, Error> {
-        Self::whole(Samples::U8(samples), Colours::Grey, width, height)
+        Self::contiguous(Samples::U8(samples), Colours::Grey, width, height)
     }
 
     /// Red, green, blue, 8 bits each, interleaved; `3 * width * height` samples without gaps.
@@ -131,15 +132,15 @@ impl<'a> Frame<'a> {
     /// # Errors
     /// As [`Frame::grey8`].
     pub fn rgb8(samples: &'a [u8], width: usize, height: usize) -> Result<Self, Error> {
-        Self::whole(Samples::U8(samples), Colours::Rgb, width, height)
+        Self::contiguous(Samples::U8(samples), Colours::Rgb, width, height)
     }
 
-    /// Grey, 16 bits a sample (0 to 65535 is black to white).
+    /// Grey, 16 bits per sample (0 is black, 65535 white).
     ///
     /// # Errors
     /// As [`Frame::grey8`].
     pub fn grey16(samples: &'a [u16], width: usize, height: usize) -> Result<Self, Error> {
-        Self::whole(Samples::U16(samples), Colours::Grey, width, height)
+        Self::contiguous(Samples::U16(samples), Colours::Grey, width, height)
     }
 
     /// Red, green, blue, 16 bits each, interleaved.
@@ -147,37 +148,39 @@ impl<'a> Frame<'a> {
     /// # Errors
     /// As [`Frame::grey8`].
     pub fn rgb16(samples: &'a [u16], width: usize, height: usize) -> Result<Self, Error> {
-        Self::whole(Samples::U16(samples), Colours::Rgb, width, height)
+        Self::contiguous(Samples::U16(samples), Colours::Rgb, width, height)
     }
 
-    /// Grey floats, meant to be in `[0, 1]`; other ranges do as well, since candidates are normalised.
-    /// All must be finite and at most 1e6 in magnitude, which is checked when the frame is used.
+    /// Grey floats, usually in `[0, 1]`. Other ranges also work, because candidates are normalised. All
+    /// samples must be finite and at most 1e6 in magnitude, which is checked when the frame is used.
     ///
     /// # Errors
     /// As [`Frame::grey8`].
     pub fn grey32f(samples: &'a [f32], width: usize, height: usize) -> Result<Self, Error> {
-        Self::whole(Samples::F32(samples), Colours::Grey, width, height)
+        Self::contiguous(Samples::F32(samples), Colours::Grey, width, height)
     }
 
-    /// Red, green, blue as floats, interleaved; the values as for [`Frame::grey32f`].
+    /// Red, green, blue as interleaved floats; see [`Frame::grey32f`] for their range.
     ///
     /// # Errors
     /// As [`Frame::grey8`].
     pub fn rgb32f(samples: &'a [f32], width: usize, height: usize) -> Result<Self, Error> {
-        Self::whole(Samples::F32(samples), Colours::Rgb, width, height)
+        Self::contiguous(Samples::F32(samples), Colours::Rgb, width, height)
     }
 
-    /// The same samples in the order blue, green, red, as OpenCV has them. A grey frame stays what it is.
+    /// The same samples with the channels in the order blue, green, red, as in OpenCV. A grey frame is
+    /// unchanged.
     #[must_use]
     pub fn bgr(self) -> Self {
         let colours = if self.colours == Colours::Rgb { Colours::Bgr } else { self.colours };
         Self { colours, ..self }
     }
 
-    /// The same samples with `stride` samples (not pixels) from the start of a row to the start of the next.
+    /// The same samples with `stride` samples (not pixels) from the start of one row to the start of the
+    /// next.
     ///
     /// # Errors
-    /// [`Error::Frame`] where rows would overlap or there are too few samples.
+    /// [`Error::Frame`] if rows would overlap or there are too few samples.
     pub fn with_stride(self, stride: usize) -> Result<Self, Error> {
         Self { stride, ..self }.checked()
     }
@@ -197,7 +200,7 @@ impl<'a> Frame<'a> {
         FrameSize { width: self.width, height: self.height }
     }
 
-    fn whole(
+    fn contiguous(
         samples: Samples<'a>,
         colours: Colours,
         width: usize,
@@ -228,13 +231,14 @@ impl<'a> Frame<'a> {
             ))),
             (Some(_), Some(needed)) if length >= needed => Ok(self),
             _ => Err(Error::Frame(format!(
-                "{width}x{height} pixels with {channels} samples each and stride {stride} do not fit in the {length} samples that were given"
+                "{width}x{height} pixels with {channels} samples each and stride {stride} \
+                 do not fit in the {length} samples that were given"
             ))),
         }
     }
 }
 
-/// A grey image of `f32` in `[0, 1]`, rows without gaps.
+/// A grey image of `f32` samples in `[0, 1]`, rows without gaps.
 #[derive(Debug, Clone, Default)]
 pub struct GreyImage {
     width: usize,
@@ -253,26 +257,27 @@ impl GreyImage {
         self.height
     }
 
-    /// The row `y`; empty below the image.
+    /// Row `y`; empty below the image.
     pub fn row(&self, y: usize) -> &[f32] {
         let start = (y * self.width).min(self.samples.len());
         &self.samples[start..(start + self.width).min(self.samples.len())]
     }
 
-    /// The sample at `column`, `row` and its neighbour to the right, and the two below them, if they are all there.
+    /// The sample at `column` and `row` and its right neighbour, and the two below them; `None` if one is
+    /// outside.
     #[inline(always)]
     pub fn neighbours(&self, column: usize, row: usize) -> Option<([f32; 2], [f32; 2])> {
-        let place = row * self.width + column;
-        // Two at once, with one check for both.
+        let index = row * self.width + column;
+        // Loads two samples with one bounds check.
         let pair =
-            |place: usize| self.samples.get(place..).and_then(|all| all.first_chunk().copied());
-        Some((pair(place)?, pair(place + self.width)?))
+            |index: usize| self.samples.get(index..).and_then(|all| all.first_chunk().copied());
+        Some((pair(index)?, pair(index + self.width)?))
     }
 
-    /// Takes over the frame's pixels as grey; the buffer is used again.
+    /// Converts the frame to grey, reusing the buffer.
     ///
     /// # Errors
-    /// [`Error::Frame`] where a `f32` sample is not finite or too large.
+    /// [`Error::Frame`] if an `f32` sample is not finite or too large.
     pub fn fill(&mut self, frame: &Frame<'_>) -> Result<(), Error> {
         self.width = frame.width;
         self.height = frame.height;
@@ -291,7 +296,8 @@ impl GreyImage {
             let row = &samples[y * frame.stride..][..channels * frame.width];
             if let Some(k) = row.iter().position(|sample| !sample.is_usable()) {
                 return Err(Error::Frame(format!(
-                    "the sample at x {}, y {y} is {:?}; all must be finite and at most {MAX_SAMPLE:e} in magnitude",
+                    "the sample at x {}, y {y} is {:?}; \
+                     all must be finite and at most {MAX_SAMPLE:e} in magnitude",
                     k / channels,
                     row[k]
                 )));
@@ -333,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn colour_is_weighed_as_the_paper_does() {
+    fn colour_is_weighted_as_in_the_paper() {
         let rgb = [255, 0, 0, 0, 255, 0, 0, 0, 255];
         let got = greys(Frame::rgb8(&rgb, 3, 1).unwrap());
         for (got, want) in got.iter().zip([0.2989, 0.5870, 0.1140]) {
@@ -356,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn gaps_between_rows_are_passed_over() {
+    fn gaps_between_rows_are_skipped() {
         let samples = [0, 51, 9, 102, 255];
         let frame = Frame::grey8(&samples, 2, 2).and_then(|f| f.with_stride(3)).unwrap();
         assert_eq!(greys(frame), [0.0, 0.2, 0.4, 1.0]);
@@ -368,15 +374,15 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_frame_is_refused_by_name() {
-        let said = |r: Result<Frame<'_>, Error>| r.unwrap_err().to_string();
-        assert!(said(Frame::grey8(&[], 0, 3)).contains("0x3"));
-        assert!(said(Frame::grey8(&[0; 5], 2, 3)).contains("5 samples"));
-        assert!(said(Frame::rgb8(&[0; 17], 2, 3)).contains("17 samples"));
-        assert!(said(Frame::grey8(&[0; 9], usize::MAX, 3)).contains("do not fit"));
-        assert!(said(Frame::rgb8(&[0; 9], usize::MAX, 1)).contains("do not fit"));
+    fn buffers_that_are_not_frames_are_refused_with_the_reason() {
+        let message = |r: Result<Frame<'_>, Error>| r.unwrap_err().to_string();
+        assert!(message(Frame::grey8(&[], 0, 3)).contains("0x3"));
+        assert!(message(Frame::grey8(&[0; 5], 2, 3)).contains("5 samples"));
+        assert!(message(Frame::rgb8(&[0; 17], 2, 3)).contains("17 samples"));
+        assert!(message(Frame::grey8(&[0; 9], usize::MAX, 3)).contains("do not fit"));
+        assert!(message(Frame::rgb8(&[0; 9], usize::MAX, 1)).contains("do not fit"));
         let narrow = Frame::grey8(&[0; 6], 3, 2).and_then(|f| f.with_stride(2));
-        assert!(said(narrow).contains("stride is 2"));
+        assert!(message(narrow).contains("stride is 2"));
         let bad = [0.0, f32::NAN];
         let error = GreyImage::default().fill(&Frame::grey32f(&bad, 1, 2).unwrap()).unwrap_err();
         assert!(error.to_string().contains("x 0, y 1 is NaN"), "{error}");

@@ -1,23 +1,24 @@
-//! Boxes in pixels, and how their frame of reference is meant.
+//! Boxes in pixels and their coordinates.
 //!
-//! Pixel centres lie at whole numbers, the first at 0. A box `x, y, w, h` covers the pixels from `x` to `x + w - 1`,
-//! so its centre is `x + (w - 1) / 2`. A benchmark that counts from 1 stores the same box with 1 added to `x` and `y`.
+//! Pixel centres lie at whole numbers, the first at 0. A box `x, y, w, h` covers the pixels from `x` to
+//! `x + w - 1`, so its centre is `x + (w - 1) / 2`. A benchmark that counts from 1 stores the same box with 1
+//! added to `x` and `y`.
 
 use crate::Error;
 use serde::{Deserialize, Serialize};
 
-/// The longest side of a box, in pixels.
+/// The maximum length of a side of a box, in pixels.
 pub const MAX_SIDE: f64 = 100_000.0;
 
-/// A point in the frame: x to the right, y downwards, in pixels.
+/// A point in the frame, in pixels: x to the right, y downwards.
 pub type Point = [f64; 2];
 
-/// An axis-aligned box in pixels, counted from 0, with fractions allowed.
+/// An axis-aligned box in pixels, counted from 0; fractions are allowed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BoundingBox {
-    /// Column of its first pixel.
+    /// Column of the first pixel.
     pub x: f64,
-    /// Row of its first pixel.
+    /// Row of the first pixel.
     pub y: f64,
     /// Width in pixels.
     pub w: f64,
@@ -26,7 +27,7 @@ pub struct BoundingBox {
 }
 
 impl BoundingBox {
-    /// The box of size `w` by `h` around a centre.
+    /// The box of `w` by `h` pixels around a centre.
     pub fn around(centre: Point, w: f64, h: f64) -> Self {
         Self { x: centre[0] - (w - 1.0) / 2.0, y: centre[1] - (h - 1.0) / 2.0, w, h }
     }
@@ -36,7 +37,7 @@ impl BoundingBox {
         [self.x + (self.w - 1.0) / 2.0, self.y + (self.h - 1.0) / 2.0]
     }
 
-    /// Area of the intersection over area of the union, 0 to 1.
+    /// Intersection over union, from 0 to 1.
     pub fn overlap(&self, other: &Self) -> f64 {
         let shared = |a: f64, la: f64, b: f64, lb: f64| ((a + la).min(b + lb) - a.max(b)).max(0.0);
         let both =
@@ -45,18 +46,18 @@ impl BoundingBox {
         if union > 0.0 { both / union } else { 0.0 }
     }
 
-    /// Whether a target can be begun on this box in a frame of this size.
+    /// Checks that tracking can begin on this box in a frame of this size.
     ///
     /// # Errors
-    /// [`Error::BoxShape`] where a number is not finite or a side is below 1 or above [`MAX_SIDE`];
-    /// [`Error::BoxOutside`] where the box covers no part of the frame.
+    /// [`Error::BoxShape`] if a number is not finite or a side is below 1 or above [`MAX_SIDE`];
+    /// [`Error::BoxOutside`] if the box covers no part of the frame.
     pub fn check_in(&self, width: usize, height: usize) -> Result<(), Error> {
         let Self { x, y, w, h } = *self;
         let side = 1.0..=MAX_SIDE;
         if !(x.is_finite() && y.is_finite() && side.contains(&w) && side.contains(&h)) {
             return Err(Error::BoxShape { x, y, w, h, max: MAX_SIDE });
         }
-        // Pixel k covers k - 0.5 to k + 0.5; comparing first and last pixels keeps that in whole numbers.
+        // Pixel k covers k - 0.5 to k + 0.5, but comparing the first and last pixels needs no halves.
         if x + w <= 0.0 || y + h <= 0.0 || x >= width as f64 || y >= height as f64 {
             return Err(Error::BoxOutside { x, y, w, h, width, height });
         }
@@ -85,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn boxes_that_can_not_be_tracked_are_refused() {
+    fn boxes_that_cannot_be_tracked_are_refused() {
         let good = BoundingBox { x: -3.0, y: 2.0, w: 4.0, h: 1.0 };
         good.check_in(10, 10).unwrap();
         for bad in [0.0, -1.0, 0.5, f64::NAN, f64::INFINITY, 1e9] {

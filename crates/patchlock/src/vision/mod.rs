@@ -1,4 +1,4 @@
-//! Pixels: frames, boxes, the warp of candidates, the patches of a template, and the filter of masks.
+//! Frames, boxes, the warp of candidates, patches of templates, and the guided filter.
 
 pub mod frame;
 pub mod geometry;

@@ -1,10 +1,12 @@
-//! The patches of a template (Eq. 1): overlapping squares on a regular grid, each normalised. The bits are the same with any instructions.
+//! The patches of a template (Eq. 1): overlapping squares on a regular grid, each normalised. The bits are
+//! the same with all instructions.
 
 use crate::numeric::{dot, instructions::Instructions};
 use pulp::{Simd, WithSimd};
 
-/// The grid of patches in a square template: `per_side * per_side` squares of side `patch`, `step` samples apart.
-/// Location `i` is row `i / per_side`, column `i % per_side`. A patch is a row-major vector of `patch * patch` samples.
+/// The grid of patches in a square template: `per_side * per_side` squares of side `patch`, `step` samples
+/// apart. Location `i` is row `i / per_side`, column `i % per_side`. A patch is a row-major vector of
+/// `patch * patch` samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PatchGrid {
     template_side: usize,
@@ -15,18 +17,18 @@ pub struct PatchGrid {
 }
 
 impl PatchGrid {
-    /// A grid; `patch` must not exceed `template_side`, and none may be 0.
+    /// A grid. `patch` must not exceed `template_side`, and none of the three sizes may be 0.
     pub fn new(template_side: usize, patch: usize, step: usize, subtract_mean: bool) -> Self {
         let per_side = template_side.saturating_sub(patch) / step.max(1) + 1;
         Self { template_side, patch, step, per_side, subtract_mean }
     }
 
-    /// Number of locations: 169 small, 9 large ones in the paper.
+    /// Number of locations: 9 large and 169 small ones in the paper.
     pub fn locations(&self) -> usize {
         self.per_side * self.per_side
     }
 
-    /// Locations along one side.
+    /// Number of locations along one side.
     pub fn per_side(&self) -> usize {
         self.per_side
     }
@@ -41,7 +43,7 @@ impl PatchGrid {
         self.patch
     }
 
-    /// Samples of a patch.
+    /// Number of samples of a patch.
     pub fn dim(&self) -> usize {
         self.patch * self.patch
     }
@@ -56,7 +58,8 @@ impl PatchGrid {
         self.cut_each(std::iter::once(template), location, out);
     }
 
-    /// Cuts the patch at `location` out of each template and normalises it: one after the other, [`Self::dim`] samples each.
+    /// Cuts the patch at `location` out of each template and normalises it. The patches are written one after
+    /// the other, [`Self::dim`] samples each.
     pub fn cut_each<'a>(
         &self,
         templates: impl Iterator<Item = &'a [f32]>,
@@ -67,9 +70,9 @@ impl PatchGrid {
     }
 
     #[inline(always)]
-    fn copy_here(&self, template: &[f32], location: usize, out: &mut [f32]) {
+    fn copy_patch(&self, template: &[f32], location: usize, out: &mut [f32]) {
         match self.patch {
-            // The paper's two sizes: rows of a known length are a vector or two.
+            // The paper's two sizes: a row of constant length is one or two vectors.
             8 => self.copy_rows::<8>(template, location, out),
             16 => self.copy_rows::<16>(template, location, out),
             _ => {
@@ -97,7 +100,7 @@ impl PatchGrid {
         lines.map(move |line| &line[left..left + patch])
     }
 
-    /// All patches of a template, location after location.
+    /// All patches of a template, in the order of locations.
     pub fn cut_all(&self, template: &[f32]) -> Vec<f32> {
         let mut all = vec![0.0; self.locations() * self.dim()];
         for (location, out) in all.chunks_exact_mut(self.dim()).enumerate() {
@@ -107,7 +110,7 @@ impl PatchGrid {
     }
 }
 
-/// Patches of one location, for the processor at hand.
+/// Cuts patches of one location, compiled for the instructions in use.
 struct Cut<'a, T> {
     grid: &'a PatchGrid,
     templates: T,
@@ -121,20 +124,20 @@ impl<'a, T: Iterator<Item = &'a [f32]>> WithSimd for Cut<'_, T> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { grid, templates, location, out } = self;
-        // All are copied before any is worked on, so that their samples are on the way from memory together.
+        // Copying all patches first lets their loads from memory overlap.
         for (template, patch) in templates.zip(out.chunks_exact_mut(grid.dim())) {
-            grid.copy_here(template, location, patch);
+            grid.copy_patch(template, location, patch);
         }
         for patch in out.chunks_exact_mut(grid.dim()) {
             if grid.subtract_mean {
                 subtract_mean(patch);
             }
-            normalise_here(patch);
+            normalise_inline(patch);
         }
     }
 }
 
-/// Divides by the L2 norm. A vector without one (all zero) becomes zero.
+/// Divides a vector by its L2 norm. A vector of zeros, or one whose norm is not finite, becomes zero.
 pub fn normalise(vector: &mut [f32]) {
     Instructions::default().dispatch(Normalise(vector));
 }
@@ -146,12 +149,12 @@ impl WithSimd for Normalise<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        normalise_here(self.0);
+        normalise_inline(self.0);
     }
 }
 
 #[inline(always)]
-fn normalise_here(vector: &mut [f32]) {
+fn normalise_inline(vector: &mut [f32]) {
     let norm = dot(vector, vector).sqrt();
     if norm > 0.0 && norm.is_finite() {
         vector.iter_mut().for_each(|v| *v = (f64::from(*v) / norm) as f32);
@@ -176,7 +179,7 @@ impl WithSimd for Similarity<'_> {
     }
 }
 
-/// Subtracts the mean; what remains of a constant vector is rounding noise, and becomes zero.
+/// Subtracts the mean. A constant vector becomes zero, without rounding noise.
 fn subtract_mean(vector: &mut [f32]) {
     let mean = vector.iter().map(|&v| f64::from(v)).sum::<f64>() / vector.len() as f64;
     let largest = vector.iter().fold(0.0f32, |m, v| m.max(v.abs()));

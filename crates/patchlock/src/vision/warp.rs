@@ -1,8 +1,8 @@
 //! The affine warp of a candidate (Sec. 2): bilinear samples of the frame on a square grid.
 //!
-//! A grid of side `n` has the coordinates `-(n-1)/2 .. (n-1)/2` in both directions (for 32: -15.5 .. 15.5). The affine map
-//! `[[m00, m01, x], [m10, m11, y]]` takes grid coordinates `(a, b)` to the frame's pixels. What lies outside the frame
-//! is 0, so a sample between the last pixel and the outside fades to 0 (OpenCV's `BORDER_CONSTANT`).
+//! A grid of side `n` has the coordinates `-(n-1)/2 .. (n-1)/2` in both directions (for 32: -15.5 .. 15.5).
+//! The affine map `[[m00, m01, x], [m10, m11, y]]` takes grid coordinates `(a, b)` to pixels. Pixels outside
+//! the frame are 0, so samples just beyond the last pixel fade to 0 (OpenCV's `BORDER_CONSTANT`).
 
 use crate::numeric::instructions::Instructions;
 use crate::vision::frame::GreyImage;
@@ -11,15 +11,16 @@ use pulp::{Simd, WithSimd};
 /// An affine map from grid coordinates to pixels: two rows of three.
 pub type Affine = [[f64; 3]; 2];
 
-/// Neighbours in a row that are sampled together.
+/// Adjacent samples of a row that are computed together.
 const LANES: usize = 16;
 
-/// Warps the grid of side `side` into `out`, row-major, `side * side` samples. The bits are the same with any instructions.
+/// Warps the grid of side `side` into `out`: row-major, `side * side` samples. The bits are the same with all
+/// instructions.
 pub fn warp(image: &GreyImage, map: &Affine, side: usize, out: &mut [f32]) {
     Instructions::default().dispatch(Warp { image, map, side, out });
 }
 
-/// A warp for the processor at hand.
+/// A warp, compiled for the instructions in use.
 struct Warp<'a> {
     image: &'a GreyImage,
     map: &'a Affine,
@@ -53,35 +54,38 @@ impl WithSimd for Warp<'_> {
     }
 }
 
-/// The map's images of the square's corners `(-half, -half)`, `(half, -half)`, `(half, half)`, `(-half, half)`.
+/// The images of the corners `(-half, -half)`, `(half, -half)`, `(half, half)` and `(-half, half)` of a
+/// square.
 pub fn corners(map: &Affine, half: f64) -> [[f64; 2]; 4] {
     [(-half, -half), (half, -half), (half, half), (-half, half)].map(|(a, b)| {
         [map[0][0] * a + map[0][1] * b + map[0][2], map[1][0] * a + map[1][1] * b + map[1][2]]
     })
 }
 
-/// Neighbours in a row of the grid, the first at `at(0)`.
+/// Samples adjacent positions of a row of the grid; `at` gives each position in pixels.
 #[inline(always)]
 fn sample_lanes(image: &GreyImage, at: impl Fn(usize) -> [f64; 2], out: &mut [f32; LANES]) {
-    // Rounding keeps the order of positions along a row, so where both ends lie inside, all do.
+    // Rounding preserves the order of positions along a row, so if both ends are inside, all are.
     if !(is_inside(image, at(0)) && is_inside(image, at(LANES - 1))) {
         for (lane, sample) in out.iter_mut().enumerate() {
             *sample = sample_anywhere(image, at(lane));
         }
         return;
     }
-    // Each loop but the second becomes wide vectors; the second is bound by its two loads of two neighbours.
+    // All loops but the second compile to vector instructions. The second is limited by its two loads of
+    // pairs.
     let (mut columns, mut rows) = ([0u32; LANES], [0u32; LANES]);
     let (mut fx, mut fy) = ([0.0f32; LANES], [0.0f32; LANES]);
     for lane in 0..LANES {
         let [x, y] = at(lane);
         let (column, row) = (floor(x), floor(y));
-        (columns[lane], rows[lane]) = (whole(column), whole(row));
+        (columns[lane], rows[lane]) = (to_u32(column), to_u32(row));
         (fx[lane], fy[lane]) = ((x - column) as f32, (y - row) as f32);
     }
     let (mut upper, mut lower) = ([[0.0f32; 2]; LANES], [[0.0f32; 2]; LANES]);
     for lane in 0..LANES {
-        // All are there. That the compiler doesn't know keeps it from making gathers of the loop, with which a warp takes twice as long.
+        // Never breaks, since all positions are inside. But without it the compiler would make gathers of
+        // this loop, and a warp would take twice as long.
         let Some(found) = image.neighbours(columns[lane] as usize, rows[lane] as usize) else {
             break;
         };
@@ -94,30 +98,31 @@ fn sample_lanes(image: &GreyImage, at: impl Fn(usize) -> [f64; 2], out: &mut [f3
     }
 }
 
-/// Added to a number from 0 to `2^51`, it rounds it to a whole one, which then are the last bits of the sum.
+/// Adding this to a number from 0 to `2^51` rounds it to an integer, which is in the low bits of the sum.
 const ROUND: f64 = (1u64 << 52) as f64;
 
-/// The floor of a number from 0 to `2^51`. Casts to integers, and `f64::floor` on old processors, would not become vectors.
+/// The floor of a number from 0 to `2^51`. Casts to integers would not compile to vector instructions, nor
+/// would `f64::floor` on old processors.
 #[inline(always)]
 fn floor(x: f64) -> f64 {
     let near = (x + ROUND) - ROUND;
     if near > x { near - 1.0 } else { near }
 }
 
-/// A whole number from 0 to `2^32 - 1` as such.
+/// Converts an integer from 0 to `2^32 - 1`.
 #[inline(always)]
-fn whole(x: f64) -> u32 {
+fn to_u32(x: f64) -> u32 {
     (x + ROUND).to_bits() as u32
 }
 
-/// Whether a sample has all its four neighbours in the frame, and their columns and rows are `u32`.
+/// Whether all four neighbours of a position are in the frame, and their columns and rows fit in `u32`.
 #[inline(always)]
 fn is_inside(image: &GreyImage, [x, y]: [f64; 2]) -> bool {
     let last = |side: usize| side.saturating_sub(1).min(u32::MAX as usize) as f64;
     x >= 0.0 && y >= 0.0 && x < last(image.width()) && y < last(image.height())
 }
 
-/// A sample at any position. Its own code, so that the fast loop around it stays small.
+/// A sample at any position. Not inlined, so that the fast loop around the call stays small.
 #[inline(never)]
 fn sample_anywhere(image: &GreyImage, [x, y]: [f64; 2]) -> f32 {
     let (column, row) = (x.floor(), y.floor());
@@ -148,11 +153,15 @@ mod tests {
     }
 
     proptest! {
-        /// The fast path gives to the bit what the path for any position gives, inside, outside and across the border, with all instructions
-        /// and for every side.
+        /// The fast path and the general one give the same bits inside, outside and across the border, with
+        /// all instructions and for every side.
         #[test]
-        fn inside_and_anywhere_agree(
-            x in -10.0..50.0f64, y in -10.0..40.0f64, s in 0.01..1.2f64, t in -3.0..3.0f64, side in 2usize..36,
+        fn fast_and_general_sampling_agree(
+            x in -10.0..50.0f64,
+            y in -10.0..40.0f64,
+            s in 0.01..1.2f64,
+            t in -3.0..3.0f64,
+            side in 2usize..36,
         ) {
             let image = image(40, 30);
             let map = [[s * t.cos(), -s * t.sin(), x], [s * t.sin(), s * t.cos(), y]];
@@ -169,9 +178,9 @@ mod tests {
             }
         }
 
-        /// Any map, also an absurd one, gives finite samples.
+        /// Any map gives finite samples, even one that no target can have.
         #[test]
-        fn no_map_breaks_it(m in prop::array::uniform6(prop::num::f64::ANY)) {
+        fn any_map_gives_finite_samples(m in prop::array::uniform6(prop::num::f64::ANY)) {
             let mut out = vec![0.0; 64];
             warp(&image(5, 4), &[[m[0], m[1], m[2]], [m[3], m[4], m[5]]], 8, &mut out);
             prop_assume!(m.iter().all(|v| v.abs() < 1e300));

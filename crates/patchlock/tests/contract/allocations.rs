@@ -1,16 +1,16 @@
-//! What the tracker allocates once its buffers have grown: nothing, also on frames where it learns.
+//! The tracker allocates nothing once its buffers have grown, even on frames on which it learns.
 //!
-//! Counted on one thread. Where more threads share the work, `rayon` allocates now and then for its queues of tasks.
+//! Counted on one thread. With several threads, `rayon` occasionally allocates for its task queues.
 
-use crate::film::SIMPLE;
-use crate::methods::{all, as_used};
+use crate::methods::{all, default_settings};
+use crate::sequence::SIMPLE;
 use patchlock::appearance::model::{LookScratch, PatchModel, cut_candidate};
 use patchlock::vision::frame::GreyImage;
 use patchlock::{Estimate, PatchwiseConfig, State, Tracker, TrackerConfig, Visibility};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-/// The system's allocator, with two counters for each thread.
+/// The system's allocator, with two counters per thread.
 struct Counting;
 
 #[global_allocator]
@@ -26,8 +26,8 @@ fn count(calls: u64, bytes: i64) {
     HELD.set(HELD.get() + bytes);
 }
 
-// SAFETY: every call goes to the system's allocator as it came. The counters are plain numbers, made when the program is compiled: touching
-// them neither allocates nor runs a destructor.
+// SAFETY: every call is passed on to the system's allocator unchanged. The counters are plain numbers,
+// initialised at compile time: accessing them neither allocates nor runs a destructor.
 #[allow(unsafe_code)]
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
@@ -35,18 +35,18 @@ unsafe impl GlobalAlloc for Counting {
         unsafe { System.alloc(layout) }
     }
 
-    unsafe fn dealloc(&self, place: *mut u8, layout: Layout) {
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
         count(0, -(layout.size() as i64));
-        unsafe { System.dealloc(place, layout) }
+        unsafe { System.dealloc(pointer, layout) }
     }
 
-    unsafe fn realloc(&self, place: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         count(1, size as i64 - layout.size() as i64);
-        unsafe { System.realloc(place, layout, size) }
+        unsafe { System.realloc(pointer, layout, size) }
     }
 }
 
-/// What one frame did: calls of the allocator, and bytes that are held after it and were not before.
+/// What one frame did: the number of allocations, and the change of the number of bytes held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Counted {
     frame: usize,
@@ -54,7 +54,7 @@ struct Counted {
     held: i64,
 }
 
-/// A tracker that goes over the film forth and back, so that the target never jumps.
+/// A tracker that runs forwards and backwards over the sequence, so that the target never jumps.
 struct Endless {
     tracker: Tracker,
     estimate: Estimate,
@@ -70,27 +70,27 @@ impl Endless {
 
     fn step(&mut self) -> Counted {
         self.frame += 1;
-        let turn = SIMPLE.len() - 1;
-        let place = self.frame % (2 * turn);
-        let frame = SIMPLE.frame(place.min(2 * turn - place));
+        let last = SIMPLE.len() - 1;
+        let position = self.frame % (2 * last);
+        let frame = SIMPLE.frame(position.min(2 * last - position));
         let before = (CALLS.get(), HELD.get());
         self.tracker.update_into(&frame, &mut self.estimate).unwrap();
         Counted { frame: self.frame, calls: CALLS.get() - before.0, held: HELD.get() - before.1 }
     }
 }
 
-/// Runs in a pool of one thread, which then does all the work.
+/// Runs in a pool of one thread, which does all the work.
 fn on_one_thread<T: Send>(run: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(run)
 }
 
 #[test]
 fn no_frame_allocates() {
-    for (config, warm_up) in all().iter().map(|config| as_used(config.method)) {
+    for (config, warm_up) in all().iter().map(|config| default_settings(config.method)) {
         let frames: Vec<Counted> = on_one_thread(|| {
             let mut endless = Endless::new(&config);
             let first = endless.step();
-            assert!(first.calls > 0, "the counter counts: {first:?}");
+            assert!(first.calls > 0, "the first frame must allocate: {first:?}");
             (1..2 * warm_up).map(|_| endless.step()).skip(warm_up - 1).collect()
         });
         for counted in frames {
@@ -99,7 +99,7 @@ fn no_frame_allocates() {
     }
 }
 
-/// Bytes that a tracker holds, looked at every so many frames.
+/// The bytes that a tracker holds, measured every `every` frames.
 fn held(config: &TrackerConfig, count: usize, every: usize) -> Vec<i64> {
     on_one_thread(|| {
         let before = HELD.get();
@@ -116,11 +116,12 @@ fn held(config: &TrackerConfig, count: usize, every: usize) -> Vec<i64> {
 }
 
 #[test]
-fn nothing_grows_with_the_video() {
+fn memory_does_not_grow_with_the_video() {
     for config in all() {
         let held = held(&config, 3000, 100);
         println!("bytes held: {held:?}");
-        // Which candidates are similar decides how far some buffers have to grow: they double a few times at most.
+        // How much some buffers grow depends on which candidates are similar; their capacity doubles a few
+        // times at most.
         let late = &held[held.len() / 2..];
         assert!(late.iter().all(|&bytes| bytes == late[0]), "{held:?}");
     }
@@ -129,7 +130,7 @@ fn nothing_grows_with_the_video() {
 /// `cargo test --release -p patchlock --test contract -- --ignored --nocapture`
 #[test]
 #[ignore = "takes minutes"]
-fn nothing_grows_over_100_000_frames() {
+fn memory_does_not_grow_over_100_000_frames() {
     for config in all() {
         let held = held(&config, 100_000, 1000);
         println!("bytes held every 1000 frames: {held:?}");

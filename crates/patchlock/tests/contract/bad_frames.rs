@@ -1,10 +1,10 @@
-//! Frames of every kind give what they should, or are refused; none breaks anything.
+//! Frames of every kind give correct results or are refused, and no frame corrupts the tracker.
 
-use crate::film::{SIMPLE, bits, numbers};
 use crate::methods::{all, learning_early};
+use crate::sequence::{SIMPLE, bits, numbers};
 use patchlock::{BoundingBox, Error, Estimate, Frame, Tracker, TrackerConfig};
 
-/// The samples of a frame of the scene as grey.
+/// A frame of the scene in grey.
 fn grey(k: usize) -> Vec<u8> {
     let grey = |rgb: &[u8]| {
         let [r, g, b] = [rgb[0], rgb[1], rgb[2]].map(f64::from);
@@ -15,7 +15,7 @@ fn grey(k: usize) -> Vec<u8> {
 
 const COUNT: usize = 16;
 
-/// Tracks frames that were made from the grey ones, with every method.
+/// Tracks frames made from the grey ones, with every method.
 fn track<T>(make: impl Fn(&[u8]) -> Vec<T>, view: impl Fn(&[T]) -> Frame<'_>) -> Vec<Estimate> {
     all().iter().flat_map(|config| track_with(config, &make, &view)).collect()
 }
@@ -45,7 +45,7 @@ fn every_kind_of_sample_gives_the_same_boxes() {
     );
     assert_eq!(bits(&grey8), bits(&grey16));
     assert_eq!(bits(&grey8), bits(&grey32f));
-    // The weights of the colours add to 0.9999.
+    // The weights of the channels sum to 0.9999.
     let rgb8 = track(
         |g| g.iter().flat_map(|&v| [v; 3]).collect::<Vec<u8>>(),
         |s| Frame::rgb8(s, w, h).unwrap(),
@@ -55,8 +55,8 @@ fn every_kind_of_sample_gives_the_same_boxes() {
     }
 }
 
-/// Puts `gap` samples of noise after every row.
-fn widened<T: Copy>(samples: &[T], row: usize, gap: usize, noise: T) -> Vec<T> {
+/// Appends `gap` samples of noise to every row.
+fn with_gaps<T: Copy>(samples: &[T], row: usize, gap: usize, noise: T) -> Vec<T> {
     samples.chunks_exact(row).flat_map(|row| row.iter().copied().chain(vec![noise; gap])).collect()
 }
 
@@ -65,12 +65,12 @@ fn gaps_between_rows_change_nothing() {
     let (w, h) = (SIMPLE.width(), SIMPLE.height());
     let dense = track(<[u8]>::to_vec, |s| Frame::grey8(s, w, h).unwrap());
     let strided = track(
-        |g| widened(g, w, 13, 199),
+        |g| with_gaps(g, w, 13, 199),
         |s| Frame::grey8(s, w, h).and_then(|f| f.with_stride(w + 13)).unwrap(),
     );
     assert_eq!(bits(&dense), bits(&strided));
     let floats = track(
-        |g| widened(&g.iter().map(|&v| f32::from(v) / 255.0).collect::<Vec<_>>(), w, 5, f32::NAN),
+        |g| with_gaps(&g.iter().map(|&v| f32::from(v) / 255.0).collect::<Vec<_>>(), w, 5, f32::NAN),
         |s| Frame::grey32f(s, w, h).and_then(|f| f.with_stride(w + 5)).unwrap(),
     );
     assert_eq!(bits(&dense), bits(&floats));
@@ -79,7 +79,7 @@ fn gaps_between_rows_change_nothing() {
         |s| Frame::rgb8(s, w, h).unwrap(),
     );
     let strided = track(
-        |g| widened(&g.iter().flat_map(|&v| [v; 3]).collect::<Vec<u8>>(), 3 * w, 7, 31),
+        |g| with_gaps(&g.iter().flat_map(|&v| [v; 3]).collect::<Vec<u8>>(), 3 * w, 7, 31),
         |s| Frame::rgb8(s, w, h).and_then(|f| f.with_stride(3 * w + 7)).unwrap(),
     );
     assert_eq!(bits(&colours), bits(&strided));
@@ -118,12 +118,12 @@ fn an_update_needs_a_target() {
         let mut tracker = Tracker::new(config.clone()).unwrap();
         assert_eq!(tracker.update(&SIMPLE.frame(0)), Err(Error::NotInitialised));
         tracker.init(&SIMPLE.frame(0), SIMPLE.truth(0)).unwrap();
-        assert_eq!(SIMPLE.go_on(&mut tracker, 1..5), SIMPLE.track(&config, 0..5));
+        assert_eq!(SIMPLE.resume(&mut tracker, 1..5), SIMPLE.track(&config, 0..5));
     }
 }
 
-/// Tracks one frame again and again.
-fn stare(samples: &[u8], w: usize, h: usize, bbox: BoundingBox, config: &TrackerConfig) {
+/// Tracks the same frame repeatedly and checks that all numbers are finite.
+fn track_one_frame(samples: &[u8], w: usize, h: usize, bbox: BoundingBox, config: &TrackerConfig) {
     let frame = Frame::grey8(samples, w, h).unwrap();
     let mut tracker = Tracker::new(config.clone()).unwrap();
     let first = tracker.init(&frame, bbox).unwrap();
@@ -136,28 +136,28 @@ fn stare(samples: &[u8], w: usize, h: usize, bbox: BoundingBox, config: &Tracker
 }
 
 #[test]
-fn frames_with_nothing_on_them_break_nothing() {
+fn uniform_frames_give_finite_numbers() {
     let bbox = BoundingBox { x: 20.0, y: 10.0, w: 24.0, h: 20.0 };
     for config in all().into_iter().map(learning_early) {
         for subtract_mean in [false, true] {
             let mut config = config.clone();
             config.patchwise.subtract_mean = subtract_mean;
             for grey in [0, 128, 255] {
-                stare(&[grey; 80 * 60], 80, 60, bbox, &config);
+                track_one_frame(&[grey; 80 * 60], 80, 60, bbox, &config);
             }
         }
     }
 }
 
 #[test]
-fn the_smallest_frames_break_nothing() {
+fn the_smallest_frames_give_finite_numbers() {
     let one = BoundingBox { x: 0.0, y: 0.0, w: 1.0, h: 1.0 };
     for config in all() {
-        stare(&[77], 1, 1, one, &config);
-        stare(&[0], 1, 1, one, &config);
-        stare(&[77, 200], 2, 1, one, &config);
-        stare(&[77, 200], 2, 1, BoundingBox { w: 2.0, ..one }, &config);
-        stare(&[200, 3], 1, 2, BoundingBox { h: 2.0, ..one }, &config);
-        stare(&[0, 255], 2, 1, BoundingBox { x: -3.0, y: -3.0, w: 9.0, h: 9.0 }, &config);
+        track_one_frame(&[77], 1, 1, one, &config);
+        track_one_frame(&[0], 1, 1, one, &config);
+        track_one_frame(&[77, 200], 2, 1, one, &config);
+        track_one_frame(&[77, 200], 2, 1, BoundingBox { w: 2.0, ..one }, &config);
+        track_one_frame(&[200, 3], 1, 2, BoundingBox { h: 2.0, ..one }, &config);
+        track_one_frame(&[0, 255], 2, 1, BoundingBox { x: -3.0, y: -3.0, w: 9.0, h: 9.0 }, &config);
     }
 }

@@ -1,7 +1,7 @@
-//! Boxes of every kind work or are refused; none breaks anything.
+//! Boxes of every kind can be tracked or are refused, and no box corrupts the tracker.
 
-use crate::film::{SIMPLE, numbers};
 use crate::methods::{all, learning_early};
+use crate::sequence::{SIMPLE, numbers};
 use patchlock::{BoundingBox, Error, Tracker, TrackerConfig};
 
 fn bbox([x, y, w, h]: [f64; 4]) -> BoundingBox {
@@ -9,14 +9,14 @@ fn bbox([x, y, w, h]: [f64; 4]) -> BoundingBox {
 }
 
 #[test]
-fn boxes_that_are_none_are_refused_and_change_nothing() {
+fn invalid_boxes_are_refused_and_change_nothing() {
     all().iter().for_each(refuse_boxes);
 }
 
 fn refuse_boxes(config: &TrackerConfig) {
     let undisturbed = SIMPLE.track(config, 0..5);
     let mut tracker = SIMPLE.begin(config, 0);
-    let no_shape = [
+    let bad_shapes = [
         [70.0, 70.0, 0.0, 40.0],
         [70.0, 70.0, 40.0, 0.0],
         [70.0, 70.0, -40.0, 40.0],
@@ -28,9 +28,9 @@ fn refuse_boxes(config: &TrackerConfig) {
         [70.0, 70.0, 40.0, f64::INFINITY],
         [0.0, 0.0, 1e300, 10.0],
     ];
-    for no_box in no_shape {
-        let error = tracker.init(&SIMPLE.frame(0), bbox(no_box)).unwrap_err();
-        assert!(matches!(error, Error::BoxShape { .. }), "{no_box:?}: {error}");
+    for bad in bad_shapes {
+        let error = tracker.init(&SIMPLE.frame(0), bbox(bad)).unwrap_err();
+        assert!(matches!(error, Error::BoxShape { .. }), "{bad:?}: {error}");
     }
     for outside in [
         [-48.0, 70.0, 48.0, 40.0],
@@ -42,11 +42,11 @@ fn refuse_boxes(config: &TrackerConfig) {
         let error = tracker.reinit(&SIMPLE.frame(0), bbox(outside)).unwrap_err();
         assert!(matches!(error, Error::BoxOutside { .. }), "{outside:?}: {error}");
     }
-    assert_eq!(SIMPLE.go_on(&mut tracker, 1..5), undisturbed);
+    assert_eq!(SIMPLE.resume(&mut tracker, 1..5), undisturbed);
 }
 
 #[test]
-fn boxes_of_any_shape_and_place_can_be_tracked() {
+fn boxes_of_any_shape_and_position_can_be_tracked() {
     let boxes = [
         [80.0, 80.0, 1.0, 1.0],
         [80.0, 60.0, 2.0, 80.0],
@@ -69,7 +69,7 @@ fn boxes_of_any_shape_and_place_can_be_tracked() {
             for (got, want) in [got.x, got.y, got.w, got.h].iter().zip(numbers_of_box) {
                 assert!((got - want).abs() < 1e-9 * want.abs().max(1.0), "{got} {want}");
             }
-            for estimate in SIMPLE.go_on(&mut tracker, 1..9) {
+            for estimate in SIMPLE.resume(&mut tracker, 1..9) {
                 let all = numbers(&estimate);
                 assert!(all.iter().all(|v| v.is_finite()), "{numbers_of_box:?}: {all:?}");
                 assert!(estimate.bbox.w > 0.0 && estimate.bbox.h > 0.0);
@@ -79,19 +79,19 @@ fn boxes_of_any_shape_and_place_can_be_tracked() {
     }
 }
 
-/// Nothing of an earlier frame or another target may stand in for what cannot be seen.
+/// Data of an earlier frame or another target must not replace what is outside the frame.
 #[test]
-fn a_target_outside_the_frame_is_the_same_whatever_was_tracked_before() {
+fn a_target_outside_the_frame_does_not_depend_on_what_was_tracked_before() {
     let outside = bbox([-30.0, 60.0, 31.0, 40.0]);
     for config in all() {
         let mut tracker = SIMPLE.begin(&config, 0);
-        SIMPLE.go_on(&mut tracker, 1..4);
+        SIMPLE.resume(&mut tracker, 1..4);
         let mut fresh = Tracker::new(config).unwrap();
         let begun = fresh.init(&SIMPLE.frame(0), outside).unwrap();
         assert_eq!(tracker.reinit(&SIMPLE.frame(0), outside).unwrap(), begun);
         let mut restored = Tracker::restore(tracker.snapshot()).unwrap();
-        let later = SIMPLE.go_on(&mut tracker, 1..9);
-        assert_eq!(SIMPLE.go_on(&mut fresh, 1..9), later);
-        assert_eq!(SIMPLE.go_on(&mut restored, 1..9), later);
+        let later = SIMPLE.resume(&mut tracker, 1..9);
+        assert_eq!(SIMPLE.resume(&mut fresh, 1..9), later);
+        assert_eq!(SIMPLE.resume(&mut restored, 1..9), later);
     }
 }

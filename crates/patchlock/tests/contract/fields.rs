@@ -1,6 +1,6 @@
-//! No field of the configuration is dead, and none takes a value outside its range.
+//! Every field of the configuration has an effect, and none accepts a value outside its range.
 
-use crate::film::OCCLUDED;
+use crate::sequence::OCCLUDED;
 use patchlock::{
     Error, Estimate, FrameView, PARAMETERS, PRESETS, Parameter, PatchwiseConfig, Range, Tracker,
     TrackerConfig,
@@ -10,7 +10,7 @@ use serde::de::value::{Error as ValueError, MapDeserializer};
 use serde_json::{Map, Value, json};
 use std::collections::HashMap;
 
-/// The settings of a case by name, without their groups: no two groups have the same name.
+/// Settings by name, without their groups: names are unique across groups.
 type Fields = Map<String, Value>;
 
 fn fields(value: Value) -> Fields {
@@ -21,7 +21,7 @@ fn config(given: &Fields) -> TrackerConfig {
     serde_json::from_value(grouped(given)).unwrap()
 }
 
-/// The settings in their groups.
+/// The settings sorted into their groups.
 fn grouped(given: &Fields) -> Value {
     let mut table = Map::new();
     for (name, value) in given {
@@ -52,7 +52,7 @@ fn default_of(parameter: &Parameter) -> Value {
     }
 }
 
-/// Small and restless, so that all that the tracker does happens within a few frames.
+/// Few particles and frequent updates, so that every kind of step occurs within a few frames.
 fn base() -> Fields {
     fields(json!({
         "particles": 25, "small_step": 8, "templates": 6,
@@ -60,7 +60,7 @@ fn base() -> Fields {
     }))
 }
 
-/// Tracks past the tree. Gives the estimates, and all that an observer sees.
+/// Tracks past the tree; returns the estimates and everything that an observer sees.
 fn track(given: &Fields) -> Vec<(Estimate, String)> {
     let mut tracker = OCCLUDED.begin(&config(given), 16);
     let step = |k| {
@@ -72,7 +72,7 @@ fn track(given: &Fields) -> Vec<(Estimate, String)> {
     (17..34).map(step).collect()
 }
 
-/// For each number another value.
+/// A different value for each numeric field.
 fn other_numbers() -> Vec<(&'static str, Value)> {
     vec![
         ("seed", json!(1)),
@@ -109,7 +109,7 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
     ]
 }
 
-/// Every other value of a field that this test tries.
+/// The values of a field, other than its default, that this test tries.
 fn others(parameter: &Parameter) -> Vec<Value> {
     let default = default_of(parameter);
     match parameter.range {
@@ -120,14 +120,14 @@ fn others(parameter: &Parameter) -> Vec<Value> {
         Range::Number { .. } => {
             let name = parameter.name;
             let row = other_numbers().into_iter().find(|(field, _)| *field == name);
-            vec![row.unwrap_or_else(|| panic!("the table has no other value for `{name}`")).1]
+            vec![row.unwrap_or_else(|| panic!("other_numbers() has no value for `{name}`")).1]
         }
     }
 }
 
 #[test]
 fn every_field_matters() {
-    let mut dead = Vec::new();
+    let mut without_effect = Vec::new();
     let mut tracked: HashMap<String, Vec<(Estimate, String)>> = HashMap::new();
     for parameter in PARAMETERS {
         for value in others(parameter) {
@@ -136,11 +136,11 @@ fn every_field_matters() {
             let before = tracked.entry(key).or_insert_with(|| track(&given)).clone();
             given.insert(parameter.name.to_owned(), value.clone());
             if track(&given) == before {
-                dead.push(format!("{} = {value}", parameter.name));
+                without_effect.push(format!("{} = {value}", parameter.name));
             }
         }
     }
-    assert!(dead.is_empty(), "these change nothing: {dead:?}");
+    assert!(without_effect.is_empty(), "these fields have no effect: {without_effect:?}");
 }
 
 #[test]
@@ -159,11 +159,11 @@ fn the_table_of_parameters_is_the_configuration() {
     rows.sort_unstable();
     assert_eq!(fields, rows);
     for (name, _) in other_numbers() {
-        assert!(rows.iter().any(|(_, row)| row == name), "{name} is no field");
+        assert!(rows.iter().any(|(_, row)| row == name), "{name} is not a field");
     }
 }
 
-/// So that a setting can be named without its group.
+/// Allows a setting to be named without its group.
 #[test]
 fn no_two_fields_have_the_same_name() {
     for (k, row) in PARAMETERS.iter().enumerate() {
@@ -172,13 +172,13 @@ fn no_two_fields_have_the_same_name() {
     }
 }
 
-/// The refusal must name field, value and range.
+/// The error must name field, value and range.
 fn check_refusal(config: TrackerConfig, name: &str, value: &str, range: Range) {
     let error = Tracker::new(config).unwrap_err();
     assert!(matches!(error, Error::Config { field, .. } if field == name), "{name}: {error}");
-    let said = error.to_string();
+    let message = error.to_string();
     let parts = [name.to_owned(), value.to_owned(), range.to_string()];
-    assert!(parts.iter().all(|part| said.contains(part)), "{name} = {value}: {said}");
+    assert!(parts.iter().all(|part| message.contains(part)), "{name} = {value}: {message}");
 }
 
 #[test]
@@ -192,7 +192,7 @@ fn a_number_outside_its_range_is_refused() {
                 check_refusal(config, name, &format!("{value:?}"), parameter.range);
             }
             for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-                // JSON has no word for these.
+                // JSON cannot represent these values.
                 let map = MapDeserializer::<_, ValueError>::new([(name, value)].into_iter());
                 let patchwise = PatchwiseConfig::deserialize(map).unwrap();
                 let config = TrackerConfig { patchwise, ..TrackerConfig::default() };
@@ -221,10 +221,14 @@ fn a_number_outside_its_range_is_refused() {
 #[test]
 fn an_unknown_word_or_field_is_refused() {
     for parameter in PARAMETERS {
-        let said = parse(parameter.name, json!("sideways")).unwrap_err().to_string();
-        assert!(said.contains("sideways"), "{}: {said}", parameter.name);
+        let message = parse(parameter.name, json!("sideways")).unwrap_err().to_string();
+        assert!(message.contains("sideways"), "{}: {message}", parameter.name);
         if let Range::Words(words) = parameter.range {
-            assert!(words.iter().all(|word| said.contains(word)), "{}: {said}", parameter.name);
+            assert!(
+                words.iter().all(|word| message.contains(word)),
+                "{}: {message}",
+                parameter.name
+            );
         }
     }
     for unknown in [json!({ "particels": 5 }), json!({ "patchwise": { "particels": 5 } })] {
@@ -261,7 +265,7 @@ fn presets_have_names() {
     assert!(error.contains("papper") && error.contains("paper, fast"), "{error}");
 }
 
-/// Settings of version 0.1 have no groups, and may hold options that no longer exist.
+/// Settings of version 0.1 have no groups and may contain options that no longer exist.
 #[test]
 fn settings_of_version_0_1_are_read() {
     let read = |value: Value| serde_json::from_value::<TrackerConfig>(value);

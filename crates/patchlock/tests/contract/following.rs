@@ -1,16 +1,18 @@
-//! It follows its target.
+//! The tracker follows its target.
 
-use crate::film::{Film, OCCLUDED, SIMPLE};
 use crate::methods::{all, following};
+use crate::sequence::{OCCLUDED, SIMPLE, Sequence};
 use patchlock::{Estimate, TrackerConfig};
 use patchlock_scene::{Post, Scene, SceneConfig};
 use std::ops::Range;
 
-/// Mean and smallest overlap with the truth.
-fn overlaps(film: &Film, config: &TrackerConfig, frames: Range<usize>) -> (f64, f64) {
-    let estimates = film.track(config, frames.clone());
-    let overlaps: Vec<f64> =
-        (frames.start + 1..).zip(&estimates).map(|(k, e)| e.bbox.overlap(&film.truth(k))).collect();
+/// Mean and smallest overlap with the ground truth.
+fn overlaps(sequence: &Sequence, config: &TrackerConfig, frames: Range<usize>) -> (f64, f64) {
+    let estimates = sequence.track(config, frames.clone());
+    let overlaps: Vec<f64> = (frames.start + 1..)
+        .zip(&estimates)
+        .map(|(k, e)| e.bbox.overlap(&sequence.truth(k)))
+        .collect();
     let mean = overlaps.iter().sum::<f64>() / overlaps.len() as f64;
     (mean, overlaps.into_iter().fold(1.0, f64::min))
 }
@@ -26,11 +28,11 @@ fn it_follows_a_simple_target() {
 #[test]
 fn it_follows_a_target_behind_a_thin_tree() {
     let post = Some(Post { centre_x: 120.0, width: 12.0 });
-    let film = Film::new(Scene::new(SceneConfig { post, ..SceneConfig::occluded() }));
+    let sequence = Sequence::new(Scene::new(SceneConfig { post, ..SceneConfig::occluded() }));
     for config in all().into_iter().map(following) {
         for seed in [1, 2, 3] {
             let config = TrackerConfig { seed, ..config.clone() };
-            let (mean, worst) = overlaps(&film, &config, 14..46);
+            let (mean, worst) = overlaps(&sequence, &config, 14..46);
             assert!(mean > 0.85 && worst > 0.7, "seed {seed}: mean overlap {mean}, worst {worst}");
         }
     }

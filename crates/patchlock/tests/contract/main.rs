@@ -1,13 +1,13 @@
-//! What every tracker must keep, whatever its method: each test runs over [`methods::all`], so that a further
-//! method is held to all of this as soon as it is listed there.
+//! Requirements for every tracking method. Each test runs over [`methods::all`], so a new method is tested as
+//! soon as it is listed there.
 
 mod allocations;
 mod bad_frames;
 mod boxes;
 mod fields;
-mod film;
 mod following;
 mod methods;
 mod multi;
 mod same_boxes;
+mod sequence;
 mod snapshot;

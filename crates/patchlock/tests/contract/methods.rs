@@ -2,7 +2,7 @@
 
 use patchlock::{Method, TrackerConfig};
 
-/// Every method, in a setting in which a frame takes milliseconds and everything happens that ever does.
+/// Every method, with settings that take milliseconds per frame and still exercise everything.
 pub fn all() -> Vec<TrackerConfig> {
     vec![patchwise()]
 }
@@ -25,7 +25,7 @@ pub fn learning_early(mut config: TrackerConfig) -> TrackerConfig {
     config
 }
 
-/// A setting good enough to follow a target, in which a test takes seconds.
+/// Settings that are good enough to follow a target; a test takes seconds.
 pub fn following(mut config: TrackerConfig) -> TrackerConfig {
     match config.method {
         Method::Patchwise => {
@@ -35,9 +35,9 @@ pub fn following(mut config: TrackerConfig) -> TrackerConfig {
     config
 }
 
-/// The setting that users run, and the number of frames after which each of its buffers has grown and each learning
-/// step has happened.
-pub fn as_used(method: Method) -> (TrackerConfig, usize) {
+/// The default settings, and the number of frames after which all buffers have grown and every learning step
+/// has occurred.
+pub fn default_settings(method: Method) -> (TrackerConfig, usize) {
     match method {
         Method::Patchwise => (TrackerConfig::preset("paper").unwrap(), 60),
     }

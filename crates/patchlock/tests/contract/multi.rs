@@ -1,14 +1,14 @@
-//! Many targets at once are tracked as by trackers of their own.
+//! Many targets tracked together get the same boxes as with separate trackers.
 
-use crate::film::{SIMPLE, bits};
 use crate::methods::all;
+use crate::sequence::{SIMPLE, bits};
 use patchlock::{
     BoundingBox, Error, Estimate, Frame, MultiSnapshot, MultiTracker, TargetId, Tracker,
     TrackerConfig,
 };
 use std::collections::BTreeMap;
 
-/// The card, and pieces of the backdrop.
+/// The boxes of the card and of parts of the background.
 fn boxes(count: usize) -> Vec<BoundingBox> {
     let card = SIMPLE.truth(0);
     let piece = |k: usize| BoundingBox {
@@ -20,7 +20,7 @@ fn boxes(count: usize) -> Vec<BoundingBox> {
     std::iter::once(card).chain((1..count).map(piece)).collect()
 }
 
-/// Estimates of each target, frame after frame.
+/// The estimates of each target, in the order of frames.
 type Tracks = BTreeMap<u64, Vec<Estimate>>;
 
 fn keep(tracks: &mut Tracks, estimates: Vec<(TargetId, Estimate)>) {
@@ -29,8 +29,9 @@ fn keep(tracks: &mut Tracks, estimates: Vec<(TargetId, Estimate)>) {
     }
 }
 
-/// The tracks of targets of which the k-th begins on frame k and the second leaves before frame 6.
-fn coming_and_going(config: &TrackerConfig, threads: usize, count: usize, frames: usize) -> Tracks {
+/// Tracks targets together. Target k is added on frame k (counted from 0), and the second one is removed
+/// before frame 6.
+fn track_together(config: &TrackerConfig, threads: usize, count: usize, frames: usize) -> Tracks {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let mut tracker = MultiTracker::new(config.clone()).unwrap();
     let mut tracks = Tracks::new();
@@ -48,25 +49,25 @@ fn coming_and_going(config: &TrackerConfig, threads: usize, count: usize, frames
     tracks
 }
 
-/// The same with a tracker for each.
-fn one_by_one(config: &TrackerConfig, count: usize, frames: usize) -> Tracks {
+/// The same with one tracker per target.
+fn track_separately(config: &TrackerConfig, count: usize, frames: usize) -> Tracks {
     let track = |(k, &bbox): (usize, &BoundingBox)| {
         let mut tracker = Tracker::new(config.clone()).unwrap();
         let first = tracker.init(&SIMPLE.frame(k), bbox).unwrap();
         let end = if k == 1 { 6 } else { frames };
-        let rest = SIMPLE.go_on(&mut tracker, k + 1..end);
+        let rest = SIMPLE.resume(&mut tracker, k + 1..end);
         (k as u64 + 1, std::iter::once(first).chain(rest).collect())
     };
     boxes(count).iter().enumerate().map(track).collect()
 }
 
 #[test]
-fn the_boxes_are_those_of_trackers_of_their_own() {
+fn the_boxes_are_those_of_separate_trackers() {
     for config in all() {
         for count in [1, 2, 7] {
-            let alone = one_by_one(&config, count, 14);
+            let alone = track_separately(&config, count, 14);
             for threads in [1, 2, 5] {
-                let together = coming_and_going(&config, threads, count.max(2), 14);
+                let together = track_together(&config, threads, count.max(2), 14);
                 for (id, alone) in &alone {
                     let name = format!("{id} of {count}, {threads} threads");
                     assert_eq!(bits(alone), bits(&together[id]), "{name}");
@@ -79,10 +80,10 @@ fn the_boxes_are_those_of_trackers_of_their_own() {
 
 #[test]
 fn a_target_that_begins_again_keeps_its_id_and_leaves_the_others_alone() {
-    all().into_iter().for_each(begin_again);
+    all().into_iter().for_each(check_reinit);
 }
 
-fn begin_again(config: TrackerConfig) {
+fn check_reinit(config: TrackerConfig) {
     let mut tracker = MultiTracker::new(config.clone()).unwrap();
     let all = boxes(2);
     let ids: Vec<_> =
@@ -104,11 +105,11 @@ fn begin_again(config: TrackerConfig) {
 }
 
 #[test]
-fn ids_are_never_given_twice() {
-    all().into_iter().for_each(give_ids);
+fn ids_are_never_reused() {
+    all().into_iter().for_each(check_ids);
 }
 
-fn give_ids(config: TrackerConfig) {
+fn check_ids(config: TrackerConfig) {
     let mut tracker = MultiTracker::new(config).unwrap();
     let (frame, bbox) = (SIMPLE.frame(0), SIMPLE.truth(0));
     let (first, _) = tracker.add(&frame, bbox).unwrap();
@@ -117,20 +118,20 @@ fn give_ids(config: TrackerConfig) {
     let (second, _) = tracker.add(&frame, bbox).unwrap();
     assert_eq!((first.to_string(), second.to_string()), ("1".to_string(), "2".to_string()));
     for missing in [tracker.remove(first), tracker.reinit(first, &frame, bbox).map(drop)] {
-        let said = missing.unwrap_err().to_string();
-        assert_eq!(said, "there is no target 1; there is: 2");
+        let message = missing.unwrap_err().to_string();
+        assert_eq!(message, "there is no target 1; there is: 2");
     }
     tracker.remove(second).unwrap();
-    let said = tracker.remove(second).unwrap_err().to_string();
-    assert_eq!(said, "there is no target 2; there is: none");
+    let message = tracker.remove(second).unwrap_err().to_string();
+    assert_eq!(message, "there is no target 2; there is: none");
 }
 
 #[test]
-fn what_goes_wrong_changes_nothing() {
-    all().into_iter().for_each(go_wrong);
+fn failed_calls_change_nothing() {
+    all().into_iter().for_each(check_failed_calls);
 }
 
-fn go_wrong(config: TrackerConfig) {
+fn check_failed_calls(config: TrackerConfig) {
     let mut tracker = MultiTracker::new(config).unwrap();
     let (id, _) = tracker.add(&SIMPLE.frame(0), SIMPLE.truth(0)).unwrap();
     let before = tracker.snapshot();
@@ -144,12 +145,12 @@ fn go_wrong(config: TrackerConfig) {
     assert!(matches!(tracker.add(&frame, outside), Err(Error::BoxOutside { .. })));
     assert!(matches!(tracker.reinit(id, &frame, outside), Err(Error::BoxOutside { .. })));
     assert_eq!(tracker.snapshot(), before);
-    // Without targets any size will do.
+    // Without targets, any frame size is accepted.
     tracker.remove(id).unwrap();
     tracker.add(&other, bbox).unwrap();
 }
 
-/// A tracker with three targets, one of them gone, saved as text.
+/// A tracker with three targets, one of which has been removed, and its snapshot as text.
 fn saved(config: TrackerConfig) -> (MultiTracker, String) {
     let mut tracker = MultiTracker::new(config).unwrap();
     let ids: Vec<_> =
@@ -166,7 +167,7 @@ fn restore(text: &str) -> Result<MultiTracker, String> {
 }
 
 #[test]
-fn a_restored_tracker_goes_on_to_the_same_boxes() {
+fn a_restored_tracker_continues_with_the_same_boxes() {
     for config in all() {
         let (mut tracker, text) = saved(config);
         let mut restored = restore(&text).unwrap();
@@ -197,9 +198,10 @@ fn a_damaged_snapshot_is_refused() {
             (text.replacen(r#""width":240"#, r#""width":0"#, 1), "frame size is 0"),
         ];
         for (k, (damaged, words)) in damaged.iter().enumerate() {
-            assert_ne!(damaged, &text, "damage {k} does nothing");
-            let said = restore(damaged).err().unwrap_or_else(|| panic!("damage {k} was taken"));
-            assert!(said.contains(words), "{said}");
+            assert_ne!(damaged, &text, "damage {k} changes nothing");
+            let message =
+                restore(damaged).err().unwrap_or_else(|| panic!("damage {k} was accepted"));
+            assert!(message.contains(words), "{message}");
         }
     }
 }

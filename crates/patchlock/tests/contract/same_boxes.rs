@@ -1,7 +1,7 @@
-//! The same seed gives the same boxes, bit for bit, whatever else is different.
+//! The same seed gives the same boxes, bit for bit, whatever else changes.
 
-use crate::film::{OCCLUDED, SIMPLE, bits};
 use crate::methods::{all, learning_early, patchwise};
+use crate::sequence::{OCCLUDED, SIMPLE, bits};
 use patchlock::{Estimate, FrameView, Gamma, Scales, TrackerConfig};
 
 const FRAMES: std::ops::Range<usize> = 0..24;
@@ -20,7 +20,7 @@ fn on_any_number_of_threads() {
             assert_eq!(bits(&one), bits(&more), "{count} threads");
             assert_eq!(one, more);
         }
-        // In no pool of its own.
+        // In the global thread pool.
         assert_eq!(one, SIMPLE.track(&config, FRAMES));
     }
 }
@@ -41,8 +41,7 @@ fn with_an_observer() {
     }
 }
 
-/// With every choice that bears on which candidates are pruned, more candidates than a block holds, and frames on
-/// which everything learns.
+/// With every setting that affects pruning, more candidates than a block holds, and frequent learning.
 #[test]
 fn with_an_observer_whatever_is_pruned() {
     let mut base = learning_early(patchwise());
@@ -71,7 +70,7 @@ fn observe_same_boxes(config: &TrackerConfig) {
 }
 
 #[test]
-fn twice_but_not_with_another_seed() {
+fn on_a_second_run_but_not_with_another_seed() {
     for config in all() {
         let first = SIMPLE.track(&config, FRAMES);
         assert_eq!(bits(&first), bits(&SIMPLE.track(&config, FRAMES)));
@@ -81,15 +80,15 @@ fn twice_but_not_with_another_seed() {
 }
 
 #[test]
-fn after_beginning_again_at_any_time() {
+fn after_reinit_at_any_time() {
     for config in all() {
         let mut fresh = SIMPLE.begin(&config, 5);
-        let fresh = SIMPLE.go_on(&mut fresh, 6..20);
+        let fresh = SIMPLE.resume(&mut fresh, 6..20);
         for tracked in [0, 1, 4, 13] {
             let mut tracker = SIMPLE.begin(&config, 0);
-            SIMPLE.go_on(&mut tracker, 1..1 + tracked);
+            SIMPLE.resume(&mut tracker, 1..1 + tracked);
             tracker.reinit(&SIMPLE.frame(5), SIMPLE.truth(5)).unwrap();
-            let again = SIMPLE.go_on(&mut tracker, 6..20);
+            let again = SIMPLE.resume(&mut tracker, 6..20);
             assert_eq!(bits(&again), bits(&fresh), "after {tracked}");
             assert_eq!(again, fresh);
         }

@@ -1,13 +1,13 @@
-//! A saved tracker goes on to the same boxes; a damaged one is refused.
+//! A restored tracker continues with the same boxes; a damaged snapshot is refused.
 
-use crate::film::{SIMPLE, bits};
 use crate::methods::all;
+use crate::sequence::{SIMPLE, bits};
 use patchlock::{Error, Snapshot, Tracker, TrackerConfig};
 
-/// The tracker after these many frames.
+/// A tracker after this many frames.
 fn after(frames: usize, config: &TrackerConfig) -> Tracker {
     let mut tracker = SIMPLE.begin(config, 0);
-    SIMPLE.go_on(&mut tracker, 1..1 + frames);
+    SIMPLE.resume(&mut tracker, 1..1 + frames);
     tracker
 }
 
@@ -21,18 +21,18 @@ fn restore(text: &str) -> Result<Tracker, String> {
 }
 
 #[test]
-fn a_restored_tracker_goes_on_to_the_same_boxes() {
+fn a_restored_tracker_continues_with_the_same_boxes() {
     for config in all() {
-        // Before the first frame, at an update, between updates.
+        // Before the first frame, on an update, and between updates.
         for frames in [0, 1, 4, 9, 10, 13] {
             let mut tracker = after(frames, &config);
             let snapshot: Snapshot = serde_json::from_str(&text(&tracker)).unwrap();
             assert_eq!(snapshot, tracker.snapshot());
             let mut restored = Tracker::restore(snapshot).unwrap();
             assert_eq!(restored.config(), tracker.config());
-            let goes_on = 1 + frames..16 + frames;
-            let a = SIMPLE.go_on(&mut tracker, goes_on.clone());
-            let b = SIMPLE.go_on(&mut restored, goes_on);
+            let frames_after = 1 + frames..16 + frames;
+            let a = SIMPLE.resume(&mut tracker, frames_after.clone());
+            let b = SIMPLE.resume(&mut restored, frames_after);
             assert_eq!(bits(&a), bits(&b), "saved after {frames}");
             assert_eq!(a, b);
         }
@@ -47,12 +47,12 @@ fn a_snapshot_without_a_target_waits_for_one() {
         assert_eq!(restored.update(&SIMPLE.frame(0)), Err(Error::NotInitialised));
         restored.init(&SIMPLE.frame(0), SIMPLE.truth(0)).unwrap();
         let fresh = SIMPLE.track(&config, 0..6);
-        assert_eq!(SIMPLE.go_on(&mut restored, 1..6), fresh);
+        assert_eq!(SIMPLE.resume(&mut restored, 1..6), fresh);
     }
 }
 
 #[test]
-fn a_restored_tracker_wants_frames_of_the_same_size() {
+fn a_restored_tracker_needs_frames_of_the_same_size() {
     for config in all() {
         let mut restored = restore(&text(&after(3, &config))).unwrap();
         let other = [0; 12];
@@ -81,10 +81,10 @@ fn a_damaged_snapshot_is_refused() {
         for (from, to, words) in damaged {
             let text = good.replacen(&from, to, 1);
             assert_ne!(text, good, "there is no {from}");
-            let said = restore(&text).err().unwrap_or_else(|| panic!("{to} was taken"));
-            assert!(said.contains(words), "{to}: {said}");
+            let message = restore(&text).err().unwrap_or_else(|| panic!("{to} was accepted"));
+            assert!(message.contains(words), "{to}: {message}");
         }
-        // Cut off anywhere.
+        // Truncated snapshots.
         for share in 1..10 {
             assert!(restore(&good[..good.len() * share / 10]).is_err());
         }

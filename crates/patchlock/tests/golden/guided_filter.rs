@@ -1,4 +1,4 @@
-//! The guided filter against its definition, window by window.
+//! Compares the guided filter with its definition, window by window.
 
 use crate::{difference, golden};
 use patchlock::vision::guided_filter::GuidedFilter;
@@ -21,7 +21,7 @@ struct Case {
 }
 
 #[test]
-fn it_is_the_definition() {
+fn the_filter_matches_its_definition() {
     let file: File = golden("guided_filter.json");
     assert_eq!(file.cases.len(), 7);
     let mut filter = GuidedFilter::default();

@@ -1,4 +1,4 @@
-//! The reconstruction with trivial templates against scikit-learn and SPAMS.
+//! Compares the reconstruction with trivial templates with scikit-learn and SPAMS.
 
 use crate::{difference, golden};
 use nalgebra::{DMatrix, DVector};
@@ -23,7 +23,7 @@ struct Case {
 }
 
 #[test]
-fn it_is_the_lasso_over_basis_and_trivial_templates() {
+fn the_code_is_the_lasso_over_basis_and_trivial_templates() {
     let file: File = golden("lasso.json");
     assert_eq!(file.cases.len(), 6);
     for case in &file.cases {

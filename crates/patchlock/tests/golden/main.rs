@@ -1,4 +1,4 @@
-//! The parts of the tracker against other people's programs: the files beside this one were made by `tools/oracles`.
+//! Compares parts of the tracker with other programs. `tools/oracles` wrote the files in this folder.
 
 mod guided_filter;
 mod lasso;

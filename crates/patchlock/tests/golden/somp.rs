@@ -1,4 +1,4 @@
-//! Joint sparse codes against SPAMS, and against the oracle's reference where SPAMS itself goes wrong.
+//! Compares joint sparse codes with SPAMS, and with the oracle's reference where SPAMS itself fails.
 
 use crate::solvers::{RULES, Solver, Span, energy, indices};
 use crate::{golden, read};
@@ -8,7 +8,7 @@ use patchlock::vision::patches::PatchGrid;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-/// A choice is clear where the best atom was ahead of the second by at least this share.
+/// A choice is clear if the best score exceeds the second by at least this share.
 const CLEAR: f64 = 1e-9;
 
 #[derive(Deserialize)]
@@ -82,7 +82,7 @@ fn is_clear(margin: Option<f64>) -> bool {
     margin.is_some_and(|margin| margin >= CLEAR)
 }
 
-/// One problem, in the form that our solvers take: the files list the candidate first, and then the buffer.
+/// One problem in the form that our solvers expect. The files list the candidate first, then the buffer.
 struct Problem<'a> {
     name: String,
     dictionary: &'a Dictionary,
@@ -90,7 +90,7 @@ struct Problem<'a> {
     shared: Vec<f32>,
 }
 
-/// How many problems were compared, and how many of them by their energies alone.
+/// How many problems were compared, and how many of them only by their energies.
 #[derive(Debug, Default, PartialEq)]
 struct Counts {
     agree: usize,
@@ -109,11 +109,11 @@ impl Problem<'_> {
         [self.candidate.as_slice()]
             .into_iter()
             .chain(shared)
-            .map(|s| energy(&span.rest(s)))
+            .map(|s| energy(&span.residual(s)))
             .collect()
     }
 
-    /// Both solvers against the reference, which is SPAMS' answer too, unless SPAMS went wrong.
+    /// Compares both solvers with the reference, which is also SPAMS' answer unless SPAMS failed.
     fn check(&self, answers: &Answers, limit: usize, counts: &mut Counts) {
         let rules = CodeRules { atoms: limit, ..RULES };
         for solver in Solver::ALL {
@@ -149,7 +149,7 @@ impl Problem<'_> {
         counts.agree += 1;
     }
 
-    /// What SPAMS answers here is not what our solvers answer.
+    /// SPAMS' answer must differ from that of our solvers.
     fn check_degenerate(&self, answers: &Answers, limit: usize, counts: &mut Counts) {
         self.check(answers, limit, counts);
         let sorted = |mut atoms: Vec<usize>| {
@@ -190,7 +190,7 @@ impl File {
         Dictionary::new(grid.dim(), grid.locations(), atoms)
     }
 
-    /// Compares all problems that are made of the file's images.
+    /// Compares all problems made from the file's images.
     fn check_scenes(&self) -> Counts {
         let mut counts = Counts::default();
         for (index, setting) in self.settings.iter().enumerate() {
@@ -225,7 +225,7 @@ impl File {
 }
 
 impl RandomProblem {
-    /// Hands over the problem. Its atoms have no locations.
+    /// Calls `use_it` with the problem. Its atoms have no locations.
     fn with<T>(&self, use_it: impl FnOnce(Problem<'_>) -> T) -> T {
         let dictionary = Dictionary::new(16, 1, self.dictionary.concat());
         use_it(Problem {
@@ -238,14 +238,14 @@ impl RandomProblem {
 }
 
 #[test]
-fn codes_of_rendered_scenes_are_those_of_spams() {
+fn codes_of_rendered_scenes_match_spams() {
     let counts = golden::<File>("somp.json").check_scenes();
-    // Where templates repeat, equal atoms tie.
+    // Atoms tie where templates are repeated.
     assert_eq!(counts, Counts { agree: 80, degenerate: 15, unclear: 13 });
 }
 
 #[test]
-fn codes_of_random_problems_are_those_of_spams() {
+fn codes_of_random_problems_match_spams() {
     let file: File = golden("somp.json");
     let random = file.random.as_ref().unwrap();
     let mut counts = Counts::default();
@@ -258,9 +258,9 @@ fn codes_of_random_problems_are_those_of_spams() {
     assert_eq!(counts, Counts { agree: 14, degenerate: 3, unclear: 3 });
 }
 
-/// `tools/oracles/somp_real.py` writes such a file from real frames, which are not ours to store.
+/// `tools/oracles/somp_real.py` writes such a file from real frames, which we may not distribute.
 #[test]
-fn codes_of_real_frames_are_those_of_spams() {
+fn codes_of_real_frames_match_spams() {
     let Some(path) = std::env::var_os("PATCHLOCK_SOMP_GOLDEN") else {
         eprintln!(
             "skipped: PATCHLOCK_SOMP_GOLDEN names no file made by tools/oracles/somp_real.py"

@@ -1,4 +1,4 @@
-//! The incremental subspace against one batch SVD of all columns so far, by numpy.
+//! Compares the incremental subspace with a single SVD of all columns so far, by numpy.
 
 use crate::{difference, golden};
 use nalgebra::{DMatrix, DVector};
@@ -27,7 +27,7 @@ struct Batch {
     projections: Vec<Vec<f64>>,
 }
 
-/// Takes in the batches of a sequence, and compares after each.
+/// Adds the batches of a sequence, and compares after each.
 fn check(sequence: &Sequence, probes: &[Vec<f32>]) {
     let Sequence { name, max_rank, batches } = sequence;
     let rules = SubspaceRules { forgetting: 1.0, keep: 1e-12, vectors: *max_rank };
@@ -49,7 +49,7 @@ fn check(sequence: &Sequence, probes: &[Vec<f32>]) {
 }
 
 #[test]
-fn after_every_batch_it_is_the_batch_svd_of_all_columns() {
+fn every_update_matches_the_svd_of_all_columns() {
     let file: File = golden("subspace.json");
     assert_eq!((file.dimension, file.sequences.len()), (60, 5));
     file.sequences.iter().for_each(|sequence| check(sequence, &file.probes));

@@ -1,4 +1,4 @@
-//! Affine sampling against OpenCV (exact positions) and SciPy (any positions).
+//! Compares affine sampling with OpenCV (exact positions) and SciPy (any positions).
 
 use crate::golden;
 use patchlock::Frame;
@@ -32,7 +32,7 @@ impl File {
 }
 
 impl Case {
-    /// Ours and the stored samples, with ours made by this matrix.
+    /// Pairs of samples: ours, computed with this matrix, and the stored ones.
     fn samples(&self, image: &GreyImage, matrix: [[f64; 3]; 2]) -> Vec<(f64, f64)> {
         let mut ours = vec![0.0; 32 * 32];
         warp(image, &matrix, 32, &mut ours);
@@ -47,19 +47,19 @@ fn state([x, y, scale, rotation, aspect, skew]: [f64; 6]) -> State {
 }
 
 #[test]
-fn samples_at_exact_positions_are_opencvs_to_the_last_bit() {
+fn samples_at_exact_positions_match_opencv_bit_for_bit() {
     let file: File = golden("warp.json");
     assert_eq!(file.exact.len(), 7);
     for case in &file.exact {
         for (ours, theirs) in case.samples(&file.image(), case.matrix) {
-            // The file holds the shortest decimals that give back OpenCV's f32.
+            // The file holds the shortest decimals that represent OpenCV's `f32` values.
             assert_eq!(ours as f32, theirs as f32);
         }
     }
 }
 
 #[test]
-fn samples_at_any_position_are_scipys() {
+fn samples_at_any_position_match_scipy() {
     let file: File = golden("warp.json");
     assert_eq!(file.general.len(), 8);
     for case in &file.general {
@@ -70,7 +70,7 @@ fn samples_at_any_position_are_scipys() {
 }
 
 #[test]
-fn the_matrix_of_a_state_is_the_oracles() {
+fn the_matrix_of_a_state_matches_the_oracle() {
     let file: File = golden("warp.json");
     let mut compared = 0;
     for case in file.exact.iter().chain(&file.general) {

@@ -1,18 +1,18 @@
-//! The paper's tracker: what only this method promises.
+//! The paper's tracker: requirements for this method only.
 
-#[allow(dead_code)]
-#[path = "../contract/film.rs"]
-mod film;
 #[allow(dead_code)]
 #[path = "../contract/methods.rs"]
 mod methods;
 mod model;
 mod observer;
+#[allow(dead_code)]
+#[path = "../contract/sequence.rs"]
+mod sequence;
 mod snapshot;
 mod version_0_1;
 
-use film::SIMPLE;
 use patchlock::TrackerConfig;
+use sequence::SIMPLE;
 
 #[test]
 fn it_follows_with_all_patches_of_the_paper() {

@@ -1,4 +1,5 @@
-//! The patch model as a value: looking at one candidate is the same as weighing it among many, and touches nothing.
+//! The patch model on its own: `look` gives the same visibility as weighing a candidate among many, and
+//! changes nothing.
 
 use patchlock::appearance::memory::{LearningScratch, LearningStep};
 use patchlock::appearance::model::{
@@ -8,7 +9,7 @@ use patchlock::vision::frame::GreyImage;
 use patchlock::{BoundingBox, PatchwiseConfig, State, Visibility};
 use rand_pcg::Pcg64;
 
-use crate::film::OCCLUDED;
+use crate::sequence::OCCLUDED;
 
 fn image(k: usize) -> GreyImage {
     let mut image = GreyImage::default();
@@ -20,7 +21,7 @@ fn state(bbox: BoundingBox) -> State {
     State::from_box(bbox.centre(), bbox.w, bbox.h, 32)
 }
 
-/// The candidates around the truth of frame `k`.
+/// Candidates around the true box of frame `k`.
 fn candidates(k: usize, count: usize, rules: &PatchRules) -> Vec<f32> {
     let (image, truth) = (image(k), state(OCCLUDED.truth(k)));
     let mut all = vec![0.0; count * 1024];
@@ -36,7 +37,7 @@ fn begun(rules: PatchRules) -> PatchModel {
     PatchModel::begin(&image(0), &state(OCCLUDED.truth(0)).matrix(), rules)
 }
 
-/// Rules with this distance of small patches.
+/// Rules with this step between small patches, in samples.
 fn rules(small_step: usize) -> PatchRules {
     let config = PatchwiseConfig { small_step, ..PatchwiseConfig::default() };
     config.patch_rules()
@@ -64,7 +65,7 @@ fn a_look_is_the_visibility_of_the_weighed_candidate() {
                 hidden += seen.small.visible.iter().filter(|visible| !**visible).count();
             }
             assert_eq!(*model.memory(), before);
-            // The caller decides that it learns.
+            // Learning happens only on request.
             let mut seen = Visibility::default();
             model.look(&samples[..1024], &mut look, &mut seen);
             model.collect(&samples[..1024], &mut learning);
@@ -77,7 +78,7 @@ fn a_look_is_the_visibility_of_the_weighed_candidate() {
 }
 
 #[test]
-fn nothing_is_learned_but_when_the_caller_says_so() {
+fn the_model_learns_only_when_the_caller_asks() {
     let rules = rules(8);
     let (mut model, mut learning) = (begun(rules), LearningScratch::default());
     let before = model.memory().clone();

@@ -1,7 +1,7 @@
-//! What the observer is shown is what happened.
+//! The observer sees what the tracker computed.
 
-use crate::film::OCCLUDED;
 use crate::methods::patchwise;
+use crate::sequence::OCCLUDED;
 use patchlock::appearance::weights::{patch_weight, position_weights};
 use patchlock::patchwise::particles::most_likely;
 use patchlock::vision::patches::PatchGrid;
@@ -12,27 +12,29 @@ use patchlock::{
 
 const FRAMES: usize = 36;
 
-/// The settings of the method, and all of them.
+/// The settings of this method, and the whole configuration.
 fn settings() -> (PatchwiseConfig, TrackerConfig) {
     let all = patchwise();
     (all.patchwise.clone(), all)
 }
 
-fn seen(estimate: &Estimate) -> &Visibility {
+fn visibility(estimate: &Estimate) -> &Visibility {
     estimate.visibility.as_ref().unwrap()
 }
 
-/// Tracks past the tree and hands over each frame's estimate with what was seen, and the templates before it.
+/// Tracks past the tree. Calls `look` with each frame's estimate, its view, and the templates before the
+/// frame.
 fn watch(config: &TrackerConfig, mut look: impl FnMut(&Estimate, &PatchwiseView<'_>, &[Vec<f32>])) {
     let mut tracker = OCCLUDED.begin(config, 0);
     let mut templates: Vec<Vec<f32>> = Vec::new();
     for k in 1..FRAMES {
-        // The estimate comes after the view, so the frame is tracked twice.
+        // The view is passed before the estimate is returned, so a second tracker computes the estimate
+        // first.
         let mut twin = Tracker::restore(tracker.snapshot()).unwrap();
         let estimate = twin.update(&OCCLUDED.frame(k)).unwrap();
         let mut views = 0;
         let mut observer = |view: &FrameView<'_>| {
-            let FrameView::Patchwise(view) = view else { panic!("another method's view") };
+            let FrameView::Patchwise(view) = view else { panic!("the view of another method") };
             views += 1;
             assert_eq!(view.frame, k as u64);
             look(&estimate, view, &templates);
@@ -60,7 +62,7 @@ fn particles_and_likelihoods_are_those_of_the_estimate() {
     });
 }
 
-/// The pooled share of a code's patch, as Eq. 10-11 have it.
+/// The pooled share of a patch's code by Eq. 10-11.
 fn share(patch: &PatchView, location: usize, locations: usize) -> f64 {
     let own = |atom: usize| atom % locations == location;
     let sum = |of_own: bool| -> f64 {
@@ -75,7 +77,7 @@ fn features_follow_from_the_codes() {
     let (config, all) = settings();
     watch(&all, |estimate, view, _| {
         for (patches, map) in
-            [(&view.large, &seen(estimate).large), (&view.small, &seen(estimate).small)]
+            [(&view.large, &visibility(estimate).large), (&view.small, &visibility(estimate).small)]
         {
             assert_eq!(patches.len(), map.rows * map.columns);
             for (location, patch) in patches.iter().enumerate() {
@@ -101,14 +103,14 @@ fn the_likelihood_follows_from_the_features() {
             });
             weighted.sum::<f64>() / patches.len() as f64
         };
-        let gamma = (seen(estimate).large.share() - 1.0).exp();
+        let gamma = (visibility(estimate).large.share() - 1.0).exp();
         let want = gamma * weighted(&view.large) + weighted(&view.small);
         let got = view.likelihoods[view.best];
         assert!((got - want).abs() < 1e-12, "{got} {want}");
     });
 }
 
-/// The large dictionary is that of the templates after the frame before.
+/// The large dictionary consists of the templates after the previous frame.
 #[test]
 fn errors_follow_from_codes_templates_and_candidate() {
     let (config, all) = settings();
@@ -143,7 +145,7 @@ fn a_template_is_replaced_on_every_fifth_frame() {
     watch(&all, |estimate, view, before| {
         assert_eq!(view.templates.len(), config.templates);
         assert!(view.templates.iter().all(|t| t.len() == 32 * 32));
-        let Visibility { large, small } = seen(estimate);
+        let Visibility { large, small } = visibility(estimate);
         let enough = small.share() + large.share() > 2.0 * config.delta;
         let due = view.frame % config.update_interval as u64 == 0 && enough;
         assert_eq!(view.update.is_some(), due, "frame {}", view.frame);

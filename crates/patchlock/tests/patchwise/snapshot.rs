@@ -1,21 +1,21 @@
-//! What is wrong in a saved target of the paper's tracker is refused; what cannot be told breaks nothing.
+//! Damaged snapshots of the paper's tracker are refused. Damage that cannot be detected never causes a panic.
 
-use crate::film::{SIMPLE, numbers};
 use crate::methods::patchwise;
+use crate::sequence::{SIMPLE, numbers};
 use patchlock::{Snapshot, Tracker, TrackerConfig};
 use serde_json::{Value, json};
 
-/// The tracker after these many frames.
+/// A tracker after this many frames.
 fn after(frames: usize, config: &TrackerConfig) -> Tracker {
     let mut tracker = SIMPLE.begin(config, 0);
-    SIMPLE.go_on(&mut tracker, 1..1 + frames);
+    SIMPLE.resume(&mut tracker, 1..1 + frames);
     tracker
 }
 
-/// Stands for the random number generator: its integers of 128 bits have no place in a [`Value`].
+/// Placeholder for the random number generator, whose 128-bit integers do not fit in a [`Value`].
 const RNG: &str = "the random number generator";
 
-/// A saved tracker, taken apart so that it can be damaged.
+/// A snapshot in a form that can be damaged.
 #[derive(Clone)]
 struct Saved {
     value: Value,
@@ -32,14 +32,14 @@ impl Saved {
         Self { value, rng }
     }
 
-    /// Replaces what stands at a pointer.
+    /// Replaces the value at a JSON pointer.
     fn with(&self, at: &str, value: Value) -> Self {
         let mut damaged = self.clone();
         *damaged.value.pointer_mut(at).unwrap_or_else(|| panic!("no {at}")) = value;
         damaged
     }
 
-    /// Changes an array or an object at a pointer.
+    /// Changes the array or object at a JSON pointer.
     fn changed(&self, at: &str, change: impl FnOnce(&mut Value)) -> Self {
         let mut damaged = self.clone();
         change(damaged.value.pointer_mut(at).unwrap());
@@ -50,7 +50,7 @@ impl Saved {
         self.changed(object, |object| drop(object.as_object_mut().unwrap().remove(key).unwrap()))
     }
 
-    /// The tracker, or why it is none.
+    /// The restored tracker, or the error message.
     fn restore(&self) -> Result<Tracker, String> {
         let text = self.value.to_string().replace(&format!("\"{RNG}\""), &self.rng);
         let snapshot: Snapshot = serde_json::from_str(&text).map_err(|e| e.to_string())?;
@@ -99,8 +99,8 @@ fn a_damaged_snapshot_is_refused() {
         ("/target/patchwise/rng", json!(5)),
     ];
     for (at, value) in replaced {
-        let said = good.with(at, value.clone()).restore().err();
-        assert!(said.is_some(), "{at} = {value} was taken");
+        let message = good.with(at, value.clone()).restore().err();
+        assert!(message.is_some(), "{at} = {value} was accepted");
     }
     let arrays = [
         "/target/patchwise/model/templates",
@@ -117,8 +117,8 @@ fn a_damaged_snapshot_is_refused() {
         "/target/patchwise/model/subspace/values",
     ];
     for at in arrays {
-        assert!(good.changed(at, shorten).restore().is_err(), "{at} too short");
-        assert!(good.changed(at, lengthen).restore().is_err(), "{at} too long");
+        assert!(good.changed(at, shorten).restore().is_err(), "{at} is too short");
+        assert!(good.changed(at, lengthen).restore().is_err(), "{at} is too long");
     }
     for object in ["/target/patchwise", "/target/patchwise/model", "/target"] {
         for key in good.value.pointer(object).unwrap().as_object().unwrap().keys() {
@@ -129,16 +129,16 @@ fn a_damaged_snapshot_is_refused() {
 }
 
 #[test]
-fn a_refusal_says_what_does_not_fit() {
+fn an_error_names_the_part_that_does_not_fit() {
     let good = Saved::new(&after(12, &patchwise()));
-    let said = |at: &str, value: Value| good.with(at, value).restore().unwrap_err();
-    assert!(said("/target/patchwise/model/templates", json!([])).contains("templates"));
-    assert!(said("/target/patchwise/model/small_buffer", json!([])).contains("buffers"));
-    assert!(said("/target/patchwise/model/subspace/mean", json!([])).contains("subspace"));
-    assert!(said("/config/patchwise/particles", json!(0)).contains("particles"));
+    let message = |at: &str, value: Value| good.with(at, value).restore().unwrap_err();
+    assert!(message("/target/patchwise/model/templates", json!([])).contains("templates"));
+    assert!(message("/target/patchwise/model/small_buffer", json!([])).contains("buffers"));
+    assert!(message("/target/patchwise/model/subspace/mean", json!([])).contains("subspace"));
+    assert!(message("/config/patchwise/particles", json!(0)).contains("particles"));
 }
 
-/// What can't be told from a good snapshot may track nothing, but must not break anything.
+/// A snapshot whose damage cannot be detected may track badly, but must not cause a panic.
 #[test]
 fn an_odd_snapshot_never_panics() {
     let odd = [

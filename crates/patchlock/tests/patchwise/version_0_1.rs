@@ -1,8 +1,8 @@
-//! What version 0.1 saved goes on to the boxes that version 0.1 gave.
+//! Snapshots of version 0.1 continue with the boxes of version 0.1.
 //!
-//! `version_0_1.json` was written by the program that it names; see its field `made_by`.
+//! The program named in the field `made_by` wrote `version_0_1.json`.
 
-use crate::film::SIMPLE;
+use crate::sequence::SIMPLE;
 use patchlock::{Estimate, MultiSnapshot, MultiTracker, Snapshot, Tracker};
 use serde::Deserialize;
 
@@ -33,7 +33,7 @@ fn numbers(estimate: &Estimate) -> Numbers {
 }
 
 #[test]
-fn a_tracker_goes_on() {
+fn a_tracker_continues() {
     let golden = golden();
     let mut tracker = Tracker::restore(golden.single).unwrap();
     assert_eq!(tracker.config().patchwise.particles, 12);
@@ -43,7 +43,7 @@ fn a_tracker_goes_on() {
 }
 
 #[test]
-fn a_tracker_of_many_goes_on() {
+fn a_multi_tracker_continues() {
     let golden = golden();
     let mut tracker = MultiTracker::restore(golden.multi).unwrap();
     for (k, expected) in (5..).zip(&golden.later_multi) {

@@ -1,6 +1,6 @@
-//! Both solvers behind one name, and what a support explains, computed by neither of them.
+//! Both solvers behind one interface, and an independent computation of what a set of atoms explains.
 
-// Each test program uses a part of this.
+// Each test program uses only a part of this module.
 #![allow(dead_code)]
 
 use patchlock::numeric::instructions::Instructions;
@@ -11,7 +11,7 @@ use patchlock::sparse::somp::{batched, definition};
 /// The rules of the preset `paper`.
 pub const RULES: CodeRules = CodeRules { atoms: 4, min_residual: 1e-6 };
 
-/// Scores that differ by less than this share are the same up to the rounding of `f64`.
+/// Scores whose relative difference is smaller are equal up to the rounding of `f64`.
 pub const TIE: f64 = 1e-9;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,7 +38,8 @@ impl Solver {
     }
 }
 
-/// The codes of many candidates by the batched solver, the same with whatever instructions this processor has.
+/// The codes of many candidates by the batched solver; they must be the same with all instructions of this
+/// processor.
 pub fn solve_all(
     dictionary: &Dictionary,
     shared: &[f32],
@@ -64,7 +65,7 @@ pub fn indices(code: &Code) -> Vec<usize> {
     code.support().iter().map(|&k| k as usize).collect()
 }
 
-/// What the code leaves of the candidate.
+/// The residual of the candidate.
 pub fn residual(dictionary: &Dictionary, candidate: &[f32], code: &Code) -> Vec<f64> {
     let mut left = wide(candidate);
     for (atom, x) in code.entries() {
@@ -73,14 +74,14 @@ pub fn residual(dictionary: &Dictionary, candidate: &[f32], code: &Code) -> Vec<
     left
 }
 
-/// Orthonormal directions that span some atoms.
+/// Orthonormal directions that span a set of atoms.
 pub struct Span(Vec<Vec<f64>>);
 
 impl Span {
     pub fn new(dictionary: &Dictionary, support: &[usize]) -> Self {
         let mut span = Self(Vec::new());
         for &k in support {
-            let mut direction = span.rest(dictionary.atom(k));
+            let mut direction = span.residual(dictionary.atom(k));
             let norm = energy(&direction).sqrt();
             direction.iter_mut().for_each(|v| *v /= norm);
             span.0.push(direction);
@@ -88,20 +89,20 @@ impl Span {
         span
     }
 
-    /// What is left of a vector when the span is projected out, twice against rounding.
-    pub fn rest(&self, vector: &[f32]) -> Vec<f64> {
+    /// The residual of a vector after projecting out the span, twice to reduce rounding errors.
+    pub fn residual(&self, vector: &[f32]) -> Vec<f64> {
         let mut left = wide(vector);
         for q in self.0.iter().chain(&self.0) {
-            let along = dot(&left, q);
-            left.iter_mut().zip(q).for_each(|(l, q)| *l -= along * q);
+            let projection = dot(&left, q);
+            left.iter_mut().zip(q).for_each(|(l, q)| *l -= projection * q);
         }
         left
     }
 
-    /// The score by which `atom` would be chosen next.
+    /// The score of `atom` if it were chosen next.
     pub fn score(&self, dictionary: &Dictionary, signals: &[&[f32]], atom: usize) -> f64 {
-        let atom = self.rest(dictionary.atom(atom));
-        let correlation: f64 = signals.iter().map(|s| dot(&self.rest(s), &atom).powi(2)).sum();
+        let atom = self.residual(dictionary.atom(atom));
+        let correlation: f64 = signals.iter().map(|s| dot(&self.residual(s), &atom).powi(2)).sum();
         correlation / energy(&atom)
     }
 }

@@ -1,37 +1,45 @@
-//! The fast solver: all candidates of a location together, the same atoms as [`definition`](super::definition).
+//! The fast solver: it codes all candidates of a location together and chooses the same atoms as
+//! [`definition`](super::definition).
 //!
 //! # How it is fast
-//! - Candidates are correlated as their difference to a *reference*, the newest shared column; the correlations of these with all
-//!   atoms are one matrix product, of which each part is screened as soon as it is made.
-//! - Chosen atoms form a tree: candidates that chose the same atoms so far are at the same *node*, and what follows from these atoms alone
-//!   (what is left of each atom and of the shared columns) is computed once for a node. The root of a location, where nothing is chosen,
-//!   stays from frame to frame, as long as dictionary and buffer do.
-//! - No step touches the samples of all atoms again: with the orthonormal basis `q_1 .. q_t` of the chosen atoms, `w_t = D^T q_t` follows
-//!   from a row of the Gram matrix and the earlier `w`, and each correlation of what is left from that before: `y <- y - p w_t`,
-//!   `p = q_t^T r`.
-//! - A step goes over the atoms once, a tile of some 64 at a time: the node's part of the tile is made, and while it is in registers
-//!   all candidates at the node use it. Each asks which atoms could beat what it is sure to reach, and begins with a guess: what the
-//!   candidates before took.
+//! - Candidates are correlated with the atoms as differences from a *reference*, the newest shared column.
+//!   The correlations of these differences with all atoms are one matrix product, and each part of it is
+//!   screened as soon as it has been computed.
+//! - Chosen atoms form a tree. Candidates with the same atoms so far are at the same *node*. Everything that
+//!   follows from these atoms alone (the residuals of the atoms and of the shared columns) is computed once
+//!   per node. The root of a location, where no atom has been chosen yet, is kept from frame to frame until
+//!   the dictionary or the buffer changes.
+//! - No step reads the samples of all atoms again. With the orthonormal basis `q_1 .. q_t` of the chosen
+//!   atoms, `w_t = D^T q_t` follows from a row of the Gram matrix and the earlier `w`. Each residual
+//!   correlation follows from the previous one: `y <- y - p w_t`, `p = q_t^T r`.
+//! - A step passes over the atoms once, in tiles of about 64. The node's part of a tile is computed, and all
+//!   candidates at the node use it while it is in registers. For each candidate, a tile is searched for atoms
+//!   whose score could exceed the lower bound on the best score. The first lower bound comes from a guess:
+//!   the atom that the previous candidates chose.
 //!
 //! # Why it is exact
-//! All of this only *screens*, in `f32`. Where the bounds below leave one atom that can win, it has won; otherwise those
-//! that are left are computed in `f64` from their samples, and eligibility and ties are decided there. So an atom can only differ from the
-//! definition's where two scores agree to the last digits of `f64`. Write `u = 2^-24`,
-//! a hat for what the screen has, and let atoms and signals have norm 1 at most (up to rounding).
-//! For an atom with true residual correlations `x_c`, `|x_c - ^x_c| <= e_c`, and `l <= ||d_res||^2 <= l + g`, any `0 < s <= 1` gives
+//! All of this only *screens*, in `f32`. If the bounds below leave only one atom that can have the largest
+//! score, that atom is chosen. Otherwise the remaining atoms are computed in `f64` from their samples, which
+//! decides eligibility and ties. So the chosen atom can differ from that of the definition only where two
+//! scores agree to the last digits of `f64`. Write `u = 2^-24`, mark values of the screen with a hat, and let
+//! atoms and signals have norm 1 at most (up to rounding). For an atom with true residual correlations `x_c`,
+//! `|x_c - ^x_c| <= e_c`, and `l <= ||d_res||^2 <= l + g`, any `0 < s <= 1` gives
 //!
 //! ```text
 //! score = sum x_c^2 / ||d_res||^2  <=  ((1 + s) sum ^x_c^2 + (1/s + 1) sum e_c^2) / l
 //!                                  >=  ((1 - s) sum ^x_c^2 - (1/s - 1) sum e_c^2) / (l + g)
 //! ```
 //!
-//! from `2 |^x| e <= s ^x^2 + e^2 / s`. What the first leaves below the second of another atom can't win, and `l <= 0` leaves nothing below.
-//! An atom is eligible for sure if `l` is at least what has to be left, and not if `l + g` is less; another one is computed. One that repeats an
-//! earlier one bit for bit never wins. Relative roundings of the sums, less than `64 u`, are added to `s`.
+//! from `2 |^x| e <= s ^x^2 + e^2 / s`. An atom whose upper bound is below the lower bound of another atom
+//! cannot be chosen; where `l <= 0` there is no upper bound. An atom is certainly eligible if `l` is at least
+//! the required residual, and certainly not eligible if `l + g` is less; in between it is computed in `f64`.
+//! An atom that repeats an earlier one bit for bit is never chosen. The relative rounding errors of the sums,
+//! less than `64 u`, are added to `s`.
 //!
-//! Patches with little texture differ little: their inner products are all near 1, and what tells them apart would drown in roundings.
-//! So the screen has what numbers near 1 differ from it by: `G' = G - 1` of the Gram matrix, at the root `y' = y - 1` and `l' = ||d||^2 - 1`, and at a first node
-//! `w' = w_1 - 1`. With `n = ||d_t,res||` and `a_s = q_s^T d_t`
+//! Patches with little texture differ little: their inner products are all near 1, and rounding errors would
+//! hide the differences between them. So the screen stores such numbers minus 1: `G' = G - 1` of the Gram
+//! matrix, at the root `y' = y - 1` and `l' = ||d||^2 - 1`, and at a first node `w' = w_1 - 1`. With
+//! `n = ||d_t,res||` and `a_s = q_s^T d_t`
 //!
 //! ```text
 //! w'  = G' / n + (1 / n - 1)
@@ -40,32 +48,38 @@
 //! l   = l' - w' (2 + w')       at a first node, l <- l - w_t^2 further below
 //! ```
 //!
-//! where `1 / n - 1`, `1 - a_1` and `1 - p` come from `f64`. Let `k` be no less than any `|G'|` of atoms that are not zero, `c` than any `|y'|` (of a
-//! candidate more by `||r - b||`), `m_1 = k / n + |1 / n - 1|`, `M^2` no less than any `||d_res||^2` that the first node leaves, `m_t = M + o_t`, and
-//! `S = k + |1 - a_1| + sum_s<t |a_s| m_s`. The errors:
+//! where `1 / n - 1`, `1 - a_1` and `1 - p` are computed in `f64`. Let `k` be an upper bound of `|G'|` over
+//! all nonzero atoms and `c` one of `|y'|` (larger by `||r - b||` for a candidate). Let
+//! `m_1 = k / n + |1 / n - 1|`, let `M^2` be an upper bound of `||d_res||^2` after the first node,
+//! `m_t = M + o_t`, and `S = k + |1 - a_1| + sum_s<t |a_s| m_s`. The errors are at most:
 //!
 //! ```text
 //! w'                 o_1 = 5u m_1
 //! w_t                o_t = (u k + u |1 - a_1| + sum_s<t |a_s| (o_s + 2u m_s) + t u S) / n + 3u M
 //! shared column      u c at the root, which is computed in f64, and 2u more where 1 is added to score there
 //!                    e <- e + |p| (o_1 + 2u m_1) + 2u (c + |p| m_1 + |1 - p|)   at a first node
-//!                    e <- e + |p| (o_t + 2u m_t) + u m_t                        further below, as |y| <= ||d_res||
-//! candidate          as a shared column; at the root (dim + 2) u ||r - b|| for the difference and the matrix product, in any order,
-//!                    and 2u (c + ||r - b||) for the reference and for adding it
-//! l                  l' - w' (2 + w') - R at a first node, with R = o_1 (2 + 2 m_1) + 4u m_1 (2 + m_1) + 2u k
-//!                    l <- l - |w| (|w| + 2 o_t) - o_t^2 - 5u m_t^2              further below, since w_t^2 <= (|w| + o_t)^2
-//! g                  2R, and g <- g + 4 o_t m_t + 10u m_t^2                     since (|w| + o_t)^2 - w_t^2 <= 4 o_t max(|w|, o_t)
+//!                    e <- e + |p| (o_t + 2u m_t) + u m_t   further below, as |y| <= ||d_res||
+//! candidate          as a shared column; at the root (dim + 2) u ||r - b|| for the difference and the matrix
+//!                    product, in any order, and 2u (c + ||r - b||) for the reference and for adding it
+//! l                  l' - w' (2 + w') - R at a first node,
+//!                    with R = o_1 (2 + 2 m_1) + 4u m_1 (2 + m_1) + 2u k
+//!                    l <- l - |w| (|w| + 2 o_t) - o_t^2 - 5u m_t^2
+//!                    further below, since w_t^2 <= (|w| + o_t)^2
+//! g                  2R, and g <- g + 4 o_t m_t + 10u m_t^2
+//!                    since (|w| + o_t)^2 - w_t^2 <= 4 o_t max(|w|, o_t)
 //! ```
 //!
-//! with `w` as the screen has it in the last two lines; 8u for `g` at the root, where `l` is `l' + 1 - 4u`. Each has a hundredth more for products of errors. Every line
-//! counts one rounding for each operation, fused or not, so that they hold for any processor. So the bounds are the closer, the less the patches differ.
+//! where `w` is the screen's value in the bounds of `l` and `g` further below. At the root, `g` is 8u, and
+//! `l` is `l' + 1 - 4u`. Each bound is increased by one hundredth for products of errors. Every line counts
+//! one rounding for each operation, fused or not, so the bounds hold on any processor. The less the patches
+//! differ, the tighter the bounds.
 
-use super::exact::{Choice, Exact, Memo, eligible};
+use super::exact::{AtomCache, Choice, Exact, eligible};
 use super::node::{Node, Path};
 use super::product::correlate;
-use super::rows::{ADDING_ONE, Margins, Rows};
-use super::screen::{Residuals, Runner, Screen};
-use super::vectors::{TILE, project_out, tile_place, tiles, tiles_mut, widen};
+use super::rows::{ADD_ONE_ERROR, Margins, Rows};
+use super::screen::{Residuals, Screen, StepCandidate};
+use super::vectors::{TILE, project_out, tile_index, tiles, tiles_mut, widen};
 use crate::numeric::aligned::Aligned;
 use crate::numeric::dot_wide;
 use crate::numeric::instructions::Instructions;
@@ -74,39 +88,41 @@ use crate::sparse::dictionary::Dictionary;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
-/// Candidates that are solved together: their rows stay in the second cache. A multiple of six, and at most the bits of a word.
+/// Candidates that are solved together, so that their rows stay in the second-level cache. A multiple of six,
+/// and at most the number of bits in a `u64`.
 pub const BLOCK: usize = 60;
 
-/// Locations of a candidate that share a matrix product. A multiple of six; their rows stay in the second cache.
+/// Locations of a candidate that share a matrix product. A multiple of six; their rows stay in the
+/// second-level cache.
 const GROUP: usize = 24;
 
-/// Stands for "no atom": greater than all.
+/// Stands for "no atom"; greater than any index of an atom.
 const NONE: u32 = u32::MAX;
 
-/// A location: its shared columns, and everything that follows from them and the dictionary alone. To be filled again when one
-/// of the two changes.
+/// A location: its shared columns, and everything that follows from them and the dictionary alone. It must be
+/// filled again when either of them changes.
 #[derive(Debug, Clone, Default)]
 pub struct Location {
     root: Node,
     rows: Rows,
-    /// The newest shared column, or zeros.
+    /// The newest shared column, or zeros if there is none.
     reference: Vec<f32>,
-    /// Its number.
-    place: usize,
-    /// Room for an atom.
+    /// The location's index.
+    number: usize,
+    /// Scratch space for one atom.
     wide: Vec<f64>,
 }
 
 impl Location {
-    /// Becomes the location of this number with these shared columns (rows of `dim`).
+    /// Fills in the location of this index with these shared columns (rows of `dim` samples).
     pub fn fill(
         &mut self,
         dictionary: &Dictionary,
-        (place, shared): (usize, &[f32]),
+        (number, shared): (usize, &[f32]),
         rules: &CodeRules,
     ) {
         let dim = dictionary.dim();
-        self.place = place;
+        self.number = number;
         self.reference.clear();
         self.reference.extend_from_slice(&shared[shared.len().saturating_sub(dim)..]);
         self.reference.resize(dim, 0.0);
@@ -114,7 +130,8 @@ impl Location {
     }
 }
 
-/// Fills a location's root for the processor at hand. (A closure would not do: only what is always inlined is compiled for it.)
+/// Fills a location's root, compiled for the instructions in use. A closure would not do: only code that is
+/// always inlined is compiled for them.
 struct FillRoot<'a> {
     location: &'a mut Location,
     dictionary: &'a Dictionary,
@@ -133,79 +150,86 @@ impl WithSimd for FillRoot<'_> {
     }
 }
 
-/// What [`solve`] needs besides its input; keep it and no call allocates once it has grown.
+/// The working memory of [`solve`]. Reuse it: once its buffers have grown, no call allocates.
 #[derive(Debug, Default)]
 pub struct Scratch {
     instructions: Instructions,
-    /// Of a block's candidates: their differences to the reference, and their own correlations with all atoms.
+    /// For the candidates of a block: their differences from the reference, and their own correlations with
+    /// all atoms.
     differences: Vec<f32>,
     correlations: Aligned,
-    /// Of a group's candidates: the correlations of their differences with all atoms.
+    /// For the candidates of a group: the correlations of their differences with all atoms.
     products: Aligned,
-    /// What is left of each candidate.
+    /// The residual of each candidate.
     residuals: Vec<f64>,
     candidates: Vec<Candidate>,
-    /// The candidates in the order of the tree, with the atom that each chose last.
+    /// The candidates in the order of the tree: the atom that each chose last, and the candidate's row.
     order: Vec<(u32, u32)>,
-    /// The nodes on the way to the one that is worked on.
+    /// The nodes from the root's child down to the current one.
     nodes: Vec<Node>,
     rows: Vec<Rows>,
     branches: Vec<Branch>,
     screen: Screen,
-    /// For each depth the atom that was chosen last, less its location's number: at the next location it is likely the one
-    /// next to it.
+    /// For each depth, the atom chosen last minus the index of its location. At the next location the atom
+    /// next to it is the likely choice.
     guesses: [usize; MAX_ATOMS],
     wide: Vec<f64>,
-    memo: Memo,
+    cache: AtomCache,
 }
 
-/// A candidate on its way to its code.
+/// A candidate while its atoms are being chosen.
 #[derive(Debug, Default, Clone)]
 struct Candidate {
-    /// How far its correlations may be off, and how much they are at most at the root, less 1.
+    /// Error bound of its correlations, and an upper bound of `|y'|` at the root.
     error: f64,
     spread: f64,
-    /// What is left of its energy, and the energy at which the code is complete.
+    /// The energy of its residual, and the energy at which the code is complete.
     energy: f64,
     final_energy: f64,
-    /// `p` along each chosen atom.
-    along: [f64; MAX_ATOMS],
-    /// The atom that completes the code.
+    /// `p` for each chosen atom.
+    projections: [f64; MAX_ATOMS],
+    /// The last atom of a code of full length.
     last: Choice,
 }
 
 impl Candidate {
-    /// Takes in what the newest node, of this depth, adds to how far the correlations may be off.
+    /// Adds the error that the newest node, at this depth, contributes to the correlations.
     #[inline(always)]
-    fn advance(&mut self, depth: usize, margins: &Margins) {
-        self.error += margins.taken(self.along[depth - 1], self.spread);
+    fn add_error(&mut self, depth: usize, margins: &Margins) {
+        self.error += margins.projection_error(self.projections[depth - 1], self.spread);
     }
 
-    /// The candidate in a step at a node with this energy.
+    /// The state of this candidate for a step at a node with this energy.
     #[inline(always)]
-    fn runner(&self, (row, depth): (usize, usize), node_energy: f64, margins: &Margins) -> Runner {
-        let (along, lift, error) = match depth {
-            0 => (0.0, 1.0, self.error + ADDING_ONE),
-            1 => (self.along[0], 1.0 - self.along[0], self.error),
-            _ => (self.along[depth - 1], 0.0, self.error),
+    fn in_step(
+        &self,
+        (row, depth): (usize, usize),
+        node_energy: f64,
+        margins: &Margins,
+    ) -> StepCandidate {
+        let (projection, offset, error) = match depth {
+            0 => (0.0, 1.0, self.error + ADD_ONE_ERROR),
+            1 => (self.projections[0], 1.0 - self.projections[0], self.error),
+            _ => (self.projections[depth - 1], 0.0, self.error),
         };
-        // The next atom takes some part of what is left. The bounds ask for no more than its magnitude.
+        // The next atom explains some share of the residual energy. The bounds need only the score's order of
+        // magnitude.
         let score = 0.3 * (node_energy + self.energy);
-        Runner::new(row, (along, lift), score, margins.squared + error * error)
+        StepCandidate::new(row, (projection, offset), score, margins.squared + error * error)
     }
 }
 
-/// Candidates that took the same atom at the same node, as a range of [`Scratch::order`].
+/// Candidates that chose the same atom at the same node, as a range of [`Scratch::order`].
 #[derive(Debug)]
 struct Branch {
-    /// Atoms chosen so far, this one included.
+    /// Number of atoms chosen so far, including this one.
     depth: usize,
     atom: usize,
     members: Range<usize>,
 }
 
-/// Codes every candidate (rows of `dim` samples) jointly with the location's shared columns, one code a candidate.
-/// The location must have been filled for this dictionary and these rules.
+/// Codes every candidate (rows of `dim` samples) jointly with the location's shared columns, one code per
+/// candidate. The location must have been filled for this dictionary and these rules.
 pub fn solve(
     dictionary: &Dictionary,
     location: &Location,
@@ -214,7 +238,7 @@ pub fn solve(
     scratch: &mut Scratch,
     codes: &mut [Code],
 ) {
-    // Without atoms every code is empty, and there is no root to begin from.
+    // Without atoms every code is empty, and the root cannot be filled.
     if dictionary.is_empty() {
         codes.fill(Code::default());
         return;
@@ -226,8 +250,8 @@ pub fn solve(
     }
 }
 
-/// Codes one candidate at each of these locations (rows of `dim` samples, one for each location): the codes of
-/// [`solve`] at one location after the other, but many locations share one matrix product, which reads the
+/// Codes one candidate at each of these locations (rows of `dim` samples, one for each location). The codes are
+/// those of [`solve`] for each location, but the locations of a group share one matrix product, which reads the
 /// dictionary once for all of them.
 pub fn solve_each(
     dictionary: &Dictionary,
@@ -250,13 +274,13 @@ pub fn solve_each(
 }
 
 impl Scratch {
-    /// Room for a solver that uses these instructions, whatever the environment says.
+    /// Working memory of a solver that uses these instructions, whatever the environment variable says.
     pub fn with(instructions: Instructions) -> Self {
         Self { instructions, ..Self::default() }
     }
 }
 
-/// What all candidates of a block have in common.
+/// The input shared by all candidates of a block.
 #[derive(Debug, Clone, Copy)]
 struct Problem<'a> {
     dictionary: &'a Dictionary,
@@ -264,7 +288,7 @@ struct Problem<'a> {
     rules: &'a CodeRules,
 }
 
-/// The codes of a block, for the processor at hand.
+/// Codes a block, compiled for the instructions in use.
 struct SolveBlock<'a> {
     problem: Problem<'a>,
     scratch: &'a mut Scratch,
@@ -283,7 +307,7 @@ impl WithSimd for SolveBlock<'_> {
     }
 }
 
-/// The codes of one candidate at some locations, for the processor at hand.
+/// Codes one candidate at some locations, compiled for the instructions in use.
 struct SolveGroup<'a> {
     dictionary: &'a Dictionary,
     locations: &'a [Location],
@@ -313,7 +337,7 @@ impl WithSimd for SolveGroup<'_> {
 }
 
 impl Scratch {
-    /// Puts all candidates of the block at the root, but for those that leave nothing to explain.
+    /// Puts all candidates of the block at the root, except those without energy to explain.
     #[inline(always)]
     fn begin<S: Simd>(&mut self, simd: S, problem: Problem<'_>, block: &[f32], codes: &mut [Code]) {
         let Problem { dictionary, location, .. } = problem;
@@ -326,7 +350,7 @@ impl Scratch {
             let distance = dot_wide(simd, &self.wide, &self.wide).sqrt();
             let wide = &self.residuals[row * dim..][..dim];
             let energy = dot_wide(simd, wide, wide);
-            let (error, spread) = location.rows.candidate(dim, distance);
+            let (error, spread) = location.rows.candidate_bounds(dim, distance);
             let all = location.root.energy + energy;
             let final_energy = final_energy(all);
             self.candidates.push(Candidate {
@@ -350,7 +374,8 @@ impl Scratch {
         }
     }
 
-    /// Forgets the block before, and makes room for a full one: many frames may pass before there is one.
+    /// Clears the state of the previous block and reserves space for a full one, which may occur only after
+    /// many frames.
     fn clear(&mut self, dictionary: &Dictionary) {
         let Self { differences, correlations, residuals, candidates, order, branches, .. } = self;
         let samples = BLOCK * dictionary.dim();
@@ -399,31 +424,32 @@ impl Scratch {
         let (products, own) = (tiles::<S>(&self.products), tiles_mut::<S>(&mut self.correlations));
         for (t, own) in own.iter_mut().enumerate() {
             let newest = problem.location.rows.newest_column::<S>(t);
-            let product = &products[tile_place::<S>(t, row, rows)];
+            let product = &products[tile_index::<S>(t, row, rows)];
             for i in 0..TILE {
                 own[i] = simd.add_f32s(product[i], newest[i]);
             }
         }
-        // What is correlated already is not correlated again.
+        // Without differences, the root's tiles leave the correlations as they are.
         self.differences.clear();
     }
 
-    /// Goes down the tree, branch by branch, until all codes are complete.
+    /// Processes the branches of the tree until all codes are complete.
     #[inline(always)]
     fn descend<S: Simd>(&mut self, simd: S, problem: Problem<'_>, codes: &mut [Code]) {
         while let Some(branch) = self.branches.pop() {
             let branch = match branch.depth {
                 0 => branch,
-                _ => self.enter(simd, problem, branch, codes),
+                _ => self.make_node(simd, problem, branch, codes),
             };
             self.choose(simd, problem, &branch);
             self.split(problem, &branch, codes);
         }
     }
 
-    /// Makes the branch's node and projects its atom out of the members; those whose code is then complete leave the branch.
+    /// Fills in the branch's node and projects its atom out of the members. Members whose codes are then
+    /// complete leave the branch.
     #[inline(always)]
-    fn enter<S: Simd>(
+    fn make_node<S: Simd>(
         &mut self,
         simd: S,
         problem: Problem<'_>,
@@ -437,14 +463,15 @@ impl Scratch {
         node[0].fill(simd, dictionary, path, branch.atom);
         let node = &self.nodes[depth - 1];
         let mut kept = branch.members.start;
-        for place in branch.members.clone() {
-            let row = self.order[place].1 as usize;
+        for position in branch.members.clone() {
+            let row = self.order[position].1 as usize;
             let candidate = &mut self.candidates[row];
-            let along = project_out(simd, &mut self.residuals[row * dim..][..dim], &node.direction);
-            candidate.along[depth - 1] = along;
-            candidate.energy -= along * along;
+            let projection =
+                project_out(simd, &mut self.residuals[row * dim..][..dim], &node.direction);
+            candidate.projections[depth - 1] = projection;
+            candidate.energy -= projection * projection;
             if node.energy + candidate.energy > candidate.final_energy {
-                self.order.swap(kept, place);
+                self.order.swap(kept, position);
                 kept += 1;
             } else {
                 codes[row] = code(&self.nodes[..depth], candidate, None);
@@ -453,66 +480,63 @@ impl Scratch {
         Branch { members: branch.members.start..kept, ..branch }
     }
 
-    /// Finds each member's next atom and orders the members by it.
+    /// Chooses each member's next atom and sorts the members by it.
     #[inline(always)]
     fn choose<S: Simd>(&mut self, simd: S, problem: Problem<'_>, branch: &Branch) {
         let Problem { dictionary, location, rules } = problem;
         let Self { candidates, order, rows, screen, guesses, differences, .. } = self;
         let path = Path { root: &location.root, nodes: &self.nodes[..branch.depth] };
         let eligible = eligible(rules);
-        self.memo.begin(dictionary.len());
-        let (wide, memo) = (&mut self.wide, &mut self.memo);
-        let mut exact = Exact { dictionary, path, rules, eligible, wide, memo };
-        let own = Residuals { all: &self.residuals, dim: dictionary.dim() };
-        let fields = (own, &mut *self.correlations);
+        self.cache.begin(dictionary.len());
+        let (wide, cache) = (&mut self.wide, &mut self.cache);
+        let mut exact = Exact { dictionary, path, rules, eligible, wide, cache };
+        let residuals = Residuals { all: &self.residuals, dim: dictionary.dim() };
+        let inputs = (residuals, &mut *self.correlations);
         let energy = path.end().energy;
         let count = dictionary.len();
         let last = &mut guesses[branch.depth];
-        let guess = (*last + location.place) % count;
-        let members = branch.members.clone().map(|place| order[place].1 as usize);
+        let guess = (*last + location.number) % count;
+        let members = branch.members.clone().map(|position| order[position].1 as usize);
         let at = (branch.depth, energy);
         if branch.depth == 0 {
             let margins = location.rows.root_margins();
-            screen.begin(runners(candidates, members, at, &margins));
-            let mut tiles = location.rows.tiles::<S>(dictionary, differences);
-            screen.run(simd, &mut tiles, (guess, margins.gap), fields, &mut exact);
+            screen.begin(step_candidates(candidates, members, at, &margins));
+            let mut tiles = location.rows.root_tiles::<S>(dictionary, differences);
+            screen.run(simd, &mut tiles, (guess, margins.gap), inputs, &mut exact);
         } else {
             let (above, newest) = rows.split_at_mut(branch.depth - 1);
             let (newest, above) = (&mut newest[0], (&location.rows, &*above));
             if branch.depth == 1 {
-                let (mut tiles, margins) = newest.grow::<S, true>(dictionary, path, above, rules);
-                screen.begin(runners(candidates, members, at, &margins));
-                screen.run(simd, &mut tiles, (guess, margins.gap), fields, &mut exact);
+                let (mut tiles, margins) =
+                    newest.child_tiles::<S, true>(dictionary, path, above, rules);
+                screen.begin(step_candidates(candidates, members, at, &margins));
+                screen.run(simd, &mut tiles, (guess, margins.gap), inputs, &mut exact);
             } else {
-                let (mut tiles, margins) = newest.grow::<S, false>(dictionary, path, above, rules);
-                screen.begin(runners(candidates, members, at, &margins));
-                screen.run(simd, &mut tiles, (guess, margins.gap), fields, &mut exact);
+                let (mut tiles, margins) =
+                    newest.child_tiles::<S, false>(dictionary, path, above, rules);
+                screen.begin(step_candidates(candidates, members, at, &margins));
+                screen.run(simd, &mut tiles, (guess, margins.gap), inputs, &mut exact);
             }
-            // Where patches have little texture, the first atom leaves little of the others.
+            // If patches have little texture, the first atom leaves small residuals of the others.
             if branch.depth == 1 && rules.atoms > 2 {
-                newest.measure(simd);
+                newest.tighten_max_residual(simd);
             }
         }
-        let mut place = branch.members.start;
-        screen.finish(simd, own, &mut exact, |row, atom| {
-            order[place] = (atom.map_or(NONE, |atom| atom as u32), row as u32);
-            *last = atom.map_or(*last, |atom| (atom + count - location.place % count) % count);
-            place += 1;
+        let mut position = branch.members.start;
+        screen.finish(simd, residuals, &mut exact, |row, atom| {
+            order[position] = (atom.map_or(NONE, |atom| atom as u32), row as u32);
+            *last = atom.map_or(*last, |atom| (atom + count - location.number % count) % count);
+            position += 1;
         });
+        let members = &mut order[branch.members.clone()];
         if branch.depth + 1 == rules.atoms {
-            for &(atom, row) in &order[branch.members.clone()] {
-                let last = if atom == NONE {
-                    None
-                } else {
-                    exact.place(simd, atom as usize, own.row(row as usize))
-                };
-                candidates[row as usize].last = last.unwrap_or_default();
-            }
+            set_last_atoms(simd, candidates, members, residuals, &mut exact);
         }
-        order[branch.members.clone()].sort_unstable();
+        members.sort_unstable();
     }
 
-    /// Makes a branch of the members with the same next atom. Those that found none, or now have all, are complete.
+    /// Makes one branch per atom that members chose. Members without a further atom, or with the last one,
+    /// are complete.
     #[inline(always)]
     fn split(&mut self, problem: Problem<'_>, branch: &Branch, codes: &mut [Code]) {
         let (depth, end) = (branch.depth + 1, branch.members.end);
@@ -535,41 +559,61 @@ impl Scratch {
     }
 }
 
-/// These candidates in a step at a node of this depth and energy.
+/// The states of these candidates for a step at a node of this depth and energy.
 #[inline(always)]
-fn runners(
+fn step_candidates(
     candidates: &mut [Candidate],
     members: impl Iterator<Item = usize>,
     (depth, energy): (usize, f64),
     margins: &Margins,
-) -> impl Iterator<Item = Runner> {
+) -> impl Iterator<Item = StepCandidate> {
     members.map(move |row| {
         let candidate = &mut candidates[row];
         if depth > 0 {
-            candidate.advance(depth, margins);
+            candidate.add_error(depth, margins);
         }
-        candidate.runner((row, depth), energy, margins)
+        candidate.in_step((row, depth), energy, margins)
     })
 }
 
-/// The candidate's refitted coefficients on the atoms of the nodes and of the last choice: back substitution in the triangle.
+/// Stores the last atom of codes of full length in these members.
+#[inline(always)]
+fn set_last_atoms<S: Simd>(
+    simd: S,
+    candidates: &mut [Candidate],
+    members: &[(u32, u32)],
+    residuals: Residuals<'_>,
+    exact: &mut Exact<'_>,
+) {
+    for &(atom, row) in members {
+        let last = if atom == NONE {
+            None
+        } else {
+            exact.choice_without_score(simd, atom as usize, residuals.row(row as usize))
+        };
+        candidates[row as usize].last = last.unwrap_or_default();
+    }
+}
+
+/// The candidate's code: the least-squares coefficients for the atoms of the nodes and of the last choice, by
+/// back substitution in the triangular factor.
 fn code(nodes: &[Node], candidate: &Candidate, last: Option<&Choice>) -> Code {
     let mut support = [0; MAX_ATOMS];
     let mut triangle = [[0.0; MAX_ATOMS]; MAX_ATOMS];
-    let mut along = candidate.along;
+    let mut projections = candidate.projections;
     let mut length = nodes.len();
     for (k, node) in nodes.iter().enumerate() {
         (support[k], triangle[k]) = (node.atom, node.triangle);
     }
     if let Some(choice) = last {
-        (support[length], triangle[length], along[length]) =
-            (choice.atom, choice.triangle, choice.along);
+        (support[length], triangle[length], projections[length]) =
+            (choice.atom, choice.triangle, choice.projection);
         length += 1;
     }
     let mut coefficients = [0.0; MAX_ATOMS];
     for j in (0..length).rev() {
         let known: f64 = (j + 1..length).map(|s| triangle[s][j] * coefficients[s]).sum();
-        coefficients[j] = (along[j] - known) / triangle[j][j];
+        coefficients[j] = (projections[j] - known) / triangle[j][j];
     }
     Code::new(&support[..length], &coefficients[..length])
 }

@@ -1,5 +1,6 @@
-//! The definition of a joint code, written to be obviously right: `f64`, and at each step every projection is a least-squares
-//! problem solved afresh. Far too slow to track with; the tests hold the fast solver to it.
+//! The definition of a joint code, written to be obviously correct: in `f64`, and with every projection of
+//! every step solved anew as a least-squares problem. Far too slow for tracking; the tests compare the fast
+//! solver with it.
 
 use crate::sparse::codes::{Code, CodeRules, final_energy};
 use crate::sparse::dictionary::Dictionary;
@@ -20,12 +21,12 @@ pub fn solve(
     let mut support: Vec<usize> = Vec::new();
     while support.len() < rules.atoms {
         let chosen = atoms.select_columns(&support);
-        let signals_left = &signals - &chosen * least_squares(&chosen, &signals);
-        if signals_left.norm_squared() <= final_energy {
+        let signal_residuals = &signals - &chosen * least_squares(&chosen, &signals);
+        if signal_residuals.norm_squared() <= final_energy {
             break;
         }
-        let atoms_left = &atoms - &chosen * least_squares(&chosen, &atoms);
-        match best_atom(&support, &signals_left, &atoms_left, rules) {
+        let atom_residuals = &atoms - &chosen * least_squares(&chosen, &atoms);
+        match best_atom(&support, &signal_residuals, &atom_residuals, rules) {
             Some(atom) => support.push(atom),
             None => break,
         }
@@ -35,20 +36,20 @@ pub fn solve(
     Code::new(&support, &of_candidate.iter().copied().collect::<Vec<_>>())
 }
 
-/// The eligible atom with the largest positive score, the first of equal ones.
+/// The eligible atom with the largest positive score; in a tie, the first.
 fn best_atom(
     support: &[usize],
-    signals_left: &DMatrix<f64>,
-    atoms_left: &DMatrix<f64>,
+    signal_residuals: &DMatrix<f64>,
+    atom_residuals: &DMatrix<f64>,
     rules: &CodeRules,
 ) -> Option<usize> {
     let mut best = (None, 0.0);
-    for (k, atom) in atoms_left.column_iter().enumerate() {
-        let left = atom.norm_squared();
-        if left < rules.min_residual || support.contains(&k) {
+    for (k, atom) in atom_residuals.column_iter().enumerate() {
+        let residual_energy = atom.norm_squared();
+        if residual_energy < rules.min_residual || support.contains(&k) {
             continue;
         }
-        let score = signals_left.tr_mul(&atom).norm_squared() / left;
+        let score = signal_residuals.tr_mul(&atom).norm_squared() / residual_energy;
         if score > best.1 {
             best = (Some(k), score);
         }
@@ -60,7 +61,7 @@ fn best_atom(
 fn least_squares(left: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> {
     let qr = left.clone().qr();
     let projected = qr.q().tr_mul(right);
-    // Eligible atoms are independent, so the triangle is regular; an empty one has no solution to find.
+    // Eligible atoms are linearly independent, so the triangular factor is regular, unless it is empty.
     qr.r()
         .solve_upper_triangular(&projected)
         .unwrap_or_else(|| DMatrix::zeros(left.ncols(), right.ncols()))

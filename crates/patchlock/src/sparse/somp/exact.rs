@@ -1,4 +1,4 @@
-//! An atom in `f64`: whether it is eligible, and its score.
+//! Eligibility and score of an atom, computed in `f64`.
 
 use super::node::Path;
 use super::vectors::{U, dots_each, widen};
@@ -14,13 +14,13 @@ pub struct Choice {
     pub atom: usize,
     /// Its score.
     pub score: f64,
-    /// `q_s^T d` for each `s`, then the norm that is left of it.
+    /// `q_s^T d` for each `s`, then the norm of the atom's residual.
     pub triangle: [f64; MAX_ATOMS],
-    /// `p` of the candidate along it.
-    pub along: f64,
+    /// `p` of the candidate for this atom.
+    pub projection: f64,
 }
 
-/// Computes atoms at a node.
+/// Computes atoms in `f64` at a node.
 #[derive(Debug)]
 pub struct Exact<'a> {
     /// The dictionary.
@@ -29,79 +29,92 @@ pub struct Exact<'a> {
     pub path: Path<'a>,
     /// How atoms are chosen.
     pub rules: &'a CodeRules,
-    /// An atom is eligible for sure if the screen leaves the first of its `||d_res||^2`, and surely not if less than the second.
+    /// Limits for the screen's lower bound `l` and upper bound of `||d_res||^2`: the atom is certainly
+    /// eligible if `l` is at least the first, and certainly not if the upper bound is below the second.
     pub eligible: (f32, f32),
-    /// Room for an atom.
+    /// Scratch space for one atom.
     pub wide: &'a mut Vec<f64>,
-    /// What is known of atoms at this node.
-    pub memo: &'a mut Memo,
+    /// Results for atoms at this node.
+    pub cache: &'a mut AtomCache,
 }
 
-/// What the node alone says of atoms: where patches have little texture, many candidates ask for the same ones.
+/// Results that depend on the node and the atom, but not on the candidate. Where patches have little texture,
+/// many candidates need the same atoms.
 #[derive(Debug, Default)]
-pub struct Memo {
-    /// Counts the nodes.
-    turn: u64,
-    each: Vec<Known>,
+pub struct AtomCache {
+    /// Incremented at each node. Entries of an older generation are invalid.
+    generation: u64,
+    atoms: Vec<CachedAtom>,
 }
 
-/// What a node says of an atom.
+/// The result for one atom.
 #[derive(Debug, Clone, Copy, Default)]
-struct Known {
-    turn: u64,
+struct CachedAtom {
+    generation: u64,
     /// `||d_res||^2`.
-    left: f64,
+    residual_energy: f64,
     /// `q_s^T d` for each `s`.
     triangle: [f64; MAX_ATOMS],
-    /// The sum of the squared inner products with what is left of the shared columns.
+    /// The sum of the squared inner products with the residuals of the shared columns.
     squares: f64,
 }
 
-impl Memo {
-    /// Forgets all, for a node of a dictionary with this many atoms.
+impl AtomCache {
+    /// Invalidates all entries, for a node of a dictionary with this many atoms.
     #[inline(always)]
     pub fn begin(&mut self, atoms: usize) {
-        self.turn += 1;
-        self.each.resize(atoms, Known::default());
+        self.generation += 1;
+        self.atoms.resize(atoms, CachedAtom::default());
     }
 }
 
-/// What [`Exact::eligible`] is.
+/// The value of [`Exact::eligible`].
 pub fn eligible(rules: &CodeRules) -> (f32, f32) {
-    // More than what `f32` rounds here and there.
+    // Exceeds the `f32` rounding errors of both limits.
     let slack = 16.0 * U;
     let least = rules.min_residual;
     ((least * (1.0 + slack)) as f32, (least * (1.0 - slack)) as f32)
 }
 
 impl Exact<'_> {
-    /// The atom as a choice, if it is eligible, and where it is the last one: nothing asks for its score then, and it has none. `residual` is
-    /// what the chosen atoms leave of the candidate.
+    /// The atom as a choice without a score, if it is eligible. Used for the last atom of a code, whose score
+    /// is not needed. `residual` is the candidate's residual.
     #[inline(always)]
-    pub fn place<S: Simd>(&mut self, simd: S, atom: usize, residual: &[f64]) -> Option<Choice> {
+    pub fn choice_without_score<S: Simd>(
+        &mut self,
+        simd: S,
+        atom: usize,
+        residual: &[f64],
+    ) -> Option<Choice> {
         let (known, own) = self.compute(simd, atom, residual, &[]);
-        self.choice(atom, &known, own)
+        self.eligible_choice(atom, &known, own)
     }
 
-    /// The same with its score, if that is positive.
+    /// The atom as a choice with its score, if it is eligible and the score is positive.
     #[inline(always)]
-    pub fn weigh<S: Simd>(&mut self, simd: S, atom: usize, residual: &[f64]) -> Option<Choice> {
-        let (known, own) = if self.memo.each[atom].turn == self.memo.turn {
+    pub fn choice_with_score<S: Simd>(
+        &mut self,
+        simd: S,
+        atom: usize,
+        residual: &[f64],
+    ) -> Option<Choice> {
+        let (known, own) = if self.cache.atoms[atom].generation == self.cache.generation {
             widen(self.wide, self.dictionary.atom(atom));
-            (self.memo.each[atom], dot_wide(simd, self.wide, residual))
+            (self.cache.atoms[atom], dot_wide(simd, self.wide, residual))
         } else {
             let shared = &self.path.end().residuals;
             let (known, own) = self.compute(simd, atom, residual, shared);
-            self.memo.each[atom] = known;
+            self.cache.atoms[atom] = known;
             (known, own)
         };
-        let choice = self.choice(atom, &known, own)?;
+        let choice = self.eligible_choice(atom, &known, own)?;
         let squares = own * own + known.squares;
-        let score = squares / known.left;
+        let score = squares / known.residual_energy;
         (score > 0.0).then_some(Choice { score, ..choice })
     }
 
-    /// What the node says of the atom, with these shared columns, and the inner product with what is left of the candidate.
+    /// The result for the atom with these shared columns, and its inner product with the candidate's
+    /// residual.
     #[inline(always)]
     fn compute<S: Simd>(
         &mut self,
@@ -109,18 +122,22 @@ impl Exact<'_> {
         atom: usize,
         residual: &[f64],
         shared: &[f64],
-    ) -> (Known, f64) {
+    ) -> (CachedAtom, f64) {
         let (wide, depth) = (&mut *self.wide, self.path.nodes.len());
         widen(wide, self.dictionary.atom(atom));
-        let left = self.dictionary.squared_norm(atom);
-        let mut known = Known { turn: self.memo.turn, left, ..Known::default() };
+        let residual_energy = self.dictionary.squared_norm(atom);
+        let mut known = CachedAtom {
+            generation: self.cache.generation,
+            residual_energy,
+            ..CachedAtom::default()
+        };
         let mut own = 0.0;
         let directions = self.path.nodes.iter().map(|node| &*node.direction);
         let signals = std::iter::once(residual).chain(shared.chunks_exact(wide.len()));
         dots_each(simd, wide, directions.chain(signals), |number, dot| match number {
             _ if number < depth => {
                 known.triangle[number] = dot;
-                known.left -= dot * dot;
+                known.residual_energy -= dot * dot;
             }
             _ if number == depth => own = dot,
             _ => known.squares += dot * dot,
@@ -130,13 +147,13 @@ impl Exact<'_> {
 
     /// The atom as a choice without a score, if it is eligible.
     #[inline(always)]
-    fn choice(&self, atom: usize, known: &Known, own: f64) -> Option<Choice> {
-        if self.path.holds(atom) || known.left < self.rules.min_residual {
+    fn eligible_choice(&self, atom: usize, known: &CachedAtom, own: f64) -> Option<Choice> {
+        if self.path.contains(atom) || known.residual_energy < self.rules.min_residual {
             return None;
         }
-        let norm = known.left.sqrt();
+        let norm = known.residual_energy.sqrt();
         let mut triangle = known.triangle;
         triangle[self.path.nodes.len()] = norm;
-        Some(Choice { atom, score: 0.0, triangle, along: own / norm })
+        Some(Choice { atom, score: 0.0, triangle, projection: own / norm })
     }
 }

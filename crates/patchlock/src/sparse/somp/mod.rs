@@ -4,19 +4,21 @@
 //! min ||R - D A||_F^2  with at most `atoms` non-zero rows of A
 //! ```
 //!
-//! `R` holds the signals as columns: the patches of the same location in the buffer (the *shared* columns: all candidates
-//! have the same) and the candidate's patch, of whose coefficients alone the code is made. Each step takes the eligible
-//! atom with the largest score
+//! The columns of `R` are the signals: the patches of one location in the buffer (the *shared* columns, the
+//! same for all candidates) and the candidate's patch, whose coefficients alone become the code. Each step
+//! chooses the eligible atom with the largest score
 //!
 //! ```text
 //! ||R_res^T d||^2 / ||d_res||^2
 //! ```
 //!
-//! where `R_res` and `d_res` are what projecting out the chosen atoms leaves of signals and atom; the first atom wins a tie. An atom is
-//! eligible while `||d_res||^2 >= min_residual` and it is not chosen yet. It ends at `atoms` atoms, when the remaining energy is
-//! that of rounding, or when no eligible atom has a positive score.
+//! where `R_res` and `d_res` are the residuals of the signals and of the atom after projecting out the chosen
+//! atoms. In a tie the first atom is chosen. An atom is eligible while `||d_res||^2 >= min_residual` and it
+//! has not been chosen. The pursuit ends at `atoms` atoms, when only rounding errors remain of the signals'
+//! energy, or when no eligible atom has a positive score.
 //!
-//! [`definition`] is this written out; [`batched`] solves all candidates of a location together and chooses the same atoms.
+//! [`definition`] implements this literally; [`batched`] solves all candidates of a location together and
+//! chooses the same atoms.
 
 pub mod batched;
 pub mod definition;

@@ -1,74 +1,77 @@
-//! What is known in `f64` once some atoms are chosen, of everything that does not depend on the candidate: this decides.
+//! The `f64` data of a node: everything that follows from its atoms and the shared columns alone. Unlike the
+//! screen's `f32` data, it decides.
 
-use super::vectors::{dots_each, take_off_wide, widen};
+use super::vectors::{dots_each, subtract_scaled_wide, widen};
 use crate::numeric::dot_wide;
 use crate::sparse::codes::MAX_ATOMS;
 use crate::sparse::dictionary::Dictionary;
 use pulp::Simd;
 
-/// A point in the tree of chosen atoms: the root has none, and each node one more than its parent.
+/// A node in the tree of chosen atoms. The root has no atoms; each node has one more than its parent.
 #[derive(Debug, Clone, Default)]
 pub struct Node {
     /// The atom that was chosen last.
     pub atom: usize,
-    /// `q_t`: what the earlier atoms leave of it, normalised.
+    /// `q_t`: the normalised residual of this atom after projecting out the earlier ones.
     pub direction: Vec<f64>,
-    /// `q_s^T d` of the atom for each earlier `s`, then what is left of its norm.
+    /// `q_s^T d` of the atom for each earlier `s`, then the norm of its residual.
     pub triangle: [f64; MAX_ATOMS],
-    /// What the atoms leave of the shared columns.
+    /// The residuals of the shared columns, one after the other.
     pub residuals: Vec<f64>,
-    /// The energy of that.
+    /// The energy of the residuals.
     pub energy: f64,
     /// `p = q_t^T r` of each shared column.
-    pub along: Vec<f64>,
+    pub projections: Vec<f64>,
 }
 
-/// The root and the nodes below it that lead to a node.
+/// The nodes from the root to one node.
 #[derive(Debug, Clone, Copy)]
 pub struct Path<'a> {
     /// The root.
     pub root: &'a Node,
-    /// The others, in the order of their atoms.
+    /// The nodes below the root, in the order in which their atoms were chosen.
     pub nodes: &'a [Node],
 }
 
 impl<'a> Path<'a> {
-    /// The node that it leads to.
+    /// The last node of the path.
     #[inline(always)]
     pub fn end(&self) -> &'a Node {
         self.nodes.last().unwrap_or(self.root)
     }
 
-    /// Whether this atom is chosen.
+    /// Whether this atom has been chosen.
     #[inline(always)]
-    pub fn holds(&self, atom: usize) -> bool {
+    pub fn contains(&self, atom: usize) -> bool {
         self.nodes.iter().any(|node| node.atom == atom)
     }
 }
 
 impl Node {
-    /// Becomes the root for these shared columns.
+    /// Fills in the root for these shared columns.
     #[inline(always)]
     pub fn fill_root<S: Simd>(&mut self, simd: S, shared: &[f32]) {
         widen(&mut self.residuals, shared);
         self.energy = dot_wide(simd, &self.residuals, &self.residuals);
     }
 
-    /// Becomes the child of the node at the path's end with one more atom.
+    /// Fills in the child of the path's last node that adds this atom.
     #[inline(always)]
     pub fn fill<S: Simd>(&mut self, simd: S, dictionary: &Dictionary, path: Path<'_>, atom: usize) {
         self.atom = atom;
         let direction = &mut self.direction;
         widen(direction, dictionary.atom(atom));
         self.triangle = [0.0; MAX_ATOMS];
-        // Twice, so that the directions are orthogonal to rounding also where little is left of the atom.
+        // Twice, so that the directions are orthogonal up to rounding even if the atom's residual is small.
         for _ in 0..2 {
-            let mut along = [0.0; MAX_ATOMS];
+            let mut projections = [0.0; MAX_ATOMS];
             let directions = path.nodes.iter().map(|node| &*node.direction);
-            dots_each(simd, direction, directions, |s, dot| along[s] = dot);
-            for ((sum, along), node) in self.triangle.iter_mut().zip(along).zip(path.nodes) {
-                take_off_wide(direction, &node.direction, along);
-                *sum += along;
+            dots_each(simd, direction, directions, |s, dot| projections[s] = dot);
+            for ((sum, projection), node) in
+                self.triangle.iter_mut().zip(projections).zip(path.nodes)
+            {
+                subtract_scaled_wide(direction, &node.direction, projection);
+                *sum += projection;
             }
         }
         let norm = dot_wide(simd, direction, direction).sqrt();
@@ -78,15 +81,16 @@ impl Node {
 
         let parent = path.end();
         self.residuals.clone_from(&parent.residuals);
-        self.along.clear();
-        let Self { along, direction, .. } = self;
+        self.projections.clear();
+        let Self { projections, direction, .. } = self;
         let columns = parent.residuals.chunks_exact(dictionary.dim());
-        dots_each(simd, direction, columns, |_, dot| along.push(dot));
+        dots_each(simd, direction, columns, |_, dot| projections.push(dot));
         self.energy = parent.energy;
-        for (residual, along) in self.residuals.chunks_exact_mut(dictionary.dim()).zip(&self.along)
+        for (residual, projection) in
+            self.residuals.chunks_exact_mut(dictionary.dim()).zip(&self.projections)
         {
-            take_off_wide(residual, &self.direction, *along);
-            self.energy -= along * along;
+            subtract_scaled_wide(residual, &self.direction, *projection);
+            self.energy -= projection * projection;
         }
     }
 }

@@ -1,11 +1,12 @@
-//! The correlations of signals with all atoms: a matrix product, shaped for few signals and a dictionary that stays in the cache.
+//! The correlations of signals with all atoms: a matrix product for few signals and a dictionary that fits in
+//! the cache.
 
-use super::vectors::{TILE, Tile, mul_add, tile_place, tiles};
+use super::vectors::{TILE, Tile, mul_add, tile_index, tiles};
 use crate::sparse::dictionary::{Dictionary, LANES};
 use pulp::Simd;
 
-/// Writes the inner products of each signal (rows of `dim`) with the atoms of tile `t`, each added to that
-/// atom's entry of `base`, to where this tile has its place in `out`.
+/// Writes the inner products of each signal (rows of `dim` samples) with the atoms of tile `t`, plus that
+/// atom's entry of `base`, to this tile's entries of `out`.
 #[inline(always)]
 pub fn correlate<S: Simd>(
     simd: S,
@@ -20,24 +21,24 @@ pub fn correlate<S: Simd>(
     let panel = &panel[t * width % LANES..];
     let mut row = 0;
     while row < rows {
-        let (signals, place) = (&signals[row * dim..], tile_place::<S>(t, row, rows));
+        let (signals, first) = (&signals[row * dim..], tile_index::<S>(t, row, rows));
         let parts = LANES / width;
-        // As many together as their sums fit into registers.
+        // As many signals at once as have room for their sums in registers.
         row += match rows - row {
             6.. if S::REGISTER_COUNT >= 32 => {
-                products::<S, 6>(simd, signals, panel, base, (&mut out[place..], parts))
+                products::<S, 6>(simd, signals, panel, base, (&mut out[first..], parts))
             }
             4.. if S::REGISTER_COUNT >= 32 => {
-                products::<S, 4>(simd, signals, panel, base, (&mut out[place..], parts))
+                products::<S, 4>(simd, signals, panel, base, (&mut out[first..], parts))
             }
-            2.. => products::<S, 2>(simd, signals, panel, base, (&mut out[place..], parts)),
-            _ => products::<S, 1>(simd, signals, panel, base, (&mut out[place..], parts)),
+            2.. => products::<S, 2>(simd, signals, panel, base, (&mut out[first..], parts)),
+            _ => products::<S, 1>(simd, signals, panel, base, (&mut out[first..], parts)),
         }
     }
 }
 
-/// Does it for the first `SIZE` signals, and says how many that are. Every row of `panel` begins with a sample of the tile's atoms; results go to every
-/// `step`th tile of `out`.
+/// The products of the first `SIZE` signals; returns `SIZE`. Each row of `panel` begins with one sample of
+/// each of the tile's atoms. The results are written to every `step`th tile of `out`.
 #[inline(always)]
 fn products<S: Simd, const SIZE: usize>(
     simd: S,
@@ -73,7 +74,7 @@ fn products<S: Simd, const SIZE: usize>(
 mod tests {
     use super::*;
     use crate::numeric::aligned::Aligned;
-    use crate::sparse::somp::vectors::{place, tiles_mut};
+    use crate::sparse::somp::vectors::{panel_index, tiles_mut};
     use pulp::{Arch, WithSimd};
 
     struct Correlate<'a>(&'a [f32], &'a Dictionary, &'a mut [f32]);
@@ -90,11 +91,11 @@ mod tests {
         }
     }
 
-    /// With every number of signals that are worked on together.
+    /// Large enough to use every group size.
     const ROWS: usize = 13;
 
     #[test]
-    fn it_is_the_inner_products() {
+    fn correlations_are_inner_products() {
         let value = |k: usize| (k * 7919 % 251) as f32 / 251.0 - 0.3;
         for (dim, atoms) in [(64, 169), (5, 3), (256, 64)] {
             let dictionary = Dictionary::new(dim, 1, (0..dim * atoms).map(value).collect());
@@ -103,7 +104,7 @@ mod tests {
             out.resize(ROWS * dictionary.stride());
             Arch::new().dispatch(Correlate(&signals, &dictionary, &mut out));
             for (row, signal) in signals.chunks_exact(dim).enumerate() {
-                let at = |k: usize| out[place(k, row, ROWS)] - 0.5;
+                let at = |k: usize| out[panel_index(k, row, ROWS)] - 0.5;
                 for k in 0..atoms {
                     let pairs = signal.iter().zip(dictionary.atom(k));
                     let product: f64 = pairs.map(|(a, b)| f64::from(a * b)).sum();

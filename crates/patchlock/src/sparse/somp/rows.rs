@@ -1,108 +1,118 @@
-//! What the screen knows in `f32` at a node: rows over all atoms, each with a bound of its error. The symbols and the bounds are derived at
-//! the head of [`batched`](super::batched).
+//! The `f32` data of the screen at a node: rows over all atoms, each with an error bound. The head of
+//! [`batched`](super::batched) defines the symbols and derives the bounds.
 
 use super::node::{Node, Path};
 use super::product::correlate;
 use super::vectors::{
-    TILE, Tile, U, add, add_squares, dots_each, mul_add, panel, place, take_off, tile_place, tiles,
-    tiles_mut, widen,
+    TILE, Tile, U, add, add_squares, dots_each, mul_add, panel, panel_index, subtract_scaled,
+    tile_index, tiles, tiles_mut, widen,
 };
 use crate::numeric::aligned::Aligned;
 use crate::sparse::codes::{CodeRules, MAX_ATOMS};
 use crate::sparse::dictionary::{Dictionary, LANES};
 use pulp::Simd;
 
-/// Stands for `||d_res||^2` of an atom that can't be chosen: no score is left over it. Finite, so that no product is undefined.
-pub const DEAD: f32 = 1e36;
+/// Stored instead of `||d_res||^2` for an atom that cannot be chosen: every score divided by it is
+/// negligible. Finite, so that no product is undefined.
+pub const EXCLUDED: f32 = 1e36;
 
 /// Covers the products of two errors in the bounds.
 const SECOND_ORDER: f64 = 1.01;
 
-/// Less than 1 by more than adding it to a number can be off.
+/// 1 minus more than the rounding error of adding it.
 const NEARLY_ONE: f32 = 1.0 - 4.0 * U as f32;
 
 /// The rows of a node, padded to the dictionary's stride.
 #[derive(Debug, Clone, Default)]
 pub struct Rows {
-    /// `w_t = D^T q_t`, of the first node less 1; nothing at the root.
+    /// `w_t = D^T q_t`, minus 1 at a first node; empty at the root.
     weights: Aligned,
-    /// The correlations of the shared columns' residuals, a row each (as of a column of zeros where nothing is shared), in panels; at the root less 1.
+    /// The correlations of the shared columns' residuals with all atoms, one row per column, in panels; minus
+    /// 1 at the root. Without shared columns there is one row, for a column of zeros.
     columns: Aligned,
-    /// For each atom a lower bound of what its score is divided by, or [`DEAD`]; at the root less 1, and no bound but the number.
-    over: Aligned,
-    /// `p` of each column along the node's direction; zeros where nothing is shared.
-    along: Vec<f32>,
-    /// What is left of 1 of each column, at a first node.
-    lifts: Vec<f32>,
-    /// How far the rows may be off.
+    /// For each atom, a lower bound of the divisor of its score, or [`EXCLUDED`]. At the root it is the
+    /// divisor minus 1, rounded rather than bounded.
+    divisors: Aligned,
+    /// `p` of each column along the node's direction; zeros without shared columns.
+    projections: Vec<f32>,
+    /// `1 - p` of each column, which a first node adds.
+    offsets: Vec<f32>,
+    /// Error bounds of the rows.
     pub errors: Errors,
 }
 
-/// How far rows may be off.
+/// Error bounds of the rows of a node.
 #[derive(Debug, Clone, Default)]
 pub struct Errors {
-    /// An entry of the weights.
+    /// Of an entry of the weights.
     weights: f64,
-    /// An entry of each column.
+    /// Of an entry of each column.
     columns: Vec<f64>,
-    /// How much an entry of `over` may lack.
-    over: f64,
-    /// No weight is more than this.
-    reach: f64,
-    /// No `||d_res||^2` is more than this.
-    most_left: f64,
-    /// At the root: no entry of the columns is more than this.
+    /// How much a divisor may be below `||d_res||^2`.
+    divisors: f64,
+    /// Upper bound of the magnitude of a weight.
+    max_weight: f64,
+    /// Upper bound of `||d_res||^2` over all atoms.
+    max_residual: f64,
+    /// At the root: upper bound of the columns' `|y'|`.
     spread: f64,
-    /// `||d_res||^2` loses `w^2`: as the screen has `w`, at most `|w| (|w| + first) + second`, and at the first node `w (2 + w) + second`.
+    /// `||d_res||^2` decreases by `w^2`. With the screen's `w`, this is at most
+    /// `|w| (|w| + loss.0) + loss.1`; at a first node, where `w` is stored minus 1, it is at most
+    /// `w (w + loss.0) + loss.1`.
     loss: (f64, f64),
 }
 
-/// What a step has to know of [`Errors`].
+/// The part of [`Errors`] that a step needs.
 #[derive(Debug, Clone, Copy)]
 pub struct Margins {
-    /// How far a weight may be off, and how large it may be.
+    /// Error bound of a weight, and upper bound of its magnitude.
     weights: (f64, f64),
-    /// Whether the node is the first one.
+    /// Whether the node is a first node.
     first: bool,
-    /// The sum of the squares of how far the columns may be off.
+    /// The sum of the squared error bounds of the columns.
     pub squared: f64,
-    /// How much less than the truth a divisor may be, rounded up.
+    /// How much a divisor may be too small, rounded up.
     pub gap: f32,
 }
 
 impl Margins {
-    /// How much further a correlation is off once `along` is taken off. At the root it was no more than `spread`, less 1.
+    /// The error that a correlation gains when `projection` times the weight is subtracted. At the root its
+    /// `|y'|` was at most `spread`.
     #[inline(always)]
-    pub fn taken(&self, along: f64, spread: f64) -> f64 {
-        let (p, (off, reach)) = (along.abs(), self.weights);
-        let sums =
-            if self.first { 2.0 * (spread + p * reach + (1.0 - along).abs()) } else { reach };
-        SECOND_ORDER * (p * (off + 2.0 * U * reach) + U * sums)
+    pub fn projection_error(&self, projection: f64, spread: f64) -> f64 {
+        let (p, (off, max_weight)) = (projection.abs(), self.weights);
+        let sums = if self.first {
+            2.0 * (spread + p * max_weight + (1.0 - projection).abs())
+        } else {
+            max_weight
+        };
+        SECOND_ORDER * (p * (off + 2.0 * U * max_weight) + U * sums)
     }
 }
 
 impl Errors {
-    /// What a step at the root has to know: there, 1 is added to all.
+    /// The margins of a step at the root, where 1 is added to all correlations.
     #[inline(always)]
     fn at_root(&self) -> Margins {
-        let squared = self.columns.iter().map(|e| (e + ADDING_ONE).powi(2)).sum();
+        let squared = self.columns.iter().map(|e| (e + ADD_ONE_ERROR).powi(2)).sum();
         Margins { squared, ..self.margins(false) }
     }
 
-    /// What a step has to know.
+    /// The margins of a step below the root.
     #[inline(always)]
     fn margins(&self, first: bool) -> Margins {
         Margins {
-            weights: (self.weights, self.reach),
+            weights: (self.weights, self.max_weight),
             first,
             squared: self.columns.iter().map(|e| e * e).sum(),
-            gap: (self.over * (1.0 + 4.0 * U)) as f32,
+            gap: (self.divisors * (1.0 + 4.0 * U)) as f32,
         }
     }
 
-    /// As the child's of `parent` with the node at the path's end; gives what a step has to know.
+    /// Sets the bounds of the node at the end of the path, a child of `parent`, and returns the margins of
+    /// its step.
     #[inline(always)]
-    fn follow<const FIRST: bool>(
+    fn set_child<const FIRST: bool>(
         &mut self,
         path: Path<'_>,
         above: &[Rows],
@@ -110,144 +120,148 @@ impl Errors {
         spread: f64,
     ) -> Margins {
         if FIRST {
-            self.be_first(path.end().triangle[0], spread);
+            self.set_first(path.end().triangle[0], spread);
         } else {
-            self.be_further(&path.end().triangle, above, spread);
-            self.over += parent.over;
+            self.set_deeper(&path.end().triangle, above, spread);
+            self.divisors += parent.divisors;
         }
-        // What is left of an atom only becomes less.
-        self.most_left = parent.most_left;
+        // The residual of an atom can only shrink.
+        self.max_residual = parent.max_residual;
         let margins = self.margins(FIRST);
         self.columns.clone_from(&parent.columns);
-        for (error, &p) in self.columns.iter_mut().zip(&path.end().along) {
-            *error += margins.taken(p, parent.spread);
+        for (error, &p) in self.columns.iter_mut().zip(&path.end().projections) {
+            *error += margins.projection_error(p, parent.spread);
         }
         self.margins(FIRST)
     }
 
-    /// Of a first node, whose atom has this norm.
+    /// Sets the bounds of a first node whose atom has this norm.
     #[inline(always)]
-    fn be_first(&mut self, norm: f64, spread: f64) {
-        let reach = spread / norm + (1.0 / norm - 1.0).abs();
-        self.reach = SECOND_ORDER * reach;
-        self.weights = SECOND_ORDER * 5.0 * U * reach;
-        let square = reach * (2.0 + reach);
-        let second = self.weights * (2.0 + 2.0 * reach) + U * (4.0 * square + 2.0 * spread);
+    fn set_first(&mut self, norm: f64, spread: f64) {
+        let max_weight = spread / norm + (1.0 / norm - 1.0).abs();
+        self.max_weight = SECOND_ORDER * max_weight;
+        self.weights = SECOND_ORDER * 5.0 * U * max_weight;
+        let square = max_weight * (2.0 + max_weight);
+        let second = self.weights * (2.0 + 2.0 * max_weight) + U * (4.0 * square + 2.0 * spread);
         self.loss = (2.0, SECOND_ORDER * second);
-        self.over = 2.0 * self.loss.1;
+        self.divisors = 2.0 * self.loss.1;
     }
 
-    /// Of a node further below; what `over` may lack more than the parent's.
+    /// Sets the bounds of a deeper node; `divisors` becomes the increase over the parent's.
     #[inline(always)]
-    fn be_further(&mut self, triangle: &[f64; MAX_ATOMS], above: &[Rows], spread: f64) {
+    fn set_deeper(&mut self, triangle: &[f64; MAX_ATOMS], above: &[Rows], spread: f64) {
         let earlier = above.len();
         let mut numerator = U * spread;
         let mut sums = spread + (1.0 - triangle[0]).abs();
-        for (rows, along) in above.iter().zip(triangle) {
-            let Errors { weights, reach, .. } = rows.errors;
-            numerator += along.abs() * (weights + 2.0 * U * reach);
-            sums += along.abs() * reach;
+        for (rows, projection) in above.iter().zip(triangle) {
+            let Errors { weights, max_weight, .. } = rows.errors;
+            numerator += projection.abs() * (weights + 2.0 * U * max_weight);
+            sums += projection.abs() * max_weight;
         }
         numerator += U * ((earlier + 1) as f64 * sums + (1.0 - triangle[0]).abs());
-        let most = above[0].errors.most_left.sqrt();
-        self.weights = SECOND_ORDER * (numerator / triangle[earlier] + 3.0 * U * most);
-        self.reach = most + self.weights;
-        let rounding = 5.0 * U * self.reach.powi(2);
+        let max_norm = above[0].errors.max_residual.sqrt();
+        self.weights = SECOND_ORDER * (numerator / triangle[earlier] + 3.0 * U * max_norm);
+        self.max_weight = max_norm + self.weights;
+        let rounding = 5.0 * U * self.max_weight.powi(2);
         self.loss =
             (2.0 * SECOND_ORDER * self.weights, SECOND_ORDER * (self.weights.powi(2) + rounding));
-        // `2 o |w|` is taken off twice too much at most, and so is what is for rounding.
-        self.over = SECOND_ORDER * (4.0 * self.weights * self.reach + 2.0 * rounding);
+        // At most, `2 o |w|` is subtracted twice too often, and so is the allowance for rounding.
+        self.divisors = SECOND_ORDER * (4.0 * self.weights * self.max_weight + 2.0 * rounding);
     }
 }
 
-/// How far adding 1 to a correlation takes it off.
-pub const ADDING_ONE: f64 = 2.0 * U;
+/// Error bound of adding 1 to a correlation.
+pub const ADD_ONE_ERROR: f64 = 2.0 * U;
 
-/// A tile of what all candidates at a node share. Aligned, as a vector across two cache lines costs twice.
+/// A tile of the data that all candidates at a node share. Aligned, because loading a vector that straddles
+/// two cache lines costs twice as much.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
-pub struct Shared<S: Simd> {
-    /// `w_t`; nothing at the root.
+pub struct SharedTile<S: Simd> {
+    /// `w_t`; zeros at the root.
     pub weights: Tile<S>,
-    /// For each atom the sum of the squared correlations of all columns.
+    /// For each atom, the sum of the squared correlations of all shared columns.
     pub squares: Tile<S>,
-    /// What scores are divided by, at least.
-    pub over: Tile<S>,
+    /// Lower bounds of the divisors of the scores.
+    pub divisors: Tile<S>,
 }
 
-/// Gives the tiles of the root, one after the other, and correlates the candidates.
+/// Makes the tiles of the root one by one, and correlates the candidates.
 #[derive(Debug, Clone, Copy)]
 pub struct RootTiles<'a, S: Simd> {
     dictionary: &'a Dictionary,
-    /// What the candidates differ by from the newest column.
+    /// The candidates minus the newest column.
     differences: &'a [f32],
     rows: &'a Rows,
     columns: &'a [Tile<S>],
-    over: &'a [Tile<S>],
+    divisors: &'a [Tile<S>],
 }
 
-/// Makes the tiles of a child, of the root or of a node further below, one after the other. Its rows are cut into tiles once, as cutting costs more than a tile.
+/// Makes the tiles of a child, of the root or of a deeper node, one by one. Its rows are split into tiles
+/// once, because splitting them costs more than computing a tile.
 #[derive(Debug)]
 pub struct ChildTiles<'a, S: Simd, const FIRST: bool> {
-    recipe: Recipe<'a>,
+    recurrence: Recurrence<'a>,
     gram: &'a [Tile<S>],
     /// The weights of the nodes above.
     above: [&'a [Tile<S>]; MAX_ATOMS],
     /// The parent's rows.
     columns: &'a [Tile<S>],
-    over: &'a [Tile<S>],
-    /// The child's own, where they are kept for nodes further below.
-    kept: Option<Kept<'a, S>>,
+    divisors: &'a [Tile<S>],
+    /// The child's own rows, if it can have children.
+    stored: Option<StoredRows<'a, S>>,
 }
 
-/// How a child's entries follow from those of the nodes above.
+/// The recurrence that computes a child's entries from those of the nodes above.
 #[derive(Debug)]
-struct Recipe<'a> {
+struct Recurrence<'a> {
     gram: &'a [f32],
     above: &'a [Rows],
     parent: &'a Rows,
-    /// `q_s^T d` of the new atom for each node above, one over what is left of its norm, and `p` of each column.
+    /// `q_s^T d` of the new atom for each node above, the inverse of the norm of its residual, and `p` of
+    /// each column.
     triangle: [f32; MAX_ATOMS],
     inverse: f32,
-    along: &'a [f32],
-    /// What makes good that the numbers above are less 1: added to weights (of the first node after they are scaled), and to columns.
-    shift: f32,
-    lifts: &'a [f32],
+    projections: &'a [f32],
+    /// Corrections for entries stored minus 1. `weight_offset` is added to the weights, at a first node after
+    /// scaling them; `offsets` are added to the columns.
+    weight_offset: f32,
+    offsets: &'a [f32],
     atom: usize,
     loss: (f32, f32),
 }
 
-/// Rows that are written.
+/// The rows that a child stores for its own children.
 #[derive(Debug)]
-struct Kept<'a, S: Simd> {
+struct StoredRows<'a, S: Simd> {
     weights: &'a mut [Tile<S>],
     columns: &'a mut [Tile<S>],
-    over: &'a mut [Tile<S>],
+    divisors: &'a mut [Tile<S>],
 }
 
 /// A source of tiles.
 pub trait Tiles<S: Simd> {
-    /// Whether candidates still have to take off what the newest atom explains.
-    const DEEP: bool;
+    /// Whether the newest atom must be projected out of the candidates' correlations.
+    const BELOW_ROOT: bool;
 
-    /// Whether the correlations are less 1.
-    const LIFTED: bool;
+    /// Whether the correlations are stored minus 1.
+    const HAS_OFFSET: bool;
 
-    /// Whether what a step makes of the correlations is written, for nodes further below.
-    fn kept(&self) -> bool;
+    /// Whether the updated correlations are stored for child nodes.
+    fn stores_rows(&self) -> bool;
 
-    /// Makes the candidates' correlations with tile `t`, where they are not there yet.
+    /// Correlates the candidates with the atoms of tile `t`, unless their correlations are stored already.
     fn correlate(&self, simd: S, t: usize, correlations: &mut [Tile<S>]);
 
-    /// Tile `t`.
-    fn tile(&mut self, simd: S, t: usize) -> Shared<S>;
+    /// Makes tile `t`.
+    fn tile(&mut self, simd: S, t: usize) -> SharedTile<S>;
 
-    /// The same of a single atom: weight, squares and divisor.
+    /// The same for one atom: its weight, sum of squares and divisor.
     fn at(&self, k: usize) -> [f32; 3];
 }
 
 impl Rows {
-    /// Becomes the rows of the root.
+    /// Fills in the rows of the root.
     #[inline(always)]
     pub fn fill_root<S: Simd>(
         &mut self,
@@ -266,63 +280,67 @@ impl Rows {
         for k in 0..count {
             widen(wide, dictionary.atom(k));
             let column = &mut self.columns;
-            let alive = dictionary.squared_norm(k) > 0.0;
+            let nonzero = dictionary.squared_norm(k) > 0.0;
             dots_each(simd, wide, signals.clone(), |c, dot| {
                 let less = (dot - 1.0) as f32;
-                column[place(k, c, columns)] = less;
-                spread = if alive { spread.max(less.abs()) } else { spread };
+                column[panel_index(k, c, columns)] = less;
+                spread = if nonzero { spread.max(less.abs()) } else { spread };
             });
         }
         let spread = f64::from(spread) * SECOND_ORDER;
         self.errors.columns.clear();
         self.errors.columns.resize(columns, U * spread);
-        (self.errors.spread, self.errors.over) = (spread, 8.0 * U);
-        self.errors.most_left = 1.0 + 8.0 * U;
-        self.over.resize(stride);
-        self.over.fill(DEAD);
-        for (k, over) in self.over.iter_mut().take(count).enumerate() {
+        (self.errors.spread, self.errors.divisors) = (spread, 8.0 * U);
+        self.errors.max_residual = 1.0 + 8.0 * U;
+        self.divisors.resize(stride);
+        self.divisors.fill(EXCLUDED);
+        for (k, divisor) in self.divisors.iter_mut().take(count).enumerate() {
             let norm = dictionary.squared_norm(k);
-            // An atom that repeats an earlier one has its score, and gives way to it; with that one chosen, nothing is left of it.
+            // An atom that repeats an earlier one has the same score and loses the tie. Once the earlier one
+            // has been chosen, it has no residual.
             if norm >= rules.min_residual && !dictionary.repeats(k) {
-                *over = (norm - 1.0) as f32;
+                *divisor = (norm - 1.0) as f32;
             }
         }
     }
 
-    /// Looks how much is left of the atoms, once all tiles were made: the less, the less the rows of nodes further below can be off.
+    /// Tightens [`Errors::max_residual`] once all tiles have been made: the smaller the residuals of the
+    /// atoms, the smaller the errors of deeper nodes.
     #[inline(always)]
-    pub fn measure<S: Simd>(&mut self, simd: S) {
-        let (dead, none) = (simd.splat_f32s(DEAD), simd.splat_f32s(0.0));
-        let mut most = [none; TILE];
-        for tile in tiles::<S>(&self.over) {
-            for (most, &over) in most.iter_mut().zip(tile) {
-                let alive = simd.less_than_f32s(over, dead);
-                *most = simd.max_f32s(*most, simd.select_f32s(alive, over, none));
+    pub fn tighten_max_residual<S: Simd>(&mut self, simd: S) {
+        let (excluded, zero) = (simd.splat_f32s(EXCLUDED), simd.splat_f32s(0.0));
+        let mut largest = [zero; TILE];
+        for tile in tiles::<S>(&self.divisors) {
+            for (largest, &divisor) in largest.iter_mut().zip(tile) {
+                let possible = simd.less_than_f32s(divisor, excluded);
+                *largest = simd.max_f32s(*largest, simd.select_f32s(possible, divisor, zero));
             }
         }
-        let most = most.into_iter().map(|most| simd.reduce_max_f32s(most)).fold(0.0, f32::max);
-        self.errors.most_left = self.errors.most_left.min(f64::from(most) + self.errors.over);
+        let largest = largest.into_iter().map(|v| simd.reduce_max_f32s(v)).fold(0.0, f32::max);
+        self.errors.max_residual =
+            self.errors.max_residual.min(f64::from(largest) + self.errors.divisors);
     }
 
-    /// How many columns there are.
+    /// Number of columns.
     fn count(&self) -> usize {
-        self.columns.len() / self.over.len().max(1)
+        self.columns.len() / self.divisors.len().max(1)
     }
 
     #[inline(always)]
     fn column_at(&self, k: usize, c: usize) -> f32 {
-        self.columns[place(k, c, self.count())]
+        self.columns[panel_index(k, c, self.count())]
     }
 
-    /// What a step at the root has to know.
+    /// The margins of a step at the root.
     #[inline(always)]
     pub fn root_margins(&self) -> Margins {
         self.errors.at_root()
     }
 
-    /// At the root: how far a candidate's correlations are off that is this far from the newest column, and the most that they are, less 1.
+    /// At the root, for a candidate at this distance from the newest column: the error bound of its
+    /// correlations, and an upper bound of their `|y'|`.
     #[inline(always)]
-    pub fn candidate(&self, dim: usize, distance: f64) -> (f64, f64) {
+    pub fn candidate_bounds(&self, dim: usize, distance: f64) -> (f64, f64) {
         let spread = self.errors.spread + distance;
         (SECOND_ORDER * U * ((dim + 2) as f64 * distance + 2.0 * spread), spread)
     }
@@ -330,24 +348,25 @@ impl Rows {
     /// Tile `t` of the newest column.
     #[inline(always)]
     pub fn newest_column<S: Simd>(&self, t: usize) -> &Tile<S> {
-        &tiles::<S>(&self.columns)[tile_place::<S>(t, self.count() - 1, self.count())]
+        &tiles::<S>(&self.columns)[tile_index::<S>(t, self.count() - 1, self.count())]
     }
 
-    /// The root's tiles.
+    /// The tiles of the root.
     #[inline(always)]
-    pub fn tiles<'a, S: Simd>(
+    pub fn root_tiles<'a, S: Simd>(
         &'a self,
         dictionary: &'a Dictionary,
         differences: &'a [f32],
     ) -> RootTiles<'a, S> {
-        let (columns, over) = (tiles::<S>(&self.columns), tiles::<S>(&self.over));
-        RootTiles { dictionary, differences, rows: self, columns, over }
+        let (columns, divisors) = (tiles::<S>(&self.columns), tiles::<S>(&self.divisors));
+        RootTiles { dictionary, differences, rows: self, columns, divisors }
     }
 
-    /// The tiles of the node at the path's end, `FIRST` if the root is its parent, whose parents' rows are `root` and `above`, and their margins. The rows are there once all tiles were
+    /// The tiles and margins of the node at the end of the path; `FIRST` if its parent is the root. `root`
+    /// and `above` are the rows of the nodes above it. Its own rows are complete once all tiles have been
     /// made.
     #[inline(always)]
-    pub fn grow<'a, S: Simd, const FIRST: bool>(
+    pub fn child_tiles<'a, S: Simd, const FIRST: bool>(
         &'a mut self,
         dictionary: &'a Dictionary,
         path: Path<'a>,
@@ -355,57 +374,58 @@ impl Rows {
         rules: &CodeRules,
     ) -> (ChildTiles<'a, S, FIRST>, Margins) {
         let (node, parent) = (path.end(), above.last().unwrap_or(root));
-        let margins = self.errors.follow::<FIRST>(path, above, &parent.errors, dictionary.spread());
+        let margins =
+            self.errors.set_child::<FIRST>(path, above, &parent.errors, dictionary.spread());
         let gram = dictionary.gram_row(node.atom);
-        self.along.clear();
-        self.along.extend(node.along.iter().map(|&p| p as f32));
-        self.along.resize(parent.count(), 0.0);
-        self.lifts.clear();
-        self.lifts.extend(node.along.iter().map(|&p| (1.0 - p) as f32));
-        self.lifts.resize(parent.count(), 1.0);
-        let Self { weights, columns, over, along, lifts, errors } = self;
-        let own = [weights, columns, over];
+        self.projections.clear();
+        self.projections.extend(node.projections.iter().map(|&p| p as f32));
+        self.projections.resize(parent.count(), 0.0);
+        self.offsets.clear();
+        self.offsets.extend(node.projections.iter().map(|&p| (1.0 - p) as f32));
+        self.offsets.resize(parent.count(), 1.0);
+        let Self { weights, columns, divisors, projections, offsets, errors } = self;
+        let own = [weights, columns, divisors];
         let inverse = 1.0 / node.triangle[above.len()];
-        let shift = if FIRST { inverse - 1.0 } else { 1.0 - node.triangle[0] };
-        let recipe = Recipe {
+        let weight_offset = if FIRST { inverse - 1.0 } else { 1.0 - node.triangle[0] };
+        let recurrence = Recurrence {
             gram,
             above,
             parent,
             triangle: node.triangle.map(|w| w as f32),
             inverse: inverse as f32,
-            along,
-            shift: shift as f32,
-            lifts,
+            projections,
+            weight_offset: weight_offset as f32,
+            offsets,
             atom: node.atom,
             loss: (errors.loss.0 as f32, errors.loss.1 as f32),
         };
         let mut earlier: [&[Tile<S>]; MAX_ATOMS] = [&[]; MAX_ATOMS];
         for (k, tiles_above) in earlier.iter_mut().enumerate() {
-            // Left early, so that the compiler makes no gathers of these few turns.
+            // Leaving early keeps the compiler from turning these few iterations into gathers.
             let Some(rows) = above.get(k) else { break };
             *tiles_above = tiles::<S>(&rows.weights);
         }
-        let (columns, over) = (tiles::<S>(&parent.columns), tiles::<S>(&parent.over));
-        // Below the deepest node there is none that would ask for its rows.
-        let keep = path.nodes.len() + 1 < rules.atoms;
-        let kept = keep.then(|| Kept::new(own, parent));
+        let (columns, divisors) = (tiles::<S>(&parent.columns), tiles::<S>(&parent.divisors));
+        // The deepest nodes have no children that would read their rows.
+        let store = path.nodes.len() + 1 < rules.atoms;
+        let stored = store.then(|| StoredRows::new(own, parent));
         let gram = tiles::<S>(gram);
-        (ChildTiles { recipe, gram, above: earlier, columns, over, kept }, margins)
+        (ChildTiles { recurrence, gram, above: earlier, columns, divisors, stored }, margins)
     }
 }
 
-impl<'a, S: Simd> Kept<'a, S> {
-    /// Room in these for as many as the parent has.
+impl<'a, S: Simd> StoredRows<'a, S> {
+    /// Resizes the rows to the size of the parent's.
     #[inline(always)]
-    fn new([weights, columns, over]: [&'a mut Aligned; 3], parent: &Rows) -> Self {
+    fn new([weights, columns, divisors]: [&'a mut Aligned; 3], parent: &Rows) -> Self {
         columns.resize(parent.columns.len());
-        for row in [&mut *weights, &mut *over] {
-            row.resize(parent.over.len());
+        for row in [&mut *weights, &mut *divisors] {
+            row.resize(parent.divisors.len());
         }
         Self {
             weights: tiles_mut::<S>(weights),
             columns: tiles_mut::<S>(columns),
-            over: tiles_mut::<S>(over),
+            divisors: tiles_mut::<S>(divisors),
         }
     }
 }
@@ -414,16 +434,16 @@ impl<S: Simd> RootTiles<'_, S> {
     /// Tile `t` of a column.
     #[inline(always)]
     fn column(&self, t: usize, c: usize) -> &Tile<S> {
-        &self.columns[tile_place::<S>(t, c, self.rows.count())]
+        &self.columns[tile_index::<S>(t, c, self.rows.count())]
     }
 }
 
 impl<S: Simd> Tiles<S> for RootTiles<'_, S> {
-    const DEEP: bool = false;
-    const LIFTED: bool = true;
+    const BELOW_ROOT: bool = false;
+    const HAS_OFFSET: bool = true;
 
     #[inline(always)]
-    fn kept(&self) -> bool {
+    fn stores_rows(&self) -> bool {
         false
     }
 
@@ -434,10 +454,10 @@ impl<S: Simd> Tiles<S> for RootTiles<'_, S> {
     }
 
     #[inline(always)]
-    fn tile(&mut self, simd: S, t: usize) -> Shared<S> {
+    fn tile(&mut self, simd: S, t: usize) -> SharedTile<S> {
         let zero = [simd.splat_f32s(0.0); TILE];
-        let mut shared = Shared { weights: zero, squares: zero, over: self.over[t] };
-        add(simd, &mut shared.over, NEARLY_ONE);
+        let mut shared = SharedTile { weights: zero, squares: zero, divisors: self.divisors[t] };
+        add(simd, &mut shared.divisors, NEARLY_ONE);
         for c in 0..self.rows.count() {
             let mut y = *self.column(t, c);
             add(simd, &mut y, 1.0);
@@ -452,60 +472,62 @@ impl<S: Simd> Tiles<S> for RootTiles<'_, S> {
         for c in 0..self.rows.count() {
             squares += (self.rows.column_at(k, c) + 1.0).powi(2);
         }
-        [0.0, squares, self.rows.over[k] + NEARLY_ONE]
+        [0.0, squares, self.rows.divisors[k] + NEARLY_ONE]
     }
 }
 
 impl<S: Simd, const FIRST: bool> Tiles<S> for ChildTiles<'_, S, FIRST> {
-    const DEEP: bool = true;
-    const LIFTED: bool = FIRST;
+    const BELOW_ROOT: bool = true;
+    const HAS_OFFSET: bool = FIRST;
 
     #[inline(always)]
-    fn kept(&self) -> bool {
-        self.kept.is_some()
+    fn stores_rows(&self) -> bool {
+        self.stored.is_some()
     }
 
     #[inline(always)]
     fn correlate(&self, _: S, _: usize, _: &mut [Tile<S>]) {}
 
     #[inline(always)]
-    fn tile(&mut self, simd: S, t: usize) -> Shared<S> {
-        let Self { recipe, gram, above, columns, over, kept } = self;
-        let above = &above[..recipe.above.len()];
-        let w = recipe.weigh::<S, FIRST>(simd, gram[t], above, t);
-        let over = recipe.shorten::<S, FIRST>(simd, &w, over[t], t);
-        let mut shared = Shared { weights: w, squares: [simd.splat_f32s(0.0); TILE], over };
-        let (first, step) = panel::<S>(t, recipe.along.len());
-        let own = kept.as_mut().map(|kept| {
-            (kept.weights[t], kept.over[t]) = (w, over);
-            &mut kept.columns[first..]
+    fn tile(&mut self, simd: S, t: usize) -> SharedTile<S> {
+        let Self { recurrence, gram, above, columns, divisors, stored } = self;
+        let above = &above[..recurrence.above.len()];
+        let w = recurrence.weights::<S, FIRST>(simd, gram[t], above, t);
+        let divisors = recurrence.update_divisors::<S, FIRST>(simd, &w, divisors[t], t);
+        let mut shared = SharedTile { weights: w, squares: [simd.splat_f32s(0.0); TILE], divisors };
+        let (first, step) = panel::<S>(t, recurrence.projections.len());
+        let own = stored.as_mut().map(|stored| {
+            (stored.weights[t], stored.divisors[t]) = (w, divisors);
+            &mut stored.columns[first..]
         });
         let columns = (&columns[first..], own);
-        leave::<S, FIRST>(simd, columns, step, recipe, &mut shared);
+        update_columns::<S, FIRST>(simd, columns, step, recurrence, &mut shared);
         shared
     }
 
     #[inline(always)]
     fn at(&self, k: usize) -> [f32; 3] {
-        self.recipe.at::<FIRST>(k)
+        self.recurrence.at::<FIRST>(k)
     }
 }
 
-/// Adds up the squares of what the node leaves of its parent's columns, every `step`th of these tiles,
-/// and writes it where it has its own.
+/// Updates the parent's columns, which are every `step`th tile, to the child, adds up their squares, and
+/// stores them if the child stores its rows.
 #[inline(always)]
-fn leave<S: Simd, const FIRST: bool>(
+fn update_columns<S: Simd, const FIRST: bool>(
     simd: S,
     (columns, mut own): (&[Tile<S>], Option<&mut [Tile<S>]>),
     step: usize,
-    recipe: &Recipe<'_>,
-    shared: &mut Shared<S>,
+    recurrence: &Recurrence<'_>,
+    shared: &mut SharedTile<S>,
 ) {
-    for (c, (&along, &lift)) in recipe.along.iter().zip(recipe.lifts).enumerate() {
+    for (c, (&projection, &offset)) in
+        recurrence.projections.iter().zip(recurrence.offsets).enumerate()
+    {
         let mut y = columns[c * step];
-        take_off(simd, &mut y, &shared.weights, along);
+        subtract_scaled(simd, &mut y, &shared.weights, projection);
         if FIRST {
-            add(simd, &mut y, lift);
+            add(simd, &mut y, offset);
         }
         add_squares(simd, &mut shared.squares, &y);
         if let Some(own) = &mut own {
@@ -514,10 +536,10 @@ fn leave<S: Simd, const FIRST: bool>(
     }
 }
 
-impl Recipe<'_> {
+impl Recurrence<'_> {
     /// The weights of a tile.
     #[inline(always)]
-    fn weigh<S: Simd, const FIRST: bool>(
+    fn weights<S: Simd, const FIRST: bool>(
         &self,
         simd: S,
         gram: Tile<S>,
@@ -526,12 +548,12 @@ impl Recipe<'_> {
     ) -> Tile<S> {
         let (mut w, inverse) = (gram, simd.splat_f32s(self.inverse));
         if FIRST {
-            let shift = simd.splat_f32s(self.shift);
-            return w.map(|w| mul_add(simd, w, inverse, shift));
+            let weight_offset = simd.splat_f32s(self.weight_offset);
+            return w.map(|w| mul_add(simd, w, inverse, weight_offset));
         }
-        add(simd, &mut w, self.shift);
-        for (rows, &along) in above.iter().zip(&self.triangle) {
-            take_off(simd, &mut w, &rows[t], along);
+        add(simd, &mut w, self.weight_offset);
+        for (rows, &projection) in above.iter().zip(&self.triangle) {
+            subtract_scaled(simd, &mut w, &rows[t], projection);
         }
         w.map(|w| simd.mul_f32s(w, inverse))
     }
@@ -539,52 +561,55 @@ impl Recipe<'_> {
     #[inline(always)]
     fn at<const FIRST: bool>(&self, k: usize) -> [f32; 3] {
         let w = if FIRST {
-            self.gram[k] * self.inverse + self.shift
+            self.gram[k] * self.inverse + self.weight_offset
         } else {
-            let take_off = |w, (rows, along): (&Rows, &f32)| w - rows.weights[k] * along;
+            let subtract_scaled =
+                |w, (rows, projection): (&Rows, &f32)| w - rows.weights[k] * projection;
             let above = self.above.iter().zip(&self.triangle);
-            above.fold(self.gram[k] + self.shift, take_off) * self.inverse
+            above.fold(self.gram[k] + self.weight_offset, subtract_scaled) * self.inverse
         };
         let mut squares = 0.0;
-        for (c, (along, lift)) in self.along.iter().zip(self.lifts).enumerate() {
-            let y = self.parent.column_at(k, c) - w * along;
-            squares += if FIRST { y + lift } else { y }.powi(2);
+        for (c, (projection, offset)) in self.projections.iter().zip(self.offsets).enumerate() {
+            let y = self.parent.column_at(k, c) - w * projection;
+            squares += if FIRST { y + offset } else { y }.powi(2);
         }
-        let above = self.parent.over[k];
+        let above = self.parent.divisors[k];
         if k == self.atom {
-            return [w, squares, DEAD];
+            return [w, squares, EXCLUDED];
         }
         let size = if FIRST { w } else { w.abs() };
         [w, squares, above - (size + self.loss.0) * size - self.loss.1]
     }
 
-    /// What scores are divided by, at least: `||d_res||^2` loses `w^2`, and what that may be off. The node's own atom is dead.
+    /// Lower bounds of the divisors: `||d_res||^2` decreases by `w^2` and by its error bound. The node's own
+    /// atom is excluded.
     #[inline(always)]
-    fn shorten<S: Simd, const FIRST: bool>(
+    fn update_divisors<S: Simd, const FIRST: bool>(
         &self,
         simd: S,
         w: &Tile<S>,
         above: Tile<S>,
         t: usize,
     ) -> Tile<S> {
-        let mut over = above;
+        let mut divisors = above;
         let (more, constant) = (simd.splat_f32s(self.loss.0), simd.splat_f32s(self.loss.1));
         for i in 0..TILE {
             let size = if FIRST { w[i] } else { simd.abs_f32s(w[i]) };
-            let most = simd.neg_f32s(simd.add_f32s(size, more));
-            let left = mul_add(simd, most, size, over[i]);
-            over[i] = simd.sub_f32s(left, constant);
+            let slope = simd.neg_f32s(simd.add_f32s(size, more));
+            let left = mul_add(simd, slope, size, divisors[i]);
+            divisors[i] = simd.sub_f32s(left, constant);
         }
         if self.atom / (TILE * S::F32_LANES) == t {
-            kill(simd, &mut over, self.atom);
+            exclude(simd, &mut divisors, self.atom);
         }
-        over
+        divisors
     }
 }
 
-/// Marks the atom as one that can't be chosen. By comparing: a number written into a vector would take the whole tile through memory.
+/// Marks the atom as excluded. It compares lanes, because writing one lane would move the whole tile through
+/// memory.
 #[inline(always)]
-fn kill<S: Simd>(simd: S, over: &mut Tile<S>, atom: usize) {
+fn exclude<S: Simd>(simd: S, divisors: &mut Tile<S>, atom: usize) {
     static NUMBERS: [f32; LANES] = {
         let mut numbers = [0.0; LANES];
         let mut k = 0;
@@ -598,7 +623,7 @@ fn kill<S: Simd>(simd: S, over: &mut Tile<S>, atom: usize) {
     let atom = simd.splat_f32s((atom % (TILE * S::F32_LANES)) as f32);
     for i in 0..TILE {
         let chosen = simd.equal_f32s(numbers[i], atom);
-        over[i] = simd.select_f32s(chosen, simd.splat_f32s(DEAD), over[i]);
+        divisors[i] = simd.select_f32s(chosen, simd.splat_f32s(EXCLUDED), divisors[i]);
     }
 }
 
@@ -613,7 +638,8 @@ mod tests {
     const DIM: usize = 16;
     const RULES: CodeRules = CodeRules { atoms: MAX_ATOMS, min_residual: 1e-6 };
 
-    /// Vectors that are positive and alike, as patches are, with this much texture; every third is nearly that before it.
+    /// Positive, similar vectors with this much texture, like patches; every third one nearly equals the one
+    /// before it.
     fn vectors(count: usize, texture: f32) -> impl Strategy<Value = Vec<f32>> {
         let rows = prop::collection::vec(prop::collection::vec(-0.5..0.5f32, DIM), count);
         rows.prop_map(move |rows| {
@@ -632,22 +658,22 @@ mod tests {
         })
     }
 
-    /// What a few atoms leave of vectors, by Gram and Schmidt in `f64`.
+    /// Projects chosen atoms out of vectors by the Gram-Schmidt process in `f64`.
     #[derive(Default)]
     struct Truth(Vec<Vec<f64>>);
 
     impl Truth {
-        fn rest(&self, vector: &[f32]) -> Vec<f64> {
+        fn residual(&self, vector: &[f32]) -> Vec<f64> {
             let mut left: Vec<f64> = vector.iter().map(|&v| f64::from(v)).collect();
             for q in self.0.iter().chain(&self.0) {
-                let along = dot(q, &left);
-                left.iter_mut().zip(q).for_each(|(l, q)| *l -= along * q);
+                let projection = dot(q, &left);
+                left.iter_mut().zip(q).for_each(|(l, q)| *l -= projection * q);
             }
             left
         }
 
-        fn take(&mut self, atom: &[f32]) {
-            let mut direction = self.rest(atom);
+        fn add(&mut self, atom: &[f32]) {
+            let mut direction = self.residual(atom);
             let norm = dot(&direction, &direction).sqrt();
             direction.iter_mut().for_each(|v| *v /= norm);
             self.0.push(direction);
@@ -658,7 +684,8 @@ mod tests {
         a.iter().zip(b).map(|(a, b)| a * b).sum()
     }
 
-    /// Takes these atoms one after the other, as far as they are eligible, and holds each node's rows to the truth. Gives what they say of their errors.
+    /// Chooses these atoms in order, as far as they are eligible, and compares each node's rows with the
+    /// truth. Returns the error bounds of the nodes.
     struct Descend<'a> {
         dictionary: &'a Dictionary,
         shared: &'a [f32],
@@ -675,29 +702,30 @@ mod tests {
             let mut rows = vec![Rows::default()];
             rows[0].fill_root(simd, &mut Vec::new(), dictionary, &root, &RULES);
             let mut truth = Truth::default();
-            self.hold(&rows[0], &truth);
+            self.check(&rows[0], &truth);
             for &atom in atoms {
-                let left = truth.rest(dictionary.atom(atom));
+                let left = truth.residual(dictionary.atom(atom));
                 if dot(&left, &left) < RULES.min_residual {
                     continue;
                 }
                 let mut node = Node::default();
                 node.fill(simd, dictionary, Path { root: &root, nodes: &nodes }, atom);
                 nodes.push(node);
-                truth.take(dictionary.atom(atom));
+                truth.add(dictionary.atom(atom));
                 let (path, mut new) = (Path { root: &root, nodes: &nodes }, Rows::default());
                 let above = (&rows[0], &rows[1..]);
                 let single = if nodes.len() == 1 {
-                    let tiles = new.grow::<S, true>(dictionary, path, above, &RULES).0;
-                    let single = make(simd, dictionary, tiles);
-                    new.measure(simd);
+                    let tiles = new.child_tiles::<S, true>(dictionary, path, above, &RULES).0;
+                    let single = make_tiles(simd, dictionary, tiles);
+                    new.tighten_max_residual(simd);
                     single
                 } else {
-                    make(simd, dictionary, new.grow::<S, false>(dictionary, path, above, &RULES).0)
+                    let tiles = new.child_tiles::<S, false>(dictionary, path, above, &RULES).0;
+                    make_tiles(simd, dictionary, tiles)
                 };
-                self.hold(&new, &truth);
-                for (k, [weight, _, over]) in single.into_iter().enumerate() {
-                    self.hold_atom(&new, &truth, k, (weight, over));
+                self.check(&new, &truth);
+                for (k, [weight, _, divisor]) in single.into_iter().enumerate() {
+                    self.check_atom(&new, &truth, k, (weight, divisor));
                 }
                 rows.push(new);
             }
@@ -705,9 +733,9 @@ mod tests {
         }
     }
 
-    /// Makes all tiles, and says what the same are of each atom alone.
+    /// Makes all tiles; returns the same data computed for each atom alone.
     #[inline(always)]
-    fn make<S: Simd, const FIRST: bool>(
+    fn make_tiles<S: Simd, const FIRST: bool>(
         simd: S,
         dictionary: &Dictionary,
         mut tiles: ChildTiles<'_, S, FIRST>,
@@ -720,23 +748,24 @@ mod tests {
     }
 
     impl Descend<'_> {
-        fn hold(&self, rows: &Rows, truth: &Truth) {
+        fn check(&self, rows: &Rows, truth: &Truth) {
             for k in 0..self.dictionary.len() {
                 let weight = rows.weights.get(k).copied().unwrap_or_default();
                 let less = if truth.0.is_empty() { 1.0 } else { 0.0 };
-                self.hold_atom(rows, truth, k, (weight, rows.over[k]));
+                self.check_atom(rows, truth, k, (weight, rows.divisors[k]));
                 let atom: Vec<f64> =
                     self.dictionary.atom(k).iter().map(|&v| f64::from(v)).collect();
                 for (c, column) in self.shared.chunks_exact(DIM).enumerate() {
-                    let off =
-                        dot(&truth.rest(column), &atom) - less - f64::from(rows.column_at(k, c));
+                    let off = dot(&truth.residual(column), &atom)
+                        - less
+                        - f64::from(rows.column_at(k, c));
                     assert!(off.abs() <= rows.errors.columns[c], "column {c}: {off}");
                 }
             }
         }
 
-        /// A weight, and a divisor.
-        fn hold_atom(&self, rows: &Rows, truth: &Truth, k: usize, (weight, over): (f32, f32)) {
+        /// Checks a weight and a divisor.
+        fn check_atom(&self, rows: &Rows, truth: &Truth, k: usize, (weight, divisor): (f32, f32)) {
             let atom = self.dictionary.atom(k);
             if let Some(direction) = truth.0.last() {
                 let wide: Vec<f64> = atom.iter().map(|&v| f64::from(v)).collect();
@@ -744,18 +773,21 @@ mod tests {
                 let off = dot(direction, &wide) - less - f64::from(weight);
                 assert!(off.abs() <= rows.errors.weights, "weight: {off}");
             }
-            if over < DEAD {
+            if divisor < EXCLUDED {
                 let at_root = if truth.0.is_empty() { NEARLY_ONE } else { 0.0 };
-                let (rest, over) = (truth.rest(atom), f64::from(over + at_root));
-                let left = dot(&rest, &rest);
-                assert!(over <= left && left <= over + rows.errors.over, "{over} {left}");
+                let (residual, divisor) = (truth.residual(atom), f64::from(divisor + at_root));
+                let left = dot(&residual, &residual);
+                assert!(
+                    divisor <= left && left <= divisor + rows.errors.divisors,
+                    "{divisor} {left}"
+                );
             }
         }
     }
 
-    /// Where patches have little texture, little is left of the atoms, and the bounds are as much closer.
+    /// With little texture the residuals of the atoms are small, and the bounds are correspondingly tight.
     #[test]
-    fn bounds_are_close_where_little_is_left() {
+    fn bounds_are_tight_where_little_is_left() {
         let mut runner = proptest::test_runner::TestRunner::deterministic();
         let signals =
             |count, runner: &mut _| vectors(count, 0.01).new_tree(runner).unwrap().current();
@@ -764,18 +796,21 @@ mod tests {
         for (_, instructions) in Instructions::available() {
             let descend = Descend { dictionary: &dictionary, shared: &shared, atoms: &[3, 16, 31] };
             for (depth, errors) in instructions.dispatch(descend).iter().enumerate().skip(1) {
-                println!("{depth} {} {} {:?}", errors.most_left, errors.over, errors.columns);
-                assert!(errors.most_left < 1e-3, "node {depth}: {errors:?}");
-                assert!(errors.over < 1e-2 * errors.most_left, "node {depth}: {errors:?}");
+                println!(
+                    "{depth} {} {} {:?}",
+                    errors.max_residual, errors.divisors, errors.columns
+                );
+                assert!(errors.max_residual < 1e-3, "node {depth}: {errors:?}");
+                assert!(errors.divisors < 1e-2 * errors.max_residual, "node {depth}: {errors:?}");
                 assert!(errors.columns.iter().all(|e| *e < 1e-7), "node {depth}: {errors:?}");
             }
         }
     }
 
     proptest! {
-        /// The bounds that the proof begins with.
+        /// The bounds on which the proof is built.
         #[test]
-        fn rows_are_no_further_off_than_they_say(
+        fn errors_stay_within_their_bounds(
             (atoms, shared) in prop_oneof![Just(0.8), Just(0.01), Just(1e-4)]
                 .prop_flat_map(|texture| (vectors(90, texture), vectors(4, texture))),
             path in prop::collection::vec(0..90usize, 5),

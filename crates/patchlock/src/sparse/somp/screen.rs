@@ -1,93 +1,98 @@
-//! One step of all candidates at a node: the screen finds in `f32` which atoms could win, and `f64` decides where it can't tell.
+//! One step of all candidates at a node: the screen finds in `f32` which atoms can have the largest score.
+//! Where several can, `f64` decides.
 
 use super::exact::{Choice, Exact};
-use super::rows::{Shared, Tiles};
+use super::rows::{SharedTile, Tiles};
 use super::vectors::{
-    TILE, Tile, U, add, add_squares, mul_add, place, take_off, tile_place, tiles_mut,
+    TILE, Tile, U, add, add_squares, mul_add, panel_index, subtract_scaled, tile_index, tiles_mut,
 };
 use pulp::{Simd, bytemuck};
 use std::iter::successors;
 
-/// More than all relative roundings of a screened score.
+/// Exceeds all relative rounding errors of a screened score.
 const ROUNDING: f64 = 64.0 * U;
 
-/// Less than any score that is not zero but for rounding; more than nothing, so that an atom that can't be chosen stays below it.
-const NOTHING: f32 = 1e-30;
+/// Below any score that is not just rounding error. Above 0, so that the score of an excluded atom stays
+/// below it.
+const MIN_SCORE: f32 = 1e-30;
 
-/// A little less than 1, and a little more.
-const DOWN: f32 = 1.0 - 8.0 * U as f32;
-const UP: f32 = 1.0 + 8.0 * U as f32;
+/// Factors slightly below and above 1 that absorb the rounding of a bound.
+const ROUND_DOWN: f32 = 1.0 - 8.0 * U as f32;
+const ROUND_UP: f32 = 1.0 + 8.0 * U as f32;
 
-/// What the screened sum of squares `x` of an atom says of its score: with `l` and `l + gap` around its `||d_res||^2`, the score is at most
-/// `(widen x + added) / l` and at least `(narrow x - taken) / (l + gap)`.
+/// Bounds on an atom's score, given its screened sum of squares `x`. With `l <= ||d_res||^2 <= l + gap`, the
+/// score is at most `(upper_factor x + upper_term) / l` and at least
+/// `(lower_factor x - lower_term) / (l + gap)`.
 #[derive(Debug, Clone, Copy, Default)]
 struct Bounds {
-    widen: f32,
-    added: f32,
-    narrow: f32,
-    taken: f32,
+    upper_factor: f32,
+    upper_term: f32,
+    lower_factor: f32,
+    lower_term: f32,
 }
 
 impl Bounds {
-    /// The bounds where the squared errors of all columns add to `squared_errors`. They are closest for scores near this one.
+    /// The bounds for columns whose squared errors sum to `squared_errors`; tightest for scores near `score`.
     #[inline(always)]
     fn new(score: f64, squared_errors: f64) -> Self {
-        // Any slack is right. This one adds about as much as the errors do where a quarter of an atom is left.
-        let slack = (2.0 * (squared_errors / score.max(NOTHING.into())).sqrt()).clamp(1e-9, 1.0);
+        // Any slack in this range is valid. This one widens the bounds about as much as the errors do at a
+        // residual energy of a quarter.
+        let slack = (2.0 * (squared_errors / score.max(MIN_SCORE.into())).sqrt()).clamp(1e-9, 1.0);
         let inverse = 1.0 / slack;
         Self {
-            widen: ((1.0 + slack) * (1.0 + ROUNDING)) as f32,
-            added: ((1.0 + inverse) * squared_errors * (1.0 + ROUNDING)) as f32,
-            narrow: ((1.0 - slack) * (1.0 - ROUNDING)) as f32,
-            taken: ((inverse - 1.0) * squared_errors * (1.0 + ROUNDING)) as f32,
+            upper_factor: ((1.0 + slack) * (1.0 + ROUNDING)) as f32,
+            upper_term: ((1.0 + inverse) * squared_errors * (1.0 + ROUNDING)) as f32,
+            lower_factor: ((1.0 - slack) * (1.0 - ROUNDING)) as f32,
+            lower_term: ((inverse - 1.0) * squared_errors * (1.0 + ROUNDING)) as f32,
         }
     }
 }
 
-/// A candidate in a step.
+/// The state of a candidate in one step.
 #[derive(Debug, Clone, Default)]
-pub struct Runner {
+pub struct StepCandidate {
     row: usize,
     /// `p` along the node's direction.
-    along: f32,
-    /// What makes good that the correlations are less 1: at the root all of it, at a first node what `p` leaves, further below nothing.
-    lift: f32,
+    projection: f32,
+    /// Added to the correlations, which are stored minus 1: 1 at the root, `1 - p` at a first node, 0 further
+    /// below.
+    offset: f32,
     bounds: Bounds,
-    /// A score that some atom is known to have at least.
-    least: f32,
-    /// The best of the atoms that had to be computed.
-    leader: Option<Choice>,
-    /// The newest of its contenders.
+    /// A lower bound on the largest score.
+    lower_bound: f32,
+    /// The best of the atoms computed in `f64` so far.
+    best: Option<Choice>,
+    /// Index of the newest of its possible atoms.
     newest: Option<u32>,
 }
 
-/// An atom that could win a runner's step, and the most that its score can be.
+/// An atom that may have the largest score for a candidate, and an upper bound on that score.
 #[derive(Debug, Clone, Copy)]
-struct Contender {
+struct PossibleAtom {
     atom: u32,
-    most: f32,
-    /// The runner's contender before.
-    before: Option<u32>,
+    upper_bound: f32,
+    /// Index of the candidate's previous possible atom.
+    previous: Option<u32>,
 }
 
-/// A step of all candidates at a node.
+/// The state of a step of all candidates at a node.
 #[derive(Debug, Default)]
 pub struct Screen {
-    runners: Vec<Runner>,
-    contenders: Vec<Contender>,
+    candidates: Vec<StepCandidate>,
+    possible_atoms: Vec<PossibleAtom>,
 }
 
-/// What is left of the candidates.
+/// The residuals of all candidates.
 #[derive(Debug, Clone, Copy)]
 pub struct Residuals<'a> {
-    /// One after the other.
+    /// Row by row.
     pub all: &'a [f64],
-    /// Samples of each.
+    /// Number of samples in a row.
     pub dim: usize,
 }
 
 impl Residuals<'_> {
-    /// That of one candidate.
+    /// The residual of one candidate.
     #[inline(always)]
     pub fn row(&self, row: usize) -> &[f64] {
         &self.all[row * self.dim..][..self.dim]
@@ -95,234 +100,246 @@ impl Residuals<'_> {
 }
 
 impl Screen {
-    /// Makes room for as many runners and atoms as there can be: how many atoms contend differs from frame to frame, and after days more may do than ever before.
+    /// Reserves space for this many candidates and for every atom of each. How many atoms remain possible
+    /// varies from frame to frame, and a new maximum may occur after any number of frames.
     #[inline(always)]
-    pub fn reserve(&mut self, runners: usize, atoms: usize) {
-        self.runners.clear();
-        self.runners.reserve_exact(runners);
-        self.contenders.clear();
-        self.contenders.reserve_exact(runners * atoms);
+    pub fn reserve(&mut self, candidates: usize, atoms: usize) {
+        self.candidates.clear();
+        self.candidates.reserve_exact(candidates);
+        self.possible_atoms.clear();
+        self.possible_atoms.reserve_exact(candidates * atoms);
     }
 
-    /// Begins a step with these runners.
+    /// Begins a step with these candidates.
     #[inline(always)]
-    pub fn begin(&mut self, runners: impl Iterator<Item = Runner>) {
-        self.runners.clear();
-        self.runners.extend(runners);
-        self.contenders.clear();
+    pub fn begin(&mut self, candidates: impl Iterator<Item = StepCandidate>) {
+        self.candidates.clear();
+        self.candidates.extend(candidates);
+        self.possible_atoms.clear();
     }
 
-    /// Screens all atoms for all runners, tile by tile. `guess` is tried first: a good one saves work. A divisor may be less than the
-    /// truth by `gap`. `correlations` are those of the candidates, in panels, as the parent left them; they are brought up to the
-    /// node where there are nodes further below.
+    /// Screens all atoms for all candidates, tile by tile. The atom `guess` comes first: a good guess raises
+    /// the lower bounds early. A divisor may be too small by at most `gap`. `correlations` are the
+    /// candidates' own, in panels, as the parent left them. They are updated to this node if it can have
+    /// children.
     #[inline(always)]
     pub fn run<S: Simd, T: Tiles<S>>(
         &mut self,
         simd: S,
         tiles: &mut T,
         (guess, gap): (usize, f32),
-        (own, correlations): (Residuals<'_>, &mut [f32]),
+        (residuals, correlations): (Residuals<'_>, &mut [f32]),
         exact: &mut Exact<'_>,
     ) {
         let stride = exact.dictionary.stride();
         let (width, rows) = (TILE * S::F32_LANES, correlations.len() / stride);
         tiles.correlate(simd, guess / width, tiles_mut::<S>(correlations));
-        self.try_first(simd, tiles, (guess, gap), (own, correlations), exact);
-        let (correlations, kept) = (tiles_mut::<S>(correlations), tiles.kept());
+        self.bound_by_guess(simd, tiles, (guess, gap), (residuals, correlations), exact);
+        let (correlations, stored) = (tiles_mut::<S>(correlations), tiles.stores_rows());
         for t in 0..stride / width {
             if t != guess / width {
                 tiles.correlate(simd, t, correlations);
             }
             let shared = tiles.tile(simd, t);
-            // Those that found something come later: what they do with it would take the tile out of the registers.
+            // These candidates are handled after the loop: doing it here would move the tile out of the
+            // registers.
             let mut found = 0u64;
-            for (number, runner) in self.runners.iter().enumerate() {
-                let place = tile_place::<S>(t, runner.row, rows);
-                let mut y = correlations[place];
-                if T::DEEP {
-                    take_off(simd, &mut y, &shared.weights, runner.along);
+            for (number, candidate) in self.candidates.iter().enumerate() {
+                let index = tile_index::<S>(t, candidate.row, rows);
+                let mut y = correlations[index];
+                if T::BELOW_ROOT {
+                    subtract_scaled(simd, &mut y, &shared.weights, candidate.projection);
                 }
-                if T::LIFTED {
-                    add(simd, &mut y, runner.lift);
+                if T::HAS_OFFSET {
+                    add(simd, &mut y, candidate.offset);
                 }
-                if kept {
-                    correlations[place] = y;
+                if stored {
+                    correlations[index] = y;
                 }
-                found |= u64::from(runner.reaches(simd, &y, &shared)) << number;
+                found |= u64::from(candidate.has_possible(simd, &y, &shared)) << number;
             }
             while found != 0 {
                 let number = found.trailing_zeros() as usize;
                 found &= found - 1;
-                let runner = &self.runners[number];
-                let mut y = correlations[tile_place::<S>(t, runner.row, rows)];
-                if T::DEEP && !kept {
-                    take_off(simd, &mut y, &shared.weights, runner.along);
+                let candidate = &self.candidates[number];
+                let mut y = correlations[tile_index::<S>(t, candidate.row, rows)];
+                if T::BELOW_ROOT && !stored {
+                    subtract_scaled(simd, &mut y, &shared.weights, candidate.projection);
                 }
-                if T::LIFTED && !kept {
-                    add(simd, &mut y, runner.lift);
+                if T::HAS_OFFSET && !stored {
+                    add(simd, &mut y, candidate.offset);
                 }
-                self.enter_tile(simd, (number, t), (&y, &shared), gap, own, exact);
+                self.add_tile(simd, (number, t), (&y, &shared), gap, residuals, exact);
             }
         }
     }
 
-    /// Raises the bar by what the guess can do.
+    /// Raises the lower bounds to the score of the guess.
     #[inline(always)]
-    fn try_first<S: Simd>(
+    fn bound_by_guess<S: Simd>(
         &mut self,
         simd: S,
         tiles: &impl Tiles<S>,
         (guess, gap): (usize, f32),
-        (own, correlations): (Residuals<'_>, &[f32]),
+        (residuals, correlations): (Residuals<'_>, &[f32]),
         exact: &mut Exact<'_>,
     ) {
         let rows = correlations.len() / exact.dictionary.stride();
-        let [weight, squares, over] = tiles.at(guess);
-        for number in 0..self.runners.len() {
-            let runner = &self.runners[number];
-            let y =
-                correlations[place(guess, runner.row, rows)] - weight * runner.along + runner.lift;
-            self.enter(simd, (number, guess), (squares + y * y, over), gap, own, exact);
+        let [weight, squares, divisor] = tiles.at(guess);
+        for number in 0..self.candidates.len() {
+            let candidate = &self.candidates[number];
+            let y = correlations[panel_index(guess, candidate.row, rows)]
+                - weight * candidate.projection
+                + candidate.offset;
+            self.add_atom(simd, (number, guess), (squares + y * y, divisor), gap, residuals, exact);
         }
-        // The guess is found again in its tile.
-        self.contenders.clear();
-        self.runners.iter_mut().for_each(|runner| runner.newest = None);
+        // The guess is found again with its tile.
+        self.possible_atoms.clear();
+        self.candidates.iter_mut().for_each(|candidate| candidate.newest = None);
     }
 
-    /// Takes in the atoms of a tile that could win; `y` are the candidate's correlations.
+    /// Adds the possible atoms of a tile; `y` are the candidate's correlations.
     #[inline(always)]
-    fn enter_tile<S: Simd>(
+    fn add_tile<S: Simd>(
         &mut self,
         simd: S,
         (number, t): (usize, usize),
-        (y, shared): (&Tile<S>, &Shared<S>),
+        (y, shared): (&Tile<S>, &SharedTile<S>),
         gap: f32,
-        own: Residuals<'_>,
+        residuals: Residuals<'_>,
         exact: &mut Exact<'_>,
     ) {
         let mut sums = shared.squares;
         add_squares(simd, &mut sums, y);
-        let runner = &self.runners[number];
-        let mut bits = runner.reaching(simd, &sums, &shared.over);
-        let (sums, over) = (lanes::<S>(&sums), lanes::<S>(&shared.over));
+        let candidate = &self.candidates[number];
+        let mut bits = candidate.possible_lanes(simd, &sums, &shared.divisors);
+        let (sums, divisors) = (lanes::<S>(&sums), lanes::<S>(&shared.divisors));
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize;
             bits &= bits - 1;
             let k = t * TILE * S::F32_LANES + lane;
-            self.enter(simd, (number, k), (sums[lane], over[lane]), gap, own, exact);
+            self.add_atom(simd, (number, k), (sums[lane], divisors[lane]), gap, residuals, exact);
         }
     }
 
-    /// Takes in an atom with this screened sum of squares and this divisor.
+    /// Adds an atom with this screened sum of squares and this divisor, if it is possible.
     #[inline(always)]
-    fn enter<S: Simd>(
+    fn add_atom<S: Simd>(
         &mut self,
         simd: S,
         (number, k): (usize, usize),
-        (sum, over): (f32, f32),
+        (sum, divisor): (f32, f32),
         gap: f32,
-        own: Residuals<'_>,
+        residuals: Residuals<'_>,
         exact: &mut Exact<'_>,
     ) {
-        let runner = &mut self.runners[number];
-        let most = runner.bounds.widen * sum + runner.bounds.added;
-        if most < over * runner.least * DOWN {
+        let candidate = &mut self.candidates[number];
+        let upper_bound = candidate.bounds.upper_factor * sum + candidate.bounds.upper_term;
+        if upper_bound < divisor * candidate.lower_bound * ROUND_DOWN {
             return;
         }
-        if over >= exact.eligible.0 {
-            let surely = runner.bounds.narrow * sum - runner.bounds.taken;
-            // The bar waits for a division only where that may raise it.
-            if surely > runner.least * (over + gap) {
-                runner.raise(surely / (over + gap) * DOWN);
+        if divisor >= exact.eligible.0 {
+            let lower = candidate.bounds.lower_factor * sum - candidate.bounds.lower_term;
+            // Divides only if that raises the lower bound.
+            if lower > candidate.lower_bound * (divisor + gap) {
+                candidate.raise_lower_bound(lower / (divisor + gap) * ROUND_DOWN);
             }
-            let before = runner.newest.replace(self.contenders.len() as u32);
-            let most = most / over * UP;
-            self.contenders.push(Contender { atom: k as u32, most, before });
-        } else if over + gap >= exact.eligible.1 {
-            runner.compute(simd, k, own.row(runner.row), exact);
+            let previous = candidate.newest.replace(self.possible_atoms.len() as u32);
+            let upper_bound = upper_bound / divisor * ROUND_UP;
+            self.possible_atoms.push(PossibleAtom { atom: k as u32, upper_bound, previous });
+        } else if divisor + gap >= exact.eligible.1 {
+            candidate.compute(simd, k, residuals.row(candidate.row), exact);
         }
     }
 
-    /// Calls `done` with each runner's row and the eligible atom with the largest score, the first of equal ones; none where no score is
-    /// positive. Atoms are computed unless only one is left that could win.
+    /// Calls `done` with each candidate's row and its eligible atom with the largest score, or `None` if no
+    /// score is positive. Of equal scores the first atom is chosen. If more than one atom is possible, they
+    /// are computed in `f64`.
     #[inline(always)]
     pub fn finish<S: Simd>(
         &mut self,
         simd: S,
-        own: Residuals<'_>,
+        residuals: Residuals<'_>,
         exact: &mut Exact<'_>,
         mut done: impl FnMut(usize, Option<usize>),
     ) {
-        for runner in &mut self.runners {
-            let atom = runner.decide(simd, &self.contenders, own, exact);
-            done(runner.row, atom);
+        for candidate in &mut self.candidates {
+            let atom = candidate.decide(simd, &self.possible_atoms, residuals, exact);
+            done(candidate.row, atom);
         }
     }
 }
 
-impl Runner {
-    /// The candidate of this row: `along` is `p` along the node's direction, `lift` what its correlations lack, `score` about what the next atom will reach, `squared_errors` the sum
-    /// of the squares of how far the correlations of all columns, its own included, may be off.
+impl StepCandidate {
+    /// The state of the candidate in this row: `projection` is `p` along the node's direction, `offset` is
+    /// added to its correlations, `score` estimates the score of the next atom, and `squared_errors` is the
+    /// sum of the squared error bounds of the correlations of all columns, including its own.
     #[inline(always)]
-    pub fn new(row: usize, (along, lift): (f64, f64), score: f64, squared_errors: f64) -> Self {
+    pub fn new(
+        row: usize,
+        (projection, offset): (f64, f64),
+        score: f64,
+        squared_errors: f64,
+    ) -> Self {
         let bounds = Bounds::new(score, squared_errors);
-        let (along, lift) = (along as f32, lift as f32);
-        Self { row, along, lift, bounds, least: NOTHING, leader: None, newest: None }
+        let (projection, offset) = (projection as f32, offset as f32);
+        Self { row, projection, offset, bounds, lower_bound: MIN_SCORE, best: None, newest: None }
     }
 
-    /// Knows of an atom whose score is at least this.
+    /// Records that some atom has at least this score.
     #[inline(always)]
-    fn raise(&mut self, least: f32) {
-        self.least = self.least.max(least);
+    fn raise_lower_bound(&mut self, lower_bound: f32) {
+        self.lower_bound = self.lower_bound.max(lower_bound);
     }
 
-    /// Not negative where an atom of the tile could win.
+    /// For each atom, the excess of its upper bound over the lower bound, times its divisor. If it is
+    /// negative, the atom cannot be chosen.
     #[inline(always)]
-    fn reach<S: Simd>(&self, simd: S, sums: &Tile<S>, over: &Tile<S>) -> Tile<S> {
-        let (widen, added) =
-            (simd.splat_f32s(self.bounds.widen), simd.splat_f32s(self.bounds.added));
-        let least = simd.splat_f32s(-self.least);
-        let mut reach = *sums;
+    fn excess<S: Simd>(&self, simd: S, sums: &Tile<S>, divisors: &Tile<S>) -> Tile<S> {
+        let (upper_factor, upper_term) =
+            (simd.splat_f32s(self.bounds.upper_factor), simd.splat_f32s(self.bounds.upper_term));
+        let lower_bound = simd.splat_f32s(-self.lower_bound);
+        let mut excess = *sums;
         for i in 0..TILE {
-            let most = mul_add(simd, sums[i], widen, added);
-            reach[i] = mul_add(simd, least, over[i], most);
+            let upper_bound = mul_add(simd, sums[i], upper_factor, upper_term);
+            excess[i] = mul_add(simd, lower_bound, divisors[i], upper_bound);
         }
-        reach
+        excess
     }
 
-    /// A bit for each atom of the tile that could win, the first one's the lowest.
+    /// A bit mask of the possible atoms of the tile; the first atom is the lowest bit.
     #[inline(always)]
-    fn reaching<S: Simd>(&self, simd: S, sums: &Tile<S>, over: &Tile<S>) -> u64 {
+    fn possible_lanes<S: Simd>(&self, simd: S, sums: &Tile<S>, divisors: &Tile<S>) -> u64 {
         let mut bits = 0;
-        for (i, &reach) in self.reach(simd, sums, over).iter().enumerate() {
-            bits |= u64::from(reaching::<S>(simd, reach)) << (i * S::F32_LANES);
+        for (i, &excess) in self.excess(simd, sums, divisors).iter().enumerate() {
+            bits |= u64::from(non_negative_lanes::<S>(simd, excess)) << (i * S::F32_LANES);
         }
         bits
     }
 
-    /// Whether an atom of the tile could win; `y` are the candidate's correlations.
+    /// Whether any atom of the tile is possible; `y` are the candidate's correlations.
     #[inline(always)]
-    fn reaches<S: Simd>(&self, simd: S, y: &Tile<S>, shared: &Shared<S>) -> bool {
+    fn has_possible<S: Simd>(&self, simd: S, y: &Tile<S>, shared: &SharedTile<S>) -> bool {
         let mut sums = shared.squares;
         add_squares(simd, &mut sums, y);
-        let [a, b, c, d] = self.reach(simd, &sums, &shared.over);
+        let [a, b, c, d] = self.excess(simd, &sums, &shared.divisors);
         let highest = simd.max_f32s(simd.max_f32s(a, b), simd.max_f32s(c, d));
-        reaching::<S>(simd, highest) != 0
+        non_negative_lanes::<S>(simd, highest) != 0
     }
 
-    /// Computes an atom, and keeps the better one.
+    /// Computes an atom in `f64` and keeps it if it is the best so far.
     #[inline(always)]
     fn compute<S: Simd>(&mut self, simd: S, k: usize, residual: &[f64], exact: &mut Exact<'_>) {
-        let Some(choice) = exact.weigh(simd, k, residual) else { return };
-        let ahead = match &self.leader {
-            Some(leader) => {
-                choice.score > leader.score || (choice.score == leader.score && k < leader.atom)
+        let Some(choice) = exact.choice_with_score(simd, k, residual) else { return };
+        let is_better = match &self.best {
+            Some(best) => {
+                choice.score > best.score || (choice.score == best.score && k < best.atom)
             }
             None => true,
         };
-        if ahead {
-            self.raise(choice.score as f32 * DOWN);
-            self.leader = Some(choice);
+        if is_better {
+            self.raise_lower_bound(choice.score as f32 * ROUND_DOWN);
+            self.best = Some(choice);
         }
     }
 
@@ -330,42 +347,44 @@ impl Runner {
     fn decide<S: Simd>(
         &mut self,
         simd: S,
-        contenders: &[Contender],
-        own: Residuals<'_>,
+        possible_atoms: &[PossibleAtom],
+        residuals: Residuals<'_>,
         exact: &mut Exact<'_>,
     ) -> Option<usize> {
-        let at = |place: Option<u32>| place.map(|k| &contenders[k as usize]);
-        let all = || successors(at(self.newest), move |contender| at(contender.before));
-        let least = self.least;
-        let mut alive = all().filter(|contender| contender.most >= least);
-        let mut furthest = alive.next();
-        if let (None, Some(only), None) = (&self.leader, furthest, alive.next())
-            && least > NOTHING
+        let at = |index: Option<u32>| index.map(|k| &possible_atoms[k as usize]);
+        let all = || successors(at(self.newest), move |possible| at(possible.previous));
+        let lower_bound = self.lower_bound;
+        let mut still_possible = all().filter(|possible| possible.upper_bound >= lower_bound);
+        let mut highest = still_possible.next();
+        if let (None, Some(only), None) = (&self.best, highest, still_possible.next())
+            && lower_bound > MIN_SCORE
         {
             return Some(only.atom as usize);
         }
-        // The one that can reach furthest comes first: behind it, few others are left.
-        for contender in all() {
-            furthest = furthest.filter(|other| other.most >= contender.most).or(Some(contender));
+        // Computing the atom with the highest upper bound first often excludes the others.
+        for possible in all() {
+            highest = highest
+                .filter(|other| other.upper_bound >= possible.upper_bound)
+                .or(Some(possible));
         }
-        let residual = own.row(self.row);
-        let first = furthest.map(|contender| contender.atom);
-        let others = all().filter(|contender| Some(contender.atom) != first);
-        for contender in furthest.into_iter().chain(others) {
-            if contender.most >= self.least {
-                self.compute(simd, contender.atom as usize, residual, exact);
+        let residual = residuals.row(self.row);
+        let first = highest.map(|possible| possible.atom);
+        let others = all().filter(|possible| Some(possible.atom) != first);
+        for possible in highest.into_iter().chain(others) {
+            if possible.upper_bound >= self.lower_bound {
+                self.compute(simd, possible.atom as usize, residual, exact);
             }
         }
-        self.leader.as_ref().map(|leader| leader.atom)
+        self.best.as_ref().map(|best| best.atom)
     }
 }
 
-/// A bit for each lane that is not negative, the first lane's the lowest.
+/// A bit mask of the lanes that are not negative; the first lane is the lowest bit.
 #[inline(always)]
-fn reaching<S: Simd>(simd: S, reach: S::f32s) -> u32 {
-    let mask = simd.greater_than_or_equal_f32s(reach, simd.splat_f32s(0.0));
+fn non_negative_lanes<S: Simd>(simd: S, excess: S::f32s) -> u32 {
+    let mask = simd.greater_than_or_equal_f32s(excess, simd.splat_f32s(0.0));
     let bytes = bytemuck::bytes_of(&mask);
-    // Some processors have a bit for each lane, others a word.
+    // Masks have one bit per lane on some processors and one word per lane on others.
     if let (&[low, high], 16) = (bytes, S::F32_LANES) {
         return u32::from(u16::from_ne_bytes([low, high]));
     }

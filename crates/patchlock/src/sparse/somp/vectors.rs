@@ -1,4 +1,4 @@
-//! Rows over all atoms as wide vectors of `f32`, and short vectors of `f64`.
+//! Rows over all atoms as SIMD vectors of `f32`, and short vectors of `f64`.
 //!
 //! The `f64` loops give the same bits on every processor, as [`dot_wide`] does.
 
@@ -10,51 +10,51 @@ use std::any::TypeId;
 /// The unit roundoff of `f32`.
 pub const U: f64 = 1.0 / 16_777_216.0;
 
-/// Vectors that are worked on together: enough to hide the latency of one.
+/// Vectors that are processed together: enough to hide the latency of one operation.
 pub const TILE: usize = 4;
 
-/// Neighbouring vectors of a row.
+/// [`TILE`] adjacent vectors of a row.
 pub type Tile<S> = [<S as Simd>::f32s; TILE];
 
-/// A row as tiles; its length is a multiple of theirs.
+/// A row as tiles; its length must be a multiple of theirs.
 #[inline(always)]
 pub fn tiles<S: Simd>(row: &[f32]) -> &[Tile<S>] {
     S::as_simd_f32s(row).0.as_chunks().0
 }
 
-/// As [`tiles`], to write to.
+/// Like [`tiles`], but mutable.
 #[inline(always)]
 pub fn tiles_mut<S: Simd>(row: &mut [f32]) -> &mut [Tile<S>] {
     S::as_mut_simd_f32s(row).0.as_chunks_mut().0
 }
 
-/// Rows that are used together are kept together: in panels of [`LANES`] atoms, row after row within a panel. This is where atom `k` of a row
-/// stands.
+/// Rows that are used together are stored interleaved, in panels of [`LANES`] atoms with one row after
+/// another in each panel. Returns the index of the entry of atom `k` in row `row` of `rows`.
 #[inline(always)]
-pub fn place(k: usize, row: usize, rows: usize) -> usize {
+pub fn panel_index(k: usize, row: usize, rows: usize) -> usize {
     (k / LANES * rows + row) * LANES + k % LANES
 }
 
-/// The same in tiles, for tile `t` of a row.
+/// The same in tiles: the index of tile `t` of row `row`.
 #[inline(always)]
-pub fn tile_place<S: Simd>(t: usize, row: usize, rows: usize) -> usize {
+pub fn tile_index<S: Simd>(t: usize, row: usize, rows: usize) -> usize {
     let (first, step) = panel::<S>(t, rows);
     first + row * step
 }
 
-/// Where tile `t` of the first row stands, and how many tiles further on that of the next one.
+/// The index of tile `t` of the first row, and the number of tiles from one row to the next.
 #[inline(always)]
 pub fn panel<S: Simd>(t: usize, rows: usize) -> (usize, usize) {
     let step = LANES / (TILE * S::F32_LANES);
     (t / step * rows * step + t % step, step)
 }
 
-/// `y -= weights * along`.
+/// `y -= weights * factor`.
 #[inline(always)]
-pub fn take_off<S: Simd>(simd: S, y: &mut Tile<S>, weights: &Tile<S>, along: f32) {
-    let along = simd.splat_f32s(-along);
+pub fn subtract_scaled<S: Simd>(simd: S, y: &mut Tile<S>, weights: &Tile<S>, factor: f32) {
+    let factor = simd.splat_f32s(-factor);
     for i in 0..TILE {
-        y[i] = mul_add(simd, weights[i], along, y[i]);
+        y[i] = mul_add(simd, weights[i], factor, y[i]);
     }
 }
 
@@ -75,7 +75,8 @@ pub fn add_squares<S: Simd>(simd: S, squares: &mut Tile<S>, y: &Tile<S>) {
     }
 }
 
-/// `a b + c`, fused where the processor can. Plain code would call a function for each number to fuse them, which makes it twenty times as slow.
+/// `a b + c`, fused where the processor supports it. Plain code would call a function for every fused
+/// operation, which is twenty times slower.
 #[inline(always)]
 pub fn mul_add<S: Simd>(simd: S, a: S::f32s, b: S::f32s, c: S::f32s) -> S::f32s {
     if TypeId::of::<S>() == TypeId::of::<Scalar256b>() {
@@ -85,7 +86,7 @@ pub fn mul_add<S: Simd>(simd: S, a: S::f32s, b: S::f32s, c: S::f32s) -> S::f32s 
     }
 }
 
-/// `narrow` becomes `wide`.
+/// Converts `narrow` to `f64`.
 #[inline(always)]
 pub fn widen(wide: &mut Vec<f64>, narrow: &[f32]) {
     wide.resize(narrow.len(), 0.0);
@@ -94,7 +95,8 @@ pub fn widen(wide: &mut Vec<f64>, narrow: &[f32]) {
     }
 }
 
-/// Calls `take` with the number of each vector and its inner product with `wide`, as many at once as their sums fit into registers.
+/// Calls `take` with the index of each vector and its inner product with `wide`. As many products are
+/// computed at once as have room for their sums in registers.
 #[inline(always)]
 pub fn dots_each<'a, S: Simd>(
     simd: S,
@@ -120,8 +122,8 @@ fn dots_by<'a, S: Simd, const N: usize>(
     loop {
         let mut some: [&[f64]; N] = [&[]; N];
         let mut count = 0;
-        for (place, vector) in some.iter_mut().zip(&mut vectors) {
-            *place = vector;
+        for (slot, vector) in some.iter_mut().zip(&mut vectors) {
+            *slot = vector;
             count += 1;
         }
         if count == N {
@@ -142,13 +144,13 @@ fn dots_by<'a, S: Simd, const N: usize>(
 /// Projects the unit vector `direction` out of `vector` and returns their inner product.
 #[inline(always)]
 pub fn project_out<S: Simd>(simd: S, vector: &mut [f64], direction: &[f64]) -> f64 {
-    let along = dot_wide(simd, vector, direction);
-    take_off_wide(vector, direction, along);
-    along
+    let projection = dot_wide(simd, vector, direction);
+    subtract_scaled_wide(vector, direction, projection);
+    projection
 }
 
-/// `vector -= direction * along`.
+/// `vector -= direction * factor`.
 #[inline(always)]
-pub fn take_off_wide(vector: &mut [f64], direction: &[f64], along: f64) {
-    vector.iter_mut().zip(direction).for_each(|(v, d)| *v -= along * d);
+pub fn subtract_scaled_wide(vector: &mut [f64], direction: &[f64], factor: f64) {
+    vector.iter_mut().zip(direction).for_each(|(v, d)| *v -= factor * d);
 }

@@ -1,23 +1,23 @@
-//! Rendered scenes, and trackers that run on them.
+//! Rendered sequences, and trackers that run on them.
 
 use patchlock::{BoundingBox, Estimate, Frame, Tracker, TrackerConfig};
 use patchlock_scene::{Scene, SceneFrame};
 use std::ops::Range;
 use std::sync::LazyLock;
 
-/// 40 frames of a target that moves slowly and grows a little.
-pub static SIMPLE: LazyLock<Film> = LazyLock::new(|| Film::new(Scene::simple()));
+/// 40 frames of a target that moves slowly and grows slightly.
+pub static SIMPLE: LazyLock<Sequence> = LazyLock::new(|| Sequence::new(Scene::simple()));
 
-/// 60 frames in which a tree hides half of the target.
-pub static OCCLUDED: LazyLock<Film> = LazyLock::new(|| Film::new(Scene::occluded()));
+/// 60 frames in which a tree occludes half of the target.
+pub static OCCLUDED: LazyLock<Sequence> = LazyLock::new(|| Sequence::new(Scene::occluded()));
 
-/// A scene, rendered once.
-pub struct Film {
+/// The rendered frames of a scene.
+pub struct Sequence {
     scene: Scene,
     frames: Vec<SceneFrame>,
 }
 
-impl Film {
+impl Sequence {
     pub fn new(scene: Scene) -> Self {
         let frames = (0..scene.len()).map(|k| scene.frame(k)).collect();
         Self { scene, frames }
@@ -49,26 +49,26 @@ impl Film {
         BoundingBox { x, y, w, h }
     }
 
-    /// A tracker that has begun on the truth of frame `k`.
+    /// A tracker initialised with the true box of frame `k`.
     pub fn begin(&self, config: &TrackerConfig, k: usize) -> Tracker {
         let mut tracker = Tracker::new(config.clone()).unwrap();
         tracker.init(&self.frame(k), self.truth(k)).unwrap();
         tracker
     }
 
-    /// Goes on over these frames.
-    pub fn go_on(&self, tracker: &mut Tracker, frames: Range<usize>) -> Vec<Estimate> {
+    /// Continues tracking over these frames.
+    pub fn resume(&self, tracker: &mut Tracker, frames: Range<usize>) -> Vec<Estimate> {
         frames.map(|k| tracker.update(&self.frame(k)).unwrap()).collect()
     }
 
-    /// The estimates of all frames but the first of these.
+    /// Begins on the first of these frames; returns the estimates of the others.
     pub fn track(&self, config: &TrackerConfig, frames: Range<usize>) -> Vec<Estimate> {
         let mut tracker = self.begin(config, frames.start);
-        self.go_on(&mut tracker, frames.start + 1..frames.end)
+        self.resume(&mut tracker, frames.start + 1..frames.end)
     }
 }
 
-/// Every number of the estimates, to the last bit.
+/// Every number of the estimates, bit for bit.
 pub fn bits(estimates: &[Estimate]) -> Vec<Vec<u64>> {
     estimates.iter().map(|e| numbers(e).into_iter().map(f64::to_bits).collect()).collect()
 }
