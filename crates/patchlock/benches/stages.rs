@@ -65,7 +65,8 @@ fn definition_of_one_code(bencher: Bencher<'_, '_>) {
     bencher.bench_local(|| definition::solve(&dictionary, &shared, candidate, &RULES));
 }
 
-/// The visibility of one candidate, with small patches this many samples apart (2 in the paper), on one thread.
+/// The visibility of one candidate, with small patches this many samples apart (2 in the paper), on one
+/// thread.
 #[divan::bench(args = [2, 4])]
 fn look(bencher: Bencher<'_, '_>, small_step: usize) {
     let config = PatchwiseConfig { small_step, ..PatchwiseConfig::default() };

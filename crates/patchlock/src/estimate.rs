@@ -10,11 +10,12 @@ use std::fmt;
 pub struct Estimate {
     /// The upright box of the target's width and height around its centre, in pixels with fractions.
     pub bbox: BoundingBox,
-    /// The corners of the target's outline, which may be turned. For the first box: top left, top right, bottom
-    /// right, bottom left.
+    /// The corners of the target's outline, which may be turned. For the first box: top left, top right,
+    /// bottom right, bottom left.
     pub corners: [Point; 4],
-    /// How sure the tracker is, from 0 to 1. With the method `patchwise` it is the visible share of the target,
-    /// [`Visibility::share`]: it falls when the target is hidden, changes faster than it is learned, or is lost.
+    /// How sure the tracker is, from 0 to 1. With the method `patchwise` it is the visible share of the
+    /// target, [`Visibility::share`]: it falls when the target is hidden, changes faster than it is learned,
+    /// or is lost.
     pub score: f64,
     /// Whether the target is followed.
     pub status: Status,

@@ -1,7 +1,7 @@
-//! Patchlock: a visual object tracker. Draw a box around anything in the first frame; it follows it through the
-//! video, says how sure it is, and which parts are hidden. It is an exact and fast implementation of "Patchwise
-//! object tracking via structural local sparse appearance model" (Kashiyani, Shokouhi, 2017). No training, no model
-//! files, no GPU.
+//! Patchlock: a visual object tracker. Draw a box around anything in the first frame; it follows it through
+//! the video, says how sure it is, and which parts are hidden. It is an exact and fast implementation of
+//! "Patchwise object tracking via structural local sparse appearance model" (Kashiyani, Shokouhi, 2017). No
+//! training, no model files, no GPU.
 //!
 //! Begin with [`Tracker`] and [`TrackerConfig`]; [`MultiTracker`] follows many targets at once.
 //!
@@ -25,8 +25,8 @@
 //! | mask, new template | Eq. 17, 20-21 | `appearance::mask`, `appearance::update` |
 //! | first templates, replacement | Sec. 2.5 | `appearance::templates`, `appearance::memory` |
 //!
-//! These modules are no part of the public interface: they are visible so that the tests and benchmarks of this
-//! crate can reach them, and change without notice.
+//! These modules are no part of the public interface: they are visible so that the tests and benchmarks of
+//! this crate can reach them, and change without notice.
 
 #[doc(hidden)]
 pub mod appearance;

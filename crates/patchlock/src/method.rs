@@ -1,5 +1,5 @@
-//! The methods of tracking: a closed set. Everything that a tracker needs of its method is here, so that a further
-//! method is a further variant.
+//! The methods of tracking: a closed set. Everything that a tracker needs of its method is here, so that a
+//! further method is a further variant.
 
 use crate::config::{Method, TrackerConfig};
 use crate::estimate::Estimate;

@@ -1,8 +1,9 @@
-//! Many targets in one video. Each is tracked as by a [`Tracker`](crate::Tracker) of its own, to the same boxes, bit
-//! for bit, but the frame is converted once, and buffers belong to threads rather than to targets.
+//! Many targets in one video. Each is tracked as by a [`Tracker`](crate::Tracker) of its own, to the same
+//! boxes, bit for bit, but the frame is converted once, and buffers belong to threads rather than to targets.
 //!
-//! The targets are split over the threads of the pool in runs of equal length. A thread that has finished its run
-//! helps with the candidates of the others, so that all threads have work with fewer targets than threads.
+//! The targets are split over the threads of the pool in runs of equal length. A thread that has finished its
+//! run helps with the candidates of the others, so that all threads have work with fewer targets than
+//! threads.
 
 use crate::Error;
 use crate::config::TrackerConfig;
@@ -35,8 +36,8 @@ use rayon::prelude::*;
 /// ```
 ///
 /// On a frame where some targets continue and others begin, call [`update`](Self::update) first and
-/// [`add`](Self::add) after it. As with a `Tracker`, the `rayon` pool of the caller decides the number of threads,
-/// and the boxes do not depend on it. All targets have the same configuration, the seed included.
+/// [`add`](Self::add) after it. As with a `Tracker`, the `rayon` pool of the caller decides the number of
+/// threads, and the boxes do not depend on it. All targets have the same configuration, the seed included.
 ///
 /// A target holds its dictionaries and what follows from them, about 20 MB in the preset `paper`. Buffers for
 /// candidates are held once per thread.
@@ -80,12 +81,12 @@ impl MultiTracker {
         self.targets.iter().map(|(id, _)| *id)
     }
 
-    /// Begins on the target in this box of this frame. Returns its id, and what a new `Tracker` would say of the
-    /// frame.
+    /// Begins on the target in this box of this frame. Returns its id, and what a new `Tracker` would say of
+    /// the frame.
     ///
     /// # Errors
-    /// [`Error::BoxShape`], [`Error::BoxOutside`] or [`Error::Frame`]; [`Error::FrameSize`] where the other targets
-    /// are tracked on frames of another size. Then nothing has changed.
+    /// [`Error::BoxShape`], [`Error::BoxOutside`] or [`Error::Frame`]; [`Error::FrameSize`] where the other
+    /// targets are tracked on frames of another size. Then nothing has changed.
     pub fn add(
         &mut self,
         frame: &Frame<'_>,
@@ -128,8 +129,9 @@ impl MultiTracker {
     /// [`ids`](Self::ids); without targets there are none.
     ///
     /// # Errors
-    /// [`Error::FrameSize`] or [`Error::Frame`] where the frame does not fit, and then all targets are unchanged. No
-    /// error concerns a single target: one that is lost or outside the frame has an estimate with a low score.
+    /// [`Error::FrameSize`] or [`Error::Frame`] where the frame does not fit, and then all targets are
+    /// unchanged. No error concerns a single target: one that is lost or outside the frame has an estimate
+    /// with a low score.
     pub fn update(&mut self, frame: &Frame<'_>) -> Result<Vec<(TargetId, Estimate)>, Error> {
         self.check_size(frame)?;
         self.images.fill(frame, self.config.method)?;
@@ -162,8 +164,8 @@ impl MultiTracker {
     /// A tracker that continues where the snapshot was taken.
     ///
     /// # Errors
-    /// [`Error::Snapshot`] or [`Error::Config`] where the parts do not fit together; [`Error::Instructions`] as in
-    /// [`MultiTracker::new`].
+    /// [`Error::Snapshot`] or [`Error::Config`] where the parts do not fit together; [`Error::Instructions`]
+    /// as in [`MultiTracker::new`].
     pub fn restore(snapshot: MultiSnapshot) -> Result<Self, Error> {
         let MultiParts { config, next, frame_size, targets } = snapshot.into_parts()?;
         let mut tracker = Self::new(config)?;

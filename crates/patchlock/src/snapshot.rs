@@ -1,5 +1,5 @@
-//! Saved trackers: one version for [`Tracker`](crate::Tracker) and [`MultiTracker`](crate::MultiTracker), of any
-//! method. What version 0.1 of the library wrote is read too.
+//! Saved trackers: one version for [`Tracker`](crate::Tracker) and [`MultiTracker`](crate::MultiTracker), of
+//! any method. What version 0.1 of the library wrote is read too.
 
 use crate::Error;
 use crate::appearance::memory::PatchMemory;
@@ -22,9 +22,9 @@ const VERSION_OF_0_1: u32 = 1;
 
 /// The state of a [`Tracker`](crate::Tracker) between two frames.
 ///
-/// Serialise it with a self-describing `serde` format that keeps floats exact and has 128-bit integers, such as
-/// JSON text (with `serde_json`'s feature `float_roundtrip`). What version 0.1 of the library wrote can be read,
-/// unless it used an option that no longer exists; the error then names the option.
+/// Serialise it with a self-describing `serde` format that keeps floats exact and has 128-bit integers, such
+/// as JSON text (with `serde_json`'s feature `float_roundtrip`). What version 0.1 of the library wrote can be
+/// read, unless it used an option that no longer exists; the error then names the option.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "SnapshotForm")]
 pub struct Snapshot {

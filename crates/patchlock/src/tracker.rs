@@ -26,8 +26,8 @@ use crate::vision::geometry::BoundingBox;
 /// # Ok::<(), patchlock::Error>(())
 /// ```
 ///
-/// The work is shared by the `rayon` pool of the caller, so `pool.install(|| tracker.update(&frame))` chooses the
-/// number of threads. For the same seed the boxes are the same, bit for bit, on any number of them.
+/// The work is shared by the `rayon` pool of the caller, so `pool.install(|| tracker.update(&frame))` chooses
+/// the number of threads. For the same seed the boxes are the same, bit for bit, on any number of them.
 #[derive(Debug)]
 pub struct Tracker {
     config: TrackerConfig,
@@ -41,8 +41,8 @@ impl Tracker {
     /// A tracker without a target yet.
     ///
     /// # Errors
-    /// [`Error::Config`] names the field that is wrong, its value and what is allowed. [`Error::Instructions`] where
-    /// the environment asks for instructions that the processor does not have.
+    /// [`Error::Config`] names the field that is wrong, its value and what is allowed.
+    /// [`Error::Instructions`] where the environment asks for instructions that the processor does not have.
     pub fn new(config: TrackerConfig) -> Result<Self, Error> {
         config.validate()?;
         Instructions::chosen()?;
@@ -54,8 +54,8 @@ impl Tracker {
         &self.config
     }
 
-    /// Begins on the target in this box of this frame. An earlier target is forgotten: the result is what a new
-    /// tracker would give.
+    /// Begins on the target in this box of this frame. An earlier target is forgotten: the result is what a
+    /// new tracker would give.
     ///
     /// # Errors
     /// [`Error::BoxShape`], [`Error::BoxOutside`] or [`Error::Frame`]; then the tracker is unchanged.
@@ -80,16 +80,16 @@ impl Tracker {
     /// Finds the target in the next frame and learns from it.
     ///
     /// # Errors
-    /// [`Error::NotInitialised`] before the first `init`; [`Error::FrameSize`] or [`Error::Frame`] where the frame
-    /// does not fit, and then the tracker is unchanged.
+    /// [`Error::NotInitialised`] before the first `init`; [`Error::FrameSize`] or [`Error::Frame`] where the
+    /// frame does not fit, and then the tracker is unchanged.
     pub fn update(&mut self, frame: &Frame<'_>) -> Result<Estimate, Error> {
         let mut estimate = Estimate::empty();
         self.step(frame, None, &mut estimate)?;
         Ok(estimate)
     }
 
-    /// As [`Tracker::update`], but reuses an estimate from `init` or an earlier frame and the buffers in it. Nothing
-    /// else is allocated once all buffers have grown.
+    /// As [`Tracker::update`], but reuses an estimate from `init` or an earlier frame and the buffers in it.
+    /// Nothing else is allocated once all buffers have grown.
     ///
     /// # Errors
     /// As [`Tracker::update`]; then the estimate is unchanged too.
@@ -120,8 +120,8 @@ impl Tracker {
     /// A tracker that continues where the snapshot was taken.
     ///
     /// # Errors
-    /// [`Error::Snapshot`] or [`Error::Config`] where the parts do not fit together; [`Error::Instructions`] as in
-    /// [`Tracker::new`].
+    /// [`Error::Snapshot`] or [`Error::Config`] where the parts do not fit together; [`Error::Instructions`]
+    /// as in [`Tracker::new`].
     pub fn restore(snapshot: Snapshot) -> Result<Self, Error> {
         let (config, target) = snapshot.into_parts();
         let mut tracker = Self::new(config)?;

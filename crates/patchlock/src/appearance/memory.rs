@@ -1,5 +1,5 @@
-//! What a patch model remembers (Sec. 2.5): templates, buffers and the subspace, and how they learn from a tracked
-//! candidate. A saved state holds exactly this; the dictionaries follow from it.
+//! What a patch model remembers (Sec. 2.5): templates, buffers and the subspace, and how they learn from a
+//! tracked candidate. A saved state holds exactly this; the dictionaries follow from it.
 
 use super::buffer;
 use super::model::PatchRules;

@@ -1,6 +1,7 @@
 //! The patch model: the appearance model of the paper as one value (Sec. 2.1 to 2.5).
 //!
-//! It remembers a target as templates, patch dictionaries at two scales, buffers of recent patches and a subspace.
+//! It remembers a target as templates, patch dictionaries at two scales, buffers of recent patches and a
+//! subspace.
 //!
 //! - [`PatchModel::begin`] makes it from one position in a frame;
 //! - [`PatchModel::look`] says which patches of one candidate are visible;
@@ -105,8 +106,8 @@ impl PatchModel {
         &self.memory
     }
 
-    /// Which patches of one candidate are visible (Eq. 12, 18). Nothing is allocated once the buffers have grown,
-    /// and nothing is learned.
+    /// Which patches of one candidate are visible (Eq. 12, 18). Nothing is allocated once the buffers have
+    /// grown, and nothing is learned.
     pub fn look(&self, candidate: &[f32], scratch: &mut LookScratch, out: &mut Visibility) {
         for (scale, map) in [(&self.large, &mut out.large), (&self.small, &mut out.small)] {
             map.clear(scale.grid().per_side());
@@ -116,8 +117,9 @@ impl PatchModel {
         }
     }
 
-    /// The likelihoods of many candidates (Eq. 24), all of them or those that can be the most likely one. The work
-    /// is shared by the `rayon` pool of the caller; the likelihoods are the same on any number of threads.
+    /// The likelihoods of many candidates (Eq. 24), all of them or those that can be the most likely one. The
+    /// work is shared by the `rayon` pool of the caller; the likelihoods are the same on any number of
+    /// threads.
     pub fn weigh(&self, candidates: Candidates<'_>, wanted: Wanted, out: &mut Weighed) {
         let length = self.rules.template_side * self.rules.template_side;
         out.rank(candidates, self.memory.last_template());

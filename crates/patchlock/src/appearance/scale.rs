@@ -152,8 +152,8 @@ impl Scale {
 }
 
 impl Scale {
-    /// Codes the patches of one template at all locations, and calls `each` with the code and the feature of one
-    /// after the other: what [`Self::code_block`] gives for a block of one.
+    /// Codes the patches of one template at all locations, and calls `each` with the code and the feature of
+    /// one after the other: what [`Self::code_block`] gives for a block of one.
     pub fn code_everywhere(
         &self,
         template: &[f32],

@@ -1,9 +1,9 @@
 //! The configuration: every number and choice, in one table, in groups.
 //!
-//! The macro call below *is* the table. Each row is a field with its type, default, range, purpose and source; rows
-//! are grouped by what they configure: the common ones, and those of each method. The structs, their defaults, the
-//! check of the ranges and [`PARAMETERS`] (what `patchlock config` prints) are all made from it, so that they
-//! cannot disagree.
+//! The macro call below *is* the table. Each row is a field with its type, default, range, purpose and
+//! source; rows are grouped by what they configure: the common ones, and those of each method. The structs,
+//! their defaults, the check of the ranges and [`PARAMETERS`] (what `patchlock config` prints) are all made
+//! from it, so that they cannot disagree.
 
 mod reading;
 mod table;
@@ -90,7 +90,8 @@ parameters! {
             buffer: usize = 4, number(0.0, 16.0);
         }
         "own choice: atoms that repeat others must not be chosen" {
-            /// An atom is eligible while the squared norm of what the chosen atoms leave of it is at least this.
+            /// An atom is eligible while the squared norm of what the chosen atoms leave of it is at least
+            /// this.
             min_residual: f64 = 1e-6, number(1e-7, 0.1);
         }
         "paper Sec. 2.3, Eq. 12-14, 18-19" {
@@ -118,9 +119,11 @@ parameters! {
             small_update_interval: usize = 20, number(1.0, 10_000.0);
             /// Templates are updated when the visible shares of both scales add to more than twice this.
             delta: f64 = 0.08, number(0.0, 1.0);
-            /// The large buffer takes the candidate when more than this share of large patches is visible (o1).
+            /// The large buffer takes the candidate when more than this share of large patches is visible
+            /// (o1).
             large_buffer_guard: f64 = 0.0, number(0.0, 1.0);
-            /// The small buffer takes the candidate when more than this share of small patches is visible (o2).
+            /// The small buffer takes the candidate when more than this share of small patches is visible
+            /// (o2).
             small_buffer_guard: f64 = 0.13, number(0.0, 1.0);
             /// The chance that a template is replaced grows by this factor from one to the next younger one.
             replacement_growth: f64 = 2.0, number(1.0, 100.0);
@@ -141,8 +144,9 @@ parameters! {
 }
 
 impl TrackerConfig {
-    /// The configuration of a preset. `paper` is the tracker of the paper. `fast` is the same with 400 particles and
-    /// small patches 4 samples apart (7 x 7 instead of 13 x 13), which takes a small part of the time.
+    /// The configuration of a preset. `paper` is the tracker of the paper. `fast` is the same with 400
+    /// particles and small patches 4 samples apart (7 x 7 instead of 13 x 13), which takes a small part of
+    /// the time.
     ///
     /// # Errors
     /// [`Error::UnknownPreset`] names the presets that exist.

@@ -85,7 +85,7 @@ impl<'de> Visitor<'de> for ConfigVisitor {
         }
         config.patchwise = match (group, loose_name) {
             (Some(_), Some(name)) => {
-                let reason = format!("`{name}` belongs into the group `patchwise`, which is given");
+                let reason = format!("`{name}` belongs to the group `patchwise`, which is given");
                 return Err(A::Error::custom(reason));
             }
             (Some(group), None) => group,

@@ -39,7 +39,8 @@ pub struct Parameter {
     pub name: &'static str,
     /// The values that it may take.
     pub range: Range,
-    /// Where its default comes from: a section and equations of the paper, another publication, or our own choice.
+    /// Where its default comes from: a section and equations of the paper, another publication, or our own
+    /// choice.
     pub source: &'static str,
     /// What it does.
     pub purpose: &'static str,
@@ -75,8 +76,8 @@ macro_rules! number_values {
 }
 number_values!(u64, usize, f64);
 
-/// Makes of the rows: [`TrackerConfig`](super::TrackerConfig) with the common fields and a field for each group, the
-/// structs of the groups, their defaults, the checks of ranges, and `PARAMETERS`.
+/// Makes of the rows: [`TrackerConfig`](super::TrackerConfig) with the common fields and a field for each
+/// group, the structs of the groups, their defaults, the checks of ranges, and `PARAMETERS`.
 macro_rules! parameters {
     (
         common { $($common:tt)* }
@@ -85,8 +86,8 @@ macro_rules! parameters {
         $crate::config::table::group! {
             /// Every number and choice of the tracker. The default is the preset `paper`.
             ///
-            /// Make one with [`TrackerConfig::preset`] or `TrackerConfig::default()`, change fields, and give it to
-            /// [`Tracker::new`](crate::Tracker::new), which checks it.
+            /// Make one with [`TrackerConfig::preset`] or `TrackerConfig::default()`, change fields, and give
+            /// it to [`Tracker::new`](crate::Tracker::new), which checks it.
             #[derive(Debug, Clone, PartialEq, Serialize)]
             TrackerConfig ("") { $($common)* }
             $($(#[doc = $group_doc])+ $group : $group_type,)*
@@ -121,7 +122,9 @@ macro_rules! group {
     (
         $(#[$meta:meta])+
         $name:ident ($title:expr) {
-            $($source:literal { $($(#[doc = $doc:literal])+ $field:ident : $ty:ty = $default:expr, $range:expr;)* })*
+            $($source:literal {
+                $($(#[doc = $doc:literal])+ $field:ident : $ty:ty = $default:expr, $range:expr;)*
+            })*
         }
         $($(#[doc = $inner_doc:literal])+ $inner:ident : $inner_type:ident,)*
     ) => {

@@ -1,5 +1,5 @@
-//! The paper's tracker (Fig. 1): particles around the last state are weighed by the patch model, the most likely
-//! one is the estimate, and the model learns from it every few frames.
+//! The paper's tracker (Fig. 1): particles around the last state are weighed by the patch model, the most
+//! likely one is the estimate, and the model learns from it every few frames.
 
 pub mod particles;
 mod saved;

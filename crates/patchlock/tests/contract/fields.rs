@@ -290,5 +290,5 @@ fn settings_of_version_0_1_are_read() {
     }
     let twice = json!({ "particles": 77, "patchwise": { "particles": 78 } });
     let error = read(twice).unwrap_err().to_string();
-    assert!(error.contains("`particles` belongs into the group `patchwise`"), "{error}");
+    assert!(error.contains("`particles` belongs to the group `patchwise`"), "{error}");
 }

@@ -250,9 +250,9 @@ pub fn solve(
     }
 }
 
-/// Codes one candidate at each of these locations (rows of `dim` samples, one for each location). The codes are
-/// those of [`solve`] for each location, but the locations of a group share one matrix product, which reads the
-/// dictionary once for all of them.
+/// Codes one candidate at each of these locations (rows of `dim` samples, one for each location). The codes
+/// are those of [`solve`] for each location, but the locations of a group share one matrix product, which
+/// reads the dictionary once for all of them.
 pub fn solve_each(
     dictionary: &Dictionary,
     locations: &[Location],
