@@ -88,7 +88,7 @@ fn mp4_cut_in_the_middle_keeps_what_was_tracked() {
     let data = fs::read(&video).unwrap();
     fs::write(&video, &data[..data.len() - 30]).unwrap();
     let result = bench.track("v.mp4").args(["--save", "a.csv"]).assert();
-    complains(result, 1, &["cannot decode frame", "v.mp4", "too early", "note: the "]);
+    complains(result, 1, &["cannot decode frame", "v.mp4", "truncated", "note: the "]);
     let rows = bench.lines("a.csv").len() - 1;
     assert!((1..8).contains(&rows), "{rows} rows");
 }
@@ -134,7 +134,7 @@ fn damage_anywhere_in_an_mp4_never_panics() {
 fn unknown_codec_without_ffmpeg() {
     let bench = Bench::new();
     fs::write(bench.path("v.webm"), b"\x1a\x45\xdf\xa3 something else entirely").unwrap();
-    let words = ["v.webm", "ffmpeg", "none in the PATH", "hint: install ffmpeg"];
+    let words = ["v.webm", "ffmpeg", "not on the PATH", "hint: install ffmpeg"];
     complains(bench.track("v.webm").env("PATH", "").assert(), 1, &words);
     // The same for a container that is known with a codec that is not.
     let video = bench.mp4("v.mp4", 2);
@@ -387,6 +387,6 @@ fn bad_streams() {
     let mut cut = support::y4m(3);
     cut.truncate(cut.len() - 100);
     let result = bench.track("-").args(["--save", "a.csv"]).write_stdin(cut).assert();
-    complains(result, 1, &["frame 2", "too early", "note: the 2 frames"]);
+    complains(result, 1, &["frame 2", "truncated", "note: the 2 frames"]);
     assert_eq!(bench.lines("a.csv").len(), 3);
 }

@@ -54,9 +54,9 @@ fn vot() {
     let [results] = &read(&folder, "CSRT")[..] else { panic!("one tracker") };
     assert_eq!((results.name.as_str(), results.layout), ("CSRT baseline", Layout::Vot));
     assert_eq!(results.runs[0].boxes, [BOX, BOX, None], "begun on the truth, a polygon, a failure");
-    assert!(results.notes[0].contains("begun again after a failure"), "{:?}", results.notes);
+    assert!(results.notes[0].contains("restarts the tracker after a failure"), "{:?}", results.notes);
     folder.file("bad/one/one_001.txt", "1\n7\n3,4,5,6\n");
-    assert!(read(&folder, "bad")[0].faults[0].contains("line 2: 7 is none of the codes"));
+    assert!(read(&folder, "bad")[0].faults[0].contains("line 2: 7 is not one of the codes"));
 }
 
 #[test]
@@ -70,7 +70,7 @@ fn mot() {
     );
     for (rows, said) in [
         ("1,1,3,4,5,6,1,-1,-1,-1\n1,2,3,4,5,6,1,-1,-1,-1\n", "a file holds one target"),
-        ("2,1,3,4,5,6,1,-1,-1,-1\n2,1,3,4,5,6,1,-1,-1,-1\n", "frame 2 comes twice"),
+        ("2,1,3,4,5,6,1,-1,-1,-1\n2,1,3,4,5,6,1,-1,-1,-1\n", "frame 2 appears twice"),
         ("0,1,3,4,5,6,1,-1,-1,-1\n", "frames count from 1"),
     ] {
         folder.file("SORT/one.txt", rows);

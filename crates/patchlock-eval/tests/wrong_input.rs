@@ -25,12 +25,12 @@ fn otb(images: impl IntoIterator<Item = usize>, truth: impl AsRef<[u8]>) -> Fold
 
 #[test]
 fn frames_that_are_missing() {
-    assert_eq!(in_the_way(&otb([1, 2, 4], rows(4)), "A"), "the image with number 3 is missing");
+    assert_eq!(in_the_way(&otb([1, 2, 4], rows(4)), "A"), "image 3 is missing");
     assert_eq!(in_the_way(&otb([], rows(4)), "A"), "there are no images");
     let david = Folder::new();
     david.images("David/img", (1..=770).filter(|n| *n != 500), 4);
     david.file("David/groundtruth_rect.txt", rows(471));
-    assert_eq!(in_the_way(&david, "David"), "the image with number 500 is missing");
+    assert_eq!(in_the_way(&david, "David"), "image 500 is missing");
     // The truth is there all the same: results can be scored.
     assert_eq!(david.dataset().sequences[0].truth.len(), 471);
 }
@@ -97,7 +97,7 @@ fn boxes_outside_the_frame() {
     let findings = folder.dataset().inspect();
     assert_eq!(findings.sizes, [Some((16, 12))]);
     let said: Vec<&str> = findings.remarks.iter().map(|remark| remark.text.as_str()).collect();
-    assert!(said[0].starts_with("1 of 3 boxes lie wholly outside"), "{said:?}");
+    assert!(said[0].starts_with("1 of 3 boxes lie entirely outside"), "{said:?}");
     assert!(said[1].starts_with("1 of 3 boxes reach beyond"), "{said:?}");
     let broken = otb(1..=3, rows(3));
     broken.file("A/img/0001.png", "no image");
