@@ -62,7 +62,11 @@ fn what_is_wrong_is_said() {
     bench.images("f", 2);
     bench.track("f").args(["--save", "a.csv"]).assert().success();
     let cases: [(&[&str], i32, &str); 6] = [
-        (&["a.csv", "--format", "voc", "--out", "x"], 2, "there is no format voc; the formats are mot, "),
+        (
+            &["a.csv", "--format", "voc", "--out", "x"],
+            2,
+            "there is no format voc; the formats are mot, ",
+        ),
         (&["a.csv", "--format", "coco", "--out", "x"], 2, "needs the frame size"),
         (
             &["a.csv", "--format", "coco", "--out", "x", "--size", "4by3"],

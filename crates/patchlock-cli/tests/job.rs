@@ -63,7 +63,10 @@ fn a_benchmark_that_makes_no_sense() {
         name: name.into(),
         patience: std::time::Duration::ZERO,
     };
-    assert!(error(Options { entrant: program("'x", "x"), ..good() }).contains("not a valid command line"));
+    assert!(
+        error(Options { entrant: program("'x", "x"), ..good() })
+            .contains("not a valid command line")
+    );
     assert!(error(Options { entrant: program("x", "a/b"), ..good() }).contains("--name a/b"));
     assert!("abc".parse::<Scheme>().unwrap_err().contains("ope, tre and sre"));
 }

@@ -210,17 +210,19 @@ impl Error {
     /// The advice for variants whose advice does not depend on their fields.
     fn fixed_advice(&self) -> Option<&'static str> {
         Some(match self {
-            Self::Read { .. } => "check that the path is right and that you have permission to read it",
+            Self::Read { .. } => {
+                "check that the path is right and that you have permission to read it"
+            }
             Self::NoDataset { .. } => {
                 "name the folder of the sequences; patchlock dataset DIR lists what a folder holds"
             }
             Self::NoResults { .. } => {
                 "name a tracker's folder with one text file per target, or a folder of such folders"
             }
-            Self::Write { .. } => "choose a folder that you can write to, and check the free disk space",
-            Self::Manifest { .. } => {
-                "remove the file, so that the run is made again"
+            Self::Write { .. } => {
+                "choose a folder that you can write to, and check the free disk space"
             }
+            Self::Manifest { .. } => "remove the file, so that the run is made again",
             Self::Conflict { .. } => {
                 "choose another name with --name, or another folder with --out"
             }
@@ -232,9 +234,7 @@ impl Error {
                 "patchlock score RESULTS --truth DATASET lists the trackers and targets"
             }
             Self::Picture { .. } => "this is a bug in Patchlock: please report it",
-            Self::Line { .. } => {
-                "a line is x,y,w,h; a missing box is NaN,NaN,NaN,NaN"
-            }
+            Self::Line { .. } => "a line is x,y,w,h; a missing box is NaN,NaN,NaN,NaN",
             Self::StartBoxShape { .. } => start_box::SYNTAX,
             Self::StartBoxOutside { .. } => {
                 "the box is for the first tracked frame; with --reverse that is the last frame of the range"
@@ -242,9 +242,7 @@ impl Error {
             Self::NoFrames { .. } => {
                 "name the folder of the sequences; patchlock dataset DIR shows what was detected"
             }
-            Self::CommandLine(_) => {
-                "quote it as in a shell: --cmd \"python3 'my tracker.py'\""
-            }
+            Self::CommandLine(_) => "quote it as in a shell: --cmd \"python3 'my tracker.py'\"",
             Self::FolderName(_) => "use letters, digits, - and _",
             Self::Selection(_)
             | Self::Settings(_)

@@ -88,7 +88,9 @@ impl SettingsError {
             Self::Unreadable { .. } => {
                 "patchlock config > my.toml writes one to start from".to_string()
             }
-            Self::NoToml { .. } => "each line is name = value, with text values in quotes".to_string(),
+            Self::NoToml { .. } => {
+                "each line is name = value, with text values in quotes".to_string()
+            }
             Self::Unknown { near, .. } if near.is_empty() => {
                 "patchlock config shows all settings".to_string()
             }

@@ -17,7 +17,7 @@ pub struct Table {
     /// One row per line; empty lines at the end are ignored.
     pub rows: Vec<Vec<f64>>,
     /// Unusual properties of the file that do not change its meaning, such as its encoding.
-    pub oddities: Vec<String>,
+    pub notes: Vec<String>,
 }
 
 /// Reads a file of numbers.
@@ -26,7 +26,7 @@ pub struct Table {
 /// [`Error::Read`]; [`Error::Line`] for a line that is empty or has something other than numbers.
 pub fn read(path: &Path) -> Result<Table, Error> {
     let bytes = fs::read(path).map_err(|error| Error::read(path, error))?;
-    let (text, oddities) = decode(&bytes);
+    let (text, notes) = decode(&bytes);
     let mut rows = Vec::new();
     for (k, line) in text.trim_end().lines().enumerate() {
         rows.push(numbers(line).map_err(|reason| Error::Line {
@@ -35,12 +35,12 @@ pub fn read(path: &Path) -> Result<Table, Error> {
             reason,
         })?);
     }
-    Ok(Table { rows, oddities })
+    Ok(Table { rows, notes })
 }
 
 /// Decodes a text in any supported encoding. Also returns what is unusual about it.
 pub fn decode(bytes: &[u8]) -> (String, Vec<String>) {
-    let mut oddities = Vec::new();
+    let mut notes = Vec::new();
     let wide = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
         String::from_utf16_lossy(&units)
@@ -49,7 +49,7 @@ pub fn decode(bytes: &[u8]) -> (String, Vec<String>) {
     let zeros_at = |offset: usize| {
         bytes.len() > 3 && bytes.iter().skip(offset).step_by(2).all(|&byte| byte == 0)
     };
-    let mut note = |text: &str| oddities.push(text.to_string());
+    let mut note = |text: &str| notes.push(text.to_string());
     let text = if let Some(rest) = bytes.strip_prefix(&[0xef, 0xbb, 0xbf]) {
         note("starts with a byte-order mark");
         String::from_utf8_lossy(rest).into_owned()
@@ -74,9 +74,9 @@ pub fn decode(bytes: &[u8]) -> (String, Vec<String>) {
         if text.contains('\r') {
             note("ends lines with a carriage return only");
         }
-        return (text.replace('\r', "\n"), oddities);
+        return (text.replace('\r', "\n"), notes);
     }
-    (text, oddities)
+    (text, notes)
 }
 
 /// Parses the numbers of a line.
@@ -173,9 +173,9 @@ mod tests {
             (text.replace('\n', "\r\n").into_bytes(), 0),
             (text.replace('\n', "\r").into_bytes(), 1),
         ];
-        for (bytes, odd) in files {
-            let (decoded, oddities) = decode(&bytes);
-            assert_eq!((decoded.as_str(), oddities.len()), (text, odd), "{oddities:?}");
+        for (bytes, note_count) in files {
+            let (decoded, notes) = decode(&bytes);
+            assert_eq!((decoded.as_str(), notes.len()), (text, note_count), "{notes:?}");
         }
         assert_eq!(decode(b"").0, "");
     }

@@ -41,7 +41,8 @@ impl ImageSequence {
 
     /// The files that match a glob, in natural order.
     pub fn glob(text: &str) -> Result<Self, Error> {
-        let paths = glob::glob(text).map_err(Error::because(format!("{text} is not a valid glob")))?;
+        let paths =
+            glob::glob(text).map_err(Error::because(format!("{text} is not a valid glob")))?;
         let files = paths
             .collect::<Result<Vec<_>, _>>()
             .map_err(Error::because(format!("cannot list {text}")))?;

@@ -251,7 +251,9 @@ fn advice(fault: &Fault) -> &'static str {
             "the frames tracked before it are kept; to convert the video: \
              ffmpeg -i IN -c:v libx264 -pix_fmt yuv420p OUT.mp4"
         }
-        _ => "the frames tracked before it are kept; skip it with --end before it and --start after it",
+        _ => {
+            "the frames tracked before it are kept; skip it with --end before it and --start after it"
+        }
     }
 }
 

@@ -68,7 +68,8 @@ impl<W: Write + Seek> Mp4Writer<W> {
                 .map_or(0, |count| estimate_maximum_moov_box_size(&[count])),
             ..Mp4FileMuxerOptions::default()
         };
-        let muxer = Mp4FileMuxer::with_options(options).map_err(cannot_encode("cannot start the MP4"))?;
+        let muxer =
+            Mp4FileMuxer::with_options(options).map_err(cannot_encode("cannot start the MP4"))?;
         out.write_all(muxer.initial_boxes_bytes())?;
         let position = muxer.initial_boxes_bytes().len() as u64;
         Ok(Self { out, muxer, encoder, rate, width, height, position, frames: 0 })
@@ -106,7 +107,9 @@ impl<W: Write + Seek> Mp4Writer<W> {
             data_offset: self.position,
             data_size: data.len(),
         };
-        self.muxer.append_sample(&sample).map_err(cannot_encode("cannot add a frame to the MP4"))?;
+        self.muxer
+            .append_sample(&sample)
+            .map_err(cannot_encode("cannot add a frame to the MP4"))?;
         self.position += data.len() as u64;
         self.frames += 1;
         Ok(())

@@ -97,8 +97,9 @@ pub fn run(
             let mut done = 0;
             let run = || one(task, store, make, jobs, threads, watch, &mut done);
             // Image decoders may panic on damaged files; that must not end the other runs.
-            let result = catch_unwind(AssertUnwindSafe(run))
-                .unwrap_or_else(|_| Err(Error::Subject("the run stopped unexpectedly (panic)".to_string())));
+            let result = catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|_| {
+                Err(Error::Subject("the run stopped unexpectedly (panic)".to_string()))
+            });
             let left = task.frames.len() - done;
             watch.ends(left, left == 0 && result.is_ok());
             // Ctrl-C also ends the programs under test, which is not a failure of theirs.

@@ -70,7 +70,9 @@ impl FromStr for Scheme {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let known = Self::ALL.into_iter().find(|scheme| scheme.name().eq_ignore_ascii_case(text));
-        known.ok_or_else(|| format!("there is no protocol {text}; the protocols are ope, tre and sre"))
+        known.ok_or_else(|| {
+            format!("there is no protocol {text}; the protocols are ope, tre and sre")
+        })
     }
 }
 
@@ -215,7 +217,11 @@ mod tests {
         truth[1] = Some(outside);
         let starts = start_frames(Scheme::Tre, truth);
         assert_eq!(starts, (2..20).collect::<Vec<_>>(), "each of the 18 eligible frames once");
-        assert_eq!(start_frames(Scheme::Tre, vec![Some(BOX); 5]), [0], "too short for any eligible frame");
+        assert_eq!(
+            start_frames(Scheme::Tre, vec![Some(BOX); 5]),
+            [0],
+            "too short for any eligible frame"
+        );
     }
 
     #[test]

@@ -145,10 +145,7 @@ mod tests {
         assert_eq!(reason(images([1, 2, 4], &[]), 4), "image 3 is missing");
         assert_eq!(reason(images(1..=9, &[]), 7), "9 images, but 7 rows of truth");
         let with_gap = (1..=770).filter(|n| !(400..=401).contains(n));
-        assert_eq!(
-            reason(images(with_gap, &[(300, 770)]), 471),
-            "2 images are missing: 400, 401"
-        );
+        assert_eq!(reason(images(with_gap, &[(300, 770)]), 471), "2 images are missing: 400, 401");
         let (_, note) = fit(&images([1, 2, 4], &[]), 3).unwrap();
         assert!(note.unwrap().ends_with("no 3"));
         assert_eq!(fit(&images([1, 6, 11, 16], &[]), 4).unwrap().1, None);

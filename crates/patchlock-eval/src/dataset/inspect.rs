@@ -55,7 +55,8 @@ fn outside(sequence: &Sequence, (width, height): (usize, usize)) -> Vec<String> 
     let frame = format!("the frame of {width} x {height} pixels");
     let mut remarks = Vec::new();
     if entirely > 0 {
-        remarks.push(format!("{entirely} of {} boxes lie entirely outside {frame}", boxes().count()));
+        remarks
+            .push(format!("{entirely} of {} boxes lie entirely outside {frame}", boxes().count()));
     }
     if partly_or_entirely > entirely {
         remarks.push(format!(

@@ -30,7 +30,8 @@ pub enum Layout {
     Otb,
     /// `<Name>/00000001.jpg`, `<Name>/groundtruth.txt`, `<Name>/absence.label`.
     Got10k,
-    /// `<Name>/img/00000001.jpg`, `<Name>/groundtruth.txt`, `<Name>/full_occlusion.txt`, `<Name>/out_of_view.txt`.
+    /// `<Name>/img/00000001.jpg`, `<Name>/groundtruth.txt`, `<Name>/full_occlusion.txt`,
+    /// `<Name>/out_of_view.txt`.
     Lasot,
     /// `data_seq/<set>/<name>/000001.jpg`, `anno/<set>/<name>.txt`.
     Uav123,

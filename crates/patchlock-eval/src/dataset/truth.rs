@@ -48,7 +48,7 @@ pub fn read(path: &Path, origin: f64) -> Result<Truth, Error> {
     if table.rows.is_empty() {
         return Err(error(1, "the file is empty".to_string()));
     }
-    let mut notes = table.oddities;
+    let mut notes = table.notes;
     let (mut boxes, mut unknown, mut flat) = (Vec::new(), 0, 0);
     for (k, row) in table.rows.iter().enumerate() {
         let given = text::region(row, origin).map_err(|reason| error(k + 1, reason))?;

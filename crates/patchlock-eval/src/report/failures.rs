@@ -55,14 +55,14 @@ pub struct Moment {
     pub what: String,
 }
 
-/// The first frames of the `most` longest failures, in order of time; or, without failures, the frame with
+/// The first frames of the `limit` longest failures, in order of time; or, without failures, the frame with
 /// the smallest overlap.
-pub fn moments(overlaps: &[Option<f64>], failures: &[Range<usize>], most: usize) -> Vec<Moment> {
+pub fn moments(overlaps: &[Option<f64>], failures: &[Range<usize>], limit: usize) -> Vec<Moment> {
     let mut longest: Vec<&Range<usize>> = failures.iter().collect();
     longest.sort_by_key(|failure| std::cmp::Reverse(failure.len()));
-    longest.truncate(most);
+    longest.truncate(limit);
     longest.sort_by_key(|failure| failure.start);
-    if !longest.is_empty() || most == 0 {
+    if !longest.is_empty() || limit == 0 {
         let lost = |f: &Range<usize>| Moment {
             frame: f.start,
             what: format!("lost for {} frames", f.len()),
@@ -71,9 +71,10 @@ pub fn moments(overlaps: &[Option<f64>], failures: &[Range<usize>], most: usize)
     }
     let given =
         overlaps.iter().enumerate().filter_map(|(frame, overlap)| Some((frame, (*overlap)?)));
-    let least = given.min_by(|a, b| a.1.total_cmp(&b.1));
-    let moment = |(frame, overlap)| Moment { frame, what: format!("smallest overlap, {overlap:.2}") };
-    least.map(moment).into_iter().collect()
+    let smallest = given.min_by(|a, b| a.1.total_cmp(&b.1));
+    let moment =
+        |(frame, overlap)| Moment { frame, what: format!("smallest overlap, {overlap:.2}") };
+    smallest.map(moment).into_iter().collect()
 }
 
 /// A crop of the frame with the true and the tracked boxes, as an SVG element that contains a JPEG.
@@ -101,8 +102,7 @@ pub fn thumbnail(
     let crop = imageops::crop_imm(&picture, x, y, w.max(1), h.max(1)).to_image();
     let crop = imageops::resize(&crop, width, height, FilterType::Triangle);
     let mut jpeg = Cursor::new(Vec::new());
-    crop
-        .write_with_encoder(JpegEncoder::new_with_quality(&mut jpeg, JPEG_QUALITY))
+    crop.write_with_encoder(JpegEncoder::new_with_quality(&mut jpeg, JPEG_QUALITY))
         .map_err(|e| cannot(e.to_string()))?;
     let mut svg = format!(
         "<svg viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" role=\"img\" \
@@ -175,7 +175,7 @@ mod tests {
 
     #[test]
     fn the_longest_failures_are_shown_in_order_of_time() {
-        let what = |most| moments(&[], &[5..8, 10..40, 50..60], most);
+        let what = |limit| moments(&[], &[5..8, 10..40, 50..60], limit);
         assert_eq!(what(2).iter().map(|m| m.frame).collect::<Vec<_>>(), [10, 50]);
         assert_eq!(what(0), []);
         let fine = overlaps(&[1.0, 0.7, -1.0, 0.6, 0.8]);

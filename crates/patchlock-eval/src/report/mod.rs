@@ -3,8 +3,8 @@
 //! [`build`] reads only the frames for thumbnails and writes no files: it returns the page as text, and the
 //! plots as values that can be rendered as SVG, PNG and CSV.
 
-mod failures;
 mod comparison;
+mod failures;
 mod page;
 mod palette;
 mod plots;
@@ -152,7 +152,8 @@ fn overall_plots(comparison: &Comparison, protocol: &Protocol, options: &Options
     let all: Vec<(&ComparedTracker, Summary)> =
         comparison.trackers.iter().map(|tracker| (tracker, tracker.overall.clone())).collect();
     let plot = |measure: &Measure| {
-        let title = format!("{} plots of {}, {}", measure.name, comparison.kind.name(), comparison.size());
+        let title =
+            format!("{} plots of {}, {}", measure.name, comparison.kind.name(), comparison.size());
         curve_plot(measure, &all, protocol, options, measure.file.to_string(), title)
     };
     [PRECISION, SUCCESS, NORMALISED].iter().map(plot).chain(speed_plot(comparison)).collect()
@@ -215,7 +216,11 @@ struct AttributePlots {
     plots: Vec<Plot>,
 }
 
-fn attribute_plots(comparison: &Comparison, protocol: &Protocol, options: &Options) -> Vec<AttributePlots> {
+fn attribute_plots(
+    comparison: &Comparison,
+    protocol: &Protocol,
+    options: &Options,
+) -> Vec<AttributePlots> {
     let mut all = Vec::new();
     for (short, name) in attributes_of(comparison) {
         let has = |target: &&&TargetScore| target.attributes.contains(&short);
@@ -225,7 +230,8 @@ fn attribute_plots(comparison: &Comparison, protocol: &Protocol, options: &Optio
             let own = tracker.targets.iter().filter(has).copied();
             Some((tracker, score::summary(own, tracker.seeds)?))
         };
-        let trackers: Vec<(&ComparedTracker, Summary)> = comparison.trackers.iter().filter_map(on).collect();
+        let trackers: Vec<(&ComparedTracker, Summary)> =
+            comparison.trackers.iter().filter_map(on).collect();
         let plot = |measure: &Measure| {
             let title = format!("{}: {name} ({count})", measure.name);
             let file = format!("{}_{}", measure.file, file_name(&short));
@@ -240,12 +246,12 @@ fn attribute_plots(comparison: &Comparison, protocol: &Protocol, options: &Optio
 /// The attributes of the compared targets with their meanings: those of OTB in its order, then others.
 fn attributes_of(comparison: &Comparison) -> Vec<(String, String)> {
     let targets = comparison.about().targets.iter();
-    let mut there: BTreeSet<&str> =
+    let mut present: BTreeSet<&str> =
         targets.flat_map(|t| t.attributes.iter().map(String::as_str)).collect();
-    let known = OTB_ATTRIBUTES.iter().filter(|(short, _)| there.remove(short));
+    let known = OTB_ATTRIBUTES.iter().filter(|(short, _)| present.remove(short));
     let mut all: Vec<(String, String)> =
         known.map(|(s, n)| (s.to_string(), n.to_string())).collect();
-    all.extend(there.into_iter().map(|short| (short.to_string(), short.to_string())));
+    all.extend(present.into_iter().map(|short| (short.to_string(), short.to_string())));
     all
 }
 
@@ -270,8 +276,11 @@ fn interval_plot(comparison: &Comparison, draws: &Draws) -> Option<Plot> {
             rows.iter().filter_map(|row| row.differences.get(k)).map(|d| d.p).collect();
         rows.iter_mut().zip(holm(&p)).for_each(|(row, p)| row.corrected.push(p));
     }
-    let title =
-        format!("{} compared with each other tracker, {} targets", about.name, comparison.targets.len());
+    let title = format!(
+        "{} compared with each other tracker, {} targets",
+        about.name,
+        comparison.targets.len()
+    );
     let plot = Intervals { file: "differences".to_string(), title, measures: ["AUC", "DP"], rows };
     (!plot.rows.is_empty()).then(|| plot.plot())
 }

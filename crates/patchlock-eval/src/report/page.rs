@@ -7,8 +7,8 @@ use minijinja::{Environment, context};
 use patchlock::BoundingBox;
 use serde::Serialize;
 
-use super::failures::{self, LOST, Moment, SHORTEST};
 use super::comparison::{ComparedTracker, Comparison};
+use super::failures::{self, LOST, MIN_FRAMES, Moment};
 use super::palette::{self, Theme};
 use super::plots::Plot;
 use super::plots::timeline::{Timeline, Track};
@@ -209,7 +209,13 @@ fn tracker_rows<'a>(comparison: &'a Comparison) -> Vec<TrackerRow<'a>> {
         });
         let swatch =
             format!("<line {} x1=\"0\" x2=\"34\" y1=\"6\" y2=\"6\"/>", tracker.look.line());
-        TrackerRow { rank: rank + 1, name: tracker.name, about: rank == comparison.about, swatch, cells }
+        TrackerRow {
+            rank: rank + 1,
+            name: tracker.name,
+            about: rank == comparison.about,
+            swatch,
+            cells,
+        }
     };
     let mut rows: Vec<TrackerRow> = comparison.trackers.iter().enumerate().map(row).collect();
     // The last column, the number of seeds, has no best value.
@@ -332,7 +338,7 @@ pub fn render(parts: &Parts) -> Result<String, Error> {
         sequences => Serde(parts.sequences.iter().map(SequenceView::from).collect::<Vec<_>>()),
         has_thumbnails => parts.sequences.iter().any(|row| !row.thumbnails.is_empty()),
         lost => LOST,
-        shortest => SHORTEST,
+        shortest => MIN_FRAMES,
     };
     environment.get_template("page.html").and_then(|page| page.render(values)).map_err(broken)
 }

@@ -78,8 +78,7 @@ impl Times {
 
     fn notes(&self) -> impl Iterator<Item = String> {
         let shared = self.parallel.then(|| {
-            "runs were made in parallel, so their times say nothing about speed"
-                .to_string()
+            "runs were made in parallel, so their times say nothing about speed".to_string()
         });
         let machines = names::counted(self.machines.len(), "kind");
         let mixed = (self.machines.len() > 1)

@@ -127,8 +127,7 @@ pub fn read_all<P: AsRef<Path>>(paths: &[P], truth: &Dataset) -> Result<Vec<Resu
         all.extend(found.into_iter().map(|results| (path.as_ref(), results)));
     }
     let names: Vec<String> = all.iter().map(|(_, results)| results.name.clone()).collect();
-    let is_duplicate =
-        |name: &String| names.iter().filter(|other| *other == name).count() > 1;
+    let is_duplicate = |name: &String| names.iter().filter(|other| *other == name).count() > 1;
     let named = |(path, mut results): (&Path, Results)| {
         if is_duplicate(&results.name) {
             results.name = format!("{} ({})", results.name, path.display());

@@ -89,7 +89,9 @@ fn memory(text: &str) -> Result<Picture, String> {
         "gray8" => 1,
         "gray16" => 2,
         other => {
-            return Err(format!("an image in memory has the format {other}; it must be rgb, gray8 or gray16"));
+            return Err(format!(
+                "an image in memory has the format {other}; it must be rgb, gray8 or gray16"
+            ));
         }
     };
     let data = bytes(data)?;
@@ -112,7 +114,9 @@ fn memory(text: &str) -> Result<Picture, String> {
 }
 
 fn bytes(data: &str) -> Result<Vec<u8>, String> {
-    BASE64_STANDARD.decode(data).map_err(|error| format!("the image data are not valid Base64: {error}"))
+    BASE64_STANDARD
+        .decode(data)
+        .map_err(|error| format!("the image data are not valid Base64: {error}"))
 }
 
 #[cfg(test)]

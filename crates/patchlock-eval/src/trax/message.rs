@@ -147,8 +147,8 @@ mod tests {
 
     #[test]
     fn messages_survive_a_round_trip() {
-        let odd = "file:///a b/\"c\"\\d\ne=f";
-        let message = Message::new("frame", &[odd, "1,2,3,4"])
+        let awkward = "file:///a b/\"c\"\\d\ne=f";
+        let message = Message::new("frame", &[awkward, "1,2,3,4"])
             .with("trax.reason", "a \"b\"\\ = c\nd")
             .with("confidence", 0.25)
             .with("empty", "");

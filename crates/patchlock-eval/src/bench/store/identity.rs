@@ -50,17 +50,17 @@ impl Identity {
 }
 
 /// The fields that differ between a stored identity and this one, in words.
-pub(super) fn difference(there: &Value, here: &Value) -> String {
-    let (there, here) = (flat(there), flat(here));
+pub(super) fn difference(stored: &Value, current: &Value) -> String {
+    let (stored, current) = (flat(stored), flat(current));
     let value = |fields: &BTreeMap<String, String>, name: &String| {
         fields.get(name).cloned().unwrap_or("not set".to_string())
     };
-    let names: BTreeSet<&String> = there.keys().chain(here.keys()).collect();
+    let names: BTreeSet<&String> = stored.keys().chain(current.keys()).collect();
     let differing: Vec<String> = names
         .into_iter()
-        .map(|name| (name, value(&there, name), value(&here, name)))
-        .filter(|(_, there, here)| there != here)
-        .map(|(name, there, here)| format!("{name} is {there} there and {here} here"))
+        .map(|name| (name, value(&stored, name), value(&current, name)))
+        .filter(|(_, stored, current)| stored != current)
+        .map(|(name, stored, current)| format!("{name} is {stored} there and {current} here"))
         .collect();
     crate::names::some_of(&differing)
 }

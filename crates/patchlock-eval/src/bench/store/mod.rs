@@ -138,9 +138,9 @@ impl Store {
         if !path.exists() && write_atomically(&path, text.as_bytes(), false)? {
             return Ok(());
         }
-        let there: Manifest = read_json(&path)?;
-        if there.configuration_hash != self.hash {
-            let difference = difference(&there.subject, &self.series.subject.fields());
+        let stored: Manifest = read_json(&path)?;
+        if stored.configuration_hash != self.hash {
+            let difference = difference(&stored.subject, &self.series.subject.fields());
             return Err(Error::Conflict { path: self.folder.clone(), difference });
         }
         Ok(())

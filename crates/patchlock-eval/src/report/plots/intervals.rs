@@ -39,8 +39,10 @@ pub struct Intervals<'a> {
 impl Intervals<'_> {
     /// Draws the plot: one panel per measure, one row per tracker.
     pub fn plot(&self) -> Plot {
-        let size =
-            [16.0 + NAME_WIDTH + 2.0 * (PANEL + NUMBERS), TOP + ROW * self.rows.len() as f64 + 34.0];
+        let size = [
+            16.0 + NAME_WIDTH + 2.0 * (PANEL + NUMBERS),
+            TOP + ROW * self.rows.len() as f64 + 34.0,
+        ];
         let mut svg = Svg::default();
         svg.text([16.0, 28.0], 16.0, "ink", Anchor::Start, &self.title);
         for (k, row) in self.rows.iter().enumerate() {
@@ -169,7 +171,11 @@ mod tests {
     #[test]
     fn rows_show_their_numbers() {
         let d = Difference { targets: 3, mean: 0.05, low: 0.01, high: 0.09, p: 0.004 };
-        let row = TrackerDifferences { name: "other", differences: vec![d, d], corrected: vec![0.0004, 0.5] };
+        let row = TrackerDifferences {
+            name: "other",
+            differences: vec![d, d],
+            corrected: vec![0.0004, 0.5],
+        };
         let plot = Intervals {
             file: "f".into(),
             title: "t".into(),
