@@ -196,7 +196,7 @@ fn choices_that_make_no_sense() {
     usage(&["--sequences", "A", "--attributes", "OCC"], "no target is selected");
     usage(&["--shard", "3/2"], "I from 1 to N");
     usage(&["--protocol", "abc"], "ope, tre and sre");
-    usage(&["--name", "a/b"], "name of a folder");
+    usage(&["--name", "a/b"], "folder name");
     usage(&["--seeds", "0"], "0");
     benchmark.bench("out", &["--attributes", "occ"]).assert().success();
     assert_eq!(

@@ -153,7 +153,7 @@ pub enum Error {
     #[error("--cmd {0}: not a valid command line")]
     CommandLine(String),
     /// The name of a folder of results is invalid.
-    #[error("--name {0}: not a valid name of a folder")]
+    #[error("--name {0}: not a valid folder name")]
     FolderName(String),
     /// A selection of targets is invalid.
     #[error(transparent)]

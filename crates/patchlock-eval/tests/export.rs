@@ -152,12 +152,12 @@ fn cvat_marks_the_frames_without_a_target() {
 #[test]
 fn names_are_escaped() {
     let workspace = Workspace::new();
-    let options = Options { label: "a<b> & \"c\"".into(), ..options(Format::Cvat) };
-    let xml = text(workspace.export(&options).unwrap().1);
+    let escaped = Options { label: "a<b> & \"c\"".into(), ..options(Format::Cvat) };
+    let xml = text(workspace.export(&escaped).unwrap().1);
     assert!(xml.contains("label=\"a&lt;b&gt; &amp; &quot;c&quot;\""));
     let workspace = Workspace::new();
-    let options = Options { label: "a: \"b\"".into(), ..options(Format::Yolo) };
-    let yaml = text(workspace.export(&options).unwrap().1.join("data.yaml"));
+    let escaped = Options { label: "a: \"b\"".into(), ..options(Format::Yolo) };
+    let yaml = text(workspace.export(&escaped).unwrap().1.join("data.yaml"));
     assert!(yaml.ends_with("names:\n  0: \"a: \\\"b\\\"\"\n"), "{yaml}");
 }
 

@@ -19,8 +19,8 @@ pub fn open(path: &Path, reason: &str, reverse: bool) -> Result<Box<dyn FrameSou
         let (Some(output), Some(errors)) = (child.stdout.take(), child.stderr.take()) else {
             continue;
         };
-        let complaints = thread::spawn(move || complaints(errors));
-        let pipe = Pipe { child, output, complaints: Some(complaints) };
+        let messages = thread::spawn(move || messages(errors));
+        let pipe = Pipe { child, output, messages: Some(messages) };
         match y4m::open_stream(pipe, &path.display().to_string(), reverse) {
             Ok(frames) => return Ok(frames),
             Err(error) => {
@@ -63,7 +63,7 @@ fn spawn(path: &Path, sync: [&str; 2], reason: &str) -> Result<Option<Child>, Er
 
 /// Summarises what ffmpeg wrote to standard error: the first line, which usually names the cause, and the
 /// last line. Empty if ffmpeg wrote nothing.
-fn complaints(errors: ChildStderr) -> String {
+fn messages(errors: ChildStderr) -> String {
     let (mut first, mut last) = (None, None);
     for line in BufReader::new(errors).split(b'\n').map_while(Result::ok) {
         let line = without_address(&String::from_utf8_lossy(&line));
@@ -83,12 +83,12 @@ fn without_address(line: &str) -> String {
     if text.starts_with("Last message repeated") { String::new() } else { text.to_string() }
 }
 
-/// The output of ffmpeg. At the end of the output, a failed exit or a complaint on standard error becomes a
+/// The output of ffmpeg. At the end of the output, a failed exit or a message on standard error becomes a
 /// read error.
 struct Pipe {
     child: Child,
     output: ChildStdout,
-    complaints: Option<JoinHandle<String>>,
+    messages: Option<JoinHandle<String>>,
 }
 
 impl Pipe {
@@ -96,15 +96,15 @@ impl Pipe {
     /// with success, so standard error has to be checked as well.
     fn check_end(&mut self) -> io::Result<()> {
         let status = self.child.wait()?;
-        let complaints = self.complaints.take().and_then(|thread| thread.join().ok());
-        let complaints = complaints.unwrap_or_default();
+        let messages = self.messages.take().and_then(|thread| thread.join().ok());
+        let messages = messages.unwrap_or_default();
         if !status.success() {
-            let reason = if complaints.is_empty() { "no reason given" } else { &complaints };
+            let reason = if messages.is_empty() { "no reason given" } else { &messages };
             return Err(io::Error::other(format!("ffmpeg failed: {reason}")));
         }
-        if !complaints.is_empty() {
+        if !messages.is_empty() {
             return Err(io::Error::other(format!(
-                "ffmpeg stopped and reported damage, possibly in earlier frames too: {complaints}"
+                "ffmpeg stopped and reported damage, possibly in earlier frames too: {messages}"
             )));
         }
         Ok(())

@@ -104,7 +104,7 @@ mod tests {
         assert!(jpeg_is_complete(&[0xff, 0xd8, 0xff, 0xda, 1, 2, 0xff, 0xd9]));
         assert!(
             !jpeg_is_complete(&[0xff, 0xd8, 0xff, 0xd9, 0xff, 0xda, 1, 2]),
-            "the end marker is a thumbnail's"
+            "the end marker belongs to a thumbnail"
         );
         assert!(!jpeg_is_complete(&[0xff, 0xd8, 0xff, 0xda, 1, 2]));
     }

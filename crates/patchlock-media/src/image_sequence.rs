@@ -83,7 +83,7 @@ impl FrameSource for ImageSequence {
         image_file::load(file).map(Some).map_err(|error| {
             Error::source(
                 format!("cannot read frame {index}, {}: {error}", file.display()),
-                "replace or remove that file; what was tracked before it is kept",
+                "replace or remove that file; the frames tracked before it are kept",
             )
         })
     }

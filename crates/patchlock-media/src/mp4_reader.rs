@@ -154,7 +154,7 @@ impl Mp4 {
         self.ready = self.ready.split_off(&keep_from);
         while !self.ready.contains_key(&index) {
             if self.next > self.stored[index] {
-                return Err(Fault::Data("its data hold no picture"));
+                return Err(Fault::Data("the data hold no picture"));
             }
             let sample = &self.samples[self.next];
             let shown = sample.shown;
@@ -167,7 +167,7 @@ impl Mp4 {
                 self.ready.insert(shown, frame);
             }
         }
-        self.ready.remove(&index).ok_or(Fault::Data("its data hold no picture"))
+        self.ready.remove(&index).ok_or(Fault::Data("the data hold no picture"))
     }
 
     /// Reads a stored picture and replaces the lengths of its NAL units by start codes, as the decoder

@@ -19,8 +19,9 @@ pub fn text(job: &Job<'_>) -> String {
         "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<annotations>\n  <version>1.1</version>\n  <meta>\n    \
          <task>\n      <name>{}</name>\n      <size>{}</size>\n      <mode>interpolation</mode>\n      \
          <labels>\n        <label>\n          <name>{label}</name>\n          \
-         <attributes></attributes>\n        </label>\n      </labels>\n      <original_size>\n        <width>{width}</width>\n        \
-         <height>{height}</height>\n      </original_size>\n    </task>\n  </meta>\n",
+         <attributes></attributes>\n        </label>\n      </labels>\n      <original_size>\n        \
+         <width>{width}</width>\n        <height>{height}</height>\n      </original_size>\n    \
+         </task>\n  </meta>\n",
         escaped(job.name),
         frames[frames.len() - 1] + 1,
     );

@@ -221,7 +221,7 @@ def test_score_and_report_read_it_with_the_truth_that_was_gathered(tmp_path: Pat
         ({"jobs": 0}, "jobs is 0"),
         ({"threads": 0}, "threads is 0"),
         ({"retries": -1}, "retries is -1"),
-        ({"name": "a/b"}, "name of a folder"),
+        ({"name": "a/b"}, "folder name"),
         ({"preset": "papr"}, "no preset papr"),
         ({"epsilon": 9}, "epsilon"),
     ],
