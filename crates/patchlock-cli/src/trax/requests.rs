@@ -176,8 +176,8 @@ mod tests {
             (Four, "@@TRAX:initialize NaN,NaN,NaN,NaN", "no target to begin on"),
             (Four, "@@TRAX:initialize mask:1,2,3,4,5", "not mask"),
             (Four, "@@TRAX:initialize here", "\"here\" is not a number"),
-            (Three, "@@TRAX:frame \"a", "a quote that is not closed"),
-            (Three, "@@TRAX:frame http://x/1.jpg", "can't be fetched"),
+            (Three, "@@TRAX:frame \"a", "a quote is not closed"),
+            (Three, "@@TRAX:frame http://x/1.jpg", "images by http:// are not supported"),
         ] {
             let reason = requests(protocol, text).pop().unwrap().unwrap_err();
             assert!(reason.contains(why), "{text}: {reason}");

@@ -33,7 +33,7 @@ pub fn check(out: &Path, is_file: bool, overwrite: bool) -> Result<(), Error> {
         let is_used = || fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some());
         match (out.exists() && !out.is_dir(), is_used()) {
             (true, _) => "is a file; this format is a folder",
-            (_, true) => "is not empty; a folder is never replaced: name another one",
+            (_, true) => "already has files; a folder is never replaced: name another one",
             _ => return Ok(()),
         }
     };
