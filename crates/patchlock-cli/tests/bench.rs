@@ -129,7 +129,7 @@ fn shards_and_jobs_give_the_same_boxes() {
         benchmark.patchlock(&["score", "side", "--truth", "data", "--json"]).assert().success();
     let score = json(&score.get_output().stdout);
     assert!(score["trackers"][0]["fps"].is_null());
-    assert!(score["trackers"][0]["notes"].to_string().contains("side by side"));
+    assert!(score["trackers"][0]["notes"].to_string().contains("in parallel"));
 }
 
 #[test]
@@ -145,7 +145,7 @@ fn a_sequence_that_fails_holds_nobody_up() {
         .code(1)
         .stdout(contains("1 run made"))
         .stderr(contains("A (seed 0").and(contains("2.png")))
-        .stderr(contains("B: the image with number 1 is missing"))
+        .stderr(contains("B: image 1 is missing"))
         .stderr(contains("D: ").and(contains("line 1: 3 numbers, where a box has 4")));
     assert_eq!(
         benchmark.trajectories("out").into_keys().collect::<Vec<_>>(),
@@ -181,7 +181,7 @@ fn many_starts_and_many_first_boxes() {
         .patchlock(&["score", "out", "--truth", "data"])
         .assert()
         .code(1)
-        .stderr(contains("A, seed 0: 11 of 12 runs are there"));
+        .stderr(contains("A, seed 0: left out, since only 11 of 12 runs are complete"));
 }
 
 #[test]
@@ -192,11 +192,11 @@ fn choices_that_make_no_sense() {
         benchmark.bench("out", more).assert().code(2).stderr(contains(said));
     };
     usage(&["--sequences", "Z"], "no target Z");
-    usage(&["--attributes", "XX"], "they have IV, OCC");
-    usage(&["--sequences", "A", "--attributes", "OCC"], "no target is left");
+    usage(&["--attributes", "XX"], "the attributes are IV, OCC");
+    usage(&["--sequences", "A", "--attributes", "OCC"], "no target is selected");
     usage(&["--shard", "3/2"], "I from 1 to N");
     usage(&["--protocol", "abc"], "ope, tre and sre");
-    usage(&["--name", "a/b"], "name of a folder");
+    usage(&["--name", "a/b"], "folder name");
     usage(&["--seeds", "0"], "0");
     benchmark.bench("out", &["--attributes", "occ"]).assert().success();
     assert_eq!(
@@ -212,5 +212,5 @@ fn choices_that_make_no_sense() {
         .patchlock(&["bench", "out", "--out", "o"])
         .assert()
         .code(2)
-        .stderr(contains("no dataset"));
+        .stderr(contains("not a dataset"));
 }

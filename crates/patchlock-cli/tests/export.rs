@@ -62,14 +62,18 @@ fn what_is_wrong_is_said() {
     bench.images("f", 2);
     bench.track("f").args(["--save", "a.csv"]).assert().success();
     let cases: [(&[&str], i32, &str); 6] = [
-        (&["a.csv", "--format", "voc", "--out", "x"], 2, "there is no format voc; there is: mot, "),
-        (&["a.csv", "--format", "coco", "--out", "x"], 2, "asks for the size of the frames"),
+        (
+            &["a.csv", "--format", "voc", "--out", "x"],
+            2,
+            "there is no format voc; the formats are mot, ",
+        ),
+        (&["a.csv", "--format", "coco", "--out", "x"], 2, "needs the frame size"),
         (
             &["a.csv", "--format", "coco", "--out", "x", "--size", "4by3"],
             2,
             "4by3: this is no size",
         ),
-        (&["a.xls", "--format", "mot", "--out", "x"], 2, ".csv, .jsonl, .txt"),
+        (&["a.xls", "--format", "mot", "--out", "x"], 2, ".csv, .jsonl or .txt"),
         (&["no.csv", "--format", "mot", "--out", "x"], 1, "cannot read no.csv"),
         (&["a.csv", "--format", "mot", "--out", "no/x"], 2, "there is no folder no"),
     ];

@@ -78,7 +78,7 @@ fn wrong_results_are_said_and_the_others_scored() {
         .patchlock(&["score", "half", "--truth", "half/a.txt"])
         .assert()
         .code(2)
-        .stderr(contains("no dataset"));
+        .stderr(contains("not a dataset"));
     // Truth that is wrong is told as well.
     fs::write(benchmark.path("data/B/groundtruth_rect.txt"), "21,19,32,28\n\n23,19,32,28\n")
         .unwrap();
@@ -115,13 +115,13 @@ fn a_dataset_is_told() {
         .patchlock(&["dataset", "data"])
         .assert()
         .code(1)
-        .stdout(contains("! B: the image with number 1 is missing"))
+        .stdout(contains("! B: image 1 is missing"))
         .stdout(contains("  A: the truth of 1 of 3 frames is NaN"))
-        .stdout(contains("  A: 1 of 2 boxes lie wholly outside the frame of 96 x 72"))
+        .stdout(contains("  A: 1 of 2 boxes lie entirely outside the frame of 96 x 72"))
         .stderr(contains("1 fault in the way"));
     benchmark
         .patchlock(&["dataset", "half/a.txt"])
         .assert()
         .code(2)
-        .stderr(contains("it is a file"));
+        .stderr(contains("this is a file"));
 }

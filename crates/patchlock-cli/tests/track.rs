@@ -175,7 +175,7 @@ fn damage_that_ffmpeg_only_mentions_is_an_error() {
     };
     run(&[]).code(1).stderr(
         predicate::str::contains("cannot read frame 3 of v.webm")
-            .and(predicate::str::contains("found damage"))
+            .and(predicate::str::contains("reported damage"))
             .and(predicate::str::contains(": bad unit ... partial file\n"))
             .and(predicate::str::contains("note: the 3 frames")),
     );

@@ -96,7 +96,7 @@ fn its_boxes_are_kept() {
         .bench("out", &["--name", "good"])
         .assert()
         .code(2)
-        .stderr(contains("holds runs of something else"));
+        .stderr(contains("already holds different runs"));
 }
 
 #[test]
@@ -113,11 +113,11 @@ fn what_goes_wrong_is_said_for_each_run() {
     for (mode, said) in [
         (
             "crash",
-            "the tracker ended (exit status: 1) instead of giving its answer; it said: out of memory",
+            "the tracker exited (exit status: 1) without sending state; its output: out of memory",
         ),
-        ("nonsense", "its state \"here\": \"here\" is no number"),
-        ("babble", "answers with the message banana"),
-        ("quit", "gave up (quit): no more ideas"),
+        ("nonsense", "invalid region \"here\": \"here\" is not a number"),
+        ("babble", "sent the message banana instead of state"),
+        ("quit", "the tracker quit: no more ideas"),
         ("new", "speaks version 5 of TraX"),
     ] {
         let both =
@@ -134,11 +134,11 @@ fn nobody_waits_for_ever() {
     bench(&benchmark, "hang", &one)
         .assert()
         .code(1)
-        .stderr(contains("kept waiting for its answer for 2 s"));
+        .stderr(contains("did not send state within 2 s"));
     bench(&benchmark, "mute", &one)
         .assert()
         .code(1)
-        .stderr(contains("kept waiting for its greeting for 2 s"));
+        .stderr(contains("did not send hello within 2 s"));
 }
 
 #[test]
@@ -152,7 +152,7 @@ fn programs_that_can_not_be_started() {
     start("no-such-program-anywhere")
         .code(1)
         .stderr(contains("cannot start no-such-program-anywhere"));
-    start("'unclosed").code(2).stderr(contains("no command line"));
+    start("'unclosed").code(2).stderr(contains("not a valid command line"));
     start("").code(2);
     benchmark
         .patchlock(&["bench", "data", "--out", "o", "--cmd", "x"])

@@ -1,13 +1,16 @@
-//! The joint codes of one real frame: how long they take on this thread, and some of them written down for other solvers.
+//! Times the joint sparse codes of one real frame on one thread, and writes some of the problems for other
+//! solvers.
 //!
 //! ```sh
 //! cargo run --release -p patchlock-eval --example somp_problems -- DATASET TARGET FRAME WRITTEN OUT
 //! ```
 //!
-//! Tracks TARGET of DATASET with the preset `paper` up to FRAME, and there codes the patches of all particles at all locations of both scales, no
-//! candidate left out. For WRITTEN particles, evenly chosen, OUT gets of each scale `dictionary.npy` (atoms, samples), `shared.npy` (locations,
-//! buffer, samples), `patches.npy` (particles, locations, samples) and `atoms.npy` (particles, locations, atoms of a code; -1 where it has fewer). A line of
-//! JSON has the times. `benchmarks/speed.py` runs it. Patches of other people's frames do not belong into the repository.
+//! Tracks TARGET of DATASET with the preset `paper` up to FRAME, then codes the patches of all particles at
+//! all locations and both scales, without pruning. For WRITTEN evenly spaced particles, it writes the
+//! problems of each scale to OUT: `dictionary.npy` (atoms, samples), `shared.npy` (locations, buffer,
+//! samples), `patches.npy` (particles, locations, samples) and `atoms.npy` (particles, locations, atoms of a
+//! code; padded with -1). The times are printed as a line of JSON. `benchmarks/speed.py` runs this example.
+//! Patches of frames by third parties must not be committed.
 
 use std::error::Error;
 use std::fs;
@@ -27,11 +30,11 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
-/// Samples of each template.
+/// The samples of each template.
 type Templates = Vec<Vec<f32>>;
 
-/// Times that each measurement is made; the median counts.
-const TURNS: usize = 5;
+/// Number of repetitions of each measurement; the median is reported.
+const REPETITIONS: usize = 5;
 
 fn main() -> Result<()> {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -39,7 +42,7 @@ fn main() -> Result<()> {
         return Err("usage: somp_problems DATASET TARGET FRAME WRITTEN OUT".into());
     };
     let (frame, written, out) = (frame.parse()?, written.parse::<usize>()?, Path::new(out));
-    // All work of the library is then done on one thread.
+    // The library runs its work in the current pool, so this limits it to one thread.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let moment = pool.install(|| Moment::reach(Path::new(dataset), target, frame).map_err(text))?;
     let chosen: Vec<usize> =
@@ -52,17 +55,20 @@ fn main() -> Result<()> {
     let particles = moment.particles.len();
     println!(
         "{}",
-        json!({ "target": target, "frame": frame, "particles": particles, "large": large, "small": small })
+        json!({
+            "target": target, "frame": frame, "particles": particles,
+            "large": large, "small": small,
+        })
     );
     Ok(())
 }
 
-/// An error that may leave the thread.
+/// Converts an error so that it can be sent to another thread.
 fn text(error: Box<dyn Error>) -> String {
     error.to_string()
 }
 
-/// What is needed of a saved state.
+/// The required parts of a snapshot.
 #[derive(Deserialize)]
 struct Saved {
     target: SavedTarget,
@@ -86,7 +92,7 @@ struct Memory {
     small_buffer: Templates,
 }
 
-/// The tracker before a frame, and the particles that it draws there.
+/// The state of the tracker before a frame, and the particles that it draws there.
 struct Moment {
     config: PatchwiseConfig,
     memory: Memory,
@@ -108,7 +114,7 @@ impl Moment {
         for path in &sequence.frames[1..frame] {
             tracker.update(&image_file::load(path)?.frame()?)?;
         }
-        // By way of text: a value can't hold the 128-bit numbers of the random generator.
+        // Through text, since a JSON value cannot hold the 128-bit numbers of the random generator.
         let saved: Saved = serde_json::from_str(&serde_json::to_string(&tracker.snapshot())?)?;
         let (mut image, mut particles) = (GreyImage::default(), Vec::new());
         let picture = image_file::load(&sequence.frames[frame])?;
@@ -127,7 +133,7 @@ impl Moment {
         })
     }
 
-    /// Times a scale, and writes the problems of the chosen particles.
+    /// Times the coding of one scale, and writes the problems of the chosen particles.
     fn measure(&self, name: &str, chosen: &[usize], folder: &Path) -> Result<Value> {
         let (grid, templates, buffer) = self.parts(name);
         let scale = Scale::new(grid, self.rules(), templates, buffer);
@@ -140,7 +146,7 @@ impl Moment {
         scores.begin(which.len(), grid.locations());
         let mut found = vec![Default::default(); BLOCK];
         let template = |&k: &u32| &candidates[k as usize * length..][..length];
-        let mut turn = || {
+        let mut code_all = || {
             let begin = Instant::now();
             for location in 0..grid.locations() {
                 for block in which.chunks(BLOCK) {
@@ -151,10 +157,26 @@ impl Moment {
             }
             begin.elapsed().as_secs_f64() * 1e3
         };
-        turn();
-        let mut times: Vec<f64> = (0..TURNS).map(|_| turn()).collect();
+        code_all(); // warm-up
+        let mut times: Vec<f64> = (0..REPETITIONS).map(|_| code_all()).collect();
         times.sort_by(f64::total_cmp);
+        self.write_problems(name, &candidates, &scores, chosen, folder)?;
+        Ok(json!({
+            "locations": grid.locations(), "warp_ms": warp_ms, "codes_ms": times[REPETITIONS / 2],
+        }))
+    }
 
+    /// Writes the problems of the chosen particles, and the atoms of their codes.
+    fn write_problems(
+        &self,
+        name: &str,
+        candidates: &[f32],
+        scores: &PatchScores,
+        chosen: &[usize],
+        folder: &Path,
+    ) -> Result<()> {
+        let (grid, templates, buffer) = self.parts(name);
+        let length = self.config.template_side * self.config.template_side;
         fs::create_dir_all(folder)?;
         let dictionary: Vec<f32> = templates.iter().flat_map(|t| grid.cut_all(t)).collect();
         let by_location = |images: &[&[f32]]| -> Vec<f32> {
@@ -175,22 +197,22 @@ impl Moment {
         write(folder, "dictionary", "<f4", &[dictionary.len() / dim, dim], &bytes(&dictionary))?;
         write(folder, "shared", "<f4", &[count, buffer.len(), dim], &bytes(&shared))?;
         write(folder, "patches", "<f4", &[chosen.len(), count, dim], &bytes(&patches))?;
-        let atoms: Vec<i32> = chosen.iter().flat_map(|&k| self.atoms(&scores, k)).collect();
+        let atoms: Vec<i32> = chosen.iter().flat_map(|&k| self.atoms(scores, k)).collect();
         let atoms: Vec<u8> = atoms.into_iter().flat_map(i32::to_le_bytes).collect();
         write(folder, "atoms", "<i4", &[chosen.len(), count, self.config.atoms], &atoms)?;
-        Ok(json!({ "locations": count, "warp_ms": warp_ms, "codes_ms": times[TURNS / 2] }))
+        Ok(())
     }
 
-    /// The atoms of a candidate's codes, as many for each code as it may have.
+    /// The atoms of a candidate's codes, padded with -1.
     fn atoms(&self, scores: &PatchScores, candidate: usize) -> Vec<i32> {
-        let most = self.config.atoms;
+        let count = self.config.atoms;
         let one = |support: &[u32]| -> Vec<i32> {
-            (0..most).map(|k| support.get(k).map_or(-1, |&atom| atom as i32)).collect()
+            (0..count).map(|k| support.get(k).map_or(-1, |&atom| atom as i32)).collect()
         };
         scores.codes(candidate).flat_map(|code| one(code.support())).collect()
     }
 
-    /// Grid, templates of the dictionary, and buffer of a scale.
+    /// Patch grid, templates of the dictionary, and buffer of one scale.
     fn parts(&self, name: &str) -> (PatchGrid, &Templates, &Templates) {
         let (config, memory) = (&self.config, &self.memory);
         let grid =
@@ -207,7 +229,7 @@ impl Moment {
         }
     }
 
-    /// All candidates, one after the other.
+    /// The samples of all candidates, concatenated.
     fn candidates(&self) -> Vec<f32> {
         let side = self.config.template_side;
         let mut all = vec![0.0; self.particles.len() * side * side];
@@ -232,12 +254,12 @@ fn bytes(values: &[f32]) -> Vec<u8> {
     values.iter().flat_map(|value| value.to_le_bytes()).collect()
 }
 
-/// Writes an array as numpy's `.npy`, version 1.0.
+/// Writes an array in NumPy's `.npy` format, version 1.0.
 fn write(folder: &Path, name: &str, kind: &str, shape: &[usize], data: &[u8]) -> Result<()> {
     let shape: String = shape.iter().map(|side| format!("{side}, ")).collect();
     let mut head =
         format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({shape}), }}").into_bytes();
-    // Magic, version and length take 10 bytes; with them the header fills whole blocks of 64.
+    // With the 10 bytes of magic, version and length, the header fills whole blocks of 64 bytes.
     head.resize((head.len() + 11).next_multiple_of(64) - 11, b' ');
     head.push(b'\n');
     let mut file = b"\x93NUMPY\x01\x00".to_vec();

@@ -1,4 +1,4 @@
-//! What can go wrong, said so that the user knows what to change.
+//! Errors of the benchmark, with hints for the user.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -9,84 +9,85 @@ use crate::dataset::selection::SelectionError;
 use crate::settings::SettingsError;
 use crate::start_box;
 
-/// Every error of this crate. Each names the place and the reason; [`Error::advice`] is the next step.
+/// An error of this crate. The message names the file or option and the reason; [`Error::advice`] suggests
+/// what to do.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A file or folder can't be read.
+    /// A file or folder cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Read {
         /// The file or folder.
         path: PathBuf,
-        /// The reason that the system gives.
+        /// The error of the operating system.
         source: io::Error,
     },
-    /// The folder holds no sequences in a layout that is known.
-    #[error("{} is no dataset: {reason}", path.display())]
+    /// The folder has no sequences in a supported layout.
+    #[error("{} is not a dataset: {reason}", path.display())]
     NoDataset {
         /// The folder.
         path: PathBuf,
-        /// What was looked for.
+        /// What was expected.
         reason: String,
     },
-    /// The folder or file holds no results in a layout that is known.
+    /// The path has no results in a supported layout.
     #[error("{} holds no results: {reason}", path.display())]
     NoResults {
         /// The folder or file.
         path: PathBuf,
-        /// What was looked for.
+        /// What was expected.
         reason: String,
     },
-    /// Trackers that can't be put side by side.
+    /// The trackers cannot be compared.
     #[error("there is nothing to compare: {reason}")]
     NothingToCompare {
-        /// What is missing.
+        /// The reason.
         reason: String,
     },
-    /// A picture that can't be drawn.
+    /// A plot or page cannot be drawn.
     #[error("cannot draw: {reason}")]
     Picture {
         /// The reason.
         reason: String,
     },
-    /// A line of a file of boxes is not a box.
+    /// A line of a text file is invalid.
     #[error("{}, line {line}: {reason}", path.display())]
     Line {
         /// The file.
         path: PathBuf,
         /// Line, counted from 1.
         line: usize,
-        /// What is wrong with it.
+        /// What is wrong.
         reason: String,
     },
-    /// A file or folder can't be written.
+    /// A file or folder cannot be written.
     #[error("cannot write {}: {source}", path.display())]
     Write {
         /// The file or folder.
         path: PathBuf,
-        /// The reason that the system gives.
+        /// The error of the operating system.
         source: io::Error,
     },
-    /// A manifest of a run is damaged.
-    #[error("{} is no manifest: {reason}", path.display())]
+    /// A manifest is invalid.
+    #[error("{} is not a valid manifest: {reason}", path.display())]
     Manifest {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// What is wrong.
         reason: String,
     },
-    /// A folder holds the runs of something else.
-    #[error("{} holds runs of something else: {difference}", path.display())]
+    /// A folder holds runs of a different tracker, or of different frames.
+    #[error("{} already holds different runs: {difference}", path.display())]
     Conflict {
         /// The folder.
         path: PathBuf,
-        /// What is different.
+        /// The difference.
         difference: String,
     },
-    /// The frames of a sequence can't be used.
+    /// The frames or the ground truth of a sequence cannot be used.
     #[error("{0}")]
     Sequence(String),
-    /// A frame can't be read.
+    /// A frame cannot be read.
     #[error("cannot read the frame {}: {reason}", path.display())]
     Frame {
         /// The image file.
@@ -94,90 +95,90 @@ pub enum Error {
         /// The reason.
         reason: String,
     },
-    /// The tracker stopped in a frame.
-    #[error("the tracker stopped at {}: {reason}", path.display())]
+    /// The tracker failed on an image file.
+    #[error("the tracker failed on {}: {reason}", path.display())]
     Tracker {
         /// The image file.
         path: PathBuf,
-        /// The reason that it gives.
+        /// The reason given by the tracker.
         reason: String,
     },
-    /// A track can't be exported as it is asked for.
+    /// A track cannot be exported with these options.
     #[error("cannot export: {0}")]
     Export(String),
-    /// A tracker can't be made ready.
+    /// A tracker cannot be started.
     #[error("{0}")]
     Subject(String),
-    /// The threads can't be started.
+    /// The threads cannot be started.
     #[error("cannot start the threads: {0}")]
     Threads(String),
-    /// The tracker stopped in a frame of a clip.
-    #[error("the tracker stopped in frame {index}: {reason}")]
+    /// The tracker failed on a frame of a clip.
+    #[error("the tracker failed on frame {index}: {reason}")]
     TrackerInFrame {
-        /// Number of the frame.
+        /// Index of the frame.
         index: usize,
-        /// The reason that it gives.
+        /// The reason given by the tracker.
         reason: String,
     },
-    /// The box to begin on is no box.
+    /// The width or height of the start box is invalid.
     #[error("the box {shown}: width and height must be 1 to {max} pixels")]
     StartBoxShape {
-        /// The box, as `X,Y,W,H`.
+        /// The box as `X,Y,W,H`.
         shown: String,
-        /// The longest side that is allowed, in pixels.
+        /// The largest allowed width and height, in pixels.
         max: f64,
     },
-    /// The box to begin on is beside the frame.
+    /// The start box lies outside the frame.
     #[error(
-        "the box {shown} does not fit to frame {index}, which is {width} x {height} pixels: \
+        "the box {shown} does not fit frame {index}, which is {width} x {height} pixels: \
          no part of the box is in it"
     )]
     StartBoxOutside {
-        /// The box, as `X,Y,W,H`.
+        /// The box as `X,Y,W,H`.
         shown: String,
-        /// Number of the frame.
+        /// Index of the frame.
         index: usize,
         /// Width of the frame in pixels.
         width: usize,
         /// Height of the frame in pixels.
         height: usize,
     },
-    /// A dataset that nothing can be tracked on.
-    #[error("{} holds truth without frames", path.display())]
+    /// The dataset has no frames to track on.
+    #[error("{} has ground truth but no frames", path.display())]
     NoFrames {
         /// The dataset.
         path: PathBuf,
     },
-    /// What is to be the command line of another tracker.
-    #[error("--cmd {0}: it is no command line")]
+    /// The command line of an external tracker is invalid.
+    #[error("--cmd {0}: not a valid command line")]
     CommandLine(String),
-    /// What is to be the name of a folder of results.
-    #[error("--name {0}: it is the name of a folder in --out")]
+    /// The name of a folder of results is invalid.
+    #[error("--name {0}: not a valid folder name")]
     FolderName(String),
-    /// Targets that a dataset does not have.
+    /// A selection of targets is invalid.
     #[error(transparent)]
     Selection(#[from] SelectionError),
-    /// Settings that can't be used.
+    /// The settings are invalid.
     #[error(transparent)]
     Settings(#[from] SettingsError),
-    /// A source of frames can't be used.
+    /// A source of frames cannot be used.
     #[error(transparent)]
     Media(#[from] patchlock_media::Error),
 }
 
 impl Error {
-    /// The same for any path.
+    /// Shorthand that copies the path.
     pub(crate) fn read(path: &Path, source: io::Error) -> Self {
         Self::Read { path: path.to_path_buf(), source }
     }
 
-    /// The same for any path.
+    /// Shorthand that copies the path.
     pub(crate) fn write(path: &Path, source: io::Error) -> Self {
         let source = without_path(&source).unwrap_or(source);
         Self::Write { path: path.to_path_buf(), source }
     }
 
-    /// Whether the caller asked for something that can't be, rather than the work being impossible.
+    /// Whether the request was invalid (a usage error), as opposed to a failure while serving it.
     pub fn is_misuse(&self) -> bool {
         match self {
             Self::NoDataset { .. }
@@ -196,7 +197,7 @@ impl Error {
         }
     }
 
-    /// One line: what to do next, where anything can be done.
+    /// One line on what the user can do about the error, if anything.
     pub fn advice(&self) -> Option<String> {
         match self {
             Self::Selection(error) => Some(error.advice()),
@@ -206,46 +207,43 @@ impl Error {
         }
     }
 
-    /// The advice that does not depend on what is in the error.
+    /// The advice for variants whose advice does not depend on their fields.
     fn fixed_advice(&self) -> Option<&'static str> {
         Some(match self {
-            Self::Read { .. } => "check the name and that you may read it",
+            Self::Read { .. } => {
+                "check that the path is right and that you have permission to read it"
+            }
             Self::NoDataset { .. } => {
-                "name the folder that holds the sequences; patchlock dataset DIR says what is in a folder"
+                "name the folder of the sequences; patchlock dataset DIR lists what a folder holds"
             }
             Self::NoResults { .. } => {
-                "name a tracker's folder with one text file a target, or a folder of such folders"
+                "name a tracker's folder with one text file per target, or a folder of such folders"
             }
-            Self::Write { .. } => "choose a folder that you may write in, and look at the disk",
-            Self::Manifest { .. } => {
-                "remove the file; the run that it belongs to is then made again"
+            Self::Write { .. } => {
+                "choose a folder that you can write to, and check the free disk space"
             }
+            Self::Manifest { .. } => "remove the file, so that the run is made again",
             Self::Conflict { .. } => {
-                "--name gives these runs a folder of their own, --out another place"
+                "choose another name with --name, or another folder with --out"
             }
-            Self::Sequence(_) => "patchlock dataset DIR says what is wrong with each sequence",
+            Self::Sequence(_) => "patchlock dataset DIR lists the problems of each sequence",
             Self::Frame { .. } => "replace the file",
             Self::Tracker { .. } | Self::Subject(_) => "the other sequences are not affected",
-            Self::Export(_) => "patchlock export --help says what each format asks for",
+            Self::Export(_) => "patchlock export --help describes what each format needs",
             Self::NothingToCompare { .. } => {
-                "patchlock score RESULTS --truth DATASET says which trackers and targets there are"
+                "patchlock score RESULTS --truth DATASET lists the trackers and targets"
             }
-            Self::Picture { .. } => "this is a fault of the program: please report it",
-            Self::Line { .. } => {
-                "a line is x,y,w,h; a box that the tracker did not give is NaN,NaN,NaN,NaN"
-            }
+            Self::Picture { .. } => "this is a bug in Patchlock: please report it",
+            Self::Line { .. } => "a line is x,y,w,h; a missing box is NaN,NaN,NaN,NaN",
             Self::StartBoxShape { .. } => start_box::SYNTAX,
             Self::StartBoxOutside { .. } => {
-                "the box holds for the first frame that is tracked; with --reverse that is the last of \
-                 the range"
+                "the box is for the first tracked frame; with --reverse that is the last frame of the range"
             }
             Self::NoFrames { .. } => {
-                "name the folder of the sequences; patchlock dataset DIR shows what is recognised"
+                "name the folder of the sequences; patchlock dataset DIR shows what was detected"
             }
-            Self::CommandLine(_) => {
-                "quote it as a shell wants it: --cmd \"python3 'my tracker.py'\""
-            }
-            Self::FolderName(_) => "letters, digits, - and _ are good",
+            Self::CommandLine(_) => "quote it as in a shell: --cmd \"python3 'my tracker.py'\"",
+            Self::FolderName(_) => "use letters, digits, - and _",
             Self::Selection(_)
             | Self::Settings(_)
             | Self::Media(_)
@@ -260,12 +258,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn temporary_files_are_not_named() {
+    fn paths_of_temporary_files_are_removed() {
         let folder = tempfile::tempdir().unwrap();
         let there = folder.path().join("there");
         let error = tempfile::NamedTempFile::new_in(&there).unwrap_err();
         assert!(error.to_string().contains("at path"), "{error}");
-        let said = Error::write(&there, error).to_string();
-        assert!(said.starts_with("cannot write ") && !said.contains("at path"), "{said}");
+        let message = Error::write(&there, error).to_string();
+        assert!(message.starts_with("cannot write ") && !message.contains("at path"), "{message}");
     }
 }

@@ -1,4 +1,4 @@
-//! Folders and names of files.
+//! Lists folders and takes file names apart.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use patchlock_media::natural_order;
 
 use crate::Error;
 
-/// What is in a folder, in natural order; names that begin with a dot are left out.
+/// The entries of a folder in natural order, without hidden ones (leading dot).
 pub fn entries(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let cannot = |error| Error::read(folder, error);
     let mut paths = Vec::new();
@@ -22,22 +22,22 @@ pub fn entries(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     Ok(paths)
 }
 
-/// The last part of a path.
+/// The file name of a path.
 pub fn name_of(path: &Path) -> String {
     path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
-/// The name without its end after the last dot.
+/// The file name without its extension.
 pub fn stem_of(path: &Path) -> String {
     path.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
-/// Whether the name ends so, in whatever case.
+/// Whether the path has this extension, in any case.
 pub fn ends_with(path: &Path, extension: &str) -> bool {
     path.extension().is_some_and(|end| end.eq_ignore_ascii_case(extension))
 }
 
-/// The images of a folder, in natural order; empty where there is no such folder.
+/// The images of a folder in natural order; empty if there is no such folder.
 pub fn images(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     if !folder.is_dir() {
         return Ok(Vec::new());

@@ -1,18 +1,18 @@
-//! The tracker benchmark: sequences in, trajectories on disk, scores out.
+//! The benchmark: datasets in, trajectories on disk, scores and reports out.
 //!
-//! The way of the data, in one direction: a [`dataset`] is read (frames and truth), a tracker's boxes are
-//! read as [`results`], [`metrics`] compares the two frame by frame and makes curves, and [`score`] sums them
-//! up over targets and seeds; [`compare`] says how sure a difference is, and [`report`] makes a page of it
-//! all. The other way, [`export`] writes what was tracked for other tools.
+//! Data flow in one direction: [`dataset`] reads frames and ground truth, [`results`] reads a tracker's
+//! boxes, [`metrics`] compares the two frame by frame and computes curves, [`score`] averages them over
+//! targets and seeds, [`compare`] estimates how certain a difference is, and [`report`] presents it all as a
+//! page. In the other direction, [`export`] writes tracks for other tools.
 //!
-//! A tracker works in a [`session`], on its threads and with a clock; [`many_targets`] and the runs of
-//! [`mod@bench`] are such sessions. [`settings`] makes its configuration.
+//! A [`session`] is a tracker with its threads and a clock; [`many_targets`] and the runs of [`mod@bench`]
+//! use it. [`settings`] resolves the configuration.
 //!
-//! Every convention of the comparison is a field of one value, [`protocol::Protocol`].
+//! [`protocol::Protocol`] holds the thresholds of the comparison; its module documents every convention.
 //!
-//! Boxes are [`patchlock::BoundingBox`]: pixels counted from 0. The files of most benchmarks count from 1; a
-//! dataset knows its [`origin`](dataset::Dataset::origin), and results are taken to count as the truth does
-//! that they are scored against.
+//! Boxes are [`patchlock::BoundingBox`], in pixels counted from 0. The files of most benchmarks count from 1:
+//! a dataset knows its [`origin`](dataset::Dataset::origin), and results are assumed to have the same origin
+//! as the ground truth that they are scored against.
 
 pub mod bench;
 pub mod compare;

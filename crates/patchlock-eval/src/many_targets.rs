@@ -1,4 +1,4 @@
-//! Many targets, called by the ids that the caller gives them.
+//! Tracks many targets, which the caller identifies by its own ids.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -8,26 +8,26 @@ use rayon::ThreadPool;
 
 use crate::session::Session;
 
-/// A tracker of many targets at work.
+/// A tracker of many targets with its threads.
 pub struct ManyTargets {
     session: Session<MultiTracker>,
-    /// The targets as the caller calls them and as the tracker does, in the order in which they were added.
+    /// The caller's id and the tracker's id of each target, in the order in which they were added.
     ids: Vec<(u64, TargetId)>,
 }
 
 /// One target in one frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrackedTarget {
-    /// The target, as the caller calls it.
+    /// The caller's id of the target.
     pub id: u64,
-    /// Its box: as it was given where it begins, as it was found elsewhere.
+    /// Its box: the given one in the frame where the target starts, the tracked one in later frames.
     pub bbox: BoundingBox,
-    /// What the tracker says.
+    /// The estimate of the tracker.
     pub estimate: Estimate,
 }
 
 impl ManyTargets {
-    /// No targets yet.
+    /// A tracker without targets.
     ///
     /// # Errors
     /// As [`MultiTracker::new`].
@@ -41,7 +41,7 @@ impl ManyTargets {
         self.session.threads()
     }
 
-    /// Forgets all targets, as if nothing had been tracked before.
+    /// Removes all targets and resets the tracker.
     ///
     /// # Errors
     /// As [`ManyTargets::new`].
@@ -52,24 +52,24 @@ impl ManyTargets {
         Ok(())
     }
 
-    /// Ends a target; gives whether there was one of this id.
+    /// Removes a target. Returns false if there is no target with this id.
     ///
     /// # Errors
     /// As [`MultiTracker::remove`].
     pub fn end(&mut self, id: u64) -> Result<bool, Error> {
-        let Some(place) = self.ids.iter().position(|(known, _)| *known == id) else {
+        let Some(index) = self.ids.iter().position(|(known, _)| *known == id) else {
             return Ok(false);
         };
-        let (_, target) = self.ids.remove(place);
+        let (_, target) = self.ids.remove(index);
         self.session.tracker_mut().remove(target)?;
         Ok(true)
     }
 
-    /// The next frame: follows the targets that there are, then begins those that are new, or begin anew.
-    /// Gives all of them in the order of their ids, and the seconds that it took.
+    /// Processes the next frame: tracks the existing targets, then starts the targets in `begin`, or restarts
+    /// those whose id is known. Returns all targets in the order of their ids, and the elapsed seconds.
     ///
     /// # Errors
-    /// Why the tracker refuses the frame or a box.
+    /// The error of the tracker if it rejects the frame or a box.
     pub fn step(
         &mut self,
         frame: &Frame<'_>,

@@ -1,19 +1,19 @@
-//! Names: which are the same target, which could be meant, and lists of them in messages.
+//! Compares names of targets, suggests similar names, and formats lists for messages.
 
-/// What is compared of names of targets, where case and how a part is marked off do not count: `Jogging.2`,
-/// `jogging-2` and `Jogging_2` are one target.
+/// The normal form of a target's name. Case and the separators `-`, `_`, ` ` and `.` are ignored:
+/// `Jogging.2`, `jogging-2` and `Jogging_2` are the same target.
 pub fn key(name: &str) -> String {
     name.chars()
         .map(|c| if matches!(c, '-' | '_' | ' ') { '.' } else { c.to_ascii_lowercase() })
         .collect()
 }
 
-/// Whether both mean the same target.
+/// Whether both names refer to the same target.
 pub fn same(a: &str, b: &str) -> bool {
     key(a) == key(b)
 }
 
-/// A few of many names, for a message: `a, b, c and 4 more`.
+/// The first five of a list of names, for a message: `a, b, c, d, e and 4 more`.
 pub fn some_of<S: AsRef<str>>(names: &[S]) -> String {
     const SHOWN: usize = 5;
     let shown: Vec<&str> = names.iter().take(SHOWN).map(AsRef::as_ref).collect();
@@ -23,12 +23,12 @@ pub fn some_of<S: AsRef<str>>(names: &[S]) -> String {
     }
 }
 
-/// `1 run`, `2 runs`.
+/// A count with a noun in the right number: `1 run`, `2 runs`.
 pub fn counted(count: usize, noun: &str) -> String {
     if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
 }
 
-/// Up to three names that could be meant.
+/// Up to three known names that are similar to `name`, most similar first.
 pub fn near_matches<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let limit = (name.len() / 3).max(2);
     let mut near: Vec<(usize, &str)> = known
@@ -44,19 +44,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn case_and_marks_do_not_count() {
+    fn case_and_separators_are_ignored() {
         assert!(same("Jogging.2", "jogging-2") && same("FaceOcc1", "faceocc1"));
         assert!(!same("Jogging.2", "Jogging.1") && !same("Walking2", "Walking.2"));
     }
 
     #[test]
-    fn long_lists_are_cut() {
+    fn long_lists_are_truncated() {
         assert_eq!(some_of(&["a", "b"]), "a, b");
         assert_eq!(some_of(&["a", "b", "c", "d", "e", "f", "g"]), "a, b, c, d, e and 2 more");
     }
 
     #[test]
-    fn near_names_come_first() {
+    fn similar_names_are_found() {
         let known = ["particles", "particle_spread", "seed"];
         assert_eq!(near_matches("partcles", known.into_iter()), ["particles"]);
         assert_eq!(near_matches("particle", known.into_iter()), ["particles", "particle_spread"]);

@@ -1,58 +1,58 @@
-//! Scores: the runs of each tracker against the truth, per target and seed, and their means.
+//! Scores the runs of each tracker against the ground truth, per target and seed, and averages them.
 //!
-//! The score of a seed is the mean over targets; the score of a tracker is the mean over seeds, with the standard deviation over
-//! seeds beside it. The runs of one target and seed from several starts or first boxes (TRE, SRE) are one pool of frames, as in the
-//! benchmark's own program.
+//! The score of a seed is the mean over targets; the score of a tracker is the mean over seeds, with the
+//! standard deviation over seeds. The frames of all runs on one target with one seed (several in TRE and SRE)
+//! are pooled, as in the OTB toolkit.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use patchlock::BoundingBox;
 
 use crate::dataset::{self, Dataset, OTB_ATTRIBUTES, Remark, Sequence, Severity};
-use crate::metrics::{self, Comparison, Curves, Tally};
+use crate::metrics::{self, Curves, FrameMeasures, Tally};
 use crate::names;
 use crate::protocol::Protocol;
 use crate::results::{Results, Run};
 
-/// Overlap of the first box with the truth below which a trajectory begins elsewhere.
-const SAME_BEGINNING: f64 = 0.5;
+/// Smallest overlap of the first box with the ground truth; below it, the results are suspect.
+const MIN_START_OVERLAP: f64 = 0.5;
 
-/// One pass over one target: what was measured of each frame.
+/// The measures of one run on one target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pass {
-    /// Which start frame (TRE) or first box (SRE) it is; 0 in one-pass evaluation.
+    /// Index of the start (TRE) or first box (SRE); 0 in OPE.
     pub variant: usize,
-    /// Row of the truth at which it begins, counted from 0.
+    /// Index of the first frame of the run in the sequence.
     pub first: usize,
-    /// The boxes, those that were not given filled in with the last that was.
+    /// The boxes, with missing ones replaced by the last one before them.
     pub boxes: Vec<Option<BoundingBox>>,
     /// Overlap and distances, frame by frame.
-    pub frames: Comparison,
+    pub frames: FrameMeasures,
 }
 
-/// One seed on one target.
+/// The scores of one target with one seed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SeedScore {
     /// The seed.
     pub seed: u64,
-    /// One pass in one-pass evaluation, else one for each start or first box.
+    /// One pass in OPE, otherwise one for each start or first box.
     pub passes: Vec<Pass>,
-    /// Shares over the frames of all passes.
+    /// The curves over the frames of all passes.
     pub curves: Curves,
     /// Mean overlap over the frames of all passes.
     pub mean_overlap: f64,
-    /// Frames and seconds of all passes, where times are known.
+    /// Number of frames and total seconds of all passes, if times are known.
     pub time: Option<(usize, f64)>,
 }
 
-/// One target.
+/// The scores of one target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TargetScore {
-    /// The target's name, as the truth spells it.
+    /// Name of the target, as spelled in the dataset.
     pub target: String,
-    /// Its attributes.
+    /// Attributes of the target.
     pub attributes: Vec<String>,
-    /// Its seeds, rising.
+    /// The scores by seed, in increasing order of the seed.
     pub seeds: Vec<SeedScore>,
 }
 
@@ -61,11 +61,11 @@ pub struct TargetScore {
 pub struct Measure {
     /// The mean.
     pub mean: f64,
-    /// The standard deviation of the sample; `None` of one seed.
+    /// The sample standard deviation; `None` for a single seed.
     pub sd: Option<f64>,
 }
 
-/// The numbers of a tracker, over all targets or over some.
+/// The scores of a tracker, averaged over all or some targets.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Summary {
     /// Precision at 20 pixels.
@@ -78,44 +78,45 @@ pub struct Summary {
     pub mean_overlap: Measure,
     /// Mean of the curve of normalised precision.
     pub norm_precision: Measure,
-    /// Frames a second; `None` where times are not known.
+    /// Frames per second; `None` if times are unknown.
     pub fps: Option<Measure>,
     /// The mean curves.
     pub curves: Curves,
 }
 
-/// One tracker.
+/// The scores of a tracker.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrackerScore {
-    /// Its name.
+    /// Name of the tracker.
     pub name: String,
-    /// The targets that it has results for, in the order of the truth.
+    /// The targets with results, in the order of the dataset.
     pub targets: Vec<TargetScore>,
-    /// The seeds that all targets have: those that count.
+    /// The seeds that all targets have; only these count.
     pub seeds: Vec<u64>,
-    /// The means.
+    /// The means over all targets.
     pub overall: Summary,
-    /// What a reader of the numbers should know.
+    /// Remarks that readers of the scores should know.
     pub notes: Vec<String>,
 }
 
-/// A tracker that can't be scored.
+/// A tracker that cannot be scored.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Refused {
-    /// Its name.
+    /// Name of the tracker.
     pub name: String,
     /// Everything that is wrong with its results.
     pub reasons: Vec<String>,
 }
 
-/// All trackers.
+/// The scores of all trackers.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scoreboard {
-    /// Those that could be scored, in the order in which they were given.
+    /// The trackers that could be scored, in the order given.
     pub trackers: Vec<TrackerScore>,
-    /// The others. Their results are not scored in part: a mean over the targets that happen to be right would mislead.
+    /// The others. They are not scored on the targets whose results happen to be valid, which would be
+    /// misleading.
     pub refused: Vec<Refused>,
-    /// The targets whose truth is wrong, with the reason: nobody was scored on them.
+    /// The targets with invalid ground truth and the reasons; no tracker is scored on them.
     pub without_truth: Vec<String>,
 }
 
@@ -133,7 +134,10 @@ pub fn scoreboard(results: &[Results], truth: &Dataset, protocol: &Protocol) -> 
     board
 }
 
-/// Scores one tracker; or all that is wrong with its results.
+/// Scores one tracker.
+///
+/// # Errors
+/// Everything that is wrong with its results.
 pub fn tracker(
     results: &Results,
     truth: &Dataset,
@@ -141,38 +145,8 @@ pub fn tracker(
 ) -> Result<TrackerScore, Vec<String>> {
     let mut reasons = results.faults.clone();
     let mut notes = results.notes.clone();
-    let runs = by_target(results, truth, &mut reasons, &mut notes);
-    let (mut targets, mut elsewhere, mut first_only) = (Vec::new(), Vec::new(), Vec::new());
-    for sequence in &truth.sequences {
-        let Some(runs) = runs.get(&names::key(&sequence.name)) else { continue };
-        if !Dataset::can_be_scored(sequence) {
-            first_only.push(&sequence.name);
-            continue;
-        }
-        let passes: Result<Vec<_>, String> = runs.iter().map(|run| pass(run, sequence)).collect();
-        match passes {
-            Ok(passes) => {
-                if passes.iter().any(|pass| begins_elsewhere(pass, sequence)) {
-                    elsewhere.push(&sequence.name);
-                }
-                targets.push(target(sequence, runs, passes, protocol, &mut notes));
-            }
-            Err(reason) => reasons.push(reason),
-        }
-    }
-    if !elsewhere.is_empty() {
-        notes.push(format!(
-            "its first box is not the truth's on {} of the targets ({}): are these results of another dataset, or of other frames?",
-            elsewhere.len(),
-            names::some_of(&elsewhere)
-        ));
-    }
-    if !first_only.is_empty() {
-        notes.push(format!(
-            "only the first frame of {} has truth: not scored",
-            names::some_of(&first_only)
-        ));
-    }
+    let runs = runs_by_target(results, truth, &mut reasons, &mut notes);
+    let targets = score_targets(&runs, truth, protocol, &mut reasons, &mut notes);
     if targets.is_empty() && reasons.is_empty() {
         reasons.push(
             "none of its targets has truth here: are these results of another dataset?".to_string(),
@@ -188,33 +162,76 @@ pub fn tracker(
     Ok(TrackerScore { name: results.name.clone(), targets, seeds, overall, notes })
 }
 
-/// The runs of each target that has truth; says what is left out and what is missing.
-fn by_target<'a>(
+/// Scores each target that has runs and can be scored. Faults are added to `reasons`.
+fn score_targets(
+    runs: &BTreeMap<String, Vec<&Run>>,
+    truth: &Dataset,
+    protocol: &Protocol,
+    reasons: &mut Vec<String>,
+    notes: &mut Vec<String>,
+) -> Vec<TargetScore> {
+    let (mut targets, mut elsewhere, mut first_only) = (Vec::new(), Vec::new(), Vec::new());
+    for sequence in &truth.sequences {
+        let Some(runs) = runs.get(&names::key(&sequence.name)) else { continue };
+        if !Dataset::can_be_scored(sequence) {
+            first_only.push(&sequence.name);
+            continue;
+        }
+        let passes: Result<Vec<_>, String> = runs.iter().map(|run| pass(run, sequence)).collect();
+        match passes {
+            Ok(passes) => {
+                if passes.iter().any(|pass| starts_elsewhere(pass, sequence)) {
+                    elsewhere.push(&sequence.name);
+                }
+                targets.push(target_score(sequence, runs, passes, protocol, notes));
+            }
+            Err(reason) => reasons.push(reason),
+        }
+    }
+    if !elsewhere.is_empty() {
+        notes.push(format!(
+            "its first box differs from the truth on {} of the targets ({}): are these results of \
+             another dataset, or of other frames?",
+            elsewhere.len(),
+            names::some_of(&elsewhere)
+        ));
+    }
+    if !first_only.is_empty() {
+        notes.push(format!(
+            "only the first frame of {} has truth: not scored",
+            names::some_of(&first_only)
+        ));
+    }
+    targets
+}
+
+/// Groups the runs by the normal form of the target's name. Notes the targets that are ignored or missing.
+fn runs_by_target<'a>(
     results: &'a Results,
     truth: &Dataset,
     reasons: &mut Vec<String>,
     notes: &mut Vec<String>,
 ) -> BTreeMap<String, Vec<&'a Run>> {
     let mut runs: BTreeMap<String, Vec<&Run>> = BTreeMap::new();
-    let mut strange = BTreeSet::new();
+    let mut unknown = BTreeSet::new();
     for run in &results.runs {
         if truth.find(&run.target).is_none() {
-            strange.insert(run.target.as_str());
+            unknown.insert(run.target.as_str());
             continue;
         }
         let same = runs.entry(names::key(&run.target)).or_default();
         if let Some(other) = same.iter().find(|o| (o.seed, o.variant) == (run.seed, run.variant)) {
             let (a, b) = (other.file.display(), run.file.display());
-            reasons.push(format!("{a} and {b} are the same run of one target"));
+            reasons.push(format!("{a} and {b} are the same run of the same target"));
         }
         same.push(run);
     }
-    let strange: Vec<_> = strange.into_iter().collect();
-    if !strange.is_empty() {
+    let unknown: Vec<_> = unknown.into_iter().collect();
+    if !unknown.is_empty() {
         notes.push(format!(
             "{} of its targets have no truth here and do not count: {}",
-            strange.len(),
-            names::some_of(&strange)
+            unknown.len(),
+            names::some_of(&unknown)
         ));
     }
     let missing: Vec<_> = truth
@@ -234,16 +251,18 @@ fn by_target<'a>(
     runs
 }
 
-/// Compares one run with the truth. The error says what does not fit.
+/// Compares one run with the ground truth. The error says how they do not match.
 fn pass(run: &Run, sequence: &Sequence) -> Result<Pass, String> {
     let truth = sequence.truth.get(run.first..).unwrap_or_default();
     if run.boxes.len() != truth.len() {
         let (file, boxes, name) = (run.file.display(), run.boxes.len(), &sequence.name);
-        let begin =
-            if run.first > 0 { format!(" from frame {} on", run.first) } else { String::new() };
+        let start = match run.first {
+            0 => String::new(),
+            first => format!(" from frame {first} on"),
+        };
         let part = dataset::counted_part(name, truth.len()).map(|part| format!(" ({part})"));
         return Err(format!(
-            "{file}: {boxes} boxes, but the truth of {name} has {} frames{begin}{}",
+            "{file}: {boxes} boxes, but the truth of {name} has {} frames{start}{}",
             truth.len(),
             part.unwrap_or_default()
         ));
@@ -256,14 +275,14 @@ fn pass(run: &Run, sequence: &Sequence) -> Result<Pass, String> {
     })
 }
 
-/// The first box is given, so it should be the truth's or, in SRE, near it.
-fn begins_elsewhere(pass: &Pass, sequence: &Sequence) -> bool {
+/// Whether the first box is not that of the ground truth or, in SRE, near it.
+fn starts_elsewhere(pass: &Pass, sequence: &Sequence) -> bool {
     let truth = sequence.truth.get(pass.first).copied().flatten();
     let given = pass.boxes.first().copied().flatten();
-    truth.zip(given).is_some_and(|(truth, given)| given.overlap(&truth) < SAME_BEGINNING)
+    truth.zip(given).is_some_and(|(truth, given)| given.overlap(&truth) < MIN_START_OVERLAP)
 }
 
-fn target(
+fn target_score(
     sequence: &Sequence,
     runs: &[&Run],
     passes: Vec<Pass>,
@@ -284,7 +303,7 @@ fn target(
             Some((curves, mean_overlap)) => {
                 scores.push(SeedScore { seed, passes, curves, mean_overlap, time: time(&runs) })
             }
-            None => notes.push(format!("{}, seed {seed}: no frame of it has truth", sequence.name)),
+            None => notes.push(format!("{}, seed {seed}: no frame has truth", sequence.name)),
         }
     }
     TargetScore {
@@ -294,7 +313,7 @@ fn target(
     }
 }
 
-/// Frames and seconds of all runs together; `None` unless all have times.
+/// Number of frames and total seconds of all runs; `None` unless all of them have times.
 fn time(runs: &[&Run]) -> Option<(usize, f64)> {
     runs.iter().try_fold((0, 0.0), |(frames, seconds), run| {
         let times = run.seconds.as_ref()?;
@@ -319,18 +338,19 @@ fn common_seeds(targets: &[TargetScore], notes: &mut Vec<String>) -> Vec<u64> {
     whole.into_iter().map(|(seed, _)| seed).collect()
 }
 
-/// The attributes that the targets of these trackers carry, with the targets that carry each; the tracker benchmark's own first and in its order.
+/// The attributes of the trackers' targets, each with the targets that have it: those of OTB first and in its
+/// order.
 pub fn attributes(trackers: &[TrackerScore]) -> Vec<(String, Vec<String>)> {
     let known = OTB_ATTRIBUTES.iter().map(|(name, _)| name.to_string());
     let mut parts: Vec<(String, Vec<String>)> = known.map(|name| (name, Vec::new())).collect();
     for target in trackers.iter().flat_map(|tracker| &tracker.targets) {
         for attribute in &target.attributes {
-            let place = parts.iter().position(|(name, _)| name == attribute).unwrap_or_else(|| {
+            let index = parts.iter().position(|(name, _)| name == attribute).unwrap_or_else(|| {
                 parts.push((attribute.clone(), Vec::new()));
                 parts.len() - 1
             });
-            if !parts[place].1.contains(&target.target) {
-                parts[place].1.push(target.target.clone());
+            if !parts[index].1.contains(&target.target) {
+                parts[index].1.push(target.target.clone());
             }
         }
     }
@@ -338,7 +358,7 @@ pub fn attributes(trackers: &[TrackerScore]) -> Vec<(String, Vec<String>)> {
     parts
 }
 
-/// The means over some targets, such as those of one attribute; `None` of no targets or no seeds.
+/// The means over some targets, such as those with one attribute; `None` without targets or seeds.
 pub fn summary<'a>(
     targets: impl Iterator<Item = &'a TargetScore>,
     seeds: &[u64],
@@ -367,7 +387,7 @@ pub fn summary<'a>(
     })
 }
 
-/// All frames over all time, where all times are known.
+/// Total frames divided by total time; `None` unless all times are known.
 fn fps(scores: &[&SeedScore]) -> Option<f64> {
     let times: Option<Vec<(usize, f64)>> = scores.iter().map(|score| score.time).collect();
     let times = times?;
@@ -383,7 +403,7 @@ fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
     values.sum::<f64>() / count
 }
 
-/// `None` of no values.
+/// Mean and standard deviation; `None` without values.
 fn measure(values: Vec<f64>) -> Option<Measure> {
     if values.is_empty() {
         return None;

@@ -1,5 +1,4 @@
-//! The tracker at work: the one place that puts together a tracker, the threads that it works on, and the
-//! clock.
+//! Runs a tracker on its threads and measures the time of each step.
 
 use std::sync::Arc;
 
@@ -8,33 +7,33 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use crate::Error;
 use crate::bench::clock;
 
-/// More threads than any machine has: a number above it is a slip.
+/// Upper limit for the number of threads, to catch typing errors.
 pub const MOST_THREADS: usize = 1024;
 
-/// A pool of so many threads; without a number, one thread for each core. 0 leaves the number to `rayon`,
-/// which looks at the environment variable `RAYON_NUM_THREADS` first.
+/// A pool with this number of threads, by default one per logical processor. With 0, `rayon` chooses the
+/// number, which is that of the environment variable `RAYON_NUM_THREADS` if it is set.
 ///
 /// # Errors
-/// [`Error::Threads`] where the system refuses them.
+/// [`Error::Threads`] if the system cannot start the threads.
 pub fn pool(threads: Option<usize>) -> Result<Arc<ThreadPool>, Error> {
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     let pool = ThreadPoolBuilder::new().num_threads(threads.unwrap_or_else(cores)).build();
     pool.map(Arc::new).map_err(|error| Error::Threads(error.to_string()))
 }
 
-/// A tracker, of one target or of many, with the threads that it works on.
+/// A tracker, of one or many targets, with the threads that it works on.
 pub struct Session<T> {
     tracker: T,
     pool: Arc<ThreadPool>,
 }
 
 impl<T: Send> Session<T> {
-    /// This tracker on these threads.
+    /// Combines a tracker with a pool.
     pub fn new(tracker: T, pool: Arc<ThreadPool>) -> Self {
         Self { tracker, pool }
     }
 
-    /// The tracker, for what is no work on a frame.
+    /// The tracker, for calls that are not timed and need no threads.
     pub fn tracker_mut(&mut self) -> &mut T {
         &mut self.tracker
     }
@@ -44,10 +43,10 @@ impl<T: Send> Session<T> {
         self.pool.current_num_threads()
     }
 
-    /// Does a step on the threads; gives what it gave and the seconds that it took.
+    /// Runs `step` in the pool and returns its result with the elapsed seconds.
     ///
     /// # Errors
-    /// Those of the step.
+    /// The error of `step`.
     pub fn step<R: Send>(
         &mut self,
         step: impl FnOnce(&mut T) -> Result<R, patchlock::Error> + Send,
@@ -56,11 +55,11 @@ impl<T: Send> Session<T> {
     }
 }
 
-/// The same where the pool is chosen for each step: the Python package makes a new one in a process that was
-/// forked.
+/// As [`Session::step`], with the pool given for each step: the Python package creates a new pool in a forked
+/// process.
 ///
 /// # Errors
-/// Those of the step.
+/// The error of `step`.
 pub fn step_on<T: Send, R: Send>(
     pool: &ThreadPool,
     tracker: &mut T,
@@ -75,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_step_runs_in_the_pool_and_its_time_is_told() {
+    fn a_step_runs_in_the_pool_and_is_timed() {
         let mut session = Session::new(0, pool(Some(3)).expect("starts"));
         assert_eq!(session.threads(), 3);
         let step = |count: &mut usize| {

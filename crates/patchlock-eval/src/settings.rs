@@ -1,4 +1,4 @@
-//! From the name of a preset, a file of changes and a seed to a checked configuration.
+//! Resolves a preset, a TOML file of overrides and a seed to a validated configuration.
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -7,32 +7,32 @@ use patchlock::{PARAMETERS, PRESETS, Parameter, Range, TrackerConfig};
 
 use crate::names::near_matches;
 
-/// Settings that can't be used.
+/// Invalid settings.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SettingsError {
     /// There is no such preset.
     #[error("there is no preset {}", if name.is_empty() { "\"\"" } else { name })]
     Preset {
-        /// The name that was given.
+        /// The name as given.
         name: String,
     },
-    /// The file can't be read.
+    /// The file cannot be read.
     #[error("cannot read the configuration {}: {reason}", file.display())]
     Unreadable {
         /// The file.
         file: PathBuf,
-        /// The reason that the system gives.
+        /// The error of the operating system.
         reason: io::Error,
     },
-    /// The file is no TOML.
-    #[error("{}, line {line}, is no valid TOML: {reason}", file.display())]
+    /// The file is not valid TOML.
+    #[error("{}, line {line}, is not valid TOML: {reason}", file.display())]
     NoToml {
         /// The file.
         file: PathBuf,
         /// Line, counted from 1.
         line: usize,
-        /// What is wrong with it.
+        /// What is wrong.
         reason: String,
     },
     /// There is no such setting.
@@ -40,55 +40,57 @@ pub enum SettingsError {
     Unknown {
         /// The file.
         file: PathBuf,
-        /// The name that was given.
+        /// The name as given.
         name: String,
-        /// Names that could be meant.
+        /// Similar names.
         near: Vec<&'static str>,
     },
-    /// The setting existed in an earlier version, with other values than the one that is always used now.
+    /// The setting was removed, and the value differs from the one that is now always used.
     #[error("{}: {reason}", file.display())]
     Removed {
         /// The file.
         file: PathBuf,
-        /// What became of it.
+        /// Why it was removed, and what replaces it.
         reason: String,
     },
-    /// A setting can't have this value.
+    /// A setting has an invalid value.
     #[error("{}: {name} = {value} {fault}", file.display())]
     Value {
         /// The file.
         file: PathBuf,
         /// The setting.
         name: &'static str,
-        /// The value that was given.
+        /// The value as given.
         value: String,
-        /// What is wrong with it.
+        /// What is wrong.
         fault: &'static str,
-        /// What is allowed.
+        /// The allowed values.
         allowed: String,
     },
-    /// The configuration as a whole is not allowed.
+    /// The configuration as a whole is invalid.
     #[error("{0}")]
     OutOfRange(String),
-    /// The configuration can't be turned into a table or back.
+    /// The configuration cannot be converted to TOML or back.
     #[error("{0}")]
     Table(String),
 }
 
 impl SettingsError {
-    /// Whether the settings are wrong, rather than their file being unreadable.
+    /// Whether the settings are invalid (a usage error), as opposed to the file being unreadable.
     pub fn is_misuse(&self) -> bool {
         !matches!(self, Self::Unreadable { .. } | Self::Table(_))
     }
 
-    /// One line: what to do next.
+    /// One line on what the user can do about the error, if anything.
     pub fn advice(&self) -> Option<String> {
         Some(match self {
-            Self::Preset { .. } => format!("the presets are: {}", PRESETS.join(", ")),
+            Self::Preset { .. } => format!("the presets are {}", PRESETS.join(", ")),
             Self::Unreadable { .. } => {
-                "patchlock config > my.toml writes one to begin with".to_string()
+                "patchlock config > my.toml writes one to start from".to_string()
             }
-            Self::NoToml { .. } => "a line is: name = value, with words in quotes".to_string(),
+            Self::NoToml { .. } => {
+                "each line is name = value, with text values in quotes".to_string()
+            }
             Self::Unknown { near, .. } if near.is_empty() => {
                 "patchlock config shows all settings".to_string()
             }
@@ -104,7 +106,7 @@ impl SettingsError {
     }
 }
 
-/// The configuration with this name.
+/// The preset with this name.
 ///
 /// # Errors
 /// [`SettingsError::Preset`].
@@ -112,10 +114,10 @@ pub fn preset(name: &str) -> Result<TrackerConfig, SettingsError> {
     TrackerConfig::preset(name).map_err(|_| SettingsError::Preset { name: name.to_string() })
 }
 
-/// A preset, the changes of a file, and a seed, in this order.
+/// The configuration of a preset, with the overrides of a file and then the seed applied.
 ///
 /// # Errors
-/// [`SettingsError`].
+/// [`SettingsError`] if the preset is unknown, or the file is unreadable or invalid.
 pub fn resolve(
     name: &str,
     file: Option<&Path>,
@@ -148,8 +150,9 @@ fn with_file(config: TrackerConfig, file: &Path) -> Result<TrackerConfig, Settin
     Ok(config)
 }
 
-/// Applies one change after the other, so that a bad one can be named. The settings of a group are in a table of its
-/// name. They are also accepted outside of it, as no two groups have a setting of the same name.
+/// Applies the changes one at a time, so that an invalid one can be named. The settings of a group are in a
+/// table of the group's name, but are also accepted at the top level, since setting names are unique across
+/// groups.
 fn apply(
     config: TrackerConfig,
     changes: toml::Table,
@@ -171,7 +174,7 @@ fn apply(
     table.try_into().map_err(|error: toml::de::Error| SettingsError::Table(error.to_string()))
 }
 
-/// Changes one setting in the table of a configuration. `group` is the table that the file has it in.
+/// Changes one setting in the table of a configuration. `group` is the table that contains it in the file.
 fn apply_one(
     table: &mut toml::Table,
     (group, name): (Option<&str>, &str),
@@ -188,10 +191,11 @@ fn apply_one(
     };
     let before = slot.map(|slot| std::mem::replace(slot, value.clone()));
     let checked: Result<TrackerConfig, _> = table.clone().try_into();
-    checked.map_err(|_| not_taken(parameter, value, before.as_ref(), file)).map(drop)
+    checked.map_err(|_| invalid_value(parameter, value, before.as_ref(), file)).map(drop)
 }
 
-/// An unknown setting is an error, unless an earlier version had it and this value is what is always used now.
+/// Handles an unknown setting: an error, unless an earlier version had it and the value is the one always
+/// used now.
 fn unknown(name: &str, value: &toml::Value, file: &Path) -> Result<(), SettingsError> {
     let alone = toml::Table::from_iter([(name.to_string(), value.clone())]);
     match alone.try_into::<TrackerConfig>() {
@@ -207,8 +211,8 @@ fn unknown(name: &str, value: &toml::Value, file: &Path) -> Result<(), SettingsE
     }
 }
 
-/// The error of a value that a setting can't have; `before` is one that it can.
-fn not_taken(
+/// The error for an invalid value; `before` is a valid one.
+fn invalid_value(
     parameter: &Parameter,
     value: &toml::Value,
     before: Option<&toml::Value>,
@@ -217,9 +221,9 @@ fn not_taken(
     let Parameter { name, range, .. } = parameter;
     let is_number = value.is_integer() || value.is_float();
     let fault = match range {
-        Range::Words(_) if value.is_str() => "is none of its words",
-        Range::Number { .. } if is_number => "is not among its numbers",
-        _ => "is not of the right kind",
+        Range::Words(_) if value.is_str() => "is not one of the allowed words",
+        Range::Number { .. } if is_number => "is out of range",
+        _ => "has the wrong type",
     };
     let whole = if before.is_some_and(toml::Value::is_integer) { "a whole number, " } else { "" };
     SettingsError::Value {

@@ -1,19 +1,20 @@
-//! The box to begin on, checked against the frame that it is in.
+//! Checks the box that tracking starts on.
 
 use patchlock::BoundingBox;
 
 use crate::Error;
 
-/// What a box is.
-pub const SYNTAX: &str = "a box is X,Y,W,H: left and upper side counted from 0, width and height, in pixels, \
-                          as 120,80,64,48";
-/// From here on a coordinate is written with an exponent: nobody wants to read three hundred digits.
-const LONG: f64 = 1e9;
+/// Describes the syntax of a box.
+pub const SYNTAX: &str = "a box is X,Y,W,H in pixels: left and top edge counted from 0, width and height, \
+                          such as 120,80,64,48";
+/// Coordinates from this magnitude on are shown with an exponent, to keep messages short.
+const EXPONENT_FROM: f64 = 1e9;
 
-/// Checks a box against frame `index` with this size.
+/// Checks a box against frame `index` of this width and height in pixels.
 ///
 /// # Errors
-/// [`Error::StartBoxShape`], [`Error::StartBoxOutside`].
+/// [`Error::StartBoxShape`] for an invalid width or height; [`Error::StartBoxOutside`] if no part of the box
+/// is in the frame.
 pub fn check(bbox: &BoundingBox, index: usize, width: usize, height: usize) -> Result<(), Error> {
     let Err(error) = bbox.check_in(width, height) else { return Ok(()) };
     let shown = [bbox.x, bbox.y, bbox.w, bbox.h].map(coordinate).join(",");
@@ -24,5 +25,5 @@ pub fn check(bbox: &BoundingBox, index: usize, width: usize, height: usize) -> R
 }
 
 fn coordinate(value: f64) -> String {
-    if value.abs() < LONG { format!("{value}") } else { format!("{value:e}") }
+    if value.abs() < EXPONENT_FROM { format!("{value}") } else { format!("{value:e}") }
 }

@@ -1,7 +1,8 @@
-//! Text files of boxes: one line a frame, numbers with commas, tabs or blanks between them.
+//! Text files of boxes: one line per frame, with numbers separated by commas, tabs or spaces.
 //!
-//! Files come from many hands, so every encoding that occurs is read (UTF-8 with and without a mark, UTF-16, lines that end as on Windows), and what is odd
-//! is remembered to be told. What has no meaning is an error that names the line, never left out.
+//! The files come from many sources, so several encodings are supported: UTF-8 with or without a byte-order
+//! mark, UTF-16, and any kind of line end. Anything unusual is recorded. A line that is not understood is an
+//! error that names the line; lines are never skipped.
 
 use std::fs;
 use std::path::Path;
@@ -10,22 +11,22 @@ use patchlock::BoundingBox;
 
 use crate::Error;
 
-/// The numbers of a file, a row a line.
+/// The numbers of a file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Table {
-    /// One row a line; empty lines at the end are not rows.
+    /// One row per line; empty lines at the end are ignored.
     pub rows: Vec<Vec<f64>>,
-    /// What is odd about the file but does not change its meaning, such as its encoding.
-    pub oddities: Vec<String>,
+    /// Unusual properties of the file that do not change its meaning, such as its encoding.
+    pub notes: Vec<String>,
 }
 
 /// Reads a file of numbers.
 ///
 /// # Errors
-/// [`Error::Read`]; [`Error::Line`] for a line that is empty or holds something that is no number.
+/// [`Error::Read`]; [`Error::Line`] for a line that is empty or has something other than numbers.
 pub fn read(path: &Path) -> Result<Table, Error> {
     let bytes = fs::read(path).map_err(|error| Error::read(path, error))?;
-    let (text, oddities) = decode(&bytes);
+    let (text, notes) = decode(&bytes);
     let mut rows = Vec::new();
     for (k, line) in text.trim_end().lines().enumerate() {
         rows.push(numbers(line).map_err(|reason| Error::Line {
@@ -34,23 +35,23 @@ pub fn read(path: &Path) -> Result<Table, Error> {
             reason,
         })?);
     }
-    Ok(Table { rows, oddities })
+    Ok(Table { rows, notes })
 }
 
-/// The text of a file in whatever encoding, with what is odd about it.
+/// Decodes a text in any supported encoding. Also returns what is unusual about it.
 pub fn decode(bytes: &[u8]) -> (String, Vec<String>) {
-    let mut oddities = Vec::new();
+    let mut notes = Vec::new();
     let wide = |bytes: &[u8], unit: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]])).collect();
         String::from_utf16_lossy(&units)
     };
-    // Numbers in UTF-16 without a mark: every other byte is zero.
-    let zeros_at = |place: usize| {
-        bytes.len() > 3 && bytes.iter().skip(place).step_by(2).all(|&byte| byte == 0)
+    // In UTF-16 text of ASCII characters, every other byte is zero.
+    let zeros_at = |offset: usize| {
+        bytes.len() > 3 && bytes.iter().skip(offset).step_by(2).all(|&byte| byte == 0)
     };
-    let mut note = |text: &str| oddities.push(text.to_string());
+    let mut note = |text: &str| notes.push(text.to_string());
     let text = if let Some(rest) = bytes.strip_prefix(&[0xef, 0xbb, 0xbf]) {
-        note("begins with a byte-order mark");
+        note("starts with a byte-order mark");
         String::from_utf8_lossy(rest).into_owned()
     } else if let Some(rest) = bytes.strip_prefix(&[0xff, 0xfe]) {
         note("is in UTF-16");
@@ -67,24 +68,27 @@ pub fn decode(bytes: &[u8]) -> (String, Vec<String>) {
     } else {
         String::from_utf8_lossy(bytes).into_owned()
     };
-    // Old Macs ended lines with a lone carriage return.
+    // Classic Mac OS ended lines with a lone carriage return.
     if text.contains('\r') {
         let text = text.replace("\r\n", "\n");
         if text.contains('\r') {
-            note("ends lines with carriage returns alone");
+            note("ends lines with a carriage return only");
         }
-        return (text.replace('\r', "\n"), oddities);
+        return (text.replace('\r', "\n"), notes);
     }
-    (text, oddities)
+    (text, notes)
 }
 
-/// The numbers of a line; the error says what is wrong with it.
+/// Parses the numbers of a line.
+///
+/// # Errors
+/// What is wrong with the line.
 pub fn numbers(line: &str) -> Result<Vec<f64>, String> {
     let line = line.trim();
     if line.is_empty() {
         return Err("the line is empty".to_string());
     }
-    // With commas every field counts, also an empty one; blanks alone may be doubled.
+    // Commas delimit fields, which may be empty; runs of whitespace count as one separator.
     let words: Vec<&str> = if line.contains(',') {
         line.split(',').map(str::trim).collect()
     } else {
@@ -93,20 +97,20 @@ pub fn numbers(line: &str) -> Result<Vec<f64>, String> {
     words.into_iter().enumerate().map(|(k, word)| number(word, k)).collect()
 }
 
-fn number(word: &str, place: usize) -> Result<f64, String> {
+fn number(word: &str, index: usize) -> Result<f64, String> {
     if word.is_empty() {
-        return Err(format!("field {} is empty", place + 1));
+        return Err(format!("field {} is empty", index + 1));
     }
-    // How programs on old Windows print a NaN: 1.#QNAN, -1.#IND.
+    // Older C libraries on Windows print NaN as 1.#QNAN or -1.#IND.
     if word.contains("#QNAN") || word.contains("#IND") {
         return Ok(f64::NAN);
     }
     let shown: String = word.chars().take(24).collect();
-    word.parse().map_err(|_| format!("\"{shown}\" is no number"))
+    word.parse().map_err(|_| format!("\"{shown}\" is not a number"))
 }
 
-/// The box of a row: `x,y,w,h`, or the upright box around a polygon of `x1,y1,x2,y2,..`. `None` for a row with NaN. `origin` is what
-/// the file calls the first pixel, 0 or 1.
+/// The box of a row `x,y,w,h`, or the bounding box of a polygon `x1,y1,x2,y2,..`. `None` for a row with NaN.
+/// `origin` is the coordinate of the first pixel in the file, 0 or 1.
 ///
 /// # Errors
 /// What is wrong with the row.
@@ -118,19 +122,19 @@ pub fn region(row: &[f64], origin: f64) -> Result<Option<BoundingBox>, String> {
         };
     }
     if let Some(value) = row.iter().find(|value| value.is_infinite()) {
-        return Err(format!("{value} is no place in a frame"));
+        return Err(format!("{value} is not a valid coordinate"));
     }
     match row {
         [x, y, w, h] => Ok(Some(BoundingBox { x: x - origin, y: y - origin, w: *w, h: *h })),
         points if points.len() >= 6 && points.len().is_multiple_of(2) => {
-            Ok(Some(around(points, origin)))
+            Ok(Some(bounding_box(points, origin)))
         }
         _ => Err(format!("{} numbers, where a box has 4 and a polygon 6, 8 or more", row.len())),
     }
 }
 
-/// The upright box around the points, from the least to the largest coordinate.
-pub(crate) fn around(points: &[f64], origin: f64) -> BoundingBox {
+/// The bounding box of points given as x, y, x, y, ..
+pub(crate) fn bounding_box(points: &[f64], origin: f64) -> BoundingBox {
     let span = |first: usize| {
         let values = || points.iter().skip(first).step_by(2).copied();
         (values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max))
@@ -144,12 +148,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn commas_tabs_and_blanks() {
+    fn numbers_are_separated_by_commas_tabs_or_spaces() {
         for line in ["1,2,3.5,4", "1\t2\t3.5\t4", " 1  2 3.5 4 ", "1, 2, 3.5,\t4"] {
             assert_eq!(numbers(line), Ok(vec![1.0, 2.0, 3.5, 4.0]), "{line}");
         }
         assert_eq!(numbers("1,,3,4"), Err("field 2 is empty".to_string()));
-        assert_eq!(numbers("1,2,x,4"), Err("\"x\" is no number".to_string()));
+        assert_eq!(numbers("1,2,x,4"), Err("\"x\" is not a number".to_string()));
         assert_eq!(numbers(" "), Err("the line is empty".to_string()));
         assert!(numbers("NaN -nan 1.#QNAN -1.#IND").unwrap().iter().all(|v| v.is_nan()));
     }
@@ -169,9 +173,9 @@ mod tests {
             (text.replace('\n', "\r\n").into_bytes(), 0),
             (text.replace('\n', "\r").into_bytes(), 1),
         ];
-        for (bytes, odd) in files {
-            let (decoded, oddities) = decode(&bytes);
-            assert_eq!((decoded.as_str(), oddities.len()), (text, odd), "{oddities:?}");
+        for (bytes, note_count) in files {
+            let (decoded, notes) = decode(&bytes);
+            assert_eq!((decoded.as_str(), notes.len()), (text, note_count), "{notes:?}");
         }
         assert_eq!(decode(b"").0, "");
     }

@@ -1,4 +1,4 @@
-//! Every layout of dataset, as a tiny made-up example.
+//! Reads a tiny example of every dataset layout.
 
 mod support;
 
@@ -8,7 +8,7 @@ use support::{Folder, remarks, rows};
 
 /// `3,4,5,6` in a file that counts from 1.
 const FROM_ONE: BoundingBox = BoundingBox { x: 2.0, y: 3.0, w: 5.0, h: 6.0 };
-/// The same in one that counts from 0.
+/// The same row in a file that counts from 0.
 const FROM_ZERO: BoundingBox = BoundingBox { x: 3.0, y: 4.0, w: 5.0, h: 6.0 };
 
 fn names(dataset: &Dataset) -> Vec<&str> {
@@ -23,7 +23,7 @@ fn otb() {
     folder.images("Jogging/img", 1..=2, 4);
     folder.file("Jogging/groundtruth_rect.1.txt", rows(2));
     folder.file("Jogging/groundtruth_rect.2.txt", rows(2));
-    // Only the frames from 300 on count; the truth begins there.
+    // Only the frames from 300 on count; the ground truth starts there.
     folder.images("David/img", 1..=770, 4);
     folder.file("David/groundtruth_rect.txt", rows(471));
     let dataset = folder.dataset();
@@ -36,7 +36,7 @@ fn otb() {
     let david = dataset.find("David").unwrap();
     assert_eq!((david.frames.len(), david.truth.len()), (471, 471));
     assert!(david.frames[0].ends_with("David/img/0300.png"));
-    // A sequence may be named itself.
+    // The root may itself be a sequence.
     let one = Dataset::open(&folder.path().join("Deer")).unwrap();
     assert_eq!(names(&one), ["Deer"]);
 }
@@ -48,14 +48,18 @@ fn got10k() {
     folder.file("GOT-10k_Val_000001/groundtruth.txt", rows(3));
     folder.file("GOT-10k_Val_000001/absence.label", "0\n1\n0\n");
     folder.file("GOT-10k_Val_000001/meta_info.ini", "[METAINFO]\n");
-    // The test part has the truth of the first frame alone.
+    // The test set has ground truth for the first frame only.
     folder.images("GOT-10k_Test_000001", 1..=3, 8);
     folder.file("GOT-10k_Test_000001/groundtruth.txt", rows(1));
     folder.file("list.txt", "GOT-10k_Val_000001\nGOT-10k_Test_000001\n");
     let dataset = folder.dataset();
     assert_eq!(dataset.layout, Layout::Got10k);
     let val = dataset.find("GOT-10k_Val_000001").unwrap();
-    assert_eq!(val.truth, [Some(FROM_ZERO), None, Some(FROM_ZERO)], "not to be seen in the second");
+    assert_eq!(
+        val.truth,
+        [Some(FROM_ZERO), None, Some(FROM_ZERO)],
+        "not visible in the second frame"
+    );
     assert_eq!(val.frames.len(), 3);
     let test = dataset.find("GOT-10k_Test_000001").unwrap();
     assert_eq!((test.truth.len(), test.frames.len()), (3, 3));
@@ -81,7 +85,7 @@ fn uav123() {
     folder.images("data_seq/UAV123/bike1", 1..=2, 6);
     folder.file("anno/UAV123/bike1.txt", "3,4,5,6\nNaN,NaN,NaN,NaN\n");
     folder.file("anno/UAV123/att/bike1.txt", "1,0,0,1,0,0,0,0,0,0,0,0\n");
-    // A part of a longer folder of images.
+    // The target is a part of a folder with more images.
     folder.images("data_seq/UAV123/car16", 410..=420, 6);
     folder.images("data_seq/UAV123/car16", 1..=409, 6);
     folder.file("anno/UAV123/car16_1.txt", rows(415));
@@ -127,7 +131,7 @@ fn trackingnet() {
 }
 
 #[test]
-fn truth_alone() {
+fn truth_without_frames() {
     let folder = Folder::new();
     folder.file("deer.txt", rows(3));
     folder.file("jogging-2.txt", rows(2));
@@ -135,18 +139,22 @@ fn truth_alone() {
     let dataset = folder.dataset();
     assert_eq!((dataset.layout, dataset.sequences.len()), (Layout::TruthOnly, 2));
     assert!(dataset.find("Jogging.2").unwrap().frames.is_empty());
-    assert_eq!(dataset.remarks.len(), 1, "the text beside them: {:?}", dataset.remarks);
+    assert_eq!(dataset.remarks.len(), 1, "the readme: {:?}", dataset.remarks);
 }
 
 #[test]
-fn attributes_of_the_user() {
+fn attributes_from_the_user() {
     let folder = Folder::new();
     folder.file("attributes.csv", "sequence,IV,OCC\nmine,0,1\ndeer,1,0\n");
     folder.file("data/mine.txt", rows(1));
     folder.file("data/Deer.txt", rows(1));
     let dataset = Dataset::open(&folder.path().join("data")).unwrap();
     assert_eq!(dataset.find("mine").unwrap().attributes, ["OCC"]);
-    assert_eq!(dataset.find("Deer").unwrap().attributes, ["IV"], "the user's come before ours");
+    assert_eq!(
+        dataset.find("Deer").unwrap().attributes,
+        ["IV"],
+        "the user's table takes precedence"
+    );
     folder.file("attributes.csv", "sequence,IV,OCC\nmine,0,2\n");
     let error = Dataset::open(&folder.path().join("data")).unwrap_err().to_string();
     assert!(error.contains("attributes.csv, line 2"), "{error}");

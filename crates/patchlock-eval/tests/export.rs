@@ -1,4 +1,4 @@
-//! What is exported, letter by letter, on a small made-up track; and that our own readers take back what they know.
+//! Checks the exported files of a small track, and that our own readers read them back.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,8 @@ use patchlock_eval::export::{self, Entry, Format, Options, Track};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// Target 1 in frames 0, 2 and 6, target 3 in frames 2 and 4, of which its box leaves the frame; every second frame was tracked.
+/// Target 1 in frames 0, 2 and 6, and target 3 in frames 2 and 4, where its box leaves the frame. Only every
+/// second frame was tracked.
 fn track() -> Track {
     let entry = |frame, id, [x, y, w, h]: [f64; 4], score, corners| Entry {
         frame,
@@ -30,11 +31,11 @@ fn track() -> Track {
     .unwrap()
 }
 
-struct Place {
+struct Workspace {
     folder: TempDir,
 }
 
-impl Place {
+impl Workspace {
     fn new() -> Self {
         Self { folder: tempfile::tempdir().unwrap() }
     }
@@ -43,7 +44,7 @@ impl Place {
         self.folder.path().join(name)
     }
 
-    /// Seven frames of 40 x 30, PNG but for the first.
+    /// Seven frames of 40 x 30 pixels: a JPEG, then PNGs.
     fn images(&self) -> PathBuf {
         let folder = self.path("frames");
         fs::create_dir(&folder).unwrap();
@@ -72,10 +73,10 @@ fn text(path: impl AsRef<Path>) -> String {
     fs::read_to_string(path.as_ref()).unwrap_or_else(|error| panic!("{:?}: {error}", path.as_ref()))
 }
 
-/// The one file of a format.
-fn one(format: Format) -> String {
-    let place = Place::new();
-    let (files, out) = place.export(&options(format)).unwrap();
+/// The text of a format that is one file.
+fn exported_text(format: Format) -> String {
+    let workspace = Workspace::new();
+    let (files, out) = workspace.export(&options(format)).unwrap();
     assert_eq!(files, 1);
     text(out)
 }
@@ -83,7 +84,7 @@ fn one(format: Format) -> String {
 #[test]
 fn mot_counts_from_one() {
     assert_eq!(
-        one(Format::Mot),
+        exported_text(Format::Mot),
         "1,1,11.0000,6.0000,20.0000,10.0000,1.0000,-1,-1,-1\n\
          3,1,12.0000,6.0000,20.0000,10.0000,0.2500,-1,-1,-1\n\
          3,3,31.0000,21.0000,8.0000,6.0000,1.0000,-1,-1,-1\n\
@@ -94,7 +95,7 @@ fn mot_counts_from_one() {
 
 #[test]
 fn coco_has_videos_tracks_and_outlines() {
-    let all: Value = serde_json::from_str(&one(Format::Coco)).unwrap();
+    let all: Value = serde_json::from_str(&exported_text(Format::Coco)).unwrap();
     assert_eq!(all["categories"][0]["name"], "toy car");
     assert_eq!(all["videos"][0]["name"], "film");
     let ids = |list: &str, field: &str| -> Vec<i64> {
@@ -120,8 +121,8 @@ fn coco_has_videos_tracks_and_outlines() {
 }
 
 #[test]
-fn cvat_ends_and_begins_tracks() {
-    let xml = one(Format::Cvat);
+fn cvat_marks_the_frames_without_a_target() {
+    let xml = exported_text(Format::Cvat);
     let track = |id: u64, boxes: &[(usize, u8, u8, [&str; 4])]| {
         let line = |(frame, outside, occluded, [l, t, r, b]): &(usize, u8, u8, [&str; 4])| {
             format!(
@@ -150,22 +151,23 @@ fn cvat_ends_and_begins_tracks() {
 
 #[test]
 fn names_are_escaped() {
-    let place = Place::new();
-    let strange = Options { label: "a<b> & \"c\"".into(), ..options(Format::Cvat) };
-    let xml = text(place.export(&strange).unwrap().1);
+    let workspace = Workspace::new();
+    let escaped = Options { label: "a<b> & \"c\"".into(), ..options(Format::Cvat) };
+    let xml = text(workspace.export(&escaped).unwrap().1);
     assert!(xml.contains("label=\"a&lt;b&gt; &amp; &quot;c&quot;\""));
-    let place = Place::new();
-    let strange = Options { label: "a: \"b\"".into(), ..options(Format::Yolo) };
-    let yaml = text(place.export(&strange).unwrap().1.join("data.yaml"));
+    let workspace = Workspace::new();
+    let escaped = Options { label: "a: \"b\"".into(), ..options(Format::Yolo) };
+    let yaml = text(workspace.export(&escaped).unwrap().1.join("data.yaml"));
     assert!(yaml.ends_with("names:\n  0: \"a: \\\"b\\\"\"\n"), "{yaml}");
 }
 
 #[test]
-fn yolo_is_relative_and_cut_off() {
-    let place = Place::new();
-    let images = place.images();
-    let (files, out) =
-        place.export(&Options { images: Some(images.clone()), ..options(Format::Yolo) }).unwrap();
+fn yolo_is_relative_and_clipped() {
+    let workspace = Workspace::new();
+    let images = workspace.images();
+    let (files, out) = workspace
+        .export(&Options { images: Some(images.clone()), ..options(Format::Yolo) })
+        .unwrap();
     assert_eq!(files, 1 + 2 * 4);
     assert!(text(out.join("data.yaml")).contains("train: images/train\n"));
     let label = |name: &str| text(out.join("labels/train").join(name));
@@ -174,7 +176,7 @@ fn yolo_is_relative_and_cut_off() {
         label("2.txt"),
         "0 0.525000 0.333333 0.500000 0.333333\n0 0.850000 0.766667 0.200000 0.200000\n"
     );
-    // Of -4..4 and 27..33.1 there is 0..4 and 27..30 in the frame.
+    // The box covers -4..4 and 27..33.1, of which 0..4 and 27..30 are in the frame.
     assert_eq!(label("4.txt"), "0 0.050000 0.950000 0.100000 0.100000\n");
     assert_eq!(
         fs::read(out.join("images/train/4.png")).unwrap(),
@@ -185,27 +187,28 @@ fn yolo_is_relative_and_cut_off() {
 
 #[test]
 fn lasot_is_read_back() {
-    let place = Place::new();
-    let options = Options { images: Some(place.images()), ..options(Format::Lasot) };
-    let out = place.export(&options).unwrap().1;
+    let workspace = Workspace::new();
+    let options = Options { images: Some(workspace.images()), ..options(Format::Lasot) };
+    let out = workspace.export(&options).unwrap().1;
     let first = out.join("toy car/toy car-1");
     assert_eq!(
         text(first.join("groundtruth.txt")),
-        "11.0000,6.0000,20.0000,10.0000\n12.0000,6.0000,20.0000,10.0000\n0,0,0,0\n15.0000,6.0000,20.0000,10.0000\n"
+        "11.0000,6.0000,20.0000,10.0000\n12.0000,6.0000,20.0000,10.0000\n0,0,0,0\n\
+         15.0000,6.0000,20.0000,10.0000\n"
     );
     assert_eq!(text(first.join("full_occlusion.txt")), "0,0,1,0\n");
     assert_eq!(text(first.join("out_of_view.txt")), "0,0,0,0\n");
     let names: Vec<_> =
         Dataset::open(&out).unwrap().sequences.into_iter().map(|s| s.name).collect();
     assert_eq!(names, ["toy car-1", "toy car-3"]);
-    assert_is_our_track(&out, Layout::Lasot);
+    assert_reads_back(&out, Layout::Lasot);
 }
 
 #[test]
 fn got10k_is_read_back() {
-    let place = Place::new();
-    let options = Options { images: Some(place.images()), ..options(Format::Got10k) };
-    let out = place.export(&options).unwrap().1;
+    let workspace = Workspace::new();
+    let options = Options { images: Some(workspace.images()), ..options(Format::Got10k) };
+    let out = workspace.export(&options).unwrap().1;
     assert_eq!(text(out.join("list.txt")), "film_000001\nfilm_000003\n");
     let (first, third) = (out.join("film_000001"), out.join("film_000003"));
     assert_eq!(text(first.join("absence.label")), "0\n0\n1\n0\n");
@@ -214,16 +217,16 @@ fn got10k_is_read_back() {
     assert!(
         text(first.join("meta_info.ini")).contains("object_class: toy car\nresolution: (40, 30)")
     );
-    // The first image was a JPEG, the others have become one.
+    // The first image is a JPEG and is copied; the others are converted.
     let (one, four) = (first.join("00000001.jpg"), first.join("00000004.jpg"));
-    assert_eq!(fs::read(one).unwrap(), fs::read(place.path("frames/0.jpg")).unwrap());
+    assert_eq!(fs::read(one).unwrap(), fs::read(workspace.path("frames/0.jpg")).unwrap());
     let red = image::open(four).unwrap().to_rgb8().get_pixel(20, 15)[0];
     assert!(red.abs_diff(180) < 4, "{red}");
-    assert_is_our_track(&out, Layout::Got10k);
+    assert_reads_back(&out, Layout::Got10k);
 }
 
-/// Whether our own reader sees two sequences with frames, the first with the boxes of target 1.
-fn assert_is_our_track(out: &Path, layout: Layout) {
+/// Checks that our own reader finds two sequences with frames, the first with the boxes of target 1.
+fn assert_reads_back(out: &Path, layout: Layout) {
     let dataset = Dataset::open(out).unwrap();
     assert_eq!((dataset.layout, dataset.sequences.len()), (layout, 2));
     let first = &dataset.sequences[0];
@@ -234,50 +237,59 @@ fn assert_is_our_track(out: &Path, layout: Layout) {
 }
 
 #[test]
-fn what_does_not_fit_is_said_and_nothing_is_written() {
-    let place = Place::new();
-    let images = place.images();
-    let short = place.path("short");
+fn inconsistent_options_are_errors_and_nothing_is_written() {
+    let workspace = Workspace::new();
+    let images = workspace.images();
+    let short = workspace.path("short");
     fs::create_dir(&short).unwrap();
     fs::copy(images.join("0.jpg"), short.join("0.jpg")).unwrap();
     let coco = options(Format::Coco);
-    let refused = [
-        (Options { size: None, ..coco.clone() }, "coco asks for the size"),
+    let rejected = [
+        (Options { size: None, ..coco.clone() }, "coco needs the frame size"),
         (Options { size: Some((0, 30)), ..coco.clone() }, "the size is 0 x 30"),
         (Options { size: Some((41, 30)), images: Some(images), ..coco.clone() }, "has 40 x 30"),
-        (Options { images: Some(short), ..coco.clone() }, "goes to frame 6, counted from 0, but"),
-        (Options { images: Some(place.path("no")), ..coco.clone() }, "is no folder of images"),
-        (Options { size: Some((4, 3)), ..options(Format::Mot) }, "mot does not ask for a size"),
-        (Options { images: Some(place.path("x")), ..options(Format::Mot) }, "not ask for images"),
+        (
+            Options { images: Some(short), ..coco.clone() },
+            "extends to frame 6, counted from 0, but",
+        ),
+        (
+            Options { images: Some(workspace.path("no")), ..coco.clone() },
+            "is not a folder of images",
+        ),
+        (Options { size: Some((4, 3)), ..options(Format::Mot) }, "mot does not use a frame size"),
+        (
+            Options { images: Some(workspace.path("x")), ..options(Format::Mot) },
+            "does not use images",
+        ),
         (Options { label: "a/b".into(), ..coco.clone() }, "the label is \"a/b\""),
         (Options { name: "..".into(), ..coco }, "the name is \"..\""),
     ];
-    for (options, words) in refused {
-        let said = place.export(&options).unwrap_err();
-        assert!(said.contains(words), "{said}");
-        assert_eq!(fs::read_dir(place.folder.path()).unwrap().count(), 2, "{words}");
+    for (options, message) in rejected {
+        let error = workspace.export(&options).unwrap_err();
+        assert!(error.contains(message), "{error}");
+        assert_eq!(fs::read_dir(workspace.folder.path()).unwrap().count(), 2, "{message}");
     }
     assert!(Format::named("voc").unwrap_err().to_string().contains("mot, coco, cvat, yolo"));
 }
 
 #[test]
-fn what_is_there_is_kept() {
-    let place = Place::new();
-    let (_, out) = place.export(&options(Format::Mot)).unwrap();
-    assert!(place.export(&options(Format::Mot)).unwrap_err().contains("exists already"));
-    assert!(place.export(&options(Format::Lasot)).unwrap_err().contains("is a file"));
+fn existing_files_are_kept() {
+    let workspace = Workspace::new();
+    let (_, out) = workspace.export(&options(Format::Mot)).unwrap();
+    assert!(workspace.export(&options(Format::Mot)).unwrap_err().contains("exists already"));
+    assert!(workspace.export(&options(Format::Lasot)).unwrap_err().contains("is a file"));
     fs::write(&out, "old").unwrap();
     export::write(&track(), &options(Format::Mot), &out, true).unwrap();
     assert!(text(&out).starts_with("1,1,11.0000"));
 
-    let folder = place.path("folder");
+    let folder = workspace.path("folder");
     fs::create_dir(&folder).unwrap();
     let lasot = options(Format::Lasot);
     export::write(&track(), &lasot, &folder, false).unwrap();
     let again = export::write(&track(), &lasot, &folder, true).unwrap_err().to_string();
     assert!(again.contains("never replaced"), "{again}");
-    let nowhere = place.path("no/out");
+    let nowhere = workspace.path("no/out");
     assert!(export::write(&track(), &lasot, &nowhere, true).is_err());
-    // Nothing but the two results.
-    assert_eq!(fs::read_dir(place.folder.path()).unwrap().count(), 2);
+    // No temporary files are left beside the two results.
+    assert_eq!(fs::read_dir(workspace.folder.path()).unwrap().count(), 2);
 }

@@ -1,4 +1,4 @@
-//! Every layout of results, as a tiny made-up example.
+//! Reads a tiny example of every layout of results.
 
 mod support;
 
@@ -39,7 +39,7 @@ fn got10k() {
     assert_eq!((results.layout, results.runs.len()), (Layout::Got10k, 2));
     assert_eq!((results.runs[0].seed, results.runs[1].seed), (0, 1));
     assert_eq!(results.runs[0].seconds, Some(vec![0.5, 0.25, 0.25]));
-    // Its runs on OTB are in a folder with the times beside them.
+    // Results of got10k on OTB are in one folder, with the times in a folder beside them.
     folder.file("other/one.txt", rows(3));
     folder.file("other/times/one_time.txt", "1\n1\n1\n");
     let other = read(&folder, "other");
@@ -53,10 +53,18 @@ fn vot() {
     folder.file("CSRT/baseline/one/one_001.txt", "1\n3,4,8,4,8,10,3,10\n2\n");
     let [results] = &read(&folder, "CSRT")[..] else { panic!("one tracker") };
     assert_eq!((results.name.as_str(), results.layout), ("CSRT baseline", Layout::Vot));
-    assert_eq!(results.runs[0].boxes, [BOX, BOX, None], "begun on the truth, a polygon, a failure");
-    assert!(results.notes[0].contains("begun again after a failure"), "{:?}", results.notes);
+    assert_eq!(
+        results.runs[0].boxes,
+        [BOX, BOX, None],
+        "started on the truth, a polygon, a failure"
+    );
+    assert!(
+        results.notes[0].contains("restarts the tracker after a failure"),
+        "{:?}",
+        results.notes
+    );
     folder.file("bad/one/one_001.txt", "1\n7\n3,4,5,6\n");
-    assert!(read(&folder, "bad")[0].faults[0].contains("line 2: 7 is none of the codes"));
+    assert!(read(&folder, "bad")[0].faults[0].contains("line 2: 7 is not one of the codes"));
 }
 
 #[test]
@@ -68,14 +76,14 @@ fn mot() {
         (results.layout, results.runs[0].boxes.as_slice()),
         (Layout::Mot, &[BOX, None, BOX][..])
     );
-    for (rows, said) in [
+    for (rows, message) in [
         ("1,1,3,4,5,6,1,-1,-1,-1\n1,2,3,4,5,6,1,-1,-1,-1\n", "a file holds one target"),
-        ("2,1,3,4,5,6,1,-1,-1,-1\n2,1,3,4,5,6,1,-1,-1,-1\n", "frame 2 comes twice"),
+        ("2,1,3,4,5,6,1,-1,-1,-1\n2,1,3,4,5,6,1,-1,-1,-1\n", "frame 2 appears twice"),
         ("0,1,3,4,5,6,1,-1,-1,-1\n", "frames count from 1"),
     ] {
         folder.file("SORT/one.txt", rows);
         let faults = &read(&folder, "SORT")[0].faults;
-        assert!(faults[0].contains(said), "{faults:?}");
+        assert!(faults[0].contains(message), "{faults:?}");
     }
 }
 
@@ -87,7 +95,11 @@ fn a_folder_of_trackers() {
     folder.file("all/notes.md", "not a tracker");
     let names = |found: Vec<Results>| found.into_iter().map(|r| r.name).collect::<Vec<_>>();
     assert_eq!(names(read(&folder, "all")), ["A", "B"]);
-    assert_eq!(names(read(&folder, ".")), ["A", "B"], "the truth itself is no tracker");
+    assert_eq!(
+        names(read(&folder, ".")),
+        ["A", "B"],
+        "the ground truth is not taken for a tracker"
+    );
     folder.file("more/A/one.txt", rows(3));
     let truth = Dataset::open(&folder.path().join("truth")).unwrap();
     let paths = [folder.path().join("all"), folder.path().join("more")];

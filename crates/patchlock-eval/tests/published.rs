@@ -1,6 +1,7 @@
-//! The scores of trackers whose boxes the benchmark's authors published, against the figures that they published. The boxes belong to others and
-//! are not part of the repository: `PATCHLOCK_DATA` names the folder that holds `otb2013-published/`; without it `../shared/data`, seen from the
-//! root of the workspace, is tried. Where there is none, the test says so and passes.
+//! Scores the boxes that the authors of OTB published for several trackers, and compares the scores with the
+//! published ones. The boxes belong to third parties and are not part of the repository: `PATCHLOCK_DATA` is
+//! the folder that contains `otb2013-published/`, by default `../shared/data` relative to the workspace root.
+//! If it does not exist, the tests print a note and pass.
 
 use std::env;
 use std::io::Write;
@@ -10,7 +11,7 @@ use patchlock_eval::dataset::{Dataset, Layout};
 use patchlock_eval::protocol::Protocol;
 use patchlock_eval::{results, score};
 
-/// DP at 20 pixels and AUC over all 51 targets, one pass: Wu, Lim, Yang, CVPR 2013.
+/// DP at 20 pixels and AUC over all 51 targets in OPE: Wu, Lim, Yang, CVPR 2013.
 const PUBLISHED: [(&str, f64, f64); 5] = [
     ("SCM", 0.650, 0.499),
     ("Struck", 0.656, 0.473),
@@ -27,13 +28,13 @@ fn published(test: &str) -> Option<PathBuf> {
         return Some(folder);
     }
     let skipped = format!("{test}: SKIPPED, there is no {}", folder.display());
-    let _ = writeln!(std::io::stderr(), "{skipped} (PATCHLOCK_DATA names the folder around it)");
+    let _ = writeln!(std::io::stderr(), "{skipped} (set PATCHLOCK_DATA to its parent folder)");
     None
 }
 
 #[test]
-fn five_trackers_score_what_was_published() {
-    let Some(folder) = published("five_trackers_score_what_was_published") else { return };
+fn five_trackers_match_their_published_scores() {
+    let Some(folder) = published("five_trackers_match_their_published_scores") else { return };
     let truth = Dataset::open(&folder.join("annotations")).unwrap();
     assert_eq!((truth.layout, truth.sequences.len()), (Layout::TruthOnly, 51));
     for (name, dp20, auc) in PUBLISHED {
@@ -51,10 +52,10 @@ fn five_trackers_score_what_was_published() {
 }
 
 #[test]
-fn a_trajectory_of_the_wrong_length_is_refused() {
-    let Some(folder) = published("a_trajectory_of_the_wrong_length_is_refused") else { return };
+fn a_trajectory_of_the_wrong_length_is_rejected() {
+    let Some(folder) = published("a_trajectory_of_the_wrong_length_is_rejected") else { return };
     let truth = Dataset::open(&folder.join("annotations")).unwrap();
-    // Its files of two targets hold more frames than count.
+    // The files of two targets have more frames than count.
     let results = results::read(&folder.join("LSK"), &truth).unwrap();
     let reasons = score::tracker(&results[0], &truth, &Protocol::otb()).unwrap_err();
     assert!(

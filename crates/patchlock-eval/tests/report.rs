@@ -1,4 +1,4 @@
-//! The report of made-up trackers on a made-up dataset with frames.
+//! Builds reports of made-up trackers on a made-up dataset with frames.
 
 use std::fs;
 use std::path::Path;
@@ -12,7 +12,8 @@ use patchlock_eval::{Error, results};
 
 const FRAMES: usize = 12;
 
-/// Sequences in the OTB layout, with small pictures; `Deer` and `Crossing` have attributes in the benchmark's table.
+/// Sequences in the layout of OTB, with small images. `Deer` and `Crossing` have attributes in the table of
+/// OTB.
 fn dataset(root: &Path) -> Dataset {
     for (k, name) in ["Deer", "Crossing", "Mine"].iter().enumerate() {
         let folder = root.join(name).join("img");
@@ -28,7 +29,7 @@ fn dataset(root: &Path) -> Dataset {
     Dataset::open(root).unwrap()
 }
 
-/// A tracker that follows at a distance and stays behind from a frame on.
+/// Writes results that are `behind` pixels off, and lost from frame `lost_from` on.
 fn tracker(root: &Path, name: &str, targets: &[&str], behind: usize, lost_from: usize) {
     let folder = root.join(name);
     fs::create_dir_all(&folder).unwrap();
@@ -41,7 +42,8 @@ fn tracker(root: &Path, name: &str, targets: &[&str], behind: usize, lost_from: 
 
 const ALL: [&str; 3] = ["Deer", "Crossing", "Mine"];
 
-/// Three trackers: one exact, one that is lost from frame 6 on, one with a name that a page must not take as markup.
+/// Scores three trackers: one exact, one that is lost from frame 6 on, and one whose name must be escaped in
+/// HTML.
 fn scored(folder: &Path, truth: &Dataset) -> Scoreboard {
     tracker(folder, "exact", &ALL, 0, FRAMES);
     tracker(folder, "loser", &ALL, 1, 6);
@@ -60,22 +62,22 @@ fn plot<'a>(report: &'a Report, name: &str) -> &'a Plot {
 }
 
 #[test]
-fn the_page_stands_alone_and_shows_what_there_is() {
+fn the_page_is_self_contained_and_complete() {
     let folder = tempfile::tempdir().unwrap();
     let truth = dataset(&folder.path().join("data"));
     let board = scored(&folder.path().join("results"), &truth);
     let report = report(&board, &truth, &["loser"]).unwrap();
     let html = &report.html;
-    // Nothing is loaded from anywhere: no address but the name of SVG's own language, which is not needed in a page.
-    for outside in ["http://", "https://", "src=", "@import", "url("] {
-        assert!(!html.contains(outside), "{outside}");
+    // Nothing is loaded from elsewhere. Inline SVG needs no namespace URL either.
+    for external in ["http://", "https://", "src=", "@import", "url("] {
+        assert!(!html.contains(external), "{external}");
     }
     assert!(!html.contains("<b>&co") && html.contains("&lt;b&gt;&amp;co"), "names are escaped");
     assert!(
         html.contains("<h1>loser") && html.contains("3</b> of 3 by AUC"),
-        "it is about the shown one"
+        "the report is about the shown tracker"
     );
-    // Lost at frame 6, in all three sequences: a picture each, with both boxes.
+    // Lost at frame 6 in all three sequences: one thumbnail each, with both boxes.
     assert_eq!(html.matches("frame 6: lost for 6 frames").count(), 3);
     assert_eq!(html.matches("data:image/jpeg;base64,").count(), 3);
     assert_eq!(
@@ -83,14 +85,14 @@ fn the_page_stands_alone_and_shows_what_there_is() {
         (3, 3)
     );
     assert_eq!(html.matches("<article").count(), 3);
-    // The legend names two, and the shown one although it is third.
+    // The legend names the best two and the shown one, which ranks third.
     let success = plot(&report, "success").svg();
     assert!(success.contains(">exact</text>") && success.contains(">loser</text>"));
     assert!(!success.contains("1 more"), "all three are named");
 }
 
 #[test]
-fn every_plot_is_svg_png_and_csv_with_the_numbers_of_the_score() {
+fn every_plot_has_svg_png_and_csv_with_the_scores() {
     let folder = tempfile::tempdir().unwrap();
     let truth = dataset(&folder.path().join("data"));
     let board = scored(&folder.path().join("results"), &truth);
@@ -122,7 +124,7 @@ fn every_plot_is_svg_png_and_csv_with_the_numbers_of_the_score() {
         let dp: f64 = plot(&report, "precision").table[21][column].parse().unwrap();
         assert!((dp - tracker.overall.dp20.mean).abs() < 1e-6, "{}", tracker.name);
     }
-    // Deer is the only one of the three with motion blur.
+    // Of the three targets, only Deer has motion blur.
     let deer = &board.trackers.iter().find(|t| t.name == "loser").unwrap().targets;
     let deer = deer.iter().find(|target| target.target == "Deer").unwrap();
     let of_blur = plot(&report, "success_MB");
@@ -143,17 +145,17 @@ fn differences_need_enough_targets() {
         names[..count]
             .iter()
             .for_each(|name| fs::write(root.join(format!("{name}.txt")), &rows).unwrap());
-        let place = folder.path().join(format!("results{count}"));
-        tracker(&place, "near", &names[..count], 1, FRAMES);
-        tracker(&place, "far", &names[..count], 9, FRAMES);
+        let folder_of_results = folder.path().join(format!("results{count}"));
+        tracker(&folder_of_results, "near", &names[..count], 1, FRAMES);
+        tracker(&folder_of_results, "far", &names[..count], 9, FRAMES);
         let truth = Dataset::open(&root).unwrap();
-        let results = results::read_all(&[&place], &truth).unwrap();
+        let results = results::read_all(&[&folder_of_results], &truth).unwrap();
         let board = score::scoreboard(&results, &truth, &Protocol::otb());
         let report = report(&board, &truth, &[]).unwrap();
         let pairs = &report.tables.iter().find(|(name, _)| name == "pairs").unwrap().1;
         let drawn = report.plots.iter().any(|plot| plot.name == "differences");
         assert_eq!((drawn, pairs.len()), (count == 6, if count == 6 { 2 } else { 1 }));
-        assert_eq!(report.html.contains("nothing can be said"), count == 5);
+        assert_eq!(report.html.contains("too few to assess the differences"), count == 5);
     }
 }
 
@@ -166,14 +168,15 @@ fn the_same_input_gives_the_same_report() {
 }
 
 #[test]
-fn trackers_are_compared_on_what_all_of_them_have() {
+fn trackers_are_compared_on_their_common_targets() {
     let folder = tempfile::tempdir().unwrap();
     let truth = dataset(&folder.path().join("data"));
-    let place = folder.path().join("results");
-    tracker(&place, "half", &ALL[..2], 0, FRAMES);
-    let board = scored(&place, &truth);
+    let folder_of_results = folder.path().join("results");
+    tracker(&folder_of_results, "half", &ALL[..2], 0, FRAMES);
+    let board = scored(&folder_of_results, &truth);
     let report = report(&board, &truth, &[]).unwrap();
-    let note = "Compared on the 2 targets that all trackers have. Left out, for lack of results of half: Mine.";
+    let note = "Compared on the 2 targets that all trackers have. Left out, because there are no \
+                results from half: Mine.";
     assert!(report.html.contains(note));
     assert!(plot(&report, "success").title.contains("2 targets"));
     assert!(!report.plots.iter().any(|plot| plot.name == "overlap_Mine"));
@@ -182,21 +185,21 @@ fn trackers_are_compared_on_what_all_of_them_have() {
 }
 
 #[test]
-fn runs_from_several_starts_are_not_mixed_with_one_pass() {
+fn runs_of_different_protocols_are_not_mixed() {
     let folder = tempfile::tempdir().unwrap();
     let truth = dataset(&folder.path().join("data"));
     let mut board = scored(&folder.path().join("results"), &truth);
     let of = |board: &Scoreboard, name: &str| {
         board.trackers.iter().position(|tracker| tracker.name == name).unwrap()
     };
-    let place = of(&board, "loser");
-    for target in &mut board.trackers[place].targets {
+    let folder_of_results = of(&board, "loser");
+    for target in &mut board.trackers[folder_of_results].targets {
         let later = Pass { variant: 1, first: 3, ..target.seeds[0].passes[0].clone() };
         target.seeds[0].passes.push(later);
     }
     let one_pass = report(&board, &truth, &[]).unwrap();
     assert!(
-        one_pass.html.contains("loser is left out: its runs are TRE, those of the report OPE.")
+        one_pass.html.contains("loser is left out: its runs are TRE, this report compares OPE.")
     );
     assert_eq!(plot(&one_pass, "success").title, "Success plots of OPE, 3 targets");
     let several = report(&board, &truth, &["loser"]).unwrap();
@@ -206,30 +209,34 @@ fn runs_from_several_starts_are_not_mixed_with_one_pass() {
 }
 
 #[test]
-fn what_can_not_be_compared_is_an_error() {
+fn trackers_without_common_targets_are_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let truth = dataset(&folder.path().join("data"));
-    let place = folder.path().join("results");
-    tracker(&place, "a", &["Deer"], 0, FRAMES);
-    tracker(&place, "b", &["Mine"], 0, FRAMES);
-    let results = results::read_all(&[&place], &truth).unwrap();
+    let folder_of_results = folder.path().join("results");
+    tracker(&folder_of_results, "a", &["Deer"], 0, FRAMES);
+    tracker(&folder_of_results, "b", &["Mine"], 0, FRAMES);
+    let results = results::read_all(&[&folder_of_results], &truth).unwrap();
     let board = score::scoreboard(&results, &truth, &Protocol::otb());
-    let said = |result: Result<Report, Error>| result.unwrap_err().to_string();
-    assert!(said(report(&board, &truth, &[])).contains("no target has results of all 2 trackers"));
-    assert!(said(report(&board, &truth, &["c"])).contains("there is no tracker c; there are a, b"));
+    let error = |result: Result<Report, Error>| result.unwrap_err().to_string();
     assert!(
-        said(report(&Scoreboard::default(), &truth, &[]))
-            .contains("no tracker that could be scored")
+        error(report(&board, &truth, &[])).contains("no target has results from all 2 trackers")
+    );
+    assert!(
+        error(report(&board, &truth, &["c"]))
+            .contains("there is no tracker c; the trackers are a, b")
+    );
+    assert!(
+        error(report(&Scoreboard::default(), &truth, &[])).contains("no tracker could be scored")
     );
 }
 
 #[test]
-fn a_frame_that_can_not_be_read_is_said_and_the_rest_is_shown() {
+fn an_unreadable_frame_is_noted_and_the_others_are_shown() {
     let folder = tempfile::tempdir().unwrap();
     let truth = dataset(&folder.path().join("data"));
     let board = scored(&folder.path().join("results"), &truth);
-    fs::write(folder.path().join("data/Deer/img/0007.png"), "no picture").unwrap();
+    fs::write(folder.path().join("data/Deer/img/0007.png"), "not an image").unwrap();
     let report = report(&board, &truth, &["loser"]).unwrap();
-    assert!(report.html.contains("A frame is not shown: ") && report.html.contains("0007.png"));
+    assert!(report.html.contains("A frame cannot be shown: ") && report.html.contains("0007.png"));
     assert_eq!(report.html.matches("data:image/jpeg;base64,").count(), 2);
 }

@@ -1,6 +1,8 @@
-//! On real sequences the fast way gives the boxes of the plain one, in which every candidate is coded at every location, bit for bit.
-//! `PATCHLOCK_DATA` names the folder that holds `otb-dev/`; without it `../shared/data`, seen from the root of the workspace, is tried. Where there
-//! is none, the test says so and passes. `PATCHLOCK_FULL=1` takes whole sequences, which is most of an hour on two cores, and `PATCHLOCK_SIMD=plain` the plain code.
+//! On real sequences, the pruned computation gives exactly the same boxes as the plain one, in which every
+//! candidate is coded at every location. `PATCHLOCK_DATA` is the folder that contains `otb-dev/`, by default
+//! `../shared/data` relative to the workspace root. If it does not exist, the test prints a note and passes.
+//! `PATCHLOCK_FULL=1` tests whole sequences, which takes most of an hour on two cores; `PATCHLOCK_SIMD=plain`
+//! selects the code without SIMD.
 
 use std::env;
 use std::io::Write;
@@ -18,12 +20,12 @@ fn sequences(test: &str) -> Option<PathBuf> {
         return Some(folder);
     }
     let skipped = format!("{test}: SKIPPED, there is no {}", folder.display());
-    let _ = writeln!(std::io::stderr(), "{skipped} (PATCHLOCK_DATA names the folder around it)");
+    let _ = writeln!(std::io::stderr(), "{skipped} (set PATCHLOCK_DATA to its parent folder)");
     None
 }
 
-/// Frames of a target that are tracked both ways; says and returns how many boxes there were.
-fn hold_together(sequence: &Sequence, count: usize) -> usize {
+/// Tracks the first `count` frames both ways and compares the boxes. Returns the number of boxes.
+fn compare_boxes(sequence: &Sequence, count: usize) -> usize {
     let config = TrackerConfig::preset("paper").unwrap();
     let (mut fast, mut plain) =
         (Tracker::new(config.clone()).unwrap(), Tracker::new(config).unwrap());
@@ -34,14 +36,14 @@ fn hold_together(sequence: &Sequence, count: usize) -> usize {
             let first = sequence.truth[0].unwrap();
             (fast.init(&frame, first), plain.init(&frame, first))
         } else {
-            // An observer gets all likelihoods, so nothing is left out.
+            // An observer receives all likelihoods, so no candidate is pruned.
             let mut all = true;
             let mut observer = |view: &FrameView<'_>| {
                 let FrameView::Patchwise(view) = view else { panic!("another method's view") };
                 all = view.likelihoods.iter().all(|likelihood| likelihood.is_finite());
             };
             let plain = plain.update_observed(&frame, &mut observer);
-            assert!(all, "{}: a candidate was left out", sequence.name);
+            assert!(all, "{}: a candidate was pruned", sequence.name);
             (fast.update(&frame), plain)
         };
         assert_eq!(a.unwrap(), b.unwrap(), "{}, frame {k}", sequence.name);
@@ -52,18 +54,18 @@ fn hold_together(sequence: &Sequence, count: usize) -> usize {
 }
 
 #[test]
-fn candidates_that_drop_out_change_no_box() {
-    let Some(folder) = sequences("candidates_that_drop_out_change_no_box") else { return };
+fn pruning_does_not_change_any_box() {
+    let Some(folder) = sequences("pruning_does_not_change_any_box") else { return };
     let whole = env::var_os("PATCHLOCK_FULL").is_some_and(|value| value == "1");
     let count = |sequence: &Sequence| match sequence.name.as_str() {
         _ if whole => usize::MAX,
-        // Until all has learned, the small dictionary and its buffer included.
+        // Until everything has been updated, including the small dictionary and its buffer.
         "Crossing" | "CarScale" => 22,
         _ => 3,
     };
     let dataset = Dataset::open(&folder).unwrap();
     let sequences = dataset.sequences.par_iter();
-    let all: usize = sequences.map(|sequence| hold_together(sequence, count(sequence))).sum();
+    let all: usize = sequences.map(|sequence| compare_boxes(sequence, count(sequence))).sum();
     assert!(all > 0, "{} holds no sequences", folder.display());
     let _ = writeln!(std::io::stderr(), "{all} boxes of {} targets", dataset.sequences.len());
 }

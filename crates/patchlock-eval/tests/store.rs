@@ -1,4 +1,4 @@
-//! Runs on disk are read back as they were written.
+//! Stores runs on disk and reads them back.
 
 mod support;
 
@@ -24,7 +24,7 @@ fn keep(store: &Store, task: &Task<'_>, boxes: &[Option<BoundingBox>], seconds: 
 }
 
 #[test]
-fn boxes_and_times_come_back() {
+fn boxes_and_times_are_read_back() {
     let folder = Folder::new();
     folder.file("truth/a.txt", rows(3));
     let truth = Dataset::open(&folder.path().join("truth")).unwrap();
@@ -39,9 +39,10 @@ fn boxes_and_times_come_back() {
     let start = Start { variant: 0, first: 0, bbox: first };
     let task = Task { target: "a", frames: &frames, seed: 7, start };
     assert!(!store.holds(&task.run()).unwrap());
-    let odd = BoundingBox { x: 1.0 / 3.0, y: -std::f64::consts::PI, w: 5.1e-7, h: 1e5 / 7.0 };
+    let fractional =
+        BoundingBox { x: 1.0 / 3.0, y: -std::f64::consts::PI, w: 5.1e-7, h: 1e5 / 7.0 };
     let seconds = vec![0.1, 1.0 / 3.0, 2e-9];
-    keep(&store, &task, &[Some(first), None, Some(odd)], seconds.clone());
+    keep(&store, &task, &[Some(first), None, Some(fractional)], seconds.clone());
     assert!(store.holds(&task.run()).unwrap());
 
     let [back] = &results::read(&folder.path().join("out"), &truth).unwrap()[..] else {
@@ -51,17 +52,17 @@ fn boxes_and_times_come_back() {
     assert_eq!((run.target.as_str(), run.seed, &run.seconds), ("a", 7, &Some(seconds)));
     assert_eq!(run.boxes[..2], [Some(first), None]);
     let got = run.boxes[2].unwrap();
-    // Sizes come back to the last bit. Positions lose at most the bit that adding 1 costs.
-    assert_eq!((got.w, got.h), (odd.w, odd.h));
-    assert!((got.x - odd.x).abs() < 1e-15 && (got.y - odd.y).abs() < 1e-15);
+    // Sizes are read back exactly. Positions lose at most the bit that adding 1 costs.
+    assert_eq!((got.w, got.h), (fractional.w, fractional.h));
+    assert!((got.x - fractional.x).abs() < 1e-15 && (got.y - fractional.y).abs() < 1e-15);
 
-    // The seed is the run's, not the configuration's; everything else makes other runs.
+    // The seed belongs to the run, not to the configuration; any other change makes other runs.
     assert!(open(&TrackerConfig { seed: 99, ..config.clone() }).is_ok());
     let mut other = config;
     other.patchwise.particles = 99;
     let other = open(&other);
     assert!(matches!(other, Err(Error::Conflict { .. })));
-    let elsewhere = Task { start: Start { bbox: odd, ..start }, ..task };
+    let elsewhere = Task { start: Start { bbox: fractional, ..start }, ..task };
     assert!(matches!(store.holds(&elsewhere.run()), Err(Error::Conflict { .. })));
 }
 
@@ -79,7 +80,7 @@ fn runs_of_other_versions_can_be_scored_but_not_continued() {
     let start = Start { variant: 0, first: 0, bbox };
     let task = Task { target: "a", frames: &frames, seed: 0, start };
     keep(&store, &task, &[Some(bbox)], vec![0.1]);
-    // As a version would have written them that has a number more in its configuration.
+    // As written by a version with one more parameter in its configuration.
     let hash = identity.hash();
     for name in ["out/ours/manifest.json", "out/ours/ope/a/0.json"] {
         let text = std::fs::read_to_string(folder.path().join(name)).unwrap();
@@ -93,12 +94,12 @@ fn runs_of_other_versions_can_be_scored_but_not_continued() {
     assert!(error.contains("novel is 1 there and not set here"), "{error}");
 }
 
-/// Finds the target where it was given; panics on the target `bad`.
-struct Fragile;
+/// Reports the given box, then none; panics on the target `bad`.
+struct PanicsOnBad;
 
-impl Subject for Fragile {
+impl Subject for PanicsOnBad {
     fn begin(&mut self, frame: &Path, bbox: BoundingBox) -> Result<Answer, Error> {
-        assert!(!frame.starts_with("bad"), "as a decoder does on a damaged file");
+        assert!(!frame.starts_with("bad"), "a decoder may panic on a damaged file");
         Ok(Answer { bbox: Some(bbox), seconds: 0.1 })
     }
 
@@ -107,9 +108,9 @@ impl Subject for Fragile {
     }
 }
 
-struct Nobody;
+struct NoWatch;
 
-impl Watch for Nobody {
+impl Watch for NoWatch {
     fn begins(&self, _: &Task<'_>) {}
     fn frame(&self) {}
     fn ends(&self, _: usize, _: bool) {}
@@ -119,7 +120,7 @@ impl Watch for Nobody {
 }
 
 #[test]
-fn a_run_that_panics_holds_nobody_up() {
+fn a_panic_in_one_run_does_not_stop_the_others() {
     let folder = Folder::new();
     let identity = Identity::Trax { command: vec!["x".into()] };
     let store = open_store(folder.path(), identity, 1.0).unwrap();
@@ -128,14 +129,14 @@ fn a_run_that_panics_holds_nobody_up() {
     let (bad, good) = (["bad/1.png".into()], ["good/1.png".into(), "good/2.png".into()]);
     let task = |target, frames| Task { target, frames, seed: 0, start };
     let tasks = [task("bad", &bad[..]), task("good", &good[..])];
-    let make = |_| Ok(Box::new(Fragile) as Box<dyn Subject>);
-    let failures = runner::run(&tasks, &store, &make, 1, 1, &Nobody);
+    let make = |_| Ok(Box::new(PanicsOnBad) as Box<dyn Subject>);
+    let failures = runner::run(&tasks, &store, &make, 1, 1, &NoWatch);
     assert_eq!((failures.len(), failures[0].target.as_str()), (1, "bad"));
     assert!(!store.holds(&tasks[0].run()).unwrap() && store.holds(&tasks[1].run()).unwrap());
 }
 
 #[test]
-fn boxes_that_were_changed_afterwards_are_not_scored() {
+fn modified_boxes_are_not_scored() {
     let folder = Folder::new();
     folder.file("truth/a.txt", rows(1));
     let truth = Dataset::open(&folder.path().join("truth")).unwrap();
@@ -149,12 +150,12 @@ fn boxes_that_were_changed_afterwards_are_not_scored() {
     keep(&store, &task, &[Some(bbox)], vec![0.1]);
     folder.file("out/ours/ope/a/0.txt", "3,4,5,7\n");
     let faults = &results::read(&out, &truth).unwrap()[0].faults;
-    assert!(faults[0].contains("not those that it was written for"), "{faults:?}");
-    assert!(!store.holds(&task.run()).unwrap(), "and are made again");
+    assert!(faults[0].contains("the hash of the boxes beside it does not match"), "{faults:?}");
+    assert!(!store.holds(&task.run()).unwrap(), "the run is made again");
 }
 
 #[test]
-fn a_clip_is_the_same_only_with_the_same_part_of_its_source() {
+fn clips_differ_if_their_source_or_range_differs() {
     let folder = Folder::new();
     let identity = Identity::Trax { command: vec!["x".into()] };
     let store = open_store(folder.path(), identity, 1.0).unwrap();
@@ -173,6 +174,6 @@ fn a_clip_is_the_same_only_with_the_same_part_of_its_source() {
         [Clip { end: Some(9), ..clip.clone() }, Clip { source: "b.mp4".into(), ..clip.clone() }]
     {
         let error = store.holds(&of(&other, start)).unwrap_err().to_string();
-        assert!(error.contains("every 2. from 3 to its end of films/a.mp4"), "{error}");
+        assert!(error.contains("stride 2, 3 to the end of films/a.mp4"), "{error}");
     }
 }

@@ -1,4 +1,4 @@
-//! Truth and results that are wrong are said, never guessed over.
+//! Invalid ground truth and results are reported; nothing is guessed.
 
 mod support;
 
@@ -8,12 +8,12 @@ use patchlock_eval::score::{self, Scoreboard};
 use patchlock_eval::{Error, results};
 use support::{Folder, remarks, rows};
 
-/// Everything that stands in the way of a target's frames or truth.
-fn in_the_way(folder: &Folder, target: &str) -> String {
+/// Everything that prevents the use of a target's frames or ground truth.
+fn faults(folder: &Folder, target: &str) -> String {
     let dataset = folder.dataset();
-    let mut said = remarks(&dataset, target, Severity::NoFrames);
-    said.extend(remarks(&dataset, target, Severity::NoTruth));
-    said.join("; ")
+    let mut faults = remarks(&dataset, target, Severity::NoFrames);
+    faults.extend(remarks(&dataset, target, Severity::NoTruth));
+    faults.join("; ")
 }
 
 fn otb(images: impl IntoIterator<Item = usize>, truth: impl AsRef<[u8]>) -> Folder {
@@ -24,45 +24,45 @@ fn otb(images: impl IntoIterator<Item = usize>, truth: impl AsRef<[u8]>) -> Fold
 }
 
 #[test]
-fn frames_that_are_missing() {
-    assert_eq!(in_the_way(&otb([1, 2, 4], rows(4)), "A"), "the image with number 3 is missing");
-    assert_eq!(in_the_way(&otb([], rows(4)), "A"), "there are no images");
+fn missing_frames() {
+    assert_eq!(faults(&otb([1, 2, 4], rows(4)), "A"), "image 3 is missing");
+    assert_eq!(faults(&otb([], rows(4)), "A"), "there are no images");
     let david = Folder::new();
     david.images("David/img", (1..=770).filter(|n| *n != 500), 4);
     david.file("David/groundtruth_rect.txt", rows(471));
-    assert_eq!(in_the_way(&david, "David"), "the image with number 500 is missing");
-    // The truth is there all the same: results can be scored.
+    assert_eq!(faults(&david, "David"), "image 500 is missing");
+    // The ground truth is still usable: results can be scored.
     assert_eq!(david.dataset().sequences[0].truth.len(), 471);
 }
 
 #[test]
 fn unequal_lengths() {
-    assert_eq!(in_the_way(&otb(1..=5, rows(3)), "A"), "5 images, but 3 rows of truth");
-    assert_eq!(in_the_way(&otb(1..=3, rows(5)), "A"), "3 images, but 5 rows of truth");
+    assert_eq!(faults(&otb(1..=5, rows(3)), "A"), "5 images, but 3 rows of truth");
+    assert_eq!(faults(&otb(1..=3, rows(5)), "A"), "3 images, but 5 rows of truth");
 }
 
 #[test]
-fn lines_that_are_no_boxes() {
-    for (line, said) in [
+fn invalid_lines() {
+    for (line, message) in [
         ("", "line 2: the line is empty"),
         ("3,4,5", "line 2: 3 numbers, where a box has 4"),
         ("3,4,,6", "line 2: field 3 is empty"),
-        ("3,4,five,6", "line 2: \"five\" is no number"),
-        ("3,4,inf,6", "line 2: inf is no place in a frame"),
-        ("3;4;5;6", "line 2: \"3;4;5;6\" is no number"),
+        ("3,4,five,6", "line 2: \"five\" is not a number"),
+        ("3,4,inf,6", "line 2: inf is not a valid coordinate"),
+        ("3;4;5;6", "line 2: \"3;4;5;6\" is not a number"),
     ] {
         let folder = otb(1..=3, format!("3,4,5,6\n{line}\n3,4,5,6\n"));
-        let got = in_the_way(&folder, "A");
-        assert!(got.contains(said), "{line:?}: {got}");
+        let got = faults(&folder, "A");
+        assert!(got.contains(message), "{line:?}: {got}");
         assert!(folder.dataset().sequences.is_empty());
     }
-    assert!(in_the_way(&otb(1..=3, ""), "A").contains("the file is empty"));
-    let none = in_the_way(&otb(1..=2, "NaN,NaN,NaN,NaN\n0,0,0,0\n"), "A");
+    assert!(faults(&otb(1..=3, ""), "A").contains("the file is empty"));
+    let none = faults(&otb(1..=2, "NaN,NaN,NaN,NaN\n0,0,0,0\n"), "A");
     assert!(none.contains("no frame has a box"), "{none}");
 }
 
 #[test]
-fn odd_truth_that_is_still_clear() {
+fn unusual_truth_is_noted() {
     let truth = "3,4,5,6\nNaN,NaN,NaN,NaN\n3,4,0,6\n3,4,5,-6\n";
     let dataset = otb(1..=4, truth).dataset();
     let boxes: Vec<bool> = dataset.sequences[0].truth.iter().map(Option::is_some).collect();
@@ -85,8 +85,8 @@ fn other_encodings() {
     for (k, file) in files.iter().enumerate() {
         let dataset = otb(1..=3, file).dataset();
         assert_eq!(dataset.sequences[0].truth, plain, "file {k}");
-        let said = !remarks(&dataset, "A", Severity::Note).is_empty();
-        assert_eq!(said, k < 3, "Windows' ends of lines are common, the others are told");
+        let is_noted = !remarks(&dataset, "A", Severity::Note).is_empty();
+        assert_eq!(is_noted, k < 3, "all but Windows line ends, which are common, are noted");
     }
 }
 
@@ -96,16 +96,16 @@ fn boxes_outside_the_frame() {
     let folder = otb(1..=3, "3,4,5,6\n100,4,5,6\n14,4,9,6\n");
     let findings = folder.dataset().inspect();
     assert_eq!(findings.sizes, [Some((16, 12))]);
-    let said: Vec<&str> = findings.remarks.iter().map(|remark| remark.text.as_str()).collect();
-    assert!(said[0].starts_with("1 of 3 boxes lie wholly outside"), "{said:?}");
-    assert!(said[1].starts_with("1 of 3 boxes reach beyond"), "{said:?}");
+    let texts: Vec<&str> = findings.remarks.iter().map(|remark| remark.text.as_str()).collect();
+    assert!(texts[0].starts_with("1 of 3 boxes lie entirely outside"), "{texts:?}");
+    assert!(texts[1].starts_with("1 of 3 boxes reach beyond"), "{texts:?}");
     let broken = otb(1..=3, rows(3));
-    broken.file("A/img/0001.png", "no image");
+    broken.file("A/img/0001.png", "not an image");
     assert_eq!(broken.dataset().inspect().remarks[0].severity, Severity::NoFrames);
 }
 
 #[test]
-fn folders_that_are_no_dataset() {
+fn folders_without_a_dataset() {
     let empty = Folder::new();
     assert!(matches!(Dataset::open(empty.path()), Err(Error::NoDataset { .. })));
     let file = empty.file("a.csv", "x");
@@ -126,7 +126,7 @@ fn scored(files: &[(&str, String)]) -> Scoreboard {
     score::scoreboard(&results, &truth, &Protocol::otb())
 }
 
-fn refusal(files: &[(&str, String)]) -> String {
+fn rejection(files: &[(&str, String)]) -> String {
     let board = scored(files);
     assert!(board.trackers.is_empty(), "it must not be scored");
     board.refused[0].reasons.join("; ")
@@ -134,33 +134,34 @@ fn refusal(files: &[(&str, String)]) -> String {
 
 #[test]
 fn results_of_the_wrong_length() {
-    let said = refusal(&[("one.txt", rows(2)), ("two.txt", rows(4))]);
-    assert!(said.contains("2 boxes, but the truth of one has 3 frames"), "{said}");
-    let said = refusal(&[("one.txt", rows(3)), ("two.txt", rows(5))]);
-    assert!(said.contains("5 boxes, but the truth of two has 4 frames"), "{said}");
+    let message = rejection(&[("one.txt", rows(2)), ("two.txt", rows(4))]);
+    assert!(message.contains("2 boxes, but the truth of one has 3 frames"), "{message}");
+    let message = rejection(&[("one.txt", rows(3)), ("two.txt", rows(5))]);
+    assert!(message.contains("5 boxes, but the truth of two has 4 frames"), "{message}");
 }
 
 #[test]
-fn results_that_hold_all_frames_of_a_part() {
+fn results_for_all_frames_where_only_a_part_counts() {
     let folder = Folder::new();
     folder.file("truth/david.txt", rows(471));
     folder.file("tracker/david.txt", rows(770));
     let truth = Dataset::open(&folder.path().join("truth")).unwrap();
     let results = results::read(&folder.path().join("tracker"), &truth).unwrap();
-    let said = score::tracker(&results[0], &truth, &Protocol::otb()).unwrap_err().join("; ");
-    assert!(said.contains("counts frames 300 to 770"), "{said}");
+    let message = score::tracker(&results[0], &truth, &Protocol::otb()).unwrap_err().join("; ");
+    assert!(message.contains("counts frames 300 to 770"), "{message}");
 }
 
 #[test]
 fn results_with_bad_lines() {
-    let said = refusal(&[("one.txt", "3,4,5,6\n\n3,4,5,6\n".to_string()), ("two.txt", rows(4))]);
-    assert!(said.contains("one.txt, line 2: the line is empty"), "{said}");
-    let said = refusal(&[("one.txt", "3,4,5,6\nlost\n3,4,5,6\n".to_string())]);
-    assert!(said.contains("one.txt, line 2: \"lost\" is no number"), "{said}");
+    let message =
+        rejection(&[("one.txt", "3,4,5,6\n\n3,4,5,6\n".to_string()), ("two.txt", rows(4))]);
+    assert!(message.contains("one.txt, line 2: the line is empty"), "{message}");
+    let message = rejection(&[("one.txt", "3,4,5,6\nlost\n3,4,5,6\n".to_string())]);
+    assert!(message.contains("one.txt, line 2: \"lost\" is not a number"), "{message}");
 }
 
 #[test]
-fn a_box_not_given_is_the_last_one() {
+fn a_missing_box_is_replaced_by_the_last_one() {
     let board = scored(&[("one.txt", "3,4,5,6\nNaN,NaN,NaN,NaN\nNaN,NaN,NaN,NaN\n".to_string())]);
     let tracker = &board.trackers[0];
     assert_eq!(tracker.overall.dp20.mean, 1.0);
@@ -175,25 +176,25 @@ fn a_box_not_given_is_the_last_one() {
 
 #[test]
 fn results_of_another_dataset() {
-    let said = refusal(&[("three.txt", rows(3)), ("four.txt", rows(3))]);
-    assert!(said.contains("another dataset"), "{said}");
-    // The name fits and so does the length, but not the place.
+    let message = rejection(&[("three.txt", rows(3)), ("four.txt", rows(3))]);
+    assert!(message.contains("another dataset"), "{message}");
+    // Name and length match, but not the position.
     let board = scored(&[("one.txt", "300,400,5,6\n".repeat(3))]);
     let notes = board.trackers[0].notes.join("; ");
     assert!(
-        notes.contains("its first box is not the truth's on 1 of the targets (one)"),
+        notes.contains("its first box differs from the truth on 1 of the targets (one)"),
         "{notes}"
     );
 }
 
 #[test]
 fn one_target_twice() {
-    let said = refusal(&[("one.txt", rows(3)), ("ONE.txt", rows(3))]);
-    assert!(said.contains("same run"), "{said}");
+    let message = rejection(&[("one.txt", rows(3)), ("ONE.txt", rows(3))]);
+    assert!(message.contains("same run"), "{message}");
 }
 
 #[test]
-fn seeds_that_not_all_targets_have() {
+fn seeds_missing_on_some_targets() {
     let folder = Folder::new();
     folder.file("truth/one.txt", rows(3));
     folder.file("truth/two.txt", rows(3));

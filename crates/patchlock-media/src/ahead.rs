@@ -1,4 +1,4 @@
-//! Decoding ahead on a thread of its own, so that the tracker never waits for the decoder.
+//! Decodes frames ahead on a separate thread, so that the tracker rarely waits for the decoder.
 
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::thread;
@@ -6,31 +6,32 @@ use std::time::Duration;
 
 use crate::{Error, FrameSource, Picture};
 
-/// Frames that wait, decoded: more would only cost memory.
+/// Decoded frames kept in the queue. A longer queue would only use more memory.
 const DEPTH: usize = 2;
-/// So long the caller waits for the decoder before it may look whether to stop.
+/// Longest time that [`Ahead::wait`] blocks, so that the caller can check whether to stop.
 const PATIENCE: Duration = Duration::from_millis(100);
 
-/// The frames of a source, in a given order, decoded ahead.
+/// An iterator over chosen frames of a source, decoded ahead on a separate thread.
 pub struct Ahead {
     frames: Receiver<(usize, Result<Option<Picture>, Error>)>,
     last: Option<usize>,
     ended: bool,
 }
 
-/// What a wait for the decoder brought.
+/// The outcome of [`Ahead::wait`].
 #[derive(Debug)]
 pub enum Next {
-    /// A frame with its number.
+    /// The next frame, with its index in the source.
     Frame(usize, Picture),
-    /// There are no more.
+    /// There are no more frames.
     End,
-    /// The decoder is not done with the next one.
+    /// The next frame is not decoded yet.
     NotYet,
 }
 
 impl Ahead {
-    /// Starts the thread. It ends with the frames, at an error, or when this value is dropped.
+    /// Starts the decoder thread, which delivers the frames `indices` of `source` in this order. It stops
+    /// after the last of them, at the end of the source, at the first error, or when this value is dropped.
     pub fn start(
         mut source: Box<dyn FrameSource>,
         indices: impl Iterator<Item = usize> + Send + 'static,
@@ -49,8 +50,8 @@ impl Ahead {
         Self { frames, last: None, ended: false }
     }
 
-    /// The next frame with its number, as [`Iterator::next`] gives it; `None` at the end, and soon after
-    /// `stopped` has become true.
+    /// Waits for the next frame and returns it with its index. Returns `None` at the end, and soon after
+    /// `stopped` returns true.
     ///
     /// # Errors
     /// As [`Ahead::wait`].
@@ -70,10 +71,10 @@ impl Ahead {
         }
     }
 
-    /// Waits a moment for the next frame.
+    /// Waits up to 100 ms for the next frame.
     ///
     /// # Errors
-    /// Why the next frame can't be read.
+    /// [`Error::Source`] if the next frame cannot be read. No frames follow it.
     pub fn wait(&mut self) -> Result<Next, Error> {
         if self.ended {
             return Ok(Next::End);
@@ -90,14 +91,14 @@ impl Ahead {
         }
     }
 
-    /// The thread is gone without a last word: the decoder library panicked.
+    /// The thread ended without sending an end or an error, so the decoder library panicked.
     fn decoder_died(&self) -> Error {
-        let place = self
+        let position = self
             .last
             .map_or("the first frame".to_string(), |index| format!("the frame after {index}"));
         Error::source(
-            format!("the decoder gave up at {place}: its data are damaged"),
-            "convert the video once with ffmpeg -i IN -c:v libx264 OUT.mp4",
+            format!("the decoder failed at {position}: the video data are damaged"),
+            "re-encode the video: ffmpeg -i IN -c:v libx264 OUT.mp4",
         )
     }
 }
@@ -115,7 +116,7 @@ mod tests {
     use super::*;
     use crate::FrameRate;
 
-    /// Four frames; frame 3 can't be read where it is `damaged`, and makes the decoder panic where it is not.
+    /// A source of four frames. Reading frame 3 fails if `damaged`; otherwise it panics.
     struct Film {
         damaged: bool,
     }
@@ -144,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_come_in_the_order_that_was_asked_for() {
+    fn frames_come_in_the_requested_order() {
         let frames: Vec<usize> =
             ahead(true, &[2, 0, 1]).map(|frame| frame.expect("whole").0).collect();
         assert_eq!(frames, [2, 0, 1]);
@@ -152,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_comes_once_and_is_the_last() {
+    fn an_error_is_reported_once_and_ends_the_iterator() {
         let mut frames = ahead(true, &[0, 3, 1]);
         assert!(frames.next().expect("a frame").is_ok());
         assert_eq!(frames.next().expect("an error").unwrap_err().to_string(), "damaged");
@@ -160,16 +161,16 @@ mod tests {
     }
 
     #[test]
-    fn a_decoder_that_panics_is_an_error() {
+    fn a_panic_of_the_decoder_becomes_an_error() {
         let mut frames = ahead(false, &[0, 3]);
         assert!(frames.next().expect("a frame").is_ok());
         let error = frames.next().expect("an error").unwrap_err();
-        assert!(error.to_string().contains("gave up at the frame after 0"), "{error}");
+        assert!(error.to_string().contains("failed at the frame after 0"), "{error}");
         assert!(error.hint().is_some() && frames.next().is_none());
     }
 
     #[test]
-    fn no_frame_comes_after_the_caller_has_stopped() {
+    fn no_frame_is_returned_once_the_caller_has_stopped() {
         let mut frames = ahead(true, &[0, 1]);
         assert!(frames.next_unless(&|| true).expect("no error").is_none());
         assert!(frames.next_unless(&|| false).expect("no error").is_some());

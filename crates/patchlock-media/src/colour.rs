@@ -1,20 +1,20 @@
-//! Between RGB and the YCbCr planes of video.
+//! Conversion between RGB and the YCbCr planes of video.
 
-/// The weights of red and blue in luma, by standard.
+/// The standard that defines the weights of red and blue in luma.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Matrix {
-    /// ITU-R BT.601: the default of everything that does not say.
+    /// ITU-R BT.601, assumed if a source does not specify one.
     Bt601,
-    /// ITU-R BT.709: high definition, where the file says so.
+    /// ITU-R BT.709, used for high-definition video.
     Bt709,
 }
 
-/// How the numbers in the planes stand for colours.
+/// How sample values map to colours.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Colour {
-    /// Which luma weights.
+    /// The luma weights.
     pub matrix: Matrix,
-    /// Whether luma uses 0..=255 instead of 16..=235.
+    /// Whether luma covers 0..=255 (full range) instead of 16..=235 (limited range).
     pub full_range: bool,
 }
 
@@ -24,24 +24,24 @@ impl Default for Colour {
     }
 }
 
-/// Planes of one picture. Chroma planes are empty for grey.
+/// The planes of one picture, row by row without padding. The chroma planes are empty for grey pictures.
 #[derive(Debug, Clone)]
 pub struct Planes<'a> {
-    /// Pixels in a row of luma.
+    /// Width of the luma plane, in pixels.
     pub width: usize,
-    /// Rows of luma.
+    /// Height of the luma plane, in pixels.
     pub height: usize,
-    /// Luma.
+    /// Luma samples.
     pub y: &'a [u8],
-    /// Blue difference.
+    /// Blue-difference chroma (Cb).
     pub u: &'a [u8],
-    /// Red difference.
+    /// Red-difference chroma (Cr).
     pub v: &'a [u8],
-    /// Luma pixels to one chroma sample, across and down.
+    /// Luma pixels per chroma sample: horizontally, vertically.
     pub subsampling: (usize, usize),
 }
 
-/// Fixed point with 16 bits of fraction.
+/// Conversion coefficients in fixed point with 16 fractional bits.
 struct Coefficients {
     luma_offset: i32,
     luma: i32,
@@ -76,7 +76,8 @@ impl Colour {
     }
 }
 
-/// Planes to RGB bytes. Each chroma sample serves all luma pixels it covers.
+/// Converts planes to RGB bytes (`width * height * 3`). Chroma is not interpolated: each sample is used for
+/// all luma pixels that it covers.
 pub fn to_rgb(planes: &Planes<'_>, colour: Colour) -> Vec<u8> {
     let c = colour.to_rgb_coefficients();
     let (across, down) = planes.subsampling;
@@ -102,7 +103,7 @@ fn clamp(fixed: i32) -> u8 {
     (fixed >> 16).clamp(0, 255) as u8
 }
 
-/// Luma of limited range stretched to 0..=255, for sources without colour.
+/// Converts luma to grey values of 0..=255, for sources without colour. Limited-range luma is stretched.
 pub fn luma_to_grey(luma: &[u8], full_range: bool) -> Vec<u8> {
     if full_range {
         return luma.to_vec();
@@ -112,15 +113,15 @@ pub fn luma_to_grey(luma: &[u8], full_range: bool) -> Vec<u8> {
         .collect()
 }
 
-/// RGB bytes to 4:2:0 planes of BT.601, limited range. Odd sizes are padded to even ones by repeating the
-/// last row or column, because H.264 with 4:2:0 has even sizes only.
+/// Converts RGB bytes to 4:2:0 planes in BT.601, limited range. Odd sizes are padded to even ones by
+/// repeating the last row or column, since 4:2:0 H.264 allows only even sizes.
 pub fn to_yuv420(rgb: &[u8], width: usize, height: usize) -> rusty_h264::YuvFrame {
     let (wide, high) = (width.next_multiple_of(2), height.next_multiple_of(2));
     let row = |y: usize| &rgb[y.min(height - 1) * width * 3..][..width * 3];
     let mut frame = rusty_h264::YuvFrame::black(wide, high);
     for (y, luma) in frame.y.chunks_exact_mut(wide).enumerate() {
         for (out, pixel) in luma.iter_mut().zip(row(y).chunks_exact(3)) {
-            // 0.299, 0.587, 0.114 times 219 / 255 in 16 bits of fraction
+            // 0.299, 0.587 and 0.114 times 219 / 255, with 16 fractional bits.
             let [r, g, b] = [pixel[0], pixel[1], pixel[2]].map(i32::from);
             *out = clamp(16_829 * r + 33_039 * g + 6_416 * b + (16 << 16) + 32_768);
         }
@@ -141,7 +142,7 @@ pub fn to_yuv420(rgb: &[u8], width: usize, height: usize) -> rusty_h264::YuvFram
                     .sum::<i32>()
             };
             let [r, g, b] = [sum(0), sum(1), sum(2)];
-            // The weights of one pixel times 224 / 255, for a sum of four in 18 bits of fraction
+            // The chroma weights times 224 / 255, for a sum of four pixels: 18 fractional bits.
             blue[x] = chroma_sample(-9_714 * r - 19_071 * g + 28_785 * b);
             red[x] = chroma_sample(28_785 * r - 24_104 * g - 4_681 * b);
         }
@@ -158,7 +159,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn primary_colours_survive_the_way_there_and_back() {
+    fn primary_colours_survive_a_round_trip() {
         for colour in
             [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 255], [0, 0, 0], [90, 140, 30]]
         {

@@ -1,38 +1,38 @@
-//! What can go wrong with frames, said so that the user knows what to change.
+//! Errors of reading and writing frames.
 
 use std::fmt::Display;
 use std::io;
 
-/// Every error of this crate. Its message names the source or the frame; [`Error::hint`] is the next step.
+/// An error of this crate. The message names the source or the frame; [`Error::hint`] suggests what to do.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The range of frames is wrong in itself, or does not fit the source.
+    /// The range of frames is invalid, or does not fit the source.
     #[error("{message}")]
     Range {
-        /// What is wrong with it.
+        /// What is wrong.
         message: String,
-        /// What to do next.
+        /// What the user can do about it.
         hint: Option<String>,
     },
-    /// A source can't be opened, or a frame of it can't be read.
+    /// A source cannot be opened, or one of its frames cannot be read.
     #[error("{message}")]
     Source {
-        /// Which one, and the reason.
+        /// The source or frame, and the reason.
         message: String,
-        /// What to do next.
+        /// What the user can do about it.
         hint: Option<String>,
     },
-    /// A video can't be written: the reason that the system gives. The caller knows the name of the file.
+    /// A video cannot be written. The caller knows the name of the file.
     #[error(transparent)]
     Write(#[from] io::Error),
-    /// A frame can't be encoded.
+    /// A frame cannot be encoded.
     #[error("{0}")]
     Encode(String),
 }
 
 impl Error {
-    /// One line: what to do next, where anything can be done.
+    /// One line on what the user can do about the error, if anything.
     pub fn hint(&self) -> Option<&str> {
         match self {
             Self::Range { hint, .. } | Self::Source { hint, .. } => hint.as_deref(),
@@ -40,34 +40,34 @@ impl Error {
         }
     }
 
-    /// Whether the caller asked for something that can't be: for frames that there are not.
+    /// Whether the request was invalid (a usage error), as opposed to a failure while serving it.
     pub fn is_misuse(&self) -> bool {
         matches!(self, Self::Range { .. })
     }
 
-    /// A range that can't be used.
+    /// [`Error::Range`] with a hint.
     pub(crate) fn range(message: impl Into<String>, hint: impl Into<String>) -> Self {
         Self::Range { message: message.into(), hint: Some(hint.into()) }
     }
 
-    /// A source that can't be used, with the next step.
+    /// [`Error::Source`] with a hint.
     pub(crate) fn source(message: impl Into<String>, hint: impl Into<String>) -> Self {
         Self::Source { message: message.into(), hint: Some(hint.into()) }
     }
 
-    /// A source that can't be used, where nothing is to be advised.
+    /// [`Error::Source`] without a hint.
     pub(crate) fn plain(message: impl Into<String>) -> Self {
         Self::Source { message: message.into(), hint: None }
     }
 
-    /// The same as a closure for `map_err`: `what` can't be done, for the reason that follows.
+    /// A closure for `map_err` that turns an error into `{what}: {error}`.
     pub(crate) fn because<E: Display>(what: String) -> impl FnOnce(E) -> Self {
         move |reason| Self::plain(format!("{what}: {reason}"))
     }
 }
 
-/// The cause in an error of a temporary file, which adds the file's name: that is of no use to users, who
-/// know another one. `None` for other errors.
+/// The cause of an error of the `tempfile` crate, without the path that the crate appends: users know the
+/// file under another name. `None` for other errors.
 pub fn without_path(error: &io::Error) -> Option<io::Error> {
     error.get_ref()?;
     let text = error.to_string();
@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn temporary_files_are_not_named() {
+    fn paths_of_temporary_files_are_removed() {
         let folder = tempfile::tempdir().unwrap();
         let error = tempfile::NamedTempFile::new_in(folder.path().join("there")).unwrap_err();
         assert!(error.to_string().contains("at path"), "{error}");

@@ -1,4 +1,4 @@
-//! Everything else: an `ffmpeg` binary decodes, a pipe brings the frames here as Y4M.
+//! Decodes all other video formats with an `ffmpeg` process, whose Y4M output is read through a pipe.
 
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::Path;
@@ -7,10 +7,11 @@ use std::thread::{self, JoinHandle};
 
 use crate::{Error, FrameSource, y4m};
 
-/// "Every frame once, none doubled", in the spelling of new and of old versions.
+/// The option for "every frame exactly once", as spelled by new and by old versions of ffmpeg.
 const EVERY_FRAME_ONCE: [[&str; 2]; 2] = [["-fps_mode", "passthrough"], ["-vsync", "0"]];
 
-/// Opens a file by way of ffmpeg. `reason` says why it is needed, for the message when there is none.
+/// Opens a video with ffmpeg. `reason` explains why ffmpeg is needed, for the message if it is missing: a
+/// predicate of which the file is the subject, such as `holds VP9 video`.
 pub fn open(path: &Path, reason: &str, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
     let mut last_error = None;
     for sync in EVERY_FRAME_ONCE {
@@ -18,8 +19,8 @@ pub fn open(path: &Path, reason: &str, reverse: bool) -> Result<Box<dyn FrameSou
         let (Some(output), Some(errors)) = (child.stdout.take(), child.stderr.take()) else {
             continue;
         };
-        let words = thread::spawn(move || words(errors));
-        let pipe = Pipe { child, output, words: Some(words) };
+        let messages = thread::spawn(move || messages(errors));
+        let pipe = Pipe { child, output, messages: Some(messages) };
         match y4m::open_stream(pipe, &path.display().to_string(), reverse) {
             Ok(frames) => return Ok(frames),
             Err(error) => {
@@ -35,8 +36,7 @@ pub fn open(path: &Path, reason: &str, reverse: bool) -> Result<Box<dyn FrameSou
         .unwrap_or_else(|| Error::plain(format!("ffmpeg did not start for {}", path.display()))))
 }
 
-/// Starts ffmpeg. Not with `-xerror`, which also ends healthy videos whose frames are not evenly spaced in
-/// time.
+/// Starts ffmpeg. `-xerror` is not used: it also rejects intact videos with unevenly spaced frames.
 fn spawn(path: &Path, sync: [&str; 2], reason: &str) -> Result<Option<Child>, Error> {
     let started = Command::new("ffmpeg")
         .args(["-v", "error", "-nostdin", "-i"])
@@ -52,22 +52,21 @@ fn spawn(path: &Path, sync: [&str; 2], reason: &str) -> Result<Option<Child>, Er
         Ok(child) => Ok(Some(child)),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Err(Error::source(
             format!(
-                "{} {reason}, which needs the program ffmpeg, and there is none in the PATH",
+                "{} {reason}; reading it needs ffmpeg, which is not on the PATH",
                 path.display()
             ),
-            "install ffmpeg, or convert the video elsewhere to an MP4 with H.264 of 8 bits and 4:2:0 \
-             (yuv420p)",
+            "install ffmpeg, or convert the video elsewhere to an MP4 with 8-bit 4:2:0 H.264 (yuv420p)",
         )),
         Err(error) => Err(Error::because("cannot start ffmpeg".to_string())(error)),
     }
 }
 
-/// What ffmpeg wrote about its troubles: the first line, which is mostly the cause, and the last one. Empty
-/// where all went well.
-fn words(errors: ChildStderr) -> String {
+/// Summarises what ffmpeg wrote to standard error: the first line, which usually names the cause, and the
+/// last line. Empty if ffmpeg wrote nothing.
+fn messages(errors: ChildStderr) -> String {
     let (mut first, mut last) = (None, None);
     for line in BufReader::new(errors).split(b'\n').map_while(Result::ok) {
-        let line = plain(&String::from_utf8_lossy(&line));
+        let line = without_address(&String::from_utf8_lossy(&line));
         if !line.is_empty() {
             *if first.is_none() { &mut first } else { &mut last } = Some(line);
         }
@@ -75,35 +74,37 @@ fn words(errors: ChildStderr) -> String {
     first.into_iter().chain(last).collect::<Vec<_>>().join(" ... ")
 }
 
-/// A line without the address in memory before it, as in `[hevc @ 0x55e5cc57e4c0] `; nothing for one that
-/// only counts others.
-fn plain(line: &str) -> String {
+/// Removes a leading memory address such as `[hevc @ 0x55e5cc57e4c0] `. Returns an empty string for a line
+/// that only counts repetitions.
+fn without_address(line: &str) -> String {
     let line = line.trim();
-    let said =
-        line.split_once("] ").filter(|_| line.starts_with('[')).map_or(line, |(_, said)| said);
-    if said.starts_with("Last message repeated") { String::new() } else { said.to_string() }
+    let text =
+        line.split_once("] ").filter(|_| line.starts_with('[')).map_or(line, |(_, text)| text);
+    if text.starts_with("Last message repeated") { String::new() } else { text.to_string() }
 }
 
-/// The output of ffmpeg, which at its end turns a failed exit, and words about damage, into an error.
+/// The output of ffmpeg. At the end of the output, a failed exit or a message on standard error becomes a
+/// read error.
 struct Pipe {
     child: Child,
     output: ChildStdout,
-    words: Option<JoinHandle<String>>,
+    messages: Option<JoinHandle<String>>,
 }
 
 impl Pipe {
-    /// Whether the end of the output is that of the video. ffmpeg leaves out what it can't decode and yet
-    /// calls that a success: only its words tell.
+    /// Checks that the output ended where the video ends. ffmpeg skips what it cannot decode and still exits
+    /// with success, so standard error has to be checked as well.
     fn check_end(&mut self) -> io::Result<()> {
         let status = self.child.wait()?;
-        let words = self.words.take().and_then(|words| words.join().ok()).unwrap_or_default();
+        let messages = self.messages.take().and_then(|thread| thread.join().ok());
+        let messages = messages.unwrap_or_default();
         if !status.success() {
-            let words = if words.is_empty() { "no reason given" } else { &words };
-            return Err(io::Error::other(format!("ffmpeg failed: {words}")));
+            let reason = if messages.is_empty() { "no reason given" } else { &messages };
+            return Err(io::Error::other(format!("ffmpeg failed: {reason}")));
         }
-        if !words.is_empty() {
+        if !messages.is_empty() {
             return Err(io::Error::other(format!(
-                "ffmpeg gave no more frames and found damage, perhaps in earlier frames too: {words}"
+                "ffmpeg stopped and reported damage, possibly in earlier frames too: {messages}"
             )));
         }
         Ok(())
@@ -122,7 +123,7 @@ impl Read for Pipe {
 
 impl Drop for Pipe {
     fn drop(&mut self) {
-        // It may have ended by itself already, and then neither call has anything to do.
+        // If it has exited already, both calls do nothing.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }

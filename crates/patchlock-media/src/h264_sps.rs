@@ -1,27 +1,27 @@
-//! The sequence parameter set of H.264 (Rec. H.264, 7.3.2.1.1 and annex E): what the decoder library does not
-//! tell, namely whether it can decode the stream at all, the crop at the left and top, and what the colours
-//! mean.
+//! Parses the H.264 sequence parameter set (Rec. H.264, 7.3.2.1.1 and annex E) for what the decoder library
+//! does not report: whether it can decode the stream at all, the crop at the left and top, and the colour
+//! encoding.
 
-/// What must be known of a stream before it is decoded.
+/// Properties of a stream that must be known before it is decoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct StreamInfo {
-    /// 0 grey, 1 4:2:0, 2 4:2:2, 3 4:4:4.
+    /// `chroma_format_idc`: 0 is grey, 1 is 4:2:0, 2 is 4:2:2, 3 is 4:4:4.
     pub chroma_format: u32,
-    /// The larger of the depths of luma and chroma.
+    /// The larger of the bit depths of luma and chroma.
     pub bit_depth: u32,
-    /// Pictures in which interlaced and progressive macroblocks mix.
+    /// Whether a picture may mix interlaced and progressive macroblocks.
     pub mixed_interlace: bool,
-    /// Luma pixels to cut off at the left.
+    /// Luma pixels to crop at the left.
     pub crop_left: usize,
-    /// Luma rows to cut off at the top.
+    /// Luma rows to crop at the top.
     pub crop_top: usize,
-    /// Luma uses 0..=255.
+    /// Whether luma covers 0..=255.
     pub full_range: bool,
-    /// `matrix_coefficients` of the VUI; 2 means "not said".
+    /// `matrix_coefficients` of the VUI; 2 means "unspecified".
     pub matrix: u32,
 }
 
-/// Reads a parameter set NAL unit, header byte included. `None` when it ends too early.
+/// Parses a sequence parameter set NAL unit, header byte included. `None` if it is truncated.
 pub fn parse(nal: &[u8]) -> Option<StreamInfo> {
     let rbsp = without_emulation_prevention(nal.get(1..)?);
     let mut bits = Bits { data: &rbsp, at: 0 };
@@ -29,7 +29,7 @@ pub fn parse(nal: &[u8]) -> Option<StreamInfo> {
         StreamInfo { chroma_format: 1, bit_depth: 8, matrix: 2, ..StreamInfo::default() };
     let profile = bits.take(8)?;
     bits.take(16)?; // constraint flags, level
-    bits.ue()?; // the set's own number
+    bits.ue()?; // seq_parameter_set_id
     if matches!(profile, 100 | 110 | 122 | 244 | 44 | 83 | 86 | 118 | 128 | 138 | 139 | 134 | 135) {
         high_profile(&mut bits, &mut info)?;
     }
@@ -50,7 +50,7 @@ pub fn parse(nal: &[u8]) -> Option<StreamInfo> {
         bits.ue()?;
     }
     if bits.flag()? {
-        // A stream may end in the middle of optional hints: what was read so far still holds.
+        // A parameter set may end within the optional VUI; what was read so far is still valid.
         let _ = usability_information(&mut bits, &mut info);
     }
     Some(info)
@@ -194,7 +194,7 @@ mod tests {
             .collect()
     }
 
-    /// `ue(v)` as a field: the code of v is v + 1 in twice its length minus one bits.
+    /// `ue(v)` as a (value, bits) pair: v + 1, in twice its bit length minus one bits.
     fn ue(value: u32) -> (u32, usize) {
         let code = value + 1;
         (code, 2 * (32 - code.leading_zeros() as usize) - 1)
@@ -233,7 +233,7 @@ mod tests {
             (1, 8),
             (1, 1),
         ]));
-        let info = parse(&nal).expect("the set is whole");
+        let info = parse(&nal).expect("the parameter set is complete");
         assert_eq!((info.crop_left, info.crop_top), (2, 6));
         assert!(info.full_range);
         assert_eq!(info.matrix, 1);
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cut_set_is_none_and_never_panics() {
+    fn a_truncated_parameter_set_is_none() {
         for length in 0..8 {
             assert_eq!(parse(&[0x67, 100, 0, 30, 0xac, 0xd9, 0x40, 0x50][..length]), None);
         }

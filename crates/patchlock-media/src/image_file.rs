@@ -1,4 +1,4 @@
-//! Image files: which are images, and their pixels.
+//! Reads single image files.
 
 use std::fs;
 use std::io::Cursor;
@@ -8,46 +8,46 @@ use image::{DynamicImage, ImageReader};
 
 use crate::{Picture, Pixels};
 
-/// What counts as an image, by the end of its name.
+/// Extensions of image files, in lower case.
 pub const EXTENSIONS: &[&str] = &["jpg", "jpeg", "png", "tif", "tiff", "bmp", "webp"];
 
-/// Why an image can't be read.
+/// Why an image cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
-    /// The file can't be read.
+    /// The file cannot be read.
     #[error("{0}")]
     File(#[from] std::io::Error),
-    /// Reading it might never end.
+    /// The path is a pipe or a device, which may never end.
     #[error("it is a pipe or a device, not a file")]
     Endless,
-    /// There is nothing in it.
+    /// The file is empty.
     #[error("the file is empty")]
     Empty,
-    /// It is no image, or a damaged one.
+    /// The data are not an image, or are damaged.
     #[error("{0}")]
     Damaged(#[from] image::ImageError),
-    /// The rest is missing.
-    #[error("the image data end too early")]
+    /// The image data are truncated.
+    #[error("the image data are truncated")]
     Cut,
 }
 
-/// Whether the name ends like an image.
+/// Whether the extension of a path is one of [`EXTENSIONS`], in any case.
 pub fn is_image(path: &Path) -> bool {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
     EXTENSIONS.iter().any(|known| known.eq_ignore_ascii_case(extension))
 }
 
-/// Width and height, from the head of the file alone.
+/// Width and height in pixels, read from the header of the file alone.
 ///
 /// # Errors
-/// [`LoadError`], but not every damage of the pixels shows.
+/// [`LoadError`]. Damage to the pixel data is not detected.
 pub fn size(file: &Path) -> Result<(usize, usize), LoadError> {
     let reader = ImageReader::open(file)?.with_guessed_format()?;
     let (width, height) = reader.into_dimensions()?;
     Ok((width as usize, height as usize))
 }
 
-/// Reads one image in its own depth. Orientation tags of cameras are not applied: frames are taken as stored.
+/// Reads an image and keeps its bit depth. Orientation tags are not applied: frames are used as stored.
 ///
 /// # Errors
 /// [`LoadError`].
@@ -59,7 +59,7 @@ pub fn load(file: &Path) -> Result<Picture, LoadError> {
     decode(&fs::read(file)?)
 }
 
-/// The same from the bytes of a file.
+/// Decodes the bytes of an image file, as [`load`] does.
 ///
 /// # Errors
 /// [`LoadError`].
@@ -70,15 +70,15 @@ pub fn decode(bytes: &[u8]) -> Result<Picture, LoadError> {
     let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
     let is_jpeg = reader.format() == Some(image::ImageFormat::Jpeg);
     let image = reader.decode()?;
-    if is_jpeg && !jpeg_is_whole(bytes) {
+    if is_jpeg && !jpeg_is_complete(bytes) {
         return Err(LoadError::Cut);
     }
     Ok(to_picture(image))
 }
 
-/// JPEG decoders fill a missing rest with grey and say nothing, which would poison the track. A whole file
-/// has an end marker after its last start of scan; neither marker can occur inside compressed data.
-fn jpeg_is_whole(bytes: &[u8]) -> bool {
+/// JPEG decoders silently fill missing data with grey, which would corrupt the track. A complete file has an
+/// end marker after its last start of scan; neither marker can occur within compressed data.
+fn jpeg_is_complete(bytes: &[u8]) -> bool {
     let last = |marker: u8| bytes.windows(2).rposition(|pair| pair == [0xff, marker]);
     last(0xd9) > last(0xda)
 }
@@ -100,12 +100,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_cut_jpeg_is_noticed() {
-        assert!(jpeg_is_whole(&[0xff, 0xd8, 0xff, 0xda, 1, 2, 0xff, 0xd9]));
+    fn a_truncated_jpeg_is_detected() {
+        assert!(jpeg_is_complete(&[0xff, 0xd8, 0xff, 0xda, 1, 2, 0xff, 0xd9]));
         assert!(
-            !jpeg_is_whole(&[0xff, 0xd8, 0xff, 0xd9, 0xff, 0xda, 1, 2]),
-            "the end marker is a thumbnail's"
+            !jpeg_is_complete(&[0xff, 0xd8, 0xff, 0xd9, 0xff, 0xda, 1, 2]),
+            "the end marker belongs to a thumbnail"
         );
-        assert!(!jpeg_is_whole(&[0xff, 0xd8, 0xff, 0xda, 1, 2]));
+        assert!(!jpeg_is_complete(&[0xff, 0xd8, 0xff, 0xda, 1, 2]));
     }
 }

@@ -1,4 +1,4 @@
-//! Frames from image files: a folder, a printf pattern, a glob, or one image.
+//! Frames from image files: a folder, a printf pattern, a glob or a single image.
 
 use std::path::{Path, PathBuf};
 use std::{fs, io};
@@ -6,7 +6,7 @@ use std::{fs, io};
 use crate::image_file::{self, EXTENSIONS, is_image};
 use crate::{Error, FrameRate, FrameSource, Picture, natural_order};
 
-/// A list of image files, one a frame.
+/// A list of image files, one per frame.
 pub struct ImageSequence {
     files: Vec<PathBuf>,
 }
@@ -18,16 +18,16 @@ impl ImageSequence {
         Self::sorted(files, || {
             let advice = match image_subfolder(folder) {
                 Some(inner) => {
-                    format!("there are some in {}: name that folder instead", inner.display())
+                    format!("the folder {} has images: name that folder instead", inner.display())
                 }
-                None => format!("a frame is a file that ends in {}", EXTENSIONS.join(", ")),
+                None => format!("the image formats are {}", EXTENSIONS.join(", ")),
             };
             Error::source(format!("no images in the folder {}", folder.display()), advice)
         })
     }
 
-    /// The files that a pattern such as `img/%04d.jpg` stands for, by number. Numbers may start anywhere and
-    /// have gaps.
+    /// The files that match a pattern such as `img/%04d.jpg`, ordered by number. The numbers may start
+    /// anywhere and have gaps.
     pub fn pattern(text: &str, pattern: &Pattern) -> Result<Self, Error> {
         let names = visible_files(&pattern.folder)?;
         let files = names.into_iter().filter(|file| pattern.matches(file)).collect();
@@ -41,7 +41,8 @@ impl ImageSequence {
 
     /// The files that match a glob, in natural order.
     pub fn glob(text: &str) -> Result<Self, Error> {
-        let paths = glob::glob(text).map_err(Error::because(format!("{text} is no valid glob")))?;
+        let paths =
+            glob::glob(text).map_err(Error::because(format!("{text} is not a valid glob")))?;
         let files = paths
             .collect::<Result<Vec<_>, _>>()
             .map_err(Error::because(format!("cannot list {text}")))?;
@@ -54,7 +55,7 @@ impl ImageSequence {
         })
     }
 
-    /// One image: a sequence of one frame.
+    /// A sequence of a single image.
     pub fn single(file: &Path) -> Self {
         Self { files: vec![file.to_path_buf()] }
     }
@@ -82,14 +83,14 @@ impl FrameSource for ImageSequence {
         image_file::load(file).map(Some).map_err(|error| {
             Error::source(
                 format!("cannot read frame {index}, {}: {error}", file.display()),
-                "replace or remove that file; what was tracked before it is kept",
+                "replace or remove that file; the frames tracked before it are kept",
             )
         })
     }
 }
 
-/// All but folders: also what can't be read, such as a link to nowhere, is a frame, so that it is named and
-/// those after it keep their numbers.
+/// All entries but folders and hidden files. Entries that cannot be read, such as a dangling link, are kept
+/// as frames: reading them reports their name, and the frames after them keep their numbers.
 fn visible_files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let cannot = |error: io::Error| {
         Error::plain(format!("cannot list the folder {}: {error}", folder.display()))
@@ -105,7 +106,7 @@ fn visible_files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     Ok(files)
 }
 
-/// Benchmarks keep the frames one folder deeper: find them to advise, not to guess.
+/// The first subfolder with images, for a hint: benchmarks often store frames one level deeper.
 fn image_subfolder(folder: &Path) -> Option<PathBuf> {
     let inner =
         fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path()).filter(|path| path.is_dir());
@@ -126,7 +127,7 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// `None` if the last part of the path holds no number placeholder.
+    /// Parses a path. `None` if its last part has no number placeholder.
     pub fn parse(text: &str) -> Option<Self> {
         let path = Path::new(text);
         let name = path.file_name()?.to_str()?;

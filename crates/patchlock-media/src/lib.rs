@@ -1,12 +1,12 @@
-//! Frames in, frames out: what the program, the benchmark and the Python package read and write as pictures.
+//! Reads and writes video and images for the command-line program, the benchmark and the Python package.
 //!
-//! [`open`] makes a [`FrameSource`] of what the user names: a folder of images, a pattern, a glob, an MP4 or
-//! Y4M file, Y4M on standard input, or any other video by way of ffmpeg. [`Order`] says which of its frames
-//! are used, and [`Ahead`] decodes them on a thread of its own. A decoded frame is a [`Picture`].
-//! [`Mp4Writer`] writes frames as a video, and [`image_file`] reads a single image.
+//! [`open`] returns a [`FrameSource`] for whatever the user names: a folder of images, a printf pattern, a
+//! glob, an MP4 or Y4M file, Y4M on standard input, or any other video through ffmpeg. [`Order`] selects the
+//! frames to use, and [`Ahead`] decodes them on a separate thread. A decoded frame is a [`Picture`].
+//! [`Mp4Writer`] writes frames as a video, and [`image_file`] reads single images.
 //!
-//! Nothing here prints, reads the clock or ends the process, and nothing listens for Ctrl-C: a caller that
-//! may be interrupted tells [`Ahead::next_unless`] so.
+//! This crate does not print, read the clock, end the process or handle Ctrl-C. A caller that can be
+//! interrupted passes a check to [`Ahead::next_unless`].
 
 mod ahead;
 pub mod colour;

@@ -1,5 +1,5 @@
-//! MP4 with H.264, decoded in pure Rust. Frames come in the order in which they are shown, whatever the order
-//! in which they are stored. Rotation tags and edit lists are not applied.
+//! Reads MP4 files with H.264 video, decoded in pure Rust. Frames are numbered in presentation order, which
+//! may differ from the order in which they are stored. Rotation tags and edit lists are ignored.
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
@@ -17,23 +17,24 @@ use crate::colour::{self, Colour, Matrix, Planes};
 use crate::h264_sps::{self, StreamInfo};
 use crate::{Error, FrameRate, FrameSource, Picture};
 
-/// Frames kept when reading backwards: a longer group of pictures is decoded again for each such part of it.
+/// Frames kept when reading backwards. A longer group of pictures is decoded once per window of this size.
 const BACKWARD_WINDOW: usize = 64;
-/// So many pictures are tried before the decoder is trusted with a video: by then an encoder has mostly shown
-/// all its tools.
-const TRIED: usize = 8;
+/// Number of pictures decoded on opening to check that the decoder supports the video. By then, an encoder
+/// has usually used all of its tools.
+const PROBED_PICTURES: usize = 8;
 const START_CODE: [u8; 4] = [0, 0, 0, 1];
-const DAMAGED: Fault = Fault::Data("its data are damaged");
+const DAMAGED: Fault = Fault::Data("the data are damaged");
 
-/// Why a file can't be read here.
+/// Why a file cannot be read by this decoder.
 pub enum OpenError {
-    /// The container is fine; the video in it is something else, or a kind of H.264 that is not supported.
+    /// The container is valid, but its video is not H.264 or of an unsupported kind of H.264. Completes "the
+    /// file holds ...".
     Codec(String),
-    /// Damaged or unreadable.
+    /// The file is damaged or unreadable.
     Broken(Error),
 }
 
-/// Why a picture can't be decoded.
+/// Why a picture cannot be decoded.
 #[derive(Debug, thiserror::Error)]
 enum Fault {
     #[error("{0}")]
@@ -42,7 +43,7 @@ enum Fault {
     File(#[from] io::Error),
     #[error("{0}")]
     Data(&'static str),
-    #[error("the file ends too early: {0}")]
+    #[error("the file is truncated: {0}")]
     TooShort(io::Error),
 }
 
@@ -51,17 +52,17 @@ struct Sample {
     offset: u64,
     size: usize,
     keyframe: bool,
-    /// Number in the order of showing.
+    /// Index in presentation order.
     shown: usize,
 }
 
-/// An MP4 file with an H.264 video in it.
+/// An MP4 file with H.264 video.
 pub struct Mp4 {
     file: File,
     name: String,
-    /// In the order of storing, which is that of decoding.
+    /// In storage order, which is the decoding order.
     samples: Vec<Sample>,
-    /// From the number in the order of showing to the place in `samples`.
+    /// Maps an index in presentation order to an index in `samples`.
     stored: Vec<usize>,
     rate: Option<FrameRate>,
     headers: Vec<u8>,
@@ -73,24 +74,24 @@ pub struct Mp4 {
     ready: BTreeMap<usize, YuvFrame>,
 }
 
-/// Whether the first bytes of a file are those of an MP4 or QuickTime container.
+/// Whether the first bytes of a file look like an MP4 or QuickTime container.
 pub fn looks_like_mp4(head: &[u8]) -> bool {
     head.get(4..8)
         .is_some_and(|kind| [b"ftyp", b"moov", b"mdat", b"wide"].iter().any(|known| kind == *known))
 }
 
 impl Mp4 {
-    /// Reads the index of a file.
+    /// Opens a file and reads its index.
     pub fn open(path: &Path) -> Result<Self, OpenError> {
         let name = path.display().to_string();
         let broken = |reason: String| {
-            let hint = "the file may be cut short or still be written: copy it again";
+            let hint = "the file may be truncated or still being written: copy it again";
             OpenError::Broken(Error::source(format!("cannot read {name}: {reason}"), hint))
         };
         let mut file = File::open(path).map_err(|error| broken(error.to_string()))?;
         let mut demuxer = demux(&mut file).map_err(broken)?;
         let Some((entry, raw)) = video_samples(&mut demuxer).map_err(broken)? else {
-            let message = format!("there is no video in {name}, only sound or other data");
+            let message = format!("there is no video in {name}, only audio or other data");
             return Err(OpenError::Broken(Error::source(message, "name a file with a video")));
         };
         let avc = match entry {
@@ -99,7 +100,7 @@ impl Mp4 {
             Some(other) => return Err(OpenError::Codec(format!("{} video", codec_name(&other)))),
         };
         let info = supported(&avc)?;
-        let (samples, stored) = in_both_orders(&raw);
+        let (samples, stored) = presentation_order(&raw);
         let mut video = Self {
             file,
             samples,
@@ -114,19 +115,19 @@ impl Mp4 {
             ready: BTreeMap::new(),
             name,
         };
-        match video.refused_tool() {
+        match video.unsupported_tool() {
             Some(tool) => Err(OpenError::Codec(format!("H.264 with {tool}"))),
             None => Ok(video),
         }
     }
 
-    /// What the decoder does not know of this kind of H.264, as far as the first pictures show it. Damage is
-    /// found again where it is in the way.
-    fn refused_tool(&mut self) -> Option<&'static str> {
+    /// An H.264 coding tool in the first pictures that the decoder does not support. Damage is ignored here:
+    /// it is reported when the picture is read.
+    fn unsupported_tool(&mut self) -> Option<&'static str> {
         let mut decoder = Decoder::new();
-        for at in 0..self.samples.len().min(TRIED) {
+        for at in 0..self.samples.len().min(PROBED_PICTURES) {
             let data = self.read_sample(at).ok()?;
-            // The decoder is young: where damage makes it panic, the thread that decodes ahead reports that.
+            // The decoder may panic on damaged data; the thread that decodes ahead reports that later.
             let decoded = catch_unwind(AssertUnwindSafe(|| decoder.decode(&data)));
             match decoded.ok()? {
                 Err(DecodeError::Unsupported(tool)) => return Some(tool),
@@ -137,7 +138,7 @@ impl Mp4 {
         None
     }
 
-    /// Puts the decoder where it reaches the wanted frame with the least work.
+    /// Moves the decoder to the position from which the wanted frame takes the least decoding.
     fn seek_for(&mut self, index: usize) {
         let goal = self.stored[index];
         let keyframe =
@@ -153,7 +154,7 @@ impl Mp4 {
         self.ready = self.ready.split_off(&keep_from);
         while !self.ready.contains_key(&index) {
             if self.next > self.stored[index] {
-                return Err(Fault::Data("there is no picture in its data"));
+                return Err(Fault::Data("the data hold no picture"));
             }
             let sample = &self.samples[self.next];
             let shown = sample.shown;
@@ -166,15 +167,16 @@ impl Mp4 {
                 self.ready.insert(shown, frame);
             }
         }
-        self.ready.remove(&index).ok_or(Fault::Data("there is no picture in its data"))
+        self.ready.remove(&index).ok_or(Fault::Data("the data hold no picture"))
     }
 
-    /// The data of a stored picture with start codes instead of lengths, as the decoder takes them.
+    /// Reads a stored picture and replaces the lengths of its NAL units by start codes, as the decoder
+    /// expects.
     fn read_sample(&mut self, at: usize) -> Result<Vec<u8>, Fault> {
         let sample = &self.samples[at];
         let end = sample.offset.checked_add(sample.size as u64);
         if end.is_none_or(|end| self.file.metadata().is_ok_and(|file| file.len() < end)) {
-            return Err(Fault::Data("the file ends too early"));
+            return Err(Fault::Data("the file is truncated"));
         }
         let mut data = vec![0; sample.size];
         self.file.seek(SeekFrom::Start(sample.offset))?;
@@ -201,7 +203,8 @@ impl Mp4 {
             v: &frame.v,
             subsampling: (2, 2),
         };
-        // Without a word from the file BT.601 holds, also for high definition: the tracker sees luma anyway.
+        // If the file does not specify a matrix, BT.601 is used even for high definition: both trackers
+        // mostly use luma.
         let matrix = if self.info.matrix == 1 { Matrix::Bt709 } else { Matrix::Bt601 };
         let rgb = colour::to_rgb(&planes, Colour { matrix, full_range: self.info.full_range });
         let (left, top) = (self.info.crop_left, self.info.crop_top);
@@ -241,26 +244,28 @@ impl FrameSource for Mp4 {
     }
 }
 
-/// What to do about a frame that can't be decoded.
+/// A hint for a frame that cannot be decoded.
 fn advice(fault: &Fault) -> &'static str {
     match fault {
         Fault::Decoder(DecodeError::Unsupported(_)) => {
-            "what was tracked before it is kept; ffmpeg -i IN -c:v libx264 -pix_fmt yuv420p OUT.mp4 makes \
-             a video that can be read here"
+            "the frames tracked before it are kept; to convert the video: \
+             ffmpeg -i IN -c:v libx264 -pix_fmt yuv420p OUT.mp4"
         }
-        _ => "what was tracked before it is kept; --end stops before it, --start goes on after it",
+        _ => {
+            "the frames tracked before it are kept; skip it with --end before it and --start after it"
+        }
     }
 }
 
-/// Feeds the container's index to the demultiplexer, piece by piece as it asks. The error is the reason why
-/// it can't be read.
+/// Feeds the container's index to the demultiplexer, in the pieces that it requests. The error is the reason
+/// why the index cannot be read.
 fn demux(file: &mut File) -> Result<Mp4FileDemuxer, String> {
     let unreadable = |error: io::Error| error.to_string();
     let size = file.metadata().map_err(unreadable)?.len();
     let mut demuxer = Mp4FileDemuxer::new();
     while let Some(wanted) = demuxer.required_input() {
         if wanted.position >= size {
-            return Err("it has no index (moov box)".to_string());
+            return Err("the file has no index (moov box)".to_string());
         }
         let rest = size - wanted.position;
         let count = wanted.size.map_or(rest, |count| rest.min(count as u64));
@@ -274,16 +279,16 @@ fn demux(file: &mut File) -> Result<Mp4FileDemuxer, String> {
 }
 
 fn damaged_index(error: impl Display) -> String {
-    format!("its index is damaged: {error}")
+    format!("the index is damaged: {error}")
 }
 
 /// The stored pictures as the container lists them.
 struct RawSamples {
-    list: Vec<(u64, usize, bool, i64)>, // offset, size, keyframe, time of showing
+    list: Vec<(u64, usize, bool, i64)>, // offset, size, keyframe, presentation time
     rate: Option<FrameRate>,
 }
 
-/// The kind and the list of the pictures; `None` where there is no video in the file.
+/// The codec and the pictures of the first video track; `None` if the file has no video.
 fn video_samples(
     demuxer: &mut Mp4FileDemuxer,
 ) -> Result<Option<(Option<SampleEntry>, RawSamples)>, String> {
@@ -307,7 +312,7 @@ fn video_samples(
     Ok(Some((entry, RawSamples { list, rate })))
 }
 
-/// A fraction in lowest terms; `None` where that makes no sense.
+/// The frame rate in lowest terms; `None` if it is not a valid rate.
 fn rate(frames: u64, seconds: u64) -> Option<FrameRate> {
     let (mut a, mut b) = (frames, seconds);
     while b > 0 {
@@ -316,8 +321,8 @@ fn rate(frames: u64, seconds: u64) -> Option<FrameRate> {
     FrameRate::new(u32::try_from(frames.checked_div(a)?).ok()?, u32::try_from(seconds / a).ok()?)
 }
 
-/// Gives each stored picture its number in the order of showing, and the way back.
-fn in_both_orders(raw: &RawSamples) -> (Vec<Sample>, Vec<usize>) {
+/// The samples with their presentation indices, and for each presentation index the sample's index.
+fn presentation_order(raw: &RawSamples) -> (Vec<Sample>, Vec<usize>) {
     let mut stored: Vec<usize> = (0..raw.list.len()).collect();
     stored.sort_by_key(|&k| raw.list[k].3); // stable: equal times keep the stored order
     let mut shown = vec![0; stored.len()];
@@ -329,7 +334,7 @@ fn in_both_orders(raw: &RawSamples) -> (Vec<Sample>, Vec<usize>) {
     (samples, stored)
 }
 
-/// Checks that the decoder knows this kind of H.264.
+/// Checks that the decoder supports this kind of H.264.
 fn supported(avc: &Avc1Box) -> Result<StreamInfo, OpenError> {
     let info = avc.avcc_box.sps_list.first().and_then(|set| h264_sps::parse(set));
     let Some(info) = info else {
@@ -339,7 +344,7 @@ fn supported(avc: &Avc1Box) -> Result<StreamInfo, OpenError> {
         return Err(OpenError::Codec("H.264 that is not 4:2:0".into()));
     }
     if info.bit_depth != 8 {
-        return Err(OpenError::Codec(format!("H.264 of {} bits", info.bit_depth)));
+        return Err(OpenError::Codec(format!("{}-bit H.264", info.bit_depth)));
     }
     if info.mixed_interlace {
         return Err(OpenError::Codec("interlaced H.264".into()));

@@ -1,4 +1,4 @@
-//! Writing MP4 with H.264 in pure Rust.
+//! Writes MP4 files with H.264 video in pure Rust.
 
 use std::fmt::Display;
 use std::io::{Seek, SeekFrom, Write};
@@ -17,15 +17,15 @@ use shiguredo_mp4::{BoxSize, BoxType, TrackKind};
 
 use crate::{Error, FrameRate, colour};
 
-/// Fine enough that drawn lines of one pixel stay clean.
+/// Quantiser low enough to keep lines of one pixel crisp.
 const QUALITY: u8 = 20;
-/// A player that jumps lands at most so many frames away.
+/// Largest distance between keyframes, which bounds how far off a player seeks.
 const KEYFRAME_EVERY: u32 = 60;
-/// `colr` box: BT.601 primaries, transfer and matrix, limited range. What `to_yuv420` makes.
+/// `colr` box: BT.601 primaries, transfer and matrix in limited range, as written by `to_yuv420`.
 const COLOUR_BOX: &[u8] = b"nclx\x00\x06\x00\x06\x00\x06\x00";
 const COLOUR_BOX_SIZE: u32 = 8 + COLOUR_BOX.len() as u32;
 
-/// A video file in the making.
+/// Writes a video file frame by frame.
 pub struct Mp4Writer<W: Write + Seek> {
     out: W,
     muxer: Mp4FileMuxer,
@@ -38,11 +38,12 @@ pub struct Mp4Writer<W: Write + Seek> {
 }
 
 impl<W: Write + Seek> Mp4Writer<W> {
-    /// Begins a file of frames of one size. `expected` frames, where known, get room for their index at the
-    /// front of the file, so that players can begin before they have all of it.
+    /// Starts a video; all frames have this size in pixels. If the number of frames is known, `expected`
+    /// reserves space for the index at the start of the file, so that players can start before they have
+    /// loaded all of it.
     ///
     /// # Errors
-    /// [`Error::Encode`] where no video can have this size; [`Error::Write`].
+    /// [`Error::Encode`] if the encoder does not support this size; [`Error::Write`].
     pub fn new(
         mut out: W,
         width: usize,
@@ -55,7 +56,7 @@ impl<W: Write + Seek> Mp4Writer<W> {
         config.qp = QUALITY;
         config.gop_size = KEYFRAME_EVERY;
         config.framerate = rate.frames as f32 / rate.seconds as f32;
-        // No look into the future: each frame comes out as it goes in.
+        // Disable everything that delays output: each frame must come out as it goes in.
         config.scenecut = 0;
         config.lookahead = 0;
         config.mbtree = false;
@@ -67,13 +68,14 @@ impl<W: Write + Seek> Mp4Writer<W> {
                 .map_or(0, |count| estimate_maximum_moov_box_size(&[count])),
             ..Mp4FileMuxerOptions::default()
         };
-        let muxer = Mp4FileMuxer::with_options(options).map_err(refused("cannot begin the MP4"))?;
+        let muxer =
+            Mp4FileMuxer::with_options(options).map_err(cannot_encode("cannot start the MP4"))?;
         out.write_all(muxer.initial_boxes_bytes())?;
         let position = muxer.initial_boxes_bytes().len() as u64;
         Ok(Self { out, muxer, encoder, rate, width, height, position, frames: 0 })
     }
 
-    /// Adds a frame of RGB bytes.
+    /// Appends a frame of RGB bytes (`width * height * 3`).
     ///
     /// # Errors
     /// [`Error::Encode`], [`Error::Write`].
@@ -84,11 +86,11 @@ impl<W: Write + Seek> Mp4Writer<W> {
             .try_encode(&frame)
             .map_err(|error| Error::Encode(format!("cannot encode a frame: {error:?}")))?;
         let units = parse_annexb_nal_units(&stream)
-            .map_err(refused("the encoder wrote no valid stream"))?;
+            .map_err(cannot_encode("the encoder wrote no valid stream"))?;
         let mut data = Vec::with_capacity(stream.len());
         for unit in units.iter().filter(|unit| !is_parameter_set(unit.nal_unit_type)) {
             let length = u32::try_from(unit.data.len())
-                .map_err(refused("the encoder wrote too much for a frame"))?;
+                .map_err(cannot_encode("the encoder wrote too much for a frame"))?;
             data.extend(length.to_be_bytes());
             data.extend(unit.data);
         }
@@ -105,19 +107,21 @@ impl<W: Write + Seek> Mp4Writer<W> {
             data_offset: self.position,
             data_size: data.len(),
         };
-        self.muxer.append_sample(&sample).map_err(refused("cannot add a frame to the MP4"))?;
+        self.muxer
+            .append_sample(&sample)
+            .map_err(cannot_encode("cannot add a frame to the MP4"))?;
         self.position += data.len() as u64;
         self.frames += 1;
         Ok(())
     }
 
-    /// Writes the index and gives the writer back.
+    /// Writes the index and returns the writer. A video without frames stays without an index.
     ///
     /// # Errors
     /// [`Error::Encode`], [`Error::Write`].
     pub fn finish(mut self) -> Result<W, Error> {
         if self.frames > 0 {
-            let boxes = self.muxer.finalize().map_err(refused("cannot complete the MP4"))?;
+            let boxes = self.muxer.finalize().map_err(cannot_encode("cannot complete the MP4"))?;
             for (offset, bytes) in boxes.offset_and_bytes_pairs() {
                 self.out.seek(SeekFrom::Start(offset))?;
                 self.out.write_all(bytes)?;
@@ -128,12 +132,12 @@ impl<W: Write + Seek> Mp4Writer<W> {
     }
 }
 
-/// An error of the encoder or of the container with what could not be done.
-fn refused<E: Display>(what: &'static str) -> impl FnOnce(E) -> Error {
+/// Prefixes an error of the encoder or muxer with the operation that failed.
+fn cannot_encode<E: Display>(what: &'static str) -> impl FnOnce(E) -> Error {
     move |reason| Error::Encode(format!("{what}: {reason}"))
 }
 
-/// Parameter sets live in the sample entry, not among the frames.
+/// Whether a unit belongs in the sample entry rather than in the frame data.
 fn is_parameter_set(kind: H264NalUnitType) -> bool {
     matches!(kind, H264NalUnitType::Sps | H264NalUnitType::Pps | H264NalUnitType::Aud)
 }
@@ -141,7 +145,7 @@ fn is_parameter_set(kind: H264NalUnitType) -> bool {
 fn sample_entry(stream: &[u8]) -> Result<SampleEntry, Error> {
     let config = H264SampleEntryConfig { length_size: LengthSize::FourBytes };
     let mut entry = build_avc1_box_from_annexb(stream, &config)
-        .map_err(refused("the encoder wrote no parameter sets"))?;
+        .map_err(cannot_encode("the encoder wrote no parameter sets"))?;
     entry.unknown_boxes.push(UnknownBox {
         box_type: BoxType::Normal(*b"colr"),
         box_size: BoxSize::U32(COLOUR_BOX_SIZE),

@@ -1,13 +1,13 @@
-//! Natural order of names: `2.jpg` before `10.jpg`.
+//! Natural order of file names: `2.jpg` before `10.jpg`.
 
 use std::cmp::Ordering;
 
-/// Compares names with their runs of digits taken as numbers.
+/// Compares names, with runs of digits compared as numbers.
 pub fn compare(a: &str, b: &str) -> Ordering {
     let (mut left, mut right) = (a, b);
     loop {
         match (left.chars().next(), right.chars().next()) {
-            (None, None) => return a.cmp(b), // equal as numbers, as `01` and `1`: fall back to the spelling
+            (None, None) => return a.cmp(b), // equal as numbers, such as `01` and `1`
             (None, _) => return Ordering::Less,
             (_, None) => return Ordering::Greater,
             (Some(x), Some(y)) if x.is_ascii_digit() && y.is_ascii_digit() => {
@@ -28,7 +28,7 @@ pub fn compare(a: &str, b: &str) -> Ordering {
     }
 }
 
-/// The digits at the front without leading zeros, and what follows them.
+/// Splits off leading digits, without their leading zeros.
 fn take_number(text: &str) -> (&str, &str) {
     let end = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
     (text[..end].trim_start_matches('0'), &text[end..])
@@ -39,7 +39,7 @@ mod tests {
     use super::compare;
 
     #[test]
-    fn numbers_count_as_numbers() {
+    fn digits_are_compared_as_numbers() {
         let mut names =
             ["b1.png", "a10.png", "a2.png", "a02.png", "a1b3.png", "a1b20.png", "a.png"];
         names.sort_by(|a, b| compare(a, b));
@@ -50,7 +50,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_too_long_for_any_integer_still_compare() {
+    fn numbers_larger_than_any_integer_type_are_compared() {
         let small = format!("f{}8.png", "1".repeat(40));
         let large = format!("f{}9.png", "1".repeat(40));
         assert!(compare(&small, &large).is_lt());

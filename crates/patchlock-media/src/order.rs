@@ -1,29 +1,29 @@
-//! Which frames of a source are used, in which order.
+//! The range of frames that is used, and its direction.
 
 use crate::Error;
 
-/// Frames `start..end` by `stride`, forwards or backwards. The set of frames is the same in both directions.
+/// The frames `start..end` with a stride, forwards or backwards. Both directions visit the same frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Order {
     /// First frame of the range.
     pub start: usize,
-    /// First frame after the range.
+    /// First frame after the range; `None` for the end of the source.
     pub end: Option<usize>,
     /// Distance from one frame to the next.
     pub stride: usize,
-    /// From the last frame of the range to the first.
+    /// Whether frames are visited from the last to the first.
     pub reverse: bool,
 }
 
 impl Order {
-    /// Checks what can be checked before the source is open.
+    /// Checks the range as far as possible without the source.
     ///
     /// # Errors
-    /// [`Error::Range`].
+    /// [`Error::Range`] for a stride of 0 or an empty range.
     pub fn check(&self) -> Result<(), Error> {
         if self.stride == 0 {
             return Err(Error::range(
-                "--stride is 0: the same frame would come for ever",
+                "--stride is 0; it must be at least 1",
                 "--stride 1 takes every frame",
             ));
         }
@@ -33,16 +33,17 @@ impl Order {
                     "--end {end} is not after --start {}: no frame is left to track",
                     self.start
                 ),
-                "--end is the first frame that is not tracked; leave it out to go to the last frame",
+                "--end is the first frame that is not tracked; without it, tracking goes to the last frame",
             )),
             _ => Ok(()),
         }
     }
 
-    /// The frame numbers in their order. An end beyond the source stands for its last frame.
+    /// The indices of the frames, in the order of the visit. An end beyond the source is clamped to its
+    /// length.
     ///
     /// # Errors
-    /// [`Error::Range`] where the range begins after the last frame.
+    /// [`Error::Range`] if the range starts after the last frame.
     pub fn indices(
         &self,
         length: Option<usize>,
@@ -58,24 +59,24 @@ impl Order {
             (None, Some(length)) => length,
             (None, None) => usize::MAX,
         };
-        let rising = (self.start..end).step_by(self.stride);
-        Ok(if self.reverse { Box::new(rising.rev()) } else { Box::new(rising) })
+        let forwards = (self.start..end).step_by(self.stride);
+        Ok(if self.reverse { Box::new(forwards.rev()) } else { Box::new(forwards) })
     }
 
-    /// How many frames there will be, where the length of the source is known or the range is closed by it.
+    /// The number of frames; `None` if the length of the source is unknown.
     pub fn count(&self, length: Option<usize>) -> Option<usize> {
         let end = self.end.unwrap_or(usize::MAX).min(length?);
         Some(end.saturating_sub(self.start).div_ceil(self.stride.max(1)))
     }
 
-    /// Whether a frame is among them, as far as that is known before the end of the source is.
+    /// Whether a frame is in the range. A source of unknown `length` is assumed not to end.
     pub fn holds(&self, frame: usize, length: Option<usize>) -> bool {
         let end = self.end.unwrap_or(usize::MAX).min(length.unwrap_or(usize::MAX));
         (self.start..end).contains(&frame)
             && (frame - self.start).is_multiple_of(self.stride.max(1))
     }
 
-    /// The error that a source of unknown length ended before the range began.
+    /// The error for a range without frames, found after reading a source of unknown length.
     pub fn nothing(&self) -> Error {
         match self.start {
             0 => Error::plain("the source has no frames"),
@@ -86,7 +87,7 @@ impl Order {
         }
     }
 
-    /// The error that the range begins after the last frame.
+    /// The error for a range that starts after the last frame.
     fn beyond(&self, length: usize) -> Error {
         Error::range(
             format!("--start {} is beyond the end: the source has {length} frames", self.start),

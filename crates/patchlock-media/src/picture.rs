@@ -1,39 +1,39 @@
-//! One decoded frame, in the depth and colours of its source.
+//! A decoded frame, with the bit depth and colours of its source.
 
 use patchlock::Frame;
 
-/// The pixels of a [`Picture`], rows from the top, no padding.
+/// The pixels of a [`Picture`], row by row from the top, without padding.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Pixels {
-    /// 8-bit grey, one byte a pixel.
+    /// 8-bit grey, one byte per pixel.
     Grey8(Vec<u8>),
-    /// 16-bit grey: the depth is kept, the tracker sees all of it.
+    /// 16-bit grey. The tracker uses the full depth.
     Grey16(Vec<u16>),
-    /// 8-bit red, green, blue.
+    /// 8-bit RGB, three bytes per pixel.
     Rgb8(Vec<u8>),
 }
 
-/// One decoded frame.
+/// A decoded frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Picture {
-    /// Pixels in a row.
+    /// Width in pixels.
     pub width: usize,
-    /// Rows.
+    /// Height in pixels.
     pub height: usize,
     /// The pixels.
     pub pixels: Pixels,
 }
 
 impl Picture {
-    /// A picture of RGB bytes; `rgb` holds `width * height * 3` of them.
+    /// A picture of RGB bytes; the length of `rgb` is `width * height * 3`.
     pub fn rgb(width: usize, height: usize, rgb: Vec<u8>) -> Self {
         Self { width, height, pixels: Pixels::Rgb8(rgb) }
     }
 
-    /// The frame as the tracker takes it.
+    /// The picture as input of the tracker.
     ///
     /// # Errors
-    /// What the tracker says against its size.
+    /// An error of the tracker if it does not accept the size.
     pub fn frame(&self) -> Result<Frame<'_>, patchlock::Error> {
         match &self.pixels {
             Pixels::Grey8(grey) => Frame::grey8(grey, self.width, self.height),
@@ -42,7 +42,7 @@ impl Picture {
         }
     }
 
-    /// The same picture as RGB bytes, for drawing on it.
+    /// The picture as RGB bytes, for drawing on it. 16-bit grey is stretched to 8 bits.
     pub fn to_rgb(&self) -> Vec<u8> {
         match &self.pixels {
             Pixels::Grey8(grey) => grey.iter().flat_map(|&v| [v; 3]).collect(),
@@ -52,8 +52,8 @@ impl Picture {
     }
 }
 
-/// Brings 16-bit grey to 8 bits for the eye. Sensors often use a small part of the 16 bits, so the picture's
-/// own range is stretched; only the drawing sees this, never the tracker.
+/// Maps 16-bit grey to 8-bit RGB for display. Sensors often use a small part of the 16 bits, so the picture's
+/// own range is stretched to 0..=255. The tracker never sees the result.
 fn stretch(grey: &[u16]) -> Vec<u8> {
     let low = f64::from(grey.iter().copied().min().unwrap_or(0));
     let high = f64::from(grey.iter().copied().max().unwrap_or(0));

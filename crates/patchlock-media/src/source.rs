@@ -1,4 +1,4 @@
-//! What the user names becomes a [`FrameSource`], which gives frames by number.
+//! Frame sources, and how to open one by name.
 
 use std::fs::File;
 use std::io::Read;
@@ -8,52 +8,54 @@ use crate::image_sequence::{ImageSequence, Pattern};
 use crate::mp4_reader::{self, Mp4};
 use crate::{Error, Picture, ffmpeg, image_file, y4m};
 
-/// Frames a second, as a fraction.
+/// Frames per second, as a fraction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FrameRate {
-    /// Frames ...
+    /// Numerator: number of frames.
     pub frames: u32,
-    /// ... in so many seconds.
+    /// Denominator: the seconds that these frames take.
     pub seconds: u32,
 }
 
 impl FrameRate {
-    /// What is taken where a source does not say.
+    /// Assumed if a source does not specify its frame rate.
     pub const DEFAULT: Self = Self { frames: 30, seconds: 1 };
 
-    /// `None` for a rate that makes no sense.
+    /// `None` if either number is 0.
     pub fn new(frames: u32, seconds: u32) -> Option<Self> {
         (frames > 0 && seconds > 0).then_some(Self { frames, seconds })
     }
 }
 
-/// A sequence of frames, numbered from 0 in the order in which they are shown.
+/// A sequence of frames, numbered from 0 in presentation order.
 ///
-/// Asking for rising numbers is cheap everywhere. Sources opened for reverse order also serve falling ones.
+/// Reading frames in increasing order is cheap for every source. Decreasing order requires a source that was
+/// opened for reverse order.
 pub trait FrameSource: Send {
-    /// How many frames there are, where that is known before the end.
+    /// The number of frames, if it is known in advance.
     fn length(&self) -> Option<usize>;
 
-    /// Frames a second, where the source says so.
+    /// The frame rate, if the source specifies one.
     fn rate(&self) -> Option<FrameRate>;
 
-    /// The frame with this number, `None` after the last one.
+    /// Reads the frame with this index; `None` after the last frame.
     ///
     /// # Errors
-    /// Which frame can't be read, and why.
+    /// [`Error::Source`] names the frame that cannot be read and the reason.
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error>;
 }
 
-/// Opens what the user named. `reverse`: frames will be asked for from the last to the first.
+/// Opens a folder of images, a printf pattern, a glob, an image, a video file, or `-` for Y4M on standard
+/// input. With `reverse`, frames can be read from the last to the first.
 ///
 /// # Errors
-/// Why it can't be opened.
+/// [`Error::Source`] if there is no such source or it cannot be opened.
 pub fn open(name: &str, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
     if name == "-" {
         return y4m::open_stream(std::io::stdin(), "standard input", reverse);
     }
     let path = Path::new(name);
-    // What is really there wins over what the name could mean as a pattern.
+    // An existing file or folder takes precedence over a pattern or glob of the same name.
     if path.is_dir() {
         return Ok(Box::new(ImageSequence::folder(path)?));
     }
@@ -91,7 +93,7 @@ fn open_file(path: &Path, reverse: bool) -> Result<Box<dyn FrameSource>, Error> 
         return Ok(Box::new(ImageSequence::single(path)));
     }
     if !mp4_reader::looks_like_mp4(&head) {
-        return ffmpeg::open(path, "is no image, MP4 or Y4M", reverse);
+        return ffmpeg::open(path, "is not an image, MP4 or Y4M file", reverse);
     }
     match Mp4::open(path) {
         Ok(video) => Ok(Box::new(video)),

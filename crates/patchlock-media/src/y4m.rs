@@ -1,4 +1,4 @@
-//! Y4M (YUV4MPEG2): uncompressed video with a one-line header, from a stream or a file. 8 bits a sample.
+//! Reads Y4M (YUV4MPEG2): uncompressed 8-bit video with a one-line header, from a stream or a file.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
@@ -7,46 +7,46 @@ use std::path::Path;
 use crate::colour::{self, Colour, Planes};
 use crate::{Error, FrameRate, FrameSource, Picture, Pixels, without_path};
 
-/// The first bytes of every such stream.
+/// The first bytes of every Y4M stream.
 pub const MAGIC: &[u8] = b"YUV4MPEG2";
-/// No sensible header line is longer; a file without line ends must not fill the memory.
-const LONGEST_LINE: u64 = 1024;
+/// Upper limit for a header line, so that a file without line ends does not fill the memory.
+const MAX_LINE_BYTES: u64 = 1024;
 
-/// What the header line says.
+/// The parsed header line.
 #[derive(Debug, Clone, PartialEq)]
 struct Header {
     width: usize,
     height: usize,
     rate: Option<FrameRate>,
-    /// Luma pixels to one chroma sample; `None` for grey.
+    /// Luma pixels per chroma sample, horizontally and vertically; `None` for grey.
     subsampling: Option<(usize, usize)>,
     full_range: bool,
 }
 
 impl Header {
-    /// Reads the header line; the error is the reason why it is none.
+    /// Parses the header line; the error is the reason why it is invalid.
     fn parse(line: &str) -> Result<Self, String> {
         let mut words = line.split(' ');
         if words.next().map(str::as_bytes) != Some(MAGIC) {
-            return Err("these are no Y4M data: they do not begin with YUV4MPEG2".to_string());
+            return Err("not Y4M data: they do not start with YUV4MPEG2".to_string());
         }
         let mut header =
             Self { width: 0, height: 0, rate: None, subsampling: Some((2, 2)), full_range: false };
         for word in words.filter(|word| !word.is_empty()) {
             let (tag, value) = word.split_at(word.chars().next().map_or(0, char::len_utf8));
             match tag {
-                "W" => header.width = number(value, "the width is no number")?,
-                "H" => header.height = number(value, "the height is no number")?,
+                "W" => header.width = number(value, "the width is not a number")?,
+                "H" => header.height = number(value, "the height is not a number")?,
                 "F" => header.rate = parse_rate(value),
                 "C" => header.subsampling = parse_chroma(value)?,
                 "X" if value == "COLORRANGE=FULL" => header.full_range = true,
-                _ => {} // interlacing, aspect and comments change nothing here
+                _ => {} // interlacing, aspect ratio and comments are not used
             }
         }
-        let sane = 1..=32_768;
-        if !sane.contains(&header.width) || !sane.contains(&header.height) {
+        let allowed = 1..=32_768;
+        if !allowed.contains(&header.width) || !allowed.contains(&header.height) {
             return Err(format!(
-                "the Y4M header gives a size of {} x {}",
+                "the Y4M header has an invalid size of {} x {}",
                 header.width, header.height
             ));
         }
@@ -98,18 +98,18 @@ fn parse_chroma(value: &str) -> Result<Option<(usize, usize)>, String> {
         "mono" => None,
         other => {
             return Err(format!(
-                "the Y4M colour format {other} is not supported, only 8-bit 420, 422, 444, 411 and mono"
+                "the Y4M colour format {other} is not supported; 8-bit 420, 422, 444, 411 and mono are"
             ));
         }
     })
 }
 
-/// Reads a line without its end; an empty answer is the end of the data.
+/// Reads a line without its line end. An empty string means the end of the data.
 fn read_line(input: &mut impl BufRead) -> io::Result<String> {
     let mut line = Vec::new();
-    input.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line)?;
-    if line.pop_if(|last| *last == b'\n').is_none() && line.len() as u64 == LONGEST_LINE {
-        return Err(io::Error::other("a header line has no end"));
+    input.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut line)?;
+    if line.pop_if(|last| *last == b'\n').is_none() && line.len() as u64 == MAX_LINE_BYTES {
+        return Err(io::Error::other("a header line is too long"));
     }
     Ok(String::from_utf8_lossy(&line).into_owned())
 }
@@ -119,7 +119,7 @@ fn read_header(input: &mut impl BufRead, name: &str) -> Result<Header, Error> {
     line.and_then(|line| Header::parse(&line)).map_err(|reason| {
         Error::source(
             format!("cannot read {name}: {reason}"),
-            "ffmpeg -i IN -f yuv4mpegpipe -pix_fmt yuv420p - writes what can be read here",
+            "this writes a supported stream: ffmpeg -i IN -f yuv4mpegpipe -pix_fmt yuv420p -",
         )
     })
 }
@@ -127,11 +127,11 @@ fn read_header(input: &mut impl BufRead, name: &str) -> Result<Header, Error> {
 fn damaged(name: &str, index: usize, what: &str) -> Error {
     Error::source(
         format!("cannot read frame {index} of {name}: {what}"),
-        "what was tracked before it is kept",
+        "the frames tracked before it are kept",
     )
 }
 
-/// Opens a stream. For reverse order it is first copied to a temporary file, since a pipe can't be read
+/// Opens a stream. For reverse order it is first copied to a temporary file, since a pipe cannot be read
 /// backwards.
 pub fn open_stream(
     input: impl Read + Send + 'static,
@@ -146,7 +146,7 @@ pub fn open_stream(
     Ok(Box::new(Y4mFile::index(spool(&mut input, name)?, name)?))
 }
 
-/// Copies a stream to a temporary file, which nobody sees and which goes when it is closed.
+/// Copies a stream to an unnamed temporary file, which is removed when it is closed.
 fn spool(input: &mut impl BufRead, name: &str) -> Result<File, Error> {
     let folder = std::env::temp_dir();
     let no_room = |error: io::Error| {
@@ -164,7 +164,7 @@ fn spool(input: &mut impl BufRead, name: &str) -> Result<File, Error> {
         let data = input.fill_buf().map_err(|error| {
             Error::source(
                 format!("cannot read {name} to its end, which --reverse needs: {error}"),
-                "without --reverse what comes before the end is tracked and kept",
+                "without --reverse, the frames before the error are tracked and kept",
             )
         })?;
         let count = data.len();
@@ -178,7 +178,7 @@ fn spool(input: &mut impl BufRead, name: &str) -> Result<File, Error> {
     Ok(file)
 }
 
-/// Y4M from a pipe: frames only forwards.
+/// Y4M from a pipe: frames can only be read forwards.
 struct Y4mStream<R> {
     input: BufReader<R>,
     header: Header,
@@ -200,7 +200,7 @@ impl<R: Read> Y4mStream<R> {
         }
         let mut data = vec![0; self.header.frame_bytes()];
         self.input.read_exact(&mut data).map_err(|error| match error.kind() {
-            io::ErrorKind::UnexpectedEof => damaged(&self.name, index, "the data end too early"),
+            io::ErrorKind::UnexpectedEof => damaged(&self.name, index, "the data are truncated"),
             _ => damaged(&self.name, index, &error.to_string()),
         })?;
         self.next += 1;
@@ -228,17 +228,17 @@ impl<R: Read + Send> FrameSource for Y4mStream<R> {
     }
 }
 
-/// Y4M from a file: frames in any order.
+/// Y4M from a file: frames can be read in any order.
 pub struct Y4mFile {
     file: File,
     header: Header,
     name: String,
-    /// Where the samples of each frame begin.
+    /// Byte offset of the samples of each frame.
     offsets: Vec<u64>,
 }
 
 impl Y4mFile {
-    /// Opens a file and finds its frames.
+    /// Opens a file and indexes its frames.
     pub fn open(path: &Path) -> Result<Self, Error> {
         let name = path.display().to_string();
         let file = File::open(path).map_err(Error::because(format!("cannot open {name}")))?;
@@ -258,7 +258,7 @@ impl Y4mFile {
                 return Err(damaged(name, offsets.len(), "the frame's header is missing"));
             }
             offsets.push(input.stream_position().map_err(cannot)?);
-            // A last frame that is cut off stays in the list, so that reading it is the error it should be.
+            // A truncated last frame stays in the index, so that reading it is an error.
             input.seek_relative(header.frame_bytes() as i64).map_err(cannot)?;
         }
         Ok(Self { file: input.into_inner(), header, name: name.to_string(), offsets })
@@ -279,7 +279,7 @@ impl FrameSource for Y4mFile {
         let mut data = vec![0; self.header.frame_bytes()];
         let read =
             self.file.seek(SeekFrom::Start(offset)).and_then(|_| self.file.read_exact(&mut data));
-        read.map_err(|_| damaged(&self.name, index, "the data end too early"))?;
+        read.map_err(|_| damaged(&self.name, index, "the data are truncated"))?;
         Ok(Some(self.header.picture(&data)))
     }
 }
@@ -299,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn stream_and_spooled_file_agree() {
+    fn a_stream_and_its_temporary_copy_agree() {
         let mut forwards = open_stream(std::io::Cursor::new(stream(5)), "s", false).expect("opens");
         let mut backwards = open_stream(std::io::Cursor::new(stream(5)), "s", true).expect("opens");
         assert_eq!((forwards.length(), backwards.length()), (None, Some(5)));
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cut_frame_is_an_error_that_names_it() {
+    fn a_truncated_frame_is_an_error_that_names_it() {
         let mut data = stream(3);
         data.truncate(data.len() - 5);
         for reverse in [false, true] {
@@ -335,7 +335,7 @@ mod tests {
         ] {
             assert!(Header::parse(bad).is_err(), "{bad}");
         }
-        let plain = Header::parse("YUV4MPEG2 W5 H5").expect("all else has defaults");
+        let plain = Header::parse("YUV4MPEG2 W5 H5").expect("the other fields have defaults");
         assert_eq!(plain.frame_bytes(), 25 + 2 * 9);
     }
 }

@@ -1,4 +1,4 @@
-//! Video in and out: what is written is read back, in order and with little loss.
+//! Round trips through video files: frames are read back in order and with little loss.
 
 use std::fs;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 use patchlock_media::{FrameRate, FrameSource, Mp4Writer, Pixels, open};
 use patchlock_scene::Scene;
 
-/// RGB of a textured card that moves one pixel to the right a frame, before a smooth ground.
+/// RGB bytes of a textured card that moves one pixel to the right per frame, on a smooth background.
 fn film(k: usize, width: usize, height: usize) -> Vec<u8> {
     let mut rgb = Vec::with_capacity(width * height * 3);
     for y in 0..height {
@@ -23,7 +23,7 @@ fn film(k: usize, width: usize, height: usize) -> Vec<u8> {
     rgb
 }
 
-/// Writes so many frames of the film.
+/// Writes the first `count` frames of the film.
 fn write_film(file: &Path, (width, height): (usize, usize), count: usize) {
     let out = fs::File::create(file).unwrap();
     let mut writer = Mp4Writer::new(out, width, height, FrameRate::DEFAULT, None).unwrap();
@@ -44,7 +44,7 @@ fn rgb(pixels: Pixels) -> Vec<u8> {
 }
 
 #[test]
-fn rendered_frames_survive_the_way_through_mp4() {
+fn rendered_frames_survive_a_round_trip_through_mp4() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("scene.mp4");
     let scene = Scene::simple();
@@ -63,7 +63,7 @@ fn rendered_frames_survive_the_way_through_mp4() {
         let here = psnr(&back, &frame.rgb);
         worst = worst.min(here);
         if let Some(later) = frames.get(k + 8) {
-            assert!(here > psnr(&back, &later.rgb), "frame {k} is at its place");
+            assert!(here > psnr(&back, &later.rgb), "frame {k} is out of order");
         }
     }
     println!("worst PSNR {worst:.1} dB over {} frames", frames.len());
@@ -72,10 +72,10 @@ fn rendered_frames_survive_the_way_through_mp4() {
 }
 
 #[test]
-fn frames_are_the_same_in_any_order_of_asking() {
+fn frames_do_not_depend_on_the_order_of_reading() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("v.mp4");
-    write_film(&file, (96, 72), 150); // longer than a group of pictures and than the window backwards
+    write_film(&file, (96, 72), 150); // longer than a group of pictures and than the backward window
     let open = || open(file.to_str().unwrap(), true).unwrap();
     let mut straight = open();
     let forwards: Vec<_> = (0..150).map(|k| straight.frame(k).unwrap().unwrap()).collect();
@@ -100,14 +100,14 @@ fn odd_sizes_are_padded_to_even_ones() {
     let cut: Vec<u8> =
         back.chunks_exact(96 * 3).take(71).flat_map(|row| &row[..95 * 3]).copied().collect();
     let quality = psnr(&cut, &film(1, 95, 71));
-    assert!(quality > 24.0, "coloured edges of one pixel lose by 4:2:0, but not more: {quality}");
+    assert!(quality > 24.0, "4:2:0 blurs coloured edges by one pixel, but not more: {quality}");
 }
 
-/// The file was made with x264: 18 frames with B-frames, so stored in another order than shown, in two groups
-/// of pictures. Its height of 46 lines is cropped from 48. Red is 30 in the first frame and grows by 10 a
-/// frame.
+/// The file was made with x264: 18 frames with B-frames, so the storage order differs from the presentation
+/// order, in two groups of pictures. Its height of 46 lines is cropped from 48. Red is 30 in the first frame
+/// and grows by 10 per frame.
 #[test]
-fn reordered_frames_come_in_the_order_of_showing() {
+fn reordered_frames_come_in_presentation_order() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bframes.mp4");
     let red = |video: &mut Box<dyn FrameSource>, k: usize| {
         let picture = video.frame(k).unwrap().unwrap();

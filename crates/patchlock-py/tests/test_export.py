@@ -93,13 +93,13 @@ def test_the_command_writes_the_same_from_a_table(tmp_path, format):
 @pytest.mark.parametrize(
     ("options", "error", "says"),
     [
-        ({"format": "voc"}, ValueError, "no format voc; there is: mot, coco"),
-        ({"format": "coco"}, ValueError, "asks for the size"),
+        ({"format": "voc"}, ValueError, "no format voc; the formats are mot, coco"),
+        ({"format": "coco"}, ValueError, "needs the frame size"),
         ({"format": "coco", "size": (0, 5)}, ValueError, "0 x 5"),
-        ({"format": "mot", "size": (4, 3)}, ValueError, "does not ask for a size"),
+        ({"format": "mot", "size": (4, 3)}, ValueError, "does not use a frame size"),
         ({"format": "mot", "label": "a/b"}, ValueError, "the label is"),
         ({"track": []}, ValueError, "no boxes"),
-        ({"track": [FRAMES[0], FRAMES[0]]}, ValueError, "target 1 comes twice in frame 0"),
+        ({"track": [FRAMES[0], FRAMES[0]]}, ValueError, "target 1 appears twice in frame 0"),
         ({"track": "none.csv"}, OSError, "cannot read none.csv"),
         ({"out": "no/such/folder.txt"}, ValueError, "there is no folder"),
     ],

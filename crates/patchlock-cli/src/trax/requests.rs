@@ -175,9 +175,9 @@ mod tests {
             (Three, "@@TRAX:initialize /1 0", "no target to begin on"),
             (Four, "@@TRAX:initialize NaN,NaN,NaN,NaN", "no target to begin on"),
             (Four, "@@TRAX:initialize mask:1,2,3,4,5", "not mask"),
-            (Four, "@@TRAX:initialize here", "\"here\" is no number"),
-            (Three, "@@TRAX:frame \"a", "a quote that is not closed"),
-            (Three, "@@TRAX:frame http://x/1.jpg", "can't be fetched"),
+            (Four, "@@TRAX:initialize here", "\"here\" is not a number"),
+            (Three, "@@TRAX:frame \"a", "a quote is not closed"),
+            (Three, "@@TRAX:frame http://x/1.jpg", "images by http:// are not supported"),
         ] {
             let reason = requests(protocol, text).pop().unwrap().unwrap_err();
             assert!(reason.contains(why), "{text}: {reason}");

@@ -1,8 +1,8 @@
-//! The clock: how long a piece of work takes.
+//! Measures wall-clock time.
 
 use std::time::Instant;
 
-/// Does the work; gives what it gave and the seconds that it took.
+/// Runs `work` and returns its result with the elapsed time in seconds.
 pub fn timed<R>(work: impl FnOnce() -> R) -> (R, f64) {
     let start = Instant::now();
     let result = work();

@@ -1,5 +1,5 @@
-//! One run as a message: all that a process on any machine needs to make it. Its answer is the two files of
-//! the run.
+//! A run as a self-contained, serialisable job: everything that another process or machine needs to make it.
+//! The answer is the two files of the run.
 
 use std::path::{self, PathBuf};
 use std::time::Duration;
@@ -15,24 +15,24 @@ use super::subject::{self, Patchlock};
 use crate::dataset::Dataset;
 use crate::{Error, start_box};
 
-/// A run that is to be made.
+/// A run to make.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Job {
-    /// What it has in common with the others.
+    /// What the run has in common with the others of its series.
     pub series: Series,
     /// The target's name.
     pub target: String,
-    /// The seed.
+    /// Seed of the tracker.
     pub seed: u64,
-    /// Where it begins.
+    /// The frame and box to start on.
     pub start: Start,
-    /// What it is tracked on.
+    /// The frames to track on.
     pub frames: Frames,
-    /// Threads that the tracker has.
+    /// Number of threads of the tracker.
     pub threads: usize,
-    /// Runs that go on side by side, which the manifest says.
+    /// Number of runs made in parallel, for the manifest.
     pub side_by_side: usize,
-    /// How long another program has for each answer.
+    /// Time limit for each answer of an external tracker.
     pub patience: Duration,
 }
 
@@ -40,19 +40,19 @@ pub struct Job {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Frames {
-    /// Image files.
+    /// Image files, in order.
     Files(Vec<PathBuf>),
-    /// A part of a source; `path` is where it is found from any working directory.
+    /// A part of a source. `path` does not depend on the working directory.
     Clip {
         /// The source's full path.
         path: String,
-        /// The part.
+        /// The range of frames.
         clip: Clip,
     },
 }
 
 impl Job {
-    /// The run as the store knows it.
+    /// The run, as the store identifies it.
     pub fn run(&self) -> Run<'_> {
         let footage = match &self.frames {
             Frames::Files(files) => Footage::Files(files),
@@ -61,15 +61,15 @@ impl Job {
         Run { target: &self.target, seed: self.seed, start: self.start, footage }
     }
 
-    /// Which run on the target it is, in words.
+    /// Seed and start of the run, in words.
     pub fn label(&self) -> String {
         runner::label(self.seed, self.start.variant)
     }
 
-    /// Makes the run.
+    /// Makes the run and returns the contents of its two files.
     ///
     /// # Errors
-    /// Why it can't be made.
+    /// An error of the frames or of the tracker.
     pub fn track(&self) -> Result<Written, Error> {
         let trajectory = match &self.frames {
             Frames::Files(files) => self.track_files(files)?,
@@ -109,21 +109,21 @@ impl Job {
     }
 }
 
-/// The runs that a benchmark asks for.
+/// The runs that a benchmark requires.
 #[derive(Debug)]
 pub struct BenchJobs {
-    /// Those that are to be made.
+    /// The runs to make.
     pub jobs: Vec<Job>,
-    /// Where they are kept.
+    /// The store that they are saved to.
     pub store: Store,
-    /// How many are there already.
+    /// Number of runs in the store already.
     pub before: usize,
-    /// Why others can't be made.
+    /// The runs that cannot be made, with the reasons.
     pub failures: Vec<Failure>,
 }
 
-/// What a benchmark with these options would run, as jobs. How many go on side by side, and on how many
-/// threads, is the caller's choice.
+/// The jobs that a benchmark with these options consists of. The caller chooses how many of them run in
+/// parallel, and on how many threads each.
 ///
 /// # Errors
 /// As [`plan::plan`].

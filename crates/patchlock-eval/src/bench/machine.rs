@@ -1,20 +1,20 @@
-//! What the runs were made on.
+//! Describes the computer that runs were made on.
 
 use std::fs;
 use std::thread;
 
 use serde::{Deserialize, Serialize};
 
-/// A computer, as far as it matters for speed.
+/// The properties of a computer that matter for speed.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Machine {
-    /// Name of the processor, where the system tells it.
+    /// Name of the processor, or `unknown`.
     pub processor: String,
-    /// Processors that the program may use.
+    /// Number of logical processors available to the program.
     pub cores: usize,
     /// Operating system.
     pub system: String,
-    /// Kind of processor.
+    /// Processor architecture.
     pub architecture: String,
 }
 

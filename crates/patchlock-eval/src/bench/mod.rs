@@ -1,9 +1,9 @@
-//! Running trackers: every target, every seed, to trajectories on disk.
+//! Runs trackers on every target with every seed, and stores the trajectories on disk.
 //!
-//! [`schemes`] says where a tracker begins (OPE, TRE, SRE), [`subject`] is a tracker under test, [`store`]
-//! keeps complete runs and nothing else, [`plan`] says which runs are to be made, and [`runner`] makes them,
-//! so that it can be killed at any moment and started again. [`job`] is one run as a message, to be made by
-//! another process or machine.
+//! [`schemes`] defines where a tracker starts (OPE, TRE, SRE), [`subject`] is the tracker under test,
+//! [`store`] keeps complete runs only, [`plan`] determines which runs to make, and [`runner`] makes them; it
+//! can be interrupted at any time and restarted. [`job`] describes a run so that another process or machine
+//! can make it.
 
 pub mod clock;
 pub mod job;

@@ -1,4 +1,4 @@
-//! What a benchmark has to do: the runs that are to be made, and where they are kept.
+//! Determines which runs a benchmark has to make, and where they are stored.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -9,57 +9,57 @@ use super::store::{Identity, Series, Store, Task};
 use crate::dataset::{Dataset, Layout, Remark, selection};
 use crate::{Error, settings};
 
-/// More seeds than anybody runs.
+/// Upper limit for the number of seeds.
 pub const MOST_SEEDS: u64 = 10_000;
-/// More seconds than anybody waits for an answer: a day.
+/// Upper limit for the time limit of an answer, in seconds: one day.
 pub const MOST_SECONDS: u64 = 86_400;
 
-/// What the user asks for.
+/// The options of a benchmark.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// The folder with the sequences.
     pub dataset: PathBuf,
     /// Folder for the results.
     pub out: PathBuf,
-    /// What is run.
+    /// The tracker to run.
     pub entrant: Entrant,
-    /// Where it begins.
+    /// Where runs start.
     pub scheme: Scheme,
-    /// Number of seeds to run each target with, from that of the settings on.
+    /// Number of seeds for each target, counted up from the seed of the settings.
     pub seeds: u64,
-    /// Only these targets, or all targets of these sequences; all where it is empty.
+    /// Only these targets, or all targets of these sequences; empty for all.
     pub sequences: Vec<String>,
-    /// Only targets that have at least one of these attributes; all where it is empty.
+    /// Only targets with at least one of these attributes; empty for all.
     pub attributes: Vec<String>,
-    /// Only this part of the runs, counted from 1, of so many.
+    /// The part of the runs to make, counted from 1, and the number of parts.
     pub shard: (usize, usize),
 }
 
-/// A tracker that is run.
+/// A tracker to run.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Entrant {
-    /// Ours.
+    /// The tracker of this project.
     Patchlock {
-        /// The settings to begin with.
+        /// The preset to start from.
         preset: String,
-        /// A file of settings that differ.
+        /// A TOML file of settings that override the preset.
         config: Option<PathBuf>,
-        /// Name of the results; without one, that of the file or of the preset.
+        /// Name of the results; by default that of the file or of the preset.
         name: Option<String>,
     },
-    /// Another program, that speaks TraX.
+    /// An external program that speaks TraX.
     Program {
-        /// Its command line, as for a shell.
+        /// Its command line, with the quoting of a shell.
         command: String,
         /// Name of the results.
         name: String,
-        /// How long it has for each answer.
+        /// Time limit for each answer.
         patience: Duration,
     },
 }
 
 impl Entrant {
-    /// How long an answer may take. Our tracker is not waited for.
+    /// Time limit for each answer of an external program; zero for Patchlock, which has none.
     pub fn patience(&self) -> Duration {
         match self {
             Self::Patchlock { .. } => Duration::ZERO,
@@ -67,7 +67,7 @@ impl Entrant {
         }
     }
 
-    /// What is run, and the seed to begin with.
+    /// The identity of the tracker, and the first seed.
     fn identity(&self) -> Result<(Identity, u64), Error> {
         match self {
             Self::Patchlock { preset, config, .. } => {
@@ -82,7 +82,7 @@ impl Entrant {
         }
     }
 
-    /// The name of the tracker's folder.
+    /// Name of the tracker's folder of results.
     fn folder_name(&self) -> Result<String, Error> {
         let name = match self {
             Self::Patchlock { name: Some(name), .. } | Self::Program { name, .. } => name.clone(),
@@ -96,22 +96,22 @@ impl Entrant {
     }
 }
 
-/// What there is to do.
+/// The work of a benchmark.
 pub struct Plan<'a> {
-    /// Where the runs are kept.
+    /// The store that runs are saved to.
     pub store: Store,
-    /// The runs that are to be made.
+    /// The runs to make.
     pub tasks: Vec<Task<'a>>,
-    /// How many are there already.
+    /// Number of runs in the store already.
     pub before: usize,
-    /// Why others can't be made.
+    /// The runs that cannot be made, with the reasons.
     pub failures: Vec<Failure>,
 }
 
-/// Looks what there is to do on a dataset, that of the options, and opens the store.
+/// Determines the runs to make on `dataset`, which is the one of the options, and opens the store.
 ///
 /// # Errors
-/// What is wrong with the options, or can't be read or written.
+/// An error if the options are invalid, or if a file cannot be read or written.
 pub fn plan<'a>(options: &Options, dataset: &'a Dataset) -> Result<Plan<'a>, Error> {
     let (subject, first_seed) = options.entrant.identity()?;
     if dataset.layout == Layout::TruthOnly {

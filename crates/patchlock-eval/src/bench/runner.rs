@@ -1,4 +1,4 @@
-//! All runs, one after the other or several side by side.
+//! Makes runs, one at a time or in parallel.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
@@ -13,34 +13,34 @@ use super::subject::{Answer, Subject};
 use crate::Error;
 use crate::dataset::{Dataset, Sequence};
 
-/// Makes a new tracker under test for a seed.
+/// Creates a tracker under test for a seed.
 pub type Make<'a> = &'a (dyn Fn(u64) -> Result<Box<dyn Subject>, Error> + Sync);
 
-/// What is told on the way, from any thread.
+/// Receives progress, from any thread.
 pub trait Watch: Sync {
-    /// A run begins.
+    /// A run starts.
     fn begins(&self, task: &Task<'_>);
-    /// One frame more was tracked.
+    /// One more frame was tracked.
     fn frame(&self);
-    /// A run has ended; so many of its frames were not tracked, and it is complete or not.
+    /// A run ended, with `left` frames not tracked.
     fn ends(&self, left: usize, complete: bool);
-    /// Whether to stop: the runs that are not complete are dropped.
+    /// Whether to stop. Incomplete runs are then discarded.
     fn stopped(&self) -> bool;
 }
 
-/// A run that was not possible.
+/// A run that failed.
 #[derive(Debug)]
 pub struct Failure {
     /// The target.
     pub target: String,
-    /// The run, such as `seed 1`; empty where the whole target is meant.
+    /// The run, such as `seed 1`; empty if the whole target failed.
     pub run: String,
     /// The reason.
     pub error: Error,
 }
 
-/// The runs to make on sequences: every target, then every seed, then every start. Sequences whose frames
-/// can't be used are failures.
+/// The runs to make on sequences, ordered by target, seed and start. A sequence whose frames cannot be used
+/// is a failure.
 pub fn tasks<'a>(
     dataset: &Dataset,
     sequences: &[&'a Sequence],
@@ -76,8 +76,8 @@ pub fn tasks<'a>(
     (tasks, failures)
 }
 
-/// Makes the runs, `jobs` of them side by side, each tracker with so many threads. One that fails is reported
-/// and holds nobody up.
+/// Makes the runs, `jobs` of them in parallel, with `threads` threads per tracker. Returns the runs that
+/// failed; they do not stop the others.
 pub fn run(
     tasks: &[Task<'_>],
     store: &Store,
@@ -96,12 +96,13 @@ pub fn run(
             watch.begins(task);
             let mut done = 0;
             let run = || one(task, store, make, jobs, threads, watch, &mut done);
-            // Decoders of others may panic on damaged files: that ends this run, not the others.
-            let result = catch_unwind(AssertUnwindSafe(run))
-                .unwrap_or_else(|_| Err(Error::Subject("it stopped unexpectedly".to_string())));
+            // Image decoders may panic on damaged files; that must not end the other runs.
+            let result = catch_unwind(AssertUnwindSafe(run)).unwrap_or_else(|_| {
+                Err(Error::Subject("the run stopped unexpectedly (panic)".to_string()))
+            });
             let left = task.frames.len() - done;
             watch.ends(left, left == 0 && result.is_ok());
-            // Who stops the work stops the programs under test as well: that is no fault of theirs.
+            // Ctrl-C also ends the programs under test, which is not a failure of theirs.
             if let Some(error) = result.err().filter(|_| !watch.stopped()) {
                 let run = label(task.seed, task.start.variant);
                 let failure = Failure { target: task.target.to_string(), run, error };
@@ -113,7 +114,7 @@ pub fn run(
     failures.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// Which run on a target it is, in words.
+/// Seed and start of a run, in words.
 pub fn label(seed: u64, variant: usize) -> String {
     match variant {
         0 => format!("seed {seed}"),
@@ -121,7 +122,7 @@ pub fn label(seed: u64, variant: usize) -> String {
     }
 }
 
-/// One run, to the store; counts its frames.
+/// Makes one run and saves it. `done` counts the tracked frames.
 fn one(
     task: &Task<'_>,
     store: &Store,
@@ -143,17 +144,17 @@ fn one(
         Ok(answer)
     })?;
     if *done < task.frames.len() {
-        return Ok(()); // stopped: what is not complete is not kept
+        return Ok(()); // stopped: incomplete runs are not saved
     }
     let run = task.run();
     store.keep(&run, &store.series().write(&run, trajectory, threads, jobs))
 }
 
-/// The loop of every run: shows the frames to a tracker one after the other. `look` learns whether a frame is
-/// the first one.
+/// Passes frames to a tracker in order and collects its answers. The second argument of `look` is true for
+/// the first frame.
 ///
 /// # Errors
-/// Those of a frame or of `look`.
+/// The first error of `frames` or `look`.
 pub fn trace<F>(
     frames: impl Iterator<Item = Result<F, Error>>,
     mut look: impl FnMut(F, bool) -> Result<Answer, Error>,
@@ -166,7 +167,7 @@ pub fn trace<F>(
     Ok(trajectory)
 }
 
-/// The tasks that a shard `part` of `parts` makes, counted from 1.
+/// The tasks of shard `part` of `parts`, counted from 1.
 pub fn shard(tasks: Vec<Task<'_>>, part: usize, parts: usize) -> Vec<Task<'_>> {
     tasks
         .into_iter()
@@ -176,7 +177,7 @@ pub fn shard(tasks: Vec<Task<'_>>, part: usize, parts: usize) -> Vec<Task<'_>> {
         .collect()
 }
 
-/// Those that are not in the store yet.
+/// The tasks whose runs are not in the store yet.
 ///
 /// # Errors
 /// [`Error::Conflict`].

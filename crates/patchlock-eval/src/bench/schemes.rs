@@ -1,15 +1,19 @@
-//! Where a tracker begins: once, at many frames, or on many boxes. After Wu, Lim, Yang (CVPR 2013) and the program that they gave away with it.
+//! Where a tracker starts: once, at many frames, or on many boxes. These are the protocols of Wu, Lim and
+//! Yang (CVPR 2013) as their toolkit implements them.
 //!
-//! - **OPE**, one-pass evaluation: from the first frame that has truth, on its true box.
-//! - **TRE**, temporal robustness: 20 starts. Let the frames that may be started on be those whose true box has a positive position and size
-//!   (in the files' own numbers) and at least 19 frames after them, and E their count. The starts are, of these, numbers `1 + floor(k E / 19)` for
-//!   `k = 0 .. 18`, and number E; each runs to the end of the sequence. The program leaves out more frames, from lists of its authors' (hidden or out of
-//!   view), which are not used here. In a short sequence starts that coincide are run once.
-//! - **SRE**, spatial robustness: from the first frame on 12 boxes. Of a true box of size w x h:
-//!   left, right, up, down: moved by `ceil(0.1 w)` or `ceil(0.1 h)` pixels; the four corners: one corner pulled outwards by 10 % of w and h, rounded, while the
-//!   opposite one stays; then scaled by 0.8, 0.9, 1.1 and 1.2 around the centre, rounded to whole pixels. What leaves the frame is cut off.
+//! - **OPE**, one-pass evaluation: starts at the first frame with ground truth, on its true box.
+//! - **TRE**, temporal robustness evaluation: 20 starts. A frame is eligible if its true box has a positive
+//!   position and size (in the numbers of the file) and at least 19 frames follow it; E is the number of
+//!   eligible frames. The starts are the eligible frames number `1 + floor(k E / 19)` for `k = 0 .. 18`, and
+//!   number E. Each run continues to the end of the sequence. In a short sequence, starts that coincide are
+//!   run once. The toolkit also excludes frames by lists of its authors (target hidden or out of view); these
+//!   are not used here.
+//! - **SRE**, spatial robustness evaluation: 12 boxes on the first frame. For a true box of size w x h, in
+//!   this order: moved left, right, up and down by `ceil(0.1 w)` or `ceil(0.1 h)` pixels; each of the four
+//!   corners pulled outwards by 10 % of w and h, rounded, with the opposite corner fixed; scaled by 0.8, 0.9,
+//!   1.1 and 1.2 around the centre, rounded to whole pixels. Boxes are clipped to the frame.
 //!
-//! The truth against which a run is scored stays the true one.
+//! All runs are scored against the unmodified ground truth.
 
 use std::convert::Infallible;
 use std::fmt;
@@ -20,16 +24,16 @@ use serde::{Deserialize, Serialize};
 
 use crate::dataset::Sequence;
 
-/// How many starts TRE has.
-const STARTS: usize = 20;
-/// A start of TRE leaves at least so many frames to be tracked, itself included.
-const SHORTEST: usize = 20;
-/// How far SRE moves a box, in its own size.
+/// Number of starts in TRE.
+const TRE_STARTS: usize = 20;
+/// Smallest number of frames of a run in TRE, its first frame included.
+const TRE_MIN_FRAMES: usize = 20;
+/// Shift of a box in SRE, relative to its size.
 const SHIFT: f64 = 0.1;
-/// How SRE scales a box.
+/// Scale factors of SRE.
 const SCALES: [f64; 4] = [0.8, 0.9, 1.1, 1.2];
 
-/// Where a tracker begins.
+/// A protocol, which defines where a tracker starts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Scheme {
@@ -42,10 +46,10 @@ pub enum Scheme {
 }
 
 impl Scheme {
-    /// All of them.
+    /// All protocols.
     pub const ALL: [Self; 3] = [Self::Ope, Self::Tre, Self::Sre];
 
-    /// The name, as in a folder.
+    /// The name in lower case, as in names of folders.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ope => "ope",
@@ -66,32 +70,35 @@ impl FromStr for Scheme {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let known = Self::ALL.into_iter().find(|scheme| scheme.name().eq_ignore_ascii_case(text));
-        known.ok_or_else(|| format!("there is no protocol {text}; there are ope, tre and sre"))
+        known.ok_or_else(|| {
+            format!("there is no protocol {text}; the protocols are ope, tre and sre")
+        })
     }
 }
 
-/// One beginning.
+/// A start of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Start {
-    /// Its number, from 0.
+    /// Index of the start, from 0.
     pub variant: usize,
-    /// Row of the truth and of the frames at which it begins.
+    /// Index of the frame to start at, in the sequence.
     pub first: usize,
-    /// The box that the tracker is given, counted from 0.
+    /// The box given to the tracker, in pixels counted from 0.
     pub bbox: BoundingBox,
 }
 
-/// How many beginnings there are on a target.
+/// The number of starts on a target.
 pub fn count(scheme: Scheme, sequence: &Sequence, origin: f64) -> usize {
-    // The size of the frame moves boxes of SRE, but never changes their number.
+    // The frame size clips the boxes of SRE but does not change their number.
     let starts = starts(scheme, sequence, origin, || Ok::<_, Infallible>((1, 1)));
     starts.map_or(0, |starts| starts.len())
 }
 
-/// All beginnings on a target. `origin` is what the truth's file calls the first pixel; `size` gives width and height of the first frame, and is asked by SRE only.
+/// All starts on a target. `origin` is the coordinate of the first pixel in the file of ground truth, 0 or 1.
+/// `size` returns width and height of the first frame; only SRE calls it.
 ///
 /// # Errors
-/// What `size` says.
+/// The error of `size`.
 pub fn starts<E>(
     scheme: Scheme,
     sequence: &Sequence,
@@ -117,23 +124,23 @@ pub fn starts<E>(
     })
 }
 
-/// The start frames of TRE, without repetition.
+/// The start frames of TRE, without duplicates.
 fn tre_frames(truth: &[Option<BoundingBox>], origin: f64) -> Vec<usize> {
     let usable = |k: &usize| {
         let positive = |b: BoundingBox| b.x + origin > 0.0 && b.y + origin > 0.0;
-        truth.len() - k >= SHORTEST && truth[*k].is_some_and(positive)
+        truth.len() - k >= TRE_MIN_FRAMES && truth[*k].is_some_and(positive)
     };
     let frames: Vec<usize> = (0..truth.len()).filter(usable).collect();
     let count = frames.len();
-    // Numbers count from 1, so that the last is `count`.
-    let numbers = (0..STARTS - 1).map(|k| 1 + k * count / (STARTS - 1)).chain([count]);
+    // The formula counts from 1, so the last number is `count`.
+    let numbers = (0..TRE_STARTS - 1).map(|k| 1 + k * count / (TRE_STARTS - 1)).chain([count]);
     let mut starts: Vec<usize> =
         numbers.filter_map(|n| frames.get(n.checked_sub(1)?)).copied().collect();
     starts.dedup();
     starts
 }
 
-/// The first boxes of SRE, in the order of the head of this file.
+/// The first boxes of SRE, in the order given in the module documentation.
 fn sre_boxes(truth: &BoundingBox, (width, height): (usize, usize)) -> Vec<BoundingBox> {
     let BoundingBox { x, y, w, h } = *truth;
     let (dx, dy) = (SHIFT * w, SHIFT * h);
@@ -163,12 +170,12 @@ fn sre_boxes(truth: &BoundingBox, (width, height): (usize, usize)) -> Vec<Boundi
             h: h_new.round(),
         }
     }));
-    boxes.into_iter().map(|bbox| inside(&bbox, width as f64, height as f64)).collect()
+    boxes.into_iter().map(|bbox| clipped(&bbox, width as f64, height as f64)).collect()
 }
 
-/// The part of a box that lies in the frame, at least one pixel.
-fn inside(bbox: &BoundingBox, width: f64, height: f64) -> BoundingBox {
-    // As in the program: the position is moved into the frame, and only what then goes beyond the far side is cut off.
+/// Clips a box to the frame; at least one pixel remains.
+fn clipped(bbox: &BoundingBox, width: f64, height: f64) -> BoundingBox {
+    // As in the toolkit: the position is moved into the frame, and only the far sides are cut.
     let (x, y) = (bbox.x.clamp(0.0, width - 1.0), bbox.y.clamp(0.0, height - 1.0));
     BoundingBox { x, y, w: bbox.w.min(width - x).max(1.0), h: bbox.h.min(height - y).max(1.0) }
 }
@@ -183,38 +190,42 @@ mod tests {
 
     const BOX: BoundingBox = BoundingBox { x: 40.0, y: 30.0, w: 20.0, h: 50.0 };
 
-    fn begins(scheme: Scheme, truth: Vec<Option<BoundingBox>>) -> Vec<usize> {
+    fn start_frames(scheme: Scheme, truth: Vec<Option<BoundingBox>>) -> Vec<usize> {
         let size = || Ok::<_, ()>((100, 100));
         starts(scheme, &sequence(truth), 1.0, size).unwrap().iter().map(|s| s.first).collect()
     }
 
     #[test]
-    fn one_pass_begins_where_the_truth_does() {
-        assert_eq!(begins(Scheme::Ope, vec![None, Some(BOX), Some(BOX)]), [1]);
-        assert!(begins(Scheme::Ope, vec![None]).is_empty());
+    fn ope_starts_where_the_ground_truth_starts() {
+        assert_eq!(start_frames(Scheme::Ope, vec![None, Some(BOX), Some(BOX)]), [1]);
+        assert!(start_frames(Scheme::Ope, vec![None]).is_empty());
     }
 
     #[test]
-    fn twenty_starts_of_a_long_sequence() {
-        let starts = begins(Scheme::Tre, vec![Some(BOX); 209]);
-        // 190 frames have at least 19 after them; every tenth of them, and the last.
+    fn tre_has_twenty_starts_on_a_long_sequence() {
+        let starts = start_frames(Scheme::Tre, vec![Some(BOX); 209]);
+        // 190 frames are followed by at least 19 others: every tenth of these, and the last.
         let expected: Vec<usize> = (0..19).map(|k| 10 * k).chain([189]).collect();
         assert_eq!(starts, expected);
     }
 
     #[test]
-    fn starts_leave_out_frames_without_a_usable_box() {
+    fn tre_skips_frames_without_a_usable_box() {
         let outside = BoundingBox { x: -1.5, ..BOX };
         let mut truth = vec![Some(BOX); 39];
         truth[0] = None;
         truth[1] = Some(outside);
-        let starts = begins(Scheme::Tre, truth);
-        assert_eq!(starts, (2..20).collect::<Vec<_>>(), "18 frames can be started on: each once");
-        assert_eq!(begins(Scheme::Tre, vec![Some(BOX); 5]), [0], "shorter than a start needs");
+        let starts = start_frames(Scheme::Tre, truth);
+        assert_eq!(starts, (2..20).collect::<Vec<_>>(), "each of the 18 eligible frames once");
+        assert_eq!(
+            start_frames(Scheme::Tre, vec![Some(BOX); 5]),
+            [0],
+            "too short for any eligible frame"
+        );
     }
 
     #[test]
-    fn twelve_first_boxes() {
+    fn sre_has_twelve_first_boxes() {
         let size = || Ok::<_, ()>((100, 100));
         let starts = starts(Scheme::Sre, &sequence(vec![Some(BOX)]), 1.0, size).unwrap();
         let boxes: Vec<_> =
@@ -237,7 +248,7 @@ mod tests {
     }
 
     #[test]
-    fn first_boxes_stay_in_the_frame() {
+    fn sre_boxes_stay_in_the_frame() {
         let corner = BoundingBox { x: 0.0, y: 60.0, w: 20.0, h: 40.0 };
         for bbox in sre_boxes(&corner, (100, 100)) {
             bbox.check_in(100, 100).unwrap();

@@ -1,4 +1,4 @@
-//! A tracker under test.
+//! The tracker under test: Patchlock or an external program.
 
 use std::path::Path;
 use std::time::Duration;
@@ -11,67 +11,67 @@ use super::trax::Trax;
 use crate::Error;
 use crate::session::{self, Session};
 
-/// What a tracker says of a frame.
+/// The answer of a tracker for one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Answer {
-    /// The box, counted from 0; `None` where it gives none.
+    /// The box, in pixels counted from 0; `None` if the tracker reported none.
     pub bbox: Option<BoundingBox>,
-    /// Time that it took.
+    /// Time that the tracker took, in seconds.
     pub seconds: f64,
 }
 
-/// A tracker under test: begun once on a box, then shown one frame after the other.
+/// A tracker under test: started on a box, then given one frame after another.
 pub trait Subject {
-    /// Begins on a box of a frame.
+    /// Starts on a box in a frame.
     ///
     /// # Errors
     /// [`Error::Frame`], [`Error::Tracker`].
     fn begin(&mut self, frame: &Path, bbox: BoundingBox) -> Result<Answer, Error>;
 
-    /// Goes on to the next frame.
+    /// Tracks the target in the next frame.
     ///
     /// # Errors
     /// As [`Subject::begin`].
     fn follow(&mut self, frame: &Path) -> Result<Answer, Error>;
 }
 
-/// The tracker of this project. Decoding is not counted in its time.
+/// The tracker of this project. Its times exclude decoding.
 pub struct Patchlock {
     session: Session<Tracker>,
 }
 
 impl Patchlock {
-    /// A tracker on so many threads.
+    /// Creates a tracker with this number of threads.
     ///
     /// # Errors
-    /// [`Error::Subject`] where the configuration is wrong; [`Error::Threads`].
+    /// [`Error::Subject`] if the configuration is invalid; [`Error::Threads`].
     pub fn new(config: TrackerConfig, threads: usize) -> Result<Self, Error> {
         let tracker = Tracker::new(config).map_err(|error| Error::Subject(error.to_string()))?;
         Ok(Self { session: Session::new(tracker, session::pool(Some(threads))?) })
     }
 
-    /// The tracker that an identity names, with a seed.
+    /// Creates the tracker that an identity describes, with this seed.
     ///
     /// # Errors
-    /// [`Error::Subject`] where it names another program or another version.
+    /// [`Error::Subject`] if the identity is that of another program or version.
     pub fn of(identity: &Identity, seed: u64, threads: usize) -> Result<Self, Error> {
         let Identity::Patchlock { version, configuration, .. } = identity else {
-            return Err(Error::Subject("it is another program".to_string()));
+            return Err(Error::Subject("the tracker is an external program".to_string()));
         };
         let here = env!("CARGO_PKG_VERSION");
         if version != here {
             let reason = format!(
-                "the runs are of Patchlock {version}, but this is {here}: install the same version everywhere"
+                "the runs need Patchlock {version}, but this is {here}: install the same version everywhere"
             );
             return Err(Error::Subject(reason));
         }
         Self::new(TrackerConfig { seed, ..(**configuration).clone() }, threads)
     }
 
-    /// Begins on a box of a picture.
+    /// Starts on a box in a picture.
     ///
     /// # Errors
-    /// What the tracker says.
+    /// The error of the tracker.
     pub fn begin_on(
         &mut self,
         picture: &Picture,
@@ -79,14 +79,14 @@ impl Patchlock {
     ) -> Result<Answer, patchlock::Error> {
         let frame = picture.frame()?;
         let (_, seconds) = self.session.step(|tracker| tracker.init(&frame, bbox))?;
-        // The first line of a trajectory is the box as given.
+        // The first box of a trajectory is the one that was given.
         Ok(Answer { bbox: Some(bbox), seconds })
     }
 
-    /// Goes on to the next picture.
+    /// Tracks the target in the next picture.
     ///
     /// # Errors
-    /// What the tracker says.
+    /// The error of the tracker.
     pub fn follow_to(&mut self, picture: &Picture) -> Result<Answer, patchlock::Error> {
         let frame = picture.frame()?;
         let (estimate, seconds) = self.session.step(|tracker| tracker.update(&frame))?;
@@ -113,11 +113,11 @@ impl Subject for Patchlock {
     }
 }
 
-/// A new tracker for one run: ours on so many threads, or another program that has `patience` for each
-/// answer.
+/// Creates the tracker for one run: Patchlock with `threads` threads, or an external program with the time
+/// limit `patience` for each answer.
 ///
 /// # Errors
-/// [`Error::Subject`] where it can't be made ready, or is of another version than the runs are.
+/// [`Error::Subject`] if the tracker cannot be started or is of a different version than the runs.
 pub fn start(
     identity: &Identity,
     seed: u64,

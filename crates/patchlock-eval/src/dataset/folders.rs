@@ -1,4 +1,5 @@
-//! The layouts with a folder a sequence and a `groundtruth.txt` in it: GOT-10k, LaSOT and VOT. What lies beside the truth tells which.
+//! Reads the layouts with one folder per sequence and a `groundtruth.txt` in it: GOT-10k, LaSOT and VOT. The
+//! other files in the folder tell them apart.
 
 use std::path::{Path, PathBuf};
 
@@ -6,12 +7,13 @@ use super::frames::Images;
 use super::{Builder, Dataset, Layout, truth};
 use crate::{Error, files, text};
 
-/// Name of the truth's file.
+/// Name of the file of ground truth.
 const TRUTH: &str = "groundtruth.txt";
-/// How deep below the root sequences are looked for: LaSOT has a folder for each class, GOT-10k for each part.
+/// Depth below the root at which sequences are searched: LaSOT has a folder for each class, GOT-10k for each
+/// subset.
 const DEPTH: usize = 2;
 
-/// `None` where no folder holds such a truth. The root may be a sequence itself.
+/// `None` if no folder holds such a file. The root may itself be a sequence.
 pub fn read(root: &Path) -> Result<Option<Dataset>, Error> {
     let mut folders = Vec::new();
     find(root, DEPTH, &mut folders)?;
@@ -21,7 +23,7 @@ pub fn read(root: &Path) -> Result<Option<Dataset>, Error> {
         let own = layout_of(folder);
         if own != layout {
             let text = format!(
-                "{} is in the layout {own}, the others are in {layout}: left out",
+                "{} is left out: its layout is {own}, that of the others {layout}",
                 folder.display()
             );
             builder.remark_all(text);
@@ -79,7 +81,7 @@ fn read_sequence(folder: &Path, layout: Layout, builder: &mut Builder) -> Result
     Ok(())
 }
 
-/// VOT's tags: a file for each with a flag a frame. A sequence has those that some frame has.
+/// VOT's tags: one file per tag, with one flag per frame. A sequence has the tags that any of its frames has.
 fn tags(folder: &Path) -> Result<Vec<String>, Error> {
     let is_tag = |path: &PathBuf| files::ends_with(path, "tag") || files::ends_with(path, "label");
     let mut tags = Vec::new();

@@ -1,32 +1,32 @@
-//! Which image files belong to which rows of truth.
+//! Matches image files with the rows of ground truth.
 
 use std::path::PathBuf;
 
 use crate::{files, names};
 
-/// Numbers of image files, both ends included.
+/// An inclusive range of numbers of image files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Range {
-    /// The first one.
+    /// First number.
     pub first: u64,
-    /// The last one.
+    /// Last number.
     pub last: u64,
 }
 
 impl Range {
-    /// `1..354`; `None` for anything else.
+    /// Parses `1..354`; `None` for anything else.
     pub fn parse(text: &str) -> Option<Self> {
         let (first, last) = text.split_once("..")?;
         let range = Self { first: first.parse().ok()?, last: last.parse().ok()? };
         (range.first <= range.last).then_some(range)
     }
 
-    /// How many there are.
+    /// How many numbers the range has.
     pub fn len(self) -> usize {
         (self.last - self.first) as usize + 1
     }
 
-    /// Whether the number is one of them.
+    /// Whether the range contains a number.
     pub fn has(self, number: u64) -> bool {
         (self.first..=self.last).contains(&number)
     }
@@ -35,16 +35,16 @@ impl Range {
 /// The images of a target.
 #[derive(Debug, Clone, Default)]
 pub struct Images {
-    /// All that lie in its folder, in natural order.
+    /// All images of the folder, in natural order.
     pub files: Vec<PathBuf>,
-    /// The parts of them that count, one for each edition of the benchmark; empty where all count.
+    /// The range that counts, for each edition of the benchmark; empty if all images count.
     pub ranges: Vec<Range>,
 }
 
-/// The images that belong to so many rows of truth, and what is odd about them.
+/// The images that belong to `rows` rows of ground truth, and a note on anything unusual about them.
 ///
 /// # Errors
-/// Why they can't be told: nothing is guessed.
+/// The reason why images and rows cannot be matched. Nothing is guessed.
 pub fn fit(images: &Images, rows: usize) -> Result<(Vec<PathBuf>, Option<String>), String> {
     let files = &images.files;
     if files.is_empty() {
@@ -52,13 +52,13 @@ pub fn fit(images: &Images, rows: usize) -> Result<(Vec<PathBuf>, Option<String>
     }
     if files.len() == rows {
         let gaps = gaps(files);
-        let odd = (!gaps.is_empty()).then(|| {
+        let note = (!gaps.is_empty()).then(|| {
             format!(
-                "there are as many images as rows of truth, but their numbers jump: there is no {}",
+                "there are as many images as rows of truth, but the numbering has gaps: no {}",
                 names::some_of(&gaps)
             )
         });
-        return Ok((files.clone(), odd));
+        return Ok((files.clone(), note));
     }
     let fitting: Vec<Range> =
         images.ranges.iter().filter(|range| range.len() == rows).copied().collect();
@@ -82,8 +82,8 @@ pub fn fit(images: &Images, rows: usize) -> Result<(Vec<PathBuf>, Option<String>
 fn missing_images<T: ToString>(numbers: &[T]) -> String {
     let numbers: Vec<String> = numbers.iter().map(T::to_string).collect();
     match numbers.len() {
-        1 => format!("the image with number {} is missing", numbers[0]),
-        count => format!("{count} images are missing: numbers {}", names::some_of(&numbers)),
+        1 => format!("image {} is missing", numbers[0]),
+        count => format!("{count} images are missing: {}", names::some_of(&numbers)),
     }
 }
 
@@ -97,13 +97,14 @@ fn has(files: &[PathBuf], number: u64) -> bool {
     files.iter().any(|file| files::number_of(file) == Some(number))
 }
 
-/// The numbers that are left out between the first and the last file; none where the files have no numbers, or far more is left out than there is.
+/// The numbers missing between the first and the last file. Empty if a file has no number, or if there are
+/// more missing numbers than files.
 fn gaps(files: &[PathBuf]) -> Vec<String> {
     let numbers: Option<Vec<u64>> = files.iter().map(|file| files::number_of(file)).collect();
     let Some(mut numbers) = numbers else { return Vec::new() };
     numbers.sort_unstable();
     let (Some(&first), Some(&last)) = (numbers.first(), numbers.last()) else { return Vec::new() };
-    // Every fifth frame, say, is a way to number and no gap.
+    // Numbering only every fifth frame, for example, is deliberate and not a gap.
     if last - first >= 2 * files.len() as u64 {
         return Vec::new();
     }
@@ -125,10 +126,10 @@ mod tests {
 
     #[test]
     fn all_images_or_those_of_the_range() {
-        let (all, odd) = fit(&images(300..=770, &[(300, 770)]), 471).unwrap();
-        assert_eq!((all.len(), odd), (471, None), "only the frames that count are there");
-        let (part, odd) = fit(&images(1..=770, &[(300, 770)]), 471).unwrap();
-        assert_eq!((part.len(), odd), (471, None), "all are there");
+        let (all, note) = fit(&images(300..=770, &[(300, 770)]), 471).unwrap();
+        assert_eq!((all.len(), note), (471, None), "only the frames that count exist");
+        let (part, note) = fit(&images(1..=770, &[(300, 770)]), 471).unwrap();
+        assert_eq!((part.len(), note), (471, None), "all frames exist");
         assert_eq!(
             (part[0].as_path(), part[470].as_path()),
             ("img/0300.jpg".as_ref(), "img/0770.jpg".as_ref())
@@ -138,18 +139,15 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_is_said() {
-        let said = |images: Images, rows| fit(&images, rows).unwrap_err();
-        assert_eq!(said(images([], &[]), 3), "there are no images");
-        assert_eq!(said(images([1, 2, 4], &[]), 4), "the image with number 3 is missing");
-        assert_eq!(said(images(1..=9, &[]), 7), "9 images, but 7 rows of truth");
-        let holed = (1..=770).filter(|n| !(400..=401).contains(n));
-        assert_eq!(
-            said(images(holed, &[(300, 770)]), 471),
-            "2 images are missing: numbers 400, 401"
-        );
-        let (_, odd) = fit(&images([1, 2, 4], &[]), 3).unwrap();
-        assert!(odd.unwrap().ends_with("there is no 3"));
+    fn mismatches_are_reported() {
+        let reason = |images: Images, rows| fit(&images, rows).unwrap_err();
+        assert_eq!(reason(images([], &[]), 3), "there are no images");
+        assert_eq!(reason(images([1, 2, 4], &[]), 4), "image 3 is missing");
+        assert_eq!(reason(images(1..=9, &[]), 7), "9 images, but 7 rows of truth");
+        let with_gap = (1..=770).filter(|n| !(400..=401).contains(n));
+        assert_eq!(reason(images(with_gap, &[(300, 770)]), 471), "2 images are missing: 400, 401");
+        let (_, note) = fit(&images([1, 2, 4], &[]), 3).unwrap();
+        assert!(note.unwrap().ends_with("no 3"));
         assert_eq!(fit(&images([1, 6, 11, 16], &[]), 4).unwrap().1, None);
     }
 }

@@ -1,19 +1,20 @@
-//! A closer look: the truth against the size of the frames.
+//! Checks the ground truth against the size of the frames.
 
 use patchlock_media::image_file;
 
 use super::{Dataset, Remark, Sequence, Severity};
 
-/// What a closer look found.
+/// The result of [`Dataset::inspect`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Findings {
-    /// Width and height of the frames of each sequence, in the order of the dataset; `None` where there is no frame to be read.
+    /// Width and height of the frames of each sequence in pixels, in the order of the dataset; `None` if the
+    /// first frame cannot be read.
     pub sizes: Vec<Option<(usize, usize)>>,
-    /// What is odd.
+    /// Anything unusual.
     pub remarks: Vec<Remark>,
 }
 
-/// Looks at every sequence.
+/// Inspects every sequence.
 pub fn inspect(dataset: &Dataset) -> Findings {
     let mut findings = Findings::default();
     for sequence in &dataset.sequences {
@@ -35,15 +36,15 @@ pub fn inspect(dataset: &Dataset) -> Findings {
     findings
 }
 
-/// What is odd about boxes that leave the frame.
+/// Remarks on boxes that are partly or entirely outside the frame.
 fn outside(sequence: &Sequence, (width, height): (usize, usize)) -> Vec<String> {
     let boxes = || sequence.truth.iter().flatten();
-    let wholly = boxes()
+    let entirely = boxes()
         .filter(|b| {
             b.x >= width as f64 || b.y >= height as f64 || b.x + b.w <= 0.0 || b.y + b.h <= 0.0
         })
         .count();
-    let leaving = boxes()
+    let partly_or_entirely = boxes()
         .filter(|b| {
             b.x < -1.0
                 || b.y < -1.0
@@ -52,16 +53,17 @@ fn outside(sequence: &Sequence, (width, height): (usize, usize)) -> Vec<String> 
         })
         .count();
     let frame = format!("the frame of {width} x {height} pixels");
-    let mut said = Vec::new();
-    if wholly > 0 {
-        said.push(format!("{wholly} of {} boxes lie wholly outside {frame}", boxes().count()));
+    let mut remarks = Vec::new();
+    if entirely > 0 {
+        remarks
+            .push(format!("{entirely} of {} boxes lie entirely outside {frame}", boxes().count()));
     }
-    if leaving > wholly {
-        said.push(format!(
+    if partly_or_entirely > entirely {
+        remarks.push(format!(
             "{} of {} boxes reach beyond {frame}",
-            leaving - wholly,
+            partly_or_entirely - entirely,
             boxes().count()
         ));
     }
-    said
+    remarks
 }

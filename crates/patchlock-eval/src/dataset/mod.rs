@@ -1,4 +1,5 @@
-//! Sequences with truth, read from the layouts in which benchmarks are given away. Each is recognised by looking.
+//! Reads sequences with ground truth from the layouts of public benchmarks. The layout is detected from the
+//! files.
 
 mod folders;
 mod frames;
@@ -22,14 +23,15 @@ use frames::Images;
 pub use inspect::Findings;
 pub use table::{OTB_ATTRIBUTES, counted_part};
 
-/// How the files of a dataset lie.
+/// The layout of a dataset's files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Layout {
     /// `<Name>/img/0001.jpg`, `<Name>/groundtruth_rect[.k].txt`.
     Otb,
     /// `<Name>/00000001.jpg`, `<Name>/groundtruth.txt`, `<Name>/absence.label`.
     Got10k,
-    /// `<Name>/img/00000001.jpg`, `<Name>/groundtruth.txt`, `<Name>/full_occlusion.txt`, `<Name>/out_of_view.txt`.
+    /// `<Name>/img/00000001.jpg`, `<Name>/groundtruth.txt`, `<Name>/full_occlusion.txt`,
+    /// `<Name>/out_of_view.txt`.
     Lasot,
     /// `data_seq/<set>/<name>/000001.jpg`, `anno/<set>/<name>.txt`.
     Uav123,
@@ -37,13 +39,13 @@ pub enum Layout {
     Vot,
     /// `frames/<name>/0.jpg`, `anno/<name>.txt`.
     TrackingNet,
-    /// A folder of text files, `<name>.txt`: truth without frames.
+    /// A folder of text files, `<name>.txt`: ground truth without frames.
     TruthOnly,
 }
 
 impl Layout {
-    /// What the files call the first pixel. Only the tracker benchmark says so; of the others, those whose own programs are in MATLAB are taken to
-    /// count from 1, and the others from 0. Scores do not depend on it.
+    /// Coordinate of the first pixel in the files, 0 or 1. Only OTB documents it. Of the others, benchmarks
+    /// with a MATLAB toolkit are assumed to count from 1, the rest from 0. Scores do not depend on it.
     pub fn origin(self) -> f64 {
         match self {
             Self::Otb | Self::TruthOnly | Self::Lasot | Self::Uav123 => 1.0,
@@ -66,38 +68,40 @@ impl fmt::Display for Layout {
     }
 }
 
-/// One target: the frames that count and where it is in them.
+/// One target: its frames and its ground truth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sequence {
-    /// The target's name, such as `Jogging.2`.
+    /// Name of the target, such as `Jogging.2`.
     pub name: String,
-    /// The image files, one for each row of truth; empty where the dataset holds no frames or they do not fit to the truth.
+    /// The image files, one for each row of ground truth; empty if the dataset has no frames or they do not
+    /// match the ground truth.
     pub frames: Vec<PathBuf>,
-    /// The box of each frame, counted from 0; `None` where the frame has no truth and does not count.
+    /// The box in each frame, in pixels counted from 0; `None` for frames without ground truth, which are not
+    /// scored.
     pub truth: Vec<Option<BoundingBox>>,
     /// Short names of the attributes, such as `OCC`.
     pub attributes: Vec<String>,
 }
 
-/// Something odd in a dataset.
+/// Something unusual or wrong in a dataset.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Remark {
-    /// The target that it is about; `None` for the whole dataset.
+    /// The target concerned; `None` for the whole dataset.
     pub target: Option<String>,
-    /// Whether it stands in the way.
+    /// The consequence.
     pub severity: Severity,
-    /// What is odd.
+    /// The description.
     pub text: String,
 }
 
-/// How bad a remark is.
+/// The consequence of a remark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// Worth knowing; nothing is lost.
+    /// For information; nothing is lost.
     Note,
-    /// The target's frames can't be used: it can be scored but not tracked.
+    /// The frames of the target cannot be used: it can be scored but not tracked.
     NoFrames,
-    /// The target's truth can't be used: it is not among the sequences.
+    /// The ground truth of the target cannot be used: it is not among the sequences.
     NoTruth,
 }
 
@@ -113,21 +117,22 @@ impl fmt::Display for Remark {
 /// The sequences of a folder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dataset {
-    /// How its files lie.
+    /// The layout of the files.
     pub layout: Layout,
     /// The folder.
     pub root: PathBuf,
     /// The targets, in natural order of their names.
     pub sequences: Vec<Sequence>,
-    /// Everything odd.
+    /// Everything unusual or wrong.
     pub remarks: Vec<Remark>,
 }
 
 impl Dataset {
-    /// Reads the sequences of a folder, in whichever layout it is. Frames are listed, not decoded.
+    /// Reads the sequences of a folder in any supported layout. Frames are listed, not decoded.
     ///
     /// # Errors
-    /// [`Error::Read`]; [`Error::NoDataset`] where no layout fits. What is wrong with one sequence is a remark, and the others are read.
+    /// [`Error::Read`]; [`Error::NoDataset`] if the layout is not recognised. A fault in one sequence is a
+    /// remark and does not affect the others.
     pub fn open(root: &Path) -> Result<Self, Error> {
         let mut dataset = read(root)?;
         dataset.sequences.sort_by(|a, b| natural_order::compare(&a.name, &b.name));
@@ -135,46 +140,46 @@ impl Dataset {
         Ok(dataset)
     }
 
-    /// What its files call the first pixel: 0 or 1.
+    /// Coordinate of the first pixel in the files, 0 or 1.
     pub fn origin(&self) -> f64 {
         self.layout.origin()
     }
 
-    /// Whether the truth of a target is more than the first box.
+    /// Whether the ground truth has more than the first box, or the sequence a single frame.
     pub fn can_be_scored(sequence: &Sequence) -> bool {
         sequence.truth.len() == 1 || sequence.truth.iter().flatten().nth(1).is_some()
     }
 
-    /// Looks into the frames for what the files of truth alone don't show. Reads the head of each sequence's first image.
+    /// Checks the ground truth against the frame sizes. Reads the header of each sequence's first image.
     pub fn inspect(&self) -> inspect::Findings {
         inspect::inspect(self)
     }
 
-    /// Why the frames of a target can't be used, in the words of the remark on it.
+    /// Why the frames of a target cannot be used, as its remark says.
     pub fn why_no_frames(&self, name: &str) -> String {
         let about = |remark: &&Remark| {
             remark.target.as_deref() == Some(name) && remark.severity == Severity::NoFrames
         };
         let remark = self.remarks.iter().find(about);
-        remark.map_or("it has no frames".to_string(), |remark| remark.text.clone())
+        remark.map_or("the sequence has no frames".to_string(), |remark| remark.text.clone())
     }
 
-    /// The sequence of this name, in whatever spelling.
+    /// The sequence of this name; case and separators are ignored (see [`names::key`]).
     pub fn find(&self, name: &str) -> Option<&Sequence> {
         self.sequences.iter().find(|sequence| names::same(&sequence.name, name))
     }
 }
 
-/// A reader of one layout: `None` where the folder is in another.
+/// A reader of one layout; returns `None` if the folder has another layout.
 type Reader = fn(&Path) -> Result<Option<Dataset>, Error>;
 
-/// The readers, the least mistakable layout first.
+/// The readers, most distinctive layout first.
 const READERS: [Reader; 5] =
     [otb::read, uav123::read, trackingnet::read, folders::read, truth_only::read];
 
 fn read(root: &Path) -> Result<Dataset, Error> {
     if root.is_file() {
-        let reason = "it is a file; a dataset is a folder".to_string();
+        let reason = "this is a file; a dataset is a folder".to_string();
         return Err(Error::NoDataset { path: root.to_path_buf(), reason });
     }
     for reader in READERS {
@@ -184,13 +189,14 @@ fn read(root: &Path) -> Result<Dataset, Error> {
     }
     Err(Error::NoDataset {
         path: root.to_path_buf(),
-        reason: "there is none of <Name>/groundtruth_rect.txt (OTB), anno and data_seq (UAV123), anno and frames (TrackingNet), \
-                 <Name>/groundtruth.txt (GOT-10k, LaSOT, VOT) or a text file of boxes in it"
+        reason: "it has neither <Name>/groundtruth_rect.txt (OTB), nor anno and data_seq (UAV123), anno \
+                 and frames (TrackingNet), <Name>/groundtruth.txt (GOT-10k, LaSOT, VOT) or a text file of \
+                 boxes"
             .to_string(),
     })
 }
 
-/// A dataset in the making.
+/// Collects the sequences and remarks of a dataset.
 struct Builder {
     dataset: Dataset,
 }
@@ -210,7 +216,7 @@ impl Builder {
         self.dataset.remarks.push(Remark { target: None, severity: Severity::Note, text });
     }
 
-    /// Adds a target, or the reason why it can't be. Without `images` the layout has none.
+    /// Adds a target, or a remark on why it cannot be used. `images` is `None` for layouts without frames.
     fn add(
         &mut self,
         name: &str,
@@ -222,16 +228,16 @@ impl Builder {
             Ok(truth) => truth,
             Err(error) => return self.remark(name, Severity::NoTruth, error.to_string()),
         };
-        for oddity in &truth.oddities {
-            self.remark(name, Severity::Note, oddity);
+        for note in &truth.notes {
+            self.remark(name, Severity::Note, note);
         }
         let mut frames = Vec::new();
         if let Some(images) = images {
             self.only_the_first(name, &mut truth, &images);
             match frames::fit(&images, truth.boxes.len()) {
-                Ok((fitting, odd)) => {
+                Ok((fitting, note)) => {
                     frames = fitting;
-                    odd.into_iter().for_each(|odd| self.remark(name, Severity::Note, odd));
+                    note.into_iter().for_each(|note| self.remark(name, Severity::Note, note));
                 }
                 Err(reason) => self.remark(name, Severity::NoFrames, reason),
             }
@@ -240,7 +246,7 @@ impl Builder {
         self.dataset.sequences.push(Sequence { name, frames, truth: truth.boxes, attributes });
     }
 
-    /// GOT-10k and TrackingNet keep the truth of their test parts to themselves, but for the first box.
+    /// GOT-10k and TrackingNet publish only the first box of each sequence of their test sets.
     fn only_the_first(&mut self, name: &str, truth: &mut truth::Truth, images: &Images) {
         let keeps = matches!(self.dataset.layout, Layout::Got10k | Layout::TrackingNet);
         if keeps && truth.boxes.len() == 1 && images.files.len() > 1 {
@@ -248,7 +254,7 @@ impl Builder {
             self.remark(
                 name,
                 Severity::Note,
-                "only the first frame has truth: it can be tracked, but not scored",
+                "only the first frame has truth: the target can be tracked but not scored",
             );
         }
     }

@@ -1,5 +1,5 @@
-//! The tracker benchmark's layout: `<Name>/img/0001.jpg`, `<Name>/groundtruth_rect.txt`, or `groundtruth_rect.1.txt` and so on where
-//! a sequence has several targets.
+//! Reads the layout of OTB: `<Name>/img/0001.jpg` and `<Name>/groundtruth_rect.txt`, or
+//! `groundtruth_rect.1.txt` and so on for sequences with several targets.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use super::frames::Images;
 use super::{Builder, Dataset, Layout, table, truth};
 use crate::{Error, files};
 
-/// `None` where no folder below holds such a truth. The root may be a sequence itself.
+/// `None` if no folder holds such a file. The root may itself be a sequence.
 pub fn read(root: &Path) -> Result<Option<Dataset>, Error> {
     let mut builder = Builder::new(Layout::Otb, root);
     let mut folders = vec![root.to_path_buf()];

@@ -1,4 +1,4 @@
-//! The table of the tracker benchmark's sequences: which frames count, and the attributes of each target.
+//! The table of the OTB sequences: which frames count, and the attributes of each target.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use super::Dataset;
 use super::frames::Range;
 use crate::{Error, names, text};
 
-/// Short names and meanings of the tracker benchmark's attributes, in its order.
+/// Short names and meanings of the attributes of OTB, in its order.
 pub const OTB_ATTRIBUTES: [(&str, &str); 11] = [
     ("IV", "illumination variation"),
     ("OPR", "out-of-plane rotation"),
@@ -22,7 +22,7 @@ pub const OTB_ATTRIBUTES: [(&str, &str); 11] = [
     ("LR", "low resolution"),
 ];
 
-/// One target a line: name, frames that count (`-` for all), attributes (`-` for none).
+/// One target per line: name, frames that count (`-` for all), attributes (`-` for none).
 const ROWS: &str = include_str!("otb_sequences.txt");
 
 fn rows() -> impl Iterator<Item = (&'static str, &'static str, &'static str)> {
@@ -32,50 +32,52 @@ fn rows() -> impl Iterator<Item = (&'static str, &'static str, &'static str)> {
     })
 }
 
-/// Where results hold all frames of a sequence of which only a part counts: that part, in words.
+/// If results with `rows` boxes cover all frames of a sequence of which only a part counts: a note on that
+/// part.
 pub fn counted_part(name: &str, rows: usize) -> Option<String> {
     let range = ranges(name).into_iter().find(|range| range.len() == rows)?;
     Some(format!("the benchmark counts frames {} to {} of this sequence", range.first, range.last))
 }
 
-/// The ranges of file numbers that count, as the editions of the benchmark have them; empty where all do.
+/// The ranges of file numbers that count, one for each edition of the benchmark; empty if all frames count.
 pub fn ranges(name: &str) -> Vec<Range> {
     let row = rows().find(|(target, ..)| names::same(target, name));
     let ranges = row.filter(|row| row.1 != "-").map_or("", |row| row.1);
     ranges.split('|').filter_map(Range::parse).collect()
 }
 
-/// Name of a table of attributes that a user may put into or beside a dataset: a header with `sequence` and short names, then a line a target with 0 or 1.
-const USERS_TABLE: &str = "attributes.csv";
+/// Name of an optional table of attributes in or beside a dataset. Its header is `sequence` and short names
+/// of attributes; each further line has the name of a target and 0 or 1 for each attribute.
+const USER_TABLE: &str = "attributes.csv";
 
-/// Gives each target that has no attributes yet those of the user's table, or of the one above.
+/// Adds attributes to the targets that have none, from the user's table or else from that of OTB.
 ///
 /// # Errors
-/// [`Error::Line`] where the user's table is damaged.
+/// [`Error::Line`] if the user's table is invalid.
 pub fn add_attributes(dataset: &mut Dataset) -> Result<(), Error> {
-    let users = users_table(&dataset.root)?;
+    let user_rows = user_table(&dataset.root)?;
     for sequence in dataset.sequences.iter_mut().filter(|sequence| sequence.attributes.is_empty()) {
         let name = &sequence.name;
-        let listed = users.iter().find(|(target, _)| names::same(target, name));
+        let listed = user_rows.iter().find(|(target, _)| names::same(target, name));
         sequence.attributes = match listed {
             Some((_, attributes)) => attributes.clone(),
-            None => own_attributes(name),
+            None => otb_attributes(name),
         };
     }
     Ok(())
 }
 
-fn own_attributes(name: &str) -> Vec<String> {
+fn otb_attributes(name: &str) -> Vec<String> {
     let row = rows().find(|(target, ..)| names::same(target, name));
     let attributes = row.filter(|row| row.2 != "-").map_or("", |row| row.2);
     attributes.split(',').filter(|a| !a.is_empty()).map(str::to_string).collect()
 }
 
-/// Targets with their attributes; empty where there is no such table.
-fn users_table(root: &Path) -> Result<Vec<(String, Vec<String>)>, Error> {
-    let beside = root.canonicalize().ok().and_then(|root| Some(root.parent()?.join(USERS_TABLE)));
-    let places = [Some(root.join(USERS_TABLE)), beside];
-    let Some(path) = places.into_iter().flatten().find(|path| path.is_file()) else {
+/// The targets of the user's table with their attributes; empty if there is no such table.
+fn user_table(root: &Path) -> Result<Vec<(String, Vec<String>)>, Error> {
+    let beside = root.canonicalize().ok().and_then(|root| Some(root.parent()?.join(USER_TABLE)));
+    let candidates = [Some(root.join(USER_TABLE)), beside];
+    let Some(path) = candidates.into_iter().flatten().find(|path| path.is_file()) else {
         return Ok(Vec::new());
     };
     let bytes = fs::read(&path).map_err(|error| Error::read(&path, error))?;
@@ -87,7 +89,7 @@ fn users_table(root: &Path) -> Result<Vec<(String, Vec<String>)>, Error> {
         let flags: Vec<&str> = row[1..].to_vec();
         if row.len() != header.len() || flags.iter().any(|flag| !matches!(*flag, "0" | "1")) {
             let reason =
-                format!("a target's name and {} times 0 or 1 belong here", header.len() - 1);
+                format!("expected the name of a target and {} flags, 0 or 1", header.len() - 1);
             return Err(Error::Line { path, line: k + 2, reason });
         }
         let set = header[1..].iter().zip(flags).filter(|(_, flag)| *flag == "1");
@@ -101,7 +103,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_row_is_whole() {
+    fn every_row_is_valid() {
         let lines = ROWS.lines().filter(|line| !line.starts_with('#') && !line.is_empty());
         assert_eq!(rows().count(), lines.count());
         for (name, frames, attributes) in rows() {

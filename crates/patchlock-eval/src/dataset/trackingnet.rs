@@ -1,4 +1,5 @@
-//! TrackingNet: `anno/<name>.txt` and `frames/<name>/0.jpg`, in the root or in its parts (`TEST`, `TRAIN_0` and so on).
+//! Reads TrackingNet: `anno/<name>.txt` and `frames/<name>/0.jpg`, in the root or in its subsets (`TEST`,
+//! `TRAIN_0` and so on).
 
 use std::path::Path;
 
@@ -6,7 +7,7 @@ use super::frames::Images;
 use super::{Builder, Dataset, Layout, truth};
 use crate::{Error, files};
 
-/// `None` where there are no such two folders.
+/// `None` if neither the root nor a folder in it has these two folders.
 pub fn read(root: &Path) -> Result<Option<Dataset>, Error> {
     let is_part = |path: &Path| path.join("anno").is_dir() && path.join("frames").is_dir();
     let mut parts = vec![root.to_path_buf()];

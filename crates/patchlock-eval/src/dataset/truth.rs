@@ -1,4 +1,4 @@
-//! The boxes of a target, from a text file.
+//! Reads the ground truth of a target from a text file.
 
 use std::path::Path;
 
@@ -6,39 +6,41 @@ use patchlock::BoundingBox;
 
 use crate::{Error, text};
 
-/// Where the target is in each frame.
+/// The ground truth of a target.
 pub struct Truth {
-    /// Counted from 0; `None` where the frame has no truth.
+    /// The box in each frame, in pixels counted from 0; `None` for frames without ground truth.
     pub boxes: Vec<Option<BoundingBox>>,
-    /// What is odd but does not stand in the way.
-    pub oddities: Vec<String>,
+    /// Unusual properties of the file that do not affect its use.
+    pub notes: Vec<String>,
 }
 
 impl Truth {
-    /// Takes away the truth of the frames that a file flags: the target is not to be seen there.
+    /// Removes the ground truth of the frames that are flagged in a file: the target is not visible there.
     ///
     /// # Errors
-    /// [`Error::Line`] where there is not one flag for each frame.
+    /// [`Error::Line`] unless there is one flag for each frame.
     pub fn without(&mut self, flags: &Path) -> Result<(), Error> {
         let rows: Vec<f64> = text::read(flags)?.rows.into_iter().flatten().collect();
         if rows.len() != self.boxes.len() {
             let reason = format!("{} flags, but {} rows of truth", rows.len(), self.boxes.len());
             return Err(Error::Line { path: flags.to_path_buf(), line: 1, reason });
         }
-        let mut gone = 0;
+        let mut removed = 0;
         for (bbox, _) in self.boxes.iter_mut().zip(rows).filter(|(_, flag)| *flag > 0.0) {
-            gone += usize::from(bbox.take().is_some());
+            removed += usize::from(bbox.take().is_some());
         }
-        if gone > 0 {
+        if removed > 0 {
             let file = flags.file_name().unwrap_or_default().display();
-            self.oddities
-                .push(format!("in {gone} frames it is not to be seen ({file}): they do not count"));
+            self.notes.push(format!(
+                "the target is not visible in {removed} frames ({file}), which do not count"
+            ));
         }
         Ok(())
     }
 }
 
-/// Reads the truth of a target. A row with NaN or without a positive width and height is a frame without truth.
+/// Reads the ground truth of a target. A row with NaN or without a positive width and height is a frame
+/// without ground truth.
 pub fn read(path: &Path, origin: f64) -> Result<Truth, Error> {
     let table = text::read(path)?;
     let error =
@@ -46,7 +48,7 @@ pub fn read(path: &Path, origin: f64) -> Result<Truth, Error> {
     if table.rows.is_empty() {
         return Err(error(1, "the file is empty".to_string()));
     }
-    let mut oddities = table.oddities;
+    let mut notes = table.notes;
     let (mut boxes, mut unknown, mut flat) = (Vec::new(), 0, 0);
     for (k, row) in table.rows.iter().enumerate() {
         let given = text::region(row, origin).map_err(|reason| error(k + 1, reason))?;
@@ -60,11 +62,11 @@ pub fn read(path: &Path, origin: f64) -> Result<Truth, Error> {
     }
     for (count, what) in [(unknown, "NaN"), (flat, "a box without width or height")] {
         if count > 0 {
-            oddities.push(format!(
-                "the truth of {count} of {} frames is {what}: they do not count",
+            notes.push(format!(
+                "the truth of {count} of {} frames is {what}: these frames do not count",
                 boxes.len()
             ));
         }
     }
-    Ok(Truth { boxes, oddities })
+    Ok(Truth { boxes, notes })
 }

@@ -1,5 +1,5 @@
-//! UAV123: `anno/<set>/<name>.txt`, `anno/<set>/att/<name>.txt` and `data_seq/<set>/<name>/000001.jpg`. Several targets may be parts of one folder of
-//! images: `bird1_2` is a part of `bird1`.
+//! Reads UAV123: `anno/<set>/<name>.txt`, `anno/<set>/att/<name>.txt` and `data_seq/<set>/<name>/000001.jpg`.
+//! Several targets may be parts of one folder of images: `bird1_2` is a part of `bird1`.
 
 use std::path::{Path, PathBuf};
 
@@ -7,13 +7,13 @@ use super::frames::{Images, Range};
 use super::{Builder, Dataset, Layout, truth};
 use crate::{Error, files, text};
 
-/// Short names of the attributes, in the order of their files.
+/// Short names of the attributes, in the order of the attribute files.
 const ATTRIBUTES: [&str; 12] =
     ["SV", "ARC", "LR", "FM", "FOC", "POC", "OV", "BC", "IV", "VC", "CM", "SOB"];
-/// Which numbers of the image files belong to the targets that are parts of a folder.
+/// The numbers of the image files of each target that is a part of a folder.
 const PARTS: &str = include_str!("uav123_parts.txt");
 
-/// `None` where there are no such folders.
+/// `None` unless the root has the folders `anno` and `data_seq`.
 pub fn read(root: &Path) -> Result<Option<Dataset>, Error> {
     let (anno, images) = (root.join("anno"), root.join("data_seq"));
     if !anno.is_dir() || !images.is_dir() {
@@ -49,12 +49,12 @@ fn part(name: &str) -> Option<Range> {
     Range::parse(range)
 }
 
-/// One row of flags; a file that is not there or is something else gives none.
+/// Reads one row of flags; a missing or different file gives none.
 fn attributes(file: &Path) -> Vec<String> {
     let rows = text::read(file).map(|table| table.rows).unwrap_or_default();
     let flags: Vec<f64> = rows.into_iter().flatten().collect();
-    let is_whole = flags.len() == ATTRIBUTES.len();
-    let set = ATTRIBUTES.iter().zip(&flags).filter(|(_, flag)| is_whole && **flag > 0.0);
+    let is_valid = flags.len() == ATTRIBUTES.len();
+    let set = ATTRIBUTES.iter().zip(&flags).filter(|(_, flag)| is_valid && **flag > 0.0);
     set.map(|(name, _)| name.to_string()).collect()
 }
 

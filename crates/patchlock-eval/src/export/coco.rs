@@ -1,12 +1,13 @@
-//! COCO's JSON for video: images and annotations as ever, so that tools for pictures read them, and beside them `videos` and `tracks`. An annotation
-//! names its target as `track_id` (TAO), as `instance_id` (CocoVID), and as the attribute `track_id` (CVAT, datumaro).
+//! COCO JSON for video: `images` and `annotations` as for images, so that image tools can read the file, plus
+//! `videos` and `tracks`. An annotation refers to its target as `track_id` (TAO), `instance_id` (CocoVID) and
+//! the attribute `track_id` (CVAT, Datumaro).
 
 use serde_json::{Value, json};
 
 use super::track::Entry;
 use super::{Job, round};
 
-/// The file.
+/// The contents of the file.
 pub fn text(job: &Job<'_>) -> String {
     let (width, height) = job.frames.size;
     let frames: Vec<usize> = job.track.frames().into_iter().collect();
@@ -48,7 +49,7 @@ pub fn text(job: &Job<'_>) -> String {
 
 fn annotation(id: usize, image: usize, entry: &Entry) -> Value {
     let bbox = entry.bbox;
-    // A point at the middle of pixel k is at k + 0.5 where pixels reach from k to k + 1.
+    // COCO's pixel k covers k to k + 1, so the centre of pixel k is at k + 0.5.
     let outline = entry.corners.map(|corners| corners.map(|[x, y]| [x + 0.5, y + 0.5]));
     let upright = [bbox.x, bbox.y, bbox.w, bbox.h].map(round);
     let mut all = json!({
@@ -68,7 +69,7 @@ fn annotation(id: usize, image: usize, entry: &Entry) -> Value {
     all
 }
 
-/// Half the sum of the cross products of neighbouring corners.
+/// The area of a quadrilateral, by the shoelace formula.
 fn area(corners: &[[f64; 2]; 4]) -> f64 {
     let next = |k: usize| corners[(k + 1) % corners.len()];
     let cross = |(k, [x, y]): (usize, &[f64; 2])| x * next(k)[1] - next(k)[0] * y;

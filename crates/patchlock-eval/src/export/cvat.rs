@@ -1,24 +1,27 @@
-//! "CVAT for video 1.1": a track a target, a box for each frame. A box with `outside="1"` ends it where the target leaves, and another begins it again.
-//! A target of which less than half is visible counts as occluded.
+//! "CVAT for video 1.1": one track per target and one box per frame. A box with `outside="1"` ends a stretch
+//! where the target leaves; the next box starts a new one. A target of which less than half is visible is
+//! marked as occluded.
 
 use std::fmt::Write;
 
 use super::track::Entry;
 use super::{Job, round};
 
-/// Below this score a target counts as occluded.
+/// A target with a score below this is marked as occluded.
 const OCCLUDED: f64 = 0.5;
 
-/// The file.
+/// The contents of the file.
 pub fn text(job: &Job<'_>) -> String {
     let frames: Vec<usize> = job.track.frames().into_iter().collect();
     let (width, height) = job.frames.size;
     let label = escaped(job.label);
     let mut out = format!(
-        "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<annotations>\n  <version>1.1</version>\n  <meta>\n    <task>\n      \
-         <name>{}</name>\n      <size>{}</size>\n      <mode>interpolation</mode>\n      <labels>\n        <label>\n          \
-         <name>{label}</name>\n          <attributes></attributes>\n        </label>\n      </labels>\n      <original_size>\n        \
-         <width>{width}</width>\n        <height>{height}</height>\n      </original_size>\n    </task>\n  </meta>\n",
+        "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<annotations>\n  <version>1.1</version>\n  <meta>\n    \
+         <task>\n      <name>{}</name>\n      <size>{}</size>\n      <mode>interpolation</mode>\n      \
+         <labels>\n        <label>\n          <name>{label}</name>\n          \
+         <attributes></attributes>\n        </label>\n      </labels>\n      <original_size>\n        \
+         <width>{width}</width>\n        <height>{height}</height>\n      </original_size>\n    \
+         </task>\n  </meta>\n",
         escaped(job.name),
         frames[frames.len() - 1] + 1,
     );
@@ -31,7 +34,8 @@ pub fn text(job: &Job<'_>) -> String {
     out
 }
 
-/// The boxes of a target. Where the next frame that was tracked has none, the last one is repeated there as outside.
+/// Writes the boxes of a target. If it has no box in the next tracked frame, the last box is repeated there
+/// as outside.
 fn add_boxes<'a>(out: &mut String, frames: &[usize], entries: impl Iterator<Item = &'a Entry>) {
     let mut entries = entries.peekable();
     while let Some(entry) = entries.next() {
@@ -49,7 +53,8 @@ fn add_box(out: &mut String, frame: usize, entry: &Entry, outside: bool) {
     let occluded = entry.score.is_some_and(|score| score < OCCLUDED);
     let _ = writeln!(
         out,
-        "    <box frame=\"{frame}\" keyframe=\"1\" outside=\"{}\" occluded=\"{}\" xtl=\"{}\" ytl=\"{}\" xbr=\"{}\" ybr=\"{}\" z_order=\"0\"></box>",
+        "    <box frame=\"{frame}\" keyframe=\"1\" outside=\"{}\" occluded=\"{}\" xtl=\"{}\" ytl=\"{}\" \
+         xbr=\"{}\" ybr=\"{}\" z_order=\"0\"></box>",
         u8::from(outside),
         u8::from(occluded),
         round(bbox.x),
@@ -59,7 +64,7 @@ fn add_box(out: &mut String, frame: usize, entry: &Entry, outside: bool) {
     );
 }
 
-/// Text as XML holds it.
+/// Escapes text for XML.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {

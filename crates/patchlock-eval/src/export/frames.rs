@@ -1,4 +1,4 @@
-//! The frames behind a track: their size, their names, and their files where there are any.
+//! The frames of a track: their size, names and image files.
 
 use std::path::{Path, PathBuf};
 
@@ -7,23 +7,23 @@ use patchlock_media::image_file;
 use super::{Content, Item, Options, Track};
 use crate::{Error, files};
 
-/// What is known of the frames.
+/// Properties of the frames.
 pub struct Frames {
-    /// Width and height; 0 where the format does not ask.
+    /// Width and height in pixels; 0 if the format does not need them.
     pub size: (usize, usize),
-    /// The images, in natural order; empty where no folder was given.
+    /// The images, in natural order; empty if no folder was given.
     files: Vec<PathBuf>,
 }
 
 impl Frames {
-    /// Looks into the folder of images, and checks that what is said fits to what is there.
+    /// Lists the images and checks the options against the track and the images.
     pub fn new(track: &Track, options: &Options) -> Result<Self, Error> {
         let format = options.format;
         if options.size.is_some() && !format.needs_size() {
-            return Err(wrong(format!("the format {} does not ask for a size", format.name())));
+            return Err(invalid(format!("the format {} does not use a frame size", format.name())));
         }
         if options.images.is_some() && !format.needs_size() && !format.holds_frames() {
-            return Err(wrong(format!("the format {} does not ask for images", format.name())));
+            return Err(invalid(format!("the format {} does not use images", format.name())));
         }
         let files = match &options.images {
             Some(folder) => images_in(folder, track)?,
@@ -34,14 +34,14 @@ impl Frames {
             (Some(size), None) => size,
             (given, Some(first)) => checked_size(given, first)?,
             (None, None) => {
-                return Err(wrong(format!(
-                    "the format {} asks for the size of the frames: give it, or the folder of the images",
+                return Err(invalid(format!(
+                    "the format {} needs the frame size: give it, or the folder of the images",
                     format.name()
                 )));
             }
         };
         if format.needs_size() && (size.0 == 0 || size.1 == 0) {
-            return Err(wrong(format!(
+            return Err(invalid(format!(
                 "the size is {} x {}; both sides must be at least 1",
                 size.0, size.1
             )));
@@ -49,7 +49,7 @@ impl Frames {
         Ok(Self { size, files })
     }
 
-    /// The name of a frame's file: that of the image, or one made from its number.
+    /// The file name of a frame: that of its image, or one made from its index.
     pub fn name(&self, frame: usize) -> String {
         match self.files.get(frame) {
             Some(file) => files::name_of(file),
@@ -57,13 +57,13 @@ impl Frames {
         }
     }
 
-    /// The frame's image under this path, where there are images.
+    /// A copy of the frame's image at this path, if there is an image.
     pub fn copy(&self, frame: usize, path: PathBuf) -> Option<Item> {
         let file = self.files.get(frame)?.clone();
         Some(Item { path, content: Content::Copy(file) })
     }
 
-    /// The same as JPEG: a copy where it is one.
+    /// The frame's image as JPEG: copied if it is a JPEG already, converted otherwise.
     pub fn jpeg(&self, frame: usize, path: PathBuf) -> Option<Item> {
         let file = self.files.get(frame)?.clone();
         let is_jpeg = files::ends_with(&file, "jpg") || files::ends_with(&file, "jpeg");
@@ -72,18 +72,18 @@ impl Frames {
     }
 }
 
-fn wrong(reason: String) -> Error {
+fn invalid(reason: String) -> Error {
     Error::Export(reason)
 }
 
 fn images_in(folder: &Path, track: &Track) -> Result<Vec<PathBuf>, Error> {
     if !folder.is_dir() {
-        return Err(wrong(format!("{} is no folder of images", folder.display())));
+        return Err(invalid(format!("{} is not a folder of images", folder.display())));
     }
     let files = files::images(folder)?;
     match track.frames().last() {
-        Some(&last) if last >= files.len() => Err(wrong(format!(
-            "the track goes to frame {last}, counted from 0, but {} has {} images",
+        Some(&last) if last >= files.len() => Err(invalid(format!(
+            "the track extends to frame {last}, counted from 0, but {} has {} images",
             folder.display(),
             files.len()
         ))),
@@ -95,7 +95,7 @@ fn checked_size(given: Option<(usize, usize)>, first: &Path) -> Result<(usize, u
     let own = image_file::size(first)
         .map_err(|error| Error::Frame { path: first.to_path_buf(), reason: error.to_string() })?;
     match given {
-        Some(given) if given != own => Err(wrong(format!(
+        Some(given) if given != own => Err(invalid(format!(
             "the size is given as {} x {}, but {} has {} x {}",
             given.0,
             given.1,

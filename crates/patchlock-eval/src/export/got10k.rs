@@ -1,5 +1,5 @@
-//! GOT-10k: `<name>_<id>/groundtruth.txt` with `x,y,w,h` a line, labels with a number a line, `meta_info.ini`, the frames as `00000001.jpg`; and
-//! `list.txt` with the names of the sequences.
+//! GOT-10k: `<name>_<id>/groundtruth.txt` with `x,y,w,h` on each line, labels with one number per line,
+//! `meta_info.ini`, and the frames as `00000001.jpg`; and `list.txt` with the names of the sequences.
 
 use std::path::Path;
 
@@ -7,10 +7,10 @@ use super::sequence::{Sequence, sequences};
 use super::track::Entry;
 use super::{Item, Job};
 
-/// The levels of visibility that `cover.label` knows, beside 0.
+/// Number of visibility levels in `cover.label`, not counting 0.
 const COVER_LEVELS: f64 = 8.0;
 
-/// The folder.
+/// The files of the folder.
 pub fn items(job: &Job<'_>) -> Vec<Item> {
     let sequences = sequences(job.track);
     let name = |sequence: &Sequence<'_>| format!("{}_{:06}", job.name, sequence.id);
@@ -48,7 +48,7 @@ fn sequence_items(job: &Job<'_>, sequence: &Sequence<'_>, name: &str) -> Vec<Ite
     items
 }
 
-/// The visible share in eighths; all of it where no score is known.
+/// The visible share of the target in eighths; the full 8 if the score is unknown.
 fn cover(entry: &Entry) -> u8 {
     (entry.score.unwrap_or(1.0) * COVER_LEVELS).round() as u8
 }

@@ -1,11 +1,12 @@
-//! LaSOT: `<label>/<label>-<id>/groundtruth.txt` with `x,y,w,h` a line, counted from 1, two lines of flags, and the frames as `img/00000001.jpg`.
+//! LaSOT: `<label>/<label>-<id>/groundtruth.txt` with `x,y,w,h` on each line, counted from 1, two files with
+//! one line of flags each, and the frames as `img/00000001.jpg`.
 
 use std::path::Path;
 
 use super::sequence::{Sequence, sequences};
 use super::{Item, Job};
 
-/// The folder.
+/// The files of the folder.
 pub fn items(job: &Job<'_>) -> Vec<Item> {
     sequences(job.track).iter().flat_map(|sequence| sequence_items(job, sequence)).collect()
 }
@@ -24,7 +25,7 @@ fn sequence_items(job: &Job<'_>, sequence: &Sequence<'_>) -> Vec<Item> {
     items
 }
 
-/// One line of flags, a flag a frame, from whether the target has no box there.
+/// One line with a flag for each frame. `flag` receives whether the target has no box in the frame.
 fn flags(sequence: &Sequence<'_>, flag: impl Fn(bool) -> bool) -> String {
     let frames = sequence.frames.iter();
     let flags: Vec<&str> =

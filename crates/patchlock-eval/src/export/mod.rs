@@ -1,8 +1,8 @@
-//! Tracks out, in the formats of annotation tools and of other benchmarks. One file a format; each makes the text of its files from a [`Track`], and [`write()`] puts
-//! them in their place, all or none.
+//! Exports tracks in the formats of annotation tools and other benchmarks. There is one module per format,
+//! which generates the text of its files from a [`Track`]; [`write()`] writes them, all or none.
 //!
-//! A box covers the pixels from `x` to `x + w - 1`, and tools that draw pixel `k` from `k` to `k + 1` draw the same box with the same numbers: COCO, CVAT, YOLO
-//! and GOT-10k count from 0. MOT and LaSOT count from 1.
+//! A box covers the pixels from `x` to `x + w - 1`. In tools whose pixel `k` covers `k` to `k + 1` it has the
+//! same numbers: COCO, CVAT, YOLO and GOT-10k count from 0. MOT and LaSOT count from 1.
 
 mod coco;
 mod cvat;
@@ -10,7 +10,7 @@ mod frames;
 mod got10k;
 mod lasot;
 mod mot;
-mod place;
+mod output;
 mod sequence;
 mod track;
 mod yolo;
@@ -21,26 +21,30 @@ use crate::Error;
 use frames::Frames;
 pub use track::{Entry, Track};
 
-/// The formats.
+/// An export format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
-    /// A text file with `frame,id,left,top,width,height,confidence,-1,-1,-1` a line, frames and pixels counted from 1: the results of MOTChallenge.
+    /// The results format of MOTChallenge: a text file with
+    /// `frame,id,left,top,width,height,confidence,-1,-1,-1` on each line; frames and pixels count from 1.
     Mot,
-    /// A JSON file in COCO's form, with `videos`, `tracks`, and in each annotation `track_id`, the turned outline as `segmentation` and the score.
+    /// A JSON file in the format of COCO, with `videos` and `tracks`. Each annotation has `track_id`, and the
+    /// rotated outline as `segmentation` and the score if they are known.
     Coco,
-    /// "CVAT for video 1.1": an XML file with a track a target.
+    /// "CVAT for video 1.1": an XML file with one track per target.
     Cvat,
-    /// A folder with `data.yaml` and `labels/train`, one text file a frame with `class centre-x centre-y width height`, relative to the frame and cut off at its
-    /// border. Targets can't be told apart in it.
+    /// A folder with `data.yaml` and `labels/train`, one text file per frame with `class centre-x centre-y
+    /// width height`, relative to the frame and clipped to it. Targets are not told apart.
     Yolo,
-    /// A folder `<label>/<label>-<id>` a target with `groundtruth.txt`, `full_occlusion.txt`, `out_of_view.txt`.
+    /// One folder `<label>/<label>-<id>` per target, with `groundtruth.txt`, `full_occlusion.txt` and
+    /// `out_of_view.txt`.
     Lasot,
-    /// A folder `<name>_<id>` a target with `groundtruth.txt`, `absence.label`, `cover.label`, `cut_by_image.label`, `meta_info.ini`; and `list.txt`.
+    /// One folder `<name>_<id>` per target, with `groundtruth.txt`, `absence.label`, `cover.label`,
+    /// `cut_by_image.label` and `meta_info.ini`; and `list.txt`.
     Got10k,
 }
 
 impl Format {
-    /// All of them.
+    /// All formats.
     pub const ALL: [Self; 6] =
         [Self::Mot, Self::Coco, Self::Cvat, Self::Yolo, Self::Lasot, Self::Got10k];
 
@@ -59,44 +63,46 @@ impl Format {
     /// The format of this name.
     ///
     /// # Errors
-    /// [`Error::Export`] lists the names.
+    /// [`Error::Export`] if there is no such format; the message lists the names.
     pub fn named(name: &str) -> Result<Self, Error> {
         Self::ALL.into_iter().find(|format| format.name() == name).ok_or_else(|| {
             let known = Self::ALL.map(Self::name).join(", ");
-            Error::Export(format!("there is no format {name}; there is: {known}"))
+            Error::Export(format!("there is no format {name}; the formats are {known}"))
         })
     }
 
-    /// Whether it says how large the frames are, or boxes relative to them.
+    /// Whether the format needs the frame size.
     pub fn needs_size(self) -> bool {
         matches!(self, Self::Coco | Self::Cvat | Self::Yolo | Self::Got10k)
     }
 
-    /// Whether frames belong into it: they are copied where there are any.
+    /// Whether the format includes the frames, which are copied if there are any.
     pub fn holds_frames(self) -> bool {
         matches!(self, Self::Yolo | Self::Lasot | Self::Got10k)
     }
 }
 
-/// What is to be said beside the boxes.
+/// The options of an export.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
     /// The format.
     pub format: Format,
-    /// Name of the video.
+    /// Name of the video, used in the format's files.
     pub name: String,
-    /// What the targets are, such as `car`: one word for all of them.
+    /// Class of the targets, such as `car`; the same for all of them.
     pub label: String,
-    /// Width and height of the frames in pixels; `None` where `images` tells, or the format does not ask.
+    /// Width and height of the frames in pixels; `None` to use that of `images`, or if the format does not
+    /// need it.
     pub size: Option<(usize, usize)>,
-    /// The folder of the frames: frame 0 of the track is its first image in natural order. Formats with files name them, and formats that hold frames get copies.
+    /// The folder of the frames; frame 0 of the track is its first image in natural order. Some formats refer
+    /// to the images by name, others get copies.
     pub images: Option<PathBuf>,
 }
 
 /// One file of an export.
 #[derive(Debug, Clone, PartialEq)]
 struct Item {
-    /// Where it lies below the output.
+    /// Path relative to the output folder.
     path: PathBuf,
     content: Content,
 }
@@ -104,9 +110,9 @@ struct Item {
 #[derive(Debug, Clone, PartialEq)]
 enum Content {
     Text(String),
-    /// A copy of this image, its bytes unchanged.
+    /// An unmodified copy of this image.
     Copy(PathBuf),
-    /// This image as JPEG, for formats that know no other.
+    /// This image converted to JPEG, for formats that allow nothing else.
     Jpeg(PathBuf),
 }
 
@@ -116,13 +122,13 @@ impl Item {
     }
 }
 
-/// What an export consists of.
+/// The files of an export.
 enum Files {
     One(String),
     Folder(Vec<Item>),
 }
 
-/// Everything that the formats are made of.
+/// The input of a format.
 struct Job<'a> {
     track: &'a Track,
     name: &'a str,
@@ -130,11 +136,12 @@ struct Job<'a> {
     frames: Frames,
 }
 
-/// Writes a track: a file, or a folder that is not there yet or empty. It is complete, or nothing is there. Gives the number of files.
+/// Writes a track to a file, or to a folder that does not exist yet or is empty. If an error occurs, nothing
+/// is written. Returns the number of files.
 ///
 /// # Errors
-/// [`Error::Export`] where something is missing or does not fit together, or where `out` is in use: a file is replaced with `overwrite`, a folder never;
-/// [`Error::Read`] and [`Error::Frame`] for the images, [`Error::Write`].
+/// [`Error::Export`] if the options are inconsistent, or if `out` exists: a file is replaced only with
+/// `overwrite`, a folder never. [`Error::Read`] and [`Error::Frame`] for the images; [`Error::Write`].
 pub fn write(
     track: &Track,
     options: &Options,
@@ -143,7 +150,7 @@ pub fn write(
 ) -> Result<usize, Error> {
     check_word("label", &options.label)?;
     check_word("name", &options.name)?;
-    place::check(
+    output::check(
         out,
         matches!(options.format, Format::Mot | Format::Coco | Format::Cvat),
         overwrite,
@@ -159,23 +166,24 @@ pub fn write(
         Format::Got10k => Files::Folder(got10k::items(&job)),
     };
     match files {
-        Files::One(text) => place::file(out, &text, overwrite).map(|()| 1),
-        Files::Folder(items) => place::folder(out, &items).map(|()| items.len()),
+        Files::One(text) => output::write_file(out, &text, overwrite).map(|()| 1),
+        Files::Folder(items) => output::write_folder(out, &items).map(|()| items.len()),
     }
 }
 
-/// Names become parts of paths and lines of text files.
+/// Checks a word that becomes part of paths and of lines in text files.
 fn check_word(what: &str, word: &str) -> Result<(), Error> {
-    let strange = |c: char| c.is_control() || matches!(c, '/' | '\\');
-    if word.trim() != word || word.is_empty() || word.starts_with('.') || word.contains(strange) {
+    let forbidden = |c: char| c.is_control() || matches!(c, '/' | '\\');
+    if word.trim() != word || word.is_empty() || word.starts_with('.') || word.contains(forbidden) {
         return Err(Error::Export(format!(
-            "the {what} is {word:?}; it must have letters, and no slash, line break, dot at the beginning or blank at an end"
+            "the {what} is {word:?}; it must not be empty, contain slashes or line breaks, start with a dot, \
+             or start or end with a space"
         )));
     }
     Ok(())
 }
 
-/// Four digits behind the point: more than any tracker means.
+/// Rounds to four decimal places, finer than the accuracy of any tracker.
 fn round(value: f64) -> f64 {
     (value * 1e4).round() / 1e4
 }

@@ -1,8 +1,9 @@
-//! The results of MOTChallenge: `frame,id,left,top,width,height,confidence,-1,-1,-1` a line, frames and pixels counted from 1.
+//! MOTChallenge results: `frame,id,left,top,width,height,confidence,-1,-1,-1` on each line; frames and pixels
+//! count from 1.
 
 use super::Job;
 
-/// The file. The confidence is the score; 1 where there is none.
+/// The contents of the file. The confidence is the score, or 1 if it is unknown.
 pub fn text(job: &Job<'_>) -> String {
     let line = |entry: &super::Entry| {
         let bbox = entry.bbox;

@@ -1,16 +1,18 @@
-//! One target as a sequence of its own, for the formats of single-target benchmarks: from its first to its last frame, without those that were not tracked.
+//! Splits a track into one sequence per target, for the formats of single-target benchmarks. A sequence
+//! covers the tracked frames from the target's first to its last.
 
 use super::track::{Entry, Track};
 
-/// A target over time.
+/// One target over time.
 pub struct Sequence<'a> {
     /// The target.
     pub id: u64,
-    /// The frames from its first to its last, with its entry where it is in them.
+    /// The tracked frames from the target's first to its last, with its entry, or `None` in frames without
+    /// it.
     pub frames: Vec<(usize, Option<&'a Entry>)>,
 }
 
-/// The sequences of all targets, in the order of their ids.
+/// The sequences of all targets, ordered by id.
 pub fn sequences(track: &Track) -> Vec<Sequence<'_>> {
     let frames = track.frames();
     let sequence = |id: u64| {
@@ -24,7 +26,8 @@ pub fn sequences(track: &Track) -> Vec<Sequence<'_>> {
 }
 
 impl Sequence<'_> {
-    /// `x,y,w,h` a line, the first pixel being called `origin`; zeros where the target is not in the frame.
+    /// `x,y,w,h` on each line, with `origin` as the coordinate of the first pixel; zeros where the target is
+    /// absent.
     pub fn boxes(&self, origin: f64) -> String {
         let line = |(_, entry): &(usize, Option<&Entry>)| match entry {
             Some(Entry { bbox, .. }) => format!(

@@ -1,4 +1,5 @@
-//! A track: where each target is in each frame. Read from what `patchlock track` saves, and from text with a box a line.
+//! A track: the boxes of all targets in all frames. It is read from files saved by `patchlock track`, or from
+//! text with one box per line.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -13,25 +14,25 @@ use crate::{Error, text};
 /// One target in one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Entry {
-    /// Number of the frame in the source, counted from 0.
+    /// Index of the frame in the source, from 0.
     pub frame: usize,
-    /// The target.
+    /// Id of the target.
     pub id: u64,
-    /// Its box, counted from 0.
+    /// The box, in pixels counted from 0.
     pub bbox: BoundingBox,
-    /// Its visibility, 0 to 1, where that is known.
+    /// Visibility of the target, 0 to 1, if known.
     pub score: Option<f64>,
-    /// Corners of the turned outline, where they are known: points, with pixel centres at whole numbers.
+    /// Corners of the rotated outline, if known, with pixel centres at integer coordinates.
     pub corners: Option<[[f64; 2]; 4]>,
 }
 
-/// Entries by frame, and by target within a frame.
+/// Entries ordered by frame, then by target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Track {
     entries: Vec<Entry>,
 }
 
-/// A row of a table, by the names of the columns; others are left out.
+/// A row of a table, read by column names. Other columns are ignored.
 #[derive(Deserialize)]
 struct Row {
     frame: usize,
@@ -73,10 +74,11 @@ impl Row {
 }
 
 impl Track {
-    /// A track of these entries, in any order.
+    /// A track of these entries, given in any order.
     ///
     /// # Errors
-    /// [`Error::Export`] where there are none, a target comes twice in a frame, or an entry is none.
+    /// [`Error::Export`] if there are no entries, a target has two entries in one frame, or an entry is
+    /// invalid.
     pub fn new(mut entries: Vec<Entry>) -> Result<Self, Error> {
         if entries.is_empty() {
             return Err(Error::Export("the track has no boxes".to_string()));
@@ -87,20 +89,21 @@ impl Track {
                 Error::Export(format!("target {} in frame {}: {what}", entry.id, entry.frame))
             })?;
         }
-        let double = entries
+        let duplicate = entries
             .windows(2)
             .find(|pair| (pair[0].frame, pair[0].id) == (pair[1].frame, pair[1].id));
-        match double {
+        match duplicate {
             Some([entry, _]) => Err(Error::Export(format!(
-                "target {} comes twice in frame {}",
+                "target {} appears twice in frame {}",
                 entry.id, entry.frame
             ))),
             _ => Ok(Self { entries }),
         }
     }
 
-    /// Reads a table by the end of its name: `.csv` or `.jsonl` with at least the columns `frame`, `x`, `y`, `w`, `h` of `patchlock track`, counted from 0;
-    /// `.txt` with `x,y,w,h` a line, counted from 1, a frame a line. Without a column `id` there is one target, 1.
+    /// Reads a file by its extension: `.csv` or `.jsonl` with at least the columns `frame`, `x`, `y`, `w` and
+    /// `h` as written by `patchlock track`, counted from 0; or `.txt` with one `x,y,w,h` per line and frame,
+    /// counted from 1. Without a column `id`, all boxes are of target 1.
     ///
     /// # Errors
     /// [`Error::Read`]; [`Error::Line`]; as [`Track::new`].
@@ -113,43 +116,43 @@ impl Track {
             read_txt(path)?
         } else {
             return Err(Error::Export(format!(
-                "{}: the end of the name is none of .csv, .jsonl, .txt",
+                "{}: unknown extension; use .csv, .jsonl or .txt",
                 path.display()
             )));
         };
         Self::new(entries)
     }
 
-    /// All entries, by frame, and by target within a frame.
+    /// All entries, ordered by frame, then by target.
     pub fn entries(&self) -> &[Entry] {
         &self.entries
     }
 
-    /// The targets, in rising order.
+    /// The ids of all targets, in increasing order.
     pub fn ids(&self) -> BTreeSet<u64> {
         self.entries.iter().map(|entry| entry.id).collect()
     }
 
-    /// The frames in which some target is, in rising order.
+    /// The frames with at least one target, in increasing order.
     pub fn frames(&self) -> BTreeSet<usize> {
         self.entries.iter().map(|entry| entry.frame).collect()
     }
 }
 
-/// What is wrong with an entry.
+/// Checks an entry; the error says what is wrong.
 fn check(entry: &Entry) -> Result<(), String> {
     let BoundingBox { x, y, w, h } = entry.bbox;
     if ![x, y, w, h].iter().all(|value| value.is_finite()) || w <= 0.0 || h <= 0.0 {
         return Err(format!(
-            "the box is {x},{y},{w},{h}; all must be finite, width and height more than 0"
+            "the box is {x},{y},{w},{h}; all values must be finite, width and height greater than 0"
         ));
     }
     if let Some(score) = entry.score.filter(|score| !(0.0..=1.0).contains(score)) {
-        return Err(format!("the score is {score}; it must be 0 to 1"));
+        return Err(format!("the score is {score}; it must be from 0 to 1"));
     }
     match entry.corners {
         Some(corners) if !corners.as_flattened().iter().all(|value| value.is_finite()) => {
-            Err(format!("the corners are {corners:?}; all must be finite"))
+            Err(format!("the corners are {corners:?}; all values must be finite"))
         }
         _ => Ok(()),
     }
@@ -165,15 +168,15 @@ fn read_csv(path: &Path) -> Result<Vec<Entry>, Error> {
     let mut entries = Vec::new();
     for row in reader.deserialize() {
         let row: Row = row.map_err(|error| {
-            let place = error.position().map_or(1, |position| position.line() as usize);
-            line(path, place, csv_reason(&error))
+            let number = error.position().map_or(1, |position| position.line() as usize);
+            line(path, number, csv_reason(&error))
         })?;
         entries.push(row.entry());
     }
     Ok(entries)
 }
 
-/// What is wrong with a row, without the place, which the error names.
+/// The reason why a row is invalid, without its position, which the error names.
 fn csv_reason(error: &csv::Error) -> String {
     match error.kind() {
         csv::ErrorKind::Deserialize { err, .. } => err.kind().to_string(),
@@ -195,7 +198,7 @@ fn read_txt(path: &Path) -> Result<Vec<Entry>, Error> {
     let mut entries = Vec::new();
     for (frame, row) in text::read(path)?.rows.iter().enumerate() {
         let bbox = text::region(row, 1.0).map_err(|reason| line(path, frame + 1, reason))?;
-        // A row of NaN is a frame in which the target has no box.
+        // A row of NaN is a frame without a box.
         entries.extend(bbox.map(|bbox| Entry { frame, id: 1, bbox, score: None, corners: None }));
     }
     Ok(entries)
@@ -213,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn every_kind_of_table_is_read() {
+    fn all_file_types_are_read() {
         let csv =
             read("a.csv", "frame,x,y,w,h,score\n4,10.5,0,30,20,0.5\n2,9,1,30,20,1\n").unwrap();
         assert_eq!(csv.frames().into_iter().collect::<Vec<_>>(), [2, 4]);
@@ -226,7 +229,8 @@ mod tests {
         assert_eq!(txt.frames().into_iter().collect::<Vec<_>>(), [0, 2]);
         let many = read(
             "a.csv",
-            "frame,id,x,y,w,h,x1,y1,x2,y2,x3,y3,x4,y4\n0,7,1,2,3,4,1,2,3,4,5,6,7,8\n0,3,1,2,3,4,,,,,,,,\n",
+            "frame,id,x,y,w,h,x1,y1,x2,y2,x3,y3,x4,y4\n\
+             0,7,1,2,3,4,1,2,3,4,5,6,7,8\n0,3,1,2,3,4,,,,,,,,\n",
         );
         let many = many.unwrap();
         assert_eq!(many.ids().into_iter().collect::<Vec<_>>(), [3, 7]);
@@ -238,17 +242,17 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_said_with_its_place() {
-        let said = |name: &str, text: &str| read(name, text).unwrap_err();
-        assert!(said("a.csv", "frame,x,y,w,h\n0,1,2,3,4\n1,1,2,x,4\n").contains("a.csv, line 3"));
-        assert!(said("a.csv", "frame,x,y,w\n0,1,2,3\n").contains("missing field `h`"));
-        assert!(said("a.jsonl", "{\"frame\":1}\n").contains("a.jsonl, line 1"));
-        assert!(said("a.txt", "1,2,3,4\n1,2,3\n").contains("a.txt, line 2"));
-        assert!(said("a.xml", "").contains(".csv, .jsonl, .txt"));
-        assert!(said("a.csv", "frame,x,y,w,h\n").contains("no boxes"));
-        let twice = said("a.csv", "frame,id,x,y,w,h\n5,2,1,2,3,4\n5,2,1,2,3,4\n");
-        assert_eq!(twice, "cannot export: target 2 comes twice in frame 5");
-        assert!(said("a.csv", "frame,x,y,w,h\n0,1,2,0,4\n").contains("the box is 1,2,0,4"));
-        assert!(said("a.csv", "frame,x,y,w,h,score\n0,1,2,3,4,7\n").contains("the score is 7"));
+    fn errors_name_the_file_and_line() {
+        let error = |name: &str, text: &str| read(name, text).unwrap_err();
+        assert!(error("a.csv", "frame,x,y,w,h\n0,1,2,3,4\n1,1,2,x,4\n").contains("a.csv, line 3"));
+        assert!(error("a.csv", "frame,x,y,w\n0,1,2,3\n").contains("missing field `h`"));
+        assert!(error("a.jsonl", "{\"frame\":1}\n").contains("a.jsonl, line 1"));
+        assert!(error("a.txt", "1,2,3,4\n1,2,3\n").contains("a.txt, line 2"));
+        assert!(error("a.xml", "").contains(".csv, .jsonl or .txt"));
+        assert!(error("a.csv", "frame,x,y,w,h\n").contains("no boxes"));
+        let twice = error("a.csv", "frame,id,x,y,w,h\n5,2,1,2,3,4\n5,2,1,2,3,4\n");
+        assert_eq!(twice, "cannot export: target 2 appears twice in frame 5");
+        assert!(error("a.csv", "frame,x,y,w,h\n0,1,2,0,4\n").contains("the box is 1,2,0,4"));
+        assert!(error("a.csv", "frame,x,y,w,h,score\n0,1,2,3,4,7\n").contains("the score is 7"));
     }
 }

@@ -1,5 +1,6 @@
-//! YOLO, as Ultralytics reads it: `data.yaml`, `labels/train/<image>.txt` with `class centre-x centre-y width height` relative to the frame, and the frames in
-//! `images/train`. Boxes are cut off at the border, which the format asks for; what is left of a target outside the frame is nothing.
+//! YOLO, as read by Ultralytics: `data.yaml`, `labels/train/<image>.txt` with `class centre-x centre-y width
+//! height` relative to the frame, and the frames in `images/train`. Boxes are clipped to the frame, as the
+//! format requires; boxes outside it are omitted.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -8,12 +9,12 @@ use patchlock::BoundingBox;
 
 use super::{Item, Job};
 
-/// The folder.
+/// The files of the folder.
 pub fn items(job: &Job<'_>) -> Vec<Item> {
     let yaml = format!(
         "# {}\npath: .\ntrain: images/train\nval: images/train\nnc: 1\nnames:\n  0: {}\n",
         job.name,
-        serde_json::Value::from(job.label) // a string of JSON is one of YAML
+        serde_json::Value::from(job.label) // a JSON string is valid YAML
     );
     let mut items = vec![Item::text("data.yaml", yaml)];
     for frame in job.track.frames() {
@@ -25,14 +26,14 @@ pub fn items(job: &Job<'_>) -> Vec<Item> {
     items
 }
 
-/// The lines of a frame.
+/// The lines of one frame.
 fn labels(job: &Job<'_>, frame: usize) -> String {
     let (width, height) = (job.frames.size.0 as f64, job.frames.size.1 as f64);
     let entries = job.track.entries();
     let first = entries.partition_point(|entry| entry.frame < frame);
     let mut lines = String::new();
     for entry in entries[first..].iter().take_while(|entry| entry.frame == frame) {
-        if let Some([left, top, right, bottom]) = within(&entry.bbox, width, height) {
+        if let Some([left, top, right, bottom]) = clipped(&entry.bbox, width, height) {
             let _ = writeln!(
                 lines,
                 "0 {:.6} {:.6} {:.6} {:.6}",
@@ -46,8 +47,8 @@ fn labels(job: &Job<'_>, frame: usize) -> String {
     lines
 }
 
-/// Left, top, right and bottom of what lies inside the frame.
-fn within(bbox: &BoundingBox, width: f64, height: f64) -> Option<[f64; 4]> {
+/// Left, top, right and bottom of the part inside the frame; `None` if nothing is inside.
+fn clipped(bbox: &BoundingBox, width: f64, height: f64) -> Option<[f64; 4]> {
     let (left, right) = (bbox.x.max(0.0), (bbox.x + bbox.w).min(width));
     let (top, bottom) = (bbox.y.max(0.0), (bbox.y + bbox.h).min(height));
     (left < right && top < bottom).then_some([left, top, right, bottom])

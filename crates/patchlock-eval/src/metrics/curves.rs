@@ -1,23 +1,23 @@
-//! From frames to curves.
+//! Curves over thresholds from the measures of frames.
 
-use super::frames::Comparison;
-use crate::protocol::{DP_PLACE, Protocol, SUCCESS_PLACE};
+use super::frames::FrameMeasures;
+use crate::protocol::{DP_INDEX, Protocol, SUCCESS_INDEX};
 
-/// Shares of frames at the thresholds of the protocol, 0 to 1.
+/// Shares of frames, 0 to 1, at the thresholds of the protocol.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Curves {
-    /// Share of frames whose centre is near enough.
+    /// Share of frames within each centre distance.
     pub precision: Vec<f64>,
-    /// The same with normalised distances.
+    /// Share of frames within each normalised centre distance.
     pub normalised: Vec<f64>,
-    /// Share of frames that overlap enough.
+    /// Share of frames above each overlap.
     pub success: Vec<f64>,
 }
 
 impl Curves {
     /// Precision at 20 pixels.
     pub fn dp20(&self) -> f64 {
-        self.precision.get(DP_PLACE).copied().unwrap_or(0.0)
+        self.precision.get(DP_INDEX).copied().unwrap_or(0.0)
     }
 
     /// Mean of the success curve.
@@ -27,7 +27,7 @@ impl Curves {
 
     /// Success at an overlap of 0.5.
     pub fn success50(&self) -> f64 {
-        self.success.get(SUCCESS_PLACE).copied().unwrap_or(0.0)
+        self.success.get(SUCCESS_INDEX).copied().unwrap_or(0.0)
     }
 
     /// Mean of the curve of normalised precision.
@@ -35,7 +35,7 @@ impl Curves {
         mean(&self.normalised)
     }
 
-    /// The mean of several curves, point by point; `None` of none.
+    /// The mean of several curves, threshold by threshold; `None` without curves.
     pub fn mean<'a>(curves: impl IntoIterator<Item = &'a Curves>) -> Option<Curves> {
         let all: Vec<&Curves> = curves.into_iter().collect();
         let mean = |part: fn(&Curves) -> &[f64]| -> Vec<f64> {
@@ -55,10 +55,10 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
-/// Counts of frames, which can be added up over several runs on one target before shares are made of them.
+/// Counts of frames, summed over several runs on one target before they are divided.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tally {
-    /// Frames that count.
+    /// Number of frames that count.
     pub frames: usize,
     /// Sum of their overlaps.
     pub overlap: f64,
@@ -68,7 +68,7 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Nothing counted yet.
+    /// An empty tally.
     pub fn new(protocol: &Protocol) -> Self {
         Self {
             frames: 0,
@@ -79,22 +79,22 @@ impl Tally {
         }
     }
 
-    /// Counts the frames of a comparison; the protocol is that of [`Tally::new`].
-    pub fn add(&mut self, comparison: &Comparison, protocol: &Protocol) {
-        for overlap in comparison.overlaps.iter().flatten() {
+    /// Adds the frames of a run; `protocol` has to be the one passed to [`Tally::new`].
+    pub fn add(&mut self, measures: &FrameMeasures, protocol: &Protocol) {
+        for overlap in measures.overlaps.iter().flatten() {
             self.frames += 1;
             self.overlap += overlap;
             count(&mut self.success, &protocol.success, |threshold| *overlap > threshold);
         }
-        for distance in comparison.distances.iter().flatten() {
+        for distance in measures.distances.iter().flatten() {
             count(&mut self.precision, &protocol.precision, |threshold| *distance <= threshold);
         }
-        for distance in comparison.normalised.iter().flatten() {
+        for distance in measures.normalised.iter().flatten() {
             count(&mut self.normalised, &protocol.normalised, |threshold| *distance <= threshold);
         }
     }
 
-    /// The shares; `None` where no frame counts.
+    /// The shares; `None` if no frame counts.
     pub fn curves(&self) -> Option<Curves> {
         let share = |counts: &[usize]| -> Vec<f64> {
             counts.iter().map(|&count| count as f64 / self.frames as f64).collect()
@@ -106,7 +106,7 @@ impl Tally {
         })
     }
 
-    /// The mean overlap; `None` where no frame counts.
+    /// The mean overlap; `None` if no frame counts.
     pub fn mean_overlap(&self) -> Option<f64> {
         (self.frames > 0).then(|| self.overlap / self.frames as f64)
     }
@@ -123,15 +123,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn at_most_for_distances_and_more_than_for_overlaps() {
+    fn distances_count_up_to_and_overlaps_above_the_threshold() {
         let protocol = Protocol::otb();
         let mut tally = Tally::new(&protocol);
-        let comparison = Comparison {
+        let measures = FrameMeasures {
             overlaps: vec![Some(1.0), Some(0.5), None, Some(0.15), Some(0.0)],
             distances: vec![Some(0.0), Some(20.0), None, Some(20.5), Some(f64::INFINITY)],
             normalised: vec![Some(0.0), Some(0.5), None, Some(0.51), Some(f64::INFINITY)],
         };
-        tally.add(&comparison, &protocol);
+        tally.add(&measures, &protocol);
         let curves = tally.curves().unwrap();
         assert_eq!((curves.precision[0], curves.precision[20]), (0.25, 0.5));
         assert_eq!((curves.precision[21], curves.precision[50]), (0.75, 0.75));
@@ -140,13 +140,13 @@ mod tests {
         assert_eq!((curves.success[0], curves.success[2], curves.success[3]), (0.75, 0.75, 0.5));
         assert_eq!((curves.success[10], curves.success[19], curves.success[20]), (0.25, 0.25, 0.0));
         assert_eq!(tally.mean_overlap(), Some(1.65 / 4.0));
-        tally.add(&comparison, &protocol);
-        assert_eq!(tally.curves().unwrap(), curves, "twice the same is the same share");
+        tally.add(&measures, &protocol);
+        assert_eq!(tally.curves().unwrap(), curves, "doubling the frames keeps the shares");
         assert_eq!(tally.frames, 8);
     }
 
     #[test]
-    fn nothing_has_no_share() {
+    fn no_frames_give_no_curves() {
         assert_eq!(Tally::new(&Protocol::otb()).curves(), None);
         assert_eq!(Curves::mean([]), None);
     }

@@ -1,19 +1,19 @@
-//! One trajectory against the truth, frame by frame.
+//! Compares one trajectory with the ground truth, frame by frame.
 
 use patchlock::BoundingBox;
 
-/// What was measured of each frame. `None` where the frame does not count, because it has no truth.
+/// The measures of each frame; `None` for frames without ground truth, which do not count.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Comparison {
+pub struct FrameMeasures {
     /// Intersection over union, 0 to 1.
     pub overlaps: Vec<Option<f64>>,
-    /// Distance of the centres in pixels; infinite where the tracker has not given any box yet.
+    /// Distance of the centres in pixels; infinite before the first box reported by the tracker.
     pub distances: Vec<Option<f64>>,
-    /// The same with x in widths and y in heights of the truth.
+    /// The same with x divided by the width and y by the height of the true box.
     pub normalised: Vec<Option<f64>>,
 }
 
-/// The boxes with each one that was not given replaced by the last one that was; `None` before the first.
+/// Replaces each missing box by the last one before it; `None` before the first box.
 pub fn last_given(boxes: &[Option<BoundingBox>]) -> Vec<Option<BoundingBox>> {
     let mut last = None;
     boxes
@@ -25,21 +25,22 @@ pub fn last_given(boxes: &[Option<BoundingBox>]) -> Vec<Option<BoundingBox>> {
         .collect()
 }
 
-/// Compares boxes with the truth of the same frames; both of one length. Boxes that were not given are filled in first.
-pub fn compare(boxes: &[Option<BoundingBox>], truth: &[Option<BoundingBox>]) -> Comparison {
-    let mut comparison = Comparison::default();
+/// Compares boxes with the ground truth of the same frames; both slices have the same length. Missing boxes
+/// are replaced as by [`last_given`].
+pub fn compare(boxes: &[Option<BoundingBox>], truth: &[Option<BoundingBox>]) -> FrameMeasures {
+    let mut measures = FrameMeasures::default();
     for (bbox, truth) in last_given(boxes).iter().zip(truth) {
         let truth = truth.filter(|truth| truth.w > 0.0 && truth.h > 0.0);
         let pair = truth.map(|truth| (bbox.as_ref(), truth));
-        comparison.overlaps.push(pair.map(|(b, t)| b.map_or(0.0, |b| b.overlap(&t))));
+        measures.overlaps.push(pair.map(|(b, t)| b.map_or(0.0, |b| b.overlap(&t))));
         let apart = pair.map(|(b, t)| (b.map(|b| difference(b, &t)), t));
         let length = |d: Option<[f64; 2]>| d.map_or(f64::INFINITY, |[dx, dy]| dx.hypot(dy));
-        comparison.distances.push(apart.map(|(d, _)| length(d)));
-        comparison
+        measures.distances.push(apart.map(|(d, _)| length(d)));
+        measures
             .normalised
             .push(apart.map(|(d, t)| length(d.map(|[dx, dy]| [dx / t.w, dy / t.h]))));
     }
-    comparison
+    measures
 }
 
 fn difference(a: &BoundingBox, b: &BoundingBox) -> [f64; 2] {
@@ -54,14 +55,14 @@ mod tests {
     const UNIT: BoundingBox = BoundingBox { x: 10.0, y: 20.0, w: 30.0, h: 40.0 };
 
     #[test]
-    fn a_box_not_given_is_the_last_one() {
+    fn a_missing_box_is_replaced_by_the_last_one() {
         let other = BoundingBox { x: 0.0, ..UNIT };
         let filled = last_given(&[None, Some(UNIT), None, Some(other), None]);
         assert_eq!(filled, [None, Some(UNIT), Some(UNIT), Some(other), Some(other)]);
     }
 
     #[test]
-    fn distances_are_those_of_the_centres() {
+    fn distances_are_between_the_centres() {
         let moved = BoundingBox { x: 13.0, y: 24.0, ..UNIT };
         let wider = BoundingBox { w: 32.0, ..UNIT };
         let c = compare(&[Some(UNIT), Some(moved), Some(wider)], &[Some(UNIT); 3]);

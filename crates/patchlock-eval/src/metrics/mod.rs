@@ -1,7 +1,7 @@
-//! Boxes against truth: per frame, and as curves. Sees boxes and a protocol, never a tracker.
+//! Compares boxes with ground truth, per frame and as curves. Independent of any tracker.
 
 mod curves;
 mod frames;
 
 pub use curves::{Curves, Tally};
-pub use frames::{Comparison, compare, last_given};
+pub use frames::{FrameMeasures, compare, last_given};

@@ -1,4 +1,4 @@
-//! Where a tracker loses its target, and pictures of it.
+//! Finds the failures of a tracker and draws thumbnails of them.
 
 use std::io::Cursor;
 use std::ops::Range;
@@ -14,15 +14,16 @@ use patchlock_media::image_file;
 use super::svg::escape;
 use crate::dataset::Sequence;
 
-/// A frame with less overlap than this is lost.
+/// The target counts as lost in frames with a smaller overlap.
 pub const LOST: f64 = 0.2;
-/// A failure lasts at least so many frames.
-pub const SHORTEST: usize = 3;
+/// Smallest number of lost frames in a failure.
+pub const MIN_FRAMES: usize = 3;
 /// Largest width and height of a thumbnail, in pixels.
 const SIZE: [f64; 2] = [232.0, 174.0];
 const JPEG_QUALITY: u8 = 72;
 
-/// The stretches of frames in which the target is lost. Frames that do not count neither end nor make one.
+/// The ranges of frames in which the target is lost. Frames without ground truth neither end nor count
+/// towards a failure.
 pub fn failures(overlaps: &[Option<f64>]) -> Vec<Range<usize>> {
     let mut all: Vec<(Range<usize>, usize)> = Vec::new();
     let mut open = false;
@@ -42,25 +43,26 @@ pub fn failures(overlaps: &[Option<f64>]) -> Vec<Range<usize>> {
             None => {}
         }
     }
-    all.into_iter().filter(|(_, count)| *count >= SHORTEST).map(|(range, _)| range).collect()
+    all.into_iter().filter(|(_, count)| *count >= MIN_FRAMES).map(|(range, _)| range).collect()
 }
 
-/// A frame worth a picture, and why.
+/// A frame to show as a thumbnail.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Moment {
-    /// Place of the frame in the sequence.
+    /// Index of the frame in the sequence.
     pub frame: usize,
-    /// What happens there.
+    /// The caption.
     pub what: String,
 }
 
-/// The beginnings of the longest failures, in the order of time; or the frame with the least overlap, where nothing fails.
-pub fn moments(overlaps: &[Option<f64>], failures: &[Range<usize>], most: usize) -> Vec<Moment> {
+/// The first frames of the `limit` longest failures, in order of time; or, without failures, the frame with
+/// the smallest overlap.
+pub fn moments(overlaps: &[Option<f64>], failures: &[Range<usize>], limit: usize) -> Vec<Moment> {
     let mut longest: Vec<&Range<usize>> = failures.iter().collect();
     longest.sort_by_key(|failure| std::cmp::Reverse(failure.len()));
-    longest.truncate(most);
+    longest.truncate(limit);
     longest.sort_by_key(|failure| failure.start);
-    if !longest.is_empty() || most == 0 {
+    if !longest.is_empty() || limit == 0 {
         let lost = |f: &Range<usize>| Moment {
             frame: f.start,
             what: format!("lost for {} frames", f.len()),
@@ -69,15 +71,16 @@ pub fn moments(overlaps: &[Option<f64>], failures: &[Range<usize>], most: usize)
     }
     let given =
         overlaps.iter().enumerate().filter_map(|(frame, overlap)| Some((frame, (*overlap)?)));
-    let least = given.min_by(|a, b| a.1.total_cmp(&b.1));
-    let moment = |(frame, overlap)| Moment { frame, what: format!("least overlap, {overlap:.2}") };
-    least.map(moment).into_iter().collect()
+    let smallest = given.min_by(|a, b| a.1.total_cmp(&b.1));
+    let moment =
+        |(frame, overlap)| Moment { frame, what: format!("smallest overlap, {overlap:.2}") };
+    smallest.map(moment).into_iter().collect()
 }
 
-/// A piece of the frame with the truth and the tracked boxes, as an SVG element that holds a JPEG.
+/// A crop of the frame with the true and the tracked boxes, as an SVG element that contains a JPEG.
 ///
 /// # Errors
-/// The reason, where the frame can't be read.
+/// Why the frame cannot be read.
 pub fn thumbnail(
     sequence: &Sequence,
     frame: usize,
@@ -87,7 +90,7 @@ pub fn thumbnail(
     let cannot = |reason: String| format!("{}: {reason}", file.display());
     let picture = image_file::load(file).map_err(|e| cannot(e.to_string()))?;
     let picture = RgbImage::from_raw(picture.width as u32, picture.height as u32, picture.to_rgb())
-        .ok_or_else(|| cannot("it has not as many pixels as it says".to_string()))?;
+        .ok_or_else(|| cannot("its number of pixels does not match its size".to_string()))?;
     let frame_size = [f64::from(picture.width()), f64::from(picture.height())];
     let truth = sequence.truth.get(frame).copied().flatten();
     let boxes: Vec<BoundingBox> = truth.iter().chain(tracked).copied().collect();
@@ -96,14 +99,14 @@ pub fn thumbnail(
     let scale = (SIZE[0] / view[2]).min(SIZE[1] / view[3]);
     let pixels = |length: f64| ((length * scale).round() as u32).max(1);
     let (width, height) = (pixels(view[2]), pixels(view[3]));
-    let piece = imageops::crop_imm(&picture, x, y, w.max(1), h.max(1)).to_image();
-    let piece = imageops::resize(&piece, width, height, FilterType::Triangle);
+    let crop = imageops::crop_imm(&picture, x, y, w.max(1), h.max(1)).to_image();
+    let crop = imageops::resize(&crop, width, height, FilterType::Triangle);
     let mut jpeg = Cursor::new(Vec::new());
-    piece
-        .write_with_encoder(JpegEncoder::new_with_quality(&mut jpeg, JPEG_QUALITY))
+    crop.write_with_encoder(JpegEncoder::new_with_quality(&mut jpeg, JPEG_QUALITY))
         .map_err(|e| cannot(e.to_string()))?;
     let mut svg = format!(
-        "<svg viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" role=\"img\" aria-label=\"{}, frame {frame}\">\
+        "<svg viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" role=\"img\" \
+         aria-label=\"{}, frame {frame}\">\
          <image width=\"{width}\" height=\"{height}\" href=\"data:image/jpeg;base64,{}\"/>",
         escape(&sequence.name),
         BASE64_STANDARD.encode(jpeg.into_inner())
@@ -115,20 +118,20 @@ pub fn thumbnail(
     Ok(svg)
 }
 
-/// A dark line below a coloured one, so that it shows on any picture.
+/// A box with a dark border behind it, so that it is visible on any picture.
 fn outline(class: &str, bbox: &BoundingBox, [left, top]: [f64; 2], scale: f64) -> String {
-    // A picture shows pixel k from k to k + 1, and a box covers its pixels whole: no shift by half a pixel.
+    // In the thumbnail, pixel k covers k to k + 1, like the pixels of a box: no shift by half a pixel.
     let (x, y) = ((bbox.x - left) * scale, (bbox.y - top) * scale);
-    let place = format!(
+    let geometry = format!(
         "x=\"{x:.1}\" y=\"{y:.1}\" width=\"{:.1}\" height=\"{:.1}\"",
         bbox.w * scale,
         bbox.h * scale
     );
-    format!("<rect class=\"halo\" {place}/><rect class=\"{class}\" {place}/>")
+    format!("<rect class=\"halo\" {geometry}/><rect class=\"{class}\" {geometry}/>")
 }
 
-/// Left, top, width and height of the piece of the frame to show, in whole pixels: the boxes with some room, in the frame, as wide as high in the
-/// proportion of a thumbnail where the frame allows.
+/// Left, top, width and height of the crop in whole pixels: the boxes with a margin, clipped to the frame, in
+/// the aspect ratio of a thumbnail if the frame is large enough.
 fn view(boxes: &[BoundingBox], [frame_w, frame_h]: [f64; 2]) -> [f64; 4] {
     let inside =
         boxes.iter().filter(|b| [b.x, b.y, b.w, b.h].iter().all(|value| value.is_finite()));
@@ -160,7 +163,7 @@ mod tests {
     }
 
     #[test]
-    fn short_dips_are_no_failures_and_gaps_do_not_end_one() {
+    fn failures_have_a_minimum_length_and_may_contain_gaps() {
         let values = overlaps(&[0.9, 0.1, 0.1, 0.9, 0.1, -1.0, 0.0, 0.19, 0.2, 0.1]);
         let ends = |values: &[Option<f64>]| -> Vec<_> {
             failures(values).iter().map(|failure| (failure.start, failure.end)).collect()
@@ -171,19 +174,19 @@ mod tests {
     }
 
     #[test]
-    fn the_longest_failures_are_shown_in_order() {
-        let what = |most| moments(&[], &[5..8, 10..40, 50..60], most);
+    fn the_longest_failures_are_shown_in_order_of_time() {
+        let what = |limit| moments(&[], &[5..8, 10..40, 50..60], limit);
         assert_eq!(what(2).iter().map(|m| m.frame).collect::<Vec<_>>(), [10, 50]);
         assert_eq!(what(0), []);
         let fine = overlaps(&[1.0, 0.7, -1.0, 0.6, 0.8]);
         assert_eq!(
             moments(&fine, &[], 2),
-            [Moment { frame: 3, what: "least overlap, 0.60".into() }]
+            [Moment { frame: 3, what: "smallest overlap, 0.60".into() }]
         );
     }
 
     #[test]
-    fn the_view_holds_the_boxes_and_stays_in_the_frame() {
+    fn the_view_contains_the_boxes_and_stays_in_the_frame() {
         let frame = [320.0, 240.0];
         let a = BoundingBox { x: 300.0, y: 10.0, w: 40.0, h: 30.0 };
         let [x, y, w, h] = view(&[a], frame);

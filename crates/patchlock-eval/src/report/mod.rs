@@ -1,10 +1,10 @@
-//! The report: one page to look at, and every plot with its numbers.
+//! The report: a self-contained HTML page, and every plot with its numbers.
 //!
-//! [`build`] reads nothing but frames for thumbnails and writes nothing: it gives the page as text and the plots as values, which draw themselves as SVG,
-//! PNG and CSV.
+//! [`build`] reads only the frames for thumbnails and writes no files: it returns the page as text, and the
+//! plots as values that can be rendered as SVG, PNG and CSV.
 
+mod comparison;
 mod failures;
-mod field;
 mod page;
 mod palette;
 mod plots;
@@ -17,26 +17,27 @@ pub use plots::{Plot, csv};
 pub use svg::{FAMILY, FONT, Rasteriser};
 
 use crate::Error;
-use crate::compare::{DRAWS, Draws, LEAST_TARGETS, holm};
+use crate::compare::{DRAWS, Draws, MIN_TARGETS, holm};
 use crate::dataset::{Dataset, OTB_ATTRIBUTES};
 use crate::metrics::Curves;
-use crate::protocol::{DP_PLACE, Protocol};
+use crate::protocol::{DP_INDEX, Protocol};
 use crate::score::{self, Scoreboard, Summary, TargetScore};
-use field::{Entrant, Field};
+use comparison::{ComparedTracker, Comparison};
 use plots::curves::{self, Line};
-use plots::intervals::{Intervals, Row};
+use plots::intervals::{Intervals, TrackerDifferences};
 use plots::speed::{Point, Speed};
 
-/// What the report shows.
+/// The options of a report.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Options {
-    /// Trackers that every plot names, whatever their rank. The report is about the first of them; of none, about the best tracker.
+    /// Names of trackers that every plot names regardless of their rank. The report is about the first of
+    /// them, or by default about the best tracker.
     pub shown: Vec<String>,
-    /// How many of the best each plot names.
+    /// How many of the best trackers each plot names.
     pub best: usize,
-    /// Thumbnails a target, at most; they need frames.
+    /// Largest number of thumbnails per target; they need frames.
     pub thumbnails: usize,
-    /// Seed of the draws that the intervals come from.
+    /// Seed of the bootstrap.
     pub seed: u64,
 }
 
@@ -49,34 +50,35 @@ impl Default for Options {
 /// The finished report.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
-    /// The page, whole: it needs no other file.
+    /// The HTML page; it needs no other file.
     pub html: String,
-    /// Every plot of the page.
+    /// All plots of the page.
     pub plots: Vec<Plot>,
-    /// Tables of numbers: name of the file without its end, and rows.
+    /// Tables of numbers: file name without extension, and rows, the first of which is the header.
     pub tables: Vec<(String, Vec<Vec<String>>)>,
 }
 
-/// Makes the report.
+/// Builds the report.
 ///
 /// # Errors
-/// [`Error::NothingToCompare`] where the trackers have no target in common, or a shown one is not there.
+/// [`Error::NothingToCompare`] if there are no trackers, they have no target in common, or a shown one is
+/// unknown.
 pub fn build(
     board: &Scoreboard,
     truth: &Dataset,
     protocol: &Protocol,
     options: &Options,
 ) -> Result<Report, Error> {
-    let field = Field::new(board, truth, &options.shown)?;
-    let overall = overall_plots(&field, protocol, options);
-    let attributes = attribute_plots(&field, protocol, options);
-    let draws = Draws::new(field.targets.len(), DRAWS, options.seed);
-    let pairs = interval_plot(&field, &draws);
-    let (sequences, faults) = page::sequences(&field, truth, options);
+    let comparison = Comparison::new(board, truth, &options.shown)?;
+    let overall = overall_plots(&comparison, protocol, options);
+    let attributes = attribute_plots(&comparison, protocol, options);
+    let draws = Draws::new(comparison.targets.len(), DRAWS, options.seed);
+    let pairs = interval_plot(&comparison, &draws);
+    let (sequences, faults) = page::sequences(&comparison, truth, options);
     let html = page::render(&page::Parts {
         board,
         truth,
-        field: &field,
+        comparison: &comparison,
         overall: &overall,
         pairs: pairs.as_ref(),
         attributes: &attributes,
@@ -84,10 +86,10 @@ pub fn build(
         faults: &faults,
     })?;
     let tables = vec![
-        ("trackers".to_string(), tables::trackers(&field)),
-        ("targets".to_string(), tables::targets(&field)),
-        ("attributes".to_string(), tables::attributes(&field)),
-        ("pairs".to_string(), tables::pairs(&field, &draws)),
+        ("trackers".to_string(), tables::trackers(&comparison)),
+        ("targets".to_string(), tables::targets(&comparison)),
+        ("attributes".to_string(), tables::attributes(&comparison)),
+        ("pairs".to_string(), tables::pairs(&comparison, &draws)),
     ];
     let attributes = attributes.into_iter().flat_map(|attribute| attribute.plots);
     let sequences = sequences.into_iter().map(|sequence| sequence.plot);
@@ -95,7 +97,7 @@ pub fn build(
     Ok(Report { html, plots, tables })
 }
 
-/// What is drawn as curves.
+/// A measure that is drawn as curves.
 struct Measure {
     file: &'static str,
     name: &'static str,
@@ -112,19 +114,19 @@ struct Measure {
 const PRECISION: Measure = Measure {
     file: "precision",
     name: "Precision",
-    x_label: "centre distance at most, pixels",
+    x_label: "centre distance threshold, pixels",
     y_label: "share of frames",
     score_label: "DP at 20 px",
     ticks: &[0.0, 10.0, 20.0, 30.0, 40.0, 50.0],
     thresholds: |protocol| &protocol.precision,
     curve: |curves| &curves.precision,
     score: |summary| summary.dp20.mean,
-    mark: Some(DP_PLACE as f64),
+    mark: Some(DP_INDEX as f64),
 };
 const SUCCESS: Measure = Measure {
     file: "success",
     name: "Success",
-    x_label: "overlap more than",
+    x_label: "overlap threshold",
     y_label: "share of frames",
     score_label: "AUC",
     ticks: &[0.0, 0.2, 0.4, 0.6, 0.8, 1.0],
@@ -136,7 +138,7 @@ const SUCCESS: Measure = Measure {
 const NORMALISED: Measure = Measure {
     file: "normalised_precision",
     name: "Normalised precision",
-    x_label: "centre distance at most, sizes of the target",
+    x_label: "centre distance threshold, relative to the target's size",
     y_label: "share of frames",
     score_label: "mean",
     ticks: &[0.0, 0.1, 0.2, 0.3, 0.4, 0.5],
@@ -146,25 +148,26 @@ const NORMALISED: Measure = Measure {
     mark: None,
 };
 
-fn overall_plots(field: &Field, protocol: &Protocol, options: &Options) -> Vec<Plot> {
-    let all: Vec<(&Entrant, Summary)> =
-        field.entrants.iter().map(|entrant| (entrant, entrant.overall.clone())).collect();
+fn overall_plots(comparison: &Comparison, protocol: &Protocol, options: &Options) -> Vec<Plot> {
+    let all: Vec<(&ComparedTracker, Summary)> =
+        comparison.trackers.iter().map(|tracker| (tracker, tracker.overall.clone())).collect();
     let plot = |measure: &Measure| {
-        let title = format!("{} plots of {}, {}", measure.name, field.kind.name(), field.size());
+        let title =
+            format!("{} plots of {}, {}", measure.name, comparison.kind.name(), comparison.size());
         curve_plot(measure, &all, protocol, options, measure.file.to_string(), title)
     };
-    [PRECISION, SUCCESS, NORMALISED].iter().map(plot).chain(speed_plot(field)).collect()
+    [PRECISION, SUCCESS, NORMALISED].iter().map(plot).chain(speed_plot(comparison)).collect()
 }
 
-/// `None` unless the times of two trackers are known.
-fn speed_plot(field: &Field) -> Option<Plot> {
-    let point = |entrant| {
-        let entrant: &Entrant = entrant;
-        let fps = entrant.overall.fps.map(|fps| fps.mean).filter(|fps| *fps > 0.0)?;
-        Some((entrant.name.to_string(), fps, entrant.overall.auc.mean, entrant.look))
+/// The plot of accuracy and speed; `None` unless the times of at least two trackers are known.
+fn speed_plot(comparison: &Comparison) -> Option<Plot> {
+    let point = |tracker| {
+        let tracker: &ComparedTracker = tracker;
+        let fps = tracker.overall.fps.map(|fps| fps.mean).filter(|fps| *fps > 0.0)?;
+        Some((tracker.name.to_string(), fps, tracker.overall.auc.mean, tracker.look))
     };
-    let known: Vec<_> = field.entrants.iter().filter_map(point).collect();
-    let title = format!("Accuracy and speed, {}", field.size());
+    let known: Vec<_> = comparison.trackers.iter().filter_map(point).collect();
+    let title = format!("Accuracy and speed, {}", comparison.size());
     let points = known.iter().map(|(name, fps, auc, look)| Point {
         name,
         fps: *fps,
@@ -174,22 +177,22 @@ fn speed_plot(field: &Field) -> Option<Plot> {
     (known.len() > 1).then(|| Speed { title, points: points.collect() }.plot())
 }
 
-/// The trackers' curves, ranked by the measure's own score. The best are named, and the shown.
+/// The curves of the trackers, ranked by the score of the measure. The best and the shown trackers are named.
 fn curve_plot(
     measure: &Measure,
-    trackers: &[(&Entrant, Summary)],
+    trackers: &[(&ComparedTracker, Summary)],
     protocol: &Protocol,
     options: &Options,
     file: String,
     title: String,
 ) -> Plot {
-    let mut ranked: Vec<&(&Entrant, Summary)> = trackers.iter().collect();
+    let mut ranked: Vec<&(&ComparedTracker, Summary)> = trackers.iter().collect();
     ranked.sort_by(|a, b| (measure.score)(&b.1).total_cmp(&(measure.score)(&a.1)));
-    let lines = ranked.iter().enumerate().map(|(rank, (entrant, summary))| Line {
-        name: entrant.name,
+    let lines = ranked.iter().enumerate().map(|(rank, (tracker, summary))| Line {
+        name: tracker.name,
         values: (measure.curve)(&summary.curves),
         score: (measure.score)(summary),
-        look: (rank < options.best || entrant.look.strong).then_some(entrant.look),
+        look: (rank < options.best || tracker.look.strong).then_some(tracker.look),
     });
     curves::Curves {
         file,
@@ -213,20 +216,25 @@ struct AttributePlots {
     plots: Vec<Plot>,
 }
 
-fn attribute_plots(field: &Field, protocol: &Protocol, options: &Options) -> Vec<AttributePlots> {
+fn attribute_plots(
+    comparison: &Comparison,
+    protocol: &Protocol,
+    options: &Options,
+) -> Vec<AttributePlots> {
     let mut all = Vec::new();
-    for (short, name) in attributes_of(field) {
+    for (short, name) in attributes_of(comparison) {
         let has = |target: &&&TargetScore| target.attributes.contains(&short);
-        let count = field.about().targets.iter().filter(has).count();
-        let on = |entrant| -> Option<(&Entrant, Summary)> {
-            let entrant: &Entrant = entrant;
-            let own = entrant.targets.iter().filter(has).copied();
-            Some((entrant, score::summary(own, entrant.seeds)?))
+        let count = comparison.about().targets.iter().filter(has).count();
+        let on = |tracker| -> Option<(&ComparedTracker, Summary)> {
+            let tracker: &ComparedTracker = tracker;
+            let own = tracker.targets.iter().filter(has).copied();
+            Some((tracker, score::summary(own, tracker.seeds)?))
         };
-        let trackers: Vec<(&Entrant, Summary)> = field.entrants.iter().filter_map(on).collect();
+        let trackers: Vec<(&ComparedTracker, Summary)> =
+            comparison.trackers.iter().filter_map(on).collect();
         let plot = |measure: &Measure| {
             let title = format!("{}: {name} ({count})", measure.name);
-            let file = format!("{}_{}", measure.file, plain(&short));
+            let file = format!("{}_{}", measure.file, file_name(&short));
             curve_plot(measure, &trackers, protocol, options, file, title)
         };
         let plots = [PRECISION, SUCCESS].iter().map(plot).collect();
@@ -235,46 +243,50 @@ fn attribute_plots(field: &Field, protocol: &Protocol, options: &Options) -> Vec
     all
 }
 
-/// The attributes that targets of the comparison have, with their meaning: those of the tracker benchmark in its order, then others.
-fn attributes_of(field: &Field) -> Vec<(String, String)> {
-    let targets = field.about().targets.iter();
-    let mut there: BTreeSet<&str> =
+/// The attributes of the compared targets with their meanings: those of OTB in its order, then others.
+fn attributes_of(comparison: &Comparison) -> Vec<(String, String)> {
+    let targets = comparison.about().targets.iter();
+    let mut present: BTreeSet<&str> =
         targets.flat_map(|t| t.attributes.iter().map(String::as_str)).collect();
-    let known = OTB_ATTRIBUTES.iter().filter(|(short, _)| there.remove(short));
+    let known = OTB_ATTRIBUTES.iter().filter(|(short, _)| present.remove(short));
     let mut all: Vec<(String, String)> =
         known.map(|(s, n)| (s.to_string(), n.to_string())).collect();
-    all.extend(there.into_iter().map(|short| (short.to_string(), short.to_string())));
+    all.extend(present.into_iter().map(|short| (short.to_string(), short.to_string())));
     all
 }
 
-/// The tracker that the report is about against each other one; `None` where there is no other, or too few targets.
-fn interval_plot(field: &Field, draws: &Draws) -> Option<Plot> {
-    if field.targets.len() < LEAST_TARGETS {
+/// The differences between the tracker of the report and each other one; `None` if there is no other, or
+/// there are too few targets.
+fn interval_plot(comparison: &Comparison, draws: &Draws) -> Option<Plot> {
+    if comparison.targets.len() < MIN_TARGETS {
         return None;
     }
     let measures: [fn(&Curves) -> f64; 2] = [Curves::auc, Curves::dp20];
-    let about = field.about();
+    let about = comparison.about();
     let mut rows = Vec::new();
-    for entrant in field.entrants.iter().filter(|entrant| entrant.name != about.name) {
+    for tracker in comparison.trackers.iter().filter(|tracker| tracker.name != about.name) {
         let difference = |measure: &fn(&Curves) -> f64| {
-            draws.difference(&about.each(measure), &entrant.each(measure))
+            draws.difference(&about.each(measure), &tracker.each(measure))
         };
         let differences: Vec<_> = measures.iter().filter_map(difference).collect();
-        rows.push(Row { name: entrant.name, differences, corrected: Vec::new() });
+        rows.push(TrackerDifferences { name: tracker.name, differences, corrected: Vec::new() });
     }
     for k in 0..measures.len() {
         let p: Vec<f64> =
             rows.iter().filter_map(|row| row.differences.get(k)).map(|d| d.p).collect();
         rows.iter_mut().zip(holm(&p)).for_each(|(row, p)| row.corrected.push(p));
     }
-    let title =
-        format!("{} against each other tracker, {} targets", about.name, field.targets.len());
+    let title = format!(
+        "{} compared with each other tracker, {} targets",
+        about.name,
+        comparison.targets.len()
+    );
     let plot = Intervals { file: "differences".to_string(), title, measures: ["AUC", "DP"], rows };
     (!plot.rows.is_empty()).then(|| plot.plot())
 }
 
-/// A name as a part of a file's name.
-fn plain(name: &str) -> String {
+/// A name with all characters replaced that are unusual in file names.
+fn file_name(name: &str) -> String {
     name.chars()
         .map(|c| if c.is_alphanumeric() || matches!(c, '.' | '-' | '_') { c } else { '_' })
         .collect()

@@ -1,5 +1,6 @@
 'use strict';
-// A click on a heading sorts by its column: figures from the largest, words and ranks from the first; a second click turns it round.
+// A click on a heading sorts by its column: numbers in decreasing, text and ranks in increasing order;
+// a second click reverses the order.
 for (const table of document.querySelectorAll('table.sorts')) {
   const headings = [...table.tHead.rows[0].cells];
   headings.forEach((heading, column) => {
@@ -14,8 +15,12 @@ for (const table of document.querySelectorAll('table.sorts')) {
       const body = table.tBodies[0];
       const compare = (a, b) => {
         const [x, y] = [a.cells[column], b.cells[column]];
-        if (x.dataset.value === undefined) return (down ? -1 : 1) * x.textContent.localeCompare(y.textContent);
-        if (x.dataset.value === '' || y.dataset.value === '') return (x.dataset.value === '') - (y.dataset.value === '');
+        if (x.dataset.value === undefined) {
+          return (down ? -1 : 1) * x.textContent.localeCompare(y.textContent);
+        }
+        if (x.dataset.value === '' || y.dataset.value === '') {
+          return (x.dataset.value === '') - (y.dataset.value === '');
+        }
         return (down ? -1 : 1) * (x.dataset.value - y.dataset.value);
       };
       body.append(...[...body.rows].sort(compare));
@@ -27,7 +32,7 @@ for (const button of orders) {
   button.addEventListener('click', () => {
     orders.forEach((other) => other.setAttribute('aria-pressed', other === button));
     const rows = document.getElementById('rows');
-    const key = button.dataset.order === 'auc' ? 'auc' : 'place';
+    const key = button.dataset.order === 'auc' ? 'auc' : 'index';
     rows.append(...[...rows.children].sort((a, b) => a.dataset[key] - b.dataset[key]));
   });
 }

@@ -1,4 +1,4 @@
-//! The page: what the parts of the report say, put into the template.
+//! Renders the HTML page from the parts of the report.
 
 use std::ops::Range;
 
@@ -7,42 +7,42 @@ use minijinja::{Environment, context};
 use patchlock::BoundingBox;
 use serde::Serialize;
 
-use super::failures::{self, LOST, Moment, SHORTEST};
-use super::field::{Entrant, Field};
-use super::palette::{self, Ground};
+use super::comparison::{ComparedTracker, Comparison};
+use super::failures::{self, LOST, MIN_FRAMES, Moment};
+use super::palette::{self, Theme};
 use super::plots::Plot;
 use super::plots::timeline::{Timeline, Track};
-use super::{AttributePlots, Options, plain};
+use super::{AttributePlots, Options, file_name};
 use crate::Error;
-use crate::compare::{DRAWS, LEAST_TARGETS};
+use crate::compare::{DRAWS, MIN_TARGETS};
 use crate::dataset::{Dataset, OTB_ATTRIBUTES, Sequence};
 use crate::metrics::Curves;
 use crate::score::{Measure, Pass, Scoreboard, TargetScore};
 
-/// A sequence with more faults than this in its frames is not tried further.
-const MOST_FAULTS: usize = 5;
+/// After more unreadable frames than this, no further thumbnails are attempted.
+const MAX_FAULTS: usize = 5;
 
-/// Everything that the page shows.
+/// The contents of the page.
 pub struct Parts<'a> {
     /// All scores, for the notes.
     pub board: &'a Scoreboard,
-    /// The truth.
+    /// The dataset.
     pub truth: &'a Dataset,
-    /// The comparison.
-    pub field: &'a Field<'a>,
-    /// Plots over all targets.
+    /// The compared trackers.
+    pub comparison: &'a Comparison<'a>,
+    /// The plots over all targets.
     pub overall: &'a [Plot],
-    /// Differences with their intervals.
+    /// The plot of differences with their intervals.
     pub pairs: Option<&'a Plot>,
-    /// Plots of each attribute.
+    /// The plots of each attribute.
     pub attributes: &'a [AttributePlots],
     /// The rows of the sequences.
     pub sequences: &'a [SequenceRow],
-    /// Frames that could not be shown.
+    /// Errors of frames that could not be read.
     pub faults: &'a [String],
 }
 
-/// One target: overlap over time, and where it fails.
+/// The row of one target: overlap over time, and failures.
 pub struct SequenceRow {
     name: String,
     attributes: Vec<String>,
@@ -62,46 +62,46 @@ struct Thumbnail {
     svg: String,
 }
 
-/// The rows of the sequences, and which frames could not be shown.
+/// The rows of the sequences, and the errors of frames that could not be read.
 pub fn sequences(
-    field: &Field,
+    comparison: &Comparison,
     truth: &Dataset,
     options: &Options,
 ) -> (Vec<SequenceRow>, Vec<String>) {
     let mut faults = Vec::new();
-    let row = |(place, name): (usize, &&str)| {
+    let row = |(index, name): (usize, &&str)| {
         let sequence = truth.sequences.iter().find(|sequence| sequence.name == **name)?;
-        Some(sequence_row(field, sequence, place, options, &mut faults))
+        Some(sequence_row(comparison, sequence, index, options, &mut faults))
     };
-    let rows = field.targets.iter().enumerate().filter_map(row).collect();
+    let rows = comparison.targets.iter().enumerate().filter_map(row).collect();
     (rows, faults)
 }
 
 fn sequence_row(
-    field: &Field,
+    comparison: &Comparison,
     sequence: &Sequence,
-    place: usize,
+    index: usize,
     options: &Options,
     faults: &mut Vec<String>,
 ) -> SequenceRow {
-    let about = field.about();
-    let others = field.entrants.iter().enumerate().filter(|(rank, entrant)| {
-        *rank != field.about && (*rank < options.best || field.is_shown(entrant))
+    let about = comparison.about();
+    let others = comparison.trackers.iter().enumerate().filter(|(rank, tracker)| {
+        *rank != comparison.about && (*rank < options.best || comparison.is_shown(tracker))
     });
-    let named: Vec<&Entrant> =
-        [about].into_iter().chain(others.map(|(_, entrant)| entrant)).collect();
+    let named: Vec<&ComparedTracker> =
+        [about].into_iter().chain(others.map(|(_, tracker)| tracker)).collect();
     let tracks: Vec<Track> =
-        named.iter().map(|entrant| track(entrant, entrant.targets[place])).collect();
+        named.iter().map(|tracker| track(tracker, tracker.targets[index])).collect();
     let lost = failures::failures(&tracks[0].mean);
-    let thumbnails = thumbnails(sequence, about, place, &tracks[0].mean, &lost, options, faults);
+    let thumbnails = thumbnails(sequence, about, index, &tracks[0].mean, &lost, options, faults);
     let plot = Timeline {
-        file: format!("overlap_{}", plain(&sequence.name)),
+        file: format!("overlap_{}", file_name(&sequence.name)),
         title: sequence.name.clone(),
         tracks,
         failures: &lost,
     }
     .plot();
-    let target = about.targets[place];
+    let target = about.targets[index];
     SequenceRow {
         name: sequence.name.clone(),
         attributes: sequence.attributes.clone(),
@@ -114,15 +114,15 @@ fn sequence_row(
     }
 }
 
-/// The passes over a target from its first frame and box, one a seed that counts.
-fn passes<'a>(entrant: &Entrant, target: &'a TargetScore) -> Vec<&'a Pass> {
-    let seeds = target.seeds.iter().filter(|seed| entrant.seeds.contains(&seed.seed));
+/// The passes over a target from its first frame, one per seed that counts.
+fn passes<'a>(tracker: &ComparedTracker, target: &'a TargetScore) -> Vec<&'a Pass> {
+    let seeds = target.seeds.iter().filter(|seed| tracker.seeds.contains(&seed.seed));
     seeds.filter_map(|seed| seed.passes.iter().find(|pass| pass.first == 0)).collect()
 }
 
-/// Mean, least and most overlap over seeds, frame by frame.
-fn track<'a>(entrant: &Entrant<'a>, target: &TargetScore) -> Track<'a> {
-    let passes = passes(entrant, target);
+/// Mean, minimum and maximum of the overlap over seeds, frame by frame.
+fn track<'a>(tracker: &ComparedTracker<'a>, target: &TargetScore) -> Track<'a> {
+    let passes = passes(tracker, target);
     let frames = passes.first().map_or(0, |pass| pass.frames.overlaps.len());
     let at = |frame: usize| -> Vec<f64> {
         passes
@@ -137,29 +137,29 @@ fn track<'a>(entrant: &Entrant<'a>, target: &TargetScore) -> Track<'a> {
         values.iter().map(|&value| [value; 2]).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
     };
     Track {
-        name: entrant.name,
-        look: entrant.look,
+        name: tracker.name,
+        look: tracker.look,
         mean: (0..frames).map(|frame| mean(at(frame))).collect(),
         range: (passes.len() > 1).then(|| (0..frames).map(|frame| ends(at(frame))).collect()),
-        auc: entrant.mean(target, Curves::auc),
+        auc: tracker.mean(target, Curves::auc),
     }
 }
 
 fn thumbnails(
     sequence: &Sequence,
-    about: &Entrant,
-    place: usize,
+    about: &ComparedTracker,
+    index: usize,
     overlaps: &[Option<f64>],
     lost: &[Range<usize>],
     options: &Options,
     faults: &mut Vec<String>,
 ) -> Vec<Thumbnail> {
-    if sequence.frames.is_empty() || faults.len() > MOST_FAULTS {
+    if sequence.frames.is_empty() || faults.len() > MAX_FAULTS {
         return Vec::new();
     }
     let mut thumbnails = Vec::new();
     for Moment { frame, what } in failures::moments(overlaps, lost, options.thumbnails) {
-        let passes = passes(about, about.targets[place]);
+        let passes = passes(about, about.targets[index]);
         let boxes = passes.iter().filter_map(|pass| pass.boxes.get(frame).copied().flatten());
         let boxes: Vec<BoundingBox> = boxes.collect();
         match failures::thumbnail(sequence, frame, &boxes) {
@@ -179,7 +179,7 @@ struct TrackerRow<'a> {
     cells: Vec<Cell>,
 }
 
-/// A figure of the table: what it is sorted by, and what is shown.
+/// A cell of the table: the value to sort by, and the text to show.
 #[derive(Serialize)]
 struct Cell {
     value: Option<f64>,
@@ -188,19 +188,19 @@ struct Cell {
     best: bool,
 }
 
-fn tracker_rows<'a>(field: &'a Field) -> Vec<TrackerRow<'a>> {
+fn tracker_rows<'a>(comparison: &'a Comparison) -> Vec<TrackerRow<'a>> {
     let cell = |measure: Option<Measure>, digits: usize| Cell {
         value: measure.map(|m| m.mean),
         text: measure.map_or("-".to_string(), |m| format!("{:.digits$}", m.mean)),
         spread: measure.and_then(|m| m.sd).map(|sd| format!("{sd:.digits$}")),
         best: false,
     };
-    let row = |(rank, entrant): (usize, &'a Entrant)| {
-        let all = &entrant.overall;
+    let row = |(rank, tracker): (usize, &'a ComparedTracker)| {
+        let all = &tracker.overall;
         let accuracy = [all.auc, all.dp20, all.success50, all.mean_overlap, all.norm_precision];
         let mut cells: Vec<Cell> = accuracy.into_iter().map(|m| cell(Some(m), 3)).collect();
         cells.push(cell(all.fps, 1));
-        let seeds = entrant.seeds.len();
+        let seeds = tracker.seeds.len();
         cells.push(Cell {
             value: Some(seeds as f64),
             text: seeds.to_string(),
@@ -208,11 +208,17 @@ fn tracker_rows<'a>(field: &'a Field) -> Vec<TrackerRow<'a>> {
             best: false,
         });
         let swatch =
-            format!("<line {} x1=\"0\" x2=\"34\" y1=\"6\" y2=\"6\"/>", entrant.look.line());
-        TrackerRow { rank: rank + 1, name: entrant.name, about: rank == field.about, swatch, cells }
+            format!("<line {} x1=\"0\" x2=\"34\" y1=\"6\" y2=\"6\"/>", tracker.look.line());
+        TrackerRow {
+            rank: rank + 1,
+            name: tracker.name,
+            about: rank == comparison.about,
+            swatch,
+            cells,
+        }
     };
-    let mut rows: Vec<TrackerRow> = field.entrants.iter().enumerate().map(row).collect();
-    // All columns but the last one, the number of seeds, have a best value.
+    let mut rows: Vec<TrackerRow> = comparison.trackers.iter().enumerate().map(row).collect();
+    // The last column, the number of seeds, has no best value.
     for column in 0..rows.first().map_or(0, |row| row.cells.len() - 1) {
         let values = rows.iter().filter_map(|row| row.cells[column].value);
         let Some(best) = values.max_by(f64::total_cmp) else { continue };
@@ -255,25 +261,25 @@ struct AttributeView<'a> {
     pictures: Vec<String>,
 }
 
-/// What is left out, and what a reader should know of the trackers.
+/// Notes on what was left out and on the trackers.
 fn notes(parts: &Parts) -> Vec<String> {
     let refused = parts.board.refused.iter().map(|tracker| {
         format!("{} is left out: {}", tracker.name, crate::names::some_of(&tracker.reasons))
     });
     let mut notes: Vec<String> = refused.collect();
-    notes.extend(parts.field.notes.iter().cloned());
-    // No tracker is never off by anything.
+    notes.extend(parts.comparison.notes.iter().cloned());
+    // No tracker matches every true box exactly.
     let exact =
-        parts.field.entrants.iter().filter(|entrant| entrant.overall.mean_overlap.mean == 1.0);
-    notes.extend(exact.map(|entrant| {
-        format!("{}: every box is that of the truth: is this the truth itself?", entrant.name)
+        parts.comparison.trackers.iter().filter(|tracker| tracker.overall.mean_overlap.mean == 1.0);
+    notes.extend(exact.map(|tracker| {
+        format!("{}: every box equals the truth: is this the truth itself?", tracker.name)
     }));
     notes.extend(shared_notes(parts.board));
-    notes.extend(parts.faults.iter().map(|fault| format!("A frame is not shown: {fault}")));
+    notes.extend(parts.faults.iter().map(|fault| format!("A frame cannot be shown: {fault}")));
     notes
 }
 
-/// What is to be said of trackers, once for all of whom it is true.
+/// The notes of the scores, each listed once with all trackers that it applies to.
 fn shared_notes(board: &Scoreboard) -> Vec<String> {
     let mut shared: Vec<(&str, Vec<&str>)> = Vec::new();
     for (note, name) in
@@ -287,15 +293,15 @@ fn shared_notes(board: &Scoreboard) -> Vec<String> {
     shared.iter().map(|(note, names)| format!("{}: {note}", names.join(", "))).collect()
 }
 
-/// Puts everything into the template.
+/// Renders the template.
 ///
 /// # Errors
-/// [`Error::Picture`] should the template not fit to the parts, which tests exclude.
+/// [`Error::Picture`] if the template and the parts do not match, which is a bug.
 pub fn render(parts: &Parts) -> Result<String, Error> {
     let mut environment = Environment::new();
     let broken = |error: minijinja::Error| Error::Picture { reason: error.to_string() };
     environment.add_template("page.html", include_str!("page.html")).map_err(broken)?;
-    let (field, about) = (parts.field, parts.field.about());
+    let (comparison, about) = (parts.comparison, parts.comparison.about());
     let attributes: Vec<AttributeView> = parts
         .attributes
         .iter()
@@ -307,32 +313,32 @@ pub fn render(parts: &Parts) -> Result<String, Error> {
     let frames: usize = parts.sequences.iter().map(|row| row.frames).sum();
     let values = context! {
         style => include_str!("page.css"),
-        light => palette::style(Ground::Light),
-        dark => palette::style(Ground::Dark),
+        light => palette::style(Theme::Light),
+        dark => palette::style(Theme::Dark),
         script => include_str!("page.js"),
         version => env!("CARGO_PKG_VERSION"),
-        kind => field.kind.name(),
+        kind => comparison.kind.name(),
         layout => parts.truth.layout.to_string(),
-        targets => field.targets.len(),
-        size => field.size(),
+        targets => comparison.targets.len(),
+        size => comparison.size(),
         frames => frames,
         about => about.name,
-        about_rank => field.about + 1,
+        about_rank => comparison.about + 1,
         about_auc => format!("{:.3}", about.overall.auc.mean),
         about_dp20 => format!("{:.3}", about.overall.dp20.mean),
         about_seeds => about.seeds.len(),
         notes => notes(parts),
         overall => parts.overall.iter().map(Plot::inline).collect::<Vec<_>>(),
-        trackers => Serde(tracker_rows(field)),
+        trackers => Serde(tracker_rows(comparison)),
         pairs => parts.pairs.map(Plot::inline),
         draws => DRAWS,
-        least_targets => LEAST_TARGETS,
+        min_targets => MIN_TARGETS,
         attributes => Serde(attributes),
         attribute_names => Serde(OTB_ATTRIBUTES),
         sequences => Serde(parts.sequences.iter().map(SequenceView::from).collect::<Vec<_>>()),
         has_thumbnails => parts.sequences.iter().any(|row| !row.thumbnails.is_empty()),
         lost => LOST,
-        shortest => SHORTEST,
+        shortest => MIN_FRAMES,
     };
     environment.get_template("page.html").and_then(|page| page.render(values)).map_err(broken)
 }

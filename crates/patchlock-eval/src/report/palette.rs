@@ -1,10 +1,12 @@
-//! Colours and dashes of the trackers: one pair each, the same in every plot.
+//! Colours and dash patterns of the trackers; each tracker has the same ones in every plot.
 //!
-//! The hues are those of Okabe and Ito (2008), which people with any colour vision can tell apart; where they run out, dashes go on.
+//! The hues are those of Okabe and Ito (2008), which can be told apart with any colour vision. When they are
+//! used up, they are repeated with dashes.
 
 use std::fmt::Write;
 
-/// Hues for light and for dark grounds, by class `c0`, `c1` ..; the first is that of the tracker that the report is about.
+/// Hues for the light and the dark theme, for the classes `c0`, `c1` ..; the first is that of the tracker
+/// that the report is about.
 const HUES: [[&str; 2]; 7] = [
     ["#d1480a", "#ff8a4c"],
     ["#0072b2", "#57b1ee"],
@@ -14,9 +16,10 @@ const HUES: [[&str; 2]; 7] = [
     ["#2aa0dd", "#9bdcff"],
     ["#3c4653", "#c3ccd6"],
 ];
-/// Into how many levels overlaps are sorted.
+/// Number of levels of overlap.
 pub const LEVEL_COUNT: usize = 5;
-/// Levels of overlap, from lost to good, by class `h0` .. `h4`.
+/// Colours of the levels of overlap for the light and the dark theme, from lost to good, for the classes `h0`
+/// .. `h4`.
 const LEVELS: [[&str; 2]; LEVEL_COUNT] = [
     ["#b63a06", "#ff7a3d"],
     ["#f0a97f", "#a3542c"],
@@ -24,49 +27,49 @@ const LEVELS: [[&str; 2]; LEVEL_COUNT] = [
     ["#8fbfdf", "#3b7ca8"],
     ["#1f7ab0", "#6cc0f5"],
 ];
-/// After the hues have gone round once, lines are dashed, each round in another way.
+/// Dash patterns; each repetition of the hues uses the next one.
 const DASHES: [&str; 6] = ["", "7 3", "2 3", "9 3 2 3", "4 2", "12 4"];
 
-/// What a picture is drawn on.
+/// The background of a plot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ground {
-    /// White.
+pub enum Theme {
+    /// White background.
     Light,
-    /// Nearly black.
+    /// Dark background.
     Dark,
 }
 
-/// How the line of a tracker looks.
+/// The line style of a tracker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Look {
     hue: usize,
     round: usize,
-    /// Whether it is one of those that the report is about: a thicker line.
+    /// Whether the line is thicker, for the trackers that are always named.
     pub strong: bool,
 }
 
 impl Look {
-    /// The tracker that the report is about.
+    /// The look of the tracker that the report is about.
     pub const FIRST: Self = Self { hue: 0, round: 0, strong: true };
 
-    /// The look of the other tracker number `k`, counted from 0.
+    /// The look of the `k`-th other tracker, counted from 0.
     pub fn other(k: usize, strong: bool) -> Self {
         let hues = HUES.len() - 1;
         Self { hue: 1 + k % hues, round: (k / hues) % DASHES.len(), strong }
     }
 
-    /// The class that fills a shape with its hue.
+    /// The class that fills a shape with the hue.
     pub fn fill(self) -> String {
         format!("f{}", self.hue)
     }
 
-    /// The attributes of its line.
+    /// The SVG attributes of the line.
     pub fn line(self) -> String {
-        self.line_of(if self.strong { 3.0 } else { 1.7 })
+        self.line_with_width(if self.strong { 3.0 } else { 1.7 })
     }
 
-    /// The same with another width.
-    pub fn line_of(self, width: f64) -> String {
+    /// The SVG attributes of a line of this width.
+    pub fn line_with_width(self, width: f64) -> String {
         let dashes = DASHES[self.round];
         let dashes = if dashes.is_empty() {
             String::new()
@@ -80,23 +83,23 @@ impl Look {
     }
 }
 
-/// The class of an overlap.
+/// The level of an overlap, from 0.
 pub fn level(overlap: f64) -> usize {
     ((overlap * LEVEL_COUNT as f64) as usize).min(LEVEL_COUNT - 1)
 }
 
-/// The rules of all classes of this module.
-pub fn style(ground: Ground) -> String {
-    let place = match ground {
-        Ground::Light => 0,
-        Ground::Dark => 1,
+/// The CSS rules of all classes of this module.
+pub fn style(theme: Theme) -> String {
+    let index = match theme {
+        Theme::Light => 0,
+        Theme::Dark => 1,
     };
     let mut rules = String::new();
     for (k, hue) in HUES.iter().enumerate() {
-        let _ = write!(rules, ".c{k}{{stroke:{0}}}.f{k}{{fill:{0}}}", hue[place]);
+        let _ = write!(rules, ".c{k}{{stroke:{0}}}.f{k}{{fill:{0}}}", hue[index]);
     }
     for (k, level) in LEVELS.iter().enumerate() {
-        let _ = write!(rules, ".h{k}{{stroke:{0}}}", level[place]);
+        let _ = write!(rules, ".h{k}{{stroke:{0}}}", level[index]);
     }
     rules
 }

@@ -1,7 +1,7 @@
-//! SVG by hand: a few shapes, escaped text, and what turns it into PNG.
+//! A minimal SVG writer (a few shapes and escaped text), and a rasteriser to PNG.
 //!
-//! Nothing has a colour of its own but a class, and [`STYLE`] gives the classes their colours. Files carry that style (light); in a page the
-//! page's own style decides, so that the same picture fits to a dark screen and to paper.
+//! Shapes have classes instead of colours. SVG files embed [`STYLE`], which defines light colours; in the
+//! page, its own style applies, so that the same plot suits a dark screen and paper.
 
 use std::fmt::{Arguments, Write};
 use std::sync::Arc;
@@ -12,44 +12,46 @@ use resvg::usvg::{self, fontdb};
 use super::palette;
 use crate::Error;
 
-/// Family name of the font that PNGs are drawn with, for SVG.
+/// Family name of the font that PNGs are drawn with.
 pub const FAMILY: &str = "Hack";
-/// The font's data. Its width is fixed, so figures stand below each other, and where its texts fit, those of other fonts do too.
+/// The font file. It is monospaced, so digits align, and it is wider than other fonts, whose text therefore
+/// fits as well.
 pub const FONT: &[u8] = epaint_default_fonts::HACK_REGULAR;
-/// PNGs have twice the pixels, for sharp text on any screen.
+/// Scale of PNGs, for sharp text on high-density screens.
 pub const PNG_SCALE: f32 = 2.0;
-/// Width of a letter, as a share of the size of the text.
-const LETTER: f64 = 0.602;
+/// Width of a character relative to the font size.
+const CHARACTER: f64 = 0.602;
 
-/// The colours of a picture that stands alone, on white.
-const STYLE: &str = ".paper{fill:#ffffff}.ink{fill:#1c2530}.soft{fill:#566273}.faint{fill:#eef1f4}.grid{stroke:#dfe4ea}.axis{stroke:#8a95a3}\
-.other{stroke:#c9d0d8}.failed{fill:#f3d3c4}.band{fill-opacity:.22}.chosen{fill:#fdf0e6}.truth{stroke:#1c2530}.none{fill:#f4f6f8}";
+/// The style of an SVG file, on white.
+const STYLE: &str = ".paper{fill:#ffffff}.ink{fill:#1c2530}.soft{fill:#566273}.faint{fill:#eef1f4}\
+.grid{stroke:#dfe4ea}.axis{stroke:#8a95a3}.other{stroke:#c9d0d8}.failed{fill:#f3d3c4}\
+.band{fill-opacity:.22}.chosen{fill:#fdf0e6}.truth{stroke:#1c2530}.none{fill:#f4f6f8}";
 
-/// Part of a picture, or a whole one.
+/// The body of an SVG image.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Svg {
     body: String,
 }
 
-/// Where a text is, relative to its place.
+/// The alignment of a text relative to its position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
-    /// It begins there.
+    /// The text starts there.
     Start,
-    /// Its middle is there.
+    /// The text is centred there.
     Middle,
-    /// It ends there.
+    /// The text ends there.
     End,
 }
 
 impl Svg {
-    /// Adds markup. Writing to a string can't fail.
+    /// Appends markup.
     pub fn put(&mut self, markup: Arguments<'_>) {
         let _ = self.body.write_fmt(markup);
         self.body.push('\n');
     }
 
-    /// A text in the colour of a class, `ink` or `soft`.
+    /// Appends a text in the colour of a class, such as `ink` or `soft`.
     pub fn text(&mut self, [x, y]: [f64; 2], size: f64, class: &str, anchor: Anchor, text: &str) {
         let anchor = match anchor {
             Anchor::Start => "",
@@ -58,25 +60,26 @@ impl Svg {
         };
         let text = escape(text);
         self.put(format_args!(
-            "<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\"{anchor} xml:space=\"preserve\">{text}</text>"
+            "<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\"{anchor} \
+             xml:space=\"preserve\">{text}</text>"
         ));
     }
 
-    /// A straight line.
+    /// Appends a straight line.
     pub fn line(&mut self, class: &str, [x1, y1]: [f64; 2], [x2, y2]: [f64; 2]) {
         self.put(format_args!(
             "<line class=\"{class}\" x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\"/>"
         ));
     }
 
-    /// A filled rectangle.
+    /// Appends a filled rectangle.
     pub fn rect(&mut self, class: &str, [x, y]: [f64; 2], [w, h]: [f64; 2]) {
         self.put(format_args!(
             "<rect class=\"{class}\" x=\"{x:.2}\" y=\"{y:.2}\" width=\"{w:.2}\" height=\"{h:.2}\"/>"
         ));
     }
 
-    /// A line through points, with a tooltip.
+    /// Appends a line through points, with a tooltip.
     pub fn polyline(&mut self, attributes: &str, points: &[[f64; 2]], tooltip: &str) {
         let mut path = String::with_capacity(points.len() * 12);
         for [x, y] in points {
@@ -89,34 +92,38 @@ impl Svg {
         ));
     }
 
-    /// The picture for a page, without its uppermost part: the page's style colours it.
+    /// The image as an SVG element for a page, without the uppermost `head` units. The style of the page
+    /// applies.
     pub fn inline(&self, [width, height]: [f64; 2], head: f64, label: &str) -> String {
         let height = height - head;
         format!(
-            "<svg viewBox=\"0 {head} {width} {height}\" role=\"img\" aria-label=\"{}\" style=\"max-width:{width}px\">\n{}</svg>",
+            "<svg viewBox=\"0 {head} {width} {height}\" role=\"img\" aria-label=\"{}\" \
+             style=\"max-width:{width}px\">\n{}</svg>",
             escape(label),
             self.body
         )
     }
 
-    /// The picture as a file of its own.
+    /// The image as an SVG file.
     pub fn file(&self, [width, height]: [f64; 2]) -> String {
         format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
-             font-family=\"{FAMILY}, Menlo, Consolas, monospace\">\n<style>{STYLE}{}</style>\n\
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" \
+             width=\"{width}\" height=\"{height}\" font-family=\"{FAMILY}, Menlo, Consolas, monospace\">\n\
+             <style>{STYLE}{}</style>\n\
              <rect class=\"paper\" width=\"{width}\" height=\"{height}\"/>\n{}</svg>\n",
-            palette::style(palette::Ground::Light),
+            palette::style(palette::Theme::Light),
             self.body
         )
     }
 }
 
-/// Room that a text takes, with the widest of the fonts.
+/// Width of a text in the widest font that may be used.
 pub fn width(text: &str, size: f64) -> f64 {
-    text.chars().count() as f64 * size * LETTER
+    text.chars().count() as f64 * size * CHARACTER
 }
 
-/// At most so many letters, with an ellipsis for the middle where there are more: names that differ do so at an end.
+/// Shortens a text to at most this number of characters by an ellipsis in the middle, since similar names
+/// differ mostly at their ends.
 pub fn shorten(text: &str, letters: usize) -> String {
     let all: Vec<char> = text.chars().collect();
     if all.len() <= letters {
@@ -127,7 +134,7 @@ pub fn shorten(text: &str, letters: usize) -> String {
     all[..head].iter().chain(&['…']).chain(&all[all.len() - tail..]).collect()
 }
 
-/// For text and attributes of SVG. Characters that XML does not allow are replaced.
+/// Escapes text for SVG text and attributes. Control characters, which XML forbids, become spaces.
 pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
@@ -143,13 +150,13 @@ pub fn escape(text: &str) -> String {
     escaped
 }
 
-/// Turns SVG into PNG, with the program's own font.
+/// Renders SVG to PNG with the embedded font.
 pub struct Rasteriser {
     options: usvg::Options<'static>,
 }
 
 impl Rasteriser {
-    /// Loads the font, once for many pictures.
+    /// Loads the font. One rasteriser serves many images.
     pub fn new() -> Self {
         let mut fonts = fontdb::Database::new();
         fonts.load_font_data(FONT.to_vec());
@@ -157,16 +164,16 @@ impl Rasteriser {
         Self { options: usvg::Options { fontdb: Arc::new(fonts), ..usvg::Options::default() } }
     }
 
-    /// The picture as the bytes of a PNG.
+    /// Renders an SVG file and returns the bytes of a PNG file.
     ///
     /// # Errors
-    /// [`Error::Picture`] where the text is no SVG, or it has no size.
+    /// [`Error::Picture`] if the SVG is invalid or has no size.
     pub fn png(&self, svg: &str) -> Result<Vec<u8>, Error> {
         let broken = |reason: String| Error::Picture { reason };
         let tree = usvg::Tree::from_str(svg, &self.options).map_err(|e| broken(e.to_string()))?;
         let pixels = |length: f32| (length * PNG_SCALE).ceil() as u32;
         let mut pixmap = Pixmap::new(pixels(tree.size().width()), pixels(tree.size().height()))
-            .ok_or_else(|| broken("a picture without a size".to_string()))?;
+            .ok_or_else(|| broken("the image has no size".to_string()))?;
         resvg::render(&tree, Transform::from_scale(PNG_SCALE, PNG_SCALE), &mut pixmap.as_mut());
         pixmap.encode_png().map_err(|e| broken(e.to_string()))
     }
@@ -196,12 +203,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_svg_is_an_error() {
+    fn invalid_svg_is_an_error() {
         assert!(matches!(Rasteriser::new().png("<svg"), Err(Error::Picture { .. })));
     }
 
     #[test]
-    fn long_texts_are_cut() {
+    fn long_texts_are_shortened() {
         assert_eq!(shorten("tracker", 7), "tracker");
         assert_eq!(shorten("MIL (/data/peers)", 10), "MIL (…ers)");
         assert_eq!(

@@ -1,4 +1,5 @@
-//! What `patchlock bench` writes; see [`crate::bench::store`]. The runs of each protocol are results of their own.
+//! Reads what `patchlock bench` writes; see [`crate::bench::store`]. The runs of each protocol are separate
+//! results.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -32,7 +33,7 @@ pub fn read(folder: &Path, truth: &Dataset) -> Result<Vec<Results>, Error> {
             read_target(&target, &manifest, truth.origin(), &mut results, &mut times)?;
         }
         results.notes.extend(times.notes());
-        leave_out_parts(&mut results, scheme, truth);
+        leave_out_incomplete(&mut results, scheme, truth);
         if !results.is_empty() {
             all.push(results);
         }
@@ -40,18 +41,19 @@ pub fn read(folder: &Path, truth: &Dataset) -> Result<Vec<Results>, Error> {
     Ok(all)
 }
 
-/// A target that was not begun everywhere yet would be scored on other frames than the others: its seed is left out and said.
-fn leave_out_parts(results: &mut Results, scheme: Scheme, truth: &Dataset) {
-    let mut there: BTreeMap<(String, u64), usize> = BTreeMap::new();
+/// Leaves out a seed on a target if runs from some starts are missing: it would be scored on other frames
+/// than those of the other trackers.
+fn leave_out_incomplete(results: &mut Results, scheme: Scheme, truth: &Dataset) {
+    let mut counts: BTreeMap<(String, u64), usize> = BTreeMap::new();
     for run in &results.runs {
-        *there.entry((run.target.clone(), run.seed)).or_default() += 1;
+        *counts.entry((run.target.clone(), run.seed)).or_default() += 1;
     }
-    for ((target, seed), count) in there {
+    for ((target, seed), count) in counts {
         let Some(sequence) = truth.find(&target) else { continue };
         let all = schemes::count(scheme, sequence, truth.origin());
         if count < all {
             results.notes.push(format!(
-                "{target}, seed {seed}: {count} of {all} runs are there, so it is left out"
+                "{target}, seed {seed}: left out, since only {count} of {all} runs are complete"
             ));
             results.runs.retain(|run| run.target != target || run.seed != seed);
         }
@@ -61,27 +63,26 @@ fn leave_out_parts(results: &mut Results, scheme: Scheme, truth: &Dataset) {
     }
 }
 
-/// What of the runs' manifests tells about their times.
+/// The conditions under which the runs were timed.
 #[derive(Default)]
 struct Times {
-    side_by_side: bool,
+    parallel: bool,
     machines: BTreeSet<(String, usize)>,
 }
 
 impl Times {
     fn add(&mut self, manifest: &RunManifest) {
-        self.side_by_side |= manifest.jobs > 1;
+        self.parallel |= manifest.jobs > 1;
         self.machines.insert((manifest.machine.processor.clone(), manifest.threads));
     }
 
     fn notes(&self) -> impl Iterator<Item = String> {
-        let shared = self.side_by_side.then(|| {
-            "several runs went on side by side, so their times say nothing about the speed"
-                .to_string()
+        let shared = self.parallel.then(|| {
+            "runs were made in parallel, so their times say nothing about speed".to_string()
         });
         let machines = names::counted(self.machines.len(), "kind");
         let mixed = (self.machines.len() > 1)
-            .then(|| format!("its times come from {machines} of processor or number of threads"));
+            .then(|| format!("the times come from {machines} of processor or number of threads"));
         shared.into_iter().chain(mixed)
     }
 }
@@ -110,7 +111,7 @@ fn read_target(
         }
     }
     if !unfinished.is_empty() {
-        results.notes.push(format!("not complete and left out: {}", names::some_of(&unfinished)));
+        results.notes.push(format!("incomplete and left out: {}", names::some_of(&unfinished)));
     }
     Ok(())
 }
@@ -127,20 +128,20 @@ fn read_run(
     };
     let bytes = fs::read(file).map_err(|error| Error::read(file, error))?;
     if store::sha256(&bytes) != manifest.boxes_sha256 {
-        return Err(wrong("the boxes beside it are not those that it was written for"));
+        return Err(wrong("the hash of the boxes beside it does not match"));
     }
     if manifest.configuration_hash != tracker.configuration_hash {
-        return Err(wrong("it is of another configuration than the tracker's manifest.json"));
+        return Err(wrong("its configuration is not that of the tracker's manifest.json"));
     }
     let boxes = boxes(file, &text::read(file)?, origin)?;
-    let honest = manifest.jobs == 1 && manifest.seconds.len() == boxes.len();
+    let is_timed = manifest.jobs == 1 && manifest.seconds.len() == boxes.len();
     Ok(Run {
         target: manifest.target,
         seed: manifest.seed,
         variant: manifest.variant,
         first: manifest.first,
         boxes,
-        seconds: honest.then_some(manifest.seconds),
+        seconds: is_timed.then_some(manifest.seconds),
         file: file.to_path_buf(),
     })
 }

@@ -1,6 +1,7 @@
-//! Boxes that trackers gave, read from the layouts that people have. Each is recognised by looking.
+//! Reads the results of trackers from common layouts. The layout is detected from the files.
 //!
-//! A layout says how files lie, not what they call the first pixel: results count pixels as the truth does that they are scored against.
+//! A layout does not define the coordinate of the first pixel: results are assumed to have the same origin as
+//! the ground truth that they are scored against.
 
 mod bench;
 mod mot;
@@ -16,21 +17,23 @@ use crate::dataset::Dataset;
 use crate::files::entries;
 use crate::{Error, text};
 
-/// How deep below a path trackers are looked for.
+/// Depth below a path at which trackers are searched.
 const DEPTH: usize = 3;
 
-/// How the files of a tracker lie.
+/// The layout of a tracker's files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Layout {
-    /// What `patchlock bench` writes: `manifest.json` and `<protocol>/<target>/<seed>.txt`.
+    /// Written by `patchlock bench`: `manifest.json` and `<protocol>/<target>/<seed>.txt`.
     Bench,
-    /// `<target>.txt` with a box a line, as the tracker benchmark has it, and the got10k toolkit for it.
+    /// `<target>.txt` with one box per line: OTB, and the got10k toolkit for OTB.
     Otb,
-    /// `<target>/<target>_001.txt` with a box a line: the got10k toolkit for GOT-10k. Several files are repetitions.
+    /// `<target>/<target>_001.txt` with one box per line: the got10k toolkit for GOT-10k. Several files are
+    /// repetitions.
     Got10k,
-    /// `<target>/<target>_001.txt`, in which a line may be a code: 1 begin, 2 failure, 0 nothing; and a region may be a polygon.
+    /// `<target>/<target>_001.txt`, in which a line may be a code (1 start, 2 failure, 0 no box) or a
+    /// polygon.
     Vot,
-    /// `<target>.txt` with `frame,id,x,y,w,h,confidence,..` a line.
+    /// `<target>.txt` with `frame,id,x,y,w,h,confidence,..` on each line.
     Mot,
 }
 
@@ -46,37 +49,37 @@ impl fmt::Display for Layout {
     }
 }
 
-/// One pass of a tracker over one target.
+/// One run of a tracker on one target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
-    /// The target's name, as the results spell it.
+    /// Name of the target, as spelled in the results.
     pub target: String,
-    /// Which repetition it is.
+    /// The seed, or the index of the repetition.
     pub seed: u64,
-    /// Which start frame (TRE) or first box (SRE) it is; 0 in one-pass evaluation.
+    /// Index of the start (TRE) or first box (SRE); 0 in OPE.
     pub variant: usize,
-    /// Row of the truth at which it begins, counted from 0.
+    /// Index of the first frame of the run in the sequence.
     pub first: usize,
-    /// A box a frame, counted from 0; `None` where the tracker gave none.
+    /// The box in each frame, in pixels counted from 0; `None` where the tracker reported none.
     pub boxes: Vec<Option<BoundingBox>>,
-    /// Time that the tracker took for each frame, where that is known and honest.
+    /// Time of the tracker for each frame in seconds, if it is known and was measured without parallel runs.
     pub seconds: Option<Vec<f64>>,
-    /// The file that it comes from.
+    /// The file that it was read from.
     pub file: PathBuf,
 }
 
-/// Everything of one tracker.
+/// The results of one tracker.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Results {
-    /// The tracker's name: that of its folder.
+    /// Name of the tracker, which is that of its folder.
     pub name: String,
-    /// How its files lie.
+    /// The layout of the files.
     pub layout: Layout,
-    /// The runs, by target, seed and variant.
+    /// The runs, ordered by target, seed and variant.
     pub runs: Vec<Run>,
-    /// What could not be read, and why: the tracker is then not scored.
+    /// What could not be read, and why. A tracker with faults is not scored.
     pub faults: Vec<String>,
-    /// What a reader of the scores should know.
+    /// Remarks that readers of the scores should know.
     pub notes: Vec<String>,
 }
 
@@ -85,7 +88,7 @@ impl Results {
         Self { name, layout, runs: Vec::new(), faults: Vec::new(), notes: Vec::new() }
     }
 
-    /// A run from the beginning, without times.
+    /// Adds a run from the first frame on, without times.
     fn add(
         &mut self,
         target: String,
@@ -112,7 +115,8 @@ impl Results {
     }
 }
 
-/// Reads the results of all trackers at several paths, each as [`read`] does. Trackers of one name are told apart by their paths.
+/// Reads the results of all trackers at several paths, each as [`read`] does. If trackers have the same name,
+/// their paths are appended to it.
 ///
 /// # Errors
 /// As [`read`].
@@ -123,9 +127,9 @@ pub fn read_all<P: AsRef<Path>>(paths: &[P], truth: &Dataset) -> Result<Vec<Resu
         all.extend(found.into_iter().map(|results| (path.as_ref(), results)));
     }
     let names: Vec<String> = all.iter().map(|(_, results)| results.name.clone()).collect();
-    let is_double = |name: &String| names.iter().filter(|other| *other == name).count() > 1;
+    let is_duplicate = |name: &String| names.iter().filter(|other| *other == name).count() > 1;
     let named = |(path, mut results): (&Path, Results)| {
-        if is_double(&results.name) {
+        if is_duplicate(&results.name) {
             results.name = format!("{} ({})", results.name, path.display());
         }
         results
@@ -133,24 +137,25 @@ pub fn read_all<P: AsRef<Path>>(paths: &[P], truth: &Dataset) -> Result<Vec<Resu
     Ok(all.into_iter().map(named).collect())
 }
 
-/// Reads the results of all trackers at a path: a tracker's folder, or a folder around such folders.
+/// Reads the results of all trackers at a path: the folder of one tracker, or a folder of such folders.
 ///
 /// # Errors
-/// [`Error::Read`]; [`Error::NoResults`] where no layout fits. A file of a tracker that can't be read is a fault of that tracker.
+/// [`Error::Read`]; [`Error::NoResults`] if no layout matches. An unreadable file is a fault of its tracker,
+/// not an error.
 pub fn read(path: &Path, truth: &Dataset) -> Result<Vec<Results>, Error> {
     if path.is_file() {
         return Err(Error::NoResults {
             path: path.to_path_buf(),
-            reason: "it is a file; results are a folder with a file for each target".to_string(),
+            reason: "this is a file; results are a folder with one file per target".to_string(),
         });
     }
-    // `out/.` and the like have no last part to be named by.
+    // Paths such as `out/.` have no last component to name the tracker by.
     let path = &path.canonicalize().map_err(|error| Error::read(path, error))?;
     let found = below(path, truth, DEPTH)?;
     if found.is_empty() {
         return Err(Error::NoResults {
             path: path.to_path_buf(),
-            reason: "there are no text files of boxes in it or below it".to_string(),
+            reason: "there are no text files of boxes in or below it".to_string(),
         });
     }
     Ok(found)
@@ -169,7 +174,7 @@ fn below(folder: &Path, truth: &Dataset, depth: usize) -> Result<Vec<Results>, E
     Ok(all)
 }
 
-/// The results that lie in this folder itself.
+/// The results directly in this folder, not below it.
 fn one(folder: &Path, truth: &Dataset) -> Result<Vec<Results>, Error> {
     let origin = truth.origin();
     if folder.join(crate::bench::store::MANIFEST).is_file() {
@@ -181,7 +186,7 @@ fn one(folder: &Path, truth: &Dataset) -> Result<Vec<Results>, Error> {
     Ok(text_files::read(folder, origin)?.into_iter().collect())
 }
 
-/// The boxes of rows; a row with NaN is a box that was not given.
+/// The boxes of the rows of a file; a row with NaN is a missing box.
 fn boxes(file: &Path, table: &text::Table, origin: f64) -> Result<Vec<Option<BoundingBox>>, Error> {
     let row = |(k, row): (usize, &Vec<f64>)| {
         text::region(row, origin).map_err(|reason| Error::Line {
@@ -193,7 +198,8 @@ fn boxes(file: &Path, table: &text::Table, origin: f64) -> Result<Vec<Option<Bou
     table.rows.iter().enumerate().map(row).collect()
 }
 
-/// The seconds in a file with one number a line, if it has so many.
+/// Reads the times in a file with one number of seconds per line; `None` unless there are `frames` valid
+/// ones.
 fn seconds(file: &Path, frames: usize) -> Option<Vec<f64>> {
     let rows = text::read(file).ok()?.rows;
     let seconds: Option<Vec<f64>> = rows

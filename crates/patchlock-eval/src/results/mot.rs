@@ -1,4 +1,5 @@
-//! Lines of MOT: `frame,id,x,y,w,h,confidence,..`, frames counted from 1, one object.
+//! Reads MOT files: `frame,id,x,y,w,h,confidence,..` on each line, frames counted from 1, with a single
+//! object.
 
 use std::path::Path;
 
@@ -7,14 +8,14 @@ use patchlock::BoundingBox;
 use crate::text::Table;
 use crate::{Error, text};
 
-/// Whether the rows look like it: 7, 9 or 10 numbers, of which the first two are whole.
+/// Whether the rows look like MOT: 7, 9 or 10 numbers, the first two of which are integers.
 pub fn is_mot(table: &Table) -> bool {
     let whole = |value: f64| value.fract() == 0.0;
     let row = |row: &Vec<f64>| matches!(row.len(), 7 | 9 | 10) && whole(row[0]) && whole(row[1]);
     !table.rows.is_empty() && table.rows.iter().all(row)
 }
 
-/// One box a frame up to the last frame that is named; a frame that is not named has none.
+/// One box per frame up to the last frame in the file; `None` for frames that are not listed.
 pub fn boxes(file: &Path, table: &Table, origin: f64) -> Result<Vec<Option<BoundingBox>>, Error> {
     let error =
         |line: usize, reason: String| Error::Line { path: file.to_path_buf(), line, reason };
@@ -30,7 +31,7 @@ pub fn boxes(file: &Path, table: &Table, origin: f64) -> Result<Vec<Option<Bound
             let first = object.unwrap_or(id);
             return Err(error(
                 line,
-                format!("object {id} beside object {first}: a file holds one target"),
+                format!("object {id} after object {first}: a file holds one target"),
             ));
         }
         let frame = frame as usize;
@@ -38,7 +39,7 @@ pub fn boxes(file: &Path, table: &Table, origin: f64) -> Result<Vec<Option<Bound
             boxes.resize(frame, None);
         }
         if boxes[frame - 1].is_some() {
-            return Err(error(line, format!("frame {frame} comes twice")));
+            return Err(error(line, format!("frame {frame} appears twice")));
         }
         boxes[frame - 1] =
             text::region(&row[2..6], origin).map_err(|reason| error(line, reason))?;

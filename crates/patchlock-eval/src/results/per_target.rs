@@ -1,4 +1,5 @@
-//! A folder a target: `<target>/<target>_001.txt`, as the toolkits of GOT-10k and VOT write. Files 002 and so on are repetitions.
+//! Reads one folder per target: `<target>/<target>_001.txt`, as written by the toolkits of GOT-10k and VOT.
+//! Files 002 and so on are repetitions.
 
 use std::path::{Path, PathBuf};
 
@@ -9,10 +10,10 @@ use crate::dataset::Dataset;
 use crate::files::{ends_with, entries, name_of, stem_of};
 use crate::{Error, text};
 
-/// What the VOT toolkit calls its experiments: a folder between the tracker's and the targets'.
+/// Names of the VOT toolkit's experiments: a folder between that of the tracker and those of the targets.
 const EXPERIMENTS: &[&str] = &["baseline", "supervised", "unsupervised", "realtime"];
 
-/// `None` where no folder below is named as its files are.
+/// `None` if no folder has files of its own name.
 pub fn read(folder: &Path, truth: &Dataset) -> Result<Option<Results>, Error> {
     let mut results = Results::new(tracker_name(folder), Layout::Got10k);
     let mut codes = 0;
@@ -36,20 +37,21 @@ pub fn read(folder: &Path, truth: &Dataset) -> Result<Option<Results>, Error> {
             results.add(target.clone(), number, &file, given);
             let times = inner.join(format!("{target}_time.txt"));
             if let Some(run) = results.runs.last_mut().filter(|run| run.file == file) {
-                // With several repetitions the file of times has a column for each: these are not read.
+                // With several repetitions the file of times has one column for each; these are not read.
                 run.seconds = (number == 0).then(|| seconds(&times, run.boxes.len())).flatten();
             }
         }
     }
     if codes > 0 {
         results.notes.push(format!(
-            "{codes} lines are codes of VOT's supervised experiment, in which the tracker is begun again after a failure: not comparable with one pass"
+            "{codes} lines are codes of VOT's supervised experiment, which restarts the tracker after a \
+             failure: not comparable with one pass"
         ));
     }
     Ok((!results.is_empty()).then_some(results))
 }
 
-/// The name of the folder; with the tracker's before it where the folder is an experiment.
+/// The name of the folder, preceded by that of the tracker if the folder is an experiment.
 fn tracker_name(folder: &Path) -> String {
     let name = name_of(folder);
     match folder.parent().map(name_of) {
@@ -58,7 +60,7 @@ fn tracker_name(folder: &Path) -> String {
     }
 }
 
-/// `<target>_001.txt` and so on, numbered from 0.
+/// The files `<target>_001.txt` and so on, numbered from 0.
 fn repetitions(folder: &Path, target: &str) -> Result<Vec<(u64, PathBuf)>, Error> {
     let number = |file: PathBuf| {
         let stem = stem_of(&file);
@@ -71,12 +73,13 @@ fn repetitions(folder: &Path, target: &str) -> Result<Vec<(u64, PathBuf)>, Error
     Ok(texts.filter_map(number).collect())
 }
 
-/// A line with one number: a code.
+/// Whether any line is a code or a polygon.
 fn is_vot(table: &text::Table) -> bool {
     table.rows.iter().any(|row| row.len() == 1 || row.len() >= 6)
 }
 
-/// Code 1 in the first line says that the tracker was begun there, on the truth's box: `first`. Every code after it is counted.
+/// The boxes of a VOT file. Code 1 in the first line means that the tracker was started there on the true
+/// box, `first`. `codes` counts the codes after it.
 fn vot_boxes(
     file: &Path,
     table: &text::Table,
@@ -93,7 +96,7 @@ fn vot_boxes(
                 *codes += 1;
                 None
             }
-            [code] => return Err(error(format!("{code} is none of the codes 0, 1, 2"))),
+            [code] => return Err(error(format!("{code} is not one of the codes 0, 1 and 2"))),
             _ => text::region(row, origin).map_err(error)?,
         });
     }

@@ -1,4 +1,4 @@
-//! `<target>.txt` in the tracker's folder: `x,y,w,h` a line as the tracker benchmark has it, or lines of MOT.
+//! Reads `<target>.txt` in the tracker's folder: `x,y,w,h` on each line as in OTB, or lines of MOT.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use super::{Layout, Results, boxes, mot, seconds};
 use crate::files::{ends_with, entries, name_of, stem_of};
 use crate::{Error, text};
 
-/// `None` where the folder has no text file.
+/// `None` if the folder has no text file.
 pub fn read(folder: &Path, origin: f64) -> Result<Option<Results>, Error> {
     let mut results = Results::new(name_of(folder), Layout::Otb);
     for file in entries(folder)?.into_iter().filter(|path| ends_with(path, "txt")) {
@@ -19,7 +19,7 @@ pub fn read(folder: &Path, origin: f64) -> Result<Option<Results>, Error> {
             }
             Ok(table) => {
                 results.add(target.clone(), 0, &file, boxes(&file, &table, origin));
-                // The got10k toolkit writes times to a folder beside the boxes.
+                // The got10k toolkit writes times to the folder `times` beside the boxes.
                 let times = folder.join("times").join(format!("{target}_time.txt"));
                 if let Some(run) = results.runs.last_mut().filter(|run| run.file == file) {
                     run.seconds = seconds(&times, run.boxes.len());

@@ -1,4 +1,5 @@
-//! Images of TraX: where one is (`file:///img/0001.jpg`), its pixels (`image:640;480;rgb;` and Base64), or the bytes of its file (`data:image/jpeg;` and Base64).
+//! Images in TraX: a path (`file:///img/0001.jpg`), pixels (`image:640;480;rgb;` and Base64), or the bytes of
+//! an image file (`data:image/jpeg;` and Base64).
 
 use std::path::{Path, PathBuf};
 
@@ -6,27 +7,27 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use patchlock_media::{Picture, Pixels, image_file};
 
-/// What the protocol calls the name of a file, in its lists of formats.
+/// The protocol's name for images given by path.
 pub const PATH: &str = "path";
-/// All that can be taken.
+/// All supported kinds of images.
 pub const FORMATS: [&str; 3] = [PATH, "memory", "buffer"];
 
-/// An image as a message has it.
+/// An image in a message.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Image {
-    /// The name of a file.
+    /// The path of an image file.
     Path(PathBuf),
     /// The pixels.
     Memory(Picture),
-    /// The bytes of a file.
+    /// The bytes of an image file.
     Buffer(Vec<u8>),
 }
 
 impl Image {
-    /// The image of an argument. A file is not looked at.
+    /// Parses an argument. Files are not opened.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// What is wrong with the argument.
     pub fn parse(text: &str) -> Result<Self, String> {
         if let Some(path) = text.strip_prefix("file://").or_else(|| text.strip_prefix("file:")) {
             return Ok(Self::Path(path.into()));
@@ -37,22 +38,23 @@ impl Image {
         if let Some(rest) = text.strip_prefix("data:") {
             let (_, data) =
                 rest.split_once(';').ok_or("an image as data has no ; before its data")?;
-            // Other programs write the name of the encoding as well.
+            // Some programs also write the name of the encoding.
             return bytes(data.strip_prefix("base64,").unwrap_or(data)).map(Self::Buffer);
         }
         match text.split_once("://") {
             Some((scheme, _)) => Err(format!(
-                "an image by {scheme}:// can't be fetched; give file:// with a path, or its pixels or bytes"
+                "images by {scheme}:// are not supported; send file:// with a path, pixels, or the bytes \
+                 of a file"
             )),
             None if text.is_empty() => Err("an image without a name".to_string()),
             None => Ok(Self::Path(text.into())),
         }
     }
 
-    /// The pixels.
+    /// Reads and decodes the image.
     ///
     /// # Errors
-    /// Which image it is and why it can't be read.
+    /// Why the image cannot be read.
     pub fn picture(self) -> Result<Picture, String> {
         match self {
             Self::Memory(picture) => Ok(picture),
@@ -63,20 +65,21 @@ impl Image {
         }
     }
 
-    /// The argument for a file. It should be a whole path: the other program may run elsewhere.
+    /// The argument for a file. The path should be absolute, since the other program may run in another
+    /// folder.
     pub fn of_path(file: &Path) -> String {
         format!("file://{}", file.display())
     }
 }
 
-/// `WIDTH;HEIGHT;FORMAT;DATA`.
+/// Parses `WIDTH;HEIGHT;FORMAT;DATA`.
 fn memory(text: &str) -> Result<Picture, String> {
     let mut parts = text.splitn(4, ';');
     let mut part = |what| parts.next().ok_or(format!("an image in memory has no {what}"));
     let side = |text: &str| {
         let number = text.parse().ok().filter(|&side: &usize| side > 0);
         number.ok_or(format!(
-            "an image in memory has the size \"{text}\"; it must be a whole number, 1 or more"
+            "an image in memory has the size \"{text}\"; it must be an integer of at least 1"
         ))
     };
     let (width, height) = (side(part("width")?)?, side(part("height")?)?);
@@ -86,19 +89,22 @@ fn memory(text: &str) -> Result<Picture, String> {
         "gray8" => 1,
         "gray16" => 2,
         other => {
-            return Err(format!("an image in memory is {other}; it may be rgb, gray8 or gray16"));
+            return Err(format!(
+                "an image in memory has the format {other}; it must be rgb, gray8 or gray16"
+            ));
         }
     };
     let data = bytes(data)?;
     if width.checked_mul(height).and_then(|count| count.checked_mul(depth)) != Some(data.len()) {
         return Err(format!(
-            "an image in memory of {width} x {height} pixels of {format} has {} bytes; a pixel must have {depth}",
+            "an image in memory of {width} x {height} pixels of {format} has {} bytes; each pixel \
+             needs {depth}",
             data.len()
         ));
     }
     let pixels = match depth {
         1 => Pixels::Grey8(data),
-        // As the other program has them in its memory, which is this machine's.
+        // Both programs run on the same machine, so the byte order is the native one.
         2 => Pixels::Grey16(
             data.as_chunks().0.iter().map(|&pair| u16::from_ne_bytes(pair)).collect(),
         ),
@@ -108,7 +114,9 @@ fn memory(text: &str) -> Result<Picture, String> {
 }
 
 fn bytes(data: &str) -> Result<Vec<u8>, String> {
-    BASE64_STANDARD.decode(data).map_err(|error| format!("an image's data are no Base64: {error}"))
+    BASE64_STANDARD
+        .decode(data)
+        .map_err(|error| format!("the image data are not valid Base64: {error}"))
 }
 
 #[cfg(test)]
@@ -154,24 +162,24 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_said() {
-        let said = |text: &str| Image::parse(text).and_then(Image::picture).unwrap_err();
+    fn errors_name_the_fault() {
+        let error = |text: &str| Image::parse(text).and_then(Image::picture).unwrap_err();
         for (text, why) in [
             ("", "without a name"),
-            ("http://x/1.jpg", "by http:// can't be fetched"),
-            ("image:2;2;rgb;AQID", "2 x 2 pixels of rgb has 3 bytes; a pixel must have 3"),
+            ("http://x/1.jpg", "by http:// are not supported"),
+            ("image:2;2;rgb;AQID", "2 x 2 pixels of rgb has 3 bytes; each pixel needs 3"),
             ("image:18446744073709551615;18446744073709551615;rgb;AQID", "has 3 bytes"),
             ("image:0;2;rgb;AQID", "the size \"0\""),
             ("image:1;x;rgb;AQID", "the size \"x\""),
-            ("image:1;1;yuv;AQID", "is yuv"),
+            ("image:1;1;yuv;AQID", "has the format yuv"),
             ("image:1;1", "no format"),
             ("image:1;1;rgb", "no data"),
-            ("image:1;1;rgb;?", "no Base64"),
+            ("image:1;1;rgb;?", "not valid Base64"),
             ("data:image/png", "no ;"),
             ("data:image/png;AQID", "cannot decode"),
             ("data:image/png;", "the file is empty"),
         ] {
-            assert!(said(text).contains(why), "{text}: {}", said(text));
+            assert!(error(text).contains(why), "{text}: {}", error(text));
         }
     }
 }

@@ -1,41 +1,41 @@
-//! Messages of TraX, a line each: `@@TRAX:name argument "argument with blanks" key=value`.
+//! Messages of TraX, one per line: `@@TRAX:name argument "argument with spaces" key=value`.
 
 use std::fmt;
 
-/// What begins every message; other lines are the tracker's own chatter.
+/// The start of every message; other lines are not part of the protocol.
 const PREFIX: &str = "@@TRAX:";
-/// The longest name of a named argument.
+/// Longest key of a named argument.
 const LONGEST_KEY: usize = 64;
 
 /// One message.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Message {
-    /// Its name, such as `state`.
+    /// Name of the message, such as `state`.
     pub name: String,
-    /// The arguments without a name.
+    /// The positional arguments.
     pub arguments: Vec<String>,
-    /// The others.
+    /// The named arguments.
     pub named: Vec<(String, String)>,
 }
 
 impl Message {
-    /// A message with these arguments.
+    /// A message with positional arguments.
     pub fn new(name: &str, arguments: &[&str]) -> Self {
         let arguments = arguments.iter().map(|&argument| argument.to_string()).collect();
         Self { name: name.to_string(), arguments, named: Vec::new() }
     }
 
-    /// The message with one named argument more. A key has letters, digits, `.` and `_`, 64 at most.
+    /// Adds a named argument. A key has at most 64 letters, digits, `.` and `_`.
     #[must_use]
     pub fn with(mut self, key: &str, value: impl fmt::Display) -> Self {
         self.named.push((key.to_string(), value.to_string()));
         self
     }
 
-    /// `None` for a line that is no message.
+    /// Parses a line; `None` if it is not a message.
     ///
     /// # Errors
-    /// What is wrong with a line that begins as one.
+    /// What is wrong with a line that starts like a message.
     pub fn parse(line: &str) -> Option<Result<Self, String>> {
         let rest = line.strip_prefix(PREFIX)?;
         Some(words(rest).and_then(|words| {
@@ -44,7 +44,7 @@ impl Message {
             if name.is_empty() {
                 return Err("a message without a name".to_string());
             }
-            // Old trackers say status.
+            // Old trackers send status instead of state.
             let name = if name == "status" { "state".to_string() } else { name };
             let mut message = Self { name, ..Self::default() };
             for word in words {
@@ -63,7 +63,7 @@ impl Message {
     }
 }
 
-/// The line of the message, with its end.
+/// Writes the message as a line, including the line end.
 impl fmt::Display for Message {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{PREFIX}{}", self.name)?;
@@ -87,7 +87,7 @@ fn named(word: &str) -> Option<(&str, &str)> {
     (!key.is_empty() && key.len() <= LONGEST_KEY && key.chars().all(is_key)).then_some((key, value))
 }
 
-/// Splits at blanks that are not inside quotes, and resolves the escapes of quotes.
+/// Splits at whitespace outside quotes and resolves escapes.
 fn words(text: &str) -> Result<Vec<String>, String> {
     let mut words = Vec::new();
     let mut word: Option<String> = None;
@@ -108,7 +108,7 @@ fn words(text: &str) -> Result<Vec<String>, String> {
         }
     }
     if quoted {
-        return Err("a quote that is not closed".to_string());
+        return Err("a quote is not closed".to_string());
     }
     words.extend(word);
     Ok(words)
@@ -119,11 +119,11 @@ mod tests {
     use super::*;
 
     fn parsed(line: &str) -> Message {
-        Message::parse(line).expect("a message").expect("a good one")
+        Message::parse(line).expect("a message").expect("a valid one")
     }
 
     #[test]
-    fn messages_are_read() {
+    fn messages_are_parsed() {
         let hello =
             parsed("@@TRAX:hello \"trax.image=path;\" trax.version=3 \"trax.name=my tracker\"");
         assert_eq!((hello.name.as_str(), hello.arguments.len()), ("hello", 0));
@@ -140,15 +140,15 @@ mod tests {
     }
 
     #[test]
-    fn names_are_read_in_any_case() {
+    fn names_are_case_insensitive() {
         assert_eq!(parsed("@@TRAX:QUIT").name, "quit");
         assert_eq!(parsed("@@TRAX:status 1,2,3,4").name, "state");
     }
 
     #[test]
-    fn what_is_written_is_read_again() {
-        let odd = "file:///a b/\"c\"\\d\ne=f";
-        let message = Message::new("frame", &[odd, "1,2,3,4"])
+    fn messages_survive_a_round_trip() {
+        let awkward = "file:///a b/\"c\"\\d\ne=f";
+        let message = Message::new("frame", &[awkward, "1,2,3,4"])
             .with("trax.reason", "a \"b\"\\ = c\nd")
             .with("confidence", 0.25)
             .with("empty", "");

@@ -1,7 +1,7 @@
-//! Regions of TraX: `left,top,width,height`, or a polygon `x1,y1,x2,y2,..`.
+//! Regions in TraX: `left,top,width,height`, or a polygon `x1,y1,x2,y2,..`.
 //!
-//! Pixel `k` covers `k` to `k + 1`, so the polygon of a box goes from `x` to `x + w`. The library has pixel centres at whole numbers; its corners are therefore half a
-//! pixel less.
+//! Pixel `k` covers `k` to `k + 1`, so the polygon of a box extends from `x` to `x + w`. Corners in the
+//! `patchlock` crate have pixel centres at integers and are half a pixel smaller.
 
 use std::fmt;
 
@@ -9,9 +9,9 @@ use patchlock::BoundingBox;
 
 use crate::text;
 
-/// What the protocol calls boxes, in its lists of formats.
+/// The protocol's name for boxes.
 pub const RECTANGLE: &str = "rectangle";
-/// What the protocol calls polygons.
+/// The protocol's name for polygons.
 pub const POLYGON: &str = "polygon";
 
 /// A region.
@@ -19,19 +19,19 @@ pub const POLYGON: &str = "polygon";
 pub enum Region {
     /// An upright box.
     Rectangle(BoundingBox),
-    /// Three corners or more, in order.
+    /// At least three corners, in order.
     Polygon(Vec<[f64; 2]>),
-    /// One number, a code, or a region with NaN in it: there is no target to be seen.
+    /// A single number (a code) or a region with NaN: the target is not visible.
     Nothing,
 }
 
 impl Region {
-    /// The region of a text such as `10,20,30,40`; a name before it, as in `rect:10,20,30,40`, is allowed.
+    /// Parses a region such as `10,20,30,40`, optionally preceded by its type, as in `rect:10,20,30,40`.
     ///
     /// # Errors
-    /// What is wrong with it. Masks are not read.
+    /// What is wrong with the region. Masks are not supported.
     pub fn parse(text: &str) -> Result<Self, String> {
-        // libtrax writes a mask as m0,0,4,4,..
+        // libtrax writes masks as m0,0,4,4,..
         let (name, rest) = match text.strip_prefix(['m', 'M']) {
             Some(mask) if mask.starts_with(|c: char| c.is_ascii_digit() || c == '-') => {
                 ("mask", "")
@@ -40,7 +40,7 @@ impl Region {
         };
         if !matches!(name, "" | "rect" | "poly" | "special") {
             return Err(format!(
-                "regions are {RECTANGLE} or {POLYGON}, numbers with commas between them, not {name}"
+                "a region is a {RECTANGLE} or {POLYGON}, numbers separated by commas, not {name}"
             ));
         }
         let row = text::numbers(rest)?;
@@ -54,28 +54,28 @@ impl Region {
         })
     }
 
-    /// The box, or the upright box around the polygon.
+    /// The box, or the bounding box of the polygon; `None` for [`Region::Nothing`].
     pub fn bbox(&self) -> Option<BoundingBox> {
         match self {
             Self::Rectangle(bbox) => Some(*bbox),
-            Self::Polygon(points) => Some(text::around(points.as_flattened(), 0.0)),
+            Self::Polygon(points) => Some(text::bounding_box(points.as_flattened(), 0.0)),
             Self::Nothing => None,
         }
     }
 
-    /// The corners of a box: top left, top right, bottom right, bottom left.
+    /// The polygon of a box: top left, top right, bottom right, bottom left.
     pub fn corners_of(bbox: &BoundingBox) -> Self {
         let (right, bottom) = (bbox.x + bbox.w, bbox.y + bbox.h);
         Self::Polygon(vec![[bbox.x, bbox.y], [right, bbox.y], [right, bottom], [bbox.x, bottom]])
     }
 
-    /// The outline that an [`Estimate`](patchlock::Estimate) has as its corners.
+    /// The polygon of the corners of an [`Estimate`](patchlock::Estimate).
     pub fn outline(corners: &[[f64; 2]; 4]) -> Self {
         Self::Polygon(corners.iter().map(|[x, y]| [x + 0.5, y + 0.5]).collect())
     }
 }
 
-/// The text, with every digit.
+/// Writes the numbers with enough digits to be read back exactly.
 impl fmt::Display for Region {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let row: &[f64] = match self {
@@ -95,7 +95,7 @@ mod tests {
     const BBOX: BoundingBox = BoundingBox { x: -1.5, y: 2.25, w: 30.0, h: 4.5 };
 
     #[test]
-    fn regions_go_there_and_back() {
+    fn regions_survive_a_round_trip() {
         let turned = Region::Polygon(vec![[0.1, 0.25], [5.0, 1e-7], [3.0, 3.0]]);
         for region in [Region::Rectangle(BBOX), Region::corners_of(&BBOX), turned, Region::Nothing]
         {
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn an_outline_that_is_upright_is_the_box() {
+    fn an_upright_outline_equals_the_box() {
         let bbox = BoundingBox { x: 3.0, y: 5.0, w: 32.0, h: 28.0 };
         // Pixel 3 begins at 2.5 where its centre is 3.
         let corners = [[2.5, 4.5], [34.5, 4.5], [34.5, 32.5], [2.5, 32.5]];
@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn names_codes_and_nothing() {
+    fn types_codes_and_missing_targets_are_parsed() {
         assert_eq!(Region::parse("rect:-1.5,2.25,30,4.5"), Ok(Region::Rectangle(BBOX)));
         assert!(matches!(Region::parse("poly:0,0,1,0,1,1"), Ok(Region::Polygon(_))));
         for nothing in ["0", "special:-1", "NaN,NaN,NaN,NaN"] {

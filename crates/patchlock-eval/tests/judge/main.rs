@@ -1,18 +1,23 @@
-//! An outside judge: the got10k toolkit 0.1.3 scores the same boxes against the same truth, and every difference to our scores is explained.
+//! Compares our scores with an independent implementation: the got10k toolkit 0.1.3 scores the same boxes
+//! against the same ground truth, and every difference is explained.
 //!
-//! Its centre of a box, its thresholds and its comparisons (`<=` for distances, `>` for overlaps) are ours. It differs in four things:
+//! Its definition of the centre of a box, its thresholds and its comparisons (`<=` for distances, `>` for
+//! overlaps) are the same as ours. It differs in four conventions:
 //!
-//! - [`Difference::FirstFrame`]: the first box is the truth's, whatever the tracker's file says.
-//! - [`Difference::MissingBox`]: a frame for which the tracker gave no box fails; for us the box is the last one that was given.
-//! - [`Difference::NoTruth`]: a frame without truth counts, and fails in overlap; for us it does not count.
-//! - [`Difference::Thresholds`]: its overlap thresholds are multiples of 0.05, which are not the nearest numbers to 0.15, 0.3 and so on. Only an
-//!   overlap that lies between the two by rounding is affected.
+//! - [`Difference::FirstFrame`]: it replaces the first box by the true one.
+//! - [`Difference::MissingBox`]: a frame without a box counts as a failure; we use the last box before it.
+//! - [`Difference::NoTruth`]: a frame without ground truth counts, with an overlap of 0; for us it does not
+//!   count.
+//! - [`Difference::Thresholds`]: its overlap thresholds are multiples of 0.05, which are not the closest
+//!   numbers to 0.15, 0.3 and so on. Only overlaps within this rounding error are affected.
 //!
-//! With these applied, the curves are equal, target by target, but for frames whose value lies on a threshold within rounding; they are counted. (Its
-//! speed, which is not tested here, is the mean of 1 / t over frames; ours is all frames over all time.)
+//! With these conventions applied, the curves are equal for every target, except for frames whose value
+//! equals a threshold up to rounding; these are counted. (Its speed, which is not tested here, is the mean of
+//! 1 / t over frames; ours is the number of frames divided by the total time.)
 //!
-//! `golden` needs nothing but the file that `tools/judge` made. The live tests need its virtual environment (`tools/judge/setup.sh`); without it they say so and
-//! pass, or fail if `PATCHLOCK_JUDGE` is `required`.
+//! The tests on the golden file need only that file, which `tools/judge` generates. The others need its
+//! virtual environment (`tools/judge/setup.sh`); without it they print a note and pass, or fail if
+//! `PATCHLOCK_JUDGE` is `required`.
 
 use std::collections::BTreeMap;
 use std::env;
@@ -29,7 +34,7 @@ use patchlock_eval::results::{self, Run};
 use patchlock_eval::{score, text};
 use serde_json::Value;
 
-/// A convention in which the judge differs.
+/// A convention in which got10k differs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Difference {
     FirstFrame,
@@ -40,11 +45,11 @@ enum Difference {
 
 const ALL: [Difference; 4] =
     [Difference::FirstFrame, Difference::MissingBox, Difference::NoTruth, Difference::Thresholds];
-/// Values so near to a threshold may fall on either side by rounding.
+/// Values this close to a threshold may fall on either side by rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Past the test harness, which would swallow it.
-fn say(text: &str) {
+/// Writes to standard error directly, since the test harness captures `eprintln!`.
+fn log(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");
 }
 
@@ -52,13 +57,13 @@ fn here() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/judge")
 }
 
-/// One frame as the judge sees it. NaN is on no side of any threshold.
+/// A frame as got10k sees it. NaN is on no side of any threshold.
 struct Frame {
     overlap: f64,
     distance: f64,
 }
 
-/// The frames of a run by our metrics, with the differences that are given.
+/// The frames of a run by our metrics, with these differences applied.
 fn frames(run: &Run, truth: &Truth, differences: &[Difference]) -> Vec<Frame> {
     let mut boxes = run.boxes.clone();
     if differences.contains(&Difference::FirstFrame) {
@@ -83,13 +88,13 @@ fn frames(run: &Run, truth: &Truth, differences: &[Difference]) -> Vec<Frame> {
     frames
 }
 
-/// To a row of truth that counts from 1 and may have no size, or no numbers.
+/// Centre distance to a row of ground truth, which counts from 1 and may have no size or no numbers.
 fn distance(bbox: &BoundingBox, [x, y, w, h]: [f64; 4]) -> f64 {
     let [cx, cy] = bbox.centre();
     (cx - (x - 1.0 + (w - 1.0) / 2.0)).hypot(cy - (y - 1.0 + (h - 1.0) / 2.0))
 }
 
-/// Shares at thresholds, and how many frames lie on each within rounding.
+/// Shares of frames at the thresholds, and shares of frames that equal each threshold up to rounding.
 struct Curve {
     shares: Vec<f64>,
     ties: Vec<f64>,
@@ -105,7 +110,7 @@ fn curve(values: &[f64], thresholds: &[f64], passes: fn(f64, f64) -> bool) -> Cu
     }
 }
 
-/// Success and precision of a run, with the differences that are given.
+/// Success and precision curves of a run, with these differences applied.
 fn curves(run: &Run, truth: &Truth, differences: &[Difference]) -> [Curve; 2] {
     let protocol = Protocol::otb();
     let success = match differences.contains(&Difference::Thresholds) {
@@ -121,19 +126,19 @@ fn curves(run: &Run, truth: &Truth, differences: &[Difference]) -> [Curve; 2] {
     ]
 }
 
-/// Truth as we read it, and the rows as they stand in the file.
+/// Ground truth as we read it, and the raw rows of the file.
 struct Truth {
     boxes: Vec<Option<BoundingBox>>,
     rows: Vec<[f64; 4]>,
 }
 
-/// How far the judge's curves of a run are from ours, at the most.
-fn apart(run: &Run, truth: &Truth, judged: &Value, differences: &[Difference]) -> f64 {
+/// Largest difference between the curves of got10k and ours.
+fn largest_gap(run: &Run, truth: &Truth, judged: &Value, differences: &[Difference]) -> f64 {
     gaps(run, truth, judged, differences).map(|(gap, _)| gap).fold(0.0, f64::max)
 }
 
-/// The same without the gaps that frames on a threshold explain, and how many of these there are.
-fn apart_but_for_rounding(run: &Run, truth: &Truth, judged: &Value) -> (f64, usize) {
+/// Largest gap that is not explained by frames on a threshold, and the number of explained gaps.
+fn largest_unexplained_gap(run: &Run, truth: &Truth, judged: &Value) -> (f64, usize) {
     let (mut most, mut rounded) = (0.0_f64, 0);
     for (gap, ties) in gaps(run, truth, judged, &ALL) {
         if gap > 1e-9 && gap <= ties + 1e-9 {
@@ -145,7 +150,7 @@ fn apart_but_for_rounding(run: &Run, truth: &Truth, judged: &Value) -> (f64, usi
     (most, rounded)
 }
 
-/// At each threshold: how far the curves are from each other, and the share of frames that lie on it.
+/// For each threshold, the difference between the curves and the share of frames on the threshold.
 fn gaps(
     run: &Run,
     truth: &Truth,
@@ -164,7 +169,7 @@ fn gaps(
     all.into_iter()
 }
 
-/// Truth and results of a folder as the judge takes it.
+/// Ground truth and results in a folder.
 struct Input {
     dataset: Dataset,
     truth: BTreeMap<String, Truth>,
@@ -184,7 +189,7 @@ fn read(folder: &Path) -> Input {
     Input { dataset, truth, trackers }
 }
 
-/// The judge's Python; `None`, with the reason said, where there is none.
+/// The Python interpreter of the virtual environment; without one, logs the reason and returns `None`.
 fn judge(test: &str) -> Option<PathBuf> {
     let venv = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/judge-venv");
     let python = venv.join("bin/python");
@@ -192,14 +197,14 @@ fn judge(test: &str) -> Option<PathBuf> {
         return Some(python);
     }
     let required = env::var_os("PATCHLOCK_JUDGE").is_some_and(|value| value == "required");
-    assert!(!required, "the judge is required, but there is no {}", venv.display());
-    say(&format!(
-        "{test}: SKIPPED, the got10k toolkit is not there (tools/judge/setup.sh makes it)"
+    assert!(!required, "PATCHLOCK_JUDGE is required, but there is no {}", venv.display());
+    log(&format!(
+        "{test}: SKIPPED, the got10k toolkit is not installed (run tools/judge/setup.sh)"
     ));
     None
 }
 
-/// What the judge says of a folder.
+/// Scores a folder with got10k.
 fn judged(python: &Path, folder: &Path) -> Value {
     let out = tempfile::tempdir().unwrap();
     let file = out.path().join("judged.json");
@@ -213,7 +218,8 @@ fn golden() -> Value {
     serde_json::from_slice(&fs::read(here().join("got10k.json")).unwrap()).unwrap()
 }
 
-/// Compares all runs of the made-up trackers; gives the largest gap. Their numbers are such that rounding decides nothing.
+/// Largest gap over all runs of the made-up trackers. Their numbers are chosen so that rounding has no
+/// effect.
 fn made_up_gap(judged: &Value, differences: &[Difference], only: Option<&str>) -> f64 {
     let input = read(&here().join("made_up"));
     let mut most = 0.0_f64;
@@ -221,25 +227,25 @@ fn made_up_gap(judged: &Value, differences: &[Difference], only: Option<&str>) -
         assert_eq!((tracker.runs.len(), &tracker.faults), (4, &vec![]), "{}", tracker.name);
         for run in tracker.runs.iter().filter(|run| only.is_none_or(|name| name == run.target)) {
             let judged = &judged["trackers"][&tracker.name]["seq_wise"][&run.target];
-            most = most.max(apart(run, &input.truth[&run.target], judged, differences));
+            most = most.max(largest_gap(run, &input.truth[&run.target], judged, differences));
         }
     }
     most
 }
 
 #[test]
-fn made_up_boxes_are_scored_as_got10k_does() {
+fn made_up_boxes_are_scored_as_by_got10k() {
     let golden = golden();
     assert!(golden["header"]["made_by"].as_str().unwrap().starts_with("got10k 0.1.3"));
     assert!(made_up_gap(&golden, &ALL, None) < 1e-12);
-    // Without anything odd there is nothing to explain.
+    // Nothing has to be explained where the conventions do not matter.
     for plain in ["plain", "edges"] {
         assert!(made_up_gap(&golden, &[], Some(plain)) < 1e-12, "{plain}");
     }
 }
 
 #[test]
-fn every_difference_is_one() {
+fn every_difference_has_an_effect() {
     let golden = golden();
     for left_out in [Difference::FirstFrame, Difference::MissingBox, Difference::NoTruth] {
         let others: Vec<Difference> = ALL.into_iter().filter(|d| *d != left_out).collect();
@@ -247,17 +253,18 @@ fn every_difference_is_one() {
         assert!(gap > 1e-3, "{left_out:?} explains nothing: {gap}");
     }
     let ours = Protocol::otb().success;
-    let apart = |k: &usize| ours[*k] != *k as f64 * 0.05;
-    let odd: Vec<usize> = (0..=20).filter(apart).collect();
+    let differs = |k: &usize| ours[*k] != *k as f64 * 0.05;
+    let differing: Vec<usize> = (0..=20).filter(differs).collect();
     assert!(
-        odd.contains(&3) && odd.iter().all(|&k| (ours[k] - k as f64 * 0.05).abs() < 1e-15),
-        "{odd:?}"
+        differing.contains(&3)
+            && differing.iter().all(|&k| (ours[k] - k as f64 * 0.05).abs() < 1e-15),
+        "{differing:?}"
     );
 }
 
 #[test]
-fn got10k_still_says_what_the_golden_file_has() {
-    let Some(python) = judge("got10k_still_says_what_the_golden_file_has") else { return };
+fn got10k_still_matches_the_golden_file() {
+    let Some(python) = judge("got10k_still_matches_the_golden_file") else { return };
     let now = judged(&python, &here().join("made_up"));
     assert!(made_up_gap(&now, &ALL, None) < 1e-12);
     let golden = golden();
@@ -269,7 +276,7 @@ fn got10k_still_says_what_the_golden_file_has() {
     }
 }
 
-/// The folder of the published boxes, where it is at hand.
+/// The folder of the published boxes, if it is available.
 fn published(test: &str) -> Option<PathBuf> {
     let near = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
     let folder =
@@ -277,14 +284,14 @@ fn published(test: &str) -> Option<PathBuf> {
     if folder.join("annotations").is_dir() {
         return Some(folder);
     }
-    say(&format!(
-        "{test}: SKIPPED, there is no {} (PATCHLOCK_DATA names the folder around it)",
+    log(&format!(
+        "{test}: SKIPPED, there is no {} (set PATCHLOCK_DATA to its parent folder)",
         folder.display()
     ));
     None
 }
 
-/// Copies text files with commas between the numbers, which is all that got10k reads.
+/// Copies text files with commas between the numbers, the only separator that got10k reads.
 fn copy(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
     for entry in fs::read_dir(from).unwrap() {
@@ -303,12 +310,12 @@ fn copy(from: &Path, to: &Path) {
 }
 
 #[test]
-fn published_boxes_are_scored_as_got10k_does() {
-    let test = "published_boxes_are_scored_as_got10k_does";
+fn published_boxes_are_scored_as_by_got10k() {
+    let test = "published_boxes_are_scored_as_by_got10k";
     let (Some(python), Some(data)) = (judge(test), published(test)) else { return };
     let folder = tempfile::tempdir().unwrap();
     copy(&data.join("annotations"), &folder.path().join("truth"));
-    // LSK is not among them: two of its files are longer than the truth, which both programs refuse.
+    // LSK is not used: two of its files are longer than the ground truth, which both programs reject.
     for name in ["SCM", "Struck", "TLD", "ASLA", "IVT", "CXT", "VTD", "MIL", "CPF", "L1APG"] {
         copy(&data.join(name), &folder.path().join("results").join(name));
     }
@@ -316,16 +323,15 @@ fn published_boxes_are_scored_as_got10k_does() {
     let input = read(folder.path());
     let board = score::scoreboard(&input.trackers, &input.dataset, &Protocol::otb());
     assert_eq!((board.trackers.len(), board.refused.len()), (10, 0));
-    say(
-        "tracker   DP ours got10k   AUC ours got10k   why: other first boxes, boxes not given; values on a threshold",
-    );
+    log("tracker   DP ours got10k   AUC ours got10k   \
+         reasons: other first boxes, missing boxes; values on a threshold");
     for (tracker, scored) in input.trackers.iter().zip(&board.trackers) {
         let theirs = &judged["trackers"][&tracker.name];
         let (mut first, mut missing, mut rounded) = (0, 0, 0);
         assert_eq!(tracker.runs.len(), 51, "{}", tracker.name);
         for run in &tracker.runs {
             let truth = &input.truth[&run.target];
-            let (gap, ties) = apart_but_for_rounding(run, truth, &theirs["seq_wise"][&run.target]);
+            let (gap, ties) = largest_unexplained_gap(run, truth, &theirs["seq_wise"][&run.target]);
             assert!(gap < 1e-9, "{} on {}: {gap} is not explained", tracker.name, run.target);
             first += usize::from(run.boxes[0] != truth.boxes[0]);
             missing += run.boxes.iter().filter(|bbox| bbox.is_none()).count();
@@ -333,13 +339,13 @@ fn published_boxes_are_scored_as_got10k_does() {
         }
         let their = |name: &str| theirs["overall"][name].as_f64().unwrap();
         let (dp, auc) = (scored.overall.dp20.mean, scored.overall.auc.mean);
-        say(&format!(
+        log(&format!(
             "{:<8}   {dp:.4} {:.4}    {auc:.4} {:.4}     {first} {missing}; {rounded}",
             tracker.name,
             their("precision_score"),
             their("success_score"),
         ));
-        // Where no convention comes into play, the scores themselves are the same.
+        // Where no convention matters, the scores themselves are equal.
         if first == 0 && missing == 0 && rounded == 0 {
             assert!((dp - their("precision_score")).abs() < 1e-9, "{}", tracker.name);
             assert!((auc - their("success_score")).abs() < 1e-9, "{}", tracker.name);

@@ -1,4 +1,4 @@
-//! What the tests share: tiny made-up datasets, written to a folder that is removed with its owner.
+//! Helpers shared by the tests: tiny datasets in a temporary folder.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 use std::fs;
@@ -29,7 +29,7 @@ impl Folder {
         path
     }
 
-    /// Images with these numbers, padded to so many digits.
+    /// Writes images with these numbers, padded to `digits` digits.
     pub fn images(&self, folder: &str, numbers: impl IntoIterator<Item = usize>, digits: usize) {
         for number in numbers {
             let path = self.path().join(folder).join(format!("{number:0digits$}.png"));
@@ -43,12 +43,12 @@ impl Folder {
     }
 }
 
-/// So many rows of one box.
+/// `count` rows with the same box.
 pub fn rows(count: usize) -> String {
     "3,4,5,6\n".repeat(count)
 }
 
-/// The texts of the remarks of this severity on a target.
+/// The texts of the remarks on a target with this severity.
 pub fn remarks(dataset: &Dataset, target: &str, severity: Severity) -> Vec<String> {
     let about = dataset.remarks.iter().filter(|r| r.target.as_deref() == Some(target));
     about.filter(|r| r.severity == severity).map(|r| r.text.clone()).collect()

@@ -66,7 +66,7 @@ def test_what_is_there_is_kept_and_what_is_damaged_is_made_again(tmp_path: Path,
         run(clips[:1], tmp_path, progress=False, **{**QUICK, "particles": 61})
     other = Clip(clips[0].source, clips[0].box, name="clip0", seed=0, end=5)
     [failure] = run([other], tmp_path, progress=False, **QUICK).failed
-    assert failure.name == "clip0" and "runs of something else" in failure.message
+    assert failure.name == "clip0" and "already holds different runs" in failure.message
 
 
 def test_clips_with_settings_of_their_own_have_folders_of_their_own(tmp_path: Path, clips: list[Clip]) -> None:
@@ -221,7 +221,7 @@ def test_score_and_report_read_it_with_the_truth_that_was_gathered(tmp_path: Pat
         ({"jobs": 0}, "jobs is 0"),
         ({"threads": 0}, "threads is 0"),
         ({"retries": -1}, "retries is -1"),
-        ({"name": "a/b"}, "name of a folder"),
+        ({"name": "a/b"}, "folder name"),
         ({"preset": "papr"}, "no preset papr"),
         ({"epsilon": 9}, "epsilon"),
     ],

@@ -1,4 +1,4 @@
-//! Files that are there whole or not at all.
+//! Writes files atomically: they are complete or do not exist.
 
 use std::fs;
 use std::io::Write;
@@ -9,27 +9,27 @@ use sha2::{Digest, Sha256};
 
 use crate::Error;
 
-/// SHA-256 in hexadecimal.
+/// The SHA-256 of some bytes, in hexadecimal.
 pub fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Reads a JSON file.
+/// Reads and parses a JSON file.
 pub(crate) fn read_json<T: for<'de> Deserialize<'de>>(path: &Path) -> Result<T, Error> {
     let text = fs::read(path).map_err(|error| Error::read(path, error))?;
     serde_json::from_slice(&text)
         .map_err(|error| Error::Manifest { path: path.to_path_buf(), reason: error.to_string() })
 }
 
-/// Puts a complete file in its place. Without `replace` a file that is there stays, and the answer is `false`.
-pub(super) fn place(path: &Path, bytes: &[u8], replace: bool) -> Result<bool, Error> {
+/// Writes a file atomically. Without `replace`, an existing file is kept and the result is `false`.
+pub(super) fn write_atomically(path: &Path, bytes: &[u8], replace: bool) -> Result<bool, Error> {
     let cannot = |error| Error::write(path, error);
     let folder = path.parent().unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
     builder.prefix(".patchlock-").suffix(".part");
     #[cfg(unix)]
     {
-        // Temporary files are private; a result should have the permissions of any other new file.
+        // Temporary files are private; a result should have the permissions of an ordinary new file.
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }

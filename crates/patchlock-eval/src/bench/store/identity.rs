@@ -1,4 +1,4 @@
-//! What was run, so that runs of different things are never mixed.
+//! Identifies the tracker that was run, so that runs of different trackers are never mixed.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,28 +8,28 @@ use serde_json::Value;
 
 use super::files::sha256;
 
-/// What was run: two runs belong together only if all of it is the same.
+/// The tracker that was run. Runs are comparable only if their identities are equal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 pub enum Identity {
     /// The tracker of this project.
     Patchlock {
-        /// Version of the program.
+        /// Version of Patchlock.
         version: String,
-        /// Name of the preset that the configuration began with.
+        /// Name of the preset that the configuration is based on.
         preset: String,
-        /// The configuration. Its seed is 0: each run has its own.
+        /// The configuration. Its seed is 0, since each run has its own.
         configuration: Box<TrackerConfig>,
     },
-    /// Another program.
+    /// An external program that speaks TraX.
     Trax {
-        /// The command line that starts it.
+        /// The command that starts it, with its arguments.
         command: Vec<String>,
     },
 }
 
 impl Identity {
-    /// The tracker of this project with a configuration that began as a preset.
+    /// The identity of Patchlock with a configuration that is based on a preset.
     pub fn patchlock(configuration: &TrackerConfig, preset: &str) -> Self {
         Self::Patchlock {
             version: env!("CARGO_PKG_VERSION").to_string(),
@@ -38,34 +38,34 @@ impl Identity {
         }
     }
 
-    /// SHA-256 of its JSON, in hexadecimal.
+    /// The SHA-256 of its JSON, in hexadecimal.
     pub fn hash(&self) -> String {
         sha256(serde_json::to_string(self).unwrap_or_default().as_bytes())
     }
 
-    /// The same as fields, as manifests hold it.
+    /// The identity as a JSON object, as stored in manifests.
     pub(super) fn fields(&self) -> Value {
         serde_json::to_value(self).unwrap_or_default()
     }
 }
 
-/// What is different here from what is there, in words.
-pub(super) fn difference(there: &Value, here: &Value) -> String {
-    let (there, here) = (flat(there), flat(here));
+/// The fields that differ between a stored identity and this one, in words.
+pub(super) fn difference(stored: &Value, current: &Value) -> String {
+    let (stored, current) = (flat(stored), flat(current));
     let value = |fields: &BTreeMap<String, String>, name: &String| {
         fields.get(name).cloned().unwrap_or("not set".to_string())
     };
-    let names: BTreeSet<&String> = there.keys().chain(here.keys()).collect();
+    let names: BTreeSet<&String> = stored.keys().chain(current.keys()).collect();
     let differing: Vec<String> = names
         .into_iter()
-        .map(|name| (name, value(&there, name), value(&here, name)))
-        .filter(|(_, there, here)| there != here)
-        .map(|(name, there, here)| format!("{name} is {there} there and {here} here"))
+        .map(|name| (name, value(&stored, name), value(&current, name)))
+        .filter(|(_, stored, current)| stored != current)
+        .map(|(name, stored, current)| format!("{name} is {stored} there and {current} here"))
         .collect();
     crate::names::some_of(&differing)
 }
 
-/// The fields of an object, those of an object in it as fields of their own.
+/// The fields of an object, with nested objects flattened.
 fn flat(value: &Value) -> BTreeMap<String, String> {
     let Some(fields) = value.as_object() else { return BTreeMap::new() };
     let fields = fields.iter().flat_map(|(name, value)| match value.as_object() {

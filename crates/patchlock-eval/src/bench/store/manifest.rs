@@ -1,4 +1,4 @@
-//! What is said of a tracker and of each of its runs, and the text of the boxes.
+//! The manifests of a tracker and of its runs, and the text format of the boxes.
 
 use patchlock::BoundingBox;
 use serde::{Deserialize, Serialize};
@@ -10,81 +10,83 @@ use crate::bench::machine::Machine;
 use crate::bench::subject::Answer;
 use crate::files::name_of;
 
-/// `manifest.json` of a tracker.
+/// The contents of `manifest.json` of a tracker.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
-    /// Number of the format of this folder.
+    /// Version of the folder's format.
     pub format: u32,
     /// The tracker's name.
     pub tracker: String,
-    /// Hash of `subject`.
+    /// SHA-256 of `subject`.
     pub configuration_hash: String,
-    /// What was run: the fields of an [`Identity`](super::Identity), perhaps of another version, or what another program that writes this layout says of itself.
+    /// The tracker that was run: the fields of an [`Identity`](super::Identity), possibly of another version,
+    /// or whatever another program that writes this layout stores here.
     pub subject: Value,
 }
 
-/// `<run>.json`: everything about one run but its boxes.
+/// The contents of `<run>.json`: everything about a run except its boxes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunManifest {
     /// The tracker's name.
     pub tracker: String,
-    /// Hash of `subject`.
+    /// SHA-256 of `subject`.
     pub configuration_hash: String,
-    /// What was run: the fields of an [`Identity`](super::Identity), perhaps of another version, or what another program that writes this layout says of itself.
+    /// The tracker that was run: the fields of an [`Identity`](super::Identity), possibly of another version,
+    /// or whatever another program that writes this layout stores here.
     pub subject: Value,
-    /// Where it began: `ope`, `tre` or `sre`.
+    /// The protocol: `ope`, `tre` or `sre`.
     pub protocol: String,
     /// The target's name.
     pub target: String,
     /// The seed.
     pub seed: u64,
-    /// Number of the start (TRE) or of the first box (SRE); 0 in OPE.
+    /// Index of the start (TRE) or of the first box (SRE); 0 in OPE.
     pub variant: usize,
-    /// Row of the truth at which it began, counted from 0.
+    /// Index of the first frame of the run in the sequence.
     pub first: usize,
-    /// The box that the tracker was given, counted from 0.
+    /// The box given to the tracker, in pixels counted from 0.
     pub given: BoundingBox,
-    /// Frames, the first one included.
+    /// Number of frames, the first one included.
     pub frames: usize,
-    /// Name of the first frame's file; of a clip, of its source.
+    /// File name of the first frame; for a clip, of its source.
     pub first_frame: String,
-    /// The clip that it is of, where it is one.
+    /// The clip, if the run is not on image files.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clip: Option<Clip>,
-    /// What the text calls the first pixel, 0 or 1.
+    /// Coordinate of the first pixel in the text file, 0 or 1.
     pub origin: f64,
-    /// What it ran on.
+    /// The computer.
     pub machine: Machine,
-    /// Threads that the tracker had.
+    /// Number of threads of the tracker.
     pub threads: usize,
-    /// Runs that went on side by side. Times are honest only with 1.
+    /// Number of runs made in parallel. Times are meaningful only if this is 1.
     pub jobs: usize,
-    /// SHA-256 of the text with the boxes.
+    /// SHA-256 of the text file of boxes.
     pub boxes_sha256: String,
-    /// Time of the tracker for each frame, in seconds, without decoding.
+    /// Time of the tracker for each frame in seconds, decoding excluded.
     pub seconds: Vec<f64>,
 }
 
 impl RunManifest {
-    /// Whether it is of this run: begun on the same box, and on the same frames as far as that can be said.
+    /// Whether the manifest belongs to this run: same first box, and same frames as far as can be checked.
     pub(super) fn is_of(&self, run: &Run<'_>) -> bool {
-        let begun = self.given == run.start.bbox && self.first == run.start.first;
-        begun
+        let same_start = self.given == run.start.bbox && self.first == run.start.first;
+        same_start
             && match run.footage {
                 Footage::Files(files) => self.clip.is_none() && self.frames == files.len(),
                 Footage::Clip(clip) => self.clip.as_ref() == Some(clip),
             }
     }
 
-    /// What it is of, for an error.
+    /// Describes the run, for an error message.
     pub(super) fn in_words(&self) -> String {
         let b = self.given;
         let part = self.clip.as_ref().map(|clip| {
-            let end = clip.end.map_or("its end".to_string(), |end| end.to_string());
-            format!(", every {}. from {} to {end} of {}", clip.stride, clip.start, clip.source)
+            let end = clip.end.map_or("the end".to_string(), |end| end.to_string());
+            format!(" (stride {}, {} to {end} of {})", clip.stride, clip.start, clip.source)
         });
         format!(
-            "its run on {} has {} frames{} from the box {},{},{},{}",
+            "the run on {} has {} frames{} and starts on the box {},{},{},{}",
             self.target,
             self.frames,
             part.unwrap_or_default(),
@@ -96,26 +98,26 @@ impl RunManifest {
     }
 }
 
-/// The two files of a run, before they are on disk.
+/// The contents of the two files of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Written {
-    /// `<run>.txt`.
+    /// Contents of `<run>.txt`.
     pub boxes: String,
-    /// `<run>.json`.
+    /// Contents of `<run>.json`.
     pub manifest: String,
 }
 
-/// What a tracker said of each frame.
+/// The answers of a tracker, frame by frame.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Trajectory {
-    /// The boxes, counted from 0; `None` where it gave none.
+    /// The boxes, in pixels counted from 0; `None` where the tracker reported none.
     pub boxes: Vec<Option<BoundingBox>>,
-    /// The time that it took, in seconds.
+    /// The time for each frame, in seconds.
     pub seconds: Vec<f64>,
 }
 
 impl Trajectory {
-    /// One frame more.
+    /// Appends the answer for the next frame.
     pub fn add(&mut self, answer: Answer) {
         self.boxes.push(answer.bbox);
         self.seconds.push(answer.seconds);
@@ -123,7 +125,8 @@ impl Trajectory {
 }
 
 impl Series {
-    /// Writes the files of a run that was made on this machine: the tracker had so many threads, and so many runs went on side by side.
+    /// The contents of the files of a run made on this machine, with `threads` threads per tracker and `jobs`
+    /// runs in parallel.
     pub fn write(
         &self,
         run: &Run<'_>,
@@ -172,7 +175,7 @@ impl Footage<'_> {
     }
 }
 
-/// A box a line, with all digits.
+/// One box per line, with enough digits to be read back exactly.
 fn text_of(boxes: &[Option<BoundingBox>], origin: f64) -> String {
     let line = |bbox: &Option<BoundingBox>| match bbox {
         Some(b) => format!("{},{},{},{}\n", b.x + origin, b.y + origin, b.w, b.h),

@@ -1,11 +1,13 @@
-//! Runs on disk: `OUT/<tracker>/manifest.json`, and of each run `OUT/<tracker>/<scheme>/<target>/<run>.txt` with `<run>.json` beside it.
+//! Stores runs on disk: `OUT/<tracker>/manifest.json`, and for each run
+//! `OUT/<tracker>/<scheme>/<target>/<run>.txt` with `<run>.json` beside it.
 //!
-//! The text has a box a line as the dataset's own truth has them, with all digits of the numbers, so that they are read back as they were
-//! written; a box that was not given is `NaN,NaN,NaN,NaN`. The JSON is the manifest of the run. It is written after the text and holds the text's hash: a run is complete
-//! when both are there and agree, so nothing half-written is ever taken for a result. Every file is written under a temporary name, flushed to the
-//! disk and renamed.
+//! The text file has one box per line, counted from 0 or 1 like the dataset's own ground truth, with enough
+//! digits to be read back exactly; a missing box is `NaN,NaN,NaN,NaN`. The JSON file is the manifest of the
+//! run. It is written after the text file and holds its hash: a run is complete if both files exist and
+//! agree, so a partly written run is never taken for a result. Every file is written under a temporary name,
+//! flushed to disk and renamed.
 //!
-//! `<run>` is the seed, with `-<start>` behind it in TRE and SRE.
+//! `<run>` is the seed, followed by `-<start>` in TRE and SRE.
 
 mod files;
 mod identity;
@@ -18,43 +20,43 @@ use serde::{Deserialize, Serialize};
 
 use super::schemes::{Scheme, Start};
 use crate::Error;
-use files::place;
 pub(crate) use files::read_json;
 pub use files::sha256;
+use files::write_atomically;
 pub use identity::Identity;
 use identity::difference;
 pub use manifest::{Manifest, RunManifest, Trajectory, Written};
 
-/// Number of this format.
+/// Version of the folder's format.
 const FORMAT: u32 = 1;
-/// Name of a tracker's manifest.
+/// File name of a tracker's manifest.
 pub const MANIFEST: &str = "manifest.json";
 
-/// One run that is to be made on image files.
+/// A run to make on image files.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Task<'a> {
     /// The target's name.
     pub target: &'a str,
-    /// The image files, from the first of the run on.
+    /// The image files, starting with the first frame of the run.
     pub frames: &'a [PathBuf],
-    /// The seed.
+    /// Seed of the tracker.
     pub seed: u64,
-    /// Where it begins.
+    /// The frame and box to start on.
     pub start: Start,
 }
 
 impl Task<'_> {
-    /// The run as the store knows it.
+    /// The run, as the store identifies it.
     pub fn run(&self) -> Run<'_> {
         let Self { target, frames, seed, start } = *self;
         Run { target, seed, start, footage: Footage::Files(frames) }
     }
 }
 
-/// A part of a video or of any other source of frames.
+/// A part of a video or of another source of frames.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Clip {
-    /// The source, as whoever asked for the run wrote it.
+    /// The source, as the caller named it.
     pub source: String,
     /// First frame.
     pub start: usize,
@@ -64,42 +66,42 @@ pub struct Clip {
     pub stride: usize,
 }
 
-/// What a run is tracked on.
+/// The frames of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Footage<'a> {
-    /// Image files, from the first of the run on.
+    /// Image files, starting with the first frame of the run.
     Files(&'a [PathBuf]),
-    /// A clip, whose number of frames need not be known before it is tracked.
+    /// A clip; its number of frames may be unknown until it has been tracked.
     Clip(&'a Clip),
 }
 
-/// A run: the names of its files follow from it, and what it has to agree with to be taken for this one.
+/// The key of a run: the names of its files derive from it, and a stored run has to agree with it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Run<'a> {
     /// The target's name.
     pub target: &'a str,
-    /// The seed.
+    /// Seed of the tracker.
     pub seed: u64,
-    /// Where it begins.
+    /// The frame and box to start on.
     pub start: Start,
-    /// What it is tracked on.
+    /// The frames.
     pub footage: Footage<'a>,
 }
 
 /// What all runs of a store have in common.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Series {
-    /// The tracker's name, and that of its folder.
+    /// The name of the tracker and of its folder.
     pub tracker: String,
-    /// Where it begins.
+    /// The protocol.
     pub scheme: Scheme,
-    /// What is run.
+    /// The tracker to run.
     pub subject: Identity,
-    /// What the text calls the first pixel, 0 or 1.
+    /// Coordinate of the first pixel in the text files, 0 or 1.
     pub origin: f64,
 }
 
-/// The folder of one tracker and scheme.
+/// The stored runs of one tracker and protocol.
 #[derive(Debug, Clone)]
 pub struct Store {
     folder: PathBuf,
@@ -108,10 +110,11 @@ pub struct Store {
 }
 
 impl Store {
-    /// Opens the tracker's folder, or makes it.
+    /// Opens the tracker's folder, which is created if necessary.
     ///
     /// # Errors
-    /// [`Error::Conflict`] where the folder holds runs of something else; [`Error::Read`], [`Error::Write`].
+    /// [`Error::Conflict`] if the folder holds runs of a different tracker; [`Error::Read`],
+    /// [`Error::Write`].
     pub fn open(out: &Path, series: Series) -> Result<Self, Error> {
         let folder = out.join(&series.tracker);
         fs::create_dir_all(&folder).map_err(|error| Error::write(&folder, error))?;
@@ -121,7 +124,7 @@ impl Store {
         Ok(store)
     }
 
-    /// Puts the manifest there, or checks the one that is: another shard may have been quicker.
+    /// Writes the manifest, or checks the existing one. Another process may write it at the same time.
     fn claim(&self) -> Result<(), Error> {
         let path = self.folder.join(MANIFEST);
         let manifest = Manifest {
@@ -132,12 +135,12 @@ impl Store {
         };
         let mut text = serde_json::to_string_pretty(&manifest).unwrap_or_default();
         text.push('\n');
-        if !path.exists() && place(&path, text.as_bytes(), false)? {
+        if !path.exists() && write_atomically(&path, text.as_bytes(), false)? {
             return Ok(());
         }
-        let there: Manifest = read_json(&path)?;
-        if there.configuration_hash != self.hash {
-            let difference = difference(&there.subject, &self.series.subject.fields());
+        let stored: Manifest = read_json(&path)?;
+        if stored.configuration_hash != self.hash {
+            let difference = difference(&stored.subject, &self.series.subject.fields());
             return Err(Error::Conflict { path: self.folder.clone(), difference });
         }
         Ok(())
@@ -148,12 +151,12 @@ impl Store {
         &self.folder
     }
 
-    /// What its runs have in common.
+    /// What the runs have in common.
     pub fn series(&self) -> &Series {
         &self.series
     }
 
-    /// The file of a run without its ending.
+    /// The path of a run's files without their extension.
     fn stem(&self, run: &Run<'_>) -> PathBuf {
         let name = match self.series.scheme {
             Scheme::Ope => run.seed.to_string(),
@@ -162,10 +165,10 @@ impl Store {
         self.folder.join(self.series.scheme.name()).join(run.target).join(name)
     }
 
-    /// Whether the run is there, complete.
+    /// Whether the store holds the complete run.
     ///
     /// # Errors
-    /// [`Error::Conflict`] where a complete run of this name is of something else: of another dataset, or another part of a source.
+    /// [`Error::Conflict`] if a complete run of this name is of other frames or another first box.
     pub fn holds(&self, run: &Run<'_>) -> Result<bool, Error> {
         let stem = self.stem(run);
         let Ok(manifest) = read_json::<RunManifest>(&stem.with_extension("json")) else {
@@ -184,7 +187,7 @@ impl Store {
         }
     }
 
-    /// Puts the files of a complete run in their place.
+    /// Saves the files of a complete run.
     ///
     /// # Errors
     /// [`Error::Write`].
@@ -192,8 +195,8 @@ impl Store {
         let stem = self.stem(run);
         let folder = stem.parent().unwrap_or(&self.folder);
         fs::create_dir_all(folder).map_err(|error| Error::write(folder, error))?;
-        place(&stem.with_extension("txt"), written.boxes.as_bytes(), true)?;
-        place(&stem.with_extension("json"), written.manifest.as_bytes(), true)?;
+        write_atomically(&stem.with_extension("txt"), written.boxes.as_bytes(), true)?;
+        write_atomically(&stem.with_extension("json"), written.manifest.as_bytes(), true)?;
         Ok(())
     }
 }

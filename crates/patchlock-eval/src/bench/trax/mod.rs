@@ -1,8 +1,11 @@
-//! Another program as the tracker under test, through TraX ([`crate::trax`]), protocols 1 to 4: lines of text on its standard input and output.
+//! An external program as the tracker under test. It speaks TraX ([`crate::trax`]), versions 1 to 4, on its
+//! standard input and output.
 //!
-//! The program says `hello` with what it can do; it is given `initialize` with the path of an image and a box, then `frame` with the path of
-//! the next image, and answers each with `state` and a box. Protocol 4, which knows several targets, takes the box and the first image in two messages. Boxes are `left,top,width,height`, pixels counted from 0, or a polygon. Its time is
-//! that from our line to its answer: reading the image is in it, because it does that itself.
+//! The program sends `hello` with its capabilities. It is sent `initialize` with the path of an image and a
+//! box, then `frame` with the path of each following image, and answers each message with `state` and a
+//! region. In version 4, which supports several targets, the box and the first image are sent in two
+//! messages. Regions are `left,top,width,height` in pixels counted from 0, or polygons. The measured time is
+//! that from our message to its answer; it includes reading the image, which the program does itself.
 
 mod process;
 
@@ -17,101 +20,102 @@ use crate::Error;
 use crate::trax::image::{self, Image};
 use crate::trax::message::Message;
 use crate::trax::region::{POLYGON, RECTANGLE, Region};
-use process::{Process, Silence};
+use process::{NoLine, Process};
 
-/// The newest version of the protocol that is spoken here. Versions 1 to 3 differ in nothing that is used.
-const NEWEST: u32 = 4;
-/// The variable of the environment that tells the program its seed.
+/// The newest supported version of the protocol. Versions 1 to 3 do not differ in anything used here.
+const NEWEST_VERSION: u32 = 4;
+/// The environment variable that holds the seed.
 pub const SEED_VARIABLE: &str = "PATCHLOCK_SEED";
 
-/// What a program said of itself.
+/// The capabilities of a program, from its `hello`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Abilities {
+struct Capabilities {
     version: u32,
-    /// Regions must be polygons: it does not take boxes.
+    /// Regions have to be polygons: the program does not accept boxes.
     polygons: bool,
 }
 
-/// A program that has said hello.
+/// A running tracker, after its `hello`.
 pub struct Trax {
     process: Process,
-    abilities: Abilities,
+    capabilities: Capabilities,
 }
 
 impl Trax {
-    /// Starts the program and waits for its greeting, so long at most.
+    /// Starts a program and waits for its `hello`. `patience` is the time limit for this and for every later
+    /// answer.
     ///
     /// # Errors
-    /// [`Error::Subject`] where it can't be started, says nothing, or can't do what is needed.
+    /// [`Error::Subject`] if the program cannot be started, does not answer, or lacks a required capability.
     pub fn start(command: &[String], seed: u64, patience: Duration) -> Result<Self, Error> {
         let subject = |reason: String| Error::Subject(reason);
         let mut process = Process::start(command, (SEED_VARIABLE, &seed.to_string()), patience)
             .map_err(subject)?;
-        let hello = next(&mut process, "its greeting").map_err(subject)?;
+        let hello = next(&mut process, "hello").map_err(subject)?;
         if hello.name != "hello" {
             return Err(subject(format!(
-                "the tracker begins with the message {} instead of hello",
+                "the tracker sent the message {} instead of hello",
                 hello.name
             )));
         }
-        let abilities = abilities(&hello).map_err(subject)?;
-        Ok(Self { process, abilities })
+        let capabilities = capabilities(&hello).map_err(subject)?;
+        Ok(Self { process, capabilities })
     }
 
     fn ask(&mut self, file: &Path, lines: &str) -> Result<Answer, Error> {
         let error = |reason| Error::Tracker { path: file.to_path_buf(), reason };
         let (state, seconds) = clock::timed(|| {
             self.process.write(lines)?;
-            next(&mut self.process, "its answer")
+            next(&mut self.process, "state")
         });
         let state = state.map_err(error)?;
         match (state.name.as_str(), state.arguments.first()) {
             ("state", Some(region)) => {
                 let region = Region::parse(region)
-                    .map_err(|reason| error(format!("its state \"{region}\": {reason}")))?;
+                    .map_err(|reason| error(format!("invalid region \"{region}\": {reason}")))?;
                 Ok(Answer { bbox: region.bbox(), seconds })
             }
-            ("state", None) => Err(error("its state has no region".to_string())),
-            ("quit", _) => Err(error(format!("the tracker gave up (quit){}", reason_of(&state)))),
+            ("state", None) => Err(error("the message state has no region".to_string())),
+            ("quit", _) => Err(error(format!("the tracker quit{}", reason_of(&state)))),
             (other, _) => {
-                Err(error(format!("the tracker answers with the message {other} instead of state")))
+                Err(error(format!("the tracker sent the message {other} instead of state")))
             }
         }
     }
 }
 
-/// What a tracker that quits may say of it.
+/// The reason that a tracker gives for quitting, if any.
 fn reason_of(quit: &Message) -> String {
     quit.get("trax.reason").map(|reason| format!(": {reason}")).unwrap_or_default()
 }
 
-/// The next message; other lines are chatter.
+/// Waits for the next message; lines that are not messages are skipped. `what` is the expected message.
 fn next(process: &mut Process, what: &str) -> Result<Message, String> {
     let line = process.next(|line| Message::parse(line).is_some());
     match line {
         Ok(line) => match Message::parse(&line) {
             Some(Ok(message)) => Ok(message),
-            Some(Err(reason)) => Err(format!("the tracker's message \"{line}\": {reason}")),
-            None => Err(format!("no message: {line}")),
+            Some(Err(reason)) => Err(format!("invalid message \"{line}\": {reason}")),
+            None => Err(format!("not a message: {line}")),
         },
-        Err(Silence::TooLong(seconds)) => Err(format!(
-            "the tracker kept waiting for {what} for {seconds} s{}",
-            process.last_words()
+        Err(NoLine::TimedOut(seconds)) => Err(format!(
+            "the tracker did not send {what} within {seconds} s{}",
+            process.recent_output()
         )),
-        Err(Silence::Ended(status)) => Err(format!(
-            "the tracker ended ({status}) instead of giving {what}{}",
-            process.last_words()
+        Err(NoLine::Exited(status)) => Err(format!(
+            "the tracker exited ({status}) without sending {what}{}",
+            process.recent_output()
         )),
     }
 }
 
-/// Whether the program speaks what is spoken here, and how it wants regions.
-fn abilities(hello: &Message) -> Result<Abilities, String> {
+/// Checks that the program is compatible, and which regions it accepts.
+fn capabilities(hello: &Message) -> Result<Capabilities, String> {
     let version = hello.get("trax.version").unwrap_or("1");
-    let known = version.parse().ok().filter(|version| (1..=NEWEST).contains(version));
+    let known = version.parse().ok().filter(|version| (1..=NEWEST_VERSION).contains(version));
     let Some(version) = known else {
         return Err(format!(
-            "the tracker speaks version {version} of TraX; 1 to {NEWEST} are understood"
+            "the tracker speaks version {version} of TraX; versions 1 to {NEWEST_VERSION} are supported"
         ));
     };
     let list = |key: &str, default: &str| -> Vec<String> {
@@ -125,23 +129,21 @@ fn abilities(hello: &Message) -> Result<Abilities, String> {
     };
     let images = list("trax.image", image::PATH);
     if !images.iter().any(|image| image == image::PATH) {
-        return Err(format!(
-            "the tracker takes images as {}; only path can be given",
-            images.join(", ")
-        ));
+        let images = images.join(", ");
+        return Err(format!("the tracker accepts images as {images}; only path is supported"));
     }
     let regions = list("trax.region", RECTANGLE);
-    let takes = |name: &str| regions.iter().any(|region| region == name);
-    if !takes(RECTANGLE) && !takes(POLYGON) {
+    let accepts = |name: &str| regions.iter().any(|region| region == name);
+    if !accepts(RECTANGLE) && !accepts(POLYGON) {
         let regions = regions.join(", ");
         return Err(format!(
-            "the tracker takes regions as {regions}; {RECTANGLE} and {POLYGON} can be given"
+            "the tracker accepts regions as {regions}; {RECTANGLE} and {POLYGON} are supported"
         ));
     }
-    Ok(Abilities { version, polygons: !takes(RECTANGLE) })
+    Ok(Capabilities { version, polygons: !accepts(RECTANGLE) })
 }
 
-/// The path as the protocol has it.
+/// The argument for an image file.
 fn url(file: &Path) -> Result<String, Error> {
     let whole = file.canonicalize().map_err(|error| Error::read(file, error))?;
     Ok(Image::of_path(&whole))
@@ -150,13 +152,13 @@ fn url(file: &Path) -> Result<String, Error> {
 impl Subject for Trax {
     fn begin(&mut self, frame: &Path, bbox: BoundingBox) -> Result<Answer, Error> {
         let image = url(frame)?;
-        let region = match self.abilities.polygons {
+        let region = match self.capabilities.polygons {
             true => Region::corners_of(&bbox),
             false => Region::Rectangle(bbox),
         };
         let region = region.to_string();
         let initialize = |arguments: &[&str]| Message::new("initialize", arguments).to_string();
-        let lines = match self.abilities.version {
+        let lines = match self.capabilities.version {
             ..=3 => initialize(&[&image, &region]),
             _ => initialize(&[&region]) + &Message::new("frame", &[&image]).to_string(),
         };
@@ -181,19 +183,19 @@ impl Drop for Trax {
 mod tests {
     use super::*;
 
-    fn greet(line: &str) -> Result<Abilities, String> {
-        abilities(&Message::parse(line).unwrap().unwrap())
+    fn parsed(line: &str) -> Result<Capabilities, String> {
+        capabilities(&Message::parse(line).unwrap().unwrap())
     }
 
     #[test]
-    fn greetings() {
-        let plain = Abilities { version: 1, polygons: false };
-        assert_eq!(greet("@@TRAX:hello"), Ok(plain));
+    fn hello_messages() {
+        let plain = Capabilities { version: 1, polygons: false };
+        assert_eq!(parsed("@@TRAX:hello"), Ok(plain));
         let polygon =
             "@@TRAX:hello trax.version=3 trax.image=memory;path; trax.region=mask;polygon;";
-        assert_eq!(greet(polygon), Ok(Abilities { version: 3, polygons: true }));
+        assert_eq!(parsed(polygon), Ok(Capabilities { version: 3, polygons: true }));
         for bad in ["trax.version=5", "trax.version=x", "trax.image=memory", "trax.region=mask"] {
-            assert!(greet(&format!("@@TRAX:hello {bad}")).is_err(), "{bad}");
+            assert!(parsed(&format!("@@TRAX:hello {bad}")).is_err(), "{bad}");
         }
     }
 }

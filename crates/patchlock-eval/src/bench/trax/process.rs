@@ -1,4 +1,4 @@
-//! A program with its lines, and patience with it.
+//! A child process that exchanges lines of text, with a time limit for each line.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStdin, Command, Stdio};
@@ -7,22 +7,22 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// The longest line that is read whole.
-const LONGEST_LINE: u64 = 1 << 20;
-/// Lines that wait to be read: a program that chatters more has to wait itself.
-const WAITING_LINES: usize = 1000;
-/// How much of what the program says on its standard error is kept.
-const LAST_WORDS: usize = 400;
-/// How long a program that was told to quit may take.
-const FAREWELL: Duration = Duration::from_secs(2);
+/// Longer lines are split.
+const MAX_LINE_BYTES: u64 = 1 << 20;
+/// Capacity of the queue of lines; a program that writes more has to wait.
+const QUEUED_LINES: usize = 1000;
+/// Characters of other output that are kept for error messages.
+const KEPT_OUTPUT: usize = 400;
+/// Time limit for exiting.
+const EXIT_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// Why no line came.
+/// Why there is no next line.
 #[derive(Debug)]
-pub enum Silence {
-    /// Patience ran out after so many seconds.
-    TooLong(f64),
-    /// The program ended; its exit status in words.
-    Ended(String),
+pub enum NoLine {
+    /// The time limit passed, in seconds.
+    TimedOut(f64),
+    /// The program exited, with its exit status in words.
+    Exited(String),
 }
 
 /// A running program.
@@ -30,16 +30,16 @@ pub struct Process {
     child: Child,
     stdin: Option<ChildStdin>,
     lines: Receiver<String>,
-    said: Arc<Mutex<String>>,
-    patience: Duration,
+    output: Arc<Mutex<String>>,
+    timeout: Duration,
 }
 
 impl Process {
-    /// Starts a program with one variable more in its environment. It is waited for so long at most, each time.
+    /// Starts a program with one additional environment variable. `timeout` is the time limit for each line.
     pub fn start(
         command: &[String],
         variable: (&str, &str),
-        patience: Duration,
+        timeout: Duration,
     ) -> Result<Self, String> {
         let (program, arguments) = command.split_first().ok_or("the command is empty")?;
         let mut command = Command::new(program);
@@ -47,20 +47,20 @@ impl Process {
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child =
             command.spawn().map_err(|error| format!("cannot start {program}: {error}"))?;
-        let (sender, lines) = mpsc::sync_channel(WAITING_LINES);
-        let said = Arc::new(Mutex::new(String::new()));
+        let (sender, lines) = mpsc::sync_channel(QUEUED_LINES);
+        let output = Arc::new(Mutex::new(String::new()));
         if let Some(stdout) = child.stdout.take() {
             thread::spawn(move || each_line(stdout, |line| sender.send(line).is_ok()));
         }
         if let Some(stderr) = child.stderr.take() {
-            let said = Arc::clone(&said);
-            thread::spawn(move || each_line(stderr, |line| remember(&said, &line)));
+            let output = Arc::clone(&output);
+            thread::spawn(move || each_line(stderr, |line| remember(&output, &line)));
         }
         let stdin = child.stdin.take();
-        Ok(Self { child, stdin, lines, said, patience })
+        Ok(Self { child, stdin, lines, output, timeout })
     }
 
-    /// Sends a line.
+    /// Writes a line to the program's standard input.
     pub fn write(&mut self, line: &str) -> Result<(), String> {
         let sent = self
             .stdin
@@ -68,55 +68,55 @@ impl Process {
             .map(|stdin| stdin.write_all(line.as_bytes()).and_then(|()| stdin.flush()));
         match sent {
             Some(Ok(())) => Ok(()),
-            _ => Err(format!("the tracker ended ({}){}", self.status(), self.last_words())),
+            _ => Err(format!("the tracker exited ({}){}", self.status(), self.recent_output())),
         }
     }
 
-    /// The next line that is wanted; others are kept as last words.
-    pub fn next(&mut self, wanted: impl Fn(&str) -> bool) -> Result<String, Silence> {
-        let end = Instant::now() + self.patience;
+    /// The next line that is `wanted`; other lines are kept for error messages.
+    pub fn next(&mut self, wanted: impl Fn(&str) -> bool) -> Result<String, NoLine> {
+        let end = Instant::now() + self.timeout;
         loop {
             let left = end.saturating_duration_since(Instant::now());
             match self.lines.recv_timeout(left) {
                 Ok(line) if wanted(&line) => return Ok(line),
-                Ok(line) => drop(remember(&self.said, &line)),
+                Ok(line) => drop(remember(&self.output, &line)),
                 Err(RecvTimeoutError::Timeout) => {
-                    return Err(Silence::TooLong(self.patience.as_secs_f64()));
+                    return Err(NoLine::TimedOut(self.timeout.as_secs_f64()));
                 }
-                Err(RecvTimeoutError::Disconnected) => return Err(Silence::Ended(self.status())),
+                Err(RecvTimeoutError::Disconnected) => return Err(NoLine::Exited(self.status())),
             }
         }
     }
 
-    /// The last of what it said beside the protocol, for a message.
-    pub fn last_words(&self) -> String {
-        let said = self.said.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
-        if said.is_empty() { String::new() } else { format!("; it said: {said}") }
+    /// The end of the program's other output, as a suffix of an error message.
+    pub fn recent_output(&self) -> String {
+        let output = self.output.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let output = output.split_whitespace().collect::<Vec<_>>().join(" ");
+        if output.is_empty() { String::new() } else { format!("; its output: {output}") }
     }
 
-    /// The exit status in words. A program that has closed its output is about to end.
+    /// The exit status in words. Called when the output is closed, so the program is expected to exit soon.
     fn status(&mut self) -> String {
-        match wait(&mut self.child, FAREWELL) {
+        match wait(&mut self.child, EXIT_TIMEOUT) {
             Some(status) => status,
-            None => "it still runs, but its output is closed".to_string(),
+            None => "still running, but with its output closed".to_string(),
         }
     }
 }
 
 impl Drop for Process {
     fn drop(&mut self) {
-        self.stdin = None; // the end of its input, for those that do not know quit
-        if wait(&mut self.child, FAREWELL).is_none() {
+        self.stdin = None; // end of input, for programs that do not handle quit
+        if wait(&mut self.child, EXIT_TIMEOUT).is_none() {
             let _ = self.child.kill();
             let _ = self.child.wait();
         }
     }
 }
 
-/// The exit status in words, if it comes in time.
-fn wait(child: &mut Child, patience: Duration) -> Option<String> {
-    let end = Instant::now() + patience;
+/// The exit status in words; `None` after the timeout.
+fn wait(child: &mut Child, timeout: Duration) -> Option<String> {
+    let end = Instant::now() + timeout;
     loop {
         match child.try_wait() {
             Ok(Some(status)) => return Some(status.to_string()),
@@ -127,12 +127,13 @@ fn wait(child: &mut Child, patience: Duration) -> Option<String> {
     }
 }
 
-/// Gives away line after line, in whatever encoding, until the end or until nobody wants more.
+/// Passes lines to `take` until the end of the stream or until `take` returns false. Invalid UTF-8 is
+/// replaced.
 fn each_line(stream: impl Read, mut take: impl FnMut(String) -> bool) {
     let mut reader = BufReader::new(stream);
     loop {
         let mut line = Vec::new();
-        match reader.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut line) {
+        match reader.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut line) {
             Ok(1..) => {
                 let text = String::from_utf8_lossy(&line);
                 if !take(text.trim_end_matches(['\n', '\r']).to_string()) {
@@ -144,14 +145,14 @@ fn each_line(stream: impl Read, mut take: impl FnMut(String) -> bool) {
     }
 }
 
-/// Keeps the end of what is said.
-fn remember(said: &Mutex<String>, line: &str) -> bool {
-    let mut said = said.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-    said.push_str(line);
-    said.push('\n');
-    let count = said.chars().count();
-    if count > LAST_WORDS {
-        *said = said.chars().skip(count - LAST_WORDS).collect();
+/// Appends a line to the kept output and truncates it at the front. Always returns true.
+fn remember(output: &Mutex<String>, line: &str) -> bool {
+    let mut output = output.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+    output.push_str(line);
+    output.push('\n');
+    let count = output.chars().count();
+    if count > KEPT_OUTPUT {
+        *output = output.chars().skip(count - KEPT_OUTPUT).collect();
     }
     true
 }

@@ -1,4 +1,5 @@
-//! Precision and success plots: a line a tracker, the best in a ranked legend beside it, the others as pale lines behind.
+//! Precision and success plots: one line per tracker. The best are named in a ranked legend; the others are
+//! pale lines in the background.
 
 use super::{Axis, Plot};
 use crate::report::palette::Look;
@@ -7,8 +8,9 @@ use crate::report::svg::{Anchor, Svg, shorten};
 const LEFT: f64 = 58.0;
 const TOP: f64 = 54.0;
 const BOTTOM: f64 = 52.0;
-const FIELD: [f64; 2] = [400.0, 330.0];
-/// Between the field and the legend.
+/// Width and smallest height of the area with the lines.
+const AREA: [f64; 2] = [400.0, 330.0];
+/// Space between this area and the legend.
 const GAP: f64 = 22.0;
 const LEGEND: f64 = 236.0;
 const ROW: f64 = 21.0;
@@ -17,55 +19,55 @@ const NAME_LETTERS: usize = 15;
 /// The line of one tracker.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line<'a> {
-    /// The tracker's name.
+    /// Name of the tracker.
     pub name: &'a str,
-    /// Shares, 0 to 1, one for each threshold.
+    /// Shares of frames, 0 to 1, one for each threshold.
     pub values: &'a [f64],
-    /// The number that ranks it.
+    /// The score, by which trackers are ranked.
     pub score: f64,
-    /// Its look, where it is named; `None` for a pale line without a name.
+    /// The line style; `None` for a pale line without a name.
     pub look: Option<Look>,
 }
 
-/// What is drawn.
+/// The contents of the plot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curves<'a> {
-    /// Name of the files.
+    /// Name of the plot's files, without extension.
     pub file: String,
-    /// The line above.
+    /// Heading.
     pub title: String,
-    /// What the thresholds are.
+    /// Label of the thresholds.
     pub x_label: &'a str,
-    /// What the values are.
+    /// Label of the values.
     pub y_label: &'a str,
-    /// What the score is, for the head of the legend.
+    /// Label of the score, in the head of the legend.
     pub score_label: &'a str,
     /// The thresholds.
     pub thresholds: &'a [f64],
-    /// Numbers below the x axis.
+    /// Labelled positions on the x axis.
     pub ticks: &'a [f64],
-    /// The threshold at which the score is taken; `None` where it is the mean of the values.
+    /// The threshold at which the score is taken; `None` if the score is the mean of the values.
     pub mark: Option<f64>,
-    /// The trackers, the best first.
+    /// The lines, best tracker first.
     pub lines: Vec<Line<'a>>,
 }
 
 impl Curves<'_> {
-    /// Draws it.
+    /// Draws the plot.
     pub fn plot(&self) -> Plot {
         let named = self.lines.iter().filter(|line| line.look.is_some()).count();
         let others = usize::from(named < self.lines.len());
         let legend_height = ROW * (named + others + 1) as f64;
-        let field = FIELD[1].max(legend_height);
-        let size = [LEFT + FIELD[0] + GAP + LEGEND, TOP + field + BOTTOM];
+        let height = AREA[1].max(legend_height);
+        let size = [LEFT + AREA[0] + GAP + LEGEND, TOP + height + BOTTOM];
         let mut svg = Svg::default();
         svg.text([LEFT, 28.0], 16.0, "ink", Anchor::Start, &self.title);
         let last = self.thresholds.last().copied().unwrap_or(1.0);
-        let x = Axis { values: [0.0, last], places: [LEFT, LEFT + FIELD[0]] };
-        let y = Axis { values: [0.0, 1.0], places: [TOP + field, TOP] };
+        let x = Axis { values: [0.0, last], pixels: [LEFT, LEFT + AREA[0]] };
+        let y = Axis { values: [0.0, 1.0], pixels: [TOP + height, TOP] };
         self.axes(&mut svg, x, y);
         self.draw_lines(&mut svg, x, y);
-        self.legend(&mut svg, LEFT + FIELD[0] + GAP);
+        self.legend(&mut svg, LEFT + AREA[0] + GAP);
         Plot {
             name: self.file.clone(),
             title: self.title.clone(),
@@ -77,8 +79,8 @@ impl Curves<'_> {
     }
 
     fn axes(&self, svg: &mut Svg, x: Axis, y: Axis) {
-        let [bottom, top] = y.places;
-        let [left, right] = x.places;
+        let [bottom, top] = y.pixels;
+        let [left, right] = x.pixels;
         for tick in 0..=5 {
             let value = f64::from(tick) / 5.0;
             svg.line("grid", [left, y.at(value)], [right, y.at(value)]);
@@ -103,19 +105,21 @@ impl Curves<'_> {
         svg.line("axis", [left, bottom], [right, bottom]);
         if let Some(mark) = self.mark {
             svg.put(format_args!(
-                "<line class=\"axis\" stroke-dasharray=\"3 3\" x1=\"{0:.1}\" x2=\"{0:.1}\" y1=\"{bottom:.1}\" y2=\"{top:.1}\"/>",
+                "<line class=\"axis\" stroke-dasharray=\"3 3\" x1=\"{0:.1}\" x2=\"{0:.1}\" \
+                 y1=\"{bottom:.1}\" y2=\"{top:.1}\"/>",
                 x.at(mark)
             ));
         }
         svg.text([(left + right) / 2.0, bottom + 40.0], 13.0, "soft", Anchor::Middle, self.x_label);
         svg.put(format_args!(
-            "<text class=\"soft\" font-size=\"13\" text-anchor=\"middle\" transform=\"translate(16 {:.1}) rotate(-90)\">{}</text>",
+            "<text class=\"soft\" font-size=\"13\" text-anchor=\"middle\" \
+             transform=\"translate(16 {:.1}) rotate(-90)\">{}</text>",
             (top + bottom) / 2.0,
             crate::report::svg::escape(self.y_label)
         ));
     }
 
-    /// Pale lines first, then the named ones from the worst to the best, the strong ones on top of all.
+    /// Draws pale lines first, then the named ones from worst to best, the strong ones on top.
     fn draw_lines(&self, svg: &mut Svg, x: Axis, y: Axis) {
         let depth = |line: &Line| line.look.map_or(0, |look| if look.strong { 2 } else { 1 });
         for layer in 0..=2 {
@@ -217,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn named_lines_are_in_the_legend_and_the_others_are_counted() {
+    fn the_legend_names_some_lines_and_counts_the_others() {
         let names: Vec<String> = ["ours & co", "b", "c", "d"].map(String::from).to_vec();
         let plot = curves(&names, &[1.0, 0.5, 0.0]).plot();
         let svg = plot.svg();
@@ -229,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn a_long_legend_makes_the_picture_higher() {
+    fn a_long_legend_increases_the_height() {
         let names: Vec<String> = (0..30).map(|k| format!("tracker {k}")).collect();
         let mut many = curves(&names, &[1.0, 0.5, 0.0]);
         many.lines

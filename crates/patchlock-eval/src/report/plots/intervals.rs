@@ -1,4 +1,4 @@
-//! Differences between one tracker and the others, with their intervals.
+//! Plots the differences between one tracker and the others, with their confidence intervals.
 
 use super::{Axis, Plot};
 use crate::compare::Difference;
@@ -6,52 +6,54 @@ use crate::report::svg::{Anchor, Svg, shorten, width};
 
 const TOP: f64 = 74.0;
 const ROW: f64 = 24.0;
-const NAMES: f64 = 150.0;
-const FIELD: f64 = 210.0;
-/// Room for the figures behind a field.
-const FIGURES: f64 = 240.0;
+const NAME_WIDTH: f64 = 150.0;
+const PANEL: f64 = 210.0;
+/// Width of the numbers beside a panel.
+const NUMBERS: f64 = 240.0;
 const NAME_LETTERS: usize = 17;
 
-/// One other tracker.
+/// The differences from one other tracker.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Row<'a> {
-    /// Its name.
+pub struct TrackerDifferences<'a> {
+    /// Name of the other tracker.
     pub name: &'a str,
     /// The difference in each measure, in the order of [`Intervals::measures`].
     pub differences: Vec<Difference>,
-    /// The probabilities, corrected for the number of rows.
+    /// The p-values, corrected for the number of trackers.
     pub corrected: Vec<f64>,
 }
 
-/// What is drawn.
+/// The contents of the plot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Intervals<'a> {
-    /// Name of the files.
+    /// Name of the plot's files, without extension.
     pub file: String,
-    /// The line above.
+    /// Heading.
     pub title: String,
     /// Names of the measures.
     pub measures: [&'a str; 2],
-    /// The other trackers, from the top.
-    pub rows: Vec<Row<'a>>,
+    /// The other trackers, from top to bottom.
+    pub rows: Vec<TrackerDifferences<'a>>,
 }
 
 impl Intervals<'_> {
-    /// Draws it: a field for each measure, a row for each other tracker.
+    /// Draws the plot: one panel per measure, one row per tracker.
     pub fn plot(&self) -> Plot {
-        let size =
-            [16.0 + NAMES + 2.0 * (FIELD + FIGURES), TOP + ROW * self.rows.len() as f64 + 34.0];
+        let size = [
+            16.0 + NAME_WIDTH + 2.0 * (PANEL + NUMBERS),
+            TOP + ROW * self.rows.len() as f64 + 34.0,
+        ];
         let mut svg = Svg::default();
         svg.text([16.0, 28.0], 16.0, "ink", Anchor::Start, &self.title);
         for (k, row) in self.rows.iter().enumerate() {
-            let y = TOP + ROW * (k as f64 + 0.5);
+            let y = row_middle(k);
             if k % 2 == 0 {
                 svg.rect("faint", [8.0, y - ROW / 2.0], [size[0] - 16.0, ROW]);
             }
             svg.text([16.0, y + 4.5], 13.0, "ink", Anchor::Start, &shorten(row.name, NAME_LETTERS));
         }
         for (m, measure) in self.measures.iter().enumerate() {
-            self.field(&mut svg, m, measure, 16.0 + NAMES + m as f64 * (FIELD + FIGURES));
+            self.panel(&mut svg, m, measure, 16.0 + NAME_WIDTH + m as f64 * (PANEL + NUMBERS));
         }
         Plot {
             name: self.file.clone(),
@@ -63,10 +65,8 @@ impl Intervals<'_> {
         }
     }
 
-    fn field(&self, svg: &mut Svg, m: usize, measure: &str, left: f64) {
-        let [low, high] = self.reach(m);
-        let x = Axis { values: [low, high], places: [left, left + FIELD] };
-        let bottom = TOP + ROW * self.rows.len() as f64;
+    fn panel(&self, svg: &mut Svg, m: usize, measure: &str, left: f64) {
+        let x = Axis { values: self.reach(m), pixels: [left, left + PANEL] };
         svg.text(
             [left, TOP - 22.0],
             13.0,
@@ -75,49 +75,33 @@ impl Intervals<'_> {
             &format!("difference in {measure}"),
         );
         svg.text(
-            [left + FIELD + 14.0, TOP - 6.0],
+            [left + PANEL + 14.0, TOP - 6.0],
             12.0,
             "soft",
             Anchor::Start,
             "mean [95 % interval] p",
         );
-        for value in [low, 0.0, high] {
+        self.draw_axis(svg, x);
+        for (k, row) in self.rows.iter().enumerate() {
+            if let (Some(difference), Some(&p)) = (row.differences.get(m), row.corrected.get(m)) {
+                draw_difference(svg, x, row_middle(k), difference, p);
+            }
+        }
+    }
+
+    /// Vertical lines and labels at 0 and at both ends of the axis.
+    fn draw_axis(&self, svg: &mut Svg, x: Axis) {
+        let bottom = TOP + ROW * self.rows.len() as f64;
+        for value in [x.values[0], 0.0, x.values[1]] {
             let class = if value == 0.0 { "axis" } else { "grid" };
             svg.line(class, [x.at(value), TOP], [x.at(value), bottom]);
             let text = if value == 0.0 { "0".to_string() } else { format!("{value:+}") };
             svg.text([x.at(value), bottom + 18.0], 12.0, "soft", Anchor::Middle, &text);
         }
-        for (k, row) in self.rows.iter().enumerate() {
-            let (Some(d), Some(&p)) = (row.differences.get(m), row.corrected.get(m)) else {
-                continue;
-            };
-            let y = TOP + ROW * (k as f64 + 0.5);
-            let class = match (p < 0.05, d.mean > 0.0) {
-                (false, _) => 6,
-                (true, true) => 1,
-                (true, false) => 0,
-            };
-            svg.put(format_args!(
-                "<line class=\"c{class}\" stroke-width=\"2.4\" x1=\"{:.1}\" x2=\"{:.1}\" y1=\"{y:.1}\" y2=\"{y:.1}\"/>\
-                 <circle class=\"f{class}\" cx=\"{:.1}\" cy=\"{y:.1}\" r=\"4.2\"/>",
-                x.at(d.low),
-                x.at(d.high),
-                x.at(d.mean)
-            ));
-            let figures = format!("{:+.3} [{:+.3} {:+.3}]", d.mean, d.low, d.high);
-            let place = left + FIELD + 14.0;
-            svg.text([place, y + 4.0], 11.0, "ink", Anchor::Start, &figures);
-            svg.text(
-                [place + width(&figures, 11.0) + 6.0, y + 4.0],
-                11.0,
-                "soft",
-                Anchor::Start,
-                &probability(p),
-            );
-        }
     }
 
-    /// Round numbers below and above 0 that no interval passes, far enough from 0 that their labels stay apart.
+    /// Round numbers below and above 0 that enclose all intervals, far enough from 0 that the labels do not
+    /// overlap.
     fn reach(&self, m: usize) -> [f64; 2] {
         let all = || self.rows.iter().filter_map(|row| row.differences.get(m));
         let steps = [0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8];
@@ -148,8 +132,35 @@ impl Intervals<'_> {
     }
 }
 
-/// `p 0.012`, or `p<0.001`.
-pub fn probability(p: f64) -> String {
+/// Draws one difference: the interval, the mean and, beside the panel, the numbers.
+fn draw_difference(svg: &mut Svg, x: Axis, y: f64, d: &Difference, p: f64) {
+    let class = match (p < 0.05, d.mean > 0.0) {
+        (false, _) => 6,
+        (true, true) => 1,
+        (true, false) => 0,
+    };
+    svg.put(format_args!(
+        "<line class=\"c{class}\" stroke-width=\"2.4\" x1=\"{:.1}\" x2=\"{:.1}\" \
+         y1=\"{y:.1}\" y2=\"{y:.1}\"/>\
+         <circle class=\"f{class}\" cx=\"{:.1}\" cy=\"{y:.1}\" r=\"4.2\"/>",
+        x.at(d.low),
+        x.at(d.high),
+        x.at(d.mean)
+    ));
+    let numbers = format!("{:+.3} [{:+.3} {:+.3}]", d.mean, d.low, d.high);
+    let left = x.pixels[1] + 14.0;
+    svg.text([left, y + 4.0], 11.0, "ink", Anchor::Start, &numbers);
+    let right = left + width(&numbers, 11.0) + 6.0;
+    svg.text([right, y + 4.0], 11.0, "soft", Anchor::Start, &format_p(p));
+}
+
+/// The vertical centre of a row.
+fn row_middle(row: usize) -> f64 {
+    TOP + ROW * (row as f64 + 0.5)
+}
+
+/// Formats a p-value: `p 0.012`, or `p<0.001`.
+fn format_p(p: f64) -> String {
     if p < 0.001 { "p<0.001".to_string() } else { format!("p {p:.3}") }
 }
 
@@ -158,9 +169,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_have_their_figures() {
+    fn rows_show_their_numbers() {
         let d = Difference { targets: 3, mean: 0.05, low: 0.01, high: 0.09, p: 0.004 };
-        let row = Row { name: "other", differences: vec![d, d], corrected: vec![0.0004, 0.5] };
+        let row = TrackerDifferences {
+            name: "other",
+            differences: vec![d, d],
+            corrected: vec![0.0004, 0.5],
+        };
         let plot = Intervals {
             file: "f".into(),
             title: "t".into(),

@@ -1,4 +1,5 @@
-//! The pictures of the report. Each is a picture for the page, a file of its own, and a table with its numbers.
+//! The plots of the report. Each can be embedded in the page or written as a file, and has a table with its
+//! numbers.
 
 pub mod curves;
 pub mod intervals;
@@ -8,47 +9,47 @@ pub mod timeline;
 use super::svg::{Rasteriser, Svg};
 use crate::Error;
 
-/// One picture with its numbers.
+/// A plot with its numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plot {
-    /// Name of its files, without an end.
+    /// File name without extension.
     pub name: String,
-    /// What it shows, in words.
+    /// The heading.
     pub title: String,
-    /// Its numbers, the first row being the names of the columns.
+    /// The numbers; the first row has the names of the columns.
     pub table: Vec<Vec<String>>,
     picture: Svg,
     size: [f64; 2],
-    /// Height of the part at the top that the page leaves away, because it has a heading of its own.
+    /// Height of the part at the top that is cut off in the page, which has its own heading.
     head: f64,
 }
 
 impl Plot {
-    /// The picture for the page.
+    /// The plot as an SVG element for the page.
     pub fn inline(&self) -> String {
         self.picture.inline(self.size, self.head, &self.title)
     }
 
-    /// The picture as an SVG file.
+    /// The plot as an SVG file.
     pub fn svg(&self) -> String {
         self.picture.file(self.size)
     }
 
-    /// The picture as a PNG file.
+    /// The plot as a PNG file.
     ///
     /// # Errors
-    /// [`Error::Picture`] where it can't be drawn.
+    /// [`Error::Picture`] if the plot cannot be rendered.
     pub fn png(&self, rasteriser: &Rasteriser) -> Result<Vec<u8>, Error> {
         rasteriser.png(&self.svg())
     }
 
-    /// Its numbers as a CSV file.
+    /// The numbers as a CSV file.
     pub fn csv(&self) -> String {
         csv(&self.table)
     }
 }
 
-/// Rows as CSV. Cells with commas, quotes or line ends are quoted.
+/// Formats rows as CSV. Cells with commas, quotes or line breaks are quoted.
 pub fn csv(table: &[Vec<String>]) -> String {
     let cell = |cell: &String| match cell.contains(['"', ',', '\n', '\r']) {
         true => format!("\"{}\"", cell.replace('"', "\"\"")),
@@ -58,18 +59,18 @@ pub fn csv(table: &[Vec<String>]) -> String {
     table.iter().map(row).collect()
 }
 
-/// Linear from one range to another.
+/// Maps values linearly to pixels.
 #[derive(Debug, Clone, Copy)]
 struct Axis {
     values: [f64; 2],
-    places: [f64; 2],
+    pixels: [f64; 2],
 }
 
 impl Axis {
     fn at(self, value: f64) -> f64 {
         let [low, high] = self.values;
         let share = if high > low { (value - low) / (high - low) } else { 0.0 };
-        self.places[0] + share * (self.places[1] - self.places[0])
+        self.pixels[0] + share * (self.pixels[1] - self.pixels[0])
     }
 }
 
@@ -78,14 +79,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn awkward_cells_are_quoted() {
+    fn cells_with_special_characters_are_quoted() {
         let table = [vec!["a,b".to_string(), "say \"x\"".to_string(), "c".to_string()]];
         assert_eq!(csv(&table), "\"a,b\",\"say \"\"x\"\"\",c\n");
     }
 
     #[test]
-    fn an_axis_without_extent_is_a_place() {
-        let axis = Axis { values: [1.0, 1.0], places: [10.0, 20.0] };
+    fn an_empty_axis_maps_to_its_start() {
+        let axis = Axis { values: [1.0, 1.0], pixels: [10.0, 20.0] };
         assert_eq!(axis.at(1.0), 10.0);
     }
 }

@@ -1,4 +1,4 @@
-//! Accuracy against speed: a point a tracker, labelled beside it.
+//! Plots accuracy against speed: one labelled point per tracker.
 
 use super::{Axis, Plot};
 use crate::report::palette::Look;
@@ -9,29 +9,29 @@ const LEFT: f64 = 58.0;
 const RIGHT: f64 = 24.0;
 const TOP: f64 = 54.0;
 const BOTTOM: f64 = 52.0;
-const LETTERS: f64 = 12.5;
+const FONT_SIZE: f64 = 12.5;
 const NAME_LETTERS: usize = 18;
 const RADIUS: f64 = 5.0;
 
-/// One tracker.
+/// The point of one tracker.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point<'a> {
-    /// Its name.
+    /// Name of the tracker.
     pub name: &'a str,
-    /// Frames a second, more than 0.
+    /// Frames per second, greater than 0.
     pub fps: f64,
     /// Area under its success curve.
     pub auc: f64,
-    /// Its look.
+    /// The colour.
     pub look: Look,
 }
 
-/// What is drawn.
+/// The contents of the plot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Speed<'a> {
-    /// The line above.
+    /// Heading.
     pub title: String,
-    /// The trackers whose times are known, the best first.
+    /// The trackers with known times, best first.
     pub points: Vec<Point<'a>>,
 }
 
@@ -39,30 +39,30 @@ pub struct Speed<'a> {
 type Area = [f64; 4];
 
 impl Speed<'_> {
-    /// Draws it.
+    /// Draws the plot.
     pub fn plot(&self) -> Plot {
         let mut svg = Svg::default();
         svg.text([LEFT, 28.0], 16.0, "ink", Anchor::Start, &self.title);
         let (x, y) = self.axes(&mut svg);
-        let place = |point: &Point| [x.at(point.fps.log10()), y.at(point.auc)];
-        let mut taken: Vec<Area> = self.points.iter().map(|p| around(place(p))).collect();
+        let position = |point: &Point| [x.at(point.fps.log10()), y.at(point.auc)];
+        let mut taken: Vec<Area> = self.points.iter().map(|p| around(position(p))).collect();
         for point in &self.points {
-            let [px, py] = place(point);
+            let [px, py] = position(point);
             svg.put(format_args!(
                 "<circle class=\"{}\" cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"{RADIUS}\"/>",
                 point.look.fill()
             ));
             let name = shorten(point.name, NAME_LETTERS);
-            let area = free_area([px, py], width(&name, LETTERS), &taken);
+            let area = free_area([px, py], width(&name, FONT_SIZE), &taken);
             taken.push(area);
-            svg.text([area[0], area[3] - 4.0], LETTERS, "ink", Anchor::Start, &name);
+            svg.text([area[0], area[3] - 4.0], FONT_SIZE, "ink", Anchor::Start, &name);
         }
         let name = "speed".to_string();
         let table = self.table();
         Plot { name, title: self.title.clone(), table, picture: svg, size: SIZE, head: 0.0 }
     }
 
-    /// Speed in powers of ten, accuracy from 0 to a round number above all.
+    /// The speed axis in powers of ten, and the accuracy axis from 0 to a round number above all points.
     fn axes(&self, svg: &mut Svg) -> (Axis, Axis) {
         let logs = || self.points.iter().map(|point| point.fps.log10());
         let low = logs().fold(f64::INFINITY, f64::min).floor();
@@ -70,8 +70,8 @@ impl Speed<'_> {
         let most = self.points.iter().map(|point| point.auc).fold(0.0, f64::max);
         let top = ((most + 0.05) * 5.0).ceil().min(5.0) / 5.0;
         let [right, bottom] = [SIZE[0] - RIGHT, SIZE[1] - BOTTOM];
-        let x = Axis { values: [low, high], places: [LEFT, right] };
-        let y = Axis { values: [0.0, top], places: [bottom, TOP] };
+        let x = Axis { values: [low, high], pixels: [LEFT, right] };
+        let y = Axis { values: [0.0, top], pixels: [bottom, TOP] };
         for tick in 0..=(top * 5.0).round() as usize {
             let value = tick as f64 / 5.0;
             svg.line("grid", [LEFT, y.at(value)], [right, y.at(value)]);
@@ -86,7 +86,7 @@ impl Speed<'_> {
         }
         svg.line("axis", [LEFT, bottom], [right, bottom]);
         let middle = (LEFT + right) / 2.0;
-        svg.text([middle, bottom + 40.0], 13.0, "soft", Anchor::Middle, "frames a second");
+        svg.text([middle, bottom + 40.0], 13.0, "soft", Anchor::Middle, "frames per second");
         svg.text([LEFT, TOP - 8.0], 12.0, "soft", Anchor::Middle, "AUC");
         (x, y)
     }
@@ -99,31 +99,32 @@ impl Speed<'_> {
     }
 }
 
-/// What a point covers.
+/// The area that a point covers.
 fn around([x, y]: [f64; 2]) -> Area {
     [x - RADIUS, y - RADIUS, x + RADIUS, y + RADIUS]
 }
 
-/// A place for a label: right of its point, left, above, below, then further away; the first that is in the picture and free.
+/// The position of a label: right of its point, left, above, below, then the same further away; the first
+/// that is inside the plot and free.
 fn free_area([x, y]: [f64; 2], wide: f64, taken: &[Area]) -> Area {
-    let high = LETTERS + 3.0;
+    let high = FONT_SIZE + 3.0;
     let beside =
         |left: f64, middle: f64| [left, middle - high / 2.0, left + wide, middle + high / 2.0];
-    let mut places = Vec::new();
+    let mut candidates = Vec::new();
     for far in 0..4 {
         let step = high * f64::from(far);
         let (right, left) = (x + RADIUS + 5.0, x - RADIUS - 5.0 - wide);
-        places.extend([beside(right, y - step), beside(right, y + step)]);
-        places.extend([beside(left, y - step), beside(left, y + step)]);
+        candidates.extend([beside(right, y - step), beside(right, y + step)]);
+        candidates.extend([beside(left, y - step), beside(left, y + step)]);
         let (above, below) =
             (y - RADIUS - high / 2.0 - 2.0 - step, y + RADIUS + high / 2.0 + 2.0 + step);
-        places.extend([beside(x - wide / 2.0, above), beside(x - wide / 2.0, below)]);
+        candidates.extend([beside(x - wide / 2.0, above), beside(x - wide / 2.0, below)]);
     }
     let inside =
         |a: &Area| a[0] >= LEFT && a[1] >= TOP && a[2] <= SIZE[0] - 4.0 && a[3] <= SIZE[1] - BOTTOM;
     let is_free =
         |a: &Area| !taken.iter().any(|b| a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3]);
-    places.iter().find(|area| inside(area) && is_free(area)).copied().unwrap_or(places[0])
+    candidates.iter().find(|area| inside(area) && is_free(area)).copied().unwrap_or(candidates[0])
 }
 
 #[cfg(test)]
@@ -131,7 +132,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn labels_of_near_points_do_not_cover_each_other() {
+    fn labels_of_close_points_do_not_overlap() {
         let names: Vec<String> = (0..12).map(|k| format!("tracker {k}")).collect();
         let points = names.iter().enumerate().map(|(k, name)| Point {
             name,
@@ -153,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn one_speed_still_has_an_axis() {
+    fn a_single_speed_still_has_an_axis() {
         let point = Point { name: "a", fps: 10.0, auc: 0.4, look: Look::FIRST };
         let svg = Speed { title: "t".into(), points: vec![point] }.plot().svg();
         assert!(svg.contains(">10</text>") && svg.contains(">100</text>") && !svg.contains("NaN"));

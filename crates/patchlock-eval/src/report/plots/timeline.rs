@@ -1,4 +1,5 @@
-//! Overlap over time on one target: a line with its spread over seeds for the tracker that the report is about, and a strip for each named one.
+//! Plots overlap over time on one target: a line with its range over seeds for the tracker that the report is
+//! about, and a coloured strip for each named tracker.
 
 use std::fmt::Write;
 use std::ops::Range;
@@ -8,60 +9,60 @@ use crate::report::palette::{self, Look};
 use crate::report::svg::{Anchor, Svg, shorten};
 
 const LEFT: f64 = 136.0;
-const FIELD: f64 = 640.0;
+const WIDTH: f64 = 640.0;
 const RIGHT: f64 = 62.0;
 const TOP: f64 = 46.0;
-/// Height of the line above.
+/// Height of the heading.
 const HEAD: f64 = 34.0;
 const CHART: f64 = 84.0;
 const STRIP: f64 = 17.0;
 const NAME_LETTERS: usize = 15;
-/// A longer sequence is drawn as means over as many frames as come to one of these.
-const MOST_POINTS: usize = 640;
+/// Longer sequences are binned to at most this number of means.
+const MAX_POINTS: usize = 640;
 
-/// One tracker on the target.
+/// The overlaps of one tracker on the target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Track<'a> {
-    /// Its name.
+    /// Name of the tracker.
     pub name: &'a str,
-    /// Its look.
+    /// The line style.
     pub look: Look,
-    /// Its overlaps, frame by frame: the mean over seeds. `None` where the frame does not count.
+    /// The overlap in each frame, averaged over seeds; `None` where the frame does not count.
     pub mean: Vec<Option<f64>>,
-    /// The least and the most over seeds, where there are several.
+    /// Minimum and maximum over seeds in each frame, if there are several seeds.
     pub range: Option<Vec<Option<[f64; 2]>>>,
-    /// Area under its success curve on this target.
+    /// Area under the success curve on this target.
     pub auc: f64,
 }
 
-/// What is drawn.
+/// The contents of the plot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Timeline<'a> {
-    /// Name of the files.
+    /// Name of the plot's files, without extension.
     pub file: String,
-    /// The line above.
+    /// Heading.
     pub title: String,
-    /// The trackers; the first one is drawn as a line.
+    /// The trackers; the first is drawn as a line.
     pub tracks: Vec<Track<'a>>,
-    /// Frames in which the first one fails.
+    /// Ranges of frames in which the first tracker has lost the target.
     pub failures: &'a [Range<usize>],
 }
 
 impl Timeline<'_> {
-    /// Draws it.
+    /// Draws the plot.
     pub fn plot(&self) -> Plot {
         let strips = STRIP * self.tracks.len() as f64;
-        let size = [LEFT + FIELD + RIGHT, TOP + CHART + 14.0 + strips + 28.0];
+        let size = [LEFT + WIDTH + RIGHT, TOP + CHART + 14.0 + strips + 28.0];
         let mut svg = Svg::default();
         svg.text([12.0, 24.0], 15.0, "ink", Anchor::Start, &self.title);
-        key(&mut svg, [LEFT + FIELD, 24.0]);
+        key(&mut svg, [LEFT + WIDTH, 24.0]);
         let frames = self.tracks.first().map_or(0, |track| track.mean.len());
-        let x = Axis { values: [0.0, frames.max(1) as f64], places: [LEFT, LEFT + FIELD] };
+        let x = Axis { values: [0.0, frames.max(1) as f64], pixels: [LEFT, LEFT + WIDTH] };
         if let Some(first) = self.tracks.first() {
             self.chart(&mut svg, x, first);
         }
         svg.text(
-            [LEFT + FIELD + RIGHT - 12.0, TOP + CHART + 8.0],
+            [LEFT + WIDTH + RIGHT - 12.0, TOP + CHART + 8.0],
             11.0,
             "soft",
             Anchor::End,
@@ -84,13 +85,13 @@ impl Timeline<'_> {
     }
 
     fn chart(&self, svg: &mut Svg, x: Axis, track: &Track) {
-        let y = Axis { values: [0.0, 1.0], places: [TOP + CHART, TOP] };
+        let y = Axis { values: [0.0, 1.0], pixels: [TOP + CHART, TOP] };
         for failure in self.failures {
             let (from, to) = (x.at(failure.start as f64), x.at(failure.end as f64));
             svg.rect("failed", [from, TOP], [(to - from).max(1.0), CHART]);
         }
         for value in [0.0, 0.5, 1.0] {
-            svg.line("grid", [LEFT, y.at(value)], [LEFT + FIELD, y.at(value)]);
+            svg.line("grid", [LEFT, y.at(value)], [LEFT + WIDTH, y.at(value)]);
             svg.text(
                 [LEFT - 8.0, y.at(value) + 4.0],
                 11.0,
@@ -103,10 +104,10 @@ impl Timeline<'_> {
         if let Some(range) = &track.range {
             band(svg, x, y, track.look, range);
         }
-        for run in runs(&track.mean, MOST_POINTS) {
+        for run in runs(&track.mean, MAX_POINTS) {
             let points: Vec<[f64; 2]> =
-                run.iter().map(|&(place, v)| [x.at(place), y.at(v)]).collect();
-            svg.polyline(&track.look.line_of(1.7), &points, track.name);
+                run.iter().map(|&(frame, v)| [x.at(frame), y.at(v)]).collect();
+            svg.polyline(&track.look.line_with_width(1.7), &points, track.name);
         }
     }
 
@@ -126,7 +127,7 @@ impl Timeline<'_> {
     }
 }
 
-/// The colours of the strips, ending at a place; in the head, as the page has its own.
+/// The legend of the strip colours, right-aligned in the heading, since the page has a legend of its own.
 fn key(svg: &mut Svg, [right, y]: [f64; 2]) {
     let (wide, left) = (18.0, right - 18.0 * (palette::LEVEL_COUNT + 1) as f64);
     svg.text([left - 8.0, y], 11.5, "soft", Anchor::End, "overlap 0");
@@ -139,7 +140,8 @@ fn key(svg: &mut Svg, [right, y]: [f64; 2]) {
     svg.text([right - 10.0, y], 11.5, "soft", Anchor::Start, "1");
 }
 
-/// Values that follow each other without a gap, each with the place of its middle; at most so many in all.
+/// Splits values into runs without gaps, binned to at most `most` points. Each point is the middle of its bin
+/// and the mean of its values.
 fn runs(values: &[Option<f64>], most: usize) -> Vec<Vec<(f64, f64)>> {
     let size = values.len().div_ceil(most).max(1);
     let mut runs: Vec<Vec<(f64, f64)>> = Vec::new();
@@ -163,13 +165,13 @@ fn runs(values: &[Option<f64>], most: usize) -> Vec<Vec<(f64, f64)>> {
     runs
 }
 
-/// The area between the least and the most over seeds.
+/// The area between minimum and maximum over seeds.
 fn band(svg: &mut Svg, x: Axis, y: Axis, look: Look, range: &[Option<[f64; 2]>]) {
     let part = |k: usize| -> Vec<Option<f64>> { range.iter().map(|r| r.map(|r| r[k])).collect() };
-    for (low, high) in runs(&part(0), MOST_POINTS).iter().zip(&runs(&part(1), MOST_POINTS)) {
+    for (low, high) in runs(&part(0), MAX_POINTS).iter().zip(&runs(&part(1), MAX_POINTS)) {
         let mut points = String::new();
-        for (place, value) in high.iter().chain(low.iter().rev()) {
-            let _ = write!(points, "{:.1},{:.1} ", x.at(*place), y.at(*value));
+        for (frame, value) in high.iter().chain(low.iter().rev()) {
+            let _ = write!(points, "{:.1},{:.1} ", x.at(*frame), y.at(*value));
         }
         svg.put(format_args!(
             "<polygon class=\"band {}\" points=\"{}\"/>",
@@ -179,11 +181,11 @@ fn band(svg: &mut Svg, x: Axis, y: Axis, look: Look, range: &[Option<[f64; 2]>])
     }
 }
 
-/// Name, overlaps as colours, and the AUC.
+/// Draws the strip of a tracker: its name, overlaps as colours, and the AUC.
 fn strip(svg: &mut Svg, x: Axis, top: f64, track: &Track) {
     let (middle, height) = (top + STRIP / 2.0, STRIP - 4.0);
     svg.text([12.0, middle + 4.0], 11.5, "ink", Anchor::Start, &shorten(track.name, NAME_LETTERS));
-    svg.rect("none", [LEFT, top + 2.0], [FIELD, height]);
+    svg.rect("none", [LEFT, top + 2.0], [WIDTH, height]);
     let mut levels: Vec<String> = vec![String::new(); palette::LEVEL_COUNT];
     for (level, frames) in level_runs(&track.mean) {
         let (from, to) = (x.at(frames.start as f64), x.at(frames.end as f64));
@@ -193,12 +195,12 @@ fn strip(svg: &mut Svg, x: Axis, top: f64, track: &Track) {
         svg.put(format_args!("<path class=\"h{level}\" stroke-width=\"{height}\" d=\"{path}\"/>"));
     }
     let auc = format!("{:.3}", track.auc);
-    svg.text([LEFT + FIELD + RIGHT - 12.0, middle + 4.0], 11.5, "ink", Anchor::End, &auc);
+    svg.text([LEFT + WIDTH + RIGHT - 12.0, middle + 4.0], 11.5, "ink", Anchor::End, &auc);
 }
 
-/// Neighbours of one level of overlap, as ranges of frames.
+/// Runs of adjacent bins with the same level of overlap, as ranges of frames.
 fn level_runs(values: &[Option<f64>]) -> Vec<(usize, Range<usize>)> {
-    let size = values.len().div_ceil(MOST_POINTS).max(1);
+    let size = values.len().div_ceil(MAX_POINTS).max(1);
     let mut all: Vec<(usize, Range<usize>)> = Vec::new();
     for (k, bin) in values.chunks(size).enumerate() {
         let given: Vec<f64> = bin.iter().copied().flatten().collect();
@@ -217,7 +219,7 @@ fn level_runs(values: &[Option<f64>]) -> Vec<(usize, Range<usize>)> {
     all
 }
 
-/// Numbers of frames below, at round steps.
+/// Draws frame numbers at round steps.
 fn ticks(svg: &mut Svg, x: Axis, y: f64, frames: usize) {
     let steps = (0..7).flat_map(|power| [1, 2, 5].map(|digit| digit * 10_usize.pow(power)));
     let step = steps.into_iter().find(|&step| step * 8 >= frames).unwrap_or(frames.max(1));
@@ -250,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn a_row_a_frame_and_empty_where_there_is_no_truth() {
+    fn the_table_has_one_row_per_frame_and_is_empty_without_truth() {
         let mean = vec![Some(1.0), None, Some(0.25)];
         let range = Some(vec![Some([0.9, 1.0]), None, Some([0.0, 0.5])]);
         let track = Track { name: "a", look: Look::FIRST, mean, range, auc: 0.5 };

@@ -1,4 +1,4 @@
-//! The trackers side by side: on the targets that all of them have, ranked, each with its look.
+//! The compared trackers: restricted to the targets that all of them have, and ranked.
 
 use std::collections::BTreeSet;
 
@@ -9,28 +9,28 @@ use crate::metrics::Curves;
 use crate::names;
 use crate::score::{self, Scoreboard, Summary, TargetScore, TrackerScore};
 
-/// One tracker in the comparison.
+/// A tracker in the comparison.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Entrant<'a> {
-    /// Its name.
+pub struct ComparedTracker<'a> {
+    /// Name of the tracker.
     pub name: &'a str,
     /// The seeds that count.
     pub seeds: &'a [u64],
-    /// The targets of the comparison, in their order.
+    /// The scores on the targets of the comparison, in the order of [`Comparison::targets`].
     pub targets: Vec<&'a TargetScore>,
-    /// Its means over them.
+    /// The means over these targets.
     pub overall: Summary,
-    /// Its look in every plot.
+    /// The line style in every plot.
     pub look: Look,
 }
 
-impl Entrant<'_> {
-    /// A value of its curves for each target: the mean over seeds.
+impl ComparedTracker<'_> {
+    /// A value of the curves for each target, averaged over seeds.
     pub fn each(&self, value: impl Fn(&Curves) -> f64) -> Vec<f64> {
         self.targets.iter().map(|target| self.mean(target, &value)).collect()
     }
 
-    /// The same for one target.
+    /// A value of the curves for one target, averaged over seeds.
     pub fn mean(&self, target: &TargetScore, value: impl Fn(&Curves) -> f64) -> f64 {
         let counts = target.seeds.iter().filter(|seed| self.seeds.contains(&seed.seed));
         let values: Vec<f64> = counts.map(|seed| value(&seed.curves)).collect();
@@ -38,19 +38,19 @@ impl Entrant<'_> {
     }
 }
 
-/// Where the runs begin.
+/// The protocol of the runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// One pass from the first frame and box.
     Ope,
-    /// From several start frames.
+    /// Several start frames.
     Tre,
-    /// From several first boxes.
+    /// Several first boxes.
     Sre,
 }
 
 impl Kind {
-    /// As the runs of a tracker say.
+    /// The protocol that the runs of a tracker follow.
     fn of(tracker: &TrackerScore) -> Self {
         let seeds = tracker.targets.iter().flat_map(|target| &target.seeds);
         let passes: Vec<_> = seeds.flat_map(|seed| &seed.passes).collect();
@@ -63,7 +63,7 @@ impl Kind {
         }
     }
 
-    /// The benchmark's short name.
+    /// The short name used by OTB.
     pub fn name(self) -> &'static str {
         match self {
             Self::Ope => "OPE",
@@ -73,36 +73,38 @@ impl Kind {
     }
 }
 
-/// All of them.
+/// All compared trackers.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Field<'a> {
-    /// Where the runs of all of them begin.
+pub struct Comparison<'a> {
+    /// The protocol of all runs.
     pub kind: Kind,
-    /// Names of the targets that all trackers have, in the order of the truth.
+    /// Names of the targets that all trackers have, in the order of the dataset.
     pub targets: Vec<&'a str>,
-    /// The trackers, the one with the largest AUC first.
-    pub entrants: Vec<Entrant<'a>>,
-    /// Place among them of the tracker that the report is about.
+    /// The trackers, in decreasing order of AUC.
+    pub trackers: Vec<ComparedTracker<'a>>,
+    /// Index in `trackers` of the tracker that the report is about.
     pub about: usize,
-    /// What a reader should know about what was left out.
+    /// Remarks on what was left out.
     pub notes: Vec<String>,
 }
 
-impl<'a> Field<'a> {
-    /// Puts the trackers side by side. `shown` are the names of those that every plot names; the report is about the first of them, or about the best
-    /// tracker. Runs that begin elsewhere than those of the first shown one (of none: than in one-pass evaluation, if there is any) are left out.
+impl<'a> Comparison<'a> {
+    /// Selects and ranks the trackers. `shown` names the trackers that every plot names; the report is about
+    /// the first of them, or by default about the best tracker. Trackers with another protocol than the first
+    /// of `shown` (by default OPE, if any tracker has it) are left out.
     ///
     /// # Errors
-    /// [`Error::NothingToCompare`] where there are no trackers, or no target that all of them have, or no tracker of a shown name.
+    /// [`Error::NothingToCompare`] if there are no trackers, they have no target in common, or a name in
+    /// `shown` is unknown.
     pub fn new(board: &'a Scoreboard, truth: &'a Dataset, shown: &[String]) -> Result<Self, Error> {
         let nothing = |reason: String| Err(Error::NothingToCompare { reason });
         if board.trackers.is_empty() {
-            return nothing("there is no tracker that could be scored".to_string());
+            return nothing("no tracker could be scored".to_string());
         }
         let known: Vec<&str> = board.trackers.iter().map(|tracker| tracker.name.as_str()).collect();
         if let Some(unknown) = shown.iter().find(|name| !known.contains(&name.as_str())) {
             return nothing(format!(
-                "there is no tracker {unknown}; there are {}",
+                "there is no tracker {unknown}; the trackers are {}",
                 names::some_of(&known)
             ));
         }
@@ -110,9 +112,9 @@ impl<'a> Field<'a> {
         let (targets, left_out) = common_targets(&trackers, truth);
         notes.extend(left_out);
         if targets.is_empty() {
-            return nothing(format!("no target has results of all {} trackers", trackers.len()));
+            return nothing(format!("no target has results from all {} trackers", trackers.len()));
         }
-        let mut entrants: Vec<Entrant> = Vec::new();
+        let mut compared: Vec<ComparedTracker> = Vec::new();
         for tracker in trackers {
             let find = |name: &&str| tracker.targets.iter().find(|target| target.target == **name);
             let own: Vec<&TargetScore> = targets.iter().filter_map(find).collect();
@@ -120,7 +122,7 @@ impl<'a> Field<'a> {
                 continue;
             };
             let look = Look::FIRST; // until the ranking is known
-            entrants.push(Entrant {
+            compared.push(ComparedTracker {
                 name: &tracker.name,
                 seeds: &tracker.seeds,
                 targets: own,
@@ -128,35 +130,35 @@ impl<'a> Field<'a> {
                 look,
             });
         }
-        if entrants.is_empty() {
+        if compared.is_empty() {
             return nothing("no tracker has a seed that all of its targets have".to_string());
         }
-        entrants.sort_by(|a, b| b.overall.auc.mean.total_cmp(&a.overall.auc.mean));
+        compared.sort_by(|a, b| b.overall.auc.mean.total_cmp(&a.overall.auc.mean));
         let first =
-            shown.first().and_then(|name| entrants.iter().position(|entrant| entrant.name == name));
+            shown.first().and_then(|name| compared.iter().position(|tracker| tracker.name == name));
         let about = first.unwrap_or(0);
-        give_looks(&mut entrants, about, shown);
-        Ok(Self { kind, targets, entrants, about, notes })
+        set_looks(&mut compared, about, shown);
+        Ok(Self { kind, targets, trackers: compared, about, notes })
     }
 
-    /// How many targets there are, in words.
+    /// The number of targets, in words.
     pub fn size(&self) -> String {
         let count = self.targets.len();
         format!("{count} target{}", if count == 1 { "" } else { "s" })
     }
 
     /// The tracker that the report is about.
-    pub fn about(&self) -> &Entrant<'a> {
-        &self.entrants[self.about]
+    pub fn about(&self) -> &ComparedTracker<'a> {
+        &self.trackers[self.about]
     }
 
-    /// Whether the plots are to name it whatever its rank.
-    pub fn is_shown(&self, entrant: &Entrant) -> bool {
-        entrant.look.strong
+    /// Whether plots name the tracker regardless of its rank.
+    pub fn is_shown(&self, tracker: &ComparedTracker) -> bool {
+        tracker.look.strong
     }
 }
 
-/// The trackers whose runs begin in the same way, and what to say of the others.
+/// The trackers with the protocol of the report, and a note on each of the others.
 fn of_one_kind<'a>(
     board: &'a Scoreboard,
     shown: &[String],
@@ -168,13 +170,13 @@ fn of_one_kind<'a>(
         board.trackers.iter().partition(|tracker| Kind::of(tracker) == kind);
     let note = |tracker: &&TrackerScore| {
         let (theirs, ours) = (Kind::of(tracker).name(), kind.name());
-        format!("{} is left out: its runs are {theirs}, those of the report {ours}.", tracker.name)
+        format!("{} is left out: its runs are {theirs}, this report compares {ours}.", tracker.name)
     };
     let notes = others.iter().map(note).collect();
     (kind, own, notes)
 }
 
-/// The targets of the truth that all trackers have results of, and what to say if these are not all that there are.
+/// The targets of the dataset that all trackers have results for, and a note if some have results for more.
 fn common_targets<'a>(
     trackers: &[&TrackerScore],
     truth: &'a Dataset,
@@ -194,7 +196,8 @@ fn common_targets<'a>(
         .map(|(tracker, _)| tracker.name.as_str())
         .collect();
     let note = format!(
-        "Compared on the {} targets that all trackers have. Left out, for lack of results of {}: {}.",
+        "Compared on the {} targets that all trackers have. Left out, because there are no results \
+         from {}: {}.",
         common.len(),
         names::some_of(&lacking),
         names::some_of(&rest)
@@ -203,14 +206,14 @@ fn common_targets<'a>(
     (common, note)
 }
 
-fn give_looks(entrants: &mut [Entrant], about: usize, shown: &[String]) {
+fn set_looks(trackers: &mut [ComparedTracker], about: usize, shown: &[String]) {
     let mut k = 0;
-    for (place, entrant) in entrants.iter_mut().enumerate() {
-        entrant.look = if place == about {
+    for (index, tracker) in trackers.iter_mut().enumerate() {
+        tracker.look = if index == about {
             Look::FIRST
         } else {
             k += 1;
-            Look::other(k - 1, shown.iter().any(|name| name == entrant.name))
+            Look::other(k - 1, shown.iter().any(|name| name == tracker.name))
         };
     }
 }

@@ -1,4 +1,5 @@
-//! Puts the files of an export in their place: written under another name beside it, then renamed, so that there is all of it or nothing.
+//! Writes the files of an export under temporary names beside the output, then renames them: the output is
+//! complete or does not exist.
 
 use std::fs;
 use std::io::Write;
@@ -10,32 +11,33 @@ use patchlock_media::image_file;
 use super::{Content, Item};
 use crate::Error;
 
-/// Of JPEGs that are made from other images: what is lost can't be seen.
+/// Quality of JPEGs converted from other formats; no loss is visible.
 const JPEG_QUALITY: u8 = 95;
-/// What names begin with until all is complete.
+/// Prefix of temporary names.
 const PREFIX: &str = ".patchlock-";
 
-/// Complains before the work where the output is in use.
+/// Checks that the output can be written, before any work is done. `is_file` tells whether the format is one
+/// file.
 pub fn check(out: &Path, is_file: bool, overwrite: bool) -> Result<(), Error> {
     let parent = parent(out);
     if !parent.is_dir() {
         return Err(Error::Export(format!("there is no folder {}", parent.display())));
     }
-    let fault = if is_file {
+    let reason = if is_file {
         match (out.is_dir(), out.exists() && !overwrite) {
-            (true, _) => "is a folder; the format is one file",
+            (true, _) => "is a folder; this format is one file",
             (_, true) => "exists already",
             _ => return Ok(()),
         }
     } else {
         let is_used = || fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some());
         match (out.exists() && !out.is_dir(), is_used()) {
-            (true, _) => "is a file; the format is a folder",
-            (_, true) => "has files already; a folder is never replaced: name another",
+            (true, _) => "is a file; this format is a folder",
+            (_, true) => "already has files; a folder is never replaced: name another one",
             _ => return Ok(()),
         }
     };
-    Err(Error::Export(format!("{} {fault}", out.display())))
+    Err(Error::Export(format!("{} {reason}", out.display())))
 }
 
 fn parent(out: &Path) -> PathBuf {
@@ -43,21 +45,21 @@ fn parent(out: &Path) -> PathBuf {
     parent.unwrap_or(Path::new(".")).to_path_buf()
 }
 
-/// Writes one file.
-pub fn file(out: &Path, text: &str, overwrite: bool) -> Result<(), Error> {
+/// Writes a single file.
+pub fn write_file(out: &Path, text: &str, overwrite: bool) -> Result<(), Error> {
     let cannot = |error| Error::write(out, error);
-    let mut file = with_usual_rights(tempfile::Builder::new().prefix(PREFIX), 0o666)
+    let mut file = with_permissions(tempfile::Builder::new().prefix(PREFIX), 0o666)
         .tempfile_in(parent(out))
         .map_err(cannot)?;
     file.write_all(text.as_bytes()).and_then(|()| file.as_file().sync_all()).map_err(cannot)?;
-    let placed = if overwrite { file.persist(out) } else { file.persist_noclobber(out) };
-    placed.map(drop).map_err(|error| cannot(error.error))
+    let persisted = if overwrite { file.persist(out) } else { file.persist_noclobber(out) };
+    persisted.map(drop).map_err(|error| cannot(error.error))
 }
 
-/// Writes a folder.
-pub fn folder(out: &Path, items: &[Item]) -> Result<(), Error> {
+/// Writes a folder of files.
+pub fn write_folder(out: &Path, items: &[Item]) -> Result<(), Error> {
     let cannot = |error| Error::write(out, error);
-    let folder = with_usual_rights(tempfile::Builder::new().prefix(PREFIX), 0o777)
+    let folder = with_permissions(tempfile::Builder::new().prefix(PREFIX), 0o777)
         .tempdir_in(parent(out))
         .map_err(cannot)?;
     for item in items {
@@ -65,19 +67,19 @@ pub fn folder(out: &Path, items: &[Item]) -> Result<(), Error> {
         if let Some(parent) = path.parent() {
             fs::create_dir_all(parent).map_err(cannot)?;
         }
-        put(&path, &item.content)?;
+        write_item(&path, &item.content)?;
     }
-    // An empty folder at the place is replaced by the rename, on Unix; elsewhere it has to go first.
+    // On Unix, renaming replaces an empty folder; elsewhere it has to be removed first.
     if out.is_dir() {
         fs::remove_dir(out).map_err(cannot)?;
     }
     fs::rename(folder.path(), out).map_err(cannot)?;
-    let _ = folder.keep(); // it is no longer there to be removed
+    let _ = folder.keep(); // it has been renamed, so there is nothing to remove
     Ok(())
 }
 
-/// Temporary files are private by default; a result should have the rights of any other new file.
-fn with_usual_rights<'a, 'b>(
+/// Sets the permissions of an ordinary new file; temporary files are private by default.
+fn with_permissions<'a, 'b>(
     builder: &'a mut tempfile::Builder<'b, 'b>,
     mode: u32,
 ) -> &'a mut tempfile::Builder<'b, 'b> {
@@ -93,17 +95,17 @@ fn with_usual_rights<'a, 'b>(
     }
 }
 
-fn put(path: &Path, content: &Content) -> Result<(), Error> {
+fn write_item(path: &Path, content: &Content) -> Result<(), Error> {
     match content {
         Content::Text(text) => fs::write(path, text).map_err(|error| Error::write(path, error)),
         Content::Copy(from) => {
             fs::copy(from, path).map(drop).map_err(|error| Error::read(from, error))
         }
-        Content::Jpeg(from) => put_jpeg(path, from),
+        Content::Jpeg(from) => write_jpeg(path, from),
     }
 }
 
-fn put_jpeg(path: &Path, from: &Path) -> Result<(), Error> {
+fn write_jpeg(path: &Path, from: &Path) -> Result<(), Error> {
     let picture = image_file::load(from)
         .map_err(|error| Error::Frame { path: from.to_path_buf(), reason: error.to_string() })?;
     let file = fs::File::create(path).map_err(|error| Error::write(path, error))?;
