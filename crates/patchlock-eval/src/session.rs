@@ -1,11 +1,11 @@
 //! Runs a tracker on its threads and measures the time of each step.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::Error;
-use crate::bench::clock;
 
 /// Upper limit for the number of threads, to catch typing errors.
 pub const MOST_THREADS: usize = 1024;
@@ -65,8 +65,15 @@ pub fn step_on<T: Send, R: Send>(
     tracker: &mut T,
     step: impl FnOnce(&mut T) -> Result<R, patchlock::Error> + Send,
 ) -> Result<(R, f64), patchlock::Error> {
-    let (result, seconds) = clock::timed(|| pool.install(|| step(tracker)));
+    let (result, seconds) = timed(|| pool.install(|| step(tracker)));
     Ok((result?, seconds))
+}
+
+/// Runs `work` and returns its result with the elapsed time in seconds.
+pub(crate) fn timed<R>(work: impl FnOnce() -> R) -> (R, f64) {
+    let start = Instant::now();
+    let result = work();
+    (result, start.elapsed().as_secs_f64())
 }
 
 #[cfg(test)]

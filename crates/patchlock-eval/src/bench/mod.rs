@@ -5,7 +5,6 @@
 //! can be interrupted at any time and restarted. [`job`] describes a run so that another process or machine
 //! can make it.
 
-pub mod clock;
 pub mod job;
 pub mod machine;
 pub mod plan;

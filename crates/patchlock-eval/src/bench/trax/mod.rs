@@ -14,9 +14,9 @@ use std::time::Duration;
 
 use patchlock::BoundingBox;
 
-use super::clock;
 use super::subject::{Answer, Subject};
 use crate::Error;
+use crate::session;
 use crate::trax::image::{self, Image};
 use crate::trax::message::Message;
 use crate::trax::region::{POLYGON, RECTANGLE, Region};
@@ -64,7 +64,7 @@ impl Trax {
 
     fn ask(&mut self, file: &Path, lines: &str) -> Result<Answer, Error> {
         let error = |reason| Error::Tracker { path: file.to_path_buf(), reason };
-        let (state, seconds) = clock::timed(|| {
+        let (state, seconds) = session::timed(|| {
             self.process.write(lines)?;
             next(&mut self.process, "state")
         });
