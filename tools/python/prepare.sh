@@ -1,0 +1,38 @@
+#!/usr/bin/env bash
+# Creates the virtual environment target/python-venv and installs all that does not depend on the wheel: what
+# builds it, and the requirements of the extras named as arguments. It downloads up to 600 MB and needs little
+# else, so `./test` runs it while Rust compiles. Without Python or a network it prints SKIPPED and leaves no
+# environment; with PATCHLOCK_PYTHON=required it fails.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+venv=$PWD/target/python-venv
+pip=("$venv/bin/pip" install --quiet --disable-pip-version-check --no-compile)
+
+skip() {
+    rm -rf "$venv"
+    if [ "${PATCHLOCK_PYTHON:-}" = required ]; then
+        echo "the Python package is required, but $1" >&2
+        exit 1
+    fi
+    echo "SKIPPED, the Python package is not built: $1"
+    exit 0
+}
+
+python=${PYTHON:-python3}
+command -v "$python" >/dev/null || skip "there is no $python"
+"$python" -c 'import sys; sys.exit(sys.version_info < (3, 10))' ||
+    skip "$("$python" --version) is older than 3.10"
+if [ ! -x "$venv/bin/maturin" ] || ! cmp -s tools/python/requirements.txt "$venv/requirements.txt"; then
+    "$python" -m venv --clear "$venv" || skip "$python can't create a virtual environment"
+    "${pip[@]}" --requirement tools/python/requirements.txt || skip "maturin could not be installed"
+    cp tools/python/requirements.txt "$venv/requirements.txt"
+fi
+"$venv/bin/python" tools/python/requirements.py "$@" >"$venv/extras.txt"
+"${pip[@]}" --requirement "$venv/extras.txt" || skip "the requirements of its extras could not be installed"
+# The VOT toolkit depends on OpenCV with a GUI, which needs desktop libraries. Replace it by the same version
+# without a GUI and with CSRT.
+if [[ " $* " == *" vot "* ]]; then
+    version=$("$venv/bin/python" -c \
+        'from importlib.metadata import version; print(version("opencv-python"))')
+    "${pip[@]}" --no-deps "opencv-contrib-python-headless==$version"
+fi
