@@ -37,18 +37,40 @@ def why_not() -> str | None:
 
 def build() -> Path:
     """The benchmark's program."""
-    words = ["cargo", "bench", "--locked", "--package", "patchlock", "--bench", "instructions", "--no-run", "--message-format", "json"]
+    words = [
+        "cargo",
+        "bench",
+        "--locked",
+        "--package",
+        "patchlock",
+        "--bench",
+        "instructions",
+        "--no-run",
+        "--message-format",
+        "json",
+    ]
     output = subprocess.run(words, cwd=ROOT, stdout=subprocess.PIPE, check=True, text=True).stdout
     messages = (json.loads(line) for line in output.splitlines() if line.startswith("{"))
-    programs = [m["executable"] for m in messages if m.get("executable") and m["target"]["name"] == "instructions"]
+    programs = [
+        m["executable"] for m in messages if m.get("executable") and m["target"]["name"] == "instructions"
+    ]
     return Path(programs[0])
 
 
 def count(program: Path, stage: str) -> int:
     """Instructions of one turn of a stage."""
     with tempfile.TemporaryDirectory() as folder:
-        words = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/out", "--toggle-collect=instructions::counted*", str(program), stage]
-        result = subprocess.run(words, env={**os.environ, "PATCHLOCK_SIMD": "avx2"}, capture_output=True, text=True)
+        words = [
+            "valgrind",
+            "--tool=callgrind",
+            f"--callgrind-out-file={folder}/out",
+            "--toggle-collect=instructions::counted*",
+            str(program),
+            stage,
+        ]
+        result = subprocess.run(
+            words, env={**os.environ, "PATCHLOCK_SIMD": "avx2"}, capture_output=True, text=True
+        )
     found = re.search(r"Collected : (\d+)", result.stderr)
     if result.returncode or not found or int(found[1]) == 0:
         sys.exit(f"error: callgrind counted nothing of {stage}:\n{result.stderr}")
@@ -92,7 +114,9 @@ def check() -> None:
         dear += [stage] if change > MARGIN else []
         cheap += [stage] if change < -MARGIN else []
     if cheap:
-        print(f"{', '.join(cheap)}: cheaper than recorded. Record it: python3 benchmarks/instructions.py record")
+        print(
+            f"{', '.join(cheap)}: cheaper than recorded. Record it: python3 benchmarks/instructions.py record"
+        )
     if dear:
         here = first_line("rustc", "--version")
         sys.exit(

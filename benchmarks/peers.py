@@ -73,7 +73,11 @@ def find_targets(data: Path, wanted: list[str] | None) -> list[Target]:
         name = f"{sequence}.{part[1]}" if part and part[1] else sequence
         if part and (not wanted or {name.lower(), sequence.lower()} & {word.lower() for word in wanted}):
             found.append(read_target(name, sequence, truth))
-    missing = [word for word in wanted or [] if not any(word.lower() in (t.name.lower(), t.sequence.lower()) for t in found)]
+    missing = [
+        word
+        for word in wanted or []
+        if not any(word.lower() in (t.name.lower(), t.sequence.lower()) for t in found)
+    ]
     if missing or not found:
         what = f"no sequence {', '.join(missing)}" if missing else "no sequence"
         fail(f"there is {what} in {data}", "a sequence is <Name>/img/*.jpg with <Name>/groundtruth_rect.txt")
@@ -93,7 +97,10 @@ def read_target(name: str, sequence: str, truth: Path) -> Target:
     images = [path for path in folder.iterdir() if path.suffix.lower() in ends] if folder.is_dir() else []
     images = cut_to_truth(sorted(images, key=lambda path: natural(path.name)), len(rows), name)
     if len(images) != len(rows):
-        fail(f"{truth} has {len(rows)} rows, but {truth.parent / 'img'} has {len(images)} images", "complete the sequence or leave it out")
+        fail(
+            f"{truth} has {len(rows)} rows, but {truth.parent / 'img'} has {len(images)} images",
+            "complete the sequence or leave it out",
+        )
     return Target(name, sequence, images, first)
 
 
@@ -104,7 +111,9 @@ def cut_to_truth(images: list[Path], rows: int, name: str) -> list[Path]:
     lines = SEQUENCE_TABLE.read_text(encoding="utf-8").splitlines()
     entry = next((line.split() for line in lines if line.lower().startswith(f"{name.lower()} ")), [name, "-"])
     for first, last in re.findall(r"(\d+)\.\.(\d+)", entry[1]):
-        inside = [path for path in images if int(first) <= int(re.search(r"(\d+)$", path.stem)[1]) <= int(last)]
+        inside = [
+            path for path in images if int(first) <= int(re.search(r"(\d+)$", path.stem)[1]) <= int(last)
+        ]
         if len(inside) == rows:
             return inside
     return images
@@ -216,8 +225,16 @@ def run(python: Path, job: Job, threads: int, patience: float) -> Run:
     """Runs the child and takes a frame after the other. What it does not give is NaN."""
     target = job.target
     images = [str(path) for path in target.images]
-    order = {"tracker": job.tracker, "seed": job.seed, "threads": threads, "first": target.first, "images": images}
-    child = subprocess.Popen([python, __file__, "--work"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    order = {
+        "tracker": job.tracker,
+        "seed": job.seed,
+        "threads": threads,
+        "first": target.first,
+        "images": images,
+    }
+    child = subprocess.Popen(
+        [python, __file__, "--work"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+    )
     result = Run()
     try:
         child.stdin.write(json.dumps(order).encode() + b"\n")
@@ -230,7 +247,10 @@ def run(python: Path, job: Job, threads: int, patience: float) -> Run:
                 result.boxes = result.boxes or [target.first]
                 break
             if "unreadable" in answer:
-                fail(f"cannot decode {answer['unreadable']}", "get this frame again; the runs that are complete are kept")
+                fail(
+                    f"cannot decode {answer['unreadable']}",
+                    "get this frame again; the runs that are complete are kept",
+                )
             add(result, answer)
             if result.errors and len(result.boxes) == 1:
                 break  # it did not begin
@@ -307,7 +327,12 @@ def write_run(stem: Path, job: "Job", subject: dict, threads: int, result: Run) 
         "frames": len(result.boxes),
         "first_frame": job.target.images[0].name,
         "origin": 1.0,
-        "machine": {"processor": processor(), "cores": os.cpu_count(), "system": platform.system().lower(), "architecture": platform.machine()},
+        "machine": {
+            "processor": processor(),
+            "cores": os.cpu_count(),
+            "system": platform.system().lower(),
+            "architecture": platform.machine(),
+        },
         "threads": threads,
         "jobs": 1,
         "boxes_sha256": sha256(boxes),
@@ -321,7 +346,9 @@ def write_run(stem: Path, job: "Job", subject: dict, threads: int, result: Run) 
 
 def subject_of(python: Path, tracker: str, threads: int) -> dict:
     """What was run. Runs that differ in it may not be mixed."""
-    freeze = subprocess.run([python, "-m", "pip", "freeze"], capture_output=True, text=True, check=True).stdout.split()
+    freeze = subprocess.run(
+        [python, "-m", "pip", "freeze"], capture_output=True, text=True, check=True
+    ).stdout.split()
     versions = dict(line.split("==") for line in freeze if "==" in line)
     library = "dlib-bin" if tracker == "dlib" else "opencv-contrib-python-headless"
     settings = {
@@ -330,7 +357,11 @@ def subject_of(python: Path, tracker: str, threads: int) -> dict:
         "threads": str(threads),
         "boxes": "fractions" if tracker == "dlib" else "whole pixels",
     }
-    return {"kind": "outside", "program": f"{library} {versions.get(library, 'unknown')}", "settings": settings}
+    return {
+        "kind": "outside",
+        "program": f"{library} {versions.get(library, 'unknown')}",
+        "settings": settings,
+    }
 
 
 def sha256(text: str) -> str:
@@ -355,7 +386,10 @@ def begin_folder(folder: Path, tracker: str, subject: dict) -> None:
     if path.is_file():
         before = json.loads(path.read_text(encoding="utf-8")).get("subject", {})
         if before != subject:
-            fail(f"the runs in {folder} were made with {json.dumps(before)}, now it is {json.dumps(subject)}", "name another folder with --out, or remove this one")
+            fail(
+                f"the runs in {folder} were made with {json.dumps(before)}, now it is {json.dumps(subject)}",
+                "name another folder with --out, or remove this one",
+            )
         return
     facts = {"format": 1, "tracker": tracker, "configuration_hash": hash_of(subject), "subject": subject}
     write(path, json.dumps(facts, indent=2) + "\n")
@@ -391,19 +425,28 @@ def environment(folder: Path, requirements: Path = REQUIREMENTS) -> Path:
         print(f"making a virtual environment in {folder}", file=sys.stderr)
         if not python.is_file():
             venv.create(folder, with_pip=True)
-        if subprocess.run([python, "-m", "pip", "install", "--quiet", "--requirement", requirements]).returncode:
-            fail("the packages could not be installed", f"a network is needed once; or install {requirements.name} into {folder} by hand")
+        if subprocess.run(
+            [python, "-m", "pip", "install", "--quiet", "--requirement", requirements]
+        ).returncode:
+            fail(
+                "the packages could not be installed",
+                f"a network is needed once; or install {requirements.name} into {folder} by hand",
+            )
         mark.write_text(wanted)
     return python
 
 
 def summary(out: Path, jobs: list[Job]) -> None:
-    print(f"\n{'tracker':<12} {'runs':>5} {'frames':>7} {'frames a second':>16} {'without box':>12} {'runs with errors':>17}")
+    print(
+        f"\n{'tracker':<12} {'runs':>5} {'frames':>7} {'frames a second':>16} {'without box':>12} {'runs with errors':>17}"
+    )
     for name in dict.fromkeys(job.tracker for job in jobs):
         facts = [read_facts(job.stem) for job in jobs if job.tracker == name]
         fps = speed([seconds for f in facts for seconds in f["seconds"]])
         without, failed = sum(f["frames_without_box"] for f in facts), sum(bool(f["errors"]) for f in facts)
-        print(f"{name:<12} {len(facts):>5} {sum(f['frames'] for f in facts):>7} {fps:>16} {without:>12} {failed:>17}")
+        print(
+            f"{name:<12} {len(facts):>5} {sum(f['frames'] for f in facts):>7} {fps:>16} {without:>12} {failed:>17}"
+        )
     print(f"\nThe boxes are in {out}. patchlock score and patchlock report read them.")
 
 
@@ -425,7 +468,9 @@ def trackers(text: str) -> list[str]:
     asked = [word.lower().removeprefix("opencv-") for word in words(text)]
     unknown = [word for word in asked if word not in known]
     if unknown or not asked:
-        raise argparse.ArgumentTypeError(f"there is no tracker {', '.join(unknown)}: choose from {', '.join(known)}")
+        raise argparse.ArgumentTypeError(
+            f"there is no tracker {', '.join(unknown)}: choose from {', '.join(known)}"
+        )
     return list(dict.fromkeys(known[word] for word in asked))
 
 
@@ -436,15 +481,34 @@ def count(text: str) -> int:
 
 
 def arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("data", type=Path, metavar="DATA", help="folder of sequences in the OTB layout")
-    parser.add_argument("--out", type=Path, required=True, help="folder for the results; each tracker gets one in it")
-    parser.add_argument("--trackers", type=trackers, default=list(TRACKERS), help="some of csrt,kcf,mil,dlib [default: all]")
-    parser.add_argument("--sequences", type=words, help="only these, by name, separated by commas [default: all]")
+    parser.add_argument(
+        "--out", type=Path, required=True, help="folder for the results; each tracker gets one in it"
+    )
+    parser.add_argument(
+        "--trackers", type=trackers, default=list(TRACKERS), help="some of csrt,kcf,mil,dlib [default: all]"
+    )
+    parser.add_argument(
+        "--sequences", type=words, help="only these, by name, separated by commas [default: all]"
+    )
     parser.add_argument("--seeds", type=count, default=5, help="seeds of MIL: 0, 1, .. [default: 5]")
     parser.add_argument("--threads", type=count, default=1, help="threads of OpenCV [default: 1]")
-    parser.add_argument("--patience", type=float, default=60.0, metavar="SECONDS", help="a frame that takes longer ends the run [default: 60]")
-    parser.add_argument("--venv", type=Path, default=ROOT / "target/peers-venv", help="virtual environment [default: target/peers-venv]")
+    parser.add_argument(
+        "--patience",
+        type=float,
+        default=60.0,
+        metavar="SECONDS",
+        help="a frame that takes longer ends the run [default: 60]",
+    )
+    parser.add_argument(
+        "--venv",
+        type=Path,
+        default=ROOT / "target/peers-venv",
+        help="virtual environment [default: target/peers-venv]",
+    )
     return parser.parse_args()
 
 
@@ -456,8 +520,16 @@ def main() -> None:
     subjects = {name: subject_of(python, name, threads[name]) for name in args.trackers}
     for name, subject in subjects.items():
         begin_folder(args.out / name, name, subject)
-    triples = [(name, seed, target) for target in targets for name in args.trackers for seed in seeds_of(name, args.seeds)]
-    jobs = [Job(name, seed, target, args.out / name / "ope" / target.name / str(seed)) for name, seed, target in triples]
+    triples = [
+        (name, seed, target)
+        for target in targets
+        for name in args.trackers
+        for seed in seeds_of(name, args.seeds)
+    ]
+    jobs = [
+        Job(name, seed, target, args.out / name / "ope" / target.name / str(seed))
+        for name, seed, target in triples
+    ]
     for k, job in enumerate(jobs, 1):
         label = f"[{k}/{len(jobs)}] {job.target.name} {job.tracker} seed {job.seed}"
         if is_complete(job.stem, len(job.target.images)):

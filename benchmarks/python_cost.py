@@ -43,7 +43,15 @@ class Program:
         self.boxes = folder / "boxes.jsonl"
         config = folder / "settings.toml"
         config.write_text("".join(f"{name} = {value}\n" for name, value in settings.items()))
-        self.command = [str(binary), "track", str(folder / "%04d.bmp"), "--quiet", "--overwrite", "--threads", "1"]
+        self.command = [
+            str(binary),
+            "track",
+            str(folder / "%04d.bmp"),
+            "--quiet",
+            "--overwrite",
+            "--threads",
+            "1",
+        ]
         self.command += ["--box", ",".join(map(str, box)), "--config", str(config)]
 
     def rows(self) -> list[dict[str, float]]:
@@ -54,7 +62,9 @@ class Program:
         return subprocess.Popen(self.command, stdout=subprocess.DEVNULL)
 
 
-def follow(frames: Frames, box: patchlock.Box, settings: dict[str, int]) -> tuple[list[patchlock.Estimate], list[float]]:
+def follow(
+    frames: Frames, box: patchlock.Box, settings: dict[str, int]
+) -> tuple[list[patchlock.Estimate], list[float]]:
     """The estimates, and the milliseconds around each call."""
     tracker = patchlock.Tracker(threads=1, **settings)
     estimates, around = [], []
@@ -71,7 +81,10 @@ def cost(program: Program, frames: Frames, box: patchlock.Box, settings: dict[st
     for _ in range(rounds):
         rows = program.rows()
         estimates, times = follow(frames, box, settings)
-        same = [[row[name] for name in "xywh"] == [round(value, 6) for value in estimate.box] for row, estimate in zip(rows, estimates, strict=True)]
+        same = [
+            [row[name] for name in "xywh"] == [round(value, 6) for value in estimate.box]
+            for row, estimate in zip(rows, estimates, strict=True)
+        ]
         if not all(same):
             raise SystemExit(f"the boxes differ from frame {same.index(False)} on: nothing to compare")
         # The first frame is init and not update.
@@ -79,12 +92,19 @@ def cost(program: Program, frames: Frames, box: patchlock.Box, settings: dict[st
         around.append(times[1:])
         inside.append([estimate.ms for estimate in estimates][1:])
         way += [outer - inner for outer, inner in zip(around[-1], inside[-1])]
-    best = {name: statistics.median(map(min, zip(*runs))) for name, runs in [("rust", rust), ("around", around), ("inside", inside)]}
+    best = {
+        name: statistics.median(map(min, zip(*runs)))
+        for name, runs in [("rust", rust), ("around", around), ("inside", inside)]
+    }
     ratios = [min(python) / min(program) - 1 for python, program in zip(zip(*around), zip(*rust))]
-    print(f"  program {best['rust']:.3f} ms a frame, Python {best['around']:.3f} ms, of these inside {best['inside']:.3f} ms (medians of {len(frames) - 1} frames)")
+    print(
+        f"  program {best['rust']:.3f} ms a frame, Python {best['around']:.3f} ms, of these inside {best['inside']:.3f} ms (medians of {len(frames) - 1} frames)"
+    )
     print(f"  Python over the program, frame by frame: {statistics.median(ratios):+.2%} (median)")
     middle = statistics.median(way)
-    print(f"  the way there and back: {middle * 1e3:.0f} us, {middle / best['inside']:.3%} of the frame (median of {len(way)} calls)")
+    print(
+        f"  the way there and back: {middle * 1e3:.0f} us, {middle / best['inside']:.3%} of the frame (median of {len(way)} calls)"
+    )
 
 
 def seconds(work: Callable[[], object]) -> float:
@@ -93,7 +113,9 @@ def seconds(work: Callable[[], object]) -> float:
     return time.perf_counter() - start
 
 
-def threads(program: Program, frames: Frames, box: patchlock.Box, settings: dict[str, int], rounds: int) -> None:
+def threads(
+    program: Program, frames: Frames, box: patchlock.Box, settings: dict[str, int], rounds: int
+) -> None:
     def on_two_threads() -> None:
         both = [threading.Thread(target=follow, args=(frames, box, settings)) for _ in range(2)]
         for thread in both:
@@ -116,11 +138,15 @@ def threads(program: Program, frames: Frames, box: patchlock.Box, settings: dict
         one = seconds(lambda: twice(lambda: program.begin().wait()))
         gains["program, two processes"].append(one / seconds(two_processes))
     for name, gain in gains.items():
-        print(f"  {name}: {statistics.median(gain):.2f} times as fast as one after the other ({min(gain):.2f} to {max(gain):.2f})")
+        print(
+            f"  {name}: {statistics.median(gain):.2f} times as fast as one after the other ({min(gain):.2f} to {max(gain):.2f})"
+        )
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("part", choices=["cost", "threads"])
     parser.add_argument("--binary", type=Path, default=ROOT / "target/release/patchlock")
     parser.add_argument("--settings", choices=SETTINGS, action="append", help="default: all of them")
@@ -133,7 +159,9 @@ def main() -> None:
         for k, frame in enumerate(frames):
             Image.fromarray(frame).save(Path(folder) / f"{k:04}.bmp")
         for name in options.settings or SETTINGS:
-            print(f"{name}: {len(frames)} frames of {scene[0].shape[1]}x{scene[0].shape[0]}, {options.rounds} rounds, one thread a tracker")
+            print(
+                f"{name}: {len(frames)} frames of {scene[0].shape[1]}x{scene[0].shape[0]}, {options.rounds} rounds, one thread a tracker"
+            )
             part = {"cost": cost, "threads": threads}[options.part]
             program = Program(options.binary, Path(folder), scene.truth(0), SETTINGS[name])
             part(program, frames, scene.truth(0), SETTINGS[name], options.rounds)

@@ -49,7 +49,9 @@ CURVES: dict[str, list[int]] = {
 def call(*words: object) -> str:
     result = subprocess.run(list(map(str, words)), stdout=subprocess.PIPE, text=True)
     if result.returncode:
-        peers.fail(f"`{' '.join(map(str, words))}` ended with code {result.returncode}", "what it said is above")
+        peers.fail(
+            f"`{' '.join(map(str, words))}` ended with code {result.returncode}", "what it said is above"
+        )
     return result.stdout
 
 
@@ -73,7 +75,20 @@ def ours(program: Path, target: peers.Target, threads: int, settings: dict[str, 
         config = Path(out) / "settings.toml"
         config.write_text("".join(f"{name} = {value}\n" for name, value in settings.items()))
         data = target.images[0].parents[2]
-        words = ["--sequences", target.name, "--config", config, "--name", "ours", "--out", out, "--threads", threads, "--jobs", 1]
+        words = [
+            "--sequences",
+            target.name,
+            "--config",
+            config,
+            "--name",
+            "ours",
+            "--out",
+            out,
+            "--threads",
+            threads,
+            "--jobs",
+            1,
+        ]
         call(program, "bench", data, *words)
         facts = json.loads((Path(out) / "ours/ope" / target.name / "0.json").read_text())
     return facts["seconds"][1:]
@@ -100,7 +115,15 @@ def compare_somp(python: Path, args: argparse.Namespace, target: peers.Target) -
     spams = sum(their[s]["seconds"] for s in ("large", "small")) * 1e3 * particles / args.somp_particles
     codes = our["large"]["codes_ms"] + our["small"]["codes_ms"]
     same, count = (sum(their[s][key] for s in ("large", "small")) for key in ("same", "count"))
-    return {"sequence": target.name, "particles": particles, "spams_ms": spams, "ours_ms": codes, "ratio": spams / codes, "same": same, "count": count}
+    return {
+        "sequence": target.name,
+        "particles": particles,
+        "spams_ms": spams,
+        "ours_ms": codes,
+        "ratio": spams / codes,
+        "same": same,
+        "count": count,
+    }
 
 
 def somp_child(folder: Path) -> None:
@@ -110,9 +133,13 @@ def somp_child(folder: Path) -> None:
 
     answer = {}
     for scale in ("large", "small"):
-        dictionary, shared, patches, atoms = (np.load(folder / scale / f"{name}.npy") for name in ("dictionary", "shared", "patches", "atoms"))
+        dictionary, shared, patches, atoms = (
+            np.load(folder / scale / f"{name}.npy") for name in ("dictionary", "shared", "patches", "atoms")
+        )
         count = patches.shape[0] * patches.shape[1]
-        columns = np.concatenate([patches[:, :, None, :], np.broadcast_to(shared, (len(patches), *shared.shape))], axis=2)
+        columns = np.concatenate(
+            [patches[:, :, None, :], np.broadcast_to(shared, (len(patches), *shared.shape))], axis=2
+        )
         signals = np.asfortranarray(columns.reshape(-1, patches.shape[2]).T.astype(np.float64))
         groups = np.arange(0, signals.shape[1], columns.shape[2], dtype=np.int32)
         atoms_f64 = np.asfortranarray(dictionary.T.astype(np.float64))
@@ -124,7 +151,11 @@ def somp_child(folder: Path) -> None:
         codes = codes.tocsc()
         chosen = [set(codes[:, first].indices) for first in groups]
         ours_chosen = [set(row[row >= 0]) for row in atoms.reshape(count, -1)]
-        answer[scale] = {"seconds": statistics.median(seconds), "same": sum(a == b for a, b in zip(chosen, ours_chosen)), "count": count}
+        answer[scale] = {
+            "seconds": statistics.median(seconds),
+            "same": sum(a == b for a, b in zip(chosen, ours_chosen)),
+            "count": count,
+        }
     print(json.dumps(answer))
 
 
@@ -170,17 +201,27 @@ def somp_table(codes: list[dict], updates: list[float]) -> list[str]:
     head = ["sequence", "SPAMS `somp`, s", "our codes, ms", "ratio", "our update, ms", "ratio", "same atoms"]
     lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
     for code, update in zip(codes, updates):
-        cells = [code["sequence"], f"{code['spams_ms'] / 1e3:.1f}", f"{code['ours_ms']:.0f}", f"{code['ratio']:.0f}"]
+        cells = [
+            code["sequence"],
+            f"{code['spams_ms'] / 1e3:.1f}",
+            f"{code['ours_ms']:.0f}",
+            f"{code['ratio']:.0f}",
+        ]
         cells += [f"{update:.1f}", f"{code['spams_ms'] / update:.0f}", f"{code['same']} of {code['count']}"]
         lines.append(f"| {' | '.join(cells)} |")
-    ratios = [statistics.median(values) for values in ([c["ratio"] for c in codes], [c["spams_ms"] / u for c, u in zip(codes, updates)])]
+    ratios = [
+        statistics.median(values)
+        for values in ([c["ratio"] for c in codes], [c["spams_ms"] / u for c, u in zip(codes, updates)])
+    ]
     return [*lines, f"| median | | | {ratios[0]:.0f} | | {ratios[1]:.0f} | |"]
 
 
 def record(args: argparse.Namespace, table: str) -> str:
     versions = [line for file in (peers.REQUIREMENTS, REQUIREMENTS) for line in file.read_text().split()]
     program = call(args.program, "--version").strip()
-    made = f"{program}; {peers.processor()}, {peers.os.cpu_count()} cores; {', '.join(sorted(set(versions)))}."
+    made = (
+        f"{program}; {peers.processor()}, {peers.os.cpu_count()} cores; {', '.join(sorted(set(versions)))}."
+    )
     command = f"    python3 benchmarks/speed.py runs DATA --frames {args.frames} --threads {args.threads}"
     notes = [
         f"The first {args.frames} frames of each sequence, preset `paper`, decoding not counted. Frames a second are 1 / median time of an update. OpenCV has {args.threads} threads,",
@@ -203,7 +244,13 @@ def curves(args: argparse.Namespace) -> None:
             for value in values:
                 settings = {} if setting == "threads" else {setting: value}
                 seconds = ours(args.program, short, value if setting == "threads" else 1, settings)
-                rows.append({"setting": setting, "value": value, "median_ms": round(statistics.median(seconds) * 1e3, 3)})
+                rows.append(
+                    {
+                        "setting": setting,
+                        "value": value,
+                        "median_ms": round(statistics.median(seconds) * 1e3, 3),
+                    }
+                )
                 print(f"{setting} {value}: {rows[-1]['median_ms']} ms", flush=True)
     args.out.parent.mkdir(parents=True, exist_ok=True)
     table = args.out.with_suffix(".csv")
@@ -233,7 +280,9 @@ def draw_child(table: Path, picture: Path, title: str) -> None:
         place.set(xlabel=setting, xticks=xs, xticklabels=xs, title="")
         place.minorticks_off()
         for x, y in points:
-            place.annotate(f"{y:.3g}", (x, y), textcoords="offset points", xytext=(0, 6), ha="center", fontsize=8)
+            place.annotate(
+                f"{y:.3g}", (x, y), textcoords="offset points", xytext=(0, 6), ha="center", fontsize=8
+            )
         place.margins(0.12, 0.25)
         place.tick_params(axis="x", labelsize=7)
     axes[0].set_ylabel("ms an update (median)")
@@ -246,24 +295,58 @@ def draw_child(table: Path, picture: Path, title: str) -> None:
 
 
 def arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     verbs = parser.add_subparsers(dest="verb", required=True)
     shared = argparse.ArgumentParser(add_help=False)
     shared.add_argument("data", type=Path, metavar="DATA", help="folder of sequences in the OTB layout")
-    shared.add_argument("--program", type=Path, default=ROOT / "target/release/patchlock", help="[default: target/release/patchlock]")
-    shared.add_argument("--venv", type=Path, default=ROOT / "target/speed-venv", help="environment for SPAMS and the drawing")
+    shared.add_argument(
+        "--program",
+        type=Path,
+        default=ROOT / "target/release/patchlock",
+        help="[default: target/release/patchlock]",
+    )
+    shared.add_argument(
+        "--venv", type=Path, default=ROOT / "target/speed-venv", help="environment for SPAMS and the drawing"
+    )
     runs = verbs.add_parser("runs", parents=[shared], help="whole runs beside others")
-    runs.add_argument("--sequences", type=peers.words, default=["David", "Crossing", "CarScale"], help="by name, separated by commas [default: David,Crossing,CarScale]")
-    runs.add_argument("--frames", type=peers.count, default=100, help="frames of each sequence [default: 100]")
-    runs.add_argument("--threads", type=peers.count, default=2, help="threads of ours and OpenCV's [default: 2]")
-    runs.add_argument("--somp-frame", type=peers.count, default=20, help="the frame whose codes are compared [default: 20]")
-    runs.add_argument("--somp-particles", type=peers.count, default=20, help="particles of it that SPAMS codes [default: 20]")
-    runs.add_argument("--peers-venv", type=Path, default=ROOT / "target/peers-venv", help="environment for the other trackers")
-    runs.add_argument("--record", type=Path, help="file for the tables as Markdown [default: only print them]")
+    runs.add_argument(
+        "--sequences",
+        type=peers.words,
+        default=["David", "Crossing", "CarScale"],
+        help="by name, separated by commas [default: David,Crossing,CarScale]",
+    )
+    runs.add_argument(
+        "--frames", type=peers.count, default=100, help="frames of each sequence [default: 100]"
+    )
+    runs.add_argument(
+        "--threads", type=peers.count, default=2, help="threads of ours and OpenCV's [default: 2]"
+    )
+    runs.add_argument(
+        "--somp-frame", type=peers.count, default=20, help="the frame whose codes are compared [default: 20]"
+    )
+    runs.add_argument(
+        "--somp-particles",
+        type=peers.count,
+        default=20,
+        help="particles of it that SPAMS codes [default: 20]",
+    )
+    runs.add_argument(
+        "--peers-venv",
+        type=Path,
+        default=ROOT / "target/peers-venv",
+        help="environment for the other trackers",
+    )
+    runs.add_argument(
+        "--record", type=Path, help="file for the tables as Markdown [default: only print them]"
+    )
     grow = verbs.add_parser("curves", parents=[shared], help="how the cost grows")
     grow.add_argument("--sequence", default="David", help="by name [default: David]")
     grow.add_argument("--frames", type=peers.count, default=30, help="frames of it [default: 30]")
-    grow.add_argument("--out", type=Path, required=True, help="the table goes to OUT.csv, the picture to OUT.svg")
+    grow.add_argument(
+        "--out", type=Path, required=True, help="the table goes to OUT.csv, the picture to OUT.svg"
+    )
     return parser.parse_args()
 
 

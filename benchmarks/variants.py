@@ -99,7 +99,9 @@ def toml(settings: Settings) -> str:
 def call(program: Path, *words: object) -> str:
     result = subprocess.run([program, *map(str, words)], stdout=subprocess.PIPE, text=True)
     if result.returncode:
-        sys.exit(f"error: `{program.name} {words[0]}` ended with code {result.returncode}; what it said is above")
+        sys.exit(
+            f"error: `{program.name} {words[0]}` ended with code {result.returncode}; what it said is above"
+        )
     return result.stdout
 
 
@@ -127,14 +129,20 @@ def table(args: argparse.Namespace, names: list[str]) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("set", choices=SETS, help="which variants")
-    parser.add_argument("sequences_folder", type=Path, metavar="SEQUENCES", help="a dataset, as patchlock bench takes it")
+    parser.add_argument(
+        "sequences_folder", type=Path, metavar="SEQUENCES", help="a dataset, as patchlock bench takes it"
+    )
     parser.add_argument("--out", type=Path, required=True, help="folder for settings and runs")
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--sequences", help="only these targets, separated by commas")
     parser.add_argument("--variants", help="only these variants, separated by commas")
-    parser.add_argument("--cheap", action="store_true", help="small patches 4 samples apart and 400 particles: a first look")
+    parser.add_argument(
+        "--cheap", action="store_true", help="small patches 4 samples apart and 400 particles: a first look"
+    )
     parser.add_argument("--jobs", type=int, default=1, help="runs side by side")
     parser.add_argument("--program", type=Path, default=ROOT / "target/release/patchlock")
     args = parser.parse_args()

@@ -46,7 +46,9 @@ def main() -> None:
         performance = experiment.report(trackers)
     made_by = f"got10k {version('got10k')}, numpy {version('numpy')}, Python {platform.python_version()}; tools/judge/judge.py"
     header = {"made_by": made_by, "what": "ExperimentOTB.report on crates/patchlock-eval/tests/judge/made_up"}
-    target.write_text(json.dumps({"header": header, "trackers": performance}, indent=1) + "\n", encoding="utf-8")
+    target.write_text(
+        json.dumps({"header": header, "trackers": performance}, indent=1) + "\n", encoding="utf-8"
+    )
 
 
 if __name__ == "__main__":

@@ -28,14 +28,26 @@ def follow(rng: random.Random, truth: list[list[float]], drift: float) -> list[l
     rows = []
     for k, (x, y, w, h) in enumerate(truth):
         far = drift * k
-        rows.append([round(v, 2) for v in (x + rng.gauss(far, 2), y + rng.gauss(0, 2), w * rng.uniform(0.8, 1.2), h * rng.uniform(0.8, 1.2))])
+        rows.append(
+            [
+                round(v, 2)
+                for v in (
+                    x + rng.gauss(far, 2),
+                    y + rng.gauss(0, 2),
+                    w * rng.uniform(0.8, 1.2),
+                    h * rng.uniform(0.8, 1.2),
+                )
+            ]
+        )
     rows[0] = list(truth[0])
     return rows
 
 
 def write(path: Path, rows: list) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text("".join(",".join(f"{v:g}" if isinstance(v, float) else str(v) for v in row) + "\n" for row in rows))
+    path.write_text(
+        "".join(",".join(f"{v:g}" if isinstance(v, float) else str(v) for v in row) + "\n" for row in rows)
+    )
 
 
 def main() -> None:

@@ -18,7 +18,11 @@ def header(packages: list[str], what: str, **more: Any) -> dict[str, Any]:
     script = Path(sys.argv[0]).name
     arguments = [Path(a).name if "/" in a else a for a in sys.argv[1:]]
     made_by = [f"{name} {version(name)}" for name in packages]
-    made_by += [f"Python {platform.python_version()}", f"tools/oracles/{script}", " ".join(["python", script, *arguments])]
+    made_by += [
+        f"Python {platform.python_version()}",
+        f"tools/oracles/{script}",
+        " ".join(["python", script, *arguments]),
+    ]
     return {"made_by": ", ".join(made_by), "what": what, **more}
 
 

@@ -57,7 +57,11 @@ def inputs(rng: np.random.Generator) -> list[tuple[str, np.ndarray, np.ndarray]]
         ("random guide, random input", noise, rng.random((SIDE, SIDE))),
         ("smooth guide, random input", smooth, rng.random((SIDE, SIDE))),
         ("step guide, noisy step input", step, step + rng.normal(scale=0.1, size=step.shape)),
-        ("noisy step guide, visibility input", unit_range(step + rng.normal(scale=0.1, size=step.shape)), levels),
+        (
+            "noisy step guide, visibility input",
+            unit_range(step + rng.normal(scale=0.1, size=step.shape)),
+            levels,
+        ),
         ("smooth guide, visibility input", smooth, levels),
         ("guide filters itself", unit_range(smooth + 0.2 * noise), unit_range(smooth + 0.2 * noise)),
         ("constant guide", np.full((SIDE, SIDE), 0.5), levels),
@@ -69,7 +73,12 @@ def case(name: str, guide: np.ndarray, p: np.ndarray) -> tuple[dict, float]:
     out = guided_filter(guide, p)
     other = cv2.ximgproc.guidedFilter(guide.astype(np.float32), p.astype(np.float32), RADIUS, EPS)
     difference = float(abs(other - out)[INTERIOR, INTERIOR].max())
-    return {"name": name, "guide": golden.f32s(guide), "input": golden.f32s(p), "output": golden.f64s(out, 10)}, difference
+    return {
+        "name": name,
+        "guide": golden.f32s(guide),
+        "input": golden.f32s(p),
+        "output": golden.f64s(out, 10),
+    }, difference
 
 
 def main() -> None:
@@ -82,7 +91,10 @@ def main() -> None:
         "brute force in f64, 10 digits.",
         opencv_ximgproc_max_difference_in_interior=max(differences),
     )
-    golden.write("guided_filter.json", {"header": head, "side": SIDE, "radius": RADIUS, "eps": EPS, "cases": list(cases)})
+    golden.write(
+        "guided_filter.json",
+        {"header": head, "side": SIDE, "radius": RADIUS, "eps": EPS, "cases": list(cases)},
+    )
 
 
 if __name__ == "__main__":

@@ -89,8 +89,12 @@ def first_templates(image: np.ndarray, state: np.ndarray) -> np.ndarray:
 def patches(template: np.ndarray, scale: Scale) -> np.ndarray:
     """One normalised column per location."""
     image = template.reshape(SIDE, SIDE)
-    corners = [(scale.step * row, scale.step * column) for row, column in np.ndindex(scale.per_row, scale.per_row)]
-    return normalised(np.stack([image[y : y + scale.size, x : x + scale.size].ravel() for y, x in corners], axis=1))
+    corners = [
+        (scale.step * row, scale.step * column) for row, column in np.ndindex(scale.per_row, scale.per_row)
+    ]
+    return normalised(
+        np.stack([image[y : y + scale.size, x : x + scale.size].ravel() for y, x in corners], axis=1)
+    )
 
 
 def dictionary(templates: np.ndarray, scale: Scale) -> np.ndarray:
@@ -131,4 +135,6 @@ def setting(rng: np.random.Generator, sequence: Sequence, candidates: int, track
         frame = int(rng.integers(buffer_frames[-1] if tracked else 1, last + 1))
         offset = perturbed(rng, np.zeros(6)) * (0.15 if k % 3 == 0 else 1.0)
         images.append(candidate(sequence.grey(frame), sequence.state(frame) + offset))
-    return Setting(f"{sequence.name}, {'tracked' if tracked else 'first'} buffer", templates, buffer, np.array(images))
+    return Setting(
+        f"{sequence.name}, {'tracked' if tracked else 'first'} buffer", templates, buffer, np.array(images)
+    )

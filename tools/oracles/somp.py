@@ -37,7 +37,9 @@ class ImagePool:
 
     def describe(self, setting: Setting) -> dict[str, Any]:
         return {
-            "name": setting.name, "templates": self.add(setting.templates), "buffer": self.add(setting.buffer),
+            "name": setting.name,
+            "templates": self.add(setting.templates),
+            "buffer": self.add(setting.buffer),
             "candidates": self.add(setting.candidates),
         }
 
@@ -67,7 +69,9 @@ def draw(rng: np.random.Generator, scale: Scale, candidates: int, count: int) ->
     return [(k % candidates, int(location)) for k, location in enumerate(locations)]
 
 
-def add_problems(rng: np.random.Generator, found: Sorted, setting: Setting, index: int, counts: dict[Scale, int]) -> None:
+def add_problems(
+    rng: np.random.Generator, found: Sorted, setting: Setting, index: int, counts: dict[Scale, int]
+) -> None:
     for scale, count in counts.items():
         dictionary = patchwise.dictionary(setting.templates, scale)
         for which, location in draw(rng, scale, len(setting.candidates), count):
@@ -79,29 +83,41 @@ def scale_description(scale: Scale) -> dict[str, Any]:
     return {"size": scale.size, "step": scale.step, "per_row": scale.per_row, "locations": scale.locations}
 
 
-def content(rng: np.random.Generator, head: dict[str, Any], plan: list[tuple[Setting, dict[Scale, int]]]) -> dict[str, Any]:
+def content(
+    rng: np.random.Generator, head: dict[str, Any], plan: list[tuple[Setting, dict[Scale, int]]]
+) -> dict[str, Any]:
     """Everything that stands in a file of this format but the random problems."""
     pool, found = ImagePool(), Sorted()
     settings = [pool.describe(setting) for setting, _ in plan]
     for index, (setting, counts) in enumerate(plan):
         add_problems(rng, found, setting, index, counts)
     return {
-        "header": head, "limit": somp_compare.LIMIT, "scales": {s.name: scale_description(s) for s in (SMALL, LARGE)},
-        "images": golden.f32s(pool.rows), "settings": settings, **found.lists(),
+        "header": head,
+        "limit": somp_compare.LIMIT,
+        "scales": {s.name: scale_description(s) for s in (SMALL, LARGE)},
+        "images": golden.f32s(pool.rows),
+        "settings": settings,
+        **found.lists(),
     }
 
 
 def scene_plan(rng: np.random.Generator, frames: Path) -> list[tuple[Setting, dict[Scale, int]]]:
-    demo, occluded, square = (patchwise.read_sequence(frames / name) for name in ("demo", "occluded", "square"))
+    demo, occluded, square = (
+        patchwise.read_sequence(frames / name) for name in ("demo", "occluded", "square")
+    )
     tracked = patchwise.setting(rng, demo, 4, tracked=True)
     first = patchwise.setting(rng, occluded, 4, tracked=False)
     # A target of 32x32 pixels: its templates, shifted by whole pixels, hold each other's patches at other locations.
     shifted = patchwise.setting(rng, square, 3, tracked=False)
     # What updates leave when nothing changes: templates that repeat, and a buffer that repeats.
     late = tracked.buffer[[0, 0, 1, 1]]
-    repeated = Setting("demo, repeated templates", np.vstack([tracked.templates[:6], late]), late, tracked.candidates)
+    repeated = Setting(
+        "demo, repeated templates", np.vstack([tracked.templates[:6], late]), late, tracked.candidates
+    )
     return [
-        (tracked, {SMALL: 26, LARGE: 12}), (first, {SMALL: 26, LARGE: 12}), (shifted, {SMALL: 5, LARGE: 3}),
+        (tracked, {SMALL: 26, LARGE: 12}),
+        (first, {SMALL: 26, LARGE: 12}),
+        (shifted, {SMALL: 5, LARGE: 3}),
         (repeated, {SMALL: 5, LARGE: 6}),
     ]
 
@@ -122,7 +138,9 @@ def random_signals(rng: np.random.Generator, dictionary: np.ndarray, flaw: str) 
     if flaw == "":
         return golden.as_f32(rng.normal(size=(16, 3)))
     # Few atoms and a little noise, so that the flaw is met: the first two, and what depends on them.
-    return golden.as_f32(dictionary[:, [0, 1, 10]] @ rng.normal(size=(3, 3)) + 0.05 * rng.normal(size=(16, 3)))
+    return golden.as_f32(
+        dictionary[:, [0, 1, 10]] @ rng.normal(size=(3, 3)) + 0.05 * rng.normal(size=(16, 3))
+    )
 
 
 def random_problems(rng: np.random.Generator) -> dict[str, Any]:

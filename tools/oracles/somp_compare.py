@@ -27,7 +27,12 @@ class SpamsAnswer:
 
 def spams_once(signals: np.ndarray, dictionary: np.ndarray, limit: int) -> tuple[list[int], np.ndarray]:
     code = spams.somp(
-        np.asfortranarray(signals), np.asfortranarray(dictionary), np.array([0], dtype=np.int32), L=limit, eps=0.0, numThreads=1,
+        np.asfortranarray(signals),
+        np.asfortranarray(dictionary),
+        np.array([0], dtype=np.int32),
+        L=limit,
+        eps=0.0,
+        numThreads=1,
     )
     # Read by hand: among dependent atoms the sparse matrix may name one twice, or hold NaN.
     starts = code.indptr
@@ -48,11 +53,15 @@ def by_spams(signals: np.ndarray, dictionary: np.ndarray, limit: int = LIMIT) ->
     return SpamsAnswer(order, coefficients[[atoms.index(a) for a in order]], ordered=True)
 
 
-def residual_energies(signals: np.ndarray, dictionary: np.ndarray, atoms: list[int], coefficients: np.ndarray) -> np.ndarray:
+def residual_energies(
+    signals: np.ndarray, dictionary: np.ndarray, atoms: list[int], coefficients: np.ndarray
+) -> np.ndarray:
     return np.sum((signals - dictionary[:, atoms] @ coefficients) ** 2, axis=0)
 
 
-def difference(answer: SpamsAnswer, reference: Solution, signals: np.ndarray, dictionary: np.ndarray) -> str | None:
+def difference(
+    answer: SpamsAnswer, reference: Solution, signals: np.ndarray, dictionary: np.ndarray
+) -> str | None:
     """What SPAMS does differently, in a sentence; None when both agree."""
     missing = sorted(set(reference.atoms) - set(answer.atoms))
     added = sorted(set(answer.atoms) - set(reference.atoms))
@@ -73,7 +82,11 @@ def difference(answer: SpamsAnswer, reference: Solution, signals: np.ndarray, di
         return "SPAMS chooses the same atoms in another order."
     least = np.linalg.svd(dictionary[:, answer.atoms], compute_uv=False)[-1]
     gap = abs(answer.coefficients - reference.coefficients).max()
-    return None if gap <= TOLERANCE / least**2 else f"SPAMS has the same atoms, but coefficients that differ by {gap:.2g}."
+    return (
+        None
+        if gap <= TOLERANCE / least**2
+        else f"SPAMS has the same atoms, but coefficients that differ by {gap:.2g}."
+    )
 
 
 def number(value: float, digits: int) -> float | None:
@@ -88,7 +101,9 @@ def numbers(values: np.ndarray) -> list[float | None]:
 def spams_record(answer: SpamsAnswer, signals: np.ndarray, dictionary: np.ndarray) -> dict[str, Any]:
     energies = residual_energies(signals, dictionary, answer.atoms, answer.coefficients)
     return {
-        "atoms": answer.atoms, "coefficients": numbers(answer.coefficients[:, 0]), "residual_energies": numbers(energies),
+        "atoms": answer.atoms,
+        "coefficients": numbers(answer.coefficients[:, 0]),
+        "residual_energies": numbers(energies),
         "ordered": answer.ordered,
     }
 
@@ -96,9 +111,12 @@ def spams_record(answer: SpamsAnswer, signals: np.ndarray, dictionary: np.ndarra
 def reference_record(reference: Solution, signals: np.ndarray, dictionary: np.ndarray) -> dict[str, Any]:
     energies = residual_energies(signals, dictionary, reference.atoms, reference.coefficients)
     return {
-        "atoms": reference.atoms, "coefficients": numbers(reference.coefficients[:, 0]), "residual_energies": numbers(energies),
+        "atoms": reference.atoms,
+        "coefficients": numbers(reference.coefficients[:, 0]),
+        "residual_energies": numbers(energies),
         "step_energies": numbers(np.array(reference.energies)),
-        "margin": number(reference.margin, 4), "clearance": number(reference.clearance, 4),
+        "margin": number(reference.margin, 4),
+        "clearance": number(reference.clearance, 4),
     }
 
 

@@ -33,7 +33,9 @@ CANDIDATES = 10
 
 
 def arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--data", type=Path, default=Path(os.environ.get("PATCHLOCK_DATA", "../shared/data")))
     parser.add_argument("--problems", type=int, default=200, help="per sequence, seven tenths of them small")
     parser.add_argument("--out", type=Path, help="outside the repository")
@@ -60,12 +62,17 @@ def plan(rng: np.random.Generator, folder: Path, problems: int) -> list[tuple[Se
 
 
 def report(file: dict[str, Any]) -> None:
-    counts = {key: Counter(file["settings"][r["setting"]]["name"] for r in file[key]) for key in ("agree", "spams_degenerate")}
+    counts = {
+        key: Counter(file["settings"][r["setting"]]["name"] for r in file[key])
+        for key in ("agree", "spams_degenerate")
+    }
     for setting in file["settings"]:
         agree, degenerate = (counts[key][setting["name"]] for key in ("agree", "spams_degenerate"))
         print(f"{setting['name']}: {agree} agree, {degenerate} degenerate")
     for record in file["spams_degenerate"]:
-        print(f"  {record['scale']} {record['spams']['atoms']} / {record['reference']['atoms']}: {record['difference']}")
+        print(
+            f"  {record['scale']} {record['spams']['atoms']} / {record['reference']['atoms']}: {record['difference']}"
+        )
     records = file["agree"] + file["spams_degenerate"]
     differing = sum(set(r["textbook"]["atoms"]) != set(r["reference"]["atoms"]) for r in records)
     print(f"textbook selection takes other atoms in {differing} of {len(records)}")
@@ -90,7 +97,9 @@ def main() -> None:
     plans = [p for name in args.names for p in plan(rng, find(args.data, name), args.problems)]
     file = somp.content(rng, somp.header("sequences of OTB, not to be passed on"), plans)
     report(file)
-    print(f"SPAMS, one thread, {SMALL.locations} small problems of one particle: {1000 * time_one_particle(plans[-1][0]):.0f} ms")
+    print(
+        f"SPAMS, one thread, {SMALL.locations} small problems of one particle: {1000 * time_one_particle(plans[-1][0]):.0f} ms"
+    )
     if args.out:
         golden.write(args.out.resolve(), file)
 

@@ -30,8 +30,13 @@ def sequences(rng: np.random.Generator) -> list[tuple[str, list[np.ndarray]]]:
     repeated = [first, np.repeat(mean + spread(rng, 1, DIMENSION), 5, axis=1), first[:, [0, 3, 3, 7, 9]]]
     # The first batch is one column ten times: the subspace begins with rank 0.
     constant = [np.repeat(mean, 10, axis=1), mean + spread(rng, 5, DIMENSION)]
-    return [("full rank", full), ("drifting mean", drifting), ("low rank", low), ("repeated columns", repeated),
-            ("constant first batch", constant)]
+    return [
+        ("full rank", full),
+        ("drifting mean", drifting),
+        ("low rank", low),
+        ("repeated columns", repeated),
+        ("constant first batch", constant),
+    ]
 
 
 def decompose(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -41,7 +46,9 @@ def decompose(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     energy = values**2
     total = max(energy.sum(), 1e-20)
     kept = energy >= RANK_SHARE * total
-    assert np.all(energy[kept] > 100 * RANK_SHARE * total) and np.all(energy[~kept] < 1e-6 * RANK_SHARE * total), "rank is a close call"
+    assert np.all(energy[kept] > 100 * RANK_SHARE * total) and np.all(
+        energy[~kept] < 1e-6 * RANK_SHARE * total
+    ), "rank is a close call"
     return mean, u[:, kept], values[kept]
 
 
@@ -70,7 +77,10 @@ def main() -> None:
         "probes p, from one batch SVD in f64. No forgetting, no truncation.",
     )
     runs = [run(name, batches, probes) for name, batches in sequences(rng)]
-    golden.write("subspace.json", {"header": head, "dimension": DIMENSION, "probes": golden.f32s(probes.T), "sequences": runs})
+    golden.write(
+        "subspace.json",
+        {"header": head, "dimension": DIMENSION, "probes": golden.f32s(probes.T), "sequences": runs},
+    )
 
 
 if __name__ == "__main__":

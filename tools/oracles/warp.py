@@ -77,13 +77,21 @@ def by_opencv(img: np.ndarray, m: np.ndarray) -> np.ndarray:
     """OpenCV's output pixels count from 0, so the map is first shifted to the corner of the grid."""
     corner = m[:, :2] @ [OFFSETS[0], OFFSETS[0]] + m[:, 2]
     return cv2.warpAffine(
-        img.astype(np.float32), np.column_stack([m[:, :2], corner]), (SIDE, SIDE),
-        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_CONSTANT, borderValue=0.0,
+        img.astype(np.float32),
+        np.column_stack([m[:, :2], corner]),
+        (SIDE, SIDE),
+        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+        borderMode=cv2.BORDER_CONSTANT,
+        borderValue=0.0,
     )
 
 
 def case(state: tuple[float, ...] | None, m: np.ndarray, output: list) -> dict:
-    return {"state": None if state is None else golden.f64s(state), "matrix": golden.f64s(m), "output": output}
+    return {
+        "state": None if state is None else golden.f64s(state),
+        "matrix": golden.f64s(m),
+        "output": output,
+    }
 
 
 def exact_case(img: np.ndarray, state: tuple[float, ...] | None, m: np.ndarray) -> dict:
@@ -113,9 +121,17 @@ def main() -> None:
         "map_coordinates(order=1, mode='grid-constant') in f64, 10 digits.",
         opencv_against_scipy_on_general_maps=max(differences),
     )
-    golden.write("warp.json", {
-        "header": head, "width": WIDTH, "height": HEIGHT, "image": golden.f32s(img), "exact": exact, "general": list(general),
-    })
+    golden.write(
+        "warp.json",
+        {
+            "header": head,
+            "width": WIDTH,
+            "height": HEIGHT,
+            "image": golden.f32s(img),
+            "exact": exact,
+            "general": list(general),
+        },
+    )
 
 
 if __name__ == "__main__":

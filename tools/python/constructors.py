@@ -11,5 +11,7 @@ class Constructors(griffe.Extension):
     def on_class_members(self, *, cls: griffe.Class, **kwargs: Any) -> None:
         new = cls.members.get("__new__")
         if isinstance(new, griffe.Function) and "__init__" not in cls.members:
-            init = griffe.Function("__init__", parameters=new.parameters, lineno=new.lineno, endlineno=new.endlineno)
+            init = griffe.Function(
+                "__init__", parameters=new.parameters, lineno=new.lineno, endlineno=new.endlineno
+            )
             cls.set_member("__init__", init)
