@@ -48,7 +48,7 @@ def box(k: int, mirrored: bool = False) -> patchlock.Box:
 
 
 def jumps(k: int, count: int) -> bool:
-    """Whether frame k is mirrored. The second half is, so the target jumps out of the tracker's search range."""
+    """Whether frame k is mirrored: the second half is, so that the target jumps out of reach."""
     return 2 * k >= count
 
 

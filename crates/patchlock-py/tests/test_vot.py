@@ -1,4 +1,4 @@
-"""Runs Patchlock in the VOT toolkit: its test, a supervised and an unsupervised experiment, analysis, report."""
+"""Runs Patchlock in the VOT toolkit: test, supervised and unsupervised experiments, analysis, report."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Writes `trackers.ini` to standard output, with the options of `command` and `registry`."""
     parser = argparse.ArgumentParser(
         prog="python -m patchlock.toolkits.vot",
-        description="Writes a trackers.ini that registers this installation of Patchlock with the VOT toolkit.",
+        description="Writes a trackers.ini that registers this Patchlock with the VOT toolkit.",
     )
     parser.add_argument("--name", default="patchlock", help="name for vot test and vot evaluate")
     parser.add_argument("--label", default="Patchlock", help="name in reports")
