@@ -1,6 +1,7 @@
-"""lasso.json: min ||y - U q - e||^2 / 2 + lambda (||q||_1 + ||e||_1), by scikit-learn and by SPAMS, which must agree.
+"""lasso.json: min ||y - U q - e||^2 / 2 + lambda (||q||_1 + ||e||_1), by scikit-learn and SPAMS.
 
-Both see one lasso over the dictionary [U, I]. scikit-learn's objective is divided by the number of rows, SPAMS's isn't.
+The two must agree. Both solve one lasso over the dictionary [U, I]. scikit-learn divides the objective by the
+number of rows; SPAMS does not.
 """
 
 import warnings
@@ -18,7 +19,7 @@ AGREEMENT = 1e-7
 def problem(
     rng: np.random.Generator, noise: float, outliers: int, size: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """A signal of the subspace with noise, and a few entries hit by outliers; and the orthonormal basis."""
+    """A signal in the subspace with noise and outliers in a few entries, and the orthonormal basis."""
     u = golden.as_f32(np.linalg.qr(rng.normal(size=(ROWS, COLUMNS)))[0])
     q = rng.normal(scale=0.5, size=COLUMNS) * (rng.random(COLUMNS) < 0.7)
     y = u @ q + rng.normal(scale=noise, size=ROWS)
@@ -74,7 +75,8 @@ def main() -> None:
     cases, differences = zip(*(case(rng, *s) for s in settings))
     head = golden.header(
         ["scikit-learn", "spams-bin", "numpy"],
-        "min ||y - U q - e||^2 / 2 + lambda (||q||_1 + ||e||_1). q, e by scikit-learn's Lasso on [U, I]; SPAMS's lasso (mode 2) agrees.",
+        "min ||y - U q - e||^2 / 2 + lambda (||q||_1 + ||e||_1). q, e by scikit-learn's Lasso on [U, I]; "
+        "SPAMS's lasso (mode 2) agrees.",
         scikit_learn_against_spams_max_difference=max(differences),
     )
     golden.write(
