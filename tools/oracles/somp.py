@@ -160,10 +160,9 @@ def random_problems(rng: np.random.Generator) -> dict[str, Any]:
 def header(frames_by: str) -> dict[str, Any]:
     return golden.header(
         ["spams-bin", "numpy", "scipy", "opencv-contrib-python-headless"],
-        "Joint sparse codes of five patches (candidate first) by spams.somp(L=4, eps=0), checked with a numpy "
-        f"reference; frames: {frames_by}. `coefficients` are those of the first signal, in the order of "
-        "`atoms`; `residual_energies` per "
-        "signal; `step_energies` of all signals after 0, 1, .. atoms.",
+        "Joint sparse codes of five patches (candidate first) by spams.somp(L=4, eps=0), checked with a "
+        f"numpy reference; frames: {frames_by}. `coefficients` are those of the first signal, in the order "
+        "of `atoms`; `residual_energies` per signal; `step_energies` of all signals after 0, 1, .. atoms.",
     )
 
 

@@ -32,7 +32,7 @@ fn runs_are_stored_with_their_manifests() {
         (&run["seed"], &run["frames"], &run["protocol"], &run["jobs"]),
         (&1.into(), &5.into(), &"ope".into(), &1.into())
     );
-    assert_eq!(run["subject"]["configuration"]["particles"], 20);
+    assert_eq!(run["subject"]["configuration"]["patchwise"]["particles"], 20);
     assert_eq!(run["seconds"].as_array().unwrap().len(), 5);
     assert!(run["machine"]["cores"].as_u64().unwrap() > 0);
     let manifest = json(&fs::read(benchmark.path("out/quick/manifest.json")).unwrap());
