@@ -139,13 +139,13 @@ def test_a_snapshot_is_json_and_can_be_restored(scene, film):
     tracker = patchlock.Tracker(**QUICK)
     tracker.init(film[0], scene.truth(0))
     snapshot = tracker.snapshot()
-    assert snapshot.startswith(b'{"version":1')
+    assert snapshot.startswith(b'{"version":2')
     restored = patchlock.Tracker.restore(snapshot)
     assert numbers(restored.update(film[1])) == numbers(tracker.update(film[1]))
     with pytest.raises(ValueError, match="not a tracker snapshot"):
         patchlock.Tracker.restore(b"{}")
     with pytest.raises(ValueError, match="version is 9"):
-        patchlock.Tracker.restore(snapshot.replace(b'"version":1', b'"version":9'))
+        patchlock.Tracker.restore(snapshot.replace(b'"version":2', b'"version":9'))
 
 
 def test_init_restarts_the_tracker(scene, film):

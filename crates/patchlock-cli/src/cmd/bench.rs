@@ -34,7 +34,7 @@ EXAMPLES:
   patchlock score out --truth OTB
       scores the results
 
-It can be killed at any time: the same command continues where it stopped, with the same results. Times are
+It can be killed at any time: the same command continues where it stopped, with the same results. Times are \
 meaningful only with --jobs 1 and if nothing else is running.";
 
 /// Runs a tracker on the sequences of a dataset and stores boxes and times

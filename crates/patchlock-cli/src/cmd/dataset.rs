@@ -27,8 +27,8 @@ Supported layouts:
   TrackingNet  frames/<name>/0.jpg, anno/<name>.txt, also in TEST, TRAIN_0 and so on
 and a folder of text files, <name>.txt, with truth only, which is enough for patchlock score.
 
-The attributes of OTB-2013 are built in. Others are read from attributes.csv in or beside the folder: a header
-with sequence and the short names of the attributes, then one line per target with 0 or 1.";
+The attributes of OTB-2013 are built in. Others are read from attributes.csv in or beside the folder: a \
+header with sequence and the short names of the attributes, then one line per target with 0 or 1.";
 
 /// Lists what a folder of sequences holds and reports anything unusual
 ///

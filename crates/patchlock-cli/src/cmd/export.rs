@@ -18,11 +18,10 @@ EXAMPLES:
       a folder to train a detector on, with copies of the frames
 
 FORMATS:
-  mot     a text file: frame,id,left,top,width,height,confidence,-1,-1,-1; frames and pixels count from 1;
-          the confidence is the score
+  mot     a text file: frame,id,left,top,width,height,confidence (the score),-1,-1,-1; counted from 1
   coco    a JSON file: COCO with videos, tracks and track_id; the rotated outline is the segmentation
-  cvat    an XML file: CVAT for video 1.1; a target with a score below 0.5 is marked as occluded
-  yolo    a folder: data.yaml and labels/train; boxes are clipped to the frame; targets lose their ids
+  cvat    an XML file: CVAT for video 1.1; targets with a score below 0.5 are marked as occluded
+  yolo    a folder: data.yaml and labels/train; boxes are clipped to the frame, ids are lost
   lasot   a folder: <label>/<label>-<id>/groundtruth.txt for each target, with its flags
   got10k  a folder: <name>_<id>/groundtruth.txt for each target, with its labels; and list.txt";
 

@@ -53,8 +53,9 @@ EXIT CODES:
   0    success
   1    failure: a file can't be read or written, or a frame is damaged; earlier results are kept
   2    usage error: the options are invalid or do not fit the source
-  130  stopped by Ctrl-C; the files are complete up to that frame. A second Ctrl-C stops immediately: track
-       then keeps its tables, and no file is left partly written";
+  130  stopped by Ctrl-C; the files are complete up to that frame
+
+A second Ctrl-C stops immediately: track then keeps its tables, and no file is left partly written.";
 
 /// A visual object tracker: you draw a box in the first frame of a video, it finds the object in all other
 /// frames and reports how certain that is and which parts are hidden.

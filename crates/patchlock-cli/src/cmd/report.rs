@@ -23,13 +23,12 @@ EXAMPLES:
   patchlock report out --truth OTB --out report.html
       all trackers whose results are in the folder out, as patchlock bench writes them
   patchlock report out published --truth OTB --show paper,Struck --out report.html
-      the same beside the trackers in another folder; the report is about paper, and every plot labels it
-      and Struck
+      the same beside other trackers; the report is about paper, and every plot labels it and Struck
   patchlock report published/SCM published/Struck --truth published/annotations --out two.html
-      two trackers, with the truth in a folder of text files; without frames there are no thumbnails
+      two trackers, with the truth in text files; without frames there are no thumbnails
 
-The page needs no other files and no network. Every figure is also written as SVG, PNG and CSV, with tables of
-all numbers, to a folder beside the page. The same input gives the same files.";
+The page needs no other files and no network. Every figure is also written as SVG, PNG and CSV, with tables \
+of all numbers, to a folder beside the page. The same input gives the same files.";
 
 /// Compares trackers on one page: plots, tables, differences with intervals, every sequence over time
 ///

@@ -25,11 +25,11 @@ EXAMPLES:
       also scores the targets of each attribute separately
   patchlock score out --truth OTB --json > scores.json
 
-The layout of RESULTS is detected: the output of patchlock bench; <target>.txt with x,y,w,h per line (OTB,
-got10k); <target>/<target>_001.txt (got10k, VOT with its codes and polygons); <target>.txt with
+The layout of RESULTS is detected: the output of patchlock bench; <target>.txt with x,y,w,h per line (OTB, \
+got10k); <target>/<target>_001.txt (got10k, VOT with its codes and polygons); <target>.txt with \
 frame,id,x,y,w,h,... (MOT). Names of targets may differ in case and in - _ . before a number.
 
-DP is the share of frames in which the centre is within 20 pixels of the truth. AUC is the mean success over
+DP is the share of frames in which the centre is within 20 pixels of the truth. AUC is the mean success over \
 21 overlap thresholds. METHODOLOGY.md documents all conventions.";
 
 /// Scores results against the truth: precision, success, overlap, speed, and their spread over seeds
