@@ -24,23 +24,40 @@ pub fn of_eval(error: patchlock_eval::Error) -> PyErr {
     if error.is_misuse() { PyValueError::new_err(text) } else { PyOSError::new_err(text) }
 }
 
-/// Writes the options of the command line as keyword arguments: `--start 99` becomes `start=99`.
+/// Command line options in messages, and the keyword arguments that correspond to them.
+const KEYWORDS: [(&str, &str); 9] = [
+    ("attributes", "attributes"),
+    ("cmd", "command"),
+    ("end", "end"),
+    ("name", "name"),
+    ("out", "out"),
+    ("reverse", "reverse"),
+    ("sequences", "sequences"),
+    ("start", "start"),
+    ("stride", "stride"),
+];
+
+/// Replaces command line options by keyword arguments: `--start 99` becomes `start=99`.
 fn keywords(text: &str) -> String {
     let mut words: Vec<String> = Vec::new();
-    let mut pending = false;
+    let mut after_keyword = false;
     for word in text.split(' ') {
-        let is_value = pending && word.starts_with(|c: char| c.is_ascii_digit());
-        pending = false;
-        let (bracket, rest) = word.strip_prefix('(').map_or(("", word), |rest| ("(", rest));
-        match rest.strip_prefix("--").filter(|name| name.starts_with(char::is_lowercase)) {
-            Some(name) => {
-                pending = name.ends_with(char::is_lowercase);
-                words.push(bracket.to_owned() + &name.replace('-', "_"));
+        let is_value = after_keyword && word.starts_with(|c: char| c.is_ascii_digit());
+        after_keyword = false;
+        let keyword = KEYWORDS.iter().find_map(|(option, keyword)| {
+            let (before, after) = word.split_once("--")?;
+            let punctuation = after.strip_prefix(option)?;
+            let is_whole = before.is_empty() || before == "(";
+            (is_whole && !punctuation.starts_with(|c: char| c.is_alphanumeric() || c == '-'))
+                .then(|| (format!("{before}{keyword}{punctuation}"), punctuation.is_empty()))
+        });
+        match (keyword, words.last_mut()) {
+            (Some((replaced, ends)), _) => {
+                after_keyword = ends;
+                words.push(replaced);
             }
-            None => match words.last_mut() {
-                Some(name) if is_value => *name += &format!("={word}"),
-                _ => words.push(word.to_owned()),
-            },
+            (None, Some(keyword)) if is_value => *keyword += &format!("={word}"),
+            (None, _) => words.push(word.to_owned()),
         }
     }
     words.join(" ")

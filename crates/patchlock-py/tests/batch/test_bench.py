@@ -71,6 +71,10 @@ def test_results_are_those_of_the_command(
 def test_invalid_arguments_are_refused(tmp_path: Path, dataset: Path) -> None:
     with pytest.raises(ValueError, match="no target Z"):
         bench(dataset, tmp_path, sequences=["Z"], progress=False)
+    with pytest.raises(ValueError, match="^sequences: "):
+        bench(dataset, tmp_path, sequences=["Z"], progress=False)
+    with pytest.raises(ValueError, match="^command 'x: "):
+        bench(dataset, tmp_path, command="'x", name="x", progress=False)
     with pytest.raises(ValueError, match="name"):
         bench(dataset, tmp_path, command="python3 t.py", progress=False)
     with pytest.raises(OSError, match="nowhere"):
