@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
-"""Instructions that each stage of a frame takes, counted by callgrind and compared with the recorded ones.
+"""Counts the instructions of each stage of a frame with callgrind and compares them with the recorded counts.
 
-    python3 benchmarks/instructions.py check     # fails where a stage takes over 5 % more than recorded
-    python3 benchmarks/instructions.py record    # writes them anew, to benchmarks/record/instructions.json
+    python3 benchmarks/instructions.py check     # fails if a stage takes over 5 % more than recorded
+    python3 benchmarks/instructions.py record    # records new counts in benchmarks/record/instructions.json
 
-Counts do not depend on how busy or fast the machine is, so they show a change of a few per cent that no clock shows. They do depend on compiler, libraries and
-instructions: AVX2, as valgrind knows no AVX-512. So it needs x86-64 with AVX2 and a program `valgrind`; where these are missing `check` says so and passes, or fails
-with PATCHLOCK_COUNTS=required. The stages are those of crates/patchlock/benches/instructions.rs. A stage that has become cheaper by more than the margin passes
-too, with the advice to record.
+Counts do not depend on load or clock speed, so they reveal changes of a few per cent that timings do not.
+They do depend on the compiler, the libraries and the instruction set; AVX2 is used, as valgrind does not
+support AVX-512. This needs x86-64 with AVX2 and `valgrind`. If one is missing, `check` prints SKIPPED and
+passes, or fails with PATCHLOCK_COUNTS=required. The stages are those of
+crates/patchlock/benches/instructions.rs. If a stage has become cheaper by more than the margin, `check`
+passes and suggests recording the new counts.
 """
 
 import json
@@ -28,30 +30,52 @@ MARGIN = 0.05
 
 
 def why_not() -> str | None:
-    """What is missing here for counting."""
+    """Why instructions can't be counted on this machine; `None` if they can."""
     cpuinfo = Path("/proc/cpuinfo")
     if platform.machine() != "x86_64" or not cpuinfo.is_file() or " avx2 " not in cpuinfo.read_text():
-        return "this is no x86-64 Linux with AVX2"
-    return None if shutil.which("valgrind") else "there is no program valgrind"
+        return "this is not x86-64 Linux with AVX2"
+    return None if shutil.which("valgrind") else "valgrind is not installed"
 
 
 def build() -> Path:
-    """The benchmark's program."""
-    words = ["cargo", "bench", "--locked", "--package", "patchlock", "--bench", "instructions", "--no-run", "--message-format", "json"]
+    """Builds the benchmark; returns the path of its program."""
+    words = [
+        "cargo",
+        "bench",
+        "--locked",
+        "--package",
+        "patchlock",
+        "--bench",
+        "instructions",
+        "--no-run",
+        "--message-format",
+        "json",
+    ]
     output = subprocess.run(words, cwd=ROOT, stdout=subprocess.PIPE, check=True, text=True).stdout
     messages = (json.loads(line) for line in output.splitlines() if line.startswith("{"))
-    programs = [m["executable"] for m in messages if m.get("executable") and m["target"]["name"] == "instructions"]
+    programs = [
+        m["executable"] for m in messages if m.get("executable") and m["target"]["name"] == "instructions"
+    ]
     return Path(programs[0])
 
 
 def count(program: Path, stage: str) -> int:
-    """Instructions of one turn of a stage."""
+    """Instructions of one execution of a stage."""
     with tempfile.TemporaryDirectory() as folder:
-        words = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={folder}/out", "--toggle-collect=instructions::counted*", str(program), stage]
-        result = subprocess.run(words, env={**os.environ, "PATCHLOCK_SIMD": "avx2"}, capture_output=True, text=True)
+        words = [
+            "valgrind",
+            "--tool=callgrind",
+            f"--callgrind-out-file={folder}/out",
+            "--toggle-collect=instructions::counted*",
+            str(program),
+            stage,
+        ]
+        result = subprocess.run(
+            words, env={**os.environ, "PATCHLOCK_SIMD": "avx2"}, capture_output=True, text=True
+        )
     found = re.search(r"Collected : (\d+)", result.stderr)
     if result.returncode or not found or int(found[1]) == 0:
-        sys.exit(f"error: callgrind counted nothing of {stage}:\n{result.stderr}")
+        sys.exit(f"error: callgrind counted no instructions of {stage}:\n{result.stderr}")
     return int(found[1])
 
 
@@ -92,12 +116,17 @@ def check() -> None:
         dear += [stage] if change > MARGIN else []
         cheap += [stage] if change < -MARGIN else []
     if cheap:
-        print(f"{', '.join(cheap)}: cheaper than recorded. Record it: python3 benchmarks/instructions.py record")
+        print(
+            f"{', '.join(cheap)}: cheaper than recorded. To record the new counts: "
+            "python3 benchmarks/instructions.py record"
+        )
     if dear:
         here = first_line("rustc", "--version")
         sys.exit(
-            f"error: {', '.join(dear)}: over {MARGIN:.0%} more instructions than in {RECORD.relative_to(ROOT)}, which was made with {recorded['rustc']} (here: {here})\n"
-            "hint: if that is meant, or comes from another compiler, record it: python3 benchmarks/instructions.py record"
+            f"error: {', '.join(dear)}: over {MARGIN:.0%} more instructions than in "
+            f"{RECORD.relative_to(ROOT)}, which was made with {recorded['rustc']} (here: {here})\n"
+            "hint: if that is intended, or due to another compiler, record the new counts: "
+            "python3 benchmarks/instructions.py record"
         )
 
 

@@ -1,28 +1,32 @@
 #!/usr/bin/env python3
-"""Runs other people's trackers over the same sequences as `patchlock bench`, and writes what `bench` writes.
+"""Runs other trackers on the same sequences as `patchlock bench` and writes results in the same format.
 
     python3 benchmarks/peers.py DATA --out results
     patchlock report results --truth DATA --show paper --out report.html
 
-The trackers: OpenCV's CSRT, KCF and MIL, and dlib's correlation_tracker, in the versions of peers-requirements.txt. The first run
-makes a virtual environment for them (--venv); everything else is plain Python 3.11 or newer.
+The trackers are OpenCV's CSRT, KCF and MIL, and dlib's correlation_tracker, in the versions of
+peers-requirements.txt. The first run creates a virtual environment for them (--venv); everything else needs
+only Python 3.11 or newer.
 
-DATA is a folder in the OTB layout: <Name>/img/0001.jpg, <Name>/groundtruth_rect[.k].txt. One pass from the first box (OPE).
+DATA is a folder in the OTB layout: <Name>/img/0001.jpg, <Name>/groundtruth_rect[.k].txt. The protocol is OPE:
+one pass, starting from the first box.
 
-What is measured, and how:
-  - Frames a second of a run that died or hung are not known, and neither are then those of its tracker.
-  - One run at a time, each in a process of its own: a tracker that crashes or hangs takes nothing along, and a seed gives the
-    same boxes each time (MIL's random numbers go on from one tracker to the next in one process).
-  - The time of a frame is that of init or update alone. Reading and decoding the image is outside of the clock.
+How it is measured:
+  - If a run crashed or hung, its frames per second are unknown, and so are those of its tracker.
+  - One run at a time, each in its own process. So a tracker that crashes or hangs does not affect others, and
+    a seed gives the same boxes each time (within a process, MIL's random numbers depend on earlier trackers).
+  - The time of a frame is that of init or update only, without reading and decoding the image.
   - OpenCV's threads are set with --threads; dlib's tracker has one thread.
-  - OpenCV gets blue-green-red, dlib red-green-blue, grey images as three equal channels. All take 8 bits a channel.
-  - OpenCV's trackers take and give whole pixels: the first box is rounded (0.5 up), and so is every box they answer. This costs them
-    up to half a pixel an edge. dlib takes and gives fractions, with the last pixel inside of the box.
-  - CSRT, KCF and dlib use no random numbers: they have one seed. MIL has --seeds of them (cv2.setRNGSeed).
-  - A frame for which a tracker gives no box, throws, hangs or dies is a failure: its box is written as NaN, which the score takes as the
-    last box that was given. A run that does not begin stays at the first box. All failures are counted in the run's .json and said at the end.
+  - OpenCV gets BGR images, dlib RGB; grey images become three equal channels. All use 8 bits per channel.
+  - OpenCV's trackers use whole pixels: the first box is rounded (0.5 up), and so is every result. This costs
+    up to half a pixel per edge. dlib uses fractions, and the last pixel is inside the box.
+  - CSRT, KCF and dlib use no random numbers and run with one seed. MIL runs with --seeds seeds
+    (cv2.setRNGSeed).
+  - If a tracker returns no box for a frame, raises an exception, hangs or crashes, the box is written as NaN,
+    and the score uses the last known box instead. If init fails, the first box is used for the whole run. All
+    failures are counted in the run's .json file and printed at the end.
 
-Safe to kill and start again: a run is kept if it is complete, and done again if it is not.
+The script can be killed at any time and repeated: complete runs are kept, others are done again.
 """
 
 import argparse
@@ -43,18 +47,19 @@ HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 REQUIREMENTS = HERE / "peers-requirements.txt"
 SEQUENCE_TABLE = ROOT / "crates/patchlock-eval/src/dataset/otb_sequences.txt"
-# Name of its folder, and whether it uses random numbers. The names say whose it is: others have published a MIL too.
+# Name of the results folder, and whether the tracker uses random numbers. The names include the library,
+# since there are other implementations of MIL.
 TRACKERS = {"OpenCV-CSRT": False, "OpenCV-KCF": False, "OpenCV-MIL": True, "dlib": False}
 Box = tuple[float, float, float, float]
 NO_BOX = (float("nan"),) * 4
 
 
-# --- The sequences ------------------------------------------------------------------------------------------------------------
+# --- Sequences ---------------------------------------------------------------
 
 
 @dataclass
 class Target:
-    """One target: the images that count, and its box in the first of them, pixels counted from 1."""
+    """One target: the images to track, and its box in the first of them, counted from 1."""
 
     name: str
     sequence: str
@@ -63,9 +68,9 @@ class Target:
 
 
 def find_targets(data: Path, wanted: list[str] | None) -> list[Target]:
-    """All targets, or those wanted by the name of the target or of the sequence. Ends with a message where something is wrong."""
+    """All targets, or those with the wanted names of targets or sequences. Exits with a message on errors."""
     if not data.is_dir():
-        fail(f"there is no folder {data}", "name the folder that holds the sequences")
+        fail(f"there is no folder {data}", "name the folder of the sequences")
     found = []
     for truth in sorted(data.glob("*/groundtruth_rect*.txt"), key=lambda path: natural(str(path))):
         part = re.fullmatch(r"groundtruth_rect(?:\.(\d+))?\.txt", truth.name)
@@ -73,7 +78,11 @@ def find_targets(data: Path, wanted: list[str] | None) -> list[Target]:
         name = f"{sequence}.{part[1]}" if part and part[1] else sequence
         if part and (not wanted or {name.lower(), sequence.lower()} & {word.lower() for word in wanted}):
             found.append(read_target(name, sequence, truth))
-    missing = [word for word in wanted or [] if not any(word.lower() in (t.name.lower(), t.sequence.lower()) for t in found)]
+    missing = [
+        word
+        for word in wanted or []
+        if not any(word.lower() in (t.name.lower(), t.sequence.lower()) for t in found)
+    ]
     if missing or not found:
         what = f"no sequence {', '.join(missing)}" if missing else "no sequence"
         fail(f"there is {what} in {data}", "a sequence is <Name>/img/*.jpg with <Name>/groundtruth_rect.txt")
@@ -87,39 +96,44 @@ def read_target(name: str, sequence: str, truth: Path) -> Target:
     except (ValueError, IndexError):
         first = ()
     if len(first) != 4 or not first[2] > 0 or not first[3] > 0:
-        fail(f"{truth}, line 1 is no box", "a line is x,y,w,h with positive w and h")
+        fail(f"{truth}, line 1 is not a box", "a line is x,y,w,h with positive w and h")
     ends = {".jpg", ".jpeg", ".png", ".bmp", ".tif", ".tiff", ".webp"}
     folder = truth.parent / "img"
     images = [path for path in folder.iterdir() if path.suffix.lower() in ends] if folder.is_dir() else []
     images = cut_to_truth(sorted(images, key=lambda path: natural(path.name)), len(rows), name)
     if len(images) != len(rows):
-        fail(f"{truth} has {len(rows)} rows, but {truth.parent / 'img'} has {len(images)} images", "complete the sequence or leave it out")
+        fail(
+            f"{truth} has {len(rows)} rows, but {truth.parent / 'img'} has {len(images)} images",
+            "complete the sequence or leave it out",
+        )
     return Target(name, sequence, images, first)
 
 
 def cut_to_truth(images: list[Path], rows: int, name: str) -> list[Path]:
-    """The images that belong to the rows of truth: all, or those that the benchmark's table names."""
+    """The images that belong to the rows of truth: all, or those listed in the table of OTB."""
     if len(images) == rows:
         return images
     lines = SEQUENCE_TABLE.read_text(encoding="utf-8").splitlines()
     entry = next((line.split() for line in lines if line.lower().startswith(f"{name.lower()} ")), [name, "-"])
     for first, last in re.findall(r"(\d+)\.\.(\d+)", entry[1]):
-        inside = [path for path in images if int(first) <= int(re.search(r"(\d+)$", path.stem)[1]) <= int(last)]
+        inside = [
+            path for path in images if int(first) <= int(re.search(r"(\d+)$", path.stem)[1]) <= int(last)
+        ]
         if len(inside) == rows:
             return inside
     return images
 
 
 def natural(text: str) -> list:
-    """2 before 10."""
+    """Sort key for natural order: 2 before 10."""
     return [int(word) if word.isdigit() else word for word in re.split(r"(\d+)", text)]
 
 
-# --- The trackers, in a process of their own ----------------------------------------------------------------------------------
+# --- Trackers, in their own process -------------------------------------------
 
 
 class OpenCv:
-    """One of OpenCV's trackers. Its boxes are whole pixels counted from 0."""
+    """One of OpenCV's trackers. Boxes are whole pixels, counted from 0."""
 
     def __init__(self, name: str, seed: int, threads: int):
         import cv2
@@ -142,7 +156,7 @@ class OpenCv:
 
 
 class Dlib:
-    """dlib's correlation tracker. Its boxes have fractions; the last pixel is inside."""
+    """dlib's correlation tracker. Boxes are fractional; the last pixel is inside."""
 
     def __init__(self, _name: str, _seed: int, _threads: int):
         import dlib
@@ -167,7 +181,10 @@ class Dlib:
 
 
 def work() -> None:
-    """The child: one tracker over one sequence. A job as JSON on the first line of stdin; a line of JSON a frame on stdout."""
+    """The child process: runs one tracker on one sequence.
+
+    Reads the job as JSON from the first line of stdin and writes one line of JSON per frame to stdout.
+    """
     job = json.loads(sys.stdin.readline())
     tracker = (Dlib if job["tracker"] == "dlib" else OpenCv)(job["tracker"], job["seed"], job["threads"])
     for k, path in enumerate(job["images"]):
@@ -179,22 +196,22 @@ def work() -> None:
         box, error = None, None
         try:
             box = tracker.init(image, job["first"]) if k == 0 else tracker.update(image)
-        except Exception as problem:  # whatever a tracker throws is its failure, not ours
+        except Exception as problem:  # any exception counts as a failure of the tracker
             error = " ".join(f"{type(problem).__name__}: {problem}".split())[:200]
         seconds = time.perf_counter() - begin
         if k == 0:
-            box = job["first"]  # it is given, whatever the tracker makes of it
+            box = job["first"]  # the given box, not the tracker's version of it
         print(json.dumps({"box": box, "seconds": seconds, "error": error}), flush=True)
         if k == 0 and error is not None:
-            return  # it did not begin: there is nothing to update
+            return  # init failed: there is nothing to update
 
 
-# --- One run ------------------------------------------------------------------------------------------------------------------
+# --- One run ------------------------------------------------------------------
 
 
 @dataclass
 class Job:
-    """One tracker on one target with one seed, and where its files are, without their ends."""
+    """One tracker on one target with one seed, and the path of its files without extension."""
 
     tracker: str
     seed: int
@@ -204,7 +221,7 @@ class Job:
 
 @dataclass
 class Run:
-    """What a tracker gave: a box and a time a frame."""
+    """The results of a tracker: one box and one time per frame."""
 
     boxes: list[Box] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
@@ -213,11 +230,19 @@ class Run:
 
 
 def run(python: Path, job: Job, threads: int, patience: float) -> Run:
-    """Runs the child and takes a frame after the other. What it does not give is NaN."""
+    """Runs the child and collects its results. Missing boxes become NaN."""
     target = job.target
     images = [str(path) for path in target.images]
-    order = {"tracker": job.tracker, "seed": job.seed, "threads": threads, "first": target.first, "images": images}
-    child = subprocess.Popen([python, __file__, "--work"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    order = {
+        "tracker": job.tracker,
+        "seed": job.seed,
+        "threads": threads,
+        "first": target.first,
+        "images": images,
+    }
+    child = subprocess.Popen(
+        [python, __file__, "--work"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL
+    )
     result = Run()
     try:
         child.stdin.write(json.dumps(order).encode() + b"\n")
@@ -230,10 +255,13 @@ def run(python: Path, job: Job, threads: int, patience: float) -> Run:
                 result.boxes = result.boxes or [target.first]
                 break
             if "unreadable" in answer:
-                fail(f"cannot decode {answer['unreadable']}", "get this frame again; the runs that are complete are kept")
+                fail(
+                    f"cannot decode {answer['unreadable']}",
+                    "restore this frame; the runs that are complete are kept",
+                )
             add(result, answer)
             if result.errors and len(result.boxes) == 1:
-                break  # it did not begin
+                break  # init failed
     finally:
         child.kill()
         child.wait()
@@ -255,7 +283,7 @@ def add(result: Run, answer: dict) -> None:
 
 
 class Lines:
-    """Lines of JSON from a pipe, each waited for a limited time."""
+    """Reads lines of JSON from a pipe, with a time limit for each."""
 
     def __init__(self, pipe):
         self.pipe = pipe
@@ -265,7 +293,7 @@ class Lines:
         self.selector.register(pipe, selectors.EVENT_READ)
 
     def next(self, patience: float) -> dict | str:
-        """The next line; or what happened instead."""
+        """The next line, or a message that says what happened instead."""
         end = time.monotonic() + patience
         while b"\n" not in self.rest:
             if not self.selector.select(max(0.0, end - time.monotonic())):
@@ -278,11 +306,11 @@ class Lines:
         return json.loads(line)
 
 
-# --- On disk: what `bench` writes ---------------------------------------------------------------------------------------------
+# --- Files in the format of `bench` -------------------------------------------
 
 
 def write(path: Path, text: str) -> None:
-    """A file is complete or not there."""
+    """Writes a file atomically."""
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(f".{path.name}.part")
     part.write_text(text, encoding="utf-8")
@@ -290,7 +318,10 @@ def write(path: Path, text: str) -> None:
 
 
 def write_run(stem: Path, job: "Job", subject: dict, threads: int, result: Run) -> None:
-    """The boxes, then the facts, which hold the hash of the boxes: a run is complete when both are there and agree."""
+    """Writes the boxes, then the facts with the hash of the boxes.
+
+    A run is complete if both exist and the hash matches.
+    """
     lines = [",".join(f"{value:.6g}" if value == value else "NaN" for value in box) for box in result.boxes]
     boxes = "".join(f"{line}\n" for line in lines)
     x, y, w, h = job.target.first
@@ -307,7 +338,12 @@ def write_run(stem: Path, job: "Job", subject: dict, threads: int, result: Run) 
         "frames": len(result.boxes),
         "first_frame": job.target.images[0].name,
         "origin": 1.0,
-        "machine": {"processor": processor(), "cores": os.cpu_count(), "system": platform.system().lower(), "architecture": platform.machine()},
+        "machine": {
+            "processor": processor(),
+            "cores": os.cpu_count(),
+            "system": platform.system().lower(),
+            "architecture": platform.machine(),
+        },
         "threads": threads,
         "jobs": 1,
         "boxes_sha256": sha256(boxes),
@@ -320,8 +356,10 @@ def write_run(stem: Path, job: "Job", subject: dict, threads: int, result: Run) 
 
 
 def subject_of(python: Path, tracker: str, threads: int) -> dict:
-    """What was run. Runs that differ in it may not be mixed."""
-    freeze = subprocess.run([python, "-m", "pip", "freeze"], capture_output=True, text=True, check=True).stdout.split()
+    """Library, versions and settings. Runs that differ in these must not be mixed."""
+    freeze = subprocess.run(
+        [python, "-m", "pip", "freeze"], capture_output=True, text=True, check=True
+    ).stdout.split()
     versions = dict(line.split("==") for line in freeze if "==" in line)
     library = "dlib-bin" if tracker == "dlib" else "opencv-contrib-python-headless"
     settings = {
@@ -330,7 +368,11 @@ def subject_of(python: Path, tracker: str, threads: int) -> dict:
         "threads": str(threads),
         "boxes": "fractions" if tracker == "dlib" else "whole pixels",
     }
-    return {"kind": "outside", "program": f"{library} {versions.get(library, 'unknown')}", "settings": settings}
+    return {
+        "kind": "outside",
+        "program": f"{library} {versions.get(library, 'unknown')}",
+        "settings": settings,
+    }
 
 
 def sha256(text: str) -> str:
@@ -350,12 +392,15 @@ def processor() -> str:
 
 
 def begin_folder(folder: Path, tracker: str, subject: dict) -> None:
-    """Writes the tracker's manifest, or checks that the runs that are there were made in the same way."""
+    """Writes the tracker's manifest, or checks that existing runs were made in the same way."""
     path = folder / "manifest.json"
     if path.is_file():
         before = json.loads(path.read_text(encoding="utf-8")).get("subject", {})
         if before != subject:
-            fail(f"the runs in {folder} were made with {json.dumps(before)}, now it is {json.dumps(subject)}", "name another folder with --out, or remove this one")
+            fail(
+                f"the runs in {folder} were made with {json.dumps(before)}, now it is {json.dumps(subject)}",
+                "name another folder with --out, or remove this one",
+            )
         return
     facts = {"format": 1, "tracker": tracker, "configuration_hash": hash_of(subject), "subject": subject}
     write(path, json.dumps(facts, indent=2) + "\n")
@@ -374,7 +419,7 @@ def read_facts(stem: Path) -> dict:
     return json.loads(stem.with_suffix(".json").read_text(encoding="utf-8"))
 
 
-# --- The whole ----------------------------------------------------------------------------------------------------------------
+# --- Command line -------------------------------------------------------------
 
 
 def fail(what: str, advice: str) -> None:
@@ -383,32 +428,43 @@ def fail(what: str, advice: str) -> None:
 
 
 def environment(folder: Path, requirements: Path = REQUIREMENTS) -> Path:
-    """The Python of the virtual environment, which is made where it is missing or holds other versions."""
+    """The Python of the virtual environment, which is created or updated if necessary."""
     python = folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
     mark = folder / requirements.name
     wanted = requirements.read_text()
     if not (python.is_file() and mark.is_file() and mark.read_text() == wanted):
-        print(f"making a virtual environment in {folder}", file=sys.stderr)
+        print(f"creating a virtual environment in {folder}", file=sys.stderr)
         if not python.is_file():
             venv.create(folder, with_pip=True)
-        if subprocess.run([python, "-m", "pip", "install", "--quiet", "--requirement", requirements]).returncode:
-            fail("the packages could not be installed", f"a network is needed once; or install {requirements.name} into {folder} by hand")
+        if subprocess.run(
+            [python, "-m", "pip", "install", "--quiet", "--requirement", requirements]
+        ).returncode:
+            fail(
+                "the packages could not be installed",
+                f"this needs a network once; or install {requirements.name} into {folder} by hand",
+            )
         mark.write_text(wanted)
     return python
 
 
 def summary(out: Path, jobs: list[Job]) -> None:
-    print(f"\n{'tracker':<12} {'runs':>5} {'frames':>7} {'frames a second':>16} {'without box':>12} {'runs with errors':>17}")
+    print(
+        f"\n{'tracker':<12} {'runs':>5} {'frames':>7} {'frames per second':>18} {'without box':>12} "
+        f"{'runs with errors':>17}"
+    )
     for name in dict.fromkeys(job.tracker for job in jobs):
         facts = [read_facts(job.stem) for job in jobs if job.tracker == name]
         fps = speed([seconds for f in facts for seconds in f["seconds"]])
         without, failed = sum(f["frames_without_box"] for f in facts), sum(bool(f["errors"]) for f in facts)
-        print(f"{name:<12} {len(facts):>5} {sum(f['frames'] for f in facts):>7} {fps:>16} {without:>12} {failed:>17}")
+        print(
+            f"{name:<12} {len(facts):>5} {sum(f['frames'] for f in facts):>7} {fps:>18} {without:>12} "
+            f"{failed:>17}"
+        )
     print(f"\nThe boxes are in {out}. patchlock score and patchlock report read them.")
 
 
 def speed(seconds: list[float]) -> str:
-    """Frames a second, of the frames that were answered."""
+    """Frames per second over the frames that have a time."""
     return f"{len(seconds) / max(sum(seconds), 1e-9):.1f}" if seconds else "-"
 
 
@@ -425,26 +481,52 @@ def trackers(text: str) -> list[str]:
     asked = [word.lower().removeprefix("opencv-") for word in words(text)]
     unknown = [word for word in asked if word not in known]
     if unknown or not asked:
-        raise argparse.ArgumentTypeError(f"there is no tracker {', '.join(unknown)}: choose from {', '.join(known)}")
+        raise argparse.ArgumentTypeError(
+            f"there is no tracker {', '.join(unknown)}: choose from {', '.join(known)}"
+        )
     return list(dict.fromkeys(known[word] for word in asked))
 
 
 def count(text: str) -> int:
     if not text.isdigit() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text} is no count: a whole number of at least 1")
+        raise argparse.ArgumentTypeError(f"{text} is not a whole number of at least 1")
     return int(text)
 
 
 def arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("data", type=Path, metavar="DATA", help="folder of sequences in the OTB layout")
-    parser.add_argument("--out", type=Path, required=True, help="folder for the results; each tracker gets one in it")
-    parser.add_argument("--trackers", type=trackers, default=list(TRACKERS), help="some of csrt,kcf,mil,dlib [default: all]")
-    parser.add_argument("--sequences", type=words, help="only these, by name, separated by commas [default: all]")
-    parser.add_argument("--seeds", type=count, default=5, help="seeds of MIL: 0, 1, .. [default: 5]")
+    parser.add_argument(
+        "--out", type=Path, required=True, help="folder for the results; each tracker gets its own subfolder"
+    )
+    parser.add_argument(
+        "--trackers",
+        type=trackers,
+        default=list(TRACKERS),
+        help="a selection of csrt,kcf,mil,dlib [default: all]",
+    )
+    parser.add_argument(
+        "--sequences", type=words, help="only these sequences or targets, separated by commas [default: all]"
+    )
+    parser.add_argument(
+        "--seeds", type=count, default=5, help="number of seeds for MIL: 0, 1, ... [default: 5]"
+    )
     parser.add_argument("--threads", type=count, default=1, help="threads of OpenCV [default: 1]")
-    parser.add_argument("--patience", type=float, default=60.0, metavar="SECONDS", help="a frame that takes longer ends the run [default: 60]")
-    parser.add_argument("--venv", type=Path, default=ROOT / "target/peers-venv", help="virtual environment [default: target/peers-venv]")
+    parser.add_argument(
+        "--patience",
+        type=float,
+        default=60.0,
+        metavar="SECONDS",
+        help="time limit for a frame; a longer one ends the run [default: 60]",
+    )
+    parser.add_argument(
+        "--venv",
+        type=Path,
+        default=ROOT / "target/peers-venv",
+        help="virtual environment [default: target/peers-venv]",
+    )
     return parser.parse_args()
 
 
@@ -456,18 +538,26 @@ def main() -> None:
     subjects = {name: subject_of(python, name, threads[name]) for name in args.trackers}
     for name, subject in subjects.items():
         begin_folder(args.out / name, name, subject)
-    triples = [(name, seed, target) for target in targets for name in args.trackers for seed in seeds_of(name, args.seeds)]
-    jobs = [Job(name, seed, target, args.out / name / "ope" / target.name / str(seed)) for name, seed, target in triples]
+    triples = [
+        (name, seed, target)
+        for target in targets
+        for name in args.trackers
+        for seed in seeds_of(name, args.seeds)
+    ]
+    jobs = [
+        Job(name, seed, target, args.out / name / "ope" / target.name / str(seed))
+        for name, seed, target in triples
+    ]
     for k, job in enumerate(jobs, 1):
         label = f"[{k}/{len(jobs)}] {job.target.name} {job.tracker} seed {job.seed}"
         if is_complete(job.stem, len(job.target.images)):
-            print(f"{label}: complete already", flush=True)
+            print(f"{label}: already done", flush=True)
             continue
         result = run(python, job, threads[job.tracker], args.patience)
         write_run(job.stem, job, subjects[job.tracker], threads[job.tracker], result)
         trouble = f", {result.without_box} without box" if result.without_box else ""
         trouble += f", {len(result.errors)} errors, the first: {result.errors[0]}" if result.errors else ""
-        print(f"{label}: {len(result.boxes)} frames, {speed(result.seconds)} a second{trouble}", flush=True)
+        print(f"{label}: {len(result.boxes)} frames, {speed(result.seconds)} per second{trouble}", flush=True)
     summary(args.out, jobs)
 
 
@@ -475,5 +565,5 @@ if __name__ == "__main__":
     try:
         work() if sys.argv[1:] == ["--work"] else main()
     except KeyboardInterrupt:
-        print("\nstopped; the runs that are complete are kept, and the same command goes on", file=sys.stderr)
+        print("\nstopped; complete runs are kept; repeat the command to continue", file=sys.stderr)
         raise SystemExit(130) from None

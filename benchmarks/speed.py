@@ -1,22 +1,28 @@
 #!/usr/bin/env python3
-"""How fast the tracker is: whole runs beside other people's trackers and solver, and how its cost grows.
+"""Measures speed: whole runs compared with other trackers and another solver, and how the cost grows.
 
     cargo build --release && cargo build --release -p patchlock-eval --example somp_problems
     python3 benchmarks/speed.py runs DATA --record benchmarks/record/DATE-speed.md
     python3 benchmarks/speed.py curves DATA --out benchmarks/record/DATE-curves
 
-DATA is a folder in the OTB layout. The first run makes virtual environments for the others (peers-requirements.txt and speed-requirements.txt).
-Do nothing else on the machine: everything is run one after the other, and a busy machine is slower for all of them, but not equally.
+DATA is a folder in the OTB layout. The first run creates virtual environments for the other software
+(peers-requirements.txt and speed-requirements.txt). Do not use the machine for anything else: all
+measurements are sequential, and load slows them down unequally.
 
-`runs` measures, on the first --frames of each sequence:
-  - this tracker with the preset `paper`, on one thread and on --threads, by `patchlock bench`: the time of `update` alone, decoding not counted;
-  - OpenCV's CSRT, MIL and KCF and dlib's tracker on the same frames from the same box, with --threads (dlib has one), as peers.py does;
-  - SPAMS' `somp` on one thread: the joint codes of one frame (--somp-frame), for --somp-particles of its particles at all locations of both scales. They come
-    from our tracker (the example somp_problems), which codes all particles of the frame on one thread, none left out: so both do the same problems.
-    SPAMS' time is scaled from its particles to all. Where both choose the same atoms is counted.
-Frames a second are 1 / median time of an update; the line `median` is the median over the sequences.
+`runs` measures, on the first --frames frames of each sequence:
+  - this tracker with the preset `paper`, on one thread and on --threads, with `patchlock bench`: the time of
+    `update` only, without decoding;
+  - OpenCV's CSRT, MIL and KCF and dlib's tracker on the same frames from the same box, with --threads (dlib
+    has one), as in peers.py;
+  - SPAMS' `somp` on one thread: the joint codes of one frame (--somp-frame), for --somp-particles of its
+    particles at all locations of both scales. The problems come from our tracker (the example somp_problems),
+    which codes all particles of the frame on one thread, so both solve the same problems. SPAMS' time is
+    scaled to all particles. The number of problems for which both choose the same atoms is counted.
 
-`curves` measures the tracker alone, on --sequence: one setting is changed at a time, the others are those of `paper` on one thread.
+Frames per second are 1 / median time of an update; the column `median` is the median over the sequences.
+
+`curves` measures the tracker alone, on --sequence. One setting is changed at a time; the others are those of
+`paper` on one thread.
 """
 
 import argparse
@@ -43,18 +49,20 @@ CURVES: dict[str, list[int]] = {
 }
 
 
-# --- Our tracker --------------------------------------------------------------------------------------------------------------
+# --- Our tracker --------------------------------------------------------------
 
 
 def call(*words: object) -> str:
     result = subprocess.run(list(map(str, words)), stdout=subprocess.PIPE, text=True)
     if result.returncode:
-        peers.fail(f"`{' '.join(map(str, words))}` ended with code {result.returncode}", "what it said is above")
+        peers.fail(
+            f"`{' '.join(map(str, words))}` exited with code {result.returncode}", "its output is above"
+        )
     return result.stdout
 
 
 def shorten(target: peers.Target, frames: int, folder: Path) -> peers.Target:
-    """The first frames as a sequence of its own, of links."""
+    """A sequence of links to the first frames."""
     images = folder / target.name / "img"
     images.mkdir(parents=True)
     short = []
@@ -68,18 +76,31 @@ def shorten(target: peers.Target, frames: int, folder: Path) -> peers.Target:
 
 
 def ours(program: Path, target: peers.Target, threads: int, settings: dict[str, int]) -> list[float]:
-    """Seconds of each update."""
+    """Time of each update in seconds."""
     with tempfile.TemporaryDirectory() as out:
         config = Path(out) / "settings.toml"
         config.write_text("".join(f"{name} = {value}\n" for name, value in settings.items()))
         data = target.images[0].parents[2]
-        words = ["--sequences", target.name, "--config", config, "--name", "ours", "--out", out, "--threads", threads, "--jobs", 1]
+        words = [
+            "--sequences",
+            target.name,
+            "--config",
+            config,
+            "--name",
+            "ours",
+            "--out",
+            out,
+            "--threads",
+            threads,
+            "--jobs",
+            1,
+        ]
         call(program, "bench", data, *words)
         facts = json.loads((Path(out) / "ours/ope" / target.name / "0.json").read_text())
     return facts["seconds"][1:]
 
 
-# --- Others -------------------------------------------------------------------------------------------------------------------
+# --- Other software -----------------------------------------------------------
 
 
 def theirs(python: Path, tracker: str, target: peers.Target, threads: int) -> list[float]:
@@ -90,7 +111,7 @@ def theirs(python: Path, tracker: str, target: peers.Target, threads: int) -> li
 
 
 def compare_somp(python: Path, args: argparse.Namespace, target: peers.Target) -> dict:
-    """Milliseconds that SPAMS and we take for the codes of one frame."""
+    """The times of SPAMS and of our solver for the codes of one frame, in milliseconds."""
     with tempfile.TemporaryDirectory() as folder:
         data = target.images[0].parents[2]
         example = args.program.parent / "examples/somp_problems"
@@ -100,19 +121,34 @@ def compare_somp(python: Path, args: argparse.Namespace, target: peers.Target) -
     spams = sum(their[s]["seconds"] for s in ("large", "small")) * 1e3 * particles / args.somp_particles
     codes = our["large"]["codes_ms"] + our["small"]["codes_ms"]
     same, count = (sum(their[s][key] for s in ("large", "small")) for key in ("same", "count"))
-    return {"sequence": target.name, "particles": particles, "spams_ms": spams, "ours_ms": codes, "ratio": spams / codes, "same": same, "count": count}
+    return {
+        "sequence": target.name,
+        "particles": particles,
+        "spams_ms": spams,
+        "ours_ms": codes,
+        "ratio": spams / codes,
+        "same": same,
+        "count": count,
+    }
 
 
 def somp_child(folder: Path) -> None:
-    """SPAMS on the problems of a folder, with the other Python: seconds, and on how many the atoms are the same."""
+    """The child process: runs SPAMS on the problems in a folder.
+
+    Prints the seconds, and the number of problems for which the atoms are the same.
+    """
     import numpy as np
     import spams
 
     answer = {}
     for scale in ("large", "small"):
-        dictionary, shared, patches, atoms = (np.load(folder / scale / f"{name}.npy") for name in ("dictionary", "shared", "patches", "atoms"))
+        dictionary, shared, patches, atoms = (
+            np.load(folder / scale / f"{name}.npy") for name in ("dictionary", "shared", "patches", "atoms")
+        )
         count = patches.shape[0] * patches.shape[1]
-        columns = np.concatenate([patches[:, :, None, :], np.broadcast_to(shared, (len(patches), *shared.shape))], axis=2)
+        columns = np.concatenate(
+            [patches[:, :, None, :], np.broadcast_to(shared, (len(patches), *shared.shape))], axis=2
+        )
         signals = np.asfortranarray(columns.reshape(-1, patches.shape[2]).T.astype(np.float64))
         groups = np.arange(0, signals.shape[1], columns.shape[2], dtype=np.int32)
         atoms_f64 = np.asfortranarray(dictionary.T.astype(np.float64))
@@ -124,11 +160,15 @@ def somp_child(folder: Path) -> None:
         codes = codes.tocsc()
         chosen = [set(codes[:, first].indices) for first in groups]
         ours_chosen = [set(row[row >= 0]) for row in atoms.reshape(count, -1)]
-        answer[scale] = {"seconds": statistics.median(seconds), "same": sum(a == b for a, b in zip(chosen, ours_chosen)), "count": count}
+        answer[scale] = {
+            "seconds": statistics.median(seconds),
+            "same": sum(a == b for a, b in zip(chosen, ours_chosen)),
+            "count": count,
+        }
     print(json.dumps(answer))
 
 
-# --- Whole runs ---------------------------------------------------------------------------------------------------------------
+# --- Whole runs ---------------------------------------------------------------
 
 
 def fps(seconds: list[float]) -> float:
@@ -158,7 +198,7 @@ def whole_runs(args: argparse.Namespace) -> str:
 
 def speed_table(rows: dict[str, list[float]], targets: list[peers.Target]) -> list[str]:
     names = [target.name for target in targets]
-    lines = [f"| frames a second | {' | '.join(names)} | median |", "|---" * (len(names) + 2) + "|"]
+    lines = [f"| frames per second | {' | '.join(names)} | median |", "|---" * (len(names) + 2) + "|"]
     for name, values in rows.items():
         cells = [f"{value:.1f}" for value in [*values, statistics.median(values)]]
         lines.append(f"| {name} | {' | '.join(cells)} |")
@@ -166,31 +206,48 @@ def speed_table(rows: dict[str, list[float]], targets: list[peers.Target]) -> li
 
 
 def somp_table(codes: list[dict], updates: list[float]) -> list[str]:
-    """On one core: the codes of a whole frame by SPAMS and by us, and our whole update, in which candidates that can't win drop out."""
+    """Times on one core: the codes of a whole frame by SPAMS and by us, and our whole update.
+
+    The update is faster than all codes, because candidates that can't win are dropped early.
+    """
     head = ["sequence", "SPAMS `somp`, s", "our codes, ms", "ratio", "our update, ms", "ratio", "same atoms"]
     lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
     for code, update in zip(codes, updates):
-        cells = [code["sequence"], f"{code['spams_ms'] / 1e3:.1f}", f"{code['ours_ms']:.0f}", f"{code['ratio']:.0f}"]
+        cells = [
+            code["sequence"],
+            f"{code['spams_ms'] / 1e3:.1f}",
+            f"{code['ours_ms']:.0f}",
+            f"{code['ratio']:.0f}",
+        ]
         cells += [f"{update:.1f}", f"{code['spams_ms'] / update:.0f}", f"{code['same']} of {code['count']}"]
         lines.append(f"| {' | '.join(cells)} |")
-    ratios = [statistics.median(values) for values in ([c["ratio"] for c in codes], [c["spams_ms"] / u for c, u in zip(codes, updates)])]
+    ratios = [
+        statistics.median(values)
+        for values in ([c["ratio"] for c in codes], [c["spams_ms"] / u for c, u in zip(codes, updates)])
+    ]
     return [*lines, f"| median | | | {ratios[0]:.0f} | | {ratios[1]:.0f} | |"]
 
 
 def record(args: argparse.Namespace, table: str) -> str:
     versions = [line for file in (peers.REQUIREMENTS, REQUIREMENTS) for line in file.read_text().split()]
     program = call(args.program, "--version").strip()
-    made = f"{program}; {peers.processor()}, {peers.os.cpu_count()} cores; {', '.join(sorted(set(versions)))}."
+    made = (
+        f"{program}; {peers.processor()}, {peers.os.cpu_count()} cores; {', '.join(sorted(set(versions)))}."
+    )
     command = f"    python3 benchmarks/speed.py runs DATA --frames {args.frames} --threads {args.threads}"
     notes = [
-        f"The first {args.frames} frames of each sequence, preset `paper`, decoding not counted. Frames a second are 1 / median time of an update. OpenCV has {args.threads} threads,",
-        f"dlib one. `somp`: all joint codes of frame {args.somp_frame} on one core, SPAMS' time scaled from {args.somp_particles} particles; ours codes every candidate there, while",
-        "our update is a median over the frames on one core, warp and learning included, in which candidates that can't win drop out.",
+        f"The first {args.frames} frames of each sequence, preset `paper`, without decoding. Frames per",
+        f"second are 1 / median time of an update. OpenCV has {args.threads} threads, dlib one.",
+        "",
+        f"`somp`: all joint codes of frame {args.somp_frame} on one core; SPAMS' time is scaled from",
+        f"{args.somp_particles} particles. Our codes are those of every candidate. Our update is a median",
+        "over the frames on one core and includes warping and learning; candidates that can't win are",
+        "dropped early.",
     ]
     return "\n".join([f"# {datetime.date.today()}: speed", "", made, "", command, "", *notes, "", table, ""])
 
 
-# --- Curves -------------------------------------------------------------------------------------------------------------------
+# --- Curves -------------------------------------------------------------------
 
 
 def curves(args: argparse.Namespace) -> None:
@@ -203,7 +260,13 @@ def curves(args: argparse.Namespace) -> None:
             for value in values:
                 settings = {} if setting == "threads" else {setting: value}
                 seconds = ours(args.program, short, value if setting == "threads" else 1, settings)
-                rows.append({"setting": setting, "value": value, "median_ms": round(statistics.median(seconds) * 1e3, 3)})
+                rows.append(
+                    {
+                        "setting": setting,
+                        "value": value,
+                        "median_ms": round(statistics.median(seconds) * 1e3, 3),
+                    }
+                )
                 print(f"{setting} {value}: {rows[-1]['median_ms']} ms", flush=True)
     args.out.parent.mkdir(parents=True, exist_ok=True)
     table = args.out.with_suffix(".csv")
@@ -216,7 +279,7 @@ def curves(args: argparse.Namespace) -> None:
 
 
 def draw_child(table: Path, picture: Path, title: str) -> None:
-    """Draws the table, with the other Python."""
+    """The child process: draws the table."""
     import matplotlib
 
     matplotlib.use("svg")
@@ -233,37 +296,73 @@ def draw_child(table: Path, picture: Path, title: str) -> None:
         place.set(xlabel=setting, xticks=xs, xticklabels=xs, title="")
         place.minorticks_off()
         for x, y in points:
-            place.annotate(f"{y:.3g}", (x, y), textcoords="offset points", xytext=(0, 6), ha="center", fontsize=8)
+            place.annotate(
+                f"{y:.3g}", (x, y), textcoords="offset points", xytext=(0, 6), ha="center", fontsize=8
+            )
         place.margins(0.12, 0.25)
         place.tick_params(axis="x", labelsize=7)
-    axes[0].set_ylabel("ms an update (median)")
+    axes[0].set_ylabel("ms per update (median)")
     figure.suptitle(title)
     figure.tight_layout()
     figure.savefig(picture, metadata={"Date": None})
 
 
-# --- The whole ----------------------------------------------------------------------------------------------------------------
+# --- Command line -------------------------------------------------------------
 
 
 def arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    verbs = parser.add_subparsers(dest="verb", required=True)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    commands = parser.add_subparsers(dest="command", required=True)
     shared = argparse.ArgumentParser(add_help=False)
     shared.add_argument("data", type=Path, metavar="DATA", help="folder of sequences in the OTB layout")
-    shared.add_argument("--program", type=Path, default=ROOT / "target/release/patchlock", help="[default: target/release/patchlock]")
-    shared.add_argument("--venv", type=Path, default=ROOT / "target/speed-venv", help="environment for SPAMS and the drawing")
-    runs = verbs.add_parser("runs", parents=[shared], help="whole runs beside others")
-    runs.add_argument("--sequences", type=peers.words, default=["David", "Crossing", "CarScale"], help="by name, separated by commas [default: David,Crossing,CarScale]")
-    runs.add_argument("--frames", type=peers.count, default=100, help="frames of each sequence [default: 100]")
-    runs.add_argument("--threads", type=peers.count, default=2, help="threads of ours and OpenCV's [default: 2]")
-    runs.add_argument("--somp-frame", type=peers.count, default=20, help="the frame whose codes are compared [default: 20]")
-    runs.add_argument("--somp-particles", type=peers.count, default=20, help="particles of it that SPAMS codes [default: 20]")
-    runs.add_argument("--peers-venv", type=Path, default=ROOT / "target/peers-venv", help="environment for the other trackers")
-    runs.add_argument("--record", type=Path, help="file for the tables as Markdown [default: only print them]")
-    grow = verbs.add_parser("curves", parents=[shared], help="how the cost grows")
-    grow.add_argument("--sequence", default="David", help="by name [default: David]")
-    grow.add_argument("--frames", type=peers.count, default=30, help="frames of it [default: 30]")
-    grow.add_argument("--out", type=Path, required=True, help="the table goes to OUT.csv, the picture to OUT.svg")
+    shared.add_argument(
+        "--program",
+        type=Path,
+        default=ROOT / "target/release/patchlock",
+        help="[default: target/release/patchlock]",
+    )
+    shared.add_argument(
+        "--venv", type=Path, default=ROOT / "target/speed-venv", help="environment for SPAMS and matplotlib"
+    )
+    runs = commands.add_parser("runs", parents=[shared], help="whole runs compared with other trackers")
+    runs.add_argument(
+        "--sequences",
+        type=peers.words,
+        default=["David", "Crossing", "CarScale"],
+        help="by name, separated by commas [default: David,Crossing,CarScale]",
+    )
+    runs.add_argument(
+        "--frames", type=peers.count, default=100, help="frames of each sequence [default: 100]"
+    )
+    runs.add_argument(
+        "--threads", type=peers.count, default=2, help="threads of our tracker and of OpenCV [default: 2]"
+    )
+    runs.add_argument(
+        "--somp-frame", type=peers.count, default=20, help="the frame whose codes are compared [default: 20]"
+    )
+    runs.add_argument(
+        "--somp-particles",
+        type=peers.count,
+        default=20,
+        help="number of its particles that SPAMS codes [default: 20]",
+    )
+    runs.add_argument(
+        "--peers-venv",
+        type=Path,
+        default=ROOT / "target/peers-venv",
+        help="environment for the other trackers",
+    )
+    runs.add_argument(
+        "--record", type=Path, help="file for the tables as Markdown [default: only print them]"
+    )
+    grow = commands.add_parser("curves", parents=[shared], help="how the cost grows")
+    grow.add_argument("--sequence", default="David", help="name of the sequence [default: David]")
+    grow.add_argument("--frames", type=peers.count, default=30, help="number of frames [default: 30]")
+    grow.add_argument(
+        "--out", type=Path, required=True, help="the table goes to OUT.csv, the picture to OUT.svg"
+    )
     return parser.parse_args()
 
 
@@ -271,7 +370,7 @@ def main() -> None:
     args = arguments()
     if not args.program.is_file():
         peers.fail(f"there is no program {args.program}", "build it first: cargo build --release")
-    if args.verb == "curves":
+    if args.command == "curves":
         curves(args)
         return
     table = whole_runs(args)

@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""What the parts of the tracker, and the choices that the paper leaves open, are worth: runs each variant and prints one table.
+"""Compares variants of the tracker: parts switched off, and other choices where the paper leaves one open.
 
     cargo build --release
     python3 benchmarks/variants.py ablations SEQUENCES --out results/ablations --seeds 5
     python3 benchmarks/variants.py choices SEQUENCES --out results/choices --seeds 5 --cheap
 
-Each variant differs from the preset `paper` in the settings below and in nothing else. It is run by `patchlock bench` and scored by `patchlock score`, so it
-can be stopped and started again. Differences smaller than the spread over seeds mean nothing. Needs nothing but Python.
+Each variant differs from the preset `paper` only in the settings below. It is run by `patchlock bench` and
+scored by `patchlock score`, so the script can be interrupted and repeated. Differences smaller than the
+spread over seeds are not significant. Requires only Python.
 """
 
 import argparse
@@ -18,7 +19,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 Settings = dict[str, object]
 
-# The paper's claims, one at a time, and settings that come near two of the trackers that it builds on.
+# The paper's claims, one at a time, and settings that approximate two of the trackers on which it builds.
 ABLATIONS: dict[str, Settings] = {
     "paper": {},
     "large-patches-only": {"scales": "large"},
@@ -27,68 +28,43 @@ ABLATIONS: dict[str, Settings] = {
     "no-position-weights": {"position_weights": False},
     "no-occlusion-weights": {"occlusion_weights": False},
     "no-guards": {"delta": 0.0, "large_buffer_guard": 0.0, "small_buffer_guard": 0.0},
-    # Patches of one size, each coded alone, no weights, first templates by nearest neighbour (Jia, Lu, Yang, 2012).
+    # Patches of one size, each coded alone, without weights, as in ASLA (Jia, Lu, Yang, 2012). ASLA takes its
+    # first templates from a nearest-neighbour tracker; these are shifts of the first box, as in the preset.
     "like-asla": {
         "scales": "large",
         "buffer": 0,
         "gamma": "one",
         "position_weights": False,
         "occlusion_weights": False,
-        "first_templates": "nearest",
     },
-    # The whole template as one patch, judged by how well it is explained (after Ross et al., 2008).
+    # The whole template as one patch, weighted by its reconstruction error (after Ross et al., 2008).
     "like-ivt": {"scales": "large", "large_patch": 32, "large_step": 32, "buffer": 0, "gamma": "exp_error"},
 }
 
 CHOICES: dict[str, Settings] = {
     "paper": {},
-    "first-templates-warm-up": {"first_templates": "warm_up"},
-    "first-templates-nearest": {"first_templates": "nearest"},
     "gamma-one": {"gamma": "one"},
     "gamma-visible": {"gamma": "visible"},
     "gamma-exp-error": {"gamma": "exp_error"},
     "epsilon-0.04": {"epsilon": 0.04},
     "epsilon-0.13": {"epsilon": 0.13},
-    "coefficients-positive": {"coefficients": "positive"},
     "no-guided-filter": {"guided_radius": 0},
     "replace-any": {"replacement_growth": 1.0},
     "small-every-5": {"small_update_interval": 5},
     "delta-0.3": {"delta": 0.3},
     "delta-0.6": {"delta": 0.6},
     "buffers-guarded-more": {"large_buffer_guard": 0.6, "small_buffer_guard": 0.3},
-    "outside-rejected": {"outside": "reject"},
-    "scale-relative": {"scale_motion": "relative"},
-    "textbook-pursuit": {"selection": "textbook"},
 }
 
 # More than one choice at a time.
-RELATIVE: Settings = {"scale_motion": "relative"}
 COMBINATIONS: dict[str, Settings] = {
     "paper": {},
     "gamma-one-delta-0.3": {"gamma": "one", "delta": 0.3},
-    "relative": RELATIVE,
-    "relative-delta-0.3": {**RELATIVE, "delta": 0.3},
-    "relative-delta-0.6": {**RELATIVE, "delta": 0.6},
-    "relative-epsilon-0.04": {**RELATIVE, "epsilon": 0.04},
-    "relative-epsilon-0.13": {**RELATIVE, "epsilon": 0.13},
-    "relative-gamma-one": {**RELATIVE, "gamma": "one"},
-    "relative-warm-up": {**RELATIVE, "first_templates": "warm_up"},
-    "relative-nearest": {**RELATIVE, "first_templates": "nearest"},
-    "relative-buffers-guarded-more": {**RELATIVE, **CHOICES["buffers-guarded-more"]},
-    "relative-no-occlusion-weights": {**RELATIVE, "occlusion_weights": False},
-    "relative-small": {**RELATIVE, "scales": "small"},
-    "relative-delta-0.3-gamma-one": {**RELATIVE, "delta": 0.3, "gamma": "one"},
-    "relative-delta-0.3-warm-up": {**RELATIVE, "delta": 0.3, "first_templates": "warm_up"},
-    "relative-delta-0.3-small": {**RELATIVE, "delta": 0.3, "scales": "small"},
-    "relative-delta-0.3-epsilon-0.04": {**RELATIVE, "delta": 0.3, "epsilon": 0.04},
-    "relative-delta-0.3-epsilon-0.04-small": {**RELATIVE, "delta": 0.3, "epsilon": 0.04, "scales": "small"},
-    "relative-delta-0.6-epsilon-0.04": {**RELATIVE, "delta": 0.6, "epsilon": 0.04},
-    "relative-delta-0.6-nearest": {**RELATIVE, "delta": 0.6, "first_templates": "nearest"},
 }
 
 SETS = {"ablations": ABLATIONS, "choices": CHOICES, "combinations": COMBINATIONS}
 
-# A twelfth of the cost, for a first look.
+# A twelfth of the cost, for a quick comparison.
 CHEAP: Settings = {"small_step": 4, "particles": 400}
 
 
@@ -99,7 +75,9 @@ def toml(settings: Settings) -> str:
 def call(program: Path, *words: object) -> str:
     result = subprocess.run([program, *map(str, words)], stdout=subprocess.PIPE, text=True)
     if result.returncode:
-        sys.exit(f"error: `{program.name} {words[0]}` ended with code {result.returncode}; what it said is above")
+        sys.exit(
+            f"error: `{program.name} {words[0]}` exited with code {result.returncode}; its output is above"
+        )
     return result.stdout
 
 
@@ -127,15 +105,23 @@ def table(args: argparse.Namespace, names: list[str]) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("set", choices=SETS, help="which variants")
-    parser.add_argument("sequences_folder", type=Path, metavar="SEQUENCES", help="a dataset, as patchlock bench takes it")
+    parser.add_argument(
+        "sequences_folder", type=Path, metavar="SEQUENCES", help="a dataset, as patchlock bench takes it"
+    )
     parser.add_argument("--out", type=Path, required=True, help="folder for settings and runs")
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--sequences", help="only these targets, separated by commas")
     parser.add_argument("--variants", help="only these variants, separated by commas")
-    parser.add_argument("--cheap", action="store_true", help="small patches 4 samples apart and 400 particles: a first look")
-    parser.add_argument("--jobs", type=int, default=1, help="runs side by side")
+    parser.add_argument(
+        "--cheap",
+        action="store_true",
+        help="small patches 4 samples apart and 400 particles, for a quick comparison",
+    )
+    parser.add_argument("--jobs", type=int, default=1, help="parallel runs")
     parser.add_argument("--program", type=Path, default=ROOT / "target/release/patchlock")
     args = parser.parse_args()
     variants = SETS[args.set]

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Lets the got10k toolkit score boxes: judge.py INPUT OUTPUT.json
+"""Scores boxes with the got10k toolkit: judge.py INPUT OUTPUT.json
 
-INPUT/truth/<target>.txt and INPUT/results/<tracker>/<target>.txt hold `x,y,w,h` a line, counted from 1. got10k's own ExperimentOTB.report
-scores them, unchanged, plots and all. OUTPUT.json is what it found, curves target by target, with a header that names the versions.
+INPUT/truth/<target>.txt and INPUT/results/<tracker>/<target>.txt have `x,y,w,h` per line, counted from 1.
+They are scored by the unchanged ExperimentOTB.report of got10k. OUTPUT.json holds its scores, with the curves
+of each target, and a header with the versions.
 """
 
 import json
@@ -20,7 +21,7 @@ from got10k.experiments.otb import ExperimentOTB
 
 
 class Truth:
-    """What got10k asks of a dataset: names of targets, and their images and boxes. Scoring needs no images."""
+    """The interface that got10k requires of a dataset: names, images and boxes. Scoring needs no images."""
 
     def __init__(self, folder: Path):
         self.files = sorted(folder.glob("*.txt"))
@@ -36,7 +37,7 @@ class Truth:
 def main() -> None:
     source, target = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
     trackers = sorted(path.name for path in (source / "results").iterdir() if path.is_dir())
-    # Without the constructor, which would look for the images of all the benchmark's sequences and fetch them.
+    # Skips the constructor, which would download the images of all sequences of OTB.
     experiment = ExperimentOTB.__new__(ExperimentOTB)
     experiment.dataset = Truth(source / "truth")
     experiment.result_dir = str(source / "results")
@@ -44,9 +45,14 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as reports:
         experiment.report_dir = reports
         performance = experiment.report(trackers)
-    made_by = f"got10k {version('got10k')}, numpy {version('numpy')}, Python {platform.python_version()}; tools/judge/judge.py"
+    made_by = (
+        f"got10k {version('got10k')}, numpy {version('numpy')}, Python {platform.python_version()}; "
+        "tools/judge/judge.py"
+    )
     header = {"made_by": made_by, "what": "ExperimentOTB.report on crates/patchlock-eval/tests/judge/made_up"}
-    target.write_text(json.dumps({"header": header, "trackers": performance}, indent=1) + "\n", encoding="utf-8")
+    target.write_text(
+        json.dumps({"header": header, "trackers": performance}, indent=1) + "\n", encoding="utf-8"
+    )
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Writes the made-up truth and boxes that the judge scores: made_up.py FOLDER
+"""Writes the synthetic truth and boxes that the judge scores: made_up.py FOLDER
 
-Everything in which conventions can differ is in them: a first box that is not the truth's, boxes that were not given, frames without truth, and
-distances and overlaps that lie exactly on a threshold.
+They cover everything in which conventions differ: a first box that differs from the truth, missing boxes,
+frames without truth, and distances and overlaps exactly on a threshold.
 """
 
 import random
@@ -24,34 +24,46 @@ def walk(rng: random.Random, count: int) -> list[list[float]]:
 
 
 def follow(rng: random.Random, truth: list[list[float]], drift: float) -> list[list[float]]:
-    """Boxes that are a little off, and further off towards the end."""
+    """Boxes with small errors that grow towards the end."""
     rows = []
     for k, (x, y, w, h) in enumerate(truth):
         far = drift * k
-        rows.append([round(v, 2) for v in (x + rng.gauss(far, 2), y + rng.gauss(0, 2), w * rng.uniform(0.8, 1.2), h * rng.uniform(0.8, 1.2))])
+        rows.append(
+            [
+                round(v, 2)
+                for v in (
+                    x + rng.gauss(far, 2),
+                    y + rng.gauss(0, 2),
+                    w * rng.uniform(0.8, 1.2),
+                    h * rng.uniform(0.8, 1.2),
+                )
+            ]
+        )
     rows[0] = list(truth[0])
     return rows
 
 
 def write(path: Path, rows: list) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text("".join(",".join(f"{v:g}" if isinstance(v, float) else str(v) for v in row) + "\n" for row in rows))
+    path.write_text(
+        "".join(",".join(f"{v:g}" if isinstance(v, float) else str(v) for v in row) + "\n" for row in rows)
+    )
 
 
 def main() -> None:
     root = Path(sys.argv[1])
     rng = random.Random(2013)
-    # plain: nothing odd, so both must agree without any explanation.
+    # plain: nothing unusual, so both scores must be equal.
     plain = walk(rng, 80)
     write(root / "truth/plain.txt", plain)
     write(root / "results/steady/plain.txt", follow(rng, plain, 0.1))
     write(root / "results/broken/plain.txt", follow(rng, plain, 0.8))
-    # edges: boxes whose distance is exactly t pixels and whose overlap is exactly a multiple of 0.05, in numbers without rounding.
+    # edges: distances of exactly t pixels and overlaps of exactly multiples of 0.05, without rounding errors.
     edges = [[11, 21, 40, 40]] * 72
     write(root / "truth/edges.txt", edges)
     write(root / "results/steady/edges.txt", [[11 + k, 21, 40, 40] for k in range(72)])
     write(root / "results/broken/edges.txt", [[11, 21, 40, 40 - 2 * (k % 20)] for k in range(72)])
-    # gaps: frames without truth, as NaN and as a box of no size, also near boxes that look right.
+    # gaps: frames without truth, as NaN and as a box of size 0, also next to plausible boxes.
     gaps = walk(rng, 60)
     for k in (7, 8, 30):
         gaps[k] = NAN
@@ -61,7 +73,7 @@ def main() -> None:
     write(root / "truth/gaps.txt", gaps)
     write(root / "results/steady/gaps.txt", follow(rng, walked, 0.1))
     write(root / "results/broken/gaps.txt", follow(rng, walked, 0.5))
-    # holes: boxes that were not given, and a first box that is not the truth's.
+    # holes: missing boxes, and a first box that differs from the truth.
     holes = walk(rng, 50)
     write(root / "truth/holes.txt", holes)
     steady, broken = follow(rng, holes, 0.1), follow(rng, holes, 0.3)

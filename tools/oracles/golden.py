@@ -1,4 +1,4 @@
-"""Writing golden files: compact JSON with a header, numbers that round trip."""
+"""Writes golden files: compact JSON with a header and numbers that round trip."""
 
 import json
 import platform
@@ -14,11 +14,15 @@ MAX_BYTES = 1_000_000
 
 
 def header(packages: list[str], what: str, **more: Any) -> dict[str, Any]:
-    """Who made the file and what it holds. The command line keeps file names but no folders."""
+    """Records which software made the file and what it holds. Paths in the command lose their folders."""
     script = Path(sys.argv[0]).name
     arguments = [Path(a).name if "/" in a else a for a in sys.argv[1:]]
     made_by = [f"{name} {version(name)}" for name in packages]
-    made_by += [f"Python {platform.python_version()}", f"tools/oracles/{script}", " ".join(["python", script, *arguments])]
+    made_by += [
+        f"Python {platform.python_version()}",
+        f"tools/oracles/{script}",
+        " ".join(["python", script, *arguments]),
+    ]
     return {"made_by": ", ".join(made_by), "what": what, **more}
 
 
@@ -33,7 +37,7 @@ def f32s(values: Any) -> Any:
 
 
 def f64s(values: Any, digits: int = 17) -> Any:
-    """Nested lists of f64 with `digits` significant digits (17: exact)."""
+    """Nested lists of f64 with `digits` significant digits; 17 is exact."""
     array = np.asarray(values, dtype=np.float64)
     if array.ndim > 0:
         return [f64s(row, digits) for row in array]
@@ -43,12 +47,12 @@ def f64s(values: Any, digits: int = 17) -> Any:
 
 
 def as_f32(values: Any) -> np.ndarray:
-    """The values as a solver in f32 would receive them, held in f64 for the oracle's own arithmetic."""
+    """The values rounded to f32, as a solver in f32 receives them, but stored as f64."""
     return np.asarray(values, dtype=np.float32).astype(np.float64)
 
 
 def write(name: str | Path, content: dict[str, Any]) -> None:
-    """Writes into the golden folder (a bare name) or to any path given in full."""
+    """Writes to the golden folder if `name` is a bare name, else to that path."""
     path = GOLDEN_DIR / name
     text = json.dumps(content, separators=(",", ":"), allow_nan=False) + "\n"
     if path.parent == GOLDEN_DIR:

@@ -1,7 +1,8 @@
-"""guided_filter.json: the guided filter of He, Sun and Tang, straight from its definition, window by window.
+"""guided_filter.json: the guided filter of He, Sun and Tang, computed from its definition, window by window.
 
-Windows are clipped at the borders and averaged over the pixels they really hold. `cv2.ximgproc.guidedFilter` mirrors the image at
-the borders instead, so it can be compared in the interior only; the header records by how much it differs there.
+Windows are clipped at the borders and averaged over the pixels that they contain.
+`cv2.ximgproc.guidedFilter` mirrors the image at the borders instead, so it is compared only in the interior;
+the header records the largest difference there.
 """
 
 import cv2
@@ -11,7 +12,7 @@ from scipy.ndimage import gaussian_filter
 import golden
 
 SIDE, RADIUS, EPS = 32, 2, 0.01
-# A pixel this far from the border sees no clipped window, neither directly nor through its neighbours' windows.
+# At this distance from the border no clipped window affects a pixel, not even through neighbouring windows.
 INTERIOR = slice(2 * RADIUS, SIDE - 2 * RADIUS)
 
 
@@ -20,7 +21,7 @@ def window(centre: int) -> slice:
 
 
 def guided_filter(guide: np.ndarray, p: np.ndarray) -> np.ndarray:
-    """In each window p is fitted by a*guide + b (ridge eps on a); a pixel takes the mean fit of the windows that cover it."""
+    """Fits p by a*guide + b in each window, with ridge eps on a; a pixel gets the mean fit of its windows."""
     a, b = np.empty_like(p), np.empty_like(p)
     for y, x in np.ndindex(p.shape):
         i_w, p_w = guide[window(y), window(x)], p[window(y), window(x)]
@@ -34,7 +35,7 @@ def guided_filter(guide: np.ndarray, p: np.ndarray) -> np.ndarray:
 
 
 def visibility(kappas: np.ndarray) -> np.ndarray:
-    """Nine levels of 16x16 patches at step 8, spread to pixels: the mean over the patches that cover a pixel."""
+    """The mean, at each pixel, of the levels of the 16x16 patches (step 8) that cover it."""
     total, count = np.zeros((SIDE, SIDE)), np.zeros((SIDE, SIDE))
     for row, column in np.ndindex(3, 3):
         area = (slice(8 * row, 8 * row + 16), slice(8 * column, 8 * column + 16))
@@ -57,7 +58,11 @@ def inputs(rng: np.random.Generator) -> list[tuple[str, np.ndarray, np.ndarray]]
         ("random guide, random input", noise, rng.random((SIDE, SIDE))),
         ("smooth guide, random input", smooth, rng.random((SIDE, SIDE))),
         ("step guide, noisy step input", step, step + rng.normal(scale=0.1, size=step.shape)),
-        ("noisy step guide, visibility input", unit_range(step + rng.normal(scale=0.1, size=step.shape)), levels),
+        (
+            "noisy step guide, visibility input",
+            unit_range(step + rng.normal(scale=0.1, size=step.shape)),
+            levels,
+        ),
         ("smooth guide, visibility input", smooth, levels),
         ("guide filters itself", unit_range(smooth + 0.2 * noise), unit_range(smooth + 0.2 * noise)),
         ("constant guide", np.full((SIDE, SIDE), 0.5), levels),
@@ -69,7 +74,12 @@ def case(name: str, guide: np.ndarray, p: np.ndarray) -> tuple[dict, float]:
     out = guided_filter(guide, p)
     other = cv2.ximgproc.guidedFilter(guide.astype(np.float32), p.astype(np.float32), RADIUS, EPS)
     difference = float(abs(other - out)[INTERIOR, INTERIOR].max())
-    return {"name": name, "guide": golden.f32s(guide), "input": golden.f32s(p), "output": golden.f64s(out, 10)}, difference
+    return {
+        "name": name,
+        "guide": golden.f32s(guide),
+        "input": golden.f32s(p),
+        "output": golden.f64s(out, 10),
+    }, difference
 
 
 def main() -> None:
@@ -78,11 +88,14 @@ def main() -> None:
     assert max(differences) < 1e-5, "OpenCV disagrees in the interior"
     head = golden.header(
         ["numpy", "scipy", "opencv-contrib-python-headless"],
-        "He's guided filter of `input` with `guide`, box windows clipped at the borders with their true counts, "
-        "brute force in f64, 10 digits.",
+        "He's guided filter of `input` with `guide`, box windows clipped at the borders with their true "
+        "counts, brute force in f64, 10 digits.",
         opencv_ximgproc_max_difference_in_interior=max(differences),
     )
-    golden.write("guided_filter.json", {"header": head, "side": SIDE, "radius": RADIUS, "eps": EPS, "cases": list(cases)})
+    golden.write(
+        "guided_filter.json",
+        {"header": head, "side": SIDE, "radius": RADIUS, "eps": EPS, "cases": list(cases)},
+    )
 
 
 if __name__ == "__main__":

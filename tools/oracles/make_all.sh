@@ -1,6 +1,6 @@
 #!/bin/sh
-# Makes all golden files again: tools/oracles/make_all.sh FRAMES
-# FRAMES holds the rendered frames that README.md describes. PYTHON may name another Python 3.11.
+# Remakes all golden files: tools/oracles/make_all.sh FRAMES
+# FRAMES holds the rendered frames described in README.md. PYTHON may name another Python 3.11.
 set -eu
 [ $# -eq 1 ] || { echo "usage: make_all.sh FRAMES" >&2; exit 2; }
 frames=$(cd "$1" && pwd)
@@ -10,7 +10,7 @@ if [ ! -x "$venv/bin/python" ]; then
     "${PYTHON:-python3.11}" -m venv "$venv"
     "$venv/bin/pip" install --quiet --requirement requirements.txt
 fi
-# Sums come out the same only in the same order: one thread.
+# Sums are reproducible only in a fixed order, hence one thread.
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 for script in warp subspace guided_filter lasso; do
     "$venv/bin/python" "$script.py"

@@ -1,6 +1,7 @@
-"""From images to joint sparse coding problems: states, warps, templates, patches, dictionaries, in the tracker's conventions.
+"""Turns images into joint sparse coding problems, with the tracker's conventions.
 
-Everything that a solver receives is rounded to f32 and then held in f64, so that all solvers see the very same numbers.
+Covers states, warps, templates, patches and dictionaries. All input of a solver is rounded to f32 and stored
+as f64, so that all solvers receive exactly the same numbers.
 """
 
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from golden import as_f32
 
 SIDE = 32
 BUFFER = 4
-# The first templates: the box and nine shifts of it in pixels (x, y).
+# The first templates: the box and nine shifts of it, as x, y in pixels.
 SHIFTS = [(0, 0), (2, 0), (1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, -1), (1, -1), (-1, 1)]
 # Motion sigma of (x, y, s, theta, r, phi).
 SIGMA = np.array([6.0, 6.0, 0.02, 0.002, 0.002, 0.0])
@@ -44,7 +45,7 @@ SCALES = {s.name: s for s in (SMALL, LARGE)}
 
 @dataclass(frozen=True)
 class Sequence:
-    """Frames on disk and their boxes (x, y, w, h), 1-based: the box's first pixel is (x, y)."""
+    """Frames on disk and their boxes (x, y, w, h), 1-based; (x, y) is the first pixel of the box."""
 
     name: str
     frames: list[Path]
@@ -59,7 +60,7 @@ class Sequence:
 
 
 def read_sequence(folder: Path) -> Sequence:
-    """The layout of OTB: img/* in the order of their names, groundtruth_rect.txt with commas, tabs or spaces."""
+    """Reads the OTB layout: img/* sorted by name; groundtruth_rect.txt with commas, tabs or spaces."""
     text = (folder / "groundtruth_rect.txt").read_text().replace(",", " ")
     boxes = np.array([[float(v) for v in line.split()] for line in text.splitlines() if line.strip()])
     frames = sorted(p for p in (folder / "img").iterdir() if p.suffix in {".jpg", ".png", ".ppm"})
@@ -89,8 +90,12 @@ def first_templates(image: np.ndarray, state: np.ndarray) -> np.ndarray:
 def patches(template: np.ndarray, scale: Scale) -> np.ndarray:
     """One normalised column per location."""
     image = template.reshape(SIDE, SIDE)
-    corners = [(scale.step * row, scale.step * column) for row, column in np.ndindex(scale.per_row, scale.per_row)]
-    return normalised(np.stack([image[y : y + scale.size, x : x + scale.size].ravel() for y, x in corners], axis=1))
+    corners = [
+        (scale.step * row, scale.step * column) for row, column in np.ndindex(scale.per_row, scale.per_row)
+    ]
+    return normalised(
+        np.stack([image[y : y + scale.size, x : x + scale.size].ravel() for y, x in corners], axis=1)
+    )
 
 
 def dictionary(templates: np.ndarray, scale: Scale) -> np.ndarray:
@@ -100,7 +105,7 @@ def dictionary(templates: np.ndarray, scale: Scale) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Setting:
-    """Templates, buffer and candidates (rows of 1024): what one frame's problems are made of."""
+    """Templates, buffer and candidates (rows of 1024 values), from which the problems of a frame are made."""
 
     name: str
     templates: np.ndarray
@@ -118,8 +123,12 @@ def perturbed(rng: np.random.Generator, state: np.ndarray) -> np.ndarray:
 
 
 def setting(rng: np.random.Generator, sequence: Sequence, candidates: int, tracked: bool) -> Setting:
-    """Templates of frame 0; buffer: the last templates, or (`tracked`) the true boxes of four later frames; then candidates,
-    each in a random frame, mostly scattered by the motion, every third one close to the truth."""
+    """Samples templates, buffer and candidates from a sequence.
+
+    The templates are those of frame 0. The buffer consists of the last templates or, if `tracked`, of the
+    true boxes of four later frames. Each candidate is in a random frame: every third one is close to the
+    truth, the others are spread by the motion model.
+    """
     templates = first_templates(sequence.grey(0), sequence.state(0))
     last = len(sequence.frames) - 1
     buffer_frames = [max(1, last * k // 10) for k in range(1, BUFFER + 1)]
@@ -131,4 +140,6 @@ def setting(rng: np.random.Generator, sequence: Sequence, candidates: int, track
         frame = int(rng.integers(buffer_frames[-1] if tracked else 1, last + 1))
         offset = perturbed(rng, np.zeros(6)) * (0.15 if k % 3 == 0 else 1.0)
         images.append(candidate(sequence.grey(frame), sequence.state(frame) + offset))
-    return Setting(f"{sequence.name}, {'tracked' if tracked else 'first'} buffer", templates, buffer, np.array(images))
+    return Setting(
+        f"{sequence.name}, {'tracked' if tracked else 'first'} buffer", templates, buffer, np.array(images)
+    )

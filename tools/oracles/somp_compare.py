@@ -1,4 +1,4 @@
-"""SPAMS against the numpy reference: one joint sparse coding problem at a time, as records for a golden file."""
+"""Compares SPAMS with the numpy reference on single joint sparse coding problems, for a golden file."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -11,14 +11,17 @@ import somp_reference
 from somp_reference import Solution
 
 LIMIT = 4
-# Largest difference of coefficients between two f64 solvers of the same well-conditioned support; nearly dependent atoms
-# amplify rounding.
+# Largest difference of coefficients between two f64 solvers with the same well-conditioned support. Nearly
+# dependent atoms amplify rounding errors.
 TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
 class SpamsAnswer:
-    """Atoms (in the order of selection if `ordered`, else as SPAMS lists them) and their coefficients (atoms x signals)."""
+    """Atoms and their coefficients (atoms x signals).
+
+    The atoms are in the order of selection if `ordered`, else in the order of SPAMS.
+    """
 
     atoms: list[int]
     coefficients: np.ndarray
@@ -27,9 +30,14 @@ class SpamsAnswer:
 
 def spams_once(signals: np.ndarray, dictionary: np.ndarray, limit: int) -> tuple[list[int], np.ndarray]:
     code = spams.somp(
-        np.asfortranarray(signals), np.asfortranarray(dictionary), np.array([0], dtype=np.int32), L=limit, eps=0.0, numThreads=1,
+        np.asfortranarray(signals),
+        np.asfortranarray(dictionary),
+        np.array([0], dtype=np.int32),
+        L=limit,
+        eps=0.0,
+        numThreads=1,
     )
-    # Read by hand: among dependent atoms the sparse matrix may name one twice, or hold NaN.
+    # Parsed here, since with dependent atoms the sparse matrix may contain an atom twice, or NaN.
     starts = code.indptr
     assert len(set(np.diff(starts))) == 1, "the signals of a group share their atoms"
     atoms = [int(a) for a in code.indices[: starts[1]]]
@@ -37,7 +45,7 @@ def spams_once(signals: np.ndarray, dictionary: np.ndarray, limit: int) -> tuple
 
 
 def by_spams(signals: np.ndarray, dictionary: np.ndarray, limit: int = LIMIT) -> SpamsAnswer:
-    """SPAMS sorts the atoms. It is greedy, so the runs with 1, 2, .. atoms tell the order: each adds one."""
+    """SPAMS sorts the atoms, but is greedy: runs with 1, 2, ... atoms reveal the order, as each adds one."""
     runs = [spams_once(signals, dictionary, k) for k in range(1, limit + 1)]
     order: list[int] = []
     for k, (atoms, _) in enumerate(runs, 1):
@@ -48,12 +56,16 @@ def by_spams(signals: np.ndarray, dictionary: np.ndarray, limit: int = LIMIT) ->
     return SpamsAnswer(order, coefficients[[atoms.index(a) for a in order]], ordered=True)
 
 
-def residual_energies(signals: np.ndarray, dictionary: np.ndarray, atoms: list[int], coefficients: np.ndarray) -> np.ndarray:
+def residual_energies(
+    signals: np.ndarray, dictionary: np.ndarray, atoms: list[int], coefficients: np.ndarray
+) -> np.ndarray:
     return np.sum((signals - dictionary[:, atoms] @ coefficients) ** 2, axis=0)
 
 
-def difference(answer: SpamsAnswer, reference: Solution, signals: np.ndarray, dictionary: np.ndarray) -> str | None:
-    """What SPAMS does differently, in a sentence; None when both agree."""
+def difference(
+    answer: SpamsAnswer, reference: Solution, signals: np.ndarray, dictionary: np.ndarray
+) -> str | None:
+    """A sentence that says how SPAMS differs; None if both agree."""
     missing = sorted(set(reference.atoms) - set(answer.atoms))
     added = sorted(set(answer.atoms) - set(reference.atoms))
     energies = residual_energies(signals, dictionary, answer.atoms, answer.coefficients)
@@ -73,11 +85,15 @@ def difference(answer: SpamsAnswer, reference: Solution, signals: np.ndarray, di
         return "SPAMS chooses the same atoms in another order."
     least = np.linalg.svd(dictionary[:, answer.atoms], compute_uv=False)[-1]
     gap = abs(answer.coefficients - reference.coefficients).max()
-    return None if gap <= TOLERANCE / least**2 else f"SPAMS has the same atoms, but coefficients that differ by {gap:.2g}."
+    return (
+        None
+        if gap <= TOLERANCE / least**2
+        else f"SPAMS has the same atoms, but coefficients that differ by {gap:.2g}."
+    )
 
 
 def number(value: float, digits: int) -> float | None:
-    """JSON has neither NaN nor infinity: null instead."""
+    """None for NaN and infinity, which JSON does not support."""
     return golden.f64s(value, digits) if np.isfinite(value) else None
 
 
@@ -88,7 +104,9 @@ def numbers(values: np.ndarray) -> list[float | None]:
 def spams_record(answer: SpamsAnswer, signals: np.ndarray, dictionary: np.ndarray) -> dict[str, Any]:
     energies = residual_energies(signals, dictionary, answer.atoms, answer.coefficients)
     return {
-        "atoms": answer.atoms, "coefficients": numbers(answer.coefficients[:, 0]), "residual_energies": numbers(energies),
+        "atoms": answer.atoms,
+        "coefficients": numbers(answer.coefficients[:, 0]),
+        "residual_energies": numbers(energies),
         "ordered": answer.ordered,
     }
 
@@ -96,14 +114,17 @@ def spams_record(answer: SpamsAnswer, signals: np.ndarray, dictionary: np.ndarra
 def reference_record(reference: Solution, signals: np.ndarray, dictionary: np.ndarray) -> dict[str, Any]:
     energies = residual_energies(signals, dictionary, reference.atoms, reference.coefficients)
     return {
-        "atoms": reference.atoms, "coefficients": numbers(reference.coefficients[:, 0]), "residual_energies": numbers(energies),
+        "atoms": reference.atoms,
+        "coefficients": numbers(reference.coefficients[:, 0]),
+        "residual_energies": numbers(energies),
         "step_energies": numbers(np.array(reference.energies)),
-        "margin": number(reference.margin, 4), "clearance": number(reference.clearance, 4),
+        "margin": number(reference.margin, 4),
+        "clearance": number(reference.clearance, 4),
     }
 
 
 def compare(signals: np.ndarray, dictionary: np.ndarray) -> tuple[dict[str, Any], str | None]:
-    """The record of one problem, and the sentence on the difference if there is one."""
+    """The record of one problem, and a sentence about the difference if there is one."""
     answer = by_spams(signals, dictionary)
     reference = somp_reference.solve(signals, dictionary, LIMIT)
     textbook = somp_reference.solve(signals, dictionary, LIMIT, divide=False)

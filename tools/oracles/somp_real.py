@@ -1,12 +1,12 @@
-"""The comparison of somp.py on real frames: how often do SPAMS and the numpy reference agree, and how fast is SPAMS?
+"""Compares SPAMS with the numpy reference on real frames: prints how often they agree and how fast SPAMS is.
 
     python somp_real.py [--data FOLDER] [--problems 200] [--out FILE] [NAME ...]
 
-FOLDER (else $PATCHLOCK_DATA, else ../shared/data) holds sequences in the layout of OTB, directly or one folder down:
-<NAME>/img/*.jpg and <NAME>/groundtruth_rect.txt with 1-based x, y, w, h.
+FOLDER (default: $PATCHLOCK_DATA, or ../shared/data) holds sequences in the OTB layout, directly or in
+subfolders: <NAME>/img/*.jpg and <NAME>/groundtruth_rect.txt with 1-based x, y, w, h.
 
-The frames belong to others and so do patches cut from them: nothing is written into the repository. `--out` writes the problems
-in the format of somp.json (without `random`) to any other place; the solver's test then reads them too:
+The frames, and patches cut from them, belong to others, so nothing is written to the repository. `--out`
+writes the problems elsewhere, in the format of somp.json without `random`; the solver's test can read them:
 
     python somp_real.py --out FILE
     PATCHLOCK_SOMP_GOLDEN=FILE cargo test -p patchlock
@@ -33,9 +33,11 @@ CANDIDATES = 10
 
 
 def arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--data", type=Path, default=Path(os.environ.get("PATCHLOCK_DATA", "../shared/data")))
-    parser.add_argument("--problems", type=int, default=200, help="per sequence, seven tenths of them small")
+    parser.add_argument("--problems", type=int, default=200, help="per sequence; 70 %% have small patches")
     parser.add_argument("--out", type=Path, help="outside the repository")
     parser.add_argument("names", nargs="*", default=DEFAULT_NAMES)
     args = parser.parse_args()
@@ -52,7 +54,7 @@ def find(data: Path, name: str) -> Path:
 
 
 def plan(rng: np.random.Generator, folder: Path, problems: int) -> list[tuple[Setting, dict]]:
-    """Half of the problems with the first buffer, half with one of tracked patches."""
+    """Half of the problems use the first buffer, half a buffer of tracked patches."""
     sequence = patchwise.read_sequence(folder)
     small, large = problems * 7 // 20, problems // 2 - problems * 7 // 20
     settings = [patchwise.setting(rng, sequence, CANDIDATES, tracked) for tracked in (False, True)]
@@ -60,19 +62,25 @@ def plan(rng: np.random.Generator, folder: Path, problems: int) -> list[tuple[Se
 
 
 def report(file: dict[str, Any]) -> None:
-    counts = {key: Counter(file["settings"][r["setting"]]["name"] for r in file[key]) for key in ("agree", "spams_degenerate")}
+    counts = {
+        key: Counter(file["settings"][r["setting"]]["name"] for r in file[key])
+        for key in ("agree", "spams_degenerate")
+    }
     for setting in file["settings"]:
         agree, degenerate = (counts[key][setting["name"]] for key in ("agree", "spams_degenerate"))
         print(f"{setting['name']}: {agree} agree, {degenerate} degenerate")
     for record in file["spams_degenerate"]:
-        print(f"  {record['scale']} {record['spams']['atoms']} / {record['reference']['atoms']}: {record['difference']}")
+        print(
+            f"  {record['scale']} {record['spams']['atoms']} / {record['reference']['atoms']}: "
+            f"{record['difference']}"
+        )
     records = file["agree"] + file["spams_degenerate"]
     differing = sum(set(r["textbook"]["atoms"]) != set(r["reference"]["atoms"]) for r in records)
     print(f"textbook selection takes other atoms in {differing} of {len(records)}")
 
 
 def time_one_particle(setting: Setting) -> float:
-    """Seconds of one thread for the 169 small problems of one candidate: the best of three calls."""
+    """Time on one thread for the 169 small problems of one candidate, in seconds: the best of three calls."""
     dictionary = patchwise.dictionary(setting.templates, SMALL)
     signals = np.asfortranarray(np.hstack([setting.signals(SMALL, 0, i) for i in range(SMALL.locations)]))
     groups = np.arange(0, signals.shape[1], signals.shape[1] // SMALL.locations, dtype=np.int32)
@@ -90,7 +98,10 @@ def main() -> None:
     plans = [p for name in args.names for p in plan(rng, find(args.data, name), args.problems)]
     file = somp.content(rng, somp.header("sequences of OTB, not to be passed on"), plans)
     report(file)
-    print(f"SPAMS, one thread, {SMALL.locations} small problems of one particle: {1000 * time_one_particle(plans[-1][0]):.0f} ms")
+    print(
+        f"SPAMS, one thread, {SMALL.locations} small problems of one particle: "
+        f"{1000 * time_one_particle(plans[-1][0]):.0f} ms"
+    )
     if args.out:
         golden.write(args.out.resolve(), file)
 

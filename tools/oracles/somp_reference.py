@@ -1,9 +1,10 @@
-"""Simultaneous orthogonal matching pursuit in f64, from its definition: slow, and as plain as possible.
+"""Simultaneous orthogonal matching pursuit in f64, from its definition: slow and as simple as possible.
 
-At most `limit` atoms are chosen one by one. With P the projection onto the complement of those chosen so far, the next is
+At most `limit` atoms are selected one by one. Let P be the projection onto the complement of the selected
+atoms. The next atom is
 
-- order-recursive: the atom d with the largest ||(P R)^T d||^2 / ||P d||^2, which is the atom that lowers the residual most;
-- textbook: the atom with the largest ||(P R)^T d||^2.
+- order-recursive: the atom d with the largest ||(P R)^T d||^2 / ||P d||^2, which reduces the residual most;
+- textbook: the atom d with the largest ||(P R)^T d||^2.
 
 The coefficients are then the least-squares fit of R on the chosen atoms.
 """
@@ -12,28 +13,28 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# Below this share of its length left, an atom counts as a combination of the chosen ones. (Atoms have length 1.)
+# An atom of length 1 counts as dependent on the selected ones if its remaining squared length is below this.
 DEPENDENT = 1e-6
-# What is left of the signals' energy once they are explained up to rounding.
+# Share of the signals' energy that remains due to rounding.
 ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
 class Solution:
-    """Atoms in the order of selection, coefficients (atoms x signals), and two measures of how clear the choice was."""
+    """Atoms in the order of selection, coefficients (atoms x signals), and how clear the selection was."""
 
     atoms: list[int]
     coefficients: np.ndarray
     # Energy of the residual of all signals before the first step and after each step.
     energies: list[float]
-    # Smallest (best - second best) / best over the steps: near 0, another arithmetic may choose another atom.
+    # Minimum of (best - second best) / best over the steps: near 0, rounding may change the selection.
     margin: float
-    # Smallest factor between any atom's ||P d||^2 and DEPENDENT: near 1, another arithmetic may judge it differently.
+    # Minimum factor between any atom's ||P d||^2 and DEPENDENT: near 1, rounding may change the decision.
     clearance: float
 
 
 def remainder(a: np.ndarray, basis: np.ndarray) -> np.ndarray:
-    """The columns of `a` after projecting out an orthonormal basis, twice against rounding."""
+    """The columns of `a` after projecting out an orthonormal basis, twice to reduce rounding errors."""
     for _ in range(2):
         a = a - basis @ (basis.T @ a)
     return a

@@ -1,12 +1,12 @@
 """warp.json: affine sampling of a small image, by OpenCV and by SciPy.
 
-OpenCV 4 quantises sample positions to 1/32 px in `warpAffine` and `remap` with INTER_LINEAR, for 8-bit and for float images;
-OpenCV 5 doesn't. So the two halves of the file are
+OpenCV 4 quantises sample positions to 1/32 px in `warpAffine` and `remap` with INTER_LINEAR, for 8-bit and
+float images; OpenCV 5 does not. So the file has two parts:
 
-- `exact`: maps whose sample positions are all multiples of 1/32 px, by `cv2.warpAffine`. The image holds multiples of 1/256,
-  so every product and sum fits an f32 without rounding, and a right answer is equal to the last bit;
-- `general`: any map, by `scipy.ndimage.map_coordinates` in f64. The mode is `grid-constant`, which interpolates with zeros beyond
-  the frame; the mode `constant` gives 0 as soon as the position is outside, which is another rule.
+- `exact`: maps whose sample positions are all multiples of 1/32 px, by `cv2.warpAffine`. The image contains
+  multiples of 1/256, so every product and sum is exact in f32, and results must be equal to the last bit;
+- `general`: any map, by `scipy.ndimage.map_coordinates` in f64. The mode is `grid-constant`, which
+  interpolates with zeros outside the frame. The mode `constant` would give 0 for any position outside.
 """
 
 import cv2
@@ -17,7 +17,7 @@ import golden
 
 WIDTH, HEIGHT, SIDE = 40, 30, 32
 OFFSETS = np.arange(SIDE) - (SIDE - 1) / 2
-# x, y, s, theta, r, phi: centre in pixels (0-based, pixel centres at integers), scale, rotation, aspect, skew.
+# x, y, s, theta, r, phi: centre (0-based, pixel centres at integers), scale, rotation, aspect, skew.
 EXACT_STATES = [
     (19.5, 14.5, 0.5, 0.0, 1.0, 0.0),
     (20.0, 15.0, 0.75, 0.0, 1.0, 0.0),
@@ -58,7 +58,7 @@ def matrix(state: tuple[float, ...]) -> np.ndarray:
     """R(theta) R(-phi) S R(phi) with the centre as third column; it acts on (a, b) in -15.5 .. 15.5."""
     x, y, s, theta, r, phi = state
     linear = rotation(theta) @ rotation(-phi) @ np.diag([s, s * r]) @ rotation(phi)
-    if phi == 0.0:  # without the rounding of products with R(0)
+    if phi == 0.0:  # avoids the rounding of products with R(0)
         linear = rotation(theta) @ np.diag([s, s * r])
     return np.column_stack([linear, [x, y]])
 
@@ -74,21 +74,29 @@ def by_scipy(img: np.ndarray, m: np.ndarray) -> np.ndarray:
 
 
 def by_opencv(img: np.ndarray, m: np.ndarray) -> np.ndarray:
-    """OpenCV's output pixels count from 0, so the map is first shifted to the corner of the grid."""
+    """OpenCV counts output pixels from 0, so the map is first shifted to the corner of the grid."""
     corner = m[:, :2] @ [OFFSETS[0], OFFSETS[0]] + m[:, 2]
     return cv2.warpAffine(
-        img.astype(np.float32), np.column_stack([m[:, :2], corner]), (SIDE, SIDE),
-        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_CONSTANT, borderValue=0.0,
+        img.astype(np.float32),
+        np.column_stack([m[:, :2], corner]),
+        (SIDE, SIDE),
+        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+        borderMode=cv2.BORDER_CONSTANT,
+        borderValue=0.0,
     )
 
 
 def case(state: tuple[float, ...] | None, m: np.ndarray, output: list) -> dict:
-    return {"state": None if state is None else golden.f64s(state), "matrix": golden.f64s(m), "output": output}
+    return {
+        "state": None if state is None else golden.f64s(state),
+        "matrix": golden.f64s(m),
+        "output": output,
+    }
 
 
 def exact_case(img: np.ndarray, state: tuple[float, ...] | None, m: np.ndarray) -> dict:
     for p in positions(m):
-        assert np.all(p * 32 == np.round(p * 32)), "a position is no multiple of 1/32"
+        assert np.all(p * 32 == np.round(p * 32)), "a position is not a multiple of 1/32"
     output = by_opencv(img, m)
     assert np.array_equal(output, by_scipy(img, m)), "OpenCV and SciPy differ"
     return case(state, m, golden.f32s(output))
@@ -108,14 +116,22 @@ def main() -> None:
     general, differences = zip(*(general_case(img, s) for s in GENERAL_STATES))
     head = golden.header(
         ["opencv-contrib-python-headless", "scipy", "numpy"],
-        "Bilinear samples of `image` at matrix * (a, b, 1), a and b in -15.5..15.5, rows of output along b; samples outside "
-        "the frame are 0. `exact` by cv2.warpAffine (equal to the last bit), `general` by "
+        "Bilinear samples of `image` at matrix * (a, b, 1), a and b in -15.5..15.5, rows of output along b; "
+        "samples outside the frame are 0. `exact` by cv2.warpAffine (equal to the last bit), `general` by "
         "map_coordinates(order=1, mode='grid-constant') in f64, 10 digits.",
         opencv_against_scipy_on_general_maps=max(differences),
     )
-    golden.write("warp.json", {
-        "header": head, "width": WIDTH, "height": HEIGHT, "image": golden.f32s(img), "exact": exact, "general": list(general),
-    })
+    golden.write(
+        "warp.json",
+        {
+            "header": head,
+            "width": WIDTH,
+            "height": HEIGHT,
+            "image": golden.f32s(img),
+            "exact": exact,
+            "general": list(general),
+        },
+    )
 
 
 if __name__ == "__main__":

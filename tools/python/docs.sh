@@ -1,14 +1,16 @@
 #!/usr/bin/env bash
-# Builds the documentation into target/site with the package that setup.sh installed; the notebooks are run on the way. Any warning is a failure.
+# Builds the documentation in target/site with the package installed by setup.sh, and runs the notebooks. Any
+# warning is a failure.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 venv=$PWD/target/python-venv
 
-if ! "$venv/bin/pip" install --quiet --disable-pip-version-check "patchlock[docs] @ file://$(echo "$PWD"/target/wheels/patchlock-*.whl)"; then
+wheel=$(echo "$PWD"/target/wheels/patchlock-*.whl)
+if ! "$venv/bin/pip" install --quiet --disable-pip-version-check "patchlock[docs] @ file://$wheel"; then
     [ "${PATCHLOCK_PYTHON:-}" != required ] || exit 1
-    echo "SKIPPED, the documentation is not built: what it needs could not be installed"
+    echo "SKIPPED, the documentation is not built: its requirements could not be installed"
     exit 0
 fi
-# The notebooks' kernel is the first python that is found.
+# The notebooks use the first python in the PATH.
 PATH=$venv/bin:$PATH NO_MKDOCS_2_WARNING=1 mkdocs build --quiet --strict
 echo "built the documentation in target/site"

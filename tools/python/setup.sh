@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Builds the wheel of the Python package and installs it with what its tests need into the virtual environment target/python-venv.
-# Extras to install besides `test` may follow, as in `tools/python/setup.sh got10k export`. Without Python or a network it says so;
-# with PATCHLOCK_PYTHON=required that is a failure.
+# Builds the wheel of the Python package and installs it, with the requirements of its tests, into the virtual
+# environment target/python-venv. Arguments are extras to install besides `test`, as in
+# `tools/python/setup.sh got10k export`. Without Python or a network it prints SKIPPED; with
+# PATCHLOCK_PYTHON=required it fails.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 venv=$PWD/target/python-venv
@@ -20,9 +21,10 @@ skip() {
 
 python=${PYTHON:-python3}
 command -v "$python" >/dev/null || skip "there is no $python"
-"$python" -c 'import sys; sys.exit(sys.version_info < (3, 10))' || skip "$("$python" --version) is older than 3.10"
+"$python" -c 'import sys; sys.exit(sys.version_info < (3, 10))' ||
+    skip "$("$python" --version) is older than 3.10"
 if [ ! -x "$venv/bin/maturin" ] || ! cmp -s tools/python/requirements.txt "$venv/requirements.txt"; then
-    "$python" -m venv --clear "$venv" || skip "$python can make no virtual environment"
+    "$python" -m venv --clear "$venv" || skip "$python can't create a virtual environment"
     "$venv/bin/pip" install --quiet --disable-pip-version-check --requirement tools/python/requirements.txt ||
         skip "maturin could not be installed"
     cp tools/python/requirements.txt "$venv/requirements.txt"
@@ -33,5 +35,5 @@ rm -rf "$wheels"
 wheel=$(echo "$wheels"/patchlock-*.whl)
 "$venv/bin/pip" install --quiet --disable-pip-version-check --force-reinstall --no-deps "$wheel"
 "$venv/bin/pip" install --quiet --disable-pip-version-check "patchlock[$extras] @ file://$wheel" ||
-    skip "what its tests need could not be installed"
+    skip "the requirements of its tests could not be installed"
 echo "installed $(basename "$wheel") in $venv"

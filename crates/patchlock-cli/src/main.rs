@@ -1,4 +1,4 @@
-//! The `patchlock` command: everything it does is in the library part of this crate.
+//! The `patchlock` command. All code is in the library part of this crate.
 
 use std::process::ExitCode;
 

@@ -1,7 +1,6 @@
-//! The progress bar: on a terminal only.
+//! The progress bar, shown only on a terminal.
 
 use std::io::IsTerminal;
-
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -10,19 +9,20 @@ use patchlock_eval::bench::store::Task;
 
 use crate::interrupt;
 
-/// A bar with speed and score; silent in a pipe and when asked to be.
+/// A progress bar with speed and score; hidden in a pipe or with `--quiet`.
 pub struct Progress {
     bar: ProgressBar,
     visible: bool,
 }
 
 impl Progress {
-    /// A bar for so many frames, or one without an end.
+    /// A bar for this number of frames; `None` if the number is unknown.
     pub fn new(frames: Option<usize>, quiet: bool) -> Self {
         Self::with_visibility(frames, !quiet && std::io::stderr().is_terminal())
     }
 
-    /// The same beside a table on standard output: where that is a terminal too, its rows show the progress, and a bar would get between them.
+    /// The same when a table goes to standard output. If that is a terminal too, the bar is hidden: it would
+    /// mix with the rows, which show the progress anyway.
     pub fn beside_table(frames: Option<usize>, quiet: bool) -> Self {
         let (bar, table) = (std::io::stderr().is_terminal(), std::io::stdout().is_terminal());
         Self::with_visibility(frames, visible_beside_table(quiet, bar, table))
@@ -43,18 +43,18 @@ impl Progress {
         Self { bar, visible }
     }
 
-    /// One frame more.
+    /// Counts one more frame.
     pub fn step(&self, fps: f64, score: f64) {
         self.advance(format!("{fps:.1} fps  score {score:.2}"));
     }
 
-    /// One piece of work more, with a word about it.
+    /// Counts one more item and shows a message.
     pub fn advance(&self, message: impl Into<std::borrow::Cow<'static, str>>) {
         self.bar.set_message(message);
         self.bar.inc(1);
     }
 
-    /// Takes the bar away and leaves one line, where anybody looks.
+    /// Removes the bar; prints one line instead if the bar was visible.
     pub fn finish(&self, line: &str) {
         self.bar.finish_and_clear();
         if self.visible {
@@ -63,31 +63,31 @@ impl Progress {
     }
 }
 
-/// Whether a bar is shown; the others say what is a terminal.
+/// Whether a bar is shown. `bar` and `table` tell whether their streams are terminals.
 fn visible_beside_table(quiet: bool, bar: bool, table: bool) -> bool {
     !quiet && bar && !table
 }
 
-/// A bar over the frames of many runs.
+/// A progress bar over the frames of many runs.
 pub struct RunsProgress {
     bar: Progress,
     runs: usize,
     ended: AtomicUsize,
-    whole: AtomicUsize,
+    complete: AtomicUsize,
 }
 
 impl RunsProgress {
     /// A bar for these runs.
     pub fn new(tasks: &[Task<'_>], quiet: bool) -> Self {
         let frames = tasks.iter().map(|task| task.frames.len()).sum();
-        let (ended, whole) = (AtomicUsize::new(0), AtomicUsize::new(0));
-        Self { bar: Progress::new(Some(frames), quiet), runs: tasks.len(), ended, whole }
+        let (ended, complete) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        Self { bar: Progress::new(Some(frames), quiet), runs: tasks.len(), ended, complete }
     }
 
-    /// Takes the bar away; gives the number of runs that are complete.
+    /// Removes the bar; returns the number of complete runs.
     pub fn finish(&self) -> usize {
         self.bar.bar.finish_and_clear();
-        self.whole.load(Ordering::Relaxed)
+        self.complete.load(Ordering::Relaxed)
     }
 }
 
@@ -106,8 +106,8 @@ impl Watch for RunsProgress {
 
     fn ends(&self, left: usize, complete: bool) {
         self.ended.fetch_add(1, Ordering::Relaxed);
-        self.whole.fetch_add(usize::from(complete), Ordering::Relaxed);
-        // Frames that will not come any more must not be waited for.
+        self.complete.fetch_add(usize::from(complete), Ordering::Relaxed);
+        // Frames left over from a failed run will never be counted.
         self.bar.bar.dec_length(left as u64);
     }
 
@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn no_bar_among_the_rows_of_a_table() {
+    fn the_bar_is_hidden_if_the_table_is_on_the_terminal() {
         assert!(!visible_beside_table(false, true, true), "both on the terminal");
         assert!(visible_beside_table(false, true, false), "the table goes to a file");
         assert!(

@@ -1,5 +1,5 @@
-//! One run over frames: each frame goes to the tracker, and what it finds goes to the outputs. `track` and
-//! `demo` are such runs.
+//! One run over frames: passes each frame to the tracker and the results to the outputs. Used by `track` and
+//! `demo`.
 
 use std::collections::BTreeSet;
 
@@ -9,37 +9,37 @@ use patchlock_eval::many_targets::{ManyTargets, TrackedTarget};
 use patchlock_eval::session;
 use patchlock_media::Picture;
 
-use crate::complaint::{Complaint, failed, usage};
+use crate::failure::{Failure, failed, usage};
 use crate::output::row::Row;
 use crate::output::{Seen, Sink, Tracked};
 use crate::targets::Event;
 
-/// The tracker at work with its outputs, and what is measured on the way.
+/// A tracker with its outputs and its timings.
 pub struct Run {
     tracker: ManyTargets,
     sinks: Vec<Box<dyn Sink>>,
-    /// Whether the rows tell the ids of the targets.
-    tells_ids: bool,
+    /// Whether the rows contain the ids of the targets.
+    with_ids: bool,
     size: Option<(usize, usize)>,
-    begun: BTreeSet<u64>,
+    started: BTreeSet<u64>,
     times_ms: Vec<f64>,
 }
 
 impl Run {
-    /// A run on so many threads; without a number, on one for each core.
+    /// A run on `threads` threads; `None` means one per core.
     pub fn new(
         config: TrackerConfig,
         threads: Option<usize>,
-        tells_ids: bool,
+        with_ids: bool,
         sinks: Vec<Box<dyn Sink>>,
     ) -> Result<Self> {
-        let pool = session::pool(threads).map_err(Complaint::from)?;
+        let pool = session::pool(threads).map_err(Failure::from)?;
         Ok(Self {
             tracker: ManyTargets::new(config, pool)?,
             sinks,
-            tells_ids,
+            with_ids,
             size: None,
-            begun: BTreeSet::new(),
+            started: BTreeSet::new(),
             times_ms: Vec::new(),
         })
     }
@@ -49,29 +49,29 @@ impl Run {
         self.tracker.threads()
     }
 
-    /// Number of targets that were begun so far.
+    /// Number of targets so far.
     pub fn targets(&self) -> usize {
-        self.begun.len()
+        self.started.len()
     }
 
-    /// Milliseconds of each frame so far in which there were targets.
+    /// Milliseconds for each frame so far that had targets.
     pub fn times_ms(&self) -> &[f64] {
         &self.times_ms
     }
 
-    /// Frames a second so far.
+    /// Frames per second so far.
     pub fn fps(&self) -> f64 {
         let total: f64 = self.times_ms.iter().sum();
         if total > 0.0 { 1e3 * self.times_ms.len() as f64 / total } else { 0.0 }
     }
 
-    /// The outputs, to be completed.
+    /// The outputs, for the caller to complete.
     pub fn into_sinks(self) -> Vec<Box<dyn Sink>> {
         self.sinks
     }
 
-    /// The next frame: ends targets, follows the others, begins new ones. Gives them in the order of their
-    /// ids, and the milliseconds that it took.
+    /// Processes the next frame: ends targets, tracks the others, starts new ones. Returns the targets in the
+    /// order of their ids, and the time in milliseconds.
     pub fn track(
         &mut self,
         index: usize,
@@ -92,14 +92,14 @@ impl Run {
             .step(&frame, &begin)
             .map_err(|error| failed(format!("the tracker stopped in frame {index}: {error}")))?;
         let ms = seconds * 1e3;
-        self.begun.extend(found.iter().map(|target| target.id));
+        self.started.extend(found.iter().map(|target| target.id));
         if !found.is_empty() {
             self.times_ms.push(ms);
         }
         Ok((found, ms))
     }
 
-    /// Gives a tracked frame to the outputs. One that can't take it is dropped; the others still get the
+    /// Passes a tracked frame to the outputs. An output that fails is dropped; the others still get the
     /// frame.
     pub fn write(
         &mut self,
@@ -110,7 +110,7 @@ impl Run {
     ) -> Result<Vec<Seen>> {
         let seen = |TrackedTarget { id, bbox, estimate }| {
             let mut row = Row::new(index, &bbox, &estimate, ms);
-            row.id = self.tells_ids.then_some(id);
+            row.id = self.with_ids.then_some(id);
             Seen { row, estimate }
         };
         let targets: Vec<Seen> = found.into_iter().map(seen).collect();
@@ -126,7 +126,7 @@ impl Run {
         result.map(|()| targets)
     }
 
-    fn check_size(&mut self, index: usize, picture: &Picture) -> Result<(), Complaint> {
+    fn check_size(&mut self, index: usize, picture: &Picture) -> Result<(), Failure> {
         let size = (picture.width, picture.height);
         let (width, height) = *self.size.get_or_insert(size);
         if size == (width, height) {
@@ -136,11 +136,11 @@ impl Run {
             "frame {index} is {} x {} pixels, but the frames before it are {width} x {height}",
             picture.width, picture.height
         ))
-        .hint("all frames of a source must have one size; --end stops before that frame"))
+        .hint("all frames of a source must have the same size; --end stops before that frame"))
     }
 }
 
-fn not_tracked(id: u64, index: usize) -> Complaint {
+fn not_tracked(id: u64, index: usize) -> Failure {
     usage(format!("--boxes: target {id} ends in frame {index}, but it is not tracked there"))
-        .hint("a line without x, y, w and h ends a target that an earlier line began")
+        .hint("a line without x, y, w and h ends a target that an earlier line has started")
 }

@@ -1,4 +1,4 @@
-//! The box to begin with, from `--box` or from the first line of a truth file.
+//! Parses the first box, from `--box` or from the first line of a truth file.
 
 use std::fs;
 use std::path::Path;
@@ -7,22 +7,22 @@ use patchlock::BoundingBox;
 use patchlock_eval::start_box::SYNTAX;
 use patchlock_eval::text;
 
-use crate::complaint::{Complaint, failed, named, usage};
+use crate::failure::{Failure, failed, named, usage};
 
 const FIRST_LINE: &str =
     "the first line must be X,Y,W,H, counted from 1, with commas, tabs or spaces";
 
-/// Reads `X,Y,W,H`, 0-based.
-pub fn parse(given: &str) -> Result<BoundingBox, Complaint> {
+/// Parses `X,Y,W,H`, 0-based.
+pub fn parse(given: &str) -> Result<BoundingBox, Failure> {
     let bad = |message: String| usage(message).hint(SYNTAX);
     let numbers = Some(given).filter(|given| given.contains(',')).and_then(four_numbers);
-    let numbers = numbers
-        .ok_or_else(|| bad(format!("--box {}: these are not four numbers", named(given))))?;
-    sensible(numbers, &format!("--box {given}")).map_err(bad)
+    let numbers =
+        numbers.ok_or_else(|| bad(format!("--box {} is not four numbers", named(given))))?;
+    checked(numbers, &format!("--box {given}")).map_err(bad)
 }
 
-/// Reads the first line of a truth file, 1-based; commas, tabs or spaces between the numbers.
-pub fn from_file(file: &Path) -> Result<BoundingBox, Complaint> {
+/// Reads the first line of a truth file, 1-based, with commas, tabs or spaces between the numbers.
+pub fn from_file(file: &Path) -> Result<BoundingBox, Failure> {
     let name = format!("--box-from {}", file.display());
     let bad = |message: String| usage(message).hint(FIRST_LINE);
     let bytes = fs::read(file).map_err(|error| {
@@ -34,7 +34,7 @@ pub fn from_file(file: &Path) -> Result<BoundingBox, Complaint> {
     let name = format!("{name}: its first line, \"{}\"", shortened(line));
     let [x, y, w, h] =
         four_numbers(line).ok_or_else(|| bad(format!("{name}, is not four numbers")))?;
-    sensible([x - 1.0, y - 1.0, w, h], &name).map_err(bad)
+    checked([x - 1.0, y - 1.0, w, h], &name).map_err(bad)
 }
 
 fn shortened(line: &str) -> String {
@@ -45,8 +45,8 @@ fn four_numbers(line: &str) -> Option<[f64; 4]> {
     text::numbers(line).ok()?.try_into().ok()
 }
 
-/// The box of these numbers, if they are one; else why not. `name` says where they come from.
-pub fn sensible([x, y, w, h]: [f64; 4], name: &str) -> Result<BoundingBox, String> {
+/// The box with these numbers, or why they are not a box. `name` tells the user where they come from.
+pub fn checked([x, y, w, h]: [f64; 4], name: &str) -> Result<BoundingBox, String> {
     if ![x, y, w, h].iter().all(|value| value.is_finite()) {
         return Err(format!("{name}: all four numbers must be finite"));
     }
@@ -66,7 +66,7 @@ mod tests {
             parse("1, 2.5,30,4e1").expect("good"),
             BoundingBox { x: 1.0, y: 2.5, w: 30.0, h: 40.0 }
         );
-        assert_eq!(parse("-5,0,10,10").expect("partly outside is for the tracker to say").x, -5.0);
+        assert_eq!(parse("-5,0,10,10").expect("the tracker checks boxes partly outside").x, -5.0);
         for bad in [
             "",
             "1,2,3",

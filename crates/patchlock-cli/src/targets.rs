@@ -1,4 +1,4 @@
-//! Which targets a run follows, and when each begins, begins anew or ends: from `--box`, `--box-from` or
+//! Which targets a run follows, and when each starts, restarts or ends: from `--box`, `--box-from` or
 //! `--boxes`.
 
 use std::collections::BTreeSet;
@@ -10,30 +10,30 @@ use patchlock_eval::start_box;
 use patchlock_media::Order;
 use serde::Deserialize;
 
-use crate::complaint::{Complaint, failed, usage};
+use crate::failure::{Failure, failed, usage};
 use crate::target;
 
-const TABLE: &str = "the columns are frame,id,x,y,w,h, counted from 0: a target begins at its first line, \
-                     begins anew at a further one, and ends at one without x, y, w and h";
+const TABLE: &str = "the columns are frame,id,x,y,w,h, counted from 0; a target starts at its first line, \
+                     restarts at a later one, and ends at a line without x, y, w and h";
 
-/// Something that happens to a target on a frame.
+/// The start, restart or end of a target on a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
-    /// Number of the frame; `None` for the first one that is tracked.
+    /// Number of the frame; `None` for the first tracked frame.
     frame: Option<usize>,
-    /// The target, as the user calls it.
+    /// The target's id, as given by the user.
     pub id: u64,
-    /// Where it begins; `None` where it ends.
+    /// The box on which the target starts; `None` if it ends.
     pub bbox: Option<BoundingBox>,
 }
 
-/// All that happens to targets in a run.
+/// All starts, restarts and ends of targets in a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Targets {
     events: Vec<Event>,
-    /// Whether ids are told: not where there is the one box that `--box` or `--box-from` gives.
+    /// Whether the output contains ids: not for a single box from `--box` or `--box-from`.
     pub many: bool,
-    begun: bool,
+    started: bool,
 }
 
 /// A line of the table.
@@ -48,15 +48,15 @@ struct Line {
 }
 
 impl Targets {
-    /// Boxes in the first tracked frame; the targets are called 1, 2 and so on.
+    /// Targets with these boxes in the first tracked frame and the ids 1, 2 and so on.
     pub fn in_first_frame(boxes: &[BoundingBox]) -> Self {
         let event = |(id, &bbox)| Event { frame: None, id, bbox: Some(bbox) };
         let events = (1..).zip(boxes).map(event).collect();
-        Self { events, many: boxes.len() > 1, begun: false }
+        Self { events, many: boxes.len() > 1, started: false }
     }
 
-    /// Reads a CSV of targets that begin and end at any frame.
-    pub fn from_table(file: &Path) -> Result<Self, Complaint> {
+    /// Reads a CSV file of targets that start and end at any frame.
+    pub fn from_table(file: &Path) -> Result<Self, Failure> {
         let name = format!("--boxes {}", file.display());
         let bytes = fs::read(file)
             .map_err(|error| failed(format!("{name}: cannot read it: {error}")).hint(TABLE))?;
@@ -68,19 +68,19 @@ impl Targets {
                 line.map_err(|error: csv::Error| usage(format!("{name}: {error}")).hint(TABLE))?;
             if !seen.insert((line.frame, line.id)) {
                 let twice =
-                    format!("{name}: target {} comes twice in frame {}", line.id, line.frame);
+                    format!("{name}: target {} is given twice in frame {}", line.id, line.frame);
                 return Err(usage(twice).hint(TABLE));
             }
             events.push(event(&line, &name)?);
         }
         if events.is_empty() {
-            return Err(usage(format!("{name}: there is no target in it")).hint(TABLE));
+            return Err(usage(format!("{name}: the file has no target")).hint(TABLE));
         }
-        Ok(Self { events, many: true, begun: false })
+        Ok(Self { events, many: true, started: false })
     }
 
-    /// Complains about frames that will not be tracked.
-    pub fn check(&self, order: &Order, length: Option<usize>) -> Result<(), Complaint> {
+    /// Fails if an event belongs to a frame that will not be tracked.
+    pub fn check(&self, order: &Order, length: Option<usize>) -> Result<(), Failure> {
         let frames = self.events.iter().filter_map(|event| Some((event.frame?, event.id)));
         match { frames }.find(|(frame, _)| !order.holds(*frame, length)) {
             Some((frame, id)) => Err(untracked(frame, id)),
@@ -88,10 +88,10 @@ impl Targets {
         }
     }
 
-    /// What happens on this frame, in the order of the ids. Each event is given once; frames must come in the
+    /// Removes and returns the events of this frame, in the order of the ids. Frames must be passed in the
     /// order of tracking.
     pub fn due(&mut self, frame: usize) -> Vec<Event> {
-        let first = !std::mem::replace(&mut self.begun, true);
+        let first = !std::mem::replace(&mut self.started, true);
         let is_due = |event: &Event| event.frame == Some(frame) || (first && event.frame.is_none());
         let (mut due, later) =
             self.events.iter().partition::<Vec<Event>, _>(|&event| is_due(event));
@@ -100,8 +100,8 @@ impl Targets {
         due
     }
 
-    /// Complains where the source ended before a frame that an event is for.
-    pub fn check_all_done(&self) -> Result<(), Complaint> {
+    /// Fails if the source ended before the frame of an event.
+    pub fn check_all_done(&self) -> Result<(), Failure> {
         match self.events.first() {
             Some(event) => Err(untracked(event.frame.unwrap_or(0), event.id)),
             None => Ok(()),
@@ -109,24 +109,24 @@ impl Targets {
     }
 }
 
-fn untracked(frame: usize, id: u64) -> Complaint {
+fn untracked(frame: usize, id: u64) -> Failure {
     usage(format!(
         "--boxes: target {id} has a line for frame {frame}, which is not among the tracked frames"
     ))
-    .hint("frames count from 0; --start, --end and --stride say which are tracked")
+    .hint("frames count from 0; --start, --end and --stride select which are tracked")
 }
 
-fn event(line: &Line, name: &str) -> Result<Event, Complaint> {
+fn event(line: &Line, name: &str) -> Result<Event, Failure> {
     let Line { frame, id, .. } = *line;
     let bbox = match (line.x, line.y, line.w, line.h) {
         (None, None, None, None) => None,
         (Some(x), Some(y), Some(w), Some(h)) => {
             let place = format!("{name}: target {id} in frame {frame}");
-            let bbox = target::sensible([x, y, w, h], &place);
+            let bbox = target::checked([x, y, w, h], &place);
             Some(bbox.map_err(|message| usage(message).hint(start_box::SYNTAX))?)
         }
         _ => {
-            let part = format!("{name}: target {id} in frame {frame} has a part of a box");
+            let part = format!("{name}: target {id} in frame {frame} has an incomplete box");
             return Err(usage(part).hint(TABLE));
         }
     };
@@ -141,11 +141,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("t.csv");
         fs::write(&file, text).unwrap();
-        Targets::from_table(&file).map_err(|complaint| complaint.to_string())
+        Targets::from_table(&file).map_err(|error| error.to_string())
     }
 
     #[test]
-    fn events_come_once_and_at_their_frame() {
+    fn events_are_returned_once_at_their_frame() {
         let mut targets =
             table("frame,id,x,y,w,h,note\n4,7,1,2,3,4,a\n9,7,,,,,b\n4,2,5,5,5,5,\n").unwrap();
         assert_eq!(targets.due(0), []);
@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn boxes_of_the_first_frame_begin_wherever_that_is() {
+    fn boxes_start_at_the_first_tracked_frame() {
         let bbox = BoundingBox { x: 1.0, y: 2.0, w: 3.0, h: 4.0 };
         let mut targets = Targets::in_first_frame(&[bbox, bbox]);
         assert!(targets.many && !Targets::in_first_frame(&[bbox]).many);
@@ -169,18 +169,18 @@ mod tests {
     }
 
     #[test]
-    fn wrong_lines_are_named() {
+    fn errors_name_the_invalid_line() {
         let said = |text: &str| table(text).unwrap_err();
         assert!(said("frame,id,x,y,w,h\n").contains("no target"));
         assert!(said("frame,x,y,w,h\n0,1,2,3,4\n").contains("missing field `id`"));
         assert!(said("frame,id,x,y,w,h\n0,1,1,2,x,4\n").contains("line: 2"));
-        assert!(said("frame,id,x,y,w,h\n0,1,1,2,,4\n").contains("a part of a box"));
+        assert!(said("frame,id,x,y,w,h\n0,1,1,2,,4\n").contains("an incomplete box"));
         assert!(said("frame,id,x,y,w,h\n0,1,1,2,0,4\n").contains("at least 1 pixel"));
         assert!(said("frame,id,x,y,w,h\n3,1,1,2,3,4\n3,1,1,2,3,4\n").contains("twice in frame 3"));
     }
 
     #[test]
-    fn frames_that_are_not_tracked_are_named() {
+    fn events_on_untracked_frames_are_refused() {
         let targets = table("frame,id,x,y,w,h\n5,1,1,2,3,4\n").unwrap();
         let order = |start, end, stride| Order { start, end, stride, reverse: false };
         for (order, length) in [

@@ -1,4 +1,4 @@
-//! The verb `bench`: runs on disk that survive everything.
+//! Tests of `patchlock bench`: stored runs survive crashes, and results do not depend on how runs are split.
 
 mod support;
 
@@ -17,9 +17,9 @@ fn json(text: &[u8]) -> Value {
 }
 
 #[test]
-fn runs_are_kept_with_everything_about_them() {
+fn runs_are_stored_with_their_manifests() {
     let benchmark = Benchmark::new(2, 5);
-    benchmark.bench("out", &["--seeds", "2"]).assert().success().stdout(contains("4 runs made"));
+    benchmark.bench("out", &["--seeds", "2"]).assert().success().stdout(contains("4 runs done"));
     let names: Vec<String> = benchmark.trajectories("out").into_keys().collect();
     assert_eq!(
         names,
@@ -51,31 +51,31 @@ fn runs_are_kept_with_everything_about_them() {
     {
         assert!(tracker[name].as_f64().is_some_and(|value| value >= 0.0), "{name}: {tracker}");
     }
-    assert_eq!(tracker["dp20"], 1.0, "the card moves a pixel a frame");
+    assert_eq!(tracker["dp20"], 1.0, "the card moves one pixel per frame");
 }
 
 #[test]
-fn what_is_there_is_not_made_again_and_what_is_damaged_is() {
+fn complete_runs_are_kept_and_damaged_ones_repeated() {
     let benchmark = Benchmark::new(2, 4);
     benchmark.bench("out", &[]).assert().success();
     let whole = benchmark.trajectories("out");
-    // As a crash between the two files leaves it, and as a disk that loses data does.
+    // One run as after a crash between writing its two files, the other as after a loss of data.
     fs::remove_file(benchmark.path("out/quick/ope/A/0.json")).unwrap();
     fs::write(benchmark.path("out/quick/ope/B/0.txt"), "21,19,32,28\n").unwrap();
-    benchmark.bench("out", &[]).assert().success().stdout(contains("2 runs made"));
+    benchmark.bench("out", &[]).assert().success().stdout(contains("2 runs done"));
     assert_eq!(benchmark.trajectories("out"), whole);
-    benchmark.bench("out", &[]).assert().success().stdout(contains("0 runs made, 2 there already"));
+    benchmark.bench("out", &[]).assert().success().stdout(contains("0 runs done, 2 already done"));
 }
 
-/// Killed by the system, without a chance to tidy up.
+/// The process is killed without a chance to clean up.
 #[test]
-fn killed_five_times_it_gives_what_one_run_gives() {
+fn five_kills_do_not_change_the_results() {
     let benchmark = Benchmark::new(4, 10);
     let begin = Instant::now();
     benchmark.bench("whole", &["--seeds", "4"]).assert().success();
     let took = begin.elapsed().as_secs_f64();
     let mut kills = 0;
-    // Five moments that look random but are the same in every run of the test.
+    // Five moments that look random, but are the same each time.
     for part in [0.17, 0.11, 0.23, 0.13, 0.19] {
         let mut process = Command::new(env!("CARGO_BIN_EXE_patchlock"))
             .current_dir(benchmark.bench.folder.path())
@@ -89,13 +89,13 @@ fn killed_five_times_it_gives_what_one_run_gives() {
         process.kill().unwrap();
         process.wait().unwrap();
     }
-    benchmark.bench("out", &["--seeds", "4"]).assert().success().stdout(contains("there already"));
-    assert!(kills >= 4, "it was quicker than its first run: {kills} kills");
+    benchmark.bench("out", &["--seeds", "4"]).assert().success().stdout(contains("already done"));
+    assert!(kills >= 4, "the runs were faster than expected: {kills} kills");
     assert_eq!(benchmark.trajectories("out"), benchmark.trajectories("whole"));
 }
 
 #[test]
-fn other_settings_need_a_place_of_their_own() {
+fn other_settings_need_another_name() {
     let benchmark = Benchmark::new(1, 3);
     benchmark.bench("out", &[]).assert().success();
     fs::write(benchmark.path("quick.toml"), "particles = 21\nsmall_step = 8\n").unwrap();
@@ -106,7 +106,7 @@ fn other_settings_need_a_place_of_their_own() {
         .stderr(contains("particles is 20 there and 21 here").and(contains("--name")));
     benchmark.bench("out", &["--name", "other"]).assert().success();
     assert_eq!(benchmark.trajectories("out").len(), 2);
-    // The same names with other frames are another dataset.
+    // The same names with other frames belong to another dataset.
     fs::remove_file(benchmark.path("data/A/img/2.png")).unwrap();
     fs::write(benchmark.path("data/A/groundtruth_rect.txt"), "21,19,32,28\n22,19,32,28\n").unwrap();
     let error = contains("has 3 frames").and(contains("--out"));
@@ -124,7 +124,7 @@ fn shards_and_jobs_give_the_same_boxes() {
     let whole = benchmark.trajectories("whole");
     assert_eq!((whole.len(), &benchmark.trajectories("parts")), (6, &whole));
     assert_eq!(benchmark.trajectories("side"), whole);
-    // Times of runs side by side are no speed.
+    // Times of parallel runs do not measure speed.
     let score =
         benchmark.patchlock(&["score", "side", "--truth", "data", "--json"]).assert().success();
     let score = json(&score.get_output().stdout);
@@ -133,9 +133,9 @@ fn shards_and_jobs_give_the_same_boxes() {
 }
 
 #[test]
-fn a_sequence_that_fails_holds_nobody_up() {
+fn failed_sequences_do_not_stop_the_others() {
     let benchmark = Benchmark::new(3, 4);
-    fs::write(benchmark.path("data/A/img/2.png"), "no image").unwrap();
+    fs::write(benchmark.path("data/A/img/2.png"), "not an image").unwrap();
     fs::remove_file(benchmark.path("data/B/img/1.png")).unwrap();
     fs::create_dir(benchmark.path("data/D")).unwrap();
     fs::write(benchmark.path("data/D/groundtruth_rect.txt"), "21,19,32\n").unwrap();
@@ -143,7 +143,7 @@ fn a_sequence_that_fails_holds_nobody_up() {
         .bench("out", &[])
         .assert()
         .code(1)
-        .stdout(contains("1 run made"))
+        .stdout(contains("1 run done"))
         .stderr(contains("A (seed 0").and(contains("2.png")))
         .stderr(contains("B: image 1 is missing"))
         .stderr(contains("D: ").and(contains("line 1: 3 numbers, where a box has 4")));
@@ -154,27 +154,27 @@ fn a_sequence_that_fails_holds_nobody_up() {
 }
 
 #[test]
-fn many_starts_and_many_first_boxes() {
+fn protocols_with_many_starts_and_many_first_boxes() {
     let benchmark = Benchmark::new(1, 24);
     benchmark
         .bench("out", &["--protocol", "tre"])
         .assert()
         .success()
-        .stdout(contains("5 runs made"));
+        .stdout(contains("5 runs done"));
     benchmark
         .bench("out", &["--protocol", "sre"])
         .assert()
         .success()
-        .stdout(contains("12 runs made"));
+        .stdout(contains("12 runs done"));
     let boxes = benchmark.trajectories("out");
-    assert_eq!(boxes["quick/tre/A/0-4.txt"].lines().count(), 20, "begun on the fifth frame");
+    assert_eq!(boxes["quick/tre/A/0-4.txt"].lines().count(), 20, "starts on the fifth frame");
     let score =
         benchmark.patchlock(&["score", "out", "--truth", "data", "--json"]).assert().success();
     let score = json(&score.get_output().stdout);
     let names: Vec<&str> =
         score["trackers"].as_array().unwrap().iter().map(|t| t["name"].as_str().unwrap()).collect();
     assert_eq!(names, ["quick TRE", "quick SRE"]);
-    // What is not there yet of a target would shift its score.
+    // A missing run would shift the score of its target.
     fs::remove_file(benchmark.path("out/quick/sre/A/0-3.txt")).unwrap();
     fs::remove_file(benchmark.path("out/quick/sre/A/0-3.json")).unwrap();
     benchmark
@@ -185,7 +185,7 @@ fn many_starts_and_many_first_boxes() {
 }
 
 #[test]
-fn choices_that_make_no_sense() {
+fn invalid_options_are_refused() {
     let benchmark = Benchmark::new(2, 3);
     fs::write(benchmark.path("attributes.csv"), "sequence,IV,OCC\nA,1,0\nB,0,1\n").unwrap();
     let usage = |more: &[&str], said: &str| {

@@ -1,4 +1,4 @@
-//! The verb `export` on what `track` saves.
+//! Tests of `patchlock export` with tables saved by `track`.
 
 mod support;
 
@@ -11,7 +11,7 @@ fn export(bench: &Bench, args: &[&str]) -> assert_cmd::assert::Assert {
 }
 
 #[test]
-fn every_table_of_track_becomes_the_same() {
+fn every_table_of_track_gives_the_same_export() {
     let bench = Bench::new();
     bench.images("f", 3);
     let saves = ["--save", "a.csv", "--save", "a.jsonl", "--save", "a.txt"];
@@ -25,7 +25,7 @@ fn every_table_of_track_becomes_the_same() {
     let lines = bench.lines("a.csv.mot");
     assert!(lines[0].starts_with("1,1,21.0000,19.0000,32.0000,28.0000,"), "{}", lines[0]);
     assert_eq!(lines, bench.lines("a.jsonl.mot"));
-    // The text has no scores, and otherwise the same.
+    // The text file has no scores, but is equal otherwise.
     let boxes = |name: &str| -> Vec<String> {
         let line = |line: String| line.split(',').take(6).collect::<Vec<_>>().join(",");
         bench.lines(name).into_iter().map(line).collect()
@@ -47,7 +47,7 @@ fn every_format_is_written() {
         }
         export(&bench, &args).success();
         assert_eq!(bench.path(&out).is_file(), files.contains(&format), "{format}");
-        // A file is there already, and so is a folder with files in it.
+        // An existing file, or a folder that is not empty, is not replaced.
         export(&bench, &args).code(2).stderr(predicate::str::contains("already"));
     }
     export(&bench, &["a.csv", "--format", "mot", "--out", "out.mot", "--overwrite"]).success();
@@ -57,7 +57,7 @@ fn every_format_is_written() {
 }
 
 #[test]
-fn what_is_wrong_is_said() {
+fn errors_name_their_cause() {
     let bench = Bench::new();
     bench.images("f", 2);
     bench.track("f").args(["--save", "a.csv"]).assert().success();
@@ -68,11 +68,7 @@ fn what_is_wrong_is_said() {
             "there is no format voc; the formats are mot, ",
         ),
         (&["a.csv", "--format", "coco", "--out", "x"], 2, "needs the frame size"),
-        (
-            &["a.csv", "--format", "coco", "--out", "x", "--size", "4by3"],
-            2,
-            "4by3: this is no size",
-        ),
+        (&["a.csv", "--format", "coco", "--out", "x", "--size", "4by3"], 2, "4by3 is not a size"),
         (&["a.xls", "--format", "mot", "--out", "x"], 2, ".csv, .jsonl or .txt"),
         (&["no.csv", "--format", "mot", "--out", "x"], 1, "cannot read no.csv"),
         (&["a.csv", "--format", "mot", "--out", "no/x"], 2, "there is no folder no"),

@@ -1,4 +1,4 @@
-//! Runs as messages: made anywhere, they are the runs of `bench`, and the boxes of `track`.
+//! Runs as messages: executed anywhere, they give the results of `bench` and the boxes of `track`.
 
 mod support;
 
@@ -13,12 +13,12 @@ use patchlock_eval::bench::store::{Clip, Identity, Series};
 use support::Bench;
 use support::benchmark::Benchmark;
 
-/// As it comes out of a message.
+/// The job after a round trip through its JSON message.
 fn sent(job: &Job) -> Job {
     let message = serde_json::to_string(job).unwrap();
-    let there: Job = serde_json::from_str(&message).unwrap();
-    assert_eq!(&there, job);
-    there
+    let received: Job = serde_json::from_str(&message).unwrap();
+    assert_eq!(&received, job);
+    received
 }
 
 fn options(benchmark: &Benchmark, out: &str) -> Options {
@@ -36,7 +36,7 @@ fn options(benchmark: &Benchmark, out: &str) -> Options {
 }
 
 #[test]
-fn they_are_the_runs_of_bench() {
+fn jobs_give_the_results_of_bench() {
     let benchmark = Benchmark::new(3, 4);
     fs::remove_file(benchmark.path("data/B/img/1.png")).unwrap();
     benchmark.bench("whole", &["--seeds", "2"]).assert().code(1);
@@ -53,7 +53,7 @@ fn they_are_the_runs_of_bench() {
 }
 
 #[test]
-fn a_benchmark_that_makes_no_sense() {
+fn invalid_options_are_refused() {
     let benchmark = Benchmark::new(1, 3);
     let error = |options: Options| job::of_bench(&options, 1, 1).unwrap_err().to_string();
     let good = || options(&benchmark, "out");
@@ -101,14 +101,14 @@ fn a_clip_has_the_boxes_of_track() {
     };
     let (own, tracked) = (boxes(&written.boxes), boxes(&bench.lines("a.txt").join("\n")));
     assert_eq!((own.len(), tracked.len()), (3, 3));
-    // `track` writes so many digits as are good to read.
+    // `track` writes fewer digits.
     for (a, b) in own.iter().flatten().zip(tracked.iter().flatten()) {
         assert!((a - b).abs() < 1e-3, "{own:?} {tracked:?}");
     }
 }
 
 #[test]
-fn what_is_wrong_with_a_clip() {
+fn invalid_clips_are_refused() {
     let bench = Bench::new();
     bench.mp4("a.mp4", 3);
     let mut config = TrackerConfig::default();
@@ -124,7 +124,7 @@ fn what_is_wrong_with_a_clip() {
     let outside = BoundingBox { x: 500.0, y: 18.0, w: 32.0, h: 28.0 };
     let start = Start { bbox: outside, ..good.start };
     assert!(error(Job { start, ..good.clone() }).contains("does not fit frame 0"));
-    // Another version gives other boxes, perhaps.
+    // Another version may give other boxes.
     let mut other = good;
     if let Identity::Patchlock { version, .. } = &mut other.series.subject {
         *version = "0.0.9".into();

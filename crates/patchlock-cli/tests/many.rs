@@ -1,4 +1,4 @@
-//! The verb `track` with many targets.
+//! Tests of `patchlock track` with many targets.
 
 mod support;
 
@@ -7,10 +7,10 @@ use std::fs;
 use predicates::prelude::*;
 use support::{BOX, Bench, COLUMNS};
 
-/// Within the card: on the even ground all atoms look the same, and telling them apart takes long.
+/// A box inside the card: on the smooth background the atoms are almost equal, which makes coding slow.
 const OTHER: &str = "30,24,20,18";
 
-/// The lines of a table: of which target and frame, and the numbers of the box.
+/// The rows of a table: target, frame, and the other columns.
 fn rows(lines: &[String]) -> Vec<(u64, usize, String)> {
     let row = |line: &String| {
         let cells: Vec<&str> = line.split(',').collect();
@@ -19,7 +19,7 @@ fn rows(lines: &[String]) -> Vec<(u64, usize, String)> {
     lines[1..].iter().map(row).collect()
 }
 
-/// What a run for this box alone saves, from this frame on, as the lines of target `id`.
+/// The rows of a run with this box only, from `start` to `end`, as rows of target `id`.
 fn alone(bench: &Bench, id: u64, bbox: &str, start: &str, end: &str) -> Vec<(u64, usize, String)> {
     let output = bench.bare("f").args(["--box", bbox, "--start", start, "--end", end]).output();
     let lines = String::from_utf8(output.unwrap().stdout).unwrap();
@@ -31,7 +31,7 @@ fn alone(bench: &Bench, id: u64, bbox: &str, start: &str, end: &str) -> Vec<(u64
 }
 
 #[test]
-fn several_boxes_are_tracked_as_each_alone() {
+fn several_boxes_give_the_tracks_of_single_runs() {
     let bench = Bench::new();
     bench.images("f", 6);
     let outputs =
@@ -53,7 +53,7 @@ fn several_boxes_are_tracked_as_each_alone() {
 }
 
 #[test]
-fn targets_begin_end_and_begin_anew_at_any_frame() {
+fn targets_start_restart_and_end_at_any_frame() {
     let bench = Bench::new();
     bench.images("f", 8);
     let table = format!("frame,id,x,y,w,h\n1,5,{BOX}\n2,3,{OTHER}\n4,3,34,24,20,18\n6,5,,,,\n");
@@ -69,10 +69,10 @@ fn targets_begin_end_and_begin_anew_at_any_frame() {
     expected.extend(alone(&bench, 3, "34,24,20,18", "4", "8"));
     expected.sort_by_key(|(id, frame, _)| (*frame, *id));
     assert_eq!(rows(&bench.lines("a.csv")), expected);
-    // Frame 0 has no target yet, but the video begins with it.
+    // Frame 0 has no target yet, but is part of the video.
     let video = patchlock_media::open(bench.path("a.mp4").to_str().unwrap(), false).unwrap();
     assert_eq!(video.length(), Some(8));
-    // The way back: what begins in a later frame comes first.
+    // In reverse, the start in the later frame comes first.
     fs::write(bench.path("t.csv"), format!("frame,id,x,y,w,h\n7,1,{BOX}\n5,1,,,,\n")).unwrap();
     run().args(["--reverse", "--save", "b.csv"]).assert().success();
     let frames: Vec<_> = rows(&bench.lines("b.csv")).iter().map(|(_, frame, _)| *frame).collect();
@@ -80,7 +80,7 @@ fn targets_begin_end_and_begin_anew_at_any_frame() {
 }
 
 #[test]
-fn the_table_is_exported_with_its_targets() {
+fn exports_keep_the_ids_of_targets() {
     let bench = Bench::new();
     bench.images("f", 3);
     bench.track("f").args(["--box", OTHER, "--save", "a.csv"]).assert().success();
@@ -93,7 +93,7 @@ fn the_table_is_exported_with_its_targets() {
 }
 
 #[test]
-fn what_is_wrong_is_said() {
+fn errors_name_their_cause() {
     let bench = Bench::new();
     bench.images("f", 4);
     let table = |lines: &str| {
@@ -105,16 +105,16 @@ fn what_is_wrong_is_said() {
     table("9,1,1,2,30,40").code(2).stderr(says("target 1 has a line for frame 9"));
     table("0,1,500,2,30,40").code(2).stderr(says("no part of the box is in it"));
     table("0,1,1,2,30,40\n2,4,,,,").code(2).stderr(says("target 4 ends in frame 2, but"));
-    // What was tracked before is kept.
+    // The frames tracked before the error are kept.
     assert_eq!(bench.lines("a.csv").len(), 3);
     fs::remove_file(bench.path("a.csv")).unwrap();
     table("0,1,1,2,30").code(2).stderr(says("t.csv"));
     assert!(!bench.path("a.csv").exists());
     let text = ["--box", OTHER, "--save", "a.txt"];
-    bench.track("f").args(text).assert().code(2).stderr(says(".txt holds one target"));
+    bench.track("f").args(text).assert().code(2).stderr(says("a .txt file holds one target"));
     let both = ["--boxes", "t.csv"];
     bench.track("f").args(both).assert().code(2).stderr(predicate::str::contains("--boxes"));
-    // A source of unknown length ends too early.
+    // A source of unknown length that ends too early.
     fs::write(bench.path("t.csv"), format!("frame,id,x,y,w,h\n0,1,{BOX}\n7,2,{OTHER}\n")).unwrap();
     let mut piped = bench.bare("-");
     piped.args(["--boxes", "t.csv", "--save", "b.csv"]).write_stdin(support::y4m(3));

@@ -1,8 +1,8 @@
-//! Real sequences of the tracker benchmark (OTB), where they are at hand. They belong to others and are not part of the
-//! repository: `PATCHLOCK_DATA` names the folder that holds `otb-dev/`; without it `../shared/data`, seen from the root of the
-//! workspace, is tried. Where there is none, each test says so and passes.
+//! Tests on real sequences of OTB, if they are available. They belong to others and are not part of the
+//! repository. `PATCHLOCK_DATA` names the folder that holds `otb-dev/`; the default is `../shared/data`,
+//! relative to the root of the workspace. Without the sequences each test prints SKIPPED and passes.
 //!
-//! The long sequences are cut so that this takes minutes; `PATCHLOCK_FULL=1` takes them whole.
+//! Long sequences are cut so that the tests take minutes; with `PATCHLOCK_FULL=1` they are used whole.
 
 use std::env;
 use std::fs;
@@ -13,12 +13,12 @@ use std::process::Command;
 use patchlock::BoundingBox;
 use patchlock_media::{FrameRate, Mp4Writer};
 
-/// Past the test harness, which would swallow it.
+/// Prints past the test harness, which captures normal output.
 fn say(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");
 }
 
-/// The sequences, or why there are none.
+/// The folder of the sequences; prints the reason and returns `None` if there is none.
 fn data(test: &str) -> Option<PathBuf> {
     let near = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
     let folder = env::var_os("PATCHLOCK_DATA").map_or_else(near, PathBuf::from).join("otb-dev");
@@ -26,7 +26,8 @@ fn data(test: &str) -> Option<PathBuf> {
         return Some(folder);
     }
     say(&format!(
-        "{test}: SKIPPED, there are no sequences at {} (PATCHLOCK_DATA names the folder that holds otb-dev)",
+        "{test}: SKIPPED, there are no sequences at {} \
+         (PATCHLOCK_DATA names the folder that holds otb-dev)",
         folder.display()
     ));
     None
@@ -65,7 +66,7 @@ impl Sequence {
         all
     }
 
-    /// `patchlock track` on the first `count` frames; gives the boxes of the text file, and that file.
+    /// Runs `patchlock track` on the first `count` frames; returns the boxes and the text of the file.
     fn track(
         &self,
         source: &Path,
@@ -88,7 +89,7 @@ impl Sequence {
     }
 }
 
-/// Lines of `x,y,w,h` with commas, tabs or blanks between them, counted from 1.
+/// Parses lines of `x,y,w,h`, separated by commas, tabs or spaces, counted from 1.
 fn boxes(text: &str) -> Vec<BoundingBox> {
     let number = |word: &str| word.parse::<f64>().unwrap();
     text.lines()
@@ -106,7 +107,8 @@ fn distance(a: &BoundingBox, b: &BoundingBox) -> f64 {
     (ax - bx).hypot(ay - by)
 }
 
-/// Share of the frames whose centre is at most 20 pixels off, the first one included; frames without truth do not count.
+/// Share of the frames, including the first, whose centre is at most 20 pixels off. Frames without truth do
+/// not count.
 fn dp(tracked: &[BoundingBox], truth: &[BoundingBox]) -> f64 {
     let pairs: Vec<_> = tracked.iter().zip(truth).filter(|(_, t)| t.w > 0.0 && t.h > 0.0).collect();
     let near = pairs.iter().filter(|(a, b)| distance(a, b) <= 20.0).count();
@@ -118,7 +120,7 @@ fn four_sequences_are_followed() {
     let Some(data) = data("four_sequences_are_followed") else { return };
     let full = env::var_os("PATCHLOCK_FULL").is_some_and(|value| value == "1");
     let mut scores = Vec::new();
-    // In CarScale the car then passes behind trees while it grows, which the paper's tracker does not follow.
+    // In CarScale the car then passes behind trees while it grows, and the paper's tracker loses it.
     let before_the_trees = 150;
     for (name, short, long) in [
         ("Crossing", 120, usize::MAX),
@@ -147,8 +149,8 @@ fn the_number_of_threads_changes_nothing() {
 }
 
 #[test]
-fn a_video_gives_the_track_of_its_frames() {
-    let Some(data) = data("a_video_gives_the_track_of_its_frames") else { return };
+fn a_video_and_its_frames_give_similar_tracks() {
+    let Some(data) = data("a_video_and_its_frames_give_similar_tracks") else { return };
     let sequence = Sequence::of(&data, "Crossing");
     let count = 60;
     let mut images: Vec<PathBuf> =
@@ -176,15 +178,15 @@ fn a_video_gives_the_track_of_its_frames() {
     };
     let (apart, overlap) = (mean(&distance), mean(&|a, b| a.overlap(b)));
     say(&format!("video and frames: centres {apart:.2} px apart, overlap {overlap:.3}"));
-    // The same seed draws the same candidates, but compression changes their likelihoods a little, so that now and then a
-    // neighbour wins. The target is 17 pixels wide: a wrong target would be much further away.
+    // The same seed draws the same candidates, but compression changes their likelihoods a little, so that
+    // sometimes a neighbour wins. The target is 17 pixels wide; another target would be much further away.
     assert!(apart < 3.0, "{apart}");
     assert!(overlap > 0.8, "{overlap}");
 }
 
 #[test]
-fn every_target_can_be_begun() {
-    let Some(data) = data("every_target_can_be_begun") else { return };
+fn every_target_can_be_tracked() {
+    let Some(data) = data("every_target_can_be_tracked") else { return };
     let all = Sequence::all(&data);
     assert!(!all.is_empty(), "{} holds no sequences", data.display());
     for sequence in &all {

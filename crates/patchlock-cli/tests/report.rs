@@ -1,4 +1,4 @@
-//! `patchlock report` as a user meets it, on made-up trackers and truth.
+//! Tests of `patchlock report` with synthetic trackers and truth.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -8,7 +8,8 @@ use assert_cmd::Command;
 use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
 
-/// Truth of two targets and boxes of two trackers, `near` and `far`, and one with too few boxes.
+/// Writes the truth of two targets, the boxes of two trackers, `near` and `far`, and a tracker with too few
+/// boxes.
 fn write_input(root: &Path) {
     let rows = |shift: usize, count: usize| -> String {
         (0..count).map(|frame| format!("{},20,30,40\n", 10 + frame + shift)).collect()
@@ -32,7 +33,7 @@ fn report(root: &Path, more: &[&str]) -> assert_cmd::assert::Assert {
         .assert()
 }
 
-/// The files of a folder with what is in them.
+/// The files of a folder with their content.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let entry = |entry: fs::DirEntry| {
         (entry.file_name().to_string_lossy().into_owned(), fs::read(entry.path()).unwrap())
@@ -41,12 +42,12 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 }
 
 #[test]
-fn it_writes_a_page_and_its_pictures() {
+fn a_page_and_its_figures_are_written() {
     let folder = tempfile::tempdir().unwrap();
     write_input(folder.path());
     report(folder.path(), &["--out", "page.html"])
         .success()
-        .stdout(contains("page.html: 2 trackers").and(contains("page_plots: 5 pictures")))
+        .stdout(contains("page.html: 2 trackers").and(contains("page_plots: 5 figures")))
         .stderr(
             contains("note: short is left out: ")
                 .and(contains("5 boxes, but the truth of one has 8 frames")),
@@ -62,11 +63,11 @@ fn it_writes_a_page_and_its_pictures() {
     for table in ["trackers.csv", "targets.csv", "attributes.csv", "pairs.csv"] {
         assert!(plots.contains_key(table), "{table}");
     }
-    assert_eq!(plots.len(), 5 * 3 + 4, "nothing else, and nothing half-written");
+    assert_eq!(plots.len(), 5 * 3 + 4, "nothing else, and no partial files");
 }
 
 #[test]
-fn the_same_again_gives_the_same_files() {
+fn the_same_input_gives_the_same_files() {
     let folder = tempfile::tempdir().unwrap();
     write_input(folder.path());
     report(folder.path(), &["--out", "a.html", "--show", "far"]).success();
@@ -77,24 +78,24 @@ fn the_same_again_gives_the_same_files() {
 }
 
 #[test]
-fn what_is_there_is_not_replaced_unasked() {
+fn existing_files_are_replaced_only_with_overwrite() {
     let folder = tempfile::tempdir().unwrap();
     write_input(folder.path());
     report(folder.path(), &["--out", "page.html"]).success();
     let before = fs::read(folder.path().join("page.html")).unwrap();
     report(folder.path(), &["--out", "page.html"])
         .code(2)
-        .stderr(contains("page.html exists already").and(contains("--overwrite")));
+        .stderr(contains("page.html already exists").and(contains("--overwrite")));
     report(folder.path(), &["--out", "new.html", "--plots", "page_plots"])
         .code(2)
-        .stderr(contains("page_plots has files already").and(contains("--plots names another")));
+        .stderr(contains("page_plots is not empty").and(contains("--plots chooses another")));
     assert!(!folder.path().join("new.html").exists());
     report(folder.path(), &["--out", "page.html", "--overwrite", "--show", "far"]).success();
     assert_ne!(before, fs::read(folder.path().join("page.html")).unwrap());
 }
 
 #[test]
-fn wrong_use_is_explained() {
+fn usage_errors_are_explained() {
     let folder = tempfile::tempdir().unwrap();
     write_input(folder.path());
     report(folder.path(), &["--out", "page.html", "--show", "near,nobody"])

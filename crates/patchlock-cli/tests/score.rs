@@ -1,4 +1,4 @@
-//! The verbs `score` and `dataset`.
+//! Tests of `patchlock score` and `patchlock dataset`.
 
 mod support;
 
@@ -9,7 +9,7 @@ use predicates::str::contains;
 use serde_json::Value;
 use support::benchmark::Benchmark;
 
-/// A benchmark of targets A and B, and a tracker whose boxes are the truth for A and far off for B.
+/// A benchmark of targets A and B, and a tracker whose boxes equal the truth for A and are far off for B.
 fn half_right() -> Benchmark {
     let benchmark = Benchmark::new(2, 3);
     fs::create_dir(benchmark.path("half")).unwrap();
@@ -20,7 +20,7 @@ fn half_right() -> Benchmark {
 }
 
 #[test]
-fn tables_and_json_say_the_same() {
+fn tables_and_json_have_the_same_scores() {
     let benchmark = half_right();
     let table = benchmark
         .patchlock(&["score", "half", "--truth", "data", "--by", "attribute"])
@@ -30,7 +30,7 @@ fn tables_and_json_say_the_same() {
     let table = String::from_utf8(table.get_output().stdout.clone()).unwrap();
     let lines: Vec<Vec<&str>> =
         table.lines().map(|line| line.split_whitespace().collect()).collect();
-    // A is right in all frames; B in one of three. An overlap of 1 is more than 20 of the 21 thresholds.
+    // A is right in all frames, B in one of three. An overlap of 1 exceeds 20 of the 21 thresholds.
     assert_eq!(lines[1][..5], ["half", "2", "1", "0.667", "0.635"], "{table}");
     assert!(
         lines.contains(&vec!["IV", "1", "1.000"]) && lines.contains(&vec!["OCC", "2", "0.667"]),
@@ -57,7 +57,7 @@ fn tables_and_json_say_the_same() {
 }
 
 #[test]
-fn wrong_results_are_said_and_the_others_scored() {
+fn invalid_results_are_reported_and_the_others_scored() {
     let benchmark = half_right();
     fs::create_dir(benchmark.path("short")).unwrap();
     fs::write(benchmark.path("short/A.txt"), "21,19,32,28\n").unwrap();
@@ -79,7 +79,7 @@ fn wrong_results_are_said_and_the_others_scored() {
         .assert()
         .code(2)
         .stderr(contains("not a dataset"));
-    // Truth that is wrong is told as well.
+    // Invalid truth is reported as well.
     fs::write(benchmark.path("data/B/groundtruth_rect.txt"), "21,19,32,28\n\n23,19,32,28\n")
         .unwrap();
     benchmark
@@ -92,7 +92,7 @@ fn wrong_results_are_said_and_the_others_scored() {
 }
 
 #[test]
-fn a_dataset_is_told() {
+fn datasets_are_listed_with_anything_unusual() {
     let benchmark = half_right();
     benchmark
         .patchlock(&["dataset", "data"])
@@ -101,7 +101,7 @@ fn a_dataset_is_told() {
         .stdout(
             contains("layout OTB, 2 targets, 6 frames, 6 rows of truth").and(contains("96 x 72")),
         )
-        .stdout(contains("Nothing odd"));
+        .stdout(contains("Nothing unusual"));
     fs::remove_file(benchmark.path("data/B/img/1.png")).unwrap();
     fs::write(
         benchmark.path("data/A/groundtruth_rect.txt"),
@@ -118,7 +118,7 @@ fn a_dataset_is_told() {
         .stdout(contains("! B: image 1 is missing"))
         .stdout(contains("  A: the truth of 1 of 3 frames is NaN"))
         .stdout(contains("  A: 1 of 2 boxes lie entirely outside the frame of 96 x 72"))
-        .stderr(contains("1 fault in the way"));
+        .stderr(contains("1 fault found"));
     benchmark
         .patchlock(&["dataset", "half/a.txt"])
         .assert()

@@ -1,4 +1,4 @@
-//! The verb `track` on every kind of source and output.
+//! Tests of `patchlock track` with every kind of source and output.
 
 mod support;
 
@@ -34,7 +34,7 @@ fn a_folder_gives_all_outputs() {
     assert_eq!(csv[0], COLUMNS);
     assert!(
         csv[1].starts_with("0,20.0,18.0,32.0,28.0,"),
-        "the first row is the box as given: {}",
+        "the first row is the given box: {}",
         csv[1]
     );
     assert_eq!(
@@ -69,7 +69,7 @@ fn without_outputs_the_table_is_printed() {
 }
 
 #[test]
-fn the_seed_decides_and_the_threads_do_not() {
+fn boxes_depend_on_the_seed_but_not_on_threads() {
     let bench = Bench::new();
     bench.images("f", 4);
     let boxes = |seed: &str, threads: &str| {
@@ -84,7 +84,7 @@ fn the_seed_decides_and_the_threads_do_not() {
 }
 
 #[test]
-fn ranges_strides_and_reverse_choose_frames() {
+fn ranges_strides_and_reverse_select_frames() {
     let bench = Bench::new();
     bench.images("f", 9);
     bench.mp4("v.mp4", 9);
@@ -144,16 +144,19 @@ fn grey_images_of_both_depths_are_tracked() {
 
 #[cfg(unix)]
 #[test]
-fn other_formats_come_through_ffmpeg() {
+fn other_formats_are_decoded_by_ffmpeg() {
     let bench = Bench::new();
     fs::write(bench.path("real.y4m"), support::y4m(3)).unwrap();
     fs::write(bench.path("v.webm"), "not ours").unwrap();
     let script = |text: &str| bench.track_with_ffmpeg("v.webm", text).assert();
     script("cat real.y4m").success().stdout(predicate::str::contains("\n2,"));
-    // An old version does not know one option, the other spelling is tried.
-    script("case \"$*\" in *fps_mode*) echo \"Unrecognized option 'fps_mode'.\" >&2; echo 'Error splitting the argument list' >&2; exit 1;; esac; cat real.y4m")
-        .success()
-        .stdout(predicate::str::contains("\n2,"));
+    // Old versions reject an option; its old name is tried then.
+    script(
+        "case \"$*\" in *fps_mode*) echo \"Unrecognized option 'fps_mode'.\" >&2; \
+         echo 'Error splitting the argument list' >&2; exit 1;; esac; cat real.y4m",
+    )
+    .success()
+    .stdout(predicate::str::contains("\n2,"));
     script("echo 'Invalid data found' >&2; exit 1")
         .code(1)
         .stderr(predicate::str::contains("Invalid data found"));
@@ -162,16 +165,17 @@ fn other_formats_come_through_ffmpeg() {
     );
 }
 
-/// ffmpeg calls it a success when it leaves out what it can't decode: only its words tell.
+/// ffmpeg exits successfully if it skips frames that it can't decode; only its messages tell.
 #[cfg(unix)]
 #[test]
-fn damage_that_ffmpeg_only_mentions_is_an_error() {
+fn damage_reported_by_ffmpeg_is_an_error() {
     let bench = Bench::new();
     fs::write(bench.path("real.y4m"), support::y4m(3)).unwrap();
     fs::write(bench.path("v.webm"), "not ours").unwrap();
-    let said = "cat real.y4m; echo '[mov @ 0x55] bad unit' >&2; echo '    Last message repeated 1 times' >&2; echo 'partial file' >&2";
+    let script = "cat real.y4m; echo '[mov @ 0x55] bad unit' >&2; \
+                  echo '    Last message repeated 1 times' >&2; echo 'partial file' >&2";
     let run = |more: &[&str]| {
-        bench.track_with_ffmpeg("v.webm", said).args(["--save", "a.csv"]).args(more).assert()
+        bench.track_with_ffmpeg("v.webm", script).args(["--save", "a.csv"]).args(more).assert()
     };
     run(&[]).code(1).stderr(
         predicate::str::contains("cannot read frame 3 of v.webm")
@@ -187,10 +191,11 @@ fn damage_that_ffmpeg_only_mentions_is_an_error() {
     );
 }
 
-/// The file shows ffmpeg's test pattern and was made with x264 -qp 0: H.264 of 8 bits and 4:2:0, in a way that the decoder does not know.
+/// The file shows ffmpeg's test pattern and was made with x264 -qp 0: H.264 with 8 bits and 4:2:0, but with a
+/// feature that the decoder does not support.
 #[cfg(unix)]
 #[test]
-fn kinds_of_h264_that_are_not_known_go_through_ffmpeg() {
+fn unsupported_kinds_of_h264_are_decoded_by_ffmpeg() {
     let bench = Bench::new();
     fs::write(bench.path("real.y4m"), support::y4m(3)).unwrap();
     let data = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/lossless.mp4");
@@ -206,7 +211,7 @@ fn kinds_of_h264_that_are_not_known_go_through_ffmpeg() {
 }
 
 #[test]
-fn what_config_prints_changes_nothing() {
+fn the_output_of_config_gives_the_same_boxes() {
     let bench = Bench::new();
     bench.images("f", 2);
     let printed = support::patchlock().arg("config").output().unwrap().stdout;
@@ -224,16 +229,16 @@ fn what_config_prints_changes_nothing() {
 }
 
 #[test]
-fn help_teaches() {
-    for verb in ["track", "demo", "config"] {
-        let help = support::patchlock().args([verb, "--help"]).assert().success();
+fn help_has_examples() {
+    for command in ["track", "demo", "config"] {
+        let help = support::patchlock().args([command, "--help"]).assert().success();
         help.stdout(predicate::str::contains("EXAMPLES:"));
     }
 }
 
 #[cfg(unix)]
 #[test]
-fn a_reader_that_leaves_is_no_error() {
+fn a_closed_pipe_is_not_an_error() {
     let bench = Bench::new();
     bench.images("f", 6);
     let program = assert_cmd::cargo::cargo_bin("patchlock");
@@ -273,18 +278,18 @@ fn ctrl_c_leaves_complete_files() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    // The pipe stays open: without Ctrl-C the program would wait for more frames for ever.
+    // The pipe stays open: without Ctrl-C the program would wait for more frames forever.
     let mut stdin = child.stdin.take().unwrap();
     stdin.write_all(&support::y4m(3)).unwrap();
     stdin.flush().unwrap();
-    let begun = |bench: &Bench| {
+    let started = |bench: &Bench| {
         bench
             .leftovers()
             .iter()
             .any(|p| fs::read_to_string(p).is_ok_and(|t| t.lines().count() == 4))
     };
-    let patience = std::time::Instant::now();
-    while !begun(&bench) && patience.elapsed().as_secs() < 60 {
+    let begin = std::time::Instant::now();
+    while !started(&bench) && begin.elapsed().as_secs() < 60 {
         std::thread::sleep(std::time::Duration::from_millis(50));
     }
     Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
@@ -297,12 +302,12 @@ fn ctrl_c_leaves_complete_files() {
 
 #[cfg(unix)]
 #[test]
-fn a_second_ctrl_c_keeps_the_tables_and_leaves_nothing_half_written() {
+fn a_second_ctrl_c_keeps_the_tables_and_removes_partial_files() {
     use std::process::{Command, Stdio};
     use std::time::{Duration, Instant};
     let bench = Bench::new();
     bench.images("f", 3);
-    // The first frame is given; the second one takes much longer than this test.
+    // The first frame is fast; the second takes much longer than this test.
     fs::write(bench.path("slow.toml"), "particles = 100000\n").unwrap();
     let child = Command::new(assert_cmd::cargo::cargo_bin("patchlock"))
         .current_dir(bench.folder.path())
@@ -312,12 +317,12 @@ fn a_second_ctrl_c_keeps_the_tables_and_leaves_nothing_half_written() {
         .stderr(Stdio::piped())
         .spawn()
         .unwrap();
-    let begun = || {
+    let started = || {
         let rows = |path: &std::path::PathBuf| fs::read(path).is_ok_and(|data| !data.is_empty());
         bench.leftovers().iter().filter(|path| rows(path)).count() >= 2
     };
-    let patience = Instant::now();
-    while !begun() && patience.elapsed().as_secs() < 60 {
+    let begin = Instant::now();
+    while !started() && begin.elapsed().as_secs() < 60 {
         std::thread::sleep(Duration::from_millis(20));
     }
     for _ in 0..2 {
@@ -327,7 +332,8 @@ fn a_second_ctrl_c_keeps_the_tables_and_leaves_nothing_half_written() {
     let output = child.wait_with_output().unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(130), "{said}");
-    assert!(said.contains("ended at once by a second Ctrl-C; what was tracked is in "), "{said}");
+    let expected = "stopped immediately by a second Ctrl-C; the frames tracked so far are in ";
+    assert!(said.contains(expected), "{said}");
     assert!(said.lines().count() == 1 && said.contains("not written: "), "{said}");
     assert_eq!((bench.lines("a.csv").len(), bench.lines("a.txt").len()), (2, 1));
     assert!(!bench.path("a.mp4").exists() && !bench.path("a.json").exists());

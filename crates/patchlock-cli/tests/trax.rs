@@ -1,5 +1,5 @@
-//! `bench --cmd`: other programs under test, through TraX. The program here is a few lines of Python with its standard library alone; where there is
-//! no `python3` these tests say so and pass.
+//! Tests of `bench --cmd`, which runs other trackers through the TraX protocol. The tracker here is a short
+//! script that needs only the Python standard library. Without `python3` these tests print SKIPPED and pass.
 
 mod support;
 
@@ -11,7 +11,7 @@ use predicates::prelude::*;
 use predicates::str::contains;
 use support::benchmark::Benchmark;
 
-/// A tracker that says that the target moves two pixels a frame, and misbehaves as its argument asks.
+/// A tracker that moves the box by two pixels per frame and misbehaves as its argument demands.
 const SERVER: &str = r#"
 import os, sys, time
 mode = sys.argv[1]
@@ -20,13 +20,14 @@ if mode == "mute": time.sleep(600)
 if mode == "chatter": say("loading weights")
 region = "polygon" if mode == "polygon" else "rectangle"
 version = {"new": 5, "four": 4}.get(mode, 3)
-say(f'@@TRAX:hello "trax.version={version}" "trax.image=path;" "trax.region={region};" trax.name=tiny')
+hello = f'"trax.version={version}" "trax.image=path;" "trax.region={region};" trax.name=tiny'
+say(f"@@TRAX:hello {hello}")
 frame = 0
 for line in sys.stdin:
     words = line.split('"')
     if line.startswith("@@TRAX:quit"): break
     if mode == "four" and line.startswith("@@TRAX:initialize"):
-        # The box alone; the image comes with the frame after it.
+        # The message has only the box; the image comes with the next frame.
         x, y, w, h = [float(word) for word in words[1].split(",")]
         x += float(os.environ["PATCHLOCK_SEED"]) - 2
         frame = -1
@@ -54,7 +55,7 @@ for line in sys.stdin:
     else: say(f'@@TRAX:state "{x},{y},{w},{h}" confidence=0.5')
 "#;
 
-/// The benchmark with the server in it, or the reason why there is none.
+/// The benchmark with the server script; `None` if there is no Python.
 fn benchmark(test: &str) -> Option<Benchmark> {
     if Command::new("python3").arg("--version").output().is_err() {
         let _ = writeln!(std::io::stderr(), "{test}: SKIPPED, there is no python3");
@@ -74,8 +75,8 @@ fn bench(benchmark: &Benchmark, mode: &str, more: &[&str]) -> assert_cmd::Comman
 }
 
 #[test]
-fn its_boxes_are_kept() {
-    let Some(benchmark) = benchmark("its_boxes_are_kept") else { return };
+fn boxes_of_the_tracker_are_stored() {
+    let Some(benchmark) = benchmark("boxes_of_the_tracker_are_stored") else { return };
     for mode in ["good", "polygon", "chatter", "four"] {
         bench(&benchmark, mode, &["--seeds", "2"]).assert().success().stderr("");
         let boxes = benchmark.trajectories("out");
@@ -83,7 +84,7 @@ fn its_boxes_are_kept() {
         assert_eq!(boxes[&format!("{mode}/ope/A/0.txt")], expected, "{mode}");
         assert!(
             boxes[&format!("{mode}/ope/A/1.txt")].ends_with("\n28,19,32,28\n"),
-            "the seed is told"
+            "the tracker receives the seed"
         );
     }
     benchmark
@@ -91,7 +92,7 @@ fn its_boxes_are_kept() {
         .assert()
         .success()
         .stdout(contains("good").and(contains("1.000")));
-    // It is another subject than our tracker under the same name.
+    // Our own tracker must not use the same name.
     benchmark
         .bench("out", &["--name", "good"])
         .assert()
@@ -100,16 +101,16 @@ fn its_boxes_are_kept() {
 }
 
 #[test]
-fn a_frame_without_an_answer_is_one() {
-    let Some(benchmark) = benchmark("a_frame_without_an_answer_is_one") else { return };
+fn a_lost_target_is_stored_as_nan() {
+    let Some(benchmark) = benchmark("a_lost_target_is_stored_as_nan") else { return };
     bench(&benchmark, "lost", &[]).assert().success();
     let boxes = &benchmark.trajectories("out")["lost/ope/A/0.txt"];
     assert_eq!(boxes.lines().nth(2), Some("NaN,NaN,NaN,NaN"));
 }
 
 #[test]
-fn what_goes_wrong_is_said_for_each_run() {
-    let Some(benchmark) = benchmark("what_goes_wrong_is_said_for_each_run") else { return };
+fn errors_are_reported_for_each_run() {
+    let Some(benchmark) = benchmark("errors_are_reported_for_each_run") else { return };
     for (mode, said) in [
         (
             "crash",
@@ -122,14 +123,14 @@ fn what_goes_wrong_is_said_for_each_run() {
     ] {
         let both =
             contains("error: A (seed 0").and(contains("error: B (seed 0")).and(contains(said));
-        bench(&benchmark, mode, &[]).assert().code(1).stdout(contains("0 runs made")).stderr(both);
+        bench(&benchmark, mode, &[]).assert().code(1).stdout(contains("0 runs done")).stderr(both);
     }
-    assert!(benchmark.trajectories("out").is_empty(), "nothing half-done is kept");
+    assert!(benchmark.trajectories("out").is_empty(), "no partial runs are kept");
 }
 
 #[test]
-fn nobody_waits_for_ever() {
-    let Some(benchmark) = benchmark("nobody_waits_for_ever") else { return };
+fn answers_have_a_time_limit() {
+    let Some(benchmark) = benchmark("answers_have_a_time_limit") else { return };
     let one = ["--sequences", "A"];
     bench(&benchmark, "hang", &one)
         .assert()
@@ -142,7 +143,7 @@ fn nobody_waits_for_ever() {
 }
 
 #[test]
-fn programs_that_can_not_be_started() {
+fn programs_that_cannot_be_started() {
     let benchmark = Benchmark::new(1, 3);
     let start = |command: &str| {
         benchmark

@@ -1,4 +1,4 @@
-//! `patchlock trax`: our own client against it, and what it answers line by line.
+//! Tests of `patchlock trax`, with our own client and message by message.
 
 mod support;
 
@@ -12,7 +12,7 @@ use predicates::prelude::*;
 use predicates::str::contains;
 use support::benchmark::Benchmark;
 
-/// The box of the film's first frame.
+/// The box in the first frame of the film.
 const BOX: &str = "20,18,32,28";
 
 /// A benchmark of one target.
@@ -23,7 +23,7 @@ impl Session {
         Self(Benchmark::new(1, 5))
     }
 
-    /// The argument for a frame of the film.
+    /// A frame of the film as an argument of a message.
     fn image(&self, k: usize) -> String {
         format!("file://{}", self.0.path(&format!("data/A/img/{k}.png")).display())
     }
@@ -36,7 +36,7 @@ impl Session {
         command
     }
 
-    /// The messages that it answers, after its greeting; it must not fail.
+    /// The answers after the greeting; the server must not fail.
     fn answers(&self, protocol: u32, messages: &[Message]) -> Vec<Message> {
         let assert = self.server(protocol, messages).assert().success().stderr("");
         let text = String::from_utf8(assert.get_output().stdout.clone()).unwrap();
@@ -46,7 +46,7 @@ impl Session {
         all[1..].to_vec()
     }
 
-    /// The states of a target through the film, begun on this region.
+    /// The states of a target that starts on this region, through the whole film.
     fn track(&self, region: &str) -> Vec<Message> {
         let begin = Message::new("initialize", &[&self.image(0), region]);
         let frames = (1..5).map(|k| frame(&self.image(k)));
@@ -68,7 +68,7 @@ fn region(state: &Message) -> Region {
 }
 
 #[test]
-fn the_bench_gets_the_boxes_that_it_gets_without_trax() {
+fn bench_gets_the_same_boxes_with_and_without_trax() {
     let benchmark = Benchmark::new(2, 6);
     benchmark.bench("out", &["--seeds", "2", "--name", "own"]).assert().success();
     let program = assert_cmd::cargo::cargo_bin("patchlock");
@@ -93,7 +93,7 @@ fn the_bench_gets_the_boxes_that_it_gets_without_trax() {
 }
 
 #[test]
-fn it_says_what_it_can() {
+fn the_greeting_lists_what_is_supported() {
     let session = Session::new();
     for (protocol, many) in [(3, None), (4, Some("1"))] {
         let output = session.server(protocol, &[]).assert().success().get_output().stdout.clone();
@@ -110,10 +110,10 @@ fn it_says_what_it_can() {
 }
 
 #[test]
-fn a_target_is_answered_in_the_form_in_which_it_was_given() {
+fn targets_are_reported_in_the_form_in_which_they_were_given() {
     let session = Session::new();
     let boxes = session.track(BOX);
-    // A polygon whose upright box is the same.
+    // A polygon with the same bounding box.
     let given = "36,18,52,32,36,46,20,32";
     let polygons = session.track(given);
     assert_eq!((boxes.len(), polygons.len()), (5, 5));
@@ -123,9 +123,9 @@ fn a_target_is_answered_in_the_form_in_which_it_was_given() {
         assert!(matches!(region(in_box), Region::Rectangle(_)), "{in_box}");
         let Region::Polygon(corners) = region(in_polygon) else { panic!("{in_polygon}") };
         assert_eq!(corners.len(), 4);
-        assert_eq!(in_box.named, in_polygon.named, "it is the same track");
+        assert_eq!(in_box.named, in_polygon.named, "the track is the same");
         assert_eq!(in_polygon.get("region"), Some(in_polygon.arguments[0].as_str()));
-        // The outline and the box have one centre.
+        // The outline and the box have the same centre.
         let bbox = region(in_box).bbox().unwrap();
         let middle = |axis: usize| corners.iter().map(|point| point[axis]).sum::<f64>() / 4.0;
         assert!((middle(0) - (bbox.x + bbox.w / 2.0)).abs() < 1e-9, "{in_box} {in_polygon}");
@@ -136,7 +136,7 @@ fn a_target_is_answered_in_the_form_in_which_it_was_given() {
 }
 
 #[test]
-fn a_client_may_begin_anew_at_any_time() {
+fn a_client_may_restart_at_any_time() {
     let session = Session::new();
     let (first, second) = (session.image(0), session.image(1));
     let begin = || Message::new("initialize", &[&first, BOX]);
@@ -155,7 +155,7 @@ fn a_client_may_begin_anew_at_any_time() {
 }
 
 #[test]
-fn many_targets_are_tracked_as_each_alone() {
+fn many_targets_give_the_tracks_of_single_runs() {
     let session = Session::new();
     let other = "10,10,24,20";
     let (alone, beside) = (session.track(BOX), session.track(other));
@@ -166,7 +166,7 @@ fn many_targets_are_tracked_as_each_alone() {
     let expected: Vec<_> =
         alone.iter().zip(&beside).flat_map(|(a, b)| [a.clone(), b.clone()]).collect();
     assert_eq!(both, expected);
-    // The second comes later.
+    // The second target is added later.
     let late = [
         initialize(BOX),
         images[0].clone(),
@@ -180,7 +180,7 @@ fn many_targets_are_tracked_as_each_alone() {
 }
 
 #[test]
-fn images_may_come_as_pixels_or_bytes() {
+fn images_may_be_sent_as_pixels_or_files() {
     let session = Session::new();
     let expected = session.track(BOX);
     let bytes = |k: usize| fs::read(session.0.path(&format!("data/A/img/{k}.png"))).unwrap();
@@ -199,13 +199,13 @@ fn images_may_come_as_pixels_or_bytes() {
 }
 
 #[test]
-fn what_is_wrong_is_told_to_both_sides() {
+fn errors_reach_the_client_and_standard_error() {
     let session = Session::new();
     let image = session.image(0);
     let begin = |region: &str| Message::new("initialize", &[&image, region]);
     let missing = Message::new("initialize", &["file:///no/such.png", BOX]);
     for (messages, why) in [
-        (vec![frame(&image)], "there is no target yet: initialize comes before frame"),
+        (vec![frame(&image)], "there is no target yet: send initialize before frame"),
         (vec![missing], "cannot read the image /no/such.png"),
         (vec![begin("500,500,10,10")], "lies outside the frame of 96x72 pixels"),
         (vec![begin("1,1,0,5")], "width and height at least 1 pixel"),
@@ -228,7 +228,7 @@ fn what_is_wrong_is_told_to_both_sides() {
         assert_eq!(text.lines().count(), 1 + messages.len(), "hello, an answer each, quit last");
     }
     let server = |arguments: &[&str]| session.0.patchlock(arguments).assert().code(2).stdout("");
-    server(&["trax", "--protocol", "2"]).stderr(contains("it may be 3 or 4"));
+    server(&["trax", "--protocol", "2"]).stderr(contains("must be 3 or 4"));
     server(&["trax", "--preset", "none"]).stderr(contains("there is no preset none"));
     server(&["trax", "--threads", "0"])
         .stderr(contains("'0' for '--threads <1..=1024>': 0 is not in 1..=1024"));

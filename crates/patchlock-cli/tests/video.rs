@@ -3,7 +3,7 @@
 mod support;
 
 #[test]
-fn the_annotated_video_has_every_frame_at_the_rate_of_the_source() {
+fn the_annotated_video_has_all_frames_at_the_rate_of_the_source() {
     let bench = support::Bench::new();
     bench.mp4("v.mp4", 6);
     bench.track("v.mp4").args(["--video", "out.mp4"]).assert().success();

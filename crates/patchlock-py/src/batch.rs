@@ -1,5 +1,5 @@
-//! Runs as messages, for the engines of `patchlock.batch`: planned and kept here, made wherever an engine
-//! sends them.
+//! Runs as JSON messages, for the engines of `patchlock.batch`: planned and stored here, executed wherever
+//! an engine sends them.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -16,10 +16,10 @@ use pyo3::types::PyDict;
 
 use crate::{errors, settings};
 
-/// What the text files of clips call the first pixel, as `patchlock track` does.
+/// The coordinate of the first pixel in the text files of clips, as in those of `patchlock track`.
 const ORIGIN: f64 = 1.0;
 
-/// The folder of one tracker, with runs as `patchlock bench` writes them.
+/// The results folder of one tracker, with runs in the format of `patchlock bench`.
 #[pyclass(frozen, module = "patchlock")]
 pub struct Store {
     store: store::Store,
@@ -28,8 +28,8 @@ pub struct Store {
 
 #[pymethods]
 impl Store {
-    /// Opens the folder `name` in `out` for clips. With settings of their own it is called
-    /// `name-<first digits of their hash>`.
+    /// Opens the folder `name` in `out` for clips. For clips with their own settings the folder is
+    /// `name-<first digits of the settings' hash>`.
     #[new]
     #[pyo3(signature = (out, name, *, preset, config, base, own))]
     fn new(
@@ -53,20 +53,21 @@ impl Store {
         Self::open(&out, series, &configuration)
     }
 
-    /// The folder.
+    /// Path of the folder.
     #[getter]
     fn folder(&self) -> PathBuf {
         self.store.folder().to_path_buf()
     }
 
-    /// The seed of clips that have none of their own.
+    /// The seed for clips that specify none.
     #[getter]
     fn first_seed(&self) -> u64 {
         self.first_seed
     }
 
-    /// The run on a clip. `source` is what its manifest says, `path` where it is found from any working
-    /// directory.
+    /// Describes the run on a clip as a JSON message.
+    ///
+    /// `source` is recorded in the manifest; `path` locates the clip from any working directory.
     #[pyo3(signature = (target, seed, bbox, *, source, path, start, end, stride, threads, side_by_side))]
     #[expect(clippy::too_many_arguments, reason = "each is a field of the message")]
     fn clip(
@@ -96,12 +97,12 @@ impl Store {
         })
     }
 
-    /// Whether the run is there, complete.
+    /// Whether the complete run is already stored.
     fn holds(&self, py: Python<'_>, job: &str) -> PyResult<bool> {
         py.detach(|| self.store.holds(&read(job)?.run()).map_err(errors::of_eval))
     }
 
-    /// Puts the two files of a run in their place.
+    /// Stores the two files of a run.
     fn keep(&self, py: Python<'_>, job: &str, boxes: String, manifest: String) -> PyResult<()> {
         let written = Written { boxes, manifest };
         py.detach(|| self.store.keep(&read(job)?.run(), &written).map_err(errors::of_eval))
@@ -121,11 +122,13 @@ fn message(job: &Job) -> PyResult<String> {
 
 fn read(job: &str) -> PyResult<Job> {
     serde_json::from_str(job).map_err(|error| {
-        PyValueError::new_err(format!("{error}: is the same version of Patchlock everywhere?"))
+        PyValueError::new_err(format!(
+            "{error}: all machines must run the same version of Patchlock"
+        ))
     })
 }
 
-/// Makes a run; gives its text of boxes and its manifest.
+/// Performs a run; returns its boxes as text and its manifest.
 #[pyfunction]
 pub fn track_job(py: Python<'_>, job: &str) -> PyResult<(String, String)> {
     let written = py.detach(|| read(job).map(|job| job.track()))?;
@@ -133,11 +136,13 @@ pub fn track_job(py: Python<'_>, job: &str) -> PyResult<(String, String)> {
     Ok((written.boxes, written.manifest))
 }
 
-/// Target, run and message of each run: what to make, and what can't be made.
+/// Target, run, and either the job's message or the error message of each run.
 type Named = Vec<(String, String, String)>;
 
-/// What a benchmark with these options would run: the store, the jobs, how many are there already, and what
-/// can't be run.
+/// Plans a benchmark.
+///
+/// Returns the store, the jobs to run, the number of runs that are already stored, and the failures: targets
+/// that can't be run.
 #[pyfunction]
 #[pyo3(signature = (
     dataset, out, *, protocol, preset, config, command, timeout, name, seeds, sequences, attributes,
@@ -188,17 +193,19 @@ fn entrant(
 ) -> PyResult<Entrant> {
     let Some(command) = command else { return Ok(Entrant::Patchlock { preset, config, name }) };
     if config.is_some() {
-        let message = "config holds settings of our tracker: it can't be used with command";
+        let message = "config holds settings of Patchlock: it can't be combined with command";
         return Err(PyValueError::new_err(message));
     }
     let Some(name) = name else {
-        return Err(PyValueError::new_err("command needs a name for its results: name is None"));
+        return Err(PyValueError::new_err(
+            "command needs a name for its results, but name is None",
+        ));
     };
     let patience = Duration::from_secs(in_range("timeout", timeout, MOST_SECONDS)?);
     Ok(Entrant::Program { command, name, patience })
 }
 
-/// A whole number from 1 to `most`.
+/// Checks that a whole number is in 1 to `most`.
 fn in_range(name: &str, value: i64, most: u64) -> PyResult<u64> {
     let number = u64::try_from(value).ok().filter(|number| (1..=most).contains(number));
     number.ok_or_else(|| PyValueError::new_err(format!("{name} is {value}; allowed: 1 to {most}")))
@@ -207,7 +214,9 @@ fn in_range(name: &str, value: i64, most: u64) -> PyResult<u64> {
 /// x, y, w, h.
 type Sides = (f64, f64, f64, f64);
 
-/// The boxes of a truth file that counts from 1, counted from 0; `None` for a frame without one.
+/// Reads the boxes of a truth file; `None` for a frame without a box.
+///
+/// The file counts pixels from 1; the boxes returned count from 0.
 #[pyfunction]
 pub fn read_truth(path: PathBuf) -> PyResult<Vec<Option<Sides>>> {
     let rows = text::read(&path).map_err(errors::of_eval)?.rows;

@@ -1,4 +1,4 @@
-//! Errors of the Rust side as the Python exceptions that one expects.
+//! Converts Rust errors to the usual Python exceptions.
 
 use patchlock::Error;
 use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
@@ -20,10 +20,50 @@ pub fn of_eval(error: patchlock_eval::Error) -> PyErr {
         Some(advice) => format!("{error} ({advice})"),
         None => error.to_string(),
     };
+    let text = keywords(&text);
     if error.is_misuse() { PyValueError::new_err(text) } else { PyOSError::new_err(text) }
 }
 
-/// An error of a source of frames, with its advice.
+/// Command line options in messages, and the keyword arguments that correspond to them.
+const KEYWORDS: [(&str, &str); 9] = [
+    ("attributes", "attributes"),
+    ("cmd", "command"),
+    ("end", "end"),
+    ("name", "name"),
+    ("out", "out"),
+    ("reverse", "reverse"),
+    ("sequences", "sequences"),
+    ("start", "start"),
+    ("stride", "stride"),
+];
+
+/// Replaces command line options by keyword arguments: `--start 99` becomes `start=99`.
+fn keywords(text: &str) -> String {
+    let mut words: Vec<String> = Vec::new();
+    let mut after_keyword = false;
+    for word in text.split(' ') {
+        let is_value = after_keyword && word.starts_with(|c: char| c.is_ascii_digit());
+        after_keyword = false;
+        let keyword = KEYWORDS.iter().find_map(|(option, keyword)| {
+            let (before, after) = word.split_once("--")?;
+            let punctuation = after.strip_prefix(option)?;
+            let is_whole = before.is_empty() || before == "(";
+            (is_whole && !punctuation.starts_with(|c: char| c.is_alphanumeric() || c == '-'))
+                .then(|| (format!("{before}{keyword}{punctuation}"), punctuation.is_empty()))
+        });
+        match (keyword, words.last_mut()) {
+            (Some((replaced, ends)), _) => {
+                after_keyword = ends;
+                words.push(replaced);
+            }
+            (None, Some(keyword)) if is_value => *keyword += &format!("={word}"),
+            (None, _) => words.push(word.to_owned()),
+        }
+    }
+    words.join(" ")
+}
+
+/// An error of a frame source, with its advice.
 pub fn of_media(error: patchlock_media::Error) -> PyErr {
     of_eval(error.into())
 }

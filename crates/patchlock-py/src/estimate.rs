@@ -1,4 +1,4 @@
-//! What the tracker says of a frame, as Python sees it.
+//! The Python class `Estimate`.
 
 use numpy::{PyArray2, PyReadonlyArray2, ToPyArray, ndarray::Array2};
 use patchlock::{BoundingBox, Status, Visibility, VisibilityMap};
@@ -7,16 +7,16 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyType};
 
-/// The maps of hidden patches at the large and at the small scale.
+/// The maps of hidden patches, large and small.
 type Maps<'py> = (Bound<'py, PyArray2<bool>>, Bound<'py, PyArray2<bool>>);
 
-/// What `__reduce__` gives: the class and the arguments that make the same value again.
+/// What `__reduce__` returns: the class and the arguments that make an equal value.
 type Reduced<'py> = (
     Bound<'py, PyType>,
     (Bound<'py, PyAny>, Vec<[f64; 2]>, f64, &'static str, Option<Maps<'py>>, u64, f64),
 );
 
-/// Where the target is in one frame, how much of it is seen, and how sure that is.
+/// Where the target is in one frame, how certain that is, and how much of it is visible.
 #[pyclass(frozen, module = "patchlock")]
 pub struct Estimate {
     frame: u64,
@@ -58,7 +58,9 @@ impl Estimate {
         Ok(Self { frame, ms, inner })
     }
 
-    /// Number of the frame: in the source for `track`, else counted from the one given to `init`.
+    /// Number of the frame.
+    ///
+    /// With `track` it is the number in the source; with a tracker it counts from the frame given to `init`.
     #[getter]
     fn frame(&self) -> u64 {
         self.frame
@@ -70,19 +72,23 @@ impl Estimate {
         self.ms
     }
 
-    /// The upright box `(x, y, w, h)` in pixels, counted from 0, with fractions.
+    /// The upright box `(x, y, w, h)` in pixels, counted from 0; may be fractional.
     #[getter]
     fn r#box<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         box_tuple(py, &self.inner.bbox)
     }
 
-    /// The corners of the turned outline, shape (4, 2) as x, y: top left, top right, bottom right, bottom left.
+    /// Corners of the rotated outline as x, y in pixels, shape (4, 2).
+    ///
+    /// The order is top left, top right, bottom right, bottom left of the unrotated target.
     #[getter]
     fn corners<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         Array2::from(self.inner.corners.to_vec()).to_pyarray(py)
     }
 
-    /// How sure the tracker is, 0 to 1; with the method `patchwise` the visible share of the target.
+    /// How certain the tracker is, 0 to 1.
+    ///
+    /// With the method `patchwise` it is the visible share of the target: the mean over both scales.
     #[getter]
     fn score(&self) -> f64 {
         self.inner.score
@@ -94,7 +100,7 @@ impl Estimate {
         self.inner.status.name()
     }
 
-    /// Shares of visible patches, `(large, small)`, each 0 to 1; `None` where the method does not know.
+    /// Shares of visible patches, `(large, small)`, each 0 to 1; `None` if the method does not know.
     #[getter]
     fn visibility<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         let Some(visibility) = &self.inner.visibility else { return Ok(None) };
@@ -102,15 +108,19 @@ impl Estimate {
         named(py, &VISIBILITY, "Visibility")?.call1(shares).map(Some)
     }
 
-    /// Which patches are hidden, `(large, small)`: boolean arrays, row by row in the target's own frame of
-    /// reference; `None` where the method does not know.
+    /// Hidden patches, `(large, small)`, as boolean arrays; `None` if the method does not know.
+    ///
+    /// Patches are in row order of the unrotated target: 3 x 3 and 13 x 13 with the preset `paper`.
     #[getter]
     fn occlusion<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         let Some(maps) = self.maps(py)? else { return Ok(None) };
         named(py, &OCCLUSION, "Occlusion")?.call1(maps).map(Some)
     }
 
-    /// The columns of a table as `patchlock track` saves it: frame, x, y, w, h, score, visible_large, visible_small, x1 to y4, ms.
+    /// One row of the table that `patchlock track` saves, by column name.
+    ///
+    /// The columns are frame, x, y, w, h, score, visible_large, visible_small, x1, y1 to x4, y4, and ms. The
+    /// visible shares are `None` if the method does not know them.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let Self { frame, ms, inner } = self;
         let dict = PyDict::new(py);
@@ -129,13 +139,13 @@ impl Estimate {
         Ok(dict)
     }
 
-    /// The same estimate of the frame with this number.
+    /// A copy of the estimate with another frame number.
     fn numbered(&self, frame: u64) -> Self {
         Self { frame, ms: self.ms, inner: self.inner.clone() }
     }
 
     fn __eq__(&self, other: &Self) -> bool {
-        // Not the time: the same estimate takes another time each time.
+        // The time is left out: it differs between otherwise equal runs.
         self.frame == other.frame && self.inner == other.inner
     }
 
@@ -188,33 +198,33 @@ fn to_status(name: &str) -> PyResult<Status> {
     let all = [Status::Tracked, Status::Uncertain, Status::Lost];
     all.into_iter().find(|status| status.name() == name).ok_or_else(|| {
         let allowed = Status::NAMES.join(", ");
-        PyValueError::new_err(format!("the status is '{name}'; allowed: {allowed}"))
+        PyValueError::new_err(format!("status is '{name}'; allowed: {allowed}"))
     })
 }
 
 fn map(hidden: &Bound<'_, PyAny>) -> PyResult<VisibilityMap> {
     let hidden: PyReadonlyArray2<'_, bool> = hidden.extract().map_err(|_| {
-        PyTypeError::new_err("occlusion holds two boolean arrays of shape (rows, columns)")
+        PyTypeError::new_err("occlusion must hold two boolean arrays of shape (rows, columns)")
     })?;
     let array = hidden.as_array();
     let (rows, columns) = array.dim();
     Ok(VisibilityMap { rows, columns, visible: array.iter().map(|hidden| !hidden).collect() })
 }
 
-/// A box as the package has it.
+/// The box as the package's named tuple.
 pub fn box_tuple<'py>(py: Python<'py>, bbox: &BoundingBox) -> PyResult<Bound<'py, PyAny>> {
     let BoundingBox { x, y, w, h } = *bbox;
     named(py, &BOX, "Box")?.call1((x, y, w, h))
 }
 
-/// A box from anything that holds four numbers.
+/// Reads a box from any iterable of four numbers.
 pub fn to_box(object: &Bound<'_, PyAny>) -> PyResult<BoundingBox> {
     let [x, y, w, h] =
         numbers(object, "a box is four numbers x, y, w, h: left, top, width, height in pixels")?;
     Ok(BoundingBox { x, y, w, h })
 }
 
-/// So many numbers from a tuple, a list, an array ...
+/// Reads exactly `N` numbers from a tuple, a list, an array or another iterable.
 fn numbers<const N: usize>(object: &Bound<'_, PyAny>, expected: &str) -> PyResult<[f64; N]> {
     let wrong = || {
         let shown = object.repr().map_or("this".to_string(), |text| text.to_string());

@@ -1,4 +1,4 @@
-//! Tracks for other tools: the same code as the command `patchlock export`.
+//! Exports tracks to the formats of other tools, with the same code as the command `patchlock export`.
 
 use std::path::PathBuf;
 
@@ -17,7 +17,7 @@ pub enum Source {
     File(PathBuf),
 }
 
-/// Writes a track in a format; gives the number of files.
+/// Writes a track in another format; returns the number of files written.
 #[pyfunction]
 #[pyo3(name = "_export")]
 #[expect(clippy::too_many_arguments, reason = "Python calls it with keywords")]
@@ -49,7 +49,7 @@ fn entry((frame, id, [x, y, w, h], score, corners): Row) -> Entry {
     Entry { frame, id, bbox: BoundingBox { x, y, w, h }, score, corners }
 }
 
-/// What a user can set right is a `ValueError`, what the system refuses an `OSError`.
+/// File system errors become `OSError`, all others `ValueError`.
 fn to_python(error: &patchlock_eval::Error) -> PyErr {
     use patchlock_eval::Error;
     match error {

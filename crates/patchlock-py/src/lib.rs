@@ -1,7 +1,7 @@
-//! The Python package: a thin layer on the tracker, the sources of frames, and the command.
+//! The Python package: a thin layer over the tracker, the frame sources and the command.
 //!
-//! What users see is the package `patchlock` in `python/`; this module, `patchlock._patchlock`, is its Rust part. All work on frames is
-//! done with the interpreter's lock released.
+//! Users import the package `patchlock` in `python/`; this module, `patchlock._patchlock`, is its Rust part.
+//! All work on frames is done with the GIL released.
 
 mod batch;
 mod command;

@@ -1,4 +1,4 @@
-//! Many targets at once, as Python sees them.
+//! The Python class `MultiTracker`.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -14,7 +14,7 @@ use crate::pixels::{Channels, Pixels};
 use crate::settings;
 use crate::threads::Threads;
 
-/// What `__reduce__` gives: how to make the same tracker again, and from what.
+/// What `__reduce__` returns: a function and the arguments from which it makes an equal tracker.
 type Reduced<'py> = (Bound<'py, PyAny>, (Bound<'py, PyBytes>, Option<usize>, &'static str, u64));
 
 /// Follows many targets through the frames of a video.
@@ -28,7 +28,7 @@ pub struct MultiTracker {
 /// What changes from frame to frame.
 struct Run {
     tracker: patchlock::MultiTracker,
-    /// Calls of `update` so far: the number of the frame, where the first frame's targets are added without it.
+    /// Calls of `update` so far. This is the frame number: on frame 0, targets are added without `update`.
     frames: u64,
 }
 
@@ -46,7 +46,8 @@ impl MultiTracker {
         self.run.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Does a step with a frame while other Python threads go on. Gives what it finds, the frame's number and the milliseconds.
+    /// Processes a frame while other Python threads continue. Returns the result, the frame number and the
+    /// milliseconds.
     fn step<T: Send>(
         &self,
         py: Python<'_>,
@@ -65,7 +66,7 @@ impl MultiTracker {
     }
 }
 
-/// An id that there is not is a missing key; the rest is as for one target.
+/// An unknown id is a `KeyError`; other errors are those of a single tracker.
 fn of_targets(error: Error) -> PyErr {
     match error {
         Error::UnknownTarget { .. } => PyKeyError::new_err(error.to_string()),
@@ -88,7 +89,7 @@ impl MultiTracker {
         Ok(Self::with(tracker, 0, Threads::new(threads)?, Channels::parse(channels)?))
     }
 
-    /// Begins on the target in this box of this frame; gives its id and the first estimate.
+    /// Adds the target in this box of this frame; returns its id and first estimate.
     #[pyo3(signature = (frame, r#box))]
     fn add(
         &self,
@@ -102,7 +103,7 @@ impl MultiTracker {
         Ok((id.number(), Estimate::from_rust(estimate, number, ms)))
     }
 
-    /// Begins anew with a target that there is, on a box of this frame.
+    /// Restarts an existing target on a box of this frame.
     #[pyo3(signature = (id, frame, r#box))]
     fn reinit(
         &self,
@@ -117,12 +118,12 @@ impl MultiTracker {
         Ok(Estimate::from_rust(estimate, number, ms))
     }
 
-    /// Forgets a target.
+    /// Removes a target.
     fn remove(&self, py: Python<'_>, id: u64) -> PyResult<()> {
         py.detach(|| self.run().tracker.remove(TargetId::from(id))).map_err(of_targets)
     }
 
-    /// Finds all targets in the next frame and learns from it: an estimate for each id.
+    /// Finds all targets in the next frame and learns from it; returns an estimate for each id.
     fn update<'py>(
         &self,
         py: Python<'py>,
@@ -150,31 +151,33 @@ impl MultiTracker {
         py.detach(|| self.run().tracker.ids().len())
     }
 
-    /// All settings by name.
+    /// All settings, by name.
     #[getter]
     fn config<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let config = py.detach(|| self.run().tracker.config().clone());
         settings::to_dict(py, &config)
     }
 
-    /// The number of threads; `None` for one for each core, shared by all such trackers.
+    /// Number of threads; `None` means one per core, shared by all such trackers.
     #[getter]
     fn threads(&self) -> Option<usize> {
         self.threads.count
     }
 
-    /// The order of colours in arrays: "rgb" or "bgr".
+    /// Channel order of colour arrays: "rgb" or "bgr".
     #[getter]
     fn channels(&self) -> &'static str {
         self.channels.name()
     }
 
-    /// Everything that is needed to go on to the same boxes later, also from Rust: a `MultiSnapshot` as JSON text.
+    /// The complete state of the tracker, as JSON text.
+    ///
+    /// A tracker restored from it gives the same boxes. The Rust library reads it as a `MultiSnapshot`.
     fn snapshot<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         Ok(self.saved(py)?.0)
     }
 
-    /// A tracker that goes on where the snapshot was taken, after so many frames.
+    /// Restores a tracker from a snapshot.
     #[classmethod]
     #[pyo3(signature = (snapshot, *, threads = None, channels = "rgb", frame = 0))]
     fn restore(
@@ -211,7 +214,7 @@ impl MultiTracker {
 }
 
 impl MultiTracker {
-    /// The state as text, and how many frames it has seen.
+    /// The state as text, and the number of frames so far.
     fn saved<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyBytes>, u64)> {
         let (text, frames) = py.detach(|| {
             let run = self.run();
@@ -222,7 +225,7 @@ impl MultiTracker {
     }
 }
 
-/// What a pickle calls.
+/// Called by pickle.
 #[pyfunction]
 #[pyo3(name = "_restore_many")]
 pub fn restore_many(
@@ -232,7 +235,7 @@ pub fn restore_many(
     frame: u64,
 ) -> PyResult<MultiTracker> {
     let snapshot: MultiSnapshot = serde_json::from_slice(snapshot).map_err(|error| {
-        PyValueError::new_err(format!("this is no snapshot of a tracker of many targets: {error}"))
+        PyValueError::new_err(format!("this is not a snapshot of a MultiTracker: {error}"))
     })?;
     let tracker = patchlock::MultiTracker::restore(snapshot).map_err(of_targets)?;
     Ok(MultiTracker::with(tracker, frame, Threads::new(threads)?, Channels::parse(channels)?))

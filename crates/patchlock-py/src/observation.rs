@@ -1,4 +1,4 @@
-//! What happened inside the tracker on a frame, as Python sees it.
+//! The Python class `Observation`.
 
 use numpy::ndarray::{Array2, Array3};
 use numpy::{PyArray1, PyArray2, PyArray3, ToPyArray};
@@ -6,7 +6,7 @@ use patchlock::{FrameView, Observer};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-/// What `Tracker.update_observed` gives beside the estimate.
+/// What happened inside the tracker during one frame; `Tracker.update_observed` returns it.
 #[pyclass(frozen, module = "patchlock")]
 pub struct Observation {
     particles: Vec<[f64; 6]>,
@@ -19,16 +19,16 @@ pub struct Observation {
     mask: Vec<f64>,
 }
 
-/// Keeps what an observer sees.
+/// Stores what the tracker shows to an observer.
 #[derive(Default)]
 pub struct Keeper {
     kept: Option<Observation>,
 }
 
 impl Keeper {
-    /// What was seen.
+    /// The stored observation.
     pub fn into_observation(self) -> PyResult<Observation> {
-        self.kept.ok_or_else(|| PyValueError::new_err("the tracker showed nothing"))
+        self.kept.ok_or_else(|| PyValueError::new_err("the method has nothing to observe"))
     }
 }
 
@@ -53,7 +53,9 @@ impl Observer for Keeper {
 
 #[pymethods]
 impl Observation {
-    /// The particles, shape (particles, 6): x and y of the centre in pixels, scale, rotation, aspect, skew.
+    /// The particles, shape (particles, 6).
+    ///
+    /// The columns are x and y of the centre in pixels, scale, rotation, aspect and skew.
     #[getter]
     fn particles<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
         Array2::from(self.particles.clone()).to_pyarray(py)
@@ -65,19 +67,19 @@ impl Observation {
         self.likelihoods.to_pyarray(py)
     }
 
-    /// The index of the estimate among the particles.
+    /// Index of the particle that became the estimate.
     #[getter]
     fn best(&self) -> usize {
         self.best
     }
 
-    /// The estimate's candidate, shape (side, side): warped to the template's size, of unit norm.
+    /// The estimate's candidate, shape (side, side): warped to the template size, with unit norm.
     #[getter]
     fn candidate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
         Ok(square(self.side, self.candidate.clone())?.to_pyarray(py))
     }
 
-    /// All templates after this frame, shape (templates, side, side), the newest last.
+    /// All templates after this frame, shape (templates, side, side), newest last.
     #[getter]
     fn templates<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f32>>> {
         let shape = (self.templates.len(), self.side, self.side);
@@ -85,13 +87,15 @@ impl Observation {
         Ok(array.map_err(|error| PyValueError::new_err(error.to_string()))?.to_pyarray(py))
     }
 
-    /// The index that the template had which this frame replaced; `None` where none was.
+    /// Former index of the template that this frame replaced; `None` if none was replaced.
     #[getter]
     fn replaced(&self) -> Option<usize> {
         self.replaced
     }
 
-    /// The occlusion mask that the new template was made with, shape (side, side), 1 where visible; `None` where there was none.
+    /// Occlusion mask of the new template, shape (side, side); `None` if no template was replaced.
+    ///
+    /// 1 is visible, 0 is hidden.
     #[getter]
     fn mask<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         if self.mask.is_empty() {

@@ -1,5 +1,5 @@
-//! Frames from Python: numpy arrays and PIL images as the library's [`Frame`], without a copy where rows of whole pixels follow each
-//! other in memory, as in a crop or in OpenCV's order of colours.
+//! Frames from Python: numpy arrays and PIL images as the library's [`Frame`]. Arrays whose rows are
+//! contiguous, such as crops and images with reversed channels, are not copied.
 
 use numpy::{
     Element, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods,
@@ -9,9 +9,10 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::intern;
 use pyo3::prelude::*;
 
-const EXPECTED: &str = "a frame is a numpy array of shape (height, width) or (height, width, 3) and type uint8, uint16 or float32, or a PIL image";
+const EXPECTED: &str = "a frame is a numpy array of shape (height, width) or (height, width, 3) \
+                        and type uint8, uint16 or float32, or a PIL image";
 
-/// What the three channels of arrays are.
+/// The channel order of colour arrays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Channels {
     Rgb,
@@ -32,7 +33,7 @@ impl Channels {
     }
 }
 
-/// The memory that the samples are in: that of the array, or of the one that it is a part of.
+/// The memory of the samples: the array itself, or the array of which it is a view.
 enum Memory<'py> {
     U8(PyReadonlyArrayDyn<'py, u8>),
     U16(PyReadonlyArrayDyn<'py, u16>),
@@ -42,20 +43,20 @@ enum Memory<'py> {
 /// The pixels of a Python object, borrowed.
 pub struct Pixels<'py> {
     memory: Memory<'py>,
-    /// Where the first pixel begins, in samples.
+    /// Offset of the first pixel, in samples.
     start: usize,
     layout: Layout,
     bgr: bool,
 }
 
-/// How the pixels follow each other, in samples.
+/// Memory layout of the pixels; the stride is in samples.
 #[derive(Debug, Clone, Copy)]
 struct Layout {
     height: usize,
     width: usize,
     channels: usize,
     stride: usize,
-    /// The last channel comes first in memory.
+    /// Whether the channels are reversed in memory.
     backwards: bool,
 }
 
@@ -81,7 +82,8 @@ impl<'py> Pixels<'py> {
             Self::borrow(array, channels, Memory::F32)
         } else {
             Err(PyTypeError::new_err(format!(
-                "{EXPECTED}; this array is of type {}; convert it with .astype(numpy.float32) or .astype(numpy.uint8)",
+                "{EXPECTED}; this array is of type {}; \
+                 convert it with .astype(numpy.float32) or .astype(numpy.uint8)",
                 array.dtype()
             )))
         }
@@ -108,7 +110,7 @@ impl<'py> Pixels<'py> {
         whole(copy.cast::<PyArrayDyn<T>>()?)
     }
 
-    /// The frame of these pixels.
+    /// The pixels as a frame of the library.
     pub fn frame(&self) -> PyResult<Frame<'_>> {
         let Layout { width, height, channels, stride, .. } = self.layout;
         let frame = match (&self.memory, channels) {
@@ -130,7 +132,7 @@ impl<'py> Pixels<'py> {
 }
 
 impl Layout {
-    /// The layout of an array whose rows hold whole pixels one after the other; `None` for every other.
+    /// The layout of an array whose rows are contiguous; `None` for any other array.
     fn of<T: Element>(array: &Bound<'_, PyArrayDyn<T>>) -> Option<Self> {
         let (height, width, channels) = match *array.shape() {
             [height, width] => (height, width, 1),
@@ -158,7 +160,7 @@ impl Layout {
     }
 }
 
-/// The array that this one is a part of, and where in it the part begins, if all of it lies in one piece of memory.
+/// The array of which this one is a view, and the offset in it, if its memory is contiguous.
 fn window<'py, T: Element>(
     array: &Bound<'py, PyArrayDyn<T>>,
 ) -> Option<(Bound<'py, PyArrayDyn<T>>, usize, Layout)> {
@@ -178,9 +180,9 @@ fn window<'py, T: Element>(
 fn check_shape(shape: &[usize]) -> PyResult<()> {
     let advice = match *shape {
         [_, _] | [_, _, 1 | 3] => return Ok(()),
-        [_, _, 4] => "; leave out the fourth channel with frame[..., :3]",
-        [3 | 1, _, _] => "; bring the channels to the end with frame.transpose(1, 2, 0)",
-        [_, _, _, _] => "; give one frame at a time",
+        [_, _, 4] => "; drop the fourth channel with frame[..., :3]",
+        [3 | 1, _, _] => "; move the channels to the end with frame.transpose(1, 2, 0)",
+        [_, _, _, _] => "; pass one frame at a time",
         _ => "",
     };
     Err(PyValueError::new_err(format!(
@@ -189,7 +191,7 @@ fn check_shape(shape: &[usize]) -> PyResult<()> {
     )))
 }
 
-/// A shape as Python writes it.
+/// A shape in Python's notation.
 fn written(shape: &[usize]) -> String {
     match shape {
         [one] => format!("({one},)"),
@@ -201,10 +203,10 @@ fn kind(object: &Bound<'_, PyAny>) -> PyResult<String> {
     Ok(object.get_type().fully_qualified_name()?.to_string())
 }
 
-/// The pixels of a PIL image: grey and 16-bit grey as they are, all else as RGB. `None` if it is no image.
+/// The pixels of a PIL image: grey and 16-bit grey unchanged, all else as RGB. `None` if it is not an image.
 fn image_to_array<'py>(object: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyUntypedArray>>> {
     let py = object.py();
-    // Where there is an image, PIL has been imported.
+    // If the object is a PIL image, PIL has been imported already.
     let modules = py.import(intern!(py, "sys"))?.getattr(intern!(py, "modules"))?;
     let Ok(pil) = modules.get_item(intern!(py, "PIL.Image")) else { return Ok(None) };
     if !object.is_instance(&pil.getattr(intern!(py, "Image"))?)? {
@@ -216,7 +218,7 @@ fn image_to_array<'py>(object: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py,
         "1" | "LA" | "La" => object.call_method1(intern!(py, "convert"), ("L",))?,
         "I" | "I;16B" | "I;16L" | "I;16N" => {
             return Err(PyValueError::new_err(format!(
-                "the PIL image has the mode {mode}; give numpy.asarray(image).astype(numpy.uint16) instead"
+                "the PIL image has the mode {mode}; pass numpy.asarray(image).astype(numpy.uint16) instead"
             )));
         }
         _ => object.call_method1(intern!(py, "convert"), ("RGB",))?,

@@ -1,4 +1,4 @@
-//! Rendered scenes of which everything is known: something to try the tracker on that needs no file and belongs to nobody else.
+//! The Python class `Scene`: rendered videos with known truth, to try the tracker without any files.
 
 use numpy::{IntoPyArray, PyArray3, ndarray::Array3};
 use pyo3::exceptions::{PyIndexError, PyValueError};
@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 
 use crate::estimate;
 
-/// A short rendered film with a known truth.
+/// A short rendered video whose true boxes are known.
 #[pyclass(frozen, module = "patchlock")]
 pub struct Scene {
     name: &'static str,
@@ -24,7 +24,7 @@ impl Scene {
             "occluded" => Self { name: "occluded", inner: patchlock_scene::Scene::occluded() },
             _ => {
                 return Err(PyValueError::new_err(format!(
-                    "there is no scene '{name}'; there is: 'demo', 'simple', 'occluded'"
+                    "there is no scene '{name}'; the scenes are 'demo', 'simple', 'occluded'"
                 )));
             }
         })
@@ -46,13 +46,13 @@ impl Scene {
         Ok(array.into_pyarray(py))
     }
 
-    /// The target's true box in a frame: what the tracker should find.
+    /// The target's true box in a frame.
     fn truth<'py>(&self, py: Python<'py>, index: isize) -> PyResult<Bound<'py, PyAny>> {
         let [x, y, w, h] = self.inner.truth(self.place(index)?).bbox;
         estimate::box_tuple(py, &patchlock::BoundingBox { x, y, w, h })
     }
 
-    /// The share of the target that is truly hidden in a frame, 0 to 1.
+    /// Share of the target that is hidden in a frame, 0 to 1.
     fn hidden(&self, index: isize) -> PyResult<f64> {
         Ok(self.inner.truth(self.place(index)?).hidden)
     }
@@ -67,13 +67,12 @@ impl Scene {
 }
 
 impl Scene {
-    /// A frame counted as Python does: from the end if negative.
+    /// Resolves a Python index: negative numbers count from the end.
     fn place(&self, index: isize) -> PyResult<usize> {
         let length = self.inner.len();
         let k = if index < 0 { index + length as isize } else { index };
-        usize::try_from(k)
-            .ok()
-            .filter(|&k| k < length)
-            .ok_or_else(|| PyIndexError::new_err(format!("frame {index} of a scene of {length}")))
+        usize::try_from(k).ok().filter(|&k| k < length).ok_or_else(|| {
+            PyIndexError::new_err(format!("frame {index} of a scene of {length} frames"))
+        })
     }
 }

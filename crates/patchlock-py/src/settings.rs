@@ -1,4 +1,4 @@
-//! From a preset and keyword arguments to a checked configuration.
+//! Builds a validated configuration from a preset and keyword arguments.
 
 use patchlock::{Error, PARAMETERS, Parameter, Range, TrackerConfig};
 use patchlock_eval::names::near_matches;
@@ -23,7 +23,7 @@ pub fn changed(config: TrackerConfig, overrides: &Bound<'_, PyDict>) -> PyResult
     let mut table = table(&config)?;
     for (name, value) in overrides {
         let name: String = name.extract()?;
-        // `lambda` is a word of the language: as a keyword it is written `lambda_`.
+        // `lambda` is a Python keyword, so as an argument it is written `lambda_`.
         let name = name.strip_suffix('_').map_or(name.clone(), str::to_owned);
         let known = PARAMETERS.iter().find(|parameter| parameter.name == name);
         let parameter = known.ok_or_else(|| unknown(&name))?;
@@ -36,7 +36,7 @@ pub fn changed(config: TrackerConfig, overrides: &Bound<'_, PyDict>) -> PyResult
     Ok(config)
 }
 
-/// The place of a setting in the table of a configuration.
+/// The entry of a setting in the table of a configuration.
 fn slot<'a>(table: &'a mut Map<String, Value>, parameter: &Parameter) -> &'a mut Value {
     match parameter.group {
         "" => &mut table[parameter.name],
@@ -44,11 +44,11 @@ fn slot<'a>(table: &'a mut Map<String, Value>, parameter: &Parameter) -> &'a mut
     }
 }
 
-/// The configuration by groups and names.
+/// The configuration as a table of groups and names.
 fn table(config: &TrackerConfig) -> PyResult<Map<String, Value>> {
     match serde_json::to_value(config) {
         Ok(Value::Object(table)) => Ok(table),
-        other => Err(PyValueError::new_err(format!("no table of settings: {other:?}"))),
+        other => Err(PyValueError::new_err(format!("the configuration is not a table: {other:?}"))),
     }
 }
 
@@ -64,7 +64,7 @@ fn unknown(name: &str) -> PyErr {
     ))
 }
 
-/// The value in the kind of the setting, and in its range.
+/// The value, converted to the type of the setting and checked against its range.
 fn checked(parameter: &Parameter, value: &Bound<'_, PyAny>, default: &Value) -> PyResult<Value> {
     let wrong_kind = |wanted: &str| {
         let shown = value.repr().map_or("this".to_string(), |text| text.to_string());
@@ -103,7 +103,7 @@ fn checked(parameter: &Parameter, value: &Bound<'_, PyAny>, default: &Value) -> 
     }
 }
 
-/// The configuration as a Python dictionary, of all groups together: no two settings have the same name.
+/// The configuration as one flat Python dictionary; names are unique across groups.
 pub fn to_dict<'py>(py: Python<'py>, config: &TrackerConfig) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     let mut table = table(config)?;
@@ -127,7 +127,7 @@ fn to_python<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>>
 /// One row of the table of settings: name, default, allowed, source, purpose.
 type Row<'py> = (&'static str, Bound<'py, PyAny>, String, &'static str, String);
 
-/// The rows of the table of settings.
+/// The rows of the table of settings: name, default, allowed values, source, purpose.
 #[pyfunction]
 pub fn parameters(py: Python<'_>) -> PyResult<Vec<Row<'_>>> {
     let defaults = to_dict(py, &TrackerConfig::default())?;

@@ -1,4 +1,5 @@
-//! Frames of a video, a folder or a pattern as numpy arrays, decoded as the command does.
+//! The Python class `Frames`: frames of a video, folder or pattern as numpy arrays, decoded by the same code
+//! as in the command.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -11,7 +12,7 @@ use pyo3::prelude::*;
 
 use crate::errors;
 
-/// The frames of a source with their numbers, decoded ahead on a thread.
+/// Iterates over the frames of a source with their numbers, decoding ahead on a thread.
 #[pyclass(frozen, module = "patchlock")]
 pub struct Frames {
     ahead: Mutex<Ahead>,
@@ -52,13 +53,13 @@ impl Frames {
         })
     }
 
-    /// How many frames will come, where that is known before the end.
+    /// Number of frames in the range; `None` if it is not known in advance.
     #[getter]
     fn count(&self) -> Option<usize> {
         self.count
     }
 
-    /// Frames a second, where the source says so.
+    /// Frames per second of the source; `None` if the source does not say.
     #[getter]
     fn rate(&self) -> Option<f64> {
         self.rate
@@ -81,7 +82,7 @@ impl Frames {
     }
 }
 
-/// Whether the user named a place where nothing is, rather than a pattern.
+/// Whether the source is a path that does not exist, rather than a pattern.
 fn is_missing(source: &Path) -> bool {
     let name = source.to_string_lossy();
     !source.exists() && name != "-" && !name.contains(['*', '?', '[', '%'])

@@ -1,6 +1,6 @@
-//! The threads that a tracker works on.
+//! The thread pools of trackers.
 //!
-//! Threads do not survive a fork, which Python's `multiprocessing` may do, so each process makes its own.
+//! Threads do not survive a fork, which Python's `multiprocessing` may use, so each process makes its own.
 
 use std::process;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -10,16 +10,16 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use rayon::ThreadPool;
 
-/// A pool, and the process that it belongs to.
+/// A pool, and the id of the process that made it.
 type Made = Mutex<Option<(u32, Arc<ThreadPool>)>>;
 
-/// What all trackers share that ask for no number of threads: one thread for each core.
+/// The pool of all trackers that do not specify a number of threads: one thread per core.
 static SHARED: Made = Mutex::new(None);
 
 /// The threads of a tracker.
 #[derive(Debug, Default)]
 pub struct Threads {
-    /// How many; `None` for the pool that all share.
+    /// How many; `None` for the shared pool.
     pub count: Option<usize>,
     own: Made,
 }
@@ -29,7 +29,7 @@ impl Threads {
         match count {
             Some(count) if !(1..=MOST_THREADS).contains(&count) => {
                 Err(PyValueError::new_err(format!(
-                    "threads is {count}; allowed: 1 to {MOST_THREADS}, or None for one for each core"
+                    "threads is {count}; allowed: 1 to {MOST_THREADS}, or None for one per core"
                 )))
             }
             count => Ok(Self { count, own: Mutex::new(None) }),
@@ -45,7 +45,7 @@ impl Threads {
                 *made = Some((process, Arc::clone(&pool)));
                 return Ok(pool);
             }
-            // The threads of the pool are in the parent process: nothing here may wait for them.
+            // The pool's threads exist only in the parent process: dropping it here would wait forever.
             Some(parents) => std::mem::forget(parents),
             None => {}
         }

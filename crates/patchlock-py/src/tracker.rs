@@ -1,4 +1,4 @@
-//! The tracker, as Python sees it.
+//! The Python class `Tracker`.
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -15,7 +15,7 @@ use crate::pixels::{Channels, Pixels};
 use crate::settings;
 use crate::threads::Threads;
 
-/// What `__reduce__` gives: how to make the same tracker again, and from what.
+/// What `__reduce__` returns: a function and the arguments from which it makes an equal tracker.
 type Reduced<'py> = (Bound<'py, PyAny>, (Bound<'py, PyBytes>, Option<usize>, &'static str, u64));
 
 /// Follows one target through the frames of a video.
@@ -47,7 +47,7 @@ impl Tracker {
         self.run.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Does a step with a frame while other Python threads go on. A tracker does one step at a time: a second thread waits.
+    /// Processes a frame while other Python threads continue. The lock lets one thread in at a time.
     fn step(
         &self,
         py: Python<'_>,
@@ -82,7 +82,9 @@ impl Tracker {
         Ok(Self::with(tracker, 0, Threads::new(threads)?, Channels::parse(channels)?))
     }
 
-    /// Begins on the target in this box of this frame; a target so far is forgotten.
+    /// Starts tracking the target in this box of this frame.
+    ///
+    /// If the tracker already has a target, it is forgotten.
     #[pyo3(signature = (frame, r#box))]
     fn init(
         &self,
@@ -107,7 +109,9 @@ impl Tracker {
         })
     }
 
-    /// As `update`, and gives what happened inside: the boxes are the same, but all particles are weighed to the end, which takes longer.
+    /// Does the same as `update` and also returns what happened inside the tracker.
+    ///
+    /// The estimate is the same, but every particle is evaluated completely, which takes longer.
     fn update_observed(
         &self,
         py: Python<'_>,
@@ -122,31 +126,33 @@ impl Tracker {
         Ok((estimate, keeper.into_observation()?))
     }
 
-    /// All settings by name.
+    /// All settings, by name.
     #[getter]
     fn config<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let config = py.detach(|| self.run().tracker.config().clone());
         settings::to_dict(py, &config)
     }
 
-    /// The number of threads; `None` for one for each core, shared by all such trackers.
+    /// Number of threads; `None` means one per core, shared by all such trackers.
     #[getter]
     fn threads(&self) -> Option<usize> {
         self.threads.count
     }
 
-    /// The order of colours in arrays: "rgb" or "bgr".
+    /// Channel order of colour arrays: "rgb" or "bgr".
     #[getter]
     fn channels(&self) -> &'static str {
         self.channels.name()
     }
 
-    /// Everything that is needed to go on to the same boxes later, also from Rust: a `Snapshot` as JSON text.
+    /// The complete state of the tracker, as JSON text.
+    ///
+    /// A tracker restored from it gives the same boxes. The Rust library reads it as a `Snapshot`.
     fn snapshot<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         Ok(self.saved(py)?.0)
     }
 
-    /// A tracker that goes on where the snapshot was taken, `frame` frames after `init`.
+    /// Restores a tracker from a snapshot.
     #[classmethod]
     #[pyo3(signature = (snapshot, *, threads = None, channels = "rgb", frame = 0))]
     fn restore(
@@ -183,7 +189,7 @@ impl Tracker {
 }
 
 impl Tracker {
-    /// The state as text, and how many frames it has seen.
+    /// The state as text, and the number of frames since `init`.
     fn saved<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyBytes>, u64)> {
         let (text, frames) = py.detach(|| {
             let run = self.run();
@@ -194,7 +200,7 @@ impl Tracker {
     }
 }
 
-/// What a pickle calls.
+/// Called by pickle.
 #[pyfunction]
 #[pyo3(name = "_restore")]
 pub fn restore(
@@ -204,7 +210,7 @@ pub fn restore(
     frame: u64,
 ) -> PyResult<Tracker> {
     let snapshot: Snapshot = serde_json::from_slice(snapshot).map_err(|error| {
-        PyValueError::new_err(format!("this is no snapshot of a tracker: {error}"))
+        PyValueError::new_err(format!("this is not a tracker snapshot: {error}"))
     })?;
     let tracker = patchlock::Tracker::restore(snapshot).map_err(errors::of_tracker)?;
     Ok(Tracker::with(tracker, frame, Threads::new(threads)?, Channels::parse(channels)?))

@@ -1,4 +1,4 @@
-"""What the tests track: a rendered scene, with a tracker that is quick rather than good."""
+"""A rendered scene for the tests, and settings that are fast rather than accurate."""
 
 from __future__ import annotations
 
@@ -25,11 +25,20 @@ def film(scene: patchlock.Scene) -> list[npt.NDArray[np.uint8]]:
 
 
 def numbers(estimate: patchlock.Estimate) -> tuple[Any, ...]:
-    """Everything that an estimate says, to the last bit, but the time."""
+    """All fields of an estimate except the time, exact to the last bit."""
+    assert estimate.visibility is not None and estimate.occlusion is not None
     large, small = estimate.occlusion
-    return (*estimate.box, *estimate.corners.ravel(), estimate.likelihood, *estimate.visibility, large.tobytes(), small.tobytes())
+    return (
+        *estimate.box,
+        *estimate.corners.ravel(),
+        estimate.score,
+        estimate.status,
+        *estimate.visibility,
+        large.tobytes(),
+        small.tobytes(),
+    )
 
 
 def follow(tracker: patchlock.Tracker, film: list[Any], box: Any) -> list[tuple[Any, ...]]:
-    """The numbers of all estimates."""
+    """The fields of all estimates."""
     return [numbers(tracker.update(frame) if k else tracker.init(frame, box)) for k, frame in enumerate(film)]

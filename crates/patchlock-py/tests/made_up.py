@@ -1,4 +1,4 @@
-"""Sequences on disk for the toolkits, from the rendered scene."""
+"""Sequences on disk for the toolkits, made from the rendered scene."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ import patchlock
 
 SCENE = patchlock.Scene("simple")
 SETTINGS = {"particles": 100, "small_step": 4}
-"""Quick, and good enough to follow the scene."""
+"""Fast, and accurate enough to follow the scene."""
 
 
 def toolkit(name: str) -> ModuleType:
-    """The toolkit itself. Without it the test is skipped, but not where everything must be there."""
+    """Imports the toolkit. Skips the test if it is missing, unless PATCHLOCK_PYTHON=required."""
     if os.environ.get("PATCHLOCK_PYTHON") == "required":
         return importlib.import_module(name)
     return pytest.importorskip(name, exc_type=ImportError)
 
 
 def snippet(language: str, word: str) -> str:
-    """The code of the page on toolkits in this language that has this word."""
+    """The code block in docs/toolkits.md in this language that contains this word."""
     page = Path(__file__).parents[3] / "docs/toolkits.md"
     blocks = re.findall(rf"^```{language}\n(.*?)^```$", page.read_text(), re.MULTILINE | re.DOTALL)
     (block,) = [block for block in blocks if word in block]
@@ -36,7 +36,7 @@ def snippet(language: str, word: str) -> str:
 
 
 def frame(k: int, mirrored: bool = False) -> npt.NDArray[np.uint8]:
-    """Frame k of the scene, red first."""
+    """Frame k of the scene, in RGB order."""
     image = SCENE[k]
     return np.ascontiguousarray(image[:, ::-1]) if mirrored else image
 
@@ -48,7 +48,7 @@ def box(k: int, mirrored: bool = False) -> patchlock.Box:
 
 
 def jumps(k: int, count: int) -> bool:
-    """In a film that jumps the second half is mirrored: the target is elsewhere all at once, farther than the tracker looks."""
+    """Whether frame k is mirrored: the second half is, so that the target jumps out of reach."""
     return 2 * k >= count
 
 

@@ -1,4 +1,4 @@
-"""The command that the package brings along."""
+"""The command that is installed with the package."""
 
 from __future__ import annotations
 
@@ -29,45 +29,56 @@ def test_the_command_is_installed_with_the_package():
     assert module.stdout == f"patchlock {patchlock.__version__}\n"
 
 
-def test_it_ends_with_the_exit_codes_of_the_binary(tmp_path):
+def test_exit_codes_are_those_of_the_binary(tmp_path):
     assert run("config").returncode == 0
     assert run("--help").returncode == 0 and "EXAMPLES" in run("--help").stdout
     wrong = run("track", "x", "--box", "1,2,3")
-    assert wrong.returncode == 2 and "these are not four numbers" in wrong.stderr
-    assert run("no-such-verb").returncode == 2
+    assert wrong.returncode == 2 and "not four numbers" in wrong.stderr
+    assert run("no-such-command").returncode == 2
     missing = run("track", tmp_path / "none", "--box", "1,2,30,40")
     assert missing.returncode == 1 and "there is no file or folder" in missing.stderr
 
 
 def test_standard_output_is_complete_in_a_pipe():
-    """Whole lines and the last word: nothing stays in a buffer of Rust when Python ends."""
+    """The output is complete: Rust's buffer is flushed before Python exits."""
     text = run("config").stdout
     assert text.endswith("\n") and "guided_epsilon = 0.01" in text
 
 
-def test_names_that_are_no_unicode_arrive(tmp_path):
+def test_file_names_need_not_be_unicode(tmp_path):
     if sys.platform != "linux":
-        pytest.skip("only here may a name be any bytes")
+        pytest.skip("only Linux allows arbitrary bytes in file names")
     name = os.fsencode(tmp_path) + b"/\xff.toml"
     Path(os.fsdecode(name)).write_text("particles = 0\n")
-    wrong = subprocess.run([os.fsencode(COMMAND), b"track", b"x", b"--box", b"1,2,3,4", b"--config", name], capture_output=True)
+    wrong = subprocess.run(
+        [os.fsencode(COMMAND), b"track", b"x", b"--box", b"1,2,3,4", b"--config", name], capture_output=True
+    )
     assert wrong.returncode == 2 and b"particles" in wrong.stderr
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs signals")
-def test_ctrl_c_ends_in_order(tmp_path, scene):
+def test_ctrl_c_leaves_complete_files(tmp_path, scene):
     for k in range(40):
         Image.fromarray(scene[k]).save(tmp_path / f"{k:03}.png")
     (tmp_path / "slow.toml").write_text("particles = 3000\n")
     box = ",".join(map(str, scene.truth(0)))
-    arguments = ["track", tmp_path, "--box", box, "--config", tmp_path / "slow.toml", "--save", tmp_path / "out.csv"]
+    arguments = [
+        "track",
+        tmp_path,
+        "--box",
+        box,
+        "--config",
+        tmp_path / "slow.toml",
+        "--save",
+        tmp_path / "out.csv",
+    ]
     process = subprocess.Popen([COMMAND, *arguments], stderr=subprocess.PIPE, text=True)
     wait_for(lambda: any(tmp_path.glob(".*")) or any(tmp_path.glob("*.part")))
     time.sleep(0.5)
     process.send_signal(signal.SIGINT)
     _, said = process.communicate(timeout=60)
     assert process.returncode == 130, said
-    assert "the files are complete up to there" in said
+    assert "the files are complete up to that frame" in said
     rows = (tmp_path / "out.csv").read_text().splitlines()
     assert 1 < len(rows) < 41 and rows[0].startswith("frame,x,y")
 
@@ -79,11 +90,9 @@ def wait_for(condition) -> None:
         time.sleep(0.02)
 
 
-
-
-def test_the_demo_leaves_pictures_and_says_how_to_go_on(tmp_path):
+def test_the_demo_writes_pictures_and_suggests_a_command(tmp_path):
     demo = run("demo", "--quiet", "--out", tmp_path / "demo")
     assert demo.returncode == 0, demo.stderr
     assert {"demo.mp4", "demo.csv", "strip.png"} <= {path.name for path in (tmp_path / "demo").iterdir()}
-    # In the words that work here, and not those of the interpreter that runs it.
+    # The suggested command names the program, not the Python interpreter that runs it.
     assert f"  patchlock track {tmp_path / 'demo' / 'input.mp4'} --box" in demo.stdout

@@ -1,4 +1,4 @@
-"""The same script with one of OpenCV's own trackers and with ours."""
+"""Runs the same script with one of OpenCV's own trackers and with ours."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FRAMES = 10
 
 
 def opencv(name: str) -> ModuleType:
-    """OpenCV with this tracker. Not every package of it has all."""
+    """OpenCV, if it has this tracker; not every build has all of them."""
     cv2 = made_up.toolkit("cv2")
     if os.environ.get("PATCHLOCK_PYTHON") != "required" and not hasattr(cv2, name):
         pytest.skip(f"this OpenCV has no {name}")
@@ -29,19 +29,19 @@ def opencv(name: str) -> ModuleType:
 
 
 def bgr(k: int) -> npt.NDArray[np.uint8]:
-    """A frame as OpenCV reads it."""
+    """A frame as OpenCV reads it, in BGR order."""
     return made_up.frame(k)[..., ::-1].copy()
 
 
 def follow(create: Callable[[], Any]) -> list[tuple[Any, Any]]:
-    """A script for OpenCV's trackers."""
+    """A script written for OpenCV's trackers."""
     tracker = create()
     assert tracker.init(bgr(0), tuple(round(value) for value in made_up.box(0))) is None
     return [tracker.update(bgr(k)) for k in range(1, FRAMES)]
 
 
 @pytest.mark.parametrize("name", ["TrackerMIL_create", "TrackerCSRT_create"])
-def test_side_by_side(name: str) -> None:
+def test_results_have_the_types_of_opencv(name: str) -> None:
     cv2 = opencv(name)
     theirs = follow(getattr(cv2, name))
     ours = follow(lambda: TrackerPatchlock_create(**made_up.SETTINGS))
@@ -54,8 +54,10 @@ def test_side_by_side(name: str) -> None:
 
 
 @pytest.mark.parametrize("ours", [True, False])
-def test_a_script_changes_one_line(ours: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The script of the page on toolkits as it stands, and with the line that it was."""
+def test_only_one_line_of_a_script_changes(
+    ours: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The script in docs/toolkits.md, as written and with the original line."""
     cv2 = opencv("TrackerCSRT_create")
     script = made_up.snippet("python", "VideoCapture")
     if not ours:
@@ -73,7 +75,7 @@ def test_a_script_changes_one_line(ours: bool, tmp_path: Path, monkeypatch: pyte
     assert names["more"] is False and type(names["ok"]) is bool and len(names["box"]) == 4
 
 
-def test_it_is_the_same_track() -> None:
+def test_the_boxes_are_those_of_tracker() -> None:
     alone = patchlock.Tracker(**made_up.SETTINGS)
     exact = TrackerPatchlock.create(exact=True, threads=1, **made_up.SETTINGS)
     alone.init(made_up.frame(0), made_up.box(0))
@@ -81,7 +83,7 @@ def test_it_is_the_same_track() -> None:
     for k in range(1, FRAMES):
         estimate = alone.update(made_up.frame(k))
         ok, box = exact.update(made_up.frame(k)[..., ::-1])
-        assert ok and box == tuple(estimate.box), "blue first or red first is the same picture"
+        assert ok and box == tuple(estimate.box), "channel order does not matter"
         assert exact.getTrackingScore() == estimate.score
         assert exact.estimate == estimate
 
@@ -94,12 +96,12 @@ def test_a_target_that_is_gone_is_not_ok() -> None:
     ok, box = tracker.update(noise)
     assert not ok and len(box) == 4
     assert tracker.getTrackingScore() < 0.5
-    # Unlike OpenCV's it may begin again.
+    # Unlike OpenCV's trackers, it supports a second init.
     tracker.init(made_up.frame(0), made_up.box(0))
     assert tracker.update(made_up.frame(1))[0]
 
 
-def test_what_is_wrong_is_said() -> None:
+def test_errors_name_their_cause() -> None:
     tracker = TrackerPatchlock(**made_up.SETTINGS)
     with pytest.raises(RuntimeError, match="init"):
         tracker.update(made_up.frame(0))
@@ -110,4 +112,4 @@ def test_what_is_wrong_is_said() -> None:
     with pytest.raises(ValueError, match="min_score is 2"):
         TrackerPatchlock(min_score=2)
     with pytest.raises(TypeError):
-        tracker.init(None, made_up.box(0))  # what cv2.imread gives for a file that is not there
+        tracker.init(None, made_up.box(0))  # cv2.imread returns None for a missing file

@@ -1,6 +1,7 @@
-"""The Python of the documentation runs as it is written, page by page, in order.
+"""Runs the Python code of the documentation as written, page by page, in order.
 
-What needs a dataset or a cluster is left out by a comment in the line before the code: `<!-- not run: needs OTB -->`.
+Code that needs a dataset or a cluster is skipped if a comment such as `<!-- not run: needs OTB -->` is on the
+line before it.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ LEFT_OUT = re.compile(r"^<!-- not run: \S.* -->\n```python$", re.MULTILINE)
 
 @pytest.fixture(scope="module")
 def video(tmp_path_factory) -> Path:
-    """The `video.mp4` of the pages."""
+    """The file `video.mp4` that the pages refer to."""
     folder = tmp_path_factory.mktemp("video")
     scene = patchlock.Scene("simple")
     for k in range(8):
@@ -33,7 +34,9 @@ def video(tmp_path_factory) -> Path:
     return folder / "video.mp4"
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if CODE.search(page.read_text())], ids=lambda page: page.stem)
+@pytest.mark.parametrize(
+    "page", [page for page in PAGES if CODE.search(page.read_text())], ids=lambda page: page.stem
+)
 def test_the_code_of_a_page_runs(page, video, tmp_path, monkeypatch):
     (tmp_path / "video.mp4").write_bytes(video.read_bytes())
     monkeypatch.chdir(tmp_path)
@@ -45,6 +48,6 @@ def test_the_code_of_a_page_runs(page, video, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_no_code_is_left_out_without_a_reason(page):
+def test_no_code_is_skipped_without_a_reason(page):
     text = page.read_text()
     assert text.count("```python") == len(CODE.findall(text)) + len(LEFT_OUT.findall(text))

@@ -1,4 +1,4 @@
-"""Exports, read back by the tools that they are for."""
+"""Exports, read back by the tools for which they are made."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ HIDDEN = (np.zeros((3, 3), bool), np.zeros((13, 13), bool))
 def estimate(frame: int, box: tuple[float, float, float, float]) -> patchlock.Estimate:
     x, y, w, h = (float(value) for value in box)
     corners = [[x - 0.5, y - 0.5], [x + w - 0.5, y - 0.5], [x + w - 0.5, y + h - 0.5], [x - 0.5, y + h - 0.5]]
-    return patchlock.Estimate((x, y, w, h), corners, 0.0, HIDDEN, frame=frame)
+    return patchlock.Estimate((x, y, w, h), corners, 1.0, "tracked", HIDDEN, frame=frame)
 
 
 FRAMES: list[dict[int, patchlock.Estimate]] = [
@@ -28,9 +28,9 @@ FRAMES: list[dict[int, patchlock.Estimate]] = [
     {2: estimate(3, (108, 54, 66, 33.5))},
     {2: estimate(4, (110, 55, 66, 33))},
 ]
-"""A made-up sequence: one target leaves, another comes."""
+"""A synthetic sequence in which one target leaves and another appears."""
 BOXES = {(e.frame, i): tuple(e.box) for frame in FRAMES for i, e in frame.items()}
-"""The box of each frame and target."""
+"""The boxes, by frame and target."""
 FORMATS = ["mot", "coco", "cvat", "yolo", "lasot", "got10k"]
 
 
@@ -51,10 +51,10 @@ def export(format: str, out: Path, **options) -> Path:
     return out
 
 
-# ---- what the function takes
+# ---- arguments
 
 
-def test_it_takes_estimates_of_one_target(scene, film, tmp_path):
+def test_estimates_of_one_target_are_exported(scene, film, tmp_path):
     estimates = list(patchlock.track(film[:4], scene.truth(0), progress=False, **QUICK))
     assert patchlock.export(iter(estimates), "mot", tmp_path / "a.txt") == 1
     lines = [line.split(",") for line in (tmp_path / "a.txt").read_text().splitlines()]
@@ -64,7 +64,7 @@ def test_it_takes_estimates_of_one_target(scene, film, tmp_path):
     np.testing.assert_allclose(found, expected, atol=1e-4)
 
 
-def test_it_takes_what_many_targets_give(scene, film, tmp_path):
+def test_estimates_of_many_targets_are_exported(scene, film, tmp_path):
     tracker = patchlock.MultiTracker(**QUICK)
     tracker.add(film[0], scene.truth(0))
     tracker.add(film[0], (40, 30, 36, 30))
@@ -82,7 +82,21 @@ def test_the_command_writes_the_same_from_a_table(tmp_path, format):
     patchlock.export(str(table), format, tmp_path / "ours", label="car", size=size)
     from patchlock import _patchlock
 
-    assert _patchlock.run(["patchlock", "export", str(table), "--format", format, "--out", str(tmp_path / "theirs"), *options]) == 0
+    assert (
+        _patchlock.run(
+            [
+                "patchlock",
+                "export",
+                str(table),
+                "--format",
+                format,
+                "--out",
+                str(tmp_path / "theirs"),
+                *options,
+            ]
+        )
+        == 0
+    )
 
     def content(place: Path) -> dict[str, bytes]:
         return {str(f.relative_to(place)): f.read_bytes() for f in [place, *place.rglob("*")] if f.is_file()}
@@ -104,7 +118,7 @@ def test_the_command_writes_the_same_from_a_table(tmp_path, format):
         ({"out": "no/such/folder.txt"}, ValueError, "there is no folder"),
     ],
 )
-def test_what_is_wrong_is_said(tmp_path, options, error, says):
+def test_errors_name_their_cause(tmp_path, options, error, says):
     arguments = {"track": FRAMES, "format": "mot", "out": tmp_path / "out", **options}
     with pytest.raises(error, match=says):
         patchlock.export(**arguments)
@@ -124,17 +138,24 @@ def test_a_file_is_replaced_only_when_asked(tmp_path):
 def test_motmetrics_reads_mot_and_finds_no_fault(tmp_path):
     motmetrics = pytest.importorskip("motmetrics", reason="needs the extra export")
     found = motmetrics.io.loadtxt(export("mot", tmp_path / "a.txt"), fmt="mot15-2D")
-    # motmetrics takes off the 1 that positions are counted from, and leaves the frames.
-    assert {(frame - 1, i): tuple(row) for (frame, i), row in zip(found.index, found[["X", "Y", "Width", "Height"]].values, strict=True)} == BOXES
+    # motmetrics converts positions to 0-based, but not frames.
+    assert {
+        (frame - 1, i): tuple(row)
+        for (frame, i), row in zip(found.index, found[["X", "Y", "Width", "Height"]].values, strict=True)
+    } == BOXES
     assert list(found["Confidence"]) == [1.0] * len(BOXES)
-    # Against itself moved by a pixel: every box is matched, and no id is switched.
+    # Against a copy shifted by one pixel, every box is matched and no id is switched.
     moved = tmp_path / "moved.txt"
-    patchlock.export([{i: estimate(e.frame, (e.box.x + 1, *e.box[1:])) for i, e in frame.items()} for frame in FRAMES], "mot", moved)
+    patchlock.export(
+        [{i: estimate(e.frame, (e.box.x + 1, *e.box[1:])) for i, e in frame.items()} for frame in FRAMES],
+        "mot",
+        moved,
+    )
     read = motmetrics.io.loadtxt(moved, fmt="mot15-2D")
     accumulator = motmetrics.MOTAccumulator(auto_id=True)
     for k in range(1, len(FRAMES) + 1):
         ours, theirs = found.loc[k], read.loc[k]
-        # Its own distances ask for a numpy before 2.
+        # Its own distance function requires numpy before version 2.
         distances = abs(ours["X"].to_numpy()[:, None] - theirs["X"].to_numpy()) / 30
         accumulator.update(list(ours.index), list(theirs.index), np.where(distances < 0.5, distances, np.nan))
     names = ["num_matches", "num_switches", "num_false_positives", "num_misses", "mota"]
@@ -151,11 +172,13 @@ def test_pycocotools_reads_coco_and_finds_every_box(tmp_path):
     annotations = truth.loadAnns(truth.getAnnIds())
     assert {(frames[a["image_id"]], a["track_id"]): tuple(a["bbox"]) for a in annotations} == BOXES
     for annotation in annotations:
-        # The outline, drawn by pycocotools, covers what the box covers.
+        # The outline, rasterised by pycocotools, has the area of the box.
         mask = truth.annToMask(annotation)
         assert mask.shape == SIZE[::-1]
         assert mask.sum() == pytest.approx(annotation["area"], rel=0.05)
-    found = truth.loadRes([{k: a[k] for k in ("image_id", "category_id", "bbox", "score")} for a in annotations])
+    found = truth.loadRes(
+        [{k: a[k] for k in ("image_id", "category_id", "bbox", "score")} for a in annotations]
+    )
     judge = evaluation.COCOeval(truth, found, "bbox")
     judge.evaluate()
     judge.accumulate()
@@ -174,7 +197,7 @@ def read_by_datumaro(path: Path, format: str):
 
 
 def boxes_in(dataset) -> list[tuple[str, int | None, list[float]]]:
-    """The item's id, the target and the box of each box that is in the frame."""
+    """Item id, target and box of every box inside the frame."""
     return sorted(
         (item.id, annotation.attributes.get("track_id"), annotation.get_bbox())
         for item in dataset
@@ -185,20 +208,27 @@ def boxes_in(dataset) -> list[tuple[str, int | None, list[float]]]:
 
 def test_datumaro_reads_mot(tmp_path):
     dataset, _ = read_by_datumaro(export("mot", tmp_path / "a.txt"), "mot_seq")
-    assert boxes_in(dataset) == [(f"{k + 1}", i, [x + 1, y + 1, w, h]) for (k, i), (x, y, w, h) in BOXES.items()]
+    assert boxes_in(dataset) == [
+        (f"{k + 1}", i, [x + 1, y + 1, w, h]) for (k, i), (x, y, w, h) in BOXES.items()
+    ]
 
 
 def test_datumaro_reads_cvat(tmp_path):
     dataset, labels = read_by_datumaro(export("cvat", tmp_path / "a.xml", size=SIZE), "cvat")
     assert boxes_in(dataset) == [(f"frame_{k:06}", i, list(box)) for (k, i), box in BOXES.items()]
     assert labels == ["car"]
-    # Where the first target has left, the next frame says so.
-    left = [(item.id, a.attributes["track_id"]) for item in dataset for a in item.annotations if a.attributes["outside"]]
+    # The frame after the first target's last box marks it as outside.
+    left = [
+        (item.id, a.attributes["track_id"])
+        for item in dataset
+        for a in item.annotations
+        if a.attributes["outside"]
+    ]
     assert left == [("frame_000003", 1)]
 
 
 def test_datumaro_reads_coco(tmp_path, images):
-    # The layout that it asks for: annotations/ and images/ beside each other.
+    # datumaro requires annotations/ and images/ in the same folder.
     (tmp_path / "annotations").mkdir()
     images.rename(tmp_path / "images")
     export("coco", tmp_path / "annotations" / "instances_train.json", images=tmp_path / "images")

@@ -1,4 +1,4 @@
-"""Every kind of frame is the same to the tracker, and what is none is refused."""
+"""Tests of frame arrays and images: layouts, types and channel orders, and invalid frames."""
 
 from __future__ import annotations
 
@@ -18,11 +18,16 @@ def expected(scene, film):
 
 
 def wide(frame):
-    """The frame as a part of a larger one: rows with a gap between them."""
+    """The frame as a crop of a larger array, so that there is padding between its rows."""
     large = np.zeros((frame.shape[0] + 9, frame.shape[1] + 21, *frame.shape[2:]), frame.dtype)
     part = large[4:-5, 10:-11]
     part[...] = frame
     return part
+
+
+def crop_of_bytes(whole):
+    """A crop of an array whose memory is unaligned bytes."""
+    return np.frombuffer(b"?" + whole.tobytes(), np.uint8, offset=1).reshape(whole.shape)[4:-5, 10:-11]
 
 
 @pytest.mark.parametrize(
@@ -38,12 +43,12 @@ def wide(frame):
         lambda frame: wide(np.ascontiguousarray(frame[..., ::-1]))[..., ::-1],
         lambda frame: np.ascontiguousarray(frame.transpose(2, 0, 1)).transpose(1, 2, 0),
         lambda frame: np.frombuffer(frame.tobytes(), np.uint8).reshape(frame.shape),
-        lambda frame: np.frombuffer(b"?" + wide(frame).base.tobytes(), np.uint8, offset=1).reshape(wide(frame).base.shape)[4:-5, 10:-11],
+        lambda frame: crop_of_bytes(wide(frame).base),
         Image.fromarray,
     ],
     ids=[
-        "fortran", "crop", "alpha cut off", "every other pixel", "upside down", "mirrored", "reversed", "crop reversed",
-        "channels first", "bytes", "crop of bytes", "PIL",
+        "fortran", "crop", "alpha cut off", "every other pixel", "upside down", "mirrored", "reversed",
+        "crop reversed", "channels first", "bytes", "crop of bytes", "PIL",
     ],
 )  # fmt: skip
 def test_layouts_do_not_matter(scene, film, expected, change):
@@ -51,12 +56,14 @@ def test_layouts_do_not_matter(scene, film, expected, change):
 
 
 @pytest.mark.parametrize("layout", [np.ascontiguousarray, wide, lambda frame: frame])
-def test_bgr_is_said(scene, film, expected, layout):
+def test_bgr_arrays_give_the_same_boxes(scene, film, expected, layout):
     bgr = [layout(frame[..., ::-1]) for frame in film]
     assert follow(patchlock.Tracker(channels="bgr", **QUICK), bgr, scene.truth(0)) == expected
     assert follow(patchlock.Tracker(**QUICK), bgr, scene.truth(0)) != expected
     images = [Image.fromarray(frame) for frame in film]
-    assert follow(patchlock.Tracker(channels="bgr", **QUICK), images, scene.truth(0)) == expected, "an image knows its colours"
+    assert follow(patchlock.Tracker(channels="bgr", **QUICK), images, scene.truth(0)) == expected, (
+        "an image knows its colours"
+    )
 
 
 def test_grey_in_every_depth(scene, film):
@@ -86,8 +93,12 @@ def test_colour_in_every_depth(scene, film, expected):
 
 
 @pytest.mark.parametrize("mode", ["P", "RGBA", "1", "LA", "CMYK", "I;16"])
-def test_images_of_every_mode_are_taken(scene, film, mode):
-    image = Image.fromarray(np.zeros((180, 240), np.uint16)) if mode == "I;16" else Image.fromarray(film[0]).convert(mode)
+def test_images_of_every_mode_are_accepted(scene, film, mode):
+    image = (
+        Image.fromarray(np.zeros((180, 240), np.uint16))
+        if mode == "I;16"
+        else Image.fromarray(film[0]).convert(mode)
+    )
     assert image.mode == mode
     patchlock.Tracker(**QUICK).init(image, scene.truth(0))
 
@@ -101,7 +112,7 @@ def test_large_frames_are_not_copied(part):
     tracker.update(frame)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert peak < 100_000, "numpy counts its memory: a copy would be millions of bytes"
+    assert peak < 100_000, "numpy reports its allocations: a copy would be millions of bytes"
 
 
 @pytest.mark.parametrize(
@@ -114,8 +125,8 @@ def test_large_frames_are_not_copied(part):
         ([[1, 2], [3, 4]], TypeError, "a PIL image; this is list"),
         (None, TypeError, "this is NoneType"),
         (np.zeros(9, np.uint8), ValueError, r"shape \(9,\)"),
-        (np.zeros((9, 9, 4), np.uint8), ValueError, r"shape \(9, 9, 4\); leave out the fourth channel"),
-        (np.zeros((3, 9, 9), np.uint8), ValueError, "bring the channels to the end"),
+        (np.zeros((9, 9, 4), np.uint8), ValueError, r"shape \(9, 9, 4\); drop the fourth channel"),
+        (np.zeros((3, 9, 9), np.uint8), ValueError, "move the channels to the end"),
         (np.zeros((2, 9, 9, 3), np.uint8), ValueError, "one frame at a time"),
         (np.zeros((9, 9, 2), np.uint8), ValueError, r"\(height, width, 3\)"),
         (np.zeros((0, 9), np.uint8), ValueError, "both sides must be at least 1"),
@@ -123,6 +134,6 @@ def test_large_frames_are_not_copied(part):
         (Image.fromarray(np.zeros((9, 9), np.int32)), ValueError, "mode I"),
     ],
 )
-def test_what_is_no_frame_is_refused(frame, error, says):
+def test_invalid_frames_are_refused(frame, error, says):
     with pytest.raises(error, match=says):
         patchlock.Tracker().init(frame, (1, 1, 5, 5))

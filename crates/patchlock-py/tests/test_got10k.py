@@ -1,4 +1,4 @@
-"""The got10k toolkit itself runs Patchlock through its OTB experiment, and scores it."""
+"""Runs Patchlock in the OTB experiment of the got10k toolkit."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ NAMES = ["Basketball", "Crossing"]
 
 @pytest.fixture
 def otb(tmp_path: Path) -> Path:
-    """Two made-up sequences under names that the toolkit knows."""
+    """Two synthetic sequences with names that the toolkit knows."""
     for name in NAMES:
         made_up.save_frames(tmp_path / "OTB" / name / "img", FRAMES, "%04d.jpg")
-        # The files of the benchmark count from 1.
+        # The truth files of OTB count from 1.
         boxes = np.array([made_up.box(k) for k in range(FRAMES)]) + [1, 1, 0, 0]
         np.savetxt(tmp_path / "OTB" / name / "groundtruth_rect.txt", boxes, delimiter=",", fmt="%.17g")
     return tmp_path
@@ -33,7 +33,7 @@ def test_an_otb_experiment_from_end_to_end(otb: Path, monkeypatch: pytest.Monkey
 
     from patchlock.toolkits.got10k import PatchlockTracker
 
-    # The toolkit fetches sequences without a folder, and passes over those with an empty one.
+    # The toolkit downloads sequences that have no folder and ignores empty folders.
     for name in OTB._OTB__version_dict[2013]:
         (otb / "OTB" / name).mkdir(exist_ok=True)
     experiment = ExperimentOTB(
@@ -63,7 +63,7 @@ def test_an_otb_experiment_from_end_to_end(otb: Path, monkeypatch: pytest.Monkey
     np.testing.assert_allclose(np.loadtxt(files[1], delimiter=","), expected, atol=0.001)
 
 
-def test_data_that_count_from_0() -> None:
+def test_datasets_may_count_from_0() -> None:
     made_up.toolkit("got10k")
     from patchlock.toolkits.got10k import PatchlockTracker
 

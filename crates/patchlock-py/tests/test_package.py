@@ -1,4 +1,4 @@
-"""The package as a whole: its names, its documentation, its examples."""
+"""Tests of the package as a whole: stubs, documentation, version."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def stub_docs() -> dict[str, str]:
     return found
 
 
-def test_the_stubs_say_what_the_module_says():
+def test_stubs_and_module_have_the_same_documentation():
     for name, text in stub_docs().items():
         if name.split(".")[-1].startswith("__"):
             continue
@@ -36,7 +36,7 @@ def test_the_stubs_say_what_the_module_says():
 def test_everything_public_is_documented():
     for name in patchlock.__all__:
         value = getattr(patchlock, name)
-        # Other values, and names of types, have no documentation of their own.
+        # Constants and type aliases have no docstring.
         assert not (inspect.isclass(value) or inspect.isroutine(value)) or (value.__doc__ or "").strip(), name
 
 

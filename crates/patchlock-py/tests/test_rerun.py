@@ -1,4 +1,4 @@
-"""What the rerun viewer is given, read back from the file."""
+"""Recordings for the rerun viewer, read back from the file."""
 
 from __future__ import annotations
 
@@ -13,12 +13,21 @@ from conftest import QUICK
 
 import patchlock
 
-ONE = {"frame", "frame/box", "frame/outline", "score", "visible/large", "visible/small", "occlusion/large", "occlusion/small"}
+ONE = {
+    "frame",
+    "frame/box",
+    "frame/outline",
+    "score",
+    "visible/large",
+    "visible/small",
+    "occlusion/large",
+    "occlusion/small",
+}
 INSIDE = {"frame/particles", "candidate", "templates"}
 
 
 class Recording:
-    """A recording into a file, and what is found in it."""
+    """A recording to a file, and its content."""
 
     def __init__(self, path: Path) -> None:
         self.rr = pytest.importorskip("rerun", reason="needs the extra rerun")
@@ -29,11 +38,15 @@ class Recording:
     def chunks(self) -> list[Any]:
         self.stream.flush()
         self.stream.disconnect()
-        return [chunk for chunk in self.rr.chunk.RrdReader(str(self.path)).stream() if chunk.entity_path.startswith("/patchlock/")]
+        return [
+            chunk
+            for chunk in self.rr.chunk.RrdReader(str(self.path)).stream()
+            if chunk.entity_path.startswith("/patchlock/")
+        ]
 
 
 def rows(chunks: list[Any]) -> Counter[str]:
-    """How often each entity was logged."""
+    """How many times each entity was logged."""
     counts: Counter[str] = Counter()
     for chunk in chunks:
         counts[chunk.entity_path.removeprefix("/patchlock/")] += chunk.num_rows
@@ -41,7 +54,7 @@ def rows(chunks: list[Any]) -> Counter[str]:
 
 
 def column(chunks: list[Any], entity: str, name: str) -> dict[int, Any]:
-    """A column of an entity, by the frame."""
+    """A column of an entity, by frame."""
     found = {}
     for chunk in chunks:
         if chunk.entity_path == f"/patchlock/{entity}":
@@ -50,7 +63,7 @@ def column(chunks: list[Any], entity: str, name: str) -> dict[int, Any]:
     return found
 
 
-def test_one_target_with_all_that_is_inside(scene, film, tmp_path):
+def test_one_target_with_its_observations(scene, film, tmp_path):
     recording = Recording(tmp_path / "a.rrd")
     tracker = patchlock.Tracker(**QUICK)
     patchlock.rerun.log(tracker.init(film[0], scene.truth(0)), film[0], recording=recording.stream)
@@ -73,13 +86,15 @@ def test_one_target_with_all_that_is_inside(scene, film, tmp_path):
     np.testing.assert_array_equal(np.array(image[0], np.uint8).reshape(height, width, 3), film[3])
 
 
-def test_many_targets_have_their_ids_behind_the_names(scene, film, tmp_path):
+def test_ids_of_many_targets_are_appended_to_the_names(scene, film, tmp_path):
     recording = Recording(tmp_path / "a.rrd")
     tracker = patchlock.MultiTracker(**QUICK)
     tracker.add(film[0], scene.truth(0))
     tracker.add(film[0], (40, 30, 36, 30))
     for frame in film[1:4]:
-        patchlock.rerun.log(tracker.update(frame), frame[..., ::-1], channels="bgr", recording=recording.stream)
+        patchlock.rerun.log(
+            tracker.update(frame), frame[..., ::-1], channels="bgr", recording=recording.stream
+        )
     patchlock.rerun.log({}, film[4], recording=recording.stream)
     chunks = recording.chunks()
     entities = {"frame"} | {f"{name}/{i}" for name in ONE - {"frame"} for i in (1, 2)}
@@ -88,7 +103,15 @@ def test_many_targets_have_their_ids_behind_the_names(scene, film, tmp_path):
     assert bytes(image[0]) == film[2].tobytes()
 
 
-def test_what_does_not_belong_together_is_refused(scene, film, monkeypatch):
+def test_unknown_visibility_is_left_out(tmp_path):
+    recording = Recording(tmp_path / "a.rrd")
+    corners = [[9.5, 19.5], [39.5, 19.5], [39.5, 59.5], [9.5, 59.5]]
+    estimate = patchlock.Estimate((10, 20, 30, 40), corners, 0.5, "tracked", frame=3)
+    patchlock.rerun.log(estimate, recording=recording.stream)
+    assert rows(recording.chunks()) == dict.fromkeys(["frame/box", "frame/outline", "score"], 1)
+
+
+def test_inconsistent_arguments_are_refused(scene, film, monkeypatch):
     tracker = patchlock.Tracker(**QUICK)
     first = tracker.init(film[0], scene.truth(0))
     second, seen = tracker.update_observed(film[1])
@@ -96,7 +119,7 @@ def test_what_does_not_belong_together_is_refused(scene, film, monkeypatch):
         patchlock.rerun.log({1: second}, film[1], seen)
     with pytest.raises(ValueError, match=r"different frames: \[0, 1\]"):
         patchlock.rerun.log({1: first, 2: second})
-    # A name of None makes the import fail, as if it were not installed.
+    # None in sys.modules makes the import fail, as if the package were not installed.
     monkeypatch.setitem(sys.modules, "rerun", None)
     with pytest.raises(ImportError, match=r'pip install "patchlock\[rerun\]"'):
         patchlock.rerun.log(first)

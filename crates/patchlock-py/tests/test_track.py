@@ -1,4 +1,4 @@
-"""`track` over every kind of source, against the command; its table; its bar."""
+"""Tests of `track` on every kind of source, compared with the command; its table; its progress bar."""
 
 from __future__ import annotations
 
@@ -29,24 +29,36 @@ def folder(film, tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="module")
 def video(folder, scene) -> Path:
-    """The film as an MP4, which the command makes with the track drawn in."""
+    """The frames as an MP4; the command writes it, with the track drawn in."""
     command(folder, scene.truth(0), "--video", folder / "film.mp4")
     return folder / "film.mp4"
 
 
 def command(source, box, *options) -> pd.DataFrame:
-    """What `patchlock track` says."""
+    """The table that `patchlock track` saves."""
     config = Path(source).parent / "quick.toml"
     config.write_text(TOML)
     saved = Path(source).parent / "saved.jsonl"
     box = ",".join(map(repr, map(float, box)))
-    arguments = ["track", source, "--box", box, "--config", config, "--save", saved, "--overwrite", "--quiet", *options]
+    arguments = [
+        "track",
+        source,
+        "--box",
+        box,
+        "--config",
+        config,
+        "--save",
+        saved,
+        "--overwrite",
+        "--quiet",
+        *options,
+    ]
     subprocess.run([sys.executable, "-m", "patchlock", *map(str, arguments)], check=True)
     return pd.DataFrame([json.loads(line) for line in saved.read_text().splitlines()]).set_index("frame")
 
 
 def same(table: pd.DataFrame, expected: pd.DataFrame) -> None:
-    """The same to the last of the six places that the command writes."""
+    """The tables are equal to the six decimal places that the command writes."""
     assert list(table.columns) == list(expected.columns)
     both = (table.drop(columns="ms"), expected.drop(columns="ms"))
     pd.testing.assert_frame_equal(both[0].round(6), both[1], check_exact=True, check_index_type=False)
@@ -112,7 +124,7 @@ def test_the_table_has_the_columns_of_the_command(film, scene):
     assert to_dataframe([]).empty
 
 
-def test_the_bar_is_shown_where_it_is_asked_for(film, scene, capfd):
+def test_the_progress_bar_is_shown_on_request(film, scene, capfd):
     list(track(film, scene.truth(0), **QUICK))
     assert capfd.readouterr().err == "", "no terminal, no bar"
     list(track(film, scene.truth(0), progress=True, **QUICK))
@@ -121,7 +133,7 @@ def test_the_bar_is_shown_where_it_is_asked_for(film, scene, capfd):
     assert capfd.readouterr().err == ""
 
 
-def test_estimates_come_one_by_one(film, scene):
+def test_frames_are_read_lazily(film, scene):
     asked = []
     source = (asked.append(k) or frame for k, frame in enumerate(film))
     estimates = track(source, scene.truth(0), **QUICK)
@@ -136,21 +148,26 @@ def test_estimates_come_one_by_one(film, scene):
         ({"source": "nowhere.mp4"}, FileNotFoundError, "no file or folder nowhere.mp4"),
         ({"source": "nowhere/%d.png"}, OSError, "nowhere"),
         ({"start": -1}, ValueError, "frames count from 0"),
-        ({"start": 12}, ValueError, "there are 12 frames"),
+        ({"start": 12}, ValueError, "start=12 is beyond the end: there are 12 frames"),
         ({"stride": 0}, ValueError, "at least 1"),
-        ({"start": 3, "end": 3}, ValueError, "not after start 3"),
+        ({"start": 3, "end": 3}, ValueError, "end=3 is not after start=3"),
         ({"particels": 3}, TypeError, "did you mean particles"),
-        ({"source": iter([]), "reverse": True}, TypeError, "by number"),
+        ({"source": iter([]), "reverse": True}, TypeError, "can be indexed"),
     ],
 )
-def test_wrong_use_is_said_before_the_first_frame(film, change, error, says):
+def test_usage_errors_are_raised_before_the_first_frame(film, change, error, says):
     with pytest.raises(error, match=says):
         track(**{"source": film, "box": (70, 60, 40, 30), **change})
 
 
-def test_files_that_can_not_be_tracked_are_named(folder, tmp_path):
-    with pytest.raises(ValueError, match="--start 99 is beyond the end: the source has 12 frames"):
+def test_errors_of_files_name_the_argument_or_the_file(folder, tmp_path):
+    with pytest.raises(ValueError, match="^start=99 is beyond the end: the source has 12 frames"):
         track(folder, (70, 60, 40, 30), start=99)
+    with pytest.raises(ValueError, match=r"^end=3 is not after start=3: .*\(end is the first frame") as found:
+        track(folder, (70, 60, 40, 30), start=3, end=3)
+    assert "--" not in str(found.value)
+    with pytest.raises(ValueError, match="^stride is 0: .*stride=1 takes every frame"):
+        track(folder, (70, 60, 40, 30), stride=0)
     (tmp_path / "0.png").write_bytes((folder / "0.png").read_bytes())
     (tmp_path / "1.png").write_bytes(b"no image")
     estimates = track(tmp_path, (70, 60, 40, 30), **QUICK)

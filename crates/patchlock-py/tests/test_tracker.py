@@ -1,4 +1,4 @@
-"""Tracker and Estimate: what they give, keep and refuse."""
+"""Tests of Tracker and Estimate: results, pickling, settings, errors, threads."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def test_it_follows_the_target(scene, film):
         assert estimate.ms > 0
 
 
-def test_an_estimate_has_all_that_is_known(scene, film):
+def test_an_estimate_has_all_fields(scene, film):
     estimate = patchlock.Tracker().init(film[0], scene.truth(0))
     assert estimate.box == pytest.approx(scene.truth(0))
     assert estimate.box.w == estimate.box[2]
@@ -45,7 +45,9 @@ def test_an_estimate_has_all_that_is_known(scene, film):
     assert estimate.visibility.large == pytest.approx(1 - large.mean())
     assert estimate.visibility.small == pytest.approx(1 - small.mean())
     assert estimate.score == pytest.approx(sum(estimate.visibility) / 2)
+    assert estimate.status == "tracked"
     assert "box=(" in repr(estimate)
+    assert list(estimate.to_dict().values())[5] == estimate.score
 
 
 def test_estimates_compare_and_pickle(scene, film):
@@ -58,9 +60,54 @@ def test_estimates_compare_and_pickle(scene, film):
         assert numbers(back) == numbers(second)
         assert (back.frame, back.ms) == (second.frame, second.ms)
     assert second.numbered(7) != second
+    assert second.numbered(7).status == second.status
 
 
-def test_the_seed_decides_and_the_threads_do_not(scene, film):
+CORNERS = [[9.5, 19.5], [39.5, 19.5], [39.5, 59.5], [9.5, 59.5]]
+MAPS = (np.array([[True, False], [False, False]]), np.zeros((3, 3), bool))
+
+
+@pytest.mark.parametrize("occlusion", [None, MAPS])
+@pytest.mark.parametrize("status", ["tracked", "uncertain", "lost"])
+def test_pickling_keeps_every_field(occlusion, status):
+    """Score and status are stored: here neither follows from the visible share."""
+    made = patchlock.Estimate((10, 20, 30, 40), CORNERS, 0.123, status, occlusion, frame=7, ms=2.5)
+    for back in (made, pickle.loads(pickle.dumps(made)), copy.deepcopy(made)):
+        assert back == made
+        assert (back.box, back.score, back.status, back.frame, back.ms) == (
+            (10, 20, 30, 40),
+            0.123,
+            status,
+            7,
+            2.5,
+        )
+        assert back.corners.tolist() == CORNERS
+        if occlusion is None:
+            assert back.visibility is None and back.occlusion is None
+            assert back.to_dict()["visible_large"] is None
+        else:
+            assert back.visibility == (0.75, 1.0)
+            assert all(np.array_equal(a, b) for a, b in zip(back.occlusion, occlusion, strict=True))
+
+
+def test_estimates_differ_in_score_status_and_occlusion():
+    made = patchlock.Estimate((10, 20, 30, 40), CORNERS, 0.5, "tracked")
+    assert made == patchlock.Estimate((10, 20, 30, 40), CORNERS, 0.5, "tracked", ms=9)
+    assert made != patchlock.Estimate((10, 20, 30, 40), CORNERS, 0.6, "tracked")
+    assert made != patchlock.Estimate((10, 20, 30, 40), CORNERS, 0.5, "lost")
+    assert made != patchlock.Estimate((10, 20, 30, 40), CORNERS, 0.5, "tracked", MAPS)
+
+
+def test_invalid_estimates_are_refused():
+    with pytest.raises(ValueError, match="status is 'gone'; allowed: tracked, uncertain, lost"):
+        patchlock.Estimate((10, 20, 30, 40), CORNERS, 0.5, "gone")
+    with pytest.raises(ValueError, match="four corners"):
+        patchlock.Estimate((10, 20, 30, 40), CORNERS[:3], 0.5, "tracked")
+    with pytest.raises(TypeError, match="two boolean arrays"):
+        patchlock.Estimate((10, 20, 30, 40), CORNERS, 0.5, "tracked", (np.zeros((2, 2)), MAPS[1]))
+
+
+def test_boxes_depend_on_the_seed_but_not_on_threads(scene, film):
     box = scene.truth(0)
     one = follow(patchlock.Tracker(threads=1, **QUICK), film, box)
     assert follow(patchlock.Tracker(threads=3, **QUICK), film, box) == one
@@ -70,7 +117,7 @@ def test_the_seed_decides_and_the_threads_do_not(scene, film):
 
 @pytest.mark.parametrize("again", [lambda t: pickle.loads(pickle.dumps(t)), copy.deepcopy, copy.copy])
 @pytest.mark.parametrize("at", [1, 6])
-def test_a_copy_goes_on_to_the_same_boxes(scene, film, again, at):
+def test_a_copy_gives_the_same_boxes(scene, film, again, at):
     tracker = patchlock.Tracker(threads=2, channels="bgr", **QUICK)
     follow(tracker, film[:at], scene.truth(0))
     copied = again(tracker)
@@ -81,27 +128,27 @@ def test_a_copy_goes_on_to_the_same_boxes(scene, film, again, at):
         assert ours.frame == theirs.frame == k
 
 
-def test_a_tracker_without_a_target_is_copied_too():
+def test_a_tracker_without_a_target_can_be_copied():
     copied = pickle.loads(pickle.dumps(patchlock.Tracker(seed=5)))
     assert copied.config["seed"] == 5
     with pytest.raises(RuntimeError, match="init"):
         copied.update(np.zeros((20, 20), np.uint8))
 
 
-def test_a_snapshot_is_text_that_rust_reads_too(scene, film):
+def test_a_snapshot_is_json_and_can_be_restored(scene, film):
     tracker = patchlock.Tracker(**QUICK)
     tracker.init(film[0], scene.truth(0))
     snapshot = tracker.snapshot()
-    assert snapshot.startswith(b'{"version":1')
+    assert snapshot.startswith(b'{"version":2')
     restored = patchlock.Tracker.restore(snapshot)
     assert numbers(restored.update(film[1])) == numbers(tracker.update(film[1]))
-    with pytest.raises(ValueError, match="no snapshot"):
+    with pytest.raises(ValueError, match="not a tracker snapshot"):
         patchlock.Tracker.restore(b"{}")
     with pytest.raises(ValueError, match="version is 9"):
-        patchlock.Tracker.restore(snapshot.replace(b'"version":1', b'"version":9'))
+        patchlock.Tracker.restore(snapshot.replace(b'"version":2', b'"version":9'))
 
 
-def test_init_begins_anew(scene, film):
+def test_init_restarts_the_tracker(scene, film):
     tracker = patchlock.Tracker(**QUICK)
     first = follow(tracker, film, scene.truth(0))
     assert follow(tracker, film, scene.truth(0)) == first
@@ -112,11 +159,13 @@ def test_init_begins_anew(scene, film):
 
 
 def test_settings_are_those_of_the_table():
-    config = patchlock.Tracker(particles=np.int64(77), sigma_x=3, gamma="one", divide=False).config
-    assert (config["particles"], config["sigma_x"], config["gamma"], config["divide"]) == (77, 3.0, "one", False)
+    config = patchlock.Tracker(particles=np.int64(77), sigma_x=3, gamma="one", subtract_mean=True).config
+    names = ("particles", "sigma_x", "gamma", "subtract_mean")
+    assert [config[name] for name in names] == [77, 3.0, "one", True]
     assert [p.name for p in patchlock.parameters()] == list(config)
     defaults = patchlock.Tracker().config
-    assert all(p.default == defaults[p.name] and p.allowed and p.purpose for p in patchlock.parameters())
+    rows = patchlock.parameters()
+    assert all(p.default == defaults[p.name] and p.allowed and p.source and p.purpose for p in rows)
     assert patchlock.Tracker(**defaults).config == defaults
     assert patchlock.Tracker(lambda_=0.5).config["lambda"] == 0.5
 
@@ -143,7 +192,7 @@ def test_the_types_of_the_settings_are_those_of_the_table():
         ({"particles": -1}, ValueError, "1 to 100000"),
         ({"particles": "many"}, TypeError, "not 'many'"),
         ({"sigma_x": float("nan")}, ValueError, "sigma_x"),
-        ({"divide": 1}, TypeError, "True or False"),
+        ({"subtract_mean": 1}, TypeError, "True or False"),
         ({"gamma": "two"}, ValueError, "exp_visible, one, visible, exp_error"),
         ({"gamma": 2}, TypeError, "gamma takes a word"),
         ({"large_patch": 64}, ValueError, "at most template_side = 32"),
@@ -173,7 +222,9 @@ def test_wrong_boxes_are_refused(film, box, error, says):
         patchlock.Tracker().init(film[0], box)
 
 
-@pytest.mark.parametrize("box", [(70, 60, 40, 30), [70, 60, 40, 30], np.array([70, 60, 40, 30]), np.float32([70, 60, 40, 30])])
+@pytest.mark.parametrize(
+    "box", [(70, 60, 40, 30), [70, 60, 40, 30], np.array([70, 60, 40, 30]), np.float32([70, 60, 40, 30])]
+)
 def test_a_box_is_any_four_numbers(film, box):
     assert patchlock.Tracker(**QUICK).init(film[0], box).box == pytest.approx((70, 60, 40, 30))
 
@@ -198,8 +249,8 @@ def slow_tracker(film, box) -> patchlock.Tracker:
     return tracker
 
 
-def test_python_goes_on_while_a_frame_is_tracked(scene, film):
-    """With the lock held the count would stand still from the first moment of the call to its last."""
+def test_other_threads_run_while_a_frame_is_tracked(scene, film):
+    """If the call held the GIL, the counter would stop for its whole duration."""
     tracker = slow_tracker(film, scene.truth(0))
     steps: list[float] = []
     done = threading.Event()
@@ -222,7 +273,7 @@ def test_python_goes_on_while_a_frame_is_tracked(scene, film):
 
 
 def test_trackers_run_side_by_side(scene, film):
-    """Each of two calls begins before the other one ends, and together they get the same boxes as alone."""
+    """Two calls overlap in time and give the same boxes as one alone."""
     box = scene.truth(0)
     alone = numbers(slow_tracker(film, box).update(film[1]))
     trackers = [slow_tracker(film, box) for _ in range(2)]
@@ -263,8 +314,8 @@ def forked(tracker: patchlock.Tracker, frame: Any, answers: Any) -> None:
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a system that forks")
 @pytest.mark.parametrize("threads", [None, 2])
-def test_a_forked_process_tracks_on(scene, film, threads):
-    """The threads of the parent are not there in the child: it must make its own rather than wait for ever."""
+def test_a_forked_process_continues_to_track(scene, film, threads):
+    """The parent's threads do not exist in the child, which must make its own instead of waiting forever."""
     tracker = patchlock.Tracker(threads=threads, **QUICK)
     follow(tracker, film[:3], scene.truth(0))
     context = multiprocessing.get_context("fork")

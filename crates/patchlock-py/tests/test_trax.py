@@ -1,4 +1,4 @@
-"""The client of libtrax (vot-trax), which knows nothing of ours, speaks with the command `patchlock trax`."""
+"""Tests `patchlock trax` with an independent client, that of libtrax (vot-trax)."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def trax() -> Any:
 
 @contextmanager
 def running(protocol: int, *options: str) -> Iterator[Any]:
-    """A server, which is gone afterwards whatever happens."""
+    """A server, which is killed at the end in any case."""
     command = [sys.executable, "-m", "patchlock", "trax", "--protocol", str(protocol), *options]
     pipes = {name: subprocess.PIPE for name in ("stdin", "stdout", "stderr")}
     with subprocess.Popen(command, **pipes) as server:  # type: ignore[call-overload]
@@ -47,13 +47,13 @@ def running(protocol: int, *options: str) -> Iterator[Any]:
 
 @contextmanager
 def client(tmp_path: Path, protocol: int) -> Iterator[Any]:
-    """A client of libtrax and a server of its own, which must end with the client."""
+    """A client of libtrax with its own server, which must exit when the client does."""
     from trax.client import Client
 
     settings = tmp_path / "quick.toml"
     settings.write_text("".join(f"{name} = {value}\n" for name, value in made_up.SETTINGS.items()))
     with running(protocol, "--config", str(settings)) as server:
-        # Without a log this version of the client can't be made, and its end writes to a log that must still be there.
+        # This version of the client requires a log, and its destructor writes to it.
         peer = Client(stream=(server.stdin.fileno(), server.stdout.fileno()), log=lambda line: None)
         LOGS.append(peer._clogger)
         yield peer
@@ -67,15 +67,23 @@ def corners(k: int) -> list[tuple[float, float]]:
 
 
 def numbers(region: Any) -> list[float]:
-    """Those of a rectangle or a polygon."""
-    return list(region.bounds()) if region.type == "rectangle" else [value for point in region for value in point]
+    """The coordinates of a rectangle or a polygon."""
+    return (
+        list(region.bounds())
+        if region.type == "rectangle"
+        else [value for point in region for value in point]
+    )
 
 
 def follow(client: Any, images: list[Any], region: Any) -> list[tuple[Any, dict[str, str]]]:
     """The state in each image: region and properties."""
     states = []
     for k, image in enumerate(images):
-        objects, _ = client.frame({"color": image}, objects=[]) if k else client.initialize({"color": image}, [(region, {})], {})
+        objects, _ = (
+            client.frame({"color": image}, objects=[])
+            if k
+            else client.initialize({"color": image}, [(region, {})], {})
+        )
         assert len(objects) == 1
         states.append((objects[0][0], dict(objects[0][1])))
     return states
@@ -89,7 +97,7 @@ def test_rectangles_and_polygons(trax: Any, protocol: int, images: list[Path], t
         assert (peer.region_formats, peer.get("multiobject")) == (["rectangle", "polygon"], protocol == 4)
         assert sorted(peer.image_formats) == ["buffer", "memory", "path"]
         in_boxes = follow(peer, files, trax.Rectangle.create(*made_up.box(0)))
-        # A client may begin anew at any time, also in the other form. In protocol 4 that is said by `initialize` too.
+        # A client may restart at any time, also with the other type of region.
         in_polygons = follow(peer, files, trax.Polygon.create(corners(0)))
         peer.quit()
 
@@ -97,14 +105,16 @@ def test_rectangles_and_polygons(trax: Any, protocol: int, images: list[Path], t
     for k, ((box, of_box), (polygon, of_polygon)) in enumerate(zip(in_boxes, in_polygons, strict=True)):
         estimate = alone.update(made_up.frame(k)) if k else alone.init(made_up.frame(k), made_up.box(0))
         assert (box.type, polygon.type) == ("rectangle", "polygon")
-        # libtrax has single precision.
+        # libtrax uses single precision.
         np.testing.assert_allclose(numbers(box), estimate.box, rtol=1e-5)
-        # In TraX pixel 0 goes from 0 to 1; our corners count from the middle of pixel 0.
+        # In TraX pixel 0 spans 0 to 1; our corners count from the centre of pixel 0.
         outline = estimate.corners.ravel() + 0.5
         np.testing.assert_allclose(numbers(polygon), outline, rtol=1e-5)
-        assert of_box == of_polygon, "the same track, whatever the form"
+        assert of_box == of_polygon, "the track does not depend on the type of region"
         assert float(of_box["confidence"]) == estimate.score
-        np.testing.assert_allclose([float(value) for value in of_box["region"].split(",")], outline, rtol=1e-12)
+        np.testing.assert_allclose(
+            [float(value) for value in of_box["region"].split(",")], outline, rtol=1e-12
+        )
 
 
 @pytest.mark.parametrize("protocol", PROTOCOLS)
@@ -116,7 +126,8 @@ def test_images_in_every_form(trax: Any, protocol: int, images: list[Path], tmp_
     ]
     with client(tmp_path, protocol) as peer:
         tracks = [
-            follow(peer, [form(k) for k in range(FRAMES)], trax.Rectangle.create(*made_up.box(0))) for form in forms
+            follow(peer, [form(k) for k in range(FRAMES)], trax.Rectangle.create(*made_up.box(0)))
+            for form in forms
         ]
     for track in tracks:
         assert [properties for _, properties in track] == [properties for _, properties in tracks[0]]
@@ -131,30 +142,33 @@ def test_many_targets(trax: Any, images: list[Path], tmp_path: Path) -> None:
         objects, _ = peer.frame({"color": files[1]}, objects=[])
         assert numbers(objects[0][0]) == numbers(alone[1][0]), "another target beside it changes nothing"
         assert len(objects) == 2
-        # A third comes with a frame.
+        # A third target is added with a frame.
         objects, _ = peer.frame({"color": files[2]}, objects=[(first, {})])
         assert len(objects) == 3 and numbers(objects[0][0]) == numbers(alone[2][0])
-        assert numbers(objects[2][0]) == numbers(first), "a new target is answered as it was given"
+        assert numbers(objects[2][0]) == numbers(first), "the first state of a target is its given region"
 
 
 @pytest.mark.parametrize("protocol", PROTOCOLS)
-def test_the_client_learns_what_is_wrong(trax: Any, protocol: int, images: list[Path], tmp_path: Path) -> None:
+def test_errors_reach_the_client(trax: Any, protocol: int, images: list[Path], tmp_path: Path) -> None:
     here, nowhere = trax.FileImage.create(str(images[0])), trax.FileImage.create(str(tmp_path / "none.png"))
     box, outside = trax.Rectangle.create(*made_up.box(0)), trax.Rectangle.create(5000, 5000, 9, 9)
-    for image, region, reason in [(nowhere, box, "cannot read the image .*none.png"), (here, outside, "lies outside the frame")]:
+    for image, region, reason in [
+        (nowhere, box, "cannot read the image .*none.png"),
+        (here, outside, "lies outside the frame"),
+    ]:
         with client(tmp_path, protocol) as peer:
             with pytest.raises(trax.TraxException, match=reason):
                 peer.initialize({"color": image}, [(region, {})], {})
 
 
-@pytest.mark.parametrize("hears", [True, False], ids=["asks no more", "hears no more"])
+@pytest.mark.parametrize("hears", [True, False], ids=["input closed", "output closed"])
 def test_a_client_that_is_gone_ends_the_server(hears: bool, images: list[Path]) -> None:
     with running(3) as server:
         assert server.stdout.readline().startswith(b"@@TRAX:hello")
         if hears:
             server.stdin.close()
         else:
-            # Its input stays open: it must find out from its output.
+            # The server's input stays open: it must notice that its output is closed.
             server.stdout.close()
             box = ",".join(str(value) for value in made_up.box(0))
             server.stdin.write(f"@@TRAX:initialize file://{images[0]} {box}\n".encode())
@@ -164,7 +178,7 @@ def test_a_client_that_is_gone_ends_the_server(hears: bool, images: list[Path]) 
 
 
 def test_a_server_of_libtrax_in_our_bench(trax: Any, tmp_path: Path) -> None:
-    """The tracker of the page on toolkits, which is ours in the shape of another, gets the boxes that ours gets."""
+    """The TraX server in docs/toolkits.md, which wraps our tracker, gives the boxes of our tracker."""
     sequence = tmp_path / "data" / "Badge"
     made_up.save_frames(sequence / "img", FRAMES, "%04d.png")
     boxes = np.array([made_up.box(k) for k in range(FRAMES)]) + [1, 1, 0, 0]
@@ -176,7 +190,9 @@ def test_a_server_of_libtrax_in_our_bench(trax: Any, tmp_path: Path) -> None:
     command = shlex.join([sys.executable, "my_tracker.py"])
     for options in [["--name", "mine", "--cmd", command], ["--name", "own", "--config", str(settings)]]:
         subprocess.run([*bench, *options], cwd=tmp_path, check=True)
-    mine, own = [np.loadtxt(tmp_path / "out" / name / "ope/Badge/0.txt", delimiter=",") for name in ["mine", "own"]]
-    # libtrax writes four decimals.
+    mine, own = [
+        np.loadtxt(tmp_path / "out" / name / "ope/Badge/0.txt", delimiter=",") for name in ["mine", "own"]
+    ]
+    # libtrax writes four decimal places.
     np.testing.assert_allclose(mine, own, atol=1e-4)
     assert len(own) == FRAMES and not np.array_equal(own[0], own[-1])

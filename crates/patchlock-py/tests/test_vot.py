@@ -1,4 +1,4 @@
-"""The VOT toolkit itself runs Patchlock: its test, a supervised and an unsupervised experiment, its analysis and its report."""
+"""Runs Patchlock in the VOT toolkit: test, supervised and unsupervised experiments, analysis, report."""
 
 from __future__ import annotations
 
@@ -40,7 +40,11 @@ def test_a_wrong_name_or_file_is_refused(capsys: pytest.CaptureFixture[str]) -> 
 
 @pytest.fixture(scope="module")
 def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A workspace with a quick Patchlock and three sequences: with boxes, with polygons, and with a jump that no tracker by motion survives."""
+    """A workspace with Patchlock and three sequences.
+
+    The truth consists of boxes in the first and of polygons in the second. In the third the target jumps so
+    far that the tracker loses it.
+    """
     folder = tmp_path_factory.mktemp("vot")
     settings = "".join(f"{name} = {value}\n" for name, value in made_up.SETTINGS.items())
     (folder / "quick.toml").write_text(settings)
@@ -60,14 +64,17 @@ def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def region(k: int, name: str) -> str:
-    """The truth of a frame of a sequence as the toolkit's files have it."""
+    """The truth of a frame, in the toolkit's file format."""
     x, y, w, h = made_up.box(k, name == "jump" and made_up.jumps(k, FRAMES))
     corners = (x, y, x + w, y, x + w, y + h, x, y + h)
     return ",".join(str(value) for value in (corners if name == "polygons" else (x, y, w, h)))
 
 
 def vot(workspace: Path, *arguments: str) -> str:
-    """Runs the toolkit's own command; it must succeed. It looks for a newer version of itself, which is kept off the network."""
+    """Runs the toolkit's own command, which must succeed.
+
+    The proxy keeps it from looking for a newer version on the network.
+    """
     environment = {**os.environ, "https_proxy": "http://127.0.0.1:9", "MPLBACKEND": "Agg"}
     words = [sys.executable, "-m", "vot", *arguments]
     done = subprocess.run(words, cwd=workspace, env=environment, capture_output=True, text=True, timeout=300)
@@ -92,7 +99,7 @@ def test_experiments_analysis_and_report(workspace: Path) -> None:
     for experiment, runs in [("baseline", 3), ("unsupervised", 1)]:
         for sequence in ["boxes", "polygons", "jump"]:
             confidence = sorted((results / experiment / sequence).glob("*_confidence.value"))
-            assert len(confidence) == runs, "the same seed: three repetitions are enough for the toolkit"
+            assert len(confidence) == runs, "the toolkit stops after three identical repetitions"
             values = [float(line) for line in confidence[0].read_text().split()]
             assert values and all(0 <= value <= 1 for value in values)
 
@@ -100,9 +107,9 @@ def test_experiments_analysis_and_report(workspace: Path) -> None:
     analysis = json.loads((workspace / "analysis" / "scores.json").read_text())["results"]
     accuracy, robustness, *_ = analysis["baseline"]["results"][0][0]
     assert accuracy > 0.8
-    assert 0 < robustness < 1, "one of three sequences fails once, and goes on after it"
+    assert 0 < robustness < 1, "one of three sequences fails once and is restarted"
     (unsupervised,) = analysis["unsupervised"]["results"][0][0]
-    assert 0.5 < unsupervised < accuracy, "without help the target of the jump stays lost"
+    assert 0.5 < unsupervised < accuracy, "without a restart the target stays lost after the jump"
 
     vot(workspace, "report", "patchlock", "--name", "page")
     assert "Patchlock" in (workspace / "reports" / "page" / "report.html").read_text()

@@ -27,7 +27,7 @@ pub(crate) fn backdrop(width: usize, height: usize, seed: u64) -> Canvas {
     canvas
 }
 
-/// Where the ground begins, as a share of the height.
+/// Where the ground starts, relative to the height.
 fn horizon(seed: u64, x: f64) -> f64 {
     0.5 + 0.12 * (cloud(seed ^ 0x11, x / 90.0, 0.5, 3) - 0.5)
 }
@@ -48,7 +48,7 @@ fn wood(seed: u64, height: f64, [x, y]: [f64; 2]) -> Colour {
     mixed(far, ground, ramp(down, edge - 0.02, edge + 0.03))
 }
 
-/// A thin hazy trunk that ends where the ground begins.
+/// A thin hazy trunk that ends at the ground.
 fn far_trunk(canvas: &mut Canvas, seed: u64, i: i64) {
     let pick = |what| uniform(seed ^ 0x14, i, what);
     let height = canvas.height as f64;
@@ -60,7 +60,7 @@ fn far_trunk(canvas: &mut Canvas, seed: u64, i: i64) {
     canvas.paint(area, |[x, y]| {
         let side = (x - x0 - lean * (foot - y)) / half;
         let bark = cloud(seed ^ 0x15, x / 3.0, y / 17.0, 2);
-        // Grass of uneven height stands before the foot.
+        // Grass of uneven height covers the foot.
         let grass = 9.0 * value_noise(seed ^ 0x1a, x / 1.7, 0.5);
         let seen = side.abs() < 1.0 && y < foot - grass;
         seen.then(|| dimmed(tone, 1.0 - 0.3 * side + 0.5 * (bark - 0.5)))
@@ -84,7 +84,7 @@ fn stone(canvas: &mut Canvas, seed: u64, i: i64) {
 
 fn leaf(canvas: &mut Canvas, seed: u64, i: i64) {
     let pick = |what| uniform(seed ^ 0x18, i, what);
-    // More leaves lie on the ground than hang in the air.
+    // More leaves are on the ground than in the air.
     let down = pick(1).sqrt();
     let centre = [pick(0) * canvas.width as f64, down * canvas.height as f64];
     let long = (3.5 + 5.0 * pick(2)) * (0.6 + 0.6 * down);
@@ -94,7 +94,7 @@ fn leaf(canvas: &mut Canvas, seed: u64, i: i64) {
     canvas.paint(Area::around(centre, long), |[x, y]| {
         let (dx, dy) = (x - centre[0], y - centre[1]);
         let (along, off) = ((cos * dx + sin * dy) / long, (cos * dy - sin * dx) / long);
-        // Two arcs that meet in a point at either end.
+        // Two arcs that meet in a point at both ends.
         (off.abs() < 0.45 * (1.0 - along * along)).then(|| {
             let rib = ramp(off.abs(), 0.03, 0.09);
             dimmed(tone, 0.7 + 0.3 * rib + 0.5 * off)

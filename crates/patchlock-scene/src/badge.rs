@@ -1,7 +1,7 @@
-//! The picture on the target: a boat on a lake before mountains at sunset.
+//! The picture on the target: a boat on a lake in front of mountains at sunset.
 //!
-//! Its corners, halves and colours all differ, so a tracker that mistakes one
-//! part for another, or its mirror image, is found out.
+//! Its corners, halves and colours all differ, so a tracker that confuses parts
+//! of it, or its mirror image, is detected.
 
 use crate::canvas::{Colour, dimmed, mixed, ramp};
 use crate::noise::{cloud, value_noise};
@@ -30,7 +30,7 @@ pub(crate) fn badge(point: Point) -> Colour {
     dimmed(picture(point), grain)
 }
 
-/// The picture inside the frame, nearest things first.
+/// The picture inside the frame, nearest objects first.
 fn picture(point: Point) -> Colour {
     boat(point).or_else(|| lake(point)).or_else(|| mountains(point)).unwrap_or_else(|| sky(point))
 }

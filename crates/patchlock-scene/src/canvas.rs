@@ -8,8 +8,8 @@ pub(crate) type Colour = [f32; 3];
 /// Samples per pixel along each axis.
 const SAMPLES: i32 = 3;
 
-/// A layer of pixels: red, green and blue weighted with the coverage, and the
-/// coverage itself in `0..=1`.
+/// A layer of pixels: red, green and blue premultiplied by the coverage, and
+/// the coverage in `0..=1`.
 #[derive(Debug, Clone)]
 pub(crate) struct Canvas {
     pub(crate) width: usize,
@@ -17,7 +17,7 @@ pub(crate) struct Canvas {
     pub(crate) pixels: Vec<[f32; 4]>,
 }
 
-/// The part of the plane a shape can touch: least and greatest x and y.
+/// The bounding box of a shape: minimum and maximum of x and y.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Area {
     pub(crate) min: [f64; 2],
@@ -32,12 +32,12 @@ impl Area {
 }
 
 impl Canvas {
-    /// A layer with nothing on it.
+    /// An empty layer.
     pub(crate) fn clear(width: usize, height: usize) -> Self {
         Canvas { width, height, pixels: vec![[0.0; 4]; width * height] }
     }
 
-    /// A full layer of something so smooth that one sample per pixel will do.
+    /// A full layer that is smooth enough for one sample per pixel.
     pub(crate) fn filled(width: usize, height: usize, shade: impl Fn([f64; 2]) -> Colour) -> Self {
         let mut canvas = Canvas::clear(width, height);
         for (i, pixel) in canvas.pixels.iter_mut().enumerate() {
@@ -47,8 +47,8 @@ impl Canvas {
         canvas
     }
 
-    /// Paints a shape over what is there: `shade` gives the colour at a point,
-    /// or nothing outside the shape. Only `area` is visited.
+    /// Paints a shape over the existing pixels: `shade` returns the colour at a
+    /// point, or `None` outside the shape. Only `area` is visited.
     pub(crate) fn paint(&mut self, area: Area, shade: impl Fn([f64; 2]) -> Option<Colour>) {
         for y in pixel_range(area.min[1], area.max[1], self.height) {
             for x in pixel_range(area.min[0], area.max[0], self.width) {
@@ -68,7 +68,7 @@ impl Canvas {
 
 /// The pixels whose squares touch `min..max`, inside `0..size`.
 fn pixel_range(min: f64, max: f64, size: usize) -> std::ops::Range<usize> {
-    // Casts from float saturate, so anything left of the frame becomes 0.
+    // Casts from float saturate, so coordinates left of the frame become 0.
     let first = (min - 0.5).ceil() as usize;
     let end = (max + 0.5).floor() as usize + 1;
     first..end.min(size)
@@ -76,8 +76,8 @@ fn pixel_range(min: f64, max: f64, size: usize) -> std::ops::Range<usize> {
 
 /// Colour and coverage of the square of one pixel.
 ///
-/// The samples form a skewed grid in which no two share a row or a column: an
-/// upright edge is then placed to a ninth of a pixel instead of a third.
+/// The samples form a skewed grid in which no two share a row or a column, so
+/// that upright edges are accurate to a ninth of a pixel instead of a third.
 fn sampled(centre: [f64; 2], shade: &impl Fn([f64; 2]) -> Option<Colour>) -> [f32; 4] {
     let mut sum = [0.0; 4];
     let offset = |coarse: i32, fine: i32| {
@@ -102,13 +102,13 @@ fn lay_over(below: &mut [f32; 4], above: [f32; 4]) {
     }
 }
 
-/// A colour between two, `t` in `0..=1` of the way.
+/// Interpolates between two colours, with `t` in `0..=1`.
 pub(crate) fn mixed(from: Colour, to: Colour, t: f64) -> Colour {
     let t = t.clamp(0.0, 1.0) as f32;
     std::array::from_fn(|c| from[c] + (to[c] - from[c]) * t)
 }
 
-/// A colour made lighter or darker by a factor.
+/// Scales a colour by a factor.
 pub(crate) fn dimmed(colour: Colour, factor: f64) -> Colour {
     colour.map(|c| (c * factor as f32).clamp(0.0, 255.0))
 }

@@ -1,14 +1,14 @@
-//! Rendered scenes with exact truth, for trying and testing a visual tracker.
+//! Rendered scenes with exact truth, for testing a visual tracker.
 //!
-//! A [`Scene`] is a short film of a picture card that moves through a
-//! woodland: it turns, changes size, passes behind a tree and sees the light
-//! change, as its [`SceneConfig`] says. Every frame comes with its [`Truth`]:
-//! where the card is, how it is turned and how much of it is hidden.
+//! A [`Scene`] is a short video of a picture card that moves through a
+//! woodland. It rotates, changes size, passes behind a tree and is lit with
+//! varying brightness, as configured by its [`SceneConfig`]. Every frame comes
+//! with its [`Truth`]: position, rotation and hidden share of the card.
 //!
-//! Everything is a pure function of the configuration and the frame index. No
-//! file, clock or random device is involved. Two builds on different machines
-//! may differ by a grey level in a few pixels, because `sin` and its kin are
-//! rounded differently by different mathematics libraries.
+//! Everything is a pure function of the configuration and the frame index,
+//! without files, clocks or random devices. Builds on different machines may
+//! differ by one grey level in a few pixels, because mathematics libraries
+//! round `sin` and similar functions differently.
 //!
 //! ```
 //! use patchlock_scene::Scene;
@@ -22,8 +22,8 @@
 //!
 //! # Coordinates
 //!
-//! Pixel centres are at integers, with `[0, 0]` in the middle of the top left
-//! pixel, x to the right and y down. A box `[x, y, w, h]` whose first pixel is
+//! Pixel centres are at integers: `[0, 0]` is the centre of the top left pixel,
+//! x points to the right and y down. A box `[x, y, w, h]` whose first pixel is
 //! `x` has its centre at `x + (w - 1) / 2`.
 
 mod backdrop;

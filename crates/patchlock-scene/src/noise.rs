@@ -1,6 +1,6 @@
-//! Noise that depends on nothing but its arguments.
+//! Deterministic noise that depends only on its arguments.
 
-/// A well mixed 64-bit value for a seed and a lattice point (splitmix64 steps).
+/// A 64-bit hash of a seed and a lattice point (splitmix64 steps).
 pub(crate) fn hash(seed: u64, x: i64, y: i64) -> u64 {
     let mixed = mix(seed ^ mix(x as u64));
     mix(mixed ^ (y as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15))
@@ -18,8 +18,8 @@ pub(crate) fn uniform(seed: u64, x: i64, y: i64) -> f64 {
     (hash(seed, x, y) >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// Nearly normal with mean 0 and standard deviation 1: the sum of four
-/// uniforms, which stays within 3.5 and so never makes a stray white pixel.
+/// Nearly normal with mean 0 and standard deviation 1: a scaled sum of four
+/// uniforms. It stays within 3.5, so there are no extreme pixels.
 pub(crate) fn bell(seed: u64, x: i64, y: i64) -> f64 {
     let bits = hash(seed, x, y);
     let sum: u64 = (0..4).map(|part| (bits >> (16 * part)) & 0xffff).sum();
@@ -36,7 +36,7 @@ pub(crate) fn value_noise(seed: u64, x: f64, y: f64) -> f64 {
     blend(row(j), row(j + 1), down)
 }
 
-/// Smooth noise in `0..1` with finer and finer detail, one layer per octave.
+/// Smooth noise in `0..1` with increasingly fine detail, one layer per octave.
 pub(crate) fn cloud(seed: u64, x: f64, y: f64, octaves: u32) -> f64 {
     let (mut sum, mut weights, mut weight, mut frequency) = (0.0, 0.0, 1.0, 1.0);
     for octave in 0..octaves {
@@ -49,7 +49,7 @@ pub(crate) fn cloud(seed: u64, x: f64, y: f64, octaves: u32) -> f64 {
     sum / weights
 }
 
-/// From 0 to 1 with level ends, for `t` in `0..=1`.
+/// Rises from 0 to 1 with zero slope at both ends, for `t` in `0..=1`.
 pub(crate) fn ease(t: f64) -> f64 {
     let t = t.clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)

@@ -2,7 +2,7 @@
 
 use crate::config::{KeyLight, KeyPose};
 
-/// Position, size and turn of the target at one moment.
+/// Position, size and rotation of the target at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Pose {
     pub(crate) centre: [f64; 2],
@@ -36,10 +36,10 @@ pub(crate) fn light_at(light: &[KeyLight], frame: f64) -> (f64, f64) {
     (value(|key| key.gain), value(|key| key.offset))
 }
 
-/// Value at `t` of a curve through `[time, value]` keys with rising times.
+/// Value at `t` of a curve through `[time, value]` keys with increasing times.
 ///
-/// A cubic whose slopes are chosen so that it never leaves the range of its
-/// two neighbouring keys: what the keys say are the limits are the limits.
+/// A cubic whose slopes are chosen so that it stays within the range of the
+/// two neighbouring keys.
 fn interpolate(keys: &[[f64; 2]], t: f64) -> f64 {
     let after = keys.partition_point(|key| key[0] <= t);
     if after == 0 {
@@ -80,7 +80,7 @@ mod tests {
     const KEYS: [[f64; 2]; 4] = [[0.0, 1.0], [10.0, 4.0], [14.0, 9.0], [30.0, 2.0]];
 
     #[test]
-    fn curve_goes_through_its_keys_and_stops_beyond_them() {
+    fn curve_passes_through_its_keys_and_is_constant_beyond_them() {
         for [t, value] in KEYS {
             assert!((interpolate(&KEYS, t) - value).abs() < 1e-12);
         }

@@ -1,4 +1,4 @@
-//! The birch trunk the target passes behind.
+//! The birch trunk behind which the target passes.
 
 use crate::canvas::{Area, Canvas, Colour, dimmed, mixed, ramp};
 use crate::config::Post;
@@ -8,7 +8,7 @@ const BARK: Colour = [226.0, 218.0, 204.0];
 const SHADED_BARK: Colour = [122.0, 112.0, 108.0];
 const SCAR: Colour = [42.0, 36.0, 34.0];
 
-/// Where a point lies across the trunk: -1 at the left edge, 1 at the right.
+/// Position of a point across the trunk: -1 at the left edge, 1 at the right.
 fn across(post: Post, seed: u64, [x, y]: [f64; 2]) -> f64 {
     let half = post.width / 2.0;
     let waver = 0.16 * (value_noise(seed ^ 0xb1, y / 46.0, 0.5) - 0.5);
@@ -20,7 +20,7 @@ pub(crate) fn covers(post: Post, seed: u64, point: [f64; 2]) -> bool {
     across(post, seed, point).abs() <= 1.0
 }
 
-/// A layer with nothing but the trunk.
+/// A layer with only the trunk.
 pub(crate) fn trunk(width: usize, height: usize, post: Post, seed: u64) -> Canvas {
     let mut canvas = Canvas::clear(width, height);
     let area = Area {
@@ -35,7 +35,7 @@ pub(crate) fn trunk(width: usize, height: usize, post: Post, seed: u64) -> Canva
 }
 
 fn bark(seed: u64, side: f64, [x, y]: [f64; 2]) -> Colour {
-    // Light comes from the upper left, so the roundness is off centre.
+    // Light comes from the upper left, so the shading is off centre.
     let round = ramp((side + 0.25).abs(), 0.2, 1.3);
     let peeling = cloud(seed ^ 0xb2, x / 30.0, y / 5.0, 3);
     let base = mixed(BARK, SHADED_BARK, round);

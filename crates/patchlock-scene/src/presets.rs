@@ -3,9 +3,10 @@
 use crate::config::{KeyLight, KeyPose, Post, SceneConfig, TargetLook};
 
 impl SceneConfig {
-    /// 150 frames of 480 x 360 with everything: the target moves by up to four
-    /// pixels a frame, turns, shrinks and grows, passes behind a tree that
-    /// hides nearly half of it, and then the light fails and comes back too strong.
+    /// 150 frames of 480 x 360 pixels with all difficulties: the target moves
+    /// by up to four pixels per frame, rotates, shrinks and grows, and passes
+    /// behind a tree that hides nearly half of it; then the scene becomes dark
+    /// and overexposed.
     pub fn demo() -> Self {
         SceneConfig {
             width: 480,
@@ -33,7 +34,7 @@ impl SceneConfig {
         }
     }
 
-    /// 40 frames of 240 x 180 with nothing but a slow move and a little growth.
+    /// 40 frames of 240 x 180 pixels with only slow motion and slight growth.
     pub fn simple() -> Self {
         SceneConfig {
             width: 240,
@@ -51,7 +52,7 @@ impl SceneConfig {
         }
     }
 
-    /// 60 frames of 240 x 180 in which a tree hides half of the target.
+    /// 60 frames of 240 x 180 pixels in which a tree hides half of the target.
     pub fn occluded() -> Self {
         SceneConfig {
             frames: 60,

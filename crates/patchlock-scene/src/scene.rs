@@ -8,11 +8,11 @@ use crate::path::{light_at, pose_at};
 use crate::post::trunk;
 use crate::target::{Placed, Truth};
 
-/// A short film of a moving target, of which everything is known.
+/// A short video of a moving target with exact truth.
 #[derive(Debug, Clone)]
 pub struct Scene {
     config: SceneConfig,
-    /// What stands still is painted once.
+    /// Static layers are painted once.
     behind: Canvas,
     in_front: Option<Canvas>,
 }
@@ -29,17 +29,17 @@ pub struct SceneFrame {
 }
 
 impl Scene {
-    /// A scene made to measure.
+    /// A scene with this configuration.
     ///
     /// # Panics
     ///
-    /// If the path has no pose, or the frames of the path or of the light do
-    /// not rise.
+    /// If the path has no pose, or the frames of the path or of the light are
+    /// not in increasing order.
     pub fn new(config: SceneConfig) -> Self {
         assert!(!config.path.is_empty(), "a scene needs at least one pose");
-        let rises = config.path.is_sorted_by(|a, b| a.frame < b.frame)
+        let sorted = config.path.is_sorted_by(|a, b| a.frame < b.frame)
             && config.light.is_sorted_by(|a, b| a.frame < b.frame);
-        assert!(rises, "poses and lights must be in rising order of frame");
+        assert!(sorted, "poses and lights must be in increasing order of frame");
         let (width, height, seed) = (config.width, config.height, config.seed);
         Scene {
             behind: backdrop(width, height, seed),
@@ -48,7 +48,7 @@ impl Scene {
         }
     }
 
-    /// The scene of [`SceneConfig::demo`]: every difficulty, one after another.
+    /// The scene of [`SceneConfig::demo`]: all difficulties, one after another.
     pub fn demo() -> Self {
         Self::new(SceneConfig::demo())
     }
@@ -58,12 +58,12 @@ impl Scene {
         Self::new(SceneConfig::simple())
     }
 
-    /// The scene of [`SceneConfig::occluded`]: small, with a tree in the way.
+    /// The scene of [`SceneConfig::occluded`]: small, with occlusion by a tree.
     pub fn occluded() -> Self {
         Self::new(SceneConfig::occluded())
     }
 
-    /// What this scene was made from.
+    /// The configuration of this scene.
     pub fn config(&self) -> &SceneConfig {
         &self.config
     }
@@ -73,7 +73,7 @@ impl Scene {
         self.config.frames
     }
 
-    /// Whether there are no frames at all.
+    /// Whether the scene has no frames.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -92,7 +92,7 @@ impl Scene {
         SceneFrame { width: canvas.width, height: canvas.height, rgb: self.exposed(&canvas, k) }
     }
 
-    /// What is true of the target in frame `k`, counted from 0.
+    /// The truth of the target in frame `k`, counted from 0.
     ///
     /// # Panics
     ///
@@ -102,18 +102,18 @@ impl Scene {
         self.target(k).truth(post)
     }
 
-    /// Gain and offset (in grey levels of 255) of the light in frame `k`.
+    /// Gain and offset (in grey levels, 0 to 255) of the light in frame `k`.
     pub fn light(&self, k: usize) -> (f64, f64) {
         light_at(&self.config.light, k as f64)
     }
 
     fn target(&self, k: usize) -> Placed {
-        assert!(k < self.len(), "frame {k} of a scene of {}", self.len());
+        assert!(k < self.len(), "frame {k} of a scene of {} frames", self.len());
         let pose = pose_at(&self.config.path, k as f64);
         Placed::new(self.config.target_size, pose)
     }
 
-    /// The picture a sensor takes: the light, then the noise, then whole levels.
+    /// Applies light and noise, then rounds to whole grey levels, like a sensor.
     fn exposed(&self, canvas: &Canvas, k: usize) -> Vec<u8> {
         let (gain, offset) = self.light(k);
         let noise_seed = hash(self.config.seed ^ 0x5e, k as i64, 0);
@@ -136,8 +136,8 @@ mod tests {
     use crate::badge::badge;
     use crate::config::KeyPose;
 
-    /// Mean colour of the badge over the square of a pixel, placed by nothing
-    /// but the corners; nothing near the rim, where the backdrop shines in.
+    /// Mean colour of the badge over the square of a pixel, computed only from
+    /// the corners; `None` near the border, where the backdrop contributes.
     fn badge_over_pixel(truth: &Truth, [x, y]: [f64; 2]) -> Option<[f64; 3]> {
         let [tl, tr, _, bl] = truth.corners;
         let along = |end: [f64; 2], [px, py]: [f64; 2]| {
@@ -158,7 +158,7 @@ mod tests {
         Some(sum)
     }
 
-    /// A mirrored, shifted or wrongly turned badge fails here.
+    /// Fails for a mirrored, shifted or incorrectly rotated badge.
     #[test]
     fn rendered_pixels_show_the_badge_where_the_corners_say() {
         let scene = Scene::new(SceneConfig {
@@ -178,7 +178,7 @@ mod tests {
             assert!(errors.len() > 5000, "{}", errors.len());
             errors.iter().sum::<f64>() / errors.len() as f64
         };
-        // What remains is the coarseness of the renderer's few samples.
+        // The remaining error is due to the renderer's small number of samples.
         let error = mean_error(0.0);
         assert!(error < 2.0, "{error}");
         assert!(mean_error(0.5) > 3.0 * error && mean_error(-0.5) > 3.0 * error);

@@ -1,4 +1,4 @@
-//! The target: its outline, its place in a frame and its truth.
+//! The target: its outline, its pose in a frame and its truth.
 
 use crate::badge::badge;
 use crate::canvas::{Area, Canvas, Colour};
@@ -6,15 +6,15 @@ use crate::config::{Post, TargetLook};
 use crate::path::Pose;
 use crate::post::covers;
 
-/// Radius of the rounded corners as a share of the shorter side.
+/// Radius of the rounded corners relative to the shorter side.
 const CORNER_RADIUS: f64 = 0.13;
 
-/// Points along each axis at which it is asked whether the target is hidden.
+/// Sample points along each axis for the hidden share.
 const HIDDEN_SAMPLES: i32 = 96;
 
-/// What is true of the target in one frame.
+/// The truth of the target in one frame.
 ///
-/// The [crate documentation](crate) says how coordinates count.
+/// The [crate documentation](crate) describes the coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Truth {
     /// `[x, y, w, h]`: an upright box with the width and height of the target
@@ -22,27 +22,27 @@ pub struct Truth {
     ///
     /// It scales with the target but does not grow when the target turns.
     pub bbox: [f64; 4],
-    /// Outer corners of the turned target: top left, top right, bottom right,
-    /// bottom left as seen before turning.
+    /// Outer corners of the rotated target: top left, top right, bottom right,
+    /// bottom left of the unrotated target.
     ///
-    /// They are where the edges of the target meet (before its corners are
-    /// rounded). Unturned, the top left one is half a pixel up and left of
-    /// `bbox`'s first pixel centre.
+    /// They are the intersections of the edges, before the corners are
+    /// rounded. Without rotation, the top left one is half a pixel above and to
+    /// the left of the centre of `bbox`'s first pixel.
     pub corners: [[f64; 2]; 4],
     /// Size relative to the configured size.
     pub scale: f64,
-    /// Turn in radians, clockwise as seen on the screen.
+    /// Rotation in radians, clockwise as seen on the screen.
     pub rotation: f64,
     /// Share of the target's area behind the tree trunk, `0..=1`.
     pub hidden: f64,
 }
 
-/// The target as it stands in one frame.
+/// The target with its pose in one frame.
 pub(crate) struct Placed {
     pose: Pose,
-    /// Width and height in pixels, scale included.
+    /// Width and height in pixels, including the scale.
     size: [f64; 2],
-    /// Cosine and sine of the turn.
+    /// Cosine and sine of the rotation.
     turn: [f64; 2],
 }
 
@@ -55,7 +55,7 @@ impl Placed {
         }
     }
 
-    /// A point of the target, measured from its centre, in frame coordinates.
+    /// Converts a point of the target, relative to its centre, to frame coordinates.
     fn to_frame(&self, [a, b]: [f64; 2]) -> [f64; 2] {
         let [cos, sin] = self.turn;
         let [cx, cy] = self.pose.centre;
@@ -69,7 +69,7 @@ impl Placed {
         [cos * dx + sin * dy, cos * dy - sin * dx]
     }
 
-    /// Whether a point measured from the centre is on the rounded card.
+    /// Whether a point relative to the centre is on the card with rounded corners.
     fn contains(&self, [a, b]: [f64; 2]) -> bool {
         let [w, h] = self.size;
         let radius = CORNER_RADIUS * w.min(h);
@@ -81,7 +81,7 @@ impl Placed {
         past_x * past_x + past_y * past_y <= radius * radius
     }
 
-    /// Colour at a point of the frame, or nothing beside the target.
+    /// Colour at a point of the frame; `None` outside the target.
     pub(crate) fn colour_at(&self, look: TargetLook, point: [f64; 2]) -> Option<Colour> {
         let [a, b] = self.to_card(point);
         if !self.contains([a, b]) {

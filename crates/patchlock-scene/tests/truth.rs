@@ -1,9 +1,9 @@
-//! Measures rendered frames and compares them with what the truth says.
+//! Measures the target in rendered frames and compares it with the truth.
 
 use patchlock_scene::{KeyPose, Post, Scene, SceneConfig, SceneFrame, TargetLook, Truth};
 
 /// How much of each pixel the target covers, measured from two renderings
-/// that differ only in how red the target is.
+/// that differ only in the red of the target.
 fn coverage(config: &SceneConfig, k: usize) -> Vec<f64> {
     let with = |red| {
         let config = SceneConfig {
@@ -47,7 +47,7 @@ fn mean_level(frame: &SceneFrame) -> f64 {
     frame.rgb.iter().map(|&v| f64::from(v)).sum::<f64>() / frame.rgb.len() as f64
 }
 
-/// The rounded corners take this share of the target away.
+/// The area that is missing because of the rounded corners.
 fn rounding(truth: &Truth) -> f64 {
     let [_, _, w, h] = truth.bbox;
     let radius = 0.13 * w.min(h);
@@ -62,10 +62,10 @@ fn target_is_drawn_where_and_as_large_as_the_truth_says() {
         let truth = scene.truth(k);
         let (area, centre, angle) = shape(&coverage(&config, k), config.width);
         let off = distance(centre, box_centre(&truth));
-        // A ninth of a pixel is what the renderer can place an edge to.
+        // The renderer places edges to a ninth of a pixel.
         assert!(off < 0.05, "frame {k}: centre off by {off}");
         let turned = (angle - truth.rotation).to_degrees();
-        assert!(turned.abs() < 0.3, "frame {k}: turned by {turned} more");
+        assert!(turned.abs() < 0.3, "frame {k}: rotation off by {turned}");
         let expected = truth.bbox[2] * truth.bbox[3] - rounding(&truth);
         assert!((area / expected - 1.0).abs() < 0.01, "frame {k}: {area}");
     }
@@ -113,7 +113,7 @@ fn corners_agree_with_the_box() {
 }
 
 #[test]
-fn demo_motion_keeps_within_its_limits() {
+fn demo_motion_stays_within_its_limits() {
     let scene = Scene::demo();
     let truths: Vec<Truth> = (0..scene.len()).map(|k| scene.truth(k)).collect();
     for pair in truths.windows(2) {
@@ -160,7 +160,7 @@ fn noise_has_the_configured_spread_and_changes_every_frame() {
     let squares = noisy.iter().zip(&clean);
     let squares = squares.map(|(&a, &b)| (f64::from(a) - f64::from(b)).powi(2));
     let spread = (squares.sum::<f64>() / noisy.len() as f64).sqrt();
-    // Whole grey levels add a little to the 2 levels asked for.
+    // Rounding to whole grey levels adds a little to the configured 2 levels.
     assert!((1.9..2.2).contains(&spread), "{spread}");
 }
 
@@ -189,7 +189,7 @@ fn simple_scene_only_moves_and_grows() {
         assert_eq!((truth.rotation, truth.hidden), (0.0, 0.0));
         assert_eq!(scene.light(k), (1.0, 0.0));
         let [x, y, w, h] = truth.bbox;
-        // The corners are outer edges, half a pixel beyond pixel centres.
+        // The corners are on the outer edges, half a pixel beyond pixel centres.
         assert!(distance(truth.corners[0], [x - 0.5, y - 0.5]) < 1e-9);
         assert!(distance(truth.corners[2], [x + w - 0.5, y + h - 0.5]) < 1e-9);
     }
@@ -208,13 +208,13 @@ fn target_and_trunk_may_leave_the_frame() {
 
 #[test]
 #[should_panic(expected = "frame 40 of a scene of 40")]
-fn there_is_no_frame_after_the_last() {
+fn frames_after_the_last_are_refused() {
     Scene::simple().frame(40);
 }
 
 #[test]
-#[should_panic(expected = "rising order")]
-fn poses_must_rise() {
+#[should_panic(expected = "increasing order")]
+fn poses_must_be_in_order() {
     let mut config = SceneConfig::simple();
     config.path.reverse();
     Scene::new(config);

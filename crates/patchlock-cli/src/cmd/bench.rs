@@ -1,4 +1,4 @@
-//! `patchlock bench`: a tracker over all sequences of a dataset, to trajectories on disk.
+//! `patchlock bench`: runs a tracker on all sequences of a dataset and stores the trajectories.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -6,7 +6,7 @@ use std::time::Duration;
 use anyhow::Result;
 use clap::Args;
 use patchlock_eval::bench::plan::{self, Entrant, MOST_SECONDS, MOST_SEEDS, Options, Plan};
-use patchlock_eval::bench::runner::{self, Failure};
+use patchlock_eval::bench::runner;
 use patchlock_eval::bench::schemes::Scheme;
 use patchlock_eval::bench::store::{Store, Task};
 use patchlock_eval::bench::subject;
@@ -14,7 +14,7 @@ use patchlock_eval::dataset::Dataset;
 use patchlock_eval::names::{self, counted};
 
 use super::{THREADS_SHOWN, threads};
-use crate::complaint::{Complaint, failed, interrupted};
+use crate::failure::{Failure, failed, interrupted};
 use crate::interrupt;
 use crate::output::printed::{print, quoted};
 use crate::progress::RunsProgress;
@@ -22,40 +22,41 @@ use crate::progress::RunsProgress;
 const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock bench OTB --out out
-      every target of the folder OTB once, with the preset paper, to out/paper
+      tracks every target in the folder OTB once, with the preset paper; results go to out/paper
   patchlock bench OTB --out out --seeds 5 --sequences David,Jogging
-      five seeds of three targets: Jogging has two
+      five seeds on three targets: Jogging has two
   patchlock bench OTB --out out --config wide.toml --name wide --attributes FM,MB
-      other settings under a name of their own, on the targets with fast motion or motion blur
+      other settings under another name, on the targets with fast motion or motion blur
   patchlock bench OTB --out out --shard 1/4
-      the first quarter of the work; all four may run at once, on machines that share the folder
+      the first quarter of the runs; all four may run at the same time on machines that share the folder
   patchlock bench OTB --out out --cmd \"python3 my_tracker.py\" --name mine
-      a tracker of your own that speaks TraX, measured in the same way
+      your own tracker, if it implements the TraX protocol, measured in the same way
   patchlock score out --truth OTB
-      then: the scores
+      scores the results
 
-It can be killed at any moment: the same command goes on where it stopped, with the same results. Times are honest only while nothing else
-runs and with --jobs 1.";
+It can be killed at any time: the same command continues where it stopped, with the same results. Times are \
+meaningful only with --jobs 1 and if nothing else is running.";
 
-/// Runs a tracker over the sequences of a dataset, and keeps boxes and times of each run
+/// Runs a tracker on the sequences of a dataset and stores boxes and times
 ///
-/// DATASET is recognised by looking; patchlock dataset DIR says what is in a folder. Boxes go to OUT/NAME/PROTOCOL/TARGET/SEED.txt, a
-/// line a frame as the truth has them, and everything about the run to .json beside it: settings and their hash, seed, machine, times.
+/// The layout of DATASET is detected; patchlock dataset DIR lists what a folder holds. Boxes go to
+/// OUT/NAME/PROTOCOL/TARGET/SEED.txt, one line per frame in the coordinates of the truth, and all facts
+/// about the run to a .json file beside it: settings and their hash, seed, machine, times.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct BenchArgs {
     /// The folder with the sequences
     pub dataset: PathBuf,
 
-    /// Folder for the results; it is made if it is missing
+    /// Folder for the results; created if missing
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 
-    /// Where the tracker begins: ope (the first frame), tre (20 start frames), sre (12 first boxes)
+    /// Where tracking starts: ope (the first frame), tre (20 start frames), sre (12 first boxes)
     #[arg(long, value_name = "NAME", default_value = "ope")]
     protocol: Scheme,
 
-    /// The set of settings to begin with: paper, or fast, which weighs fewer candidates by fewer patches
+    /// The preset to start from: paper, or fast, which evaluates fewer candidates on fewer patches
     #[arg(long, value_name = "NAME", default_value = "paper")]
     preset: String,
 
@@ -63,8 +64,9 @@ pub struct BenchArgs {
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
 
-    /// Run another tracker instead of ours: a program that speaks TraX (protocol 1 to 4, text on its standard input and output, images as paths). It is
-    /// started anew for each run, with the seed in the variable PATCHLOCK_SEED. Its times include reading the images
+    /// Run another tracker: a program that implements the TraX protocol (version 1 to 4, text on its
+    /// standard input and output, images as paths). It is restarted for each run, with the seed in the
+    /// environment variable PATCHLOCK_SEED. Its times include reading the images
     #[arg(
         long,
         value_name = "PROGRAM ...",
@@ -83,11 +85,11 @@ pub struct BenchArgs {
     )]
     timeout: u64,
 
-    /// Name of the results [default: that of the settings file, or of the preset]
+    /// Name of the results [default: the name of the settings file or preset]
     #[arg(long)]
     name: Option<String>,
 
-    /// Number of seeds to run each target with, from that of the settings on
+    /// Number of seeds for each target, counted up from the seed in the settings
     #[arg(
         long,
         value_name = "1..=10000",
@@ -105,7 +107,7 @@ pub struct BenchArgs {
     #[arg(long, value_name = "IV,OCC", value_delimiter = ',')]
     attributes: Vec<String>,
 
-    /// Runs side by side, each on its share of the threads; with more than 1 the times say nothing about the speed
+    /// Parallel runs, each with its share of the threads; with more than 1 the times do not measure speed
     #[arg(
         long,
         value_name = THREADS_SHOWN,
@@ -115,11 +117,11 @@ pub struct BenchArgs {
     )]
     jobs: usize,
 
-    /// Threads for all runs together [default: one for each core]; the boxes are the same for any number
+    /// Threads for all runs together [default: one per core]; the number does not change the boxes
     #[arg(long, value_name = THREADS_SHOWN, value_parser = threads(), allow_negative_numbers = true)]
     threads: Option<usize>,
 
-    /// Only the Ith of N parts of the runs, counted from 1; all parts may use one folder
+    /// Only the Ith of N parts of the runs, counted from 1; all parts may share a folder
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
     shard: Option<(usize, usize)>,
 
@@ -151,7 +153,7 @@ impl BenchArgs {
             },
             Some(command) => Entrant::Program {
                 command: command.clone(),
-                // The options say that the name is required.
+                // clap requires the name together with --cmd.
                 name: self.name.clone().unwrap_or_default(),
                 patience: Duration::from_secs(self.timeout),
             },
@@ -163,15 +165,15 @@ fn parse_shard(text: &str) -> Result<(usize, usize), String> {
     let numbers = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
     numbers
         .filter(|&(i, n): &(usize, usize)| (1..=n).contains(&i))
-        .ok_or_else(|| "it must be I/N with I from 1 to N, such as 1/4".to_string())
+        .ok_or_else(|| "must be I/N with I from 1 to N, such as 1/4".to_string())
 }
 
-/// Runs what is not there yet.
+/// Performs the runs that are not complete yet.
 pub fn run(args: &BenchArgs) -> Result<()> {
-    let dataset = Dataset::open(&args.dataset).map_err(Complaint::from)?;
+    let dataset = Dataset::open(&args.dataset).map_err(Failure::from)?;
     let options = args.options();
     let Plan { store, tasks, before, mut failures } =
-        plan::plan(&options, &dataset).map_err(Complaint::from)?;
+        plan::plan(&options, &dataset).map_err(Failure::from)?;
     interrupt::listen()?;
     let jobs = args.jobs;
     let threads = threads_each(args.threads, jobs);
@@ -180,18 +182,24 @@ pub fn run(args: &BenchArgs) -> Result<()> {
     let progress = RunsProgress::new(&tasks, args.quiet);
     failures.extend(runner::run(&tasks, &store, &make, jobs, threads, &progress));
     let made = progress.finish();
-    tell(args, &store, made, before, &failures);
+    report(args, &store, made, before, &failures);
     conclude(&tasks, made, &failures)
 }
 
-/// The share of one run.
+/// The number of threads for one run.
 fn threads_each(threads: Option<usize>, jobs: usize) -> usize {
     let cores = || std::thread::available_parallelism().map_or(1, usize::from);
     (threads.unwrap_or_else(cores) / jobs).max(1)
 }
 
-/// What was done, and what to do next.
-fn tell(args: &BenchArgs, store: &Store, made: usize, before: usize, failures: &[Failure]) {
+/// Prints what was done, and the command to run next.
+fn report(
+    args: &BenchArgs,
+    store: &Store,
+    made: usize,
+    before: usize,
+    failures: &[runner::Failure],
+) {
     for failure in failures {
         let run =
             if failure.run.is_empty() { String::new() } else { format!(" ({})", failure.run) };
@@ -200,10 +208,10 @@ fn tell(args: &BenchArgs, store: &Store, made: usize, before: usize, failures: &
     if args.quiet || interrupt::requested() {
         return;
     }
-    let already = if before > 0 { format!(", {before} there already") } else { String::new() };
-    // Nobody may be reading; the runs are there all the same.
+    let already = if before > 0 { format!(", {before} already done") } else { String::new() };
+    // A closed pipe is not an error here: the runs are stored.
     let _ = print(&format!(
-        "{} made{already}; they are in {}\nnext: patchlock score {} --truth {}\n",
+        "{} done{already}; results are in {}\nnext: patchlock score {} --truth {}\n",
         counted(made, "run"),
         store.folder().display(),
         quoted(&args.out),
@@ -211,11 +219,11 @@ fn tell(args: &BenchArgs, store: &Store, made: usize, before: usize, failures: &
     ));
 }
 
-fn conclude(tasks: &[Task<'_>], made: usize, failures: &[Failure]) -> Result<()> {
+fn conclude(tasks: &[Task<'_>], made: usize, failures: &[runner::Failure]) -> Result<()> {
     if interrupt::requested() {
         let left = tasks.len() - made;
         return Err(interrupted(format!(
-            "stopped; {} left, and the same command goes on there",
+            "stopped; {} left; repeat the command to continue",
             counted(left, "run")
         ))
         .into());
@@ -230,6 +238,6 @@ fn conclude(tasks: &[Task<'_>], made: usize, failures: &[Failure]) -> Result<()>
         counted(failures.len(), "run"),
         names::some_of(&targets)
     ))
-    .hint("the others are complete; the same command tries again what is missing")
+    .hint("the others are complete; repeat the command to retry the failed ones")
     .into())
 }

@@ -1,45 +1,45 @@
-//! `patchlock config`: all settings as commented TOML.
+//! `patchlock config`: prints all settings as commented TOML.
 
 use anyhow::Result;
 use clap::Args;
 use patchlock::{PARAMETERS, Parameter, TrackerConfig};
 use patchlock_eval::settings;
 
-use crate::complaint::Complaint;
+use crate::failure::Failure;
 use crate::output::printed::print;
 
 const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock config
-      shows every setting with its meaning, its range and its place in the paper
+      shows every setting with its meaning, range and source
   patchlock config > my.toml
   patchlock track video.mp4 --box 120,80,64,48 --config my.toml
-      changes settings; a file may also hold only the lines that differ from the preset";
+      changes settings; a file may also contain only the settings that differ from the preset";
 
 /// Width of comment lines.
 const LINE: usize = 100;
 
-/// Prints the whole configuration as TOML with a comment for each setting.
+/// Prints all settings as TOML, with a comment for each
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ConfigArgs {
-    /// The set of values to print: paper or fast
+    /// The preset to print: paper or fast
     #[arg(long, value_name = "NAME", default_value = "paper")]
     preset: String,
 }
 
 /// Prints the configuration.
 pub fn run(args: &ConfigArgs) -> Result<()> {
-    let config = settings::preset(&args.preset).map_err(Complaint::from)?;
+    let config = settings::preset(&args.preset).map_err(Failure::from)?;
     let text = commented(&config, &args.preset)?;
     Ok(print(&text)?)
 }
 
-/// The configuration with comments. Read back, it is the same configuration.
+/// The configuration as commented TOML, which parses back to the same configuration.
 pub fn commented(config: &TrackerConfig, preset: &str) -> Result<String> {
     let table = toml::Table::try_from(config)?;
     let mut text = format!("# Patchlock {}: the preset \"{preset}\".\n", env!("CARGO_PKG_VERSION"));
-    text += "# Change values here and use the file with: patchlock track ... --config FILE\n";
+    text += "# Change values in this file and use it with: patchlock track ... --config FILE\n";
     let (mut group, mut source) = ("", "");
     for parameter in PARAMETERS {
         let Some(value) = value_of(parameter, &table) else { continue };
@@ -70,7 +70,7 @@ fn sentence(text: &str) -> String {
     if text.ends_with('.') { text } else { text + "." }
 }
 
-/// Breaks a comment into lines.
+/// Wraps a comment to [`LINE`] columns.
 fn comment(text: &str) -> String {
     let mut lines = String::from("\n#");
     let mut length = 1;
@@ -91,7 +91,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_printed_is_the_same_configuration_again() {
+    fn printed_presets_parse_back_to_the_same_configuration() {
         for name in patchlock::PRESETS {
             let config = settings::preset(name).expect("a known preset");
             let text = commented(&config, name).expect("prints");

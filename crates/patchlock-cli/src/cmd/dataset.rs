@@ -1,4 +1,4 @@
-//! `patchlock dataset`: what is in a folder of sequences.
+//! `patchlock dataset`: lists what a folder of sequences holds.
 
 use std::path::PathBuf;
 
@@ -8,69 +8,69 @@ use patchlock_eval::dataset::{Dataset, Findings, Remark, Severity};
 use patchlock_eval::names::counted;
 use serde_json::{Value, json};
 
-use crate::complaint::{Complaint, failed};
+use crate::failure::{Failure, failed};
 use crate::output::printed::print;
 use crate::output::text_table::TextTable;
 
 const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock dataset OTB
-      the targets with their frames, truth and attributes, and everything odd
+      lists the targets with their frames, truth and attributes, and anything unusual
   patchlock dataset OTB --json > otb.json
 
-These layouts are recognised:
-  OTB          <Name>/img/0001.jpg, <Name>/groundtruth_rect.txt or groundtruth_rect.1.txt and so on
+Supported layouts:
+  OTB          <Name>/img/0001.jpg, <Name>/groundtruth_rect.txt, or groundtruth_rect.1.txt and so on
   GOT-10k      <Name>/00000001.jpg, <Name>/groundtruth.txt, <Name>/absence.label
   LaSOT        <Name>/img/00000001.jpg, <Name>/groundtruth.txt, also in a folder for each class
   UAV123       data_seq/UAV123/<name>/000001.jpg, anno/UAV123/<name>.txt
   VOT          <name>/color/00000001.jpg, <name>/groundtruth.txt with boxes or polygons
   TrackingNet  frames/<name>/0.jpg, anno/<name>.txt, also in TEST, TRAIN_0 and so on
-and a folder of text files, <name>.txt, with truth alone, which is enough for patchlock score.
+and a folder of text files, <name>.txt, with truth only, which is enough for patchlock score.
 
-The attributes of OTB-2013 are known; attributes.csv in or beside the folder gives others: a header with sequence and short names, then a line
-a target with 0 or 1.";
+The attributes of OTB-2013 are built in. Others are read from attributes.csv in or beside the folder: a \
+header with sequence and the short names of the attributes, then one line per target with 0 or 1.";
 
-/// Says what is in a folder of sequences: targets, frames, truth, and everything odd
+/// Lists what a folder of sequences holds and reports anything unusual
 ///
-/// The exit code is 1 where a target can't be tracked or scored as it is.
+/// The exit code is 1 if a target can't be tracked or scored.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct DatasetArgs {
     /// The folder
     dir: PathBuf,
 
-    /// JSON on standard output instead of a table
+    /// Print JSON instead of a table
     #[arg(long)]
     json: bool,
 }
 
-/// Looks and tells.
+/// Inspects the dataset and prints the result.
 pub fn run(args: &DatasetArgs) -> Result<()> {
-    let dataset = Dataset::open(&args.dir).map_err(Complaint::from)?;
+    let dataset = Dataset::open(&args.dir).map_err(Failure::from)?;
     let findings = dataset.inspect();
     let remarks: Vec<&Remark> = dataset.remarks.iter().chain(&findings.remarks).collect();
     let text = if args.json {
         serde_json::to_string_pretty(&json_of(&dataset, &findings, &remarks))? + "\n"
     } else {
-        told(&dataset, &findings, &remarks)
+        text_of(&dataset, &findings, &remarks)
     };
     print(&text)?;
-    // Truth without frames is what such a folder is; elsewhere a target without frames is a fault.
+    // Missing frames are a fault only if the layout has frames.
     let faults = remarks.iter().filter(|remark| remark.severity > Severity::Note).count();
     if faults > 0 {
-        return Err(failed(format!("{} in the way", counted(faults, "fault")))
-            .hint("they are marked with ! above; the other targets can be used")
+        return Err(failed(format!("{} found", counted(faults, "fault")))
+            .hint("faults are marked with ! above; the other targets can be used")
             .into());
     }
     Ok(())
 }
 
-fn told(dataset: &Dataset, findings: &Findings, remarks: &[&Remark]) -> String {
+fn text_of(dataset: &Dataset, findings: &Findings, remarks: &[&Remark]) -> String {
     let frames: usize = dataset.sequences.iter().map(|s| s.frames.len()).sum();
     let rows: usize = dataset.sequences.iter().map(|s| s.truth.len()).sum();
     let known: usize = dataset.sequences.iter().map(|s| s.truth.iter().flatten().count()).sum();
     let mut text = format!(
-        "{}: layout {}, {} targets, {frames} frames, {rows} rows of truth, {known} of them with a box\n\n",
+        "{}: layout {}, {} targets, {frames} frames, {rows} rows of truth, {known} of these with a box\n\n",
         dataset.root.display(),
         dataset.layout,
         dataset.sequences.len()
@@ -98,8 +98,8 @@ fn told(dataset: &Dataset, findings: &Findings, remarks: &[&Remark]) -> String {
     }
     text += &table.text();
     text += match remarks.is_empty() {
-        true => "\nNothing odd.\n",
-        false => "\nOdd (! stands in the way):\n",
+        true => "\nNothing unusual.\n",
+        false => "\nUnusual (! marks a fault: the target can't be tracked or scored):\n",
     };
     for remark in remarks {
         let mark = if remark.severity > Severity::Note { "!" } else { " " };

@@ -1,4 +1,4 @@
-//! `patchlock demo`: a rendered scene, tracked and compared with the truth.
+//! `patchlock demo`: tracks a rendered scene and compares the boxes with the truth.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use patchlock::{BoundingBox, TrackerConfig};
 use patchlock_media::{Error, FrameRate, Mp4Writer, Picture};
 use patchlock_scene::Scene;
 
-use crate::complaint::{Complaint, failed, interrupted, usage};
+use crate::failure::{Failure, failed, interrupted, usage};
 use crate::interrupt;
 use crate::output::chart::Chart;
 use crate::output::draw;
@@ -30,34 +30,34 @@ EXAMPLES:
   patchlock demo --out pictures
       writes to another folder
 
-The files of an earlier demo are replaced without asking: a demo is there to be run again. A file of the same name in a
-folder that no demo has made is not, unless --overwrite is given.";
+The files of an earlier demo are replaced. Files of the same names that were not written by a demo are \
+replaced only with --overwrite.";
 
-/// What the demo writes, with what it is.
+/// The files that the demo writes, with descriptions.
 const FILES: [(&str, &str); 8] = [
-    ("input.mp4", "the rendered scene, to try track on"),
+    ("input.mp4", "the rendered scene, as input for track"),
     ("demo.mp4", "the same with the track drawn in"),
-    ("demo.csv", "the boxes, a line a frame"),
-    ("truth.csv", "where the target really was"),
-    ("overlap.svg", "overlap of the two over time"),
+    ("demo.csv", "the boxes, one line per frame"),
+    ("truth.csv", "the true boxes"),
+    ("overlap.svg", "overlap with the truth over time"),
     ("overlap.png", "the same as an image"),
-    ("strip.png", "some frames side by side"),
-    (ABOUT, "this list; it marks the folder as made by the demo"),
+    ("strip.png", "selected frames side by side"),
+    (ABOUT, "this list; it marks the folder as written by the demo"),
 ];
 const ABOUT: &str = "about.txt";
-/// Side of the square part of a frame that the strip shows.
+/// Side of the square crops in the strip, in pixels.
 const PANEL: usize = 320;
 const MARK: &str = "Made by `patchlock demo`";
 
-/// Renders a short scene with exact truth, tracks it, and shows what the results look like
+/// Renders a short scene with exact truth, tracks it, and shows the results
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct DemoArgs {
-    /// Folder for the results; it is made if it is missing
+    /// Folder for the results; created if missing
     #[arg(long, value_name = "DIR", default_value = "demo")]
     out: PathBuf,
 
-    /// Replace files of these names also where no demo made them
+    /// Replace existing files even if they were not written by a demo
     #[arg(long)]
     overwrite: bool,
 
@@ -66,13 +66,13 @@ pub struct DemoArgs {
     quiet: bool,
 }
 
-/// Runs the demo; the commands that it advises begin with `program`.
+/// Runs the demo. `program` is the program name in the commands that it suggests.
 pub fn run(args: &DemoArgs, program: &str) -> Result<()> {
     let is_new = !args.out.exists();
     prepare(&args.out, args.overwrite)?;
     let shown = show(args, program);
     if shown.is_err() && is_new {
-        // Only where nothing came to be in it.
+        // Removes the folder only if it is empty.
         let _ = fs::remove_dir(&args.out);
     }
     shown
@@ -95,12 +95,12 @@ fn show(args: &DemoArgs, program: &str) -> Result<()> {
     progress.finish("");
     let fps = show.run.fps();
     let overlap = show.finish(&scene, &args.out)?;
-    tell(program, &args.out, &scene, &overlap, fps);
+    print_summary(program, &args.out, &scene, &overlap, fps);
     Ok(())
 }
 
-/// Makes the folder, and refuses to replace what is not a demo's.
-fn prepare(out: &Path, overwrite: bool) -> Result<(), Complaint> {
+/// Creates the folder, and refuses to replace files that were not written by a demo.
+fn prepare(out: &Path, overwrite: bool) -> Result<(), Failure> {
     if out.exists() && !out.is_dir() {
         return Err(usage(format!("--out {}: this is a file, not a folder", out.display()))
             .hint("name a folder"));
@@ -108,22 +108,25 @@ fn prepare(out: &Path, overwrite: bool) -> Result<(), Complaint> {
     let ours = fs::read_to_string(out.join(ABOUT)).is_ok_and(|text| text.starts_with(MARK));
     let foreign = FILES.iter().map(|(name, _)| out.join(name)).find(|path| path.exists());
     if let Some(path) = foreign.filter(|_| !ours && !overwrite) {
-        return Err(usage(format!("{} exists already and no demo made it", path.display()))
-            .hint("--overwrite replaces it, --out chooses another folder"));
+        return Err(usage(format!(
+            "{} already exists and was not written by a demo",
+            path.display()
+        ))
+        .hint("--overwrite replaces it, --out chooses another folder"));
     }
     fs::create_dir_all(out).map_err(|error| {
-        failed(format!("cannot make the folder {}: {error}", out.display()))
+        failed(format!("cannot create the folder {}: {error}", out.display()))
             .hint("--out chooses another folder")
     })
 }
 
-/// The files in the making, and what is measured on the way.
+/// The unfinished files, and the measurements so far.
 struct Show {
     run: Run,
     targets: Targets,
     input: Mp4Writer<PendingFile>,
-    /// Names that file in errors of writing it.
-    complain: Box<dyn Fn(Error) -> Complaint>,
+    /// Adds the name of `input` to errors.
+    write_error: Box<dyn Fn(Error) -> Failure>,
     overlap: Vec<f64>,
     score: Vec<f64>,
     moments: Vec<Moment>,
@@ -135,9 +138,9 @@ impl Show {
         let create = |name: &str| PendingFile::create(&out.join(name), true);
         let first = scene.frame(0);
         let input = create("input.mp4")?;
-        let complain = Box::new(input.complainer());
+        let write_error = Box::new(input.error_handler());
         let frames = Some(scene.len());
-        // The video first: at its end there is still something to write.
+        // The video first: completing it may still fail, before the other files are in place.
         let sinks: Vec<Box<dyn Sink>> = vec![
             Box::new(Video::new(create("demo.mp4")?, FrameRate::DEFAULT, frames)),
             Box::new(Table::new(Format::Csv, create("demo.csv")?)),
@@ -146,8 +149,8 @@ impl Show {
             run: Run::new(TrackerConfig::preset("paper")?, None, false, sinks)?,
             targets: Targets::in_first_frame(&[truth_box(scene, 0)]),
             input: Mp4Writer::new(input, first.width, first.height, FrameRate::DEFAULT, frames)
-                .map_err(&complain)?,
-            complain,
+                .map_err(&write_error)?,
+            write_error,
             overlap: Vec::new(),
             score: Vec::new(),
             moments: moments(scene),
@@ -155,12 +158,12 @@ impl Show {
         })
     }
 
-    /// Renders and tracks one frame; gives the score.
+    /// Renders and tracks one frame; returns the score.
     fn frame(&mut self, scene: &Scene, k: usize) -> Result<f64> {
         let rendered = scene.frame(k);
         let picture = Picture::rgb(rendered.width, rendered.height, rendered.rgb);
         let truth = truth_box(scene, k);
-        self.input.push(&picture.to_rgb()).map_err(&self.complain)?;
+        self.input.push(&picture.to_rgb()).map_err(&self.write_error)?;
         let (found, ms) = self.run.track(k, &picture, &self.targets.due(k))?;
         let target = found.first().context("there is a target")?;
         let (overlap, score) = (target.bbox.overlap(&truth), target.estimate.score);
@@ -173,7 +176,7 @@ impl Show {
         Ok(score)
     }
 
-    /// Completes all files; gives the overlap of each frame.
+    /// Completes all files; returns the overlap in each frame.
     fn finish(self, scene: &Scene, out: &Path) -> Result<Vec<f64>> {
         let hidden: Vec<f64> = (0..scene.len()).map(|k| scene.truth(k).hidden).collect();
         let subtitle = format!(
@@ -184,9 +187,9 @@ impl Show {
         let chart = Chart { overlap: &self.overlap, score: &self.score, hidden: &hidden, subtitle };
         let mut strip = Vec::new();
         strip::draw(&self.panels)?.write_png(&mut strip)?;
-        // First all is written, then all gets its name: a full disk must not leave a part of a demo.
+        // Write all files first and then rename all, so that a full disk does not leave an incomplete demo.
         let files = [
-            self.input.finish().map_err(self.complain)?,
+            self.input.finish().map_err(self.write_error)?,
             filled(out, "overlap.svg", chart.svg().as_bytes())?,
             filled(out, "overlap.png", &chart.png()?)?,
             filled(out, "strip.png", &strip)?,
@@ -203,7 +206,7 @@ impl Show {
     }
 }
 
-/// The part of the frame around the target, drawn on as the whole frame would be.
+/// A crop of the frame around the target, annotated like a whole frame.
 fn panel(seen: &Seen, picture: &Picture, what: &str, overlap: f64) -> Panel {
     let Seen { row, estimate } = seen;
     let side = PANEL.min(picture.width).min(picture.height);
@@ -228,7 +231,7 @@ fn panel(seen: &Seen, picture: &Picture, what: &str, overlap: f64) -> Panel {
     }
 }
 
-fn filled(out: &Path, name: &str, data: &[u8]) -> Result<PendingFile, Complaint> {
+fn filled(out: &Path, name: &str, data: &[u8]) -> Result<PendingFile, Failure> {
     PendingFile::create(&out.join(name), true)?.filled(data)
 }
 
@@ -237,7 +240,7 @@ fn truth_box(scene: &Scene, k: usize) -> BoundingBox {
     BoundingBox { x, y, w, h }
 }
 
-/// The truth in the columns of the track, as far as they have a meaning there.
+/// The truth, in those columns of the track that apply to it.
 fn truth_table(scene: &Scene) -> Result<String> {
     let mut table = csv::Writer::from_writer(Vec::new());
     table.write_record([
@@ -263,13 +266,13 @@ fn about() -> String {
     text
 }
 
-/// A frame worth a place in the strip.
+/// A frame to show in the strip.
 struct Moment {
     frame: usize,
     what: String,
 }
 
-/// The beginning and the frames in which each difficulty is greatest, in the order of time.
+/// The first frame and the frames in which each difficulty is greatest, in temporal order.
 fn moments(scene: &Scene) -> Vec<Moment> {
     let percent = |share: f64| format!("{:.0} %", 100.0 * share);
     let most = |value: &dyn Fn(usize) -> f64| {
@@ -302,19 +305,19 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
-/// The place and the value of the lowest one.
+/// The index and value of the smallest value.
 fn lowest(values: &[f64]) -> (usize, f64) {
     let all = values.iter().copied().enumerate();
     all.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0))
 }
 
-/// Says what came out and what to do next.
-fn tell(program: &str, out: &Path, scene: &Scene, overlap: &[f64], fps: f64) {
+/// Prints the results and what to do next.
+fn print_summary(program: &str, out: &Path, scene: &Scene, overlap: &[f64], fps: f64) {
     let (frame, least) = lowest(overlap);
     let BoundingBox { x, y, w, h } = truth_box(scene, 0);
     let command_out = |name: &str| quoted(&out.join(name));
     let mut text = format!(
-        "Tracked {} rendered frames at {fps:.1} frames a second.\n\
+        "Tracked {} rendered frames at {fps:.1} frames per second.\n\
          Overlap with the truth: mean {:.3}, lowest {least:.3} (frame {frame}).\n\nIn {}:\n",
         overlap.len(),
         mean(overlap),
@@ -322,14 +325,14 @@ fn tell(program: &str, out: &Path, scene: &Scene, overlap: &[f64], fps: f64) {
     );
     FILES.iter().for_each(|(name, what)| text += &format!("  {name:<12} {what}\n"));
     text += &format!(
-        "\nThe same by hand, from the video file:\n  \
+        "\nTo do the same from the video file:\n  \
          {program} track {} --box {x},{y},{w},{h} --video {} --save {}\n\n\
-         Then on a video of your own: look up left, top, width and height of the object in its first frame, and\n  \
+         For your own video, look up left, top, width and height of the object in its first frame, then:\n  \
          {program} track VIDEO.mp4 --box X,Y,W,H --video tracked.mp4 --save boxes.csv\n",
         command_out("input.mp4"),
         command_out("mine.mp4"),
         command_out("mine.csv")
     );
-    // Nobody may be reading; the files are there all the same.
+    // A closed pipe is not an error here: the files are written.
     let _ = print(&text);
 }

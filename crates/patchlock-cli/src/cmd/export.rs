@@ -1,4 +1,4 @@
-//! `patchlock export`: a saved track in the format of another tool.
+//! `patchlock export`: converts a saved track to the format of another tool.
 
 use std::path::{Path, PathBuf};
 
@@ -6,29 +6,29 @@ use anyhow::Result;
 use clap::Args;
 use patchlock_eval::export::{self, Format, Options, Track};
 
-use crate::complaint::{Complaint, usage};
+use crate::failure::{Failure, usage};
 
 const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock export track.csv --format mot --out track.txt
-      text as MOTChallenge has it, for TrackEval and motmetrics
+      a text file in the format of MOTChallenge, for TrackEval and motmetrics
   patchlock export track.csv --format cvat --size 1280x720 --label car --out track.xml
       to correct the track in CVAT: Upload annotations, CVAT 1.1
   patchlock export track.csv --format yolo --images frames/ --out dataset
       a folder to train a detector on, with copies of the frames
 
 FORMATS:
-  mot     a text file: frame,id,left,top,width,height,confidence,-1,-1,-1; frames and pixels count from 1; the confidence is the score
-  coco    a JSON file: COCO with videos, tracks and track_id; the turned outline is the segmentation
-  cvat    an XML file: CVAT for video 1.1; a target with a score below 0.5 is marked as occluded
-  yolo    a folder: data.yaml and labels/train; boxes are cut off at the border; targets lose their ids
+  mot     a text file: frame,id,left,top,width,height,confidence (the score),-1,-1,-1; counted from 1
+  coco    a JSON file: COCO with videos, tracks and track_id; the rotated outline is the segmentation
+  cvat    an XML file: CVAT for video 1.1; targets with a score below 0.5 are marked as occluded
+  yolo    a folder: data.yaml and labels/train; boxes are clipped to the frame, ids are lost
   lasot   a folder: <label>/<label>-<id>/groundtruth.txt for each target, with its flags
   got10k  a folder: <name>_<id>/groundtruth.txt for each target, with its labels; and list.txt";
 
-/// Writes a track for other tools: MOT, COCO, CVAT, YOLO, LaSOT, GOT-10k
+/// Converts a track for other tools: MOT, COCO, CVAT, YOLO, LaSOT, GOT-10k
 ///
-/// TRACK is a table that track has saved: .csv or .jsonl, of one target or of many. A .txt with a box a line, counted from 1, as track and bench save it, is
-/// taken as well. The output is complete or not there at all.
+/// TRACK is a table saved by patchlock track, .csv or .jsonl, of one target or many; or a .txt file with one
+/// box per line, counted from 1, as track and bench save it. Output is written completely or not at all.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ExportArgs {
@@ -39,19 +39,20 @@ pub struct ExportArgs {
     #[arg(long, value_name = "NAME")]
     format: String,
 
-    /// The file to write for mot, coco and cvat; the folder to make for yolo, lasot and got10k
+    /// The file to write for mot, coco and cvat; the folder to create for yolo, lasot and got10k
     #[arg(long, value_name = "PATH")]
     out: PathBuf,
 
-    /// Width and height of the frames in pixels; coco, cvat, yolo and got10k ask for them, unless --images tells
+    /// Width and height of the frames in pixels; required for coco, cvat, yolo and got10k without --images
     #[arg(long, value_name = "WxH")]
     size: Option<String>,
 
-    /// Folder of the frames that were tracked, all of them: yolo, lasot and got10k get copies of those in the track, coco their names
+    /// Folder of all frames that were tracked: yolo, lasot and got10k copy those in the track, coco refers to
+    /// them by name
     #[arg(long, value_name = "DIR")]
     images: Option<PathBuf>,
 
-    /// What the targets are
+    /// Class of the targets
     #[arg(long, value_name = "NAME", default_value = "target")]
     label: String,
 
@@ -59,7 +60,7 @@ pub struct ExportArgs {
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
 
-    /// Replace a file that exists already; a folder with files in it is never replaced
+    /// Replace an existing file; a folder that is not empty is never replaced
     #[arg(long)]
     overwrite: bool,
 }
@@ -67,15 +68,15 @@ pub struct ExportArgs {
 /// Reads, converts, writes.
 pub fn run(args: &ExportArgs) -> Result<()> {
     let options = Options {
-        format: Format::named(&args.format).map_err(Complaint::from)?,
+        format: Format::named(&args.format).map_err(Failure::from)?,
         name: args.name.clone().unwrap_or_else(|| stem(&args.track)),
         label: args.label.clone(),
         size: args.size.as_deref().map(parse_size).transpose()?,
         images: args.images.clone(),
     };
-    let track = Track::read(&args.track).map_err(Complaint::from)?;
+    let track = Track::read(&args.track).map_err(Failure::from)?;
     let files =
-        export::write(&track, &options, &args.out, args.overwrite).map_err(Complaint::from)?;
+        export::write(&track, &options, &args.out, args.overwrite).map_err(Failure::from)?;
     let (targets, boxes) = (track.ids().len(), track.entries().len());
     let plural = |count: usize| if count == 1 { "" } else { "s" };
     eprintln!(
@@ -92,11 +93,11 @@ fn stem(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-fn parse_size(text: &str) -> Result<(usize, usize), Complaint> {
+fn parse_size(text: &str) -> Result<(usize, usize), Failure> {
     let sides = text.split_once(['x', 'X']);
     let sides = sides.and_then(|(w, h)| Some((w.trim().parse().ok()?, h.trim().parse().ok()?)));
     sides.ok_or_else(|| {
-        usage(format!("--size {text}: this is no size"))
-            .hint("a size is WIDTHxHEIGHT in pixels, as 1280x720")
+        usage(format!("--size {text} is not a size"))
+            .hint("a size is WIDTHxHEIGHT in pixels, such as 1280x720")
     })
 }

@@ -1,4 +1,4 @@
-//! `patchlock report`: results against truth, as a page to look at.
+//! `patchlock report`: compares results with the truth on an HTML page.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use patchlock_eval::results;
 use patchlock_eval::score::{self, Scoreboard};
 use rayon::prelude::*;
 
-use crate::complaint::{Complaint, interrupted, usage};
+use crate::failure::{Failure, interrupted, usage};
 use crate::interrupt;
 use crate::output::pending::{self, PendingFile};
 use crate::output::printed::print;
@@ -21,26 +21,28 @@ use crate::progress::Progress;
 const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock report out --truth OTB --out report.html
-      all trackers whose results are in the folder out, such as patchlock bench writes them
+      all trackers whose results are in the folder out, as patchlock bench writes them
   patchlock report out published --truth OTB --show paper,Struck --out report.html
-      the same beside the trackers of another folder; the report is about paper, and every plot names it and Struck
+      the same beside other trackers; the report is about paper, and every plot labels it and Struck
   patchlock report published/SCM published/Struck --truth published/annotations --out two.html
-      two trackers, against a folder of text files with the true boxes; without frames there are no thumbnails
+      two trackers, with the truth in text files; without frames there are no thumbnails
 
-The page needs no other file and no network. Every picture of it is also written as SVG, PNG and CSV, with tables of all numbers, into a folder beside it. The same input gives the same files.";
+The page needs no other files and no network. Every figure is also written as SVG, PNG and CSV, with tables \
+of all numbers, to a folder beside the page. The same input gives the same files.";
 
-/// Shows trackers side by side on one page: plots, tables, differences with their intervals, every sequence over time
+/// Compares trackers on one page: plots, tables, differences with intervals, every sequence over time
 ///
-/// RESULTS are folders of trackers, or folders around such folders, in the layouts that patchlock score reads. The trackers are compared on
-/// the targets that all of them have; the page says what that leaves out. A tracker with a trajectory of the wrong length is left out and named.
+/// RESULTS are folders of trackers, or folders that contain such folders, in the layouts that patchlock score
+/// reads. The trackers are compared on the targets that all of them have; the page lists the targets that are
+/// left out. A tracker with a trajectory of the wrong length is left out and named.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ReportArgs {
-    /// Folders of trackers, or folders around such folders
+    /// Folders of trackers, or folders that contain such folders
     #[arg(required = true)]
     results: Vec<PathBuf>,
 
-    /// The dataset, or a folder of text files with the true boxes, one file a target
+    /// The dataset, or a folder of text files with the true boxes, one file per target
     #[arg(long, value_name = "DATASET|DIR")]
     truth: PathBuf,
 
@@ -48,11 +50,12 @@ pub struct ReportArgs {
     #[arg(long, value_name = "FILE.html")]
     out: PathBuf,
 
-    /// Trackers that every plot names, whatever their rank; the report is about the first [default: about the one with the largest AUC]
+    /// Trackers that every plot labels, whatever their rank; the report is about the first [default: the
+    /// tracker with the largest AUC]
     #[arg(long, value_name = "NAME,..", value_delimiter = ',')]
     show: Vec<String>,
 
-    /// How many of the best trackers each plot names; the others are pale lines
+    /// How many of the best trackers each plot labels; the others are pale lines
     #[arg(
         long,
         value_name = "0..=40",
@@ -62,7 +65,7 @@ pub struct ReportArgs {
     )]
     best: u8,
 
-    /// Pictures of failures for each target, at most, where the dataset has frames; 0 for none
+    /// Maximum number of pictures of failures for each target, if the dataset has frames; 0 for none
     #[arg(
         long,
         value_name = "0..=12",
@@ -72,11 +75,12 @@ pub struct ReportArgs {
     )]
     thumbnails: u8,
 
-    /// Folder for the pictures as SVG, PNG and CSV and for the tables [default: the name of the page with _plots]
+    /// Folder for the figures as SVG, PNG and CSV and for the tables [default: the name of the page plus
+    /// _plots]
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
 
-    /// Seed of the draws that the intervals come from
+    /// Seed of the bootstrap from which the intervals are computed
     #[arg(long, value_name = "0..", default_value_t = 0, allow_negative_numbers = true)]
     seed: u64,
 
@@ -84,18 +88,18 @@ pub struct ReportArgs {
     #[arg(long, short)]
     quiet: bool,
 
-    /// Replace files that exist already
+    /// Replace existing files
     #[arg(long)]
     overwrite: bool,
 }
 
-/// Reads, compares, draws, writes.
+/// Reads the results, compares the trackers, draws the figures and writes the page.
 pub fn run(args: &ReportArgs) -> Result<()> {
     pending::check(&args.out, args.overwrite)?;
     let folder = args.plots.clone().unwrap_or_else(|| folder_beside(&args.out));
     check_folder(&folder, args.overwrite)?;
-    let truth = Dataset::open(&args.truth).map_err(Complaint::from)?;
-    let results = results::read_all(&args.results, &truth).map_err(Complaint::from)?;
+    let truth = Dataset::open(&args.truth).map_err(Failure::from)?;
+    let results = results::read_all(&args.results, &truth).map_err(Failure::from)?;
     let protocol = Protocol::otb();
     let board = score::scoreboard(&results, &truth, &protocol);
     for refused in &board.refused {
@@ -108,13 +112,13 @@ pub fn run(args: &ReportArgs) -> Result<()> {
         thumbnails: usize::from(args.thumbnails),
         seed: args.seed,
     };
-    let report = report::build(&board, &truth, &protocol, &options).map_err(Complaint::from)?;
+    let report = report::build(&board, &truth, &protocol, &options).map_err(Failure::from)?;
     interrupt::listen()?;
     let page = PendingFile::create(&args.out, args.overwrite)?;
     write_plots(&folder, &report, args)?;
     let page = page.filled(report.html.as_bytes())?.commit()?;
     Ok(print(&format!(
-        "{}: {} trackers\n{}: {} pictures as SVG, PNG and CSV, {} tables\n",
+        "{}: {} trackers\n{}: {} figures as SVG, PNG and CSV, {} tables\n",
         page.display(),
         board.trackers.len(),
         folder.display(),
@@ -129,35 +133,35 @@ fn folder_beside(page: &Path) -> PathBuf {
     page.with_file_name(format!("{stem}_plots"))
 }
 
-fn check_shown(shown: &[String], board: &Scoreboard) -> Result<(), Complaint> {
+fn check_shown(shown: &[String], board: &Scoreboard) -> Result<(), Failure> {
     let names: Vec<&str> = board.trackers.iter().map(|tracker| tracker.name.as_str()).collect();
     match shown.iter().find(|name| !names.contains(&name.as_str())) {
-        Some(name) => Err(usage(format!(
-            "--show {name}: there are no scored results of a tracker with this name"
-        ))
-        .hint(format!("the names are: {}", names.join(", ")))),
+        Some(name) => {
+            Err(usage(format!("--show {name}: there is no scored tracker with this name"))
+                .hint(format!("the names are: {}", names.join(", "))))
+        }
         None => Ok(()),
     }
 }
 
-fn check_folder(folder: &Path, overwrite: bool) -> Result<(), Complaint> {
+fn check_folder(folder: &Path, overwrite: bool) -> Result<(), Failure> {
     if folder.exists() && !folder.is_dir() {
         return Err(
-            usage(format!("{} is no folder", folder.display())).hint("--plots names another")
+            usage(format!("{} is not a folder", folder.display())).hint("--plots chooses another")
         );
     }
     let is_used = fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some());
     if is_used && !overwrite {
-        let message = format!("the folder {} has files already", folder.display());
+        let message = format!("the folder {} is not empty", folder.display());
         return Err(usage(message)
-            .hint("--overwrite replaces those of the same names, --plots names another folder"));
+            .hint("--overwrite replaces files of the same names, --plots chooses another folder"));
     }
     Ok(())
 }
 
 fn write_plots(folder: &Path, report: &Report, args: &ReportArgs) -> Result<()> {
     fs::create_dir_all(folder)
-        .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+        .with_context(|| format!("cannot create the folder {}", folder.display()))?;
     let put = |name: String, content: &[u8]| {
         PendingFile::create(&folder.join(name), args.overwrite)?.filled(content)?.commit()
     };
@@ -172,12 +176,12 @@ fn write_plots(folder: &Path, report: &Report, args: &ReportArgs) -> Result<()> 
         }
         put(format!("{}.svg", plot.name), plot.svg().as_bytes())?;
         put(format!("{}.csv", plot.name), plot.csv().as_bytes())?;
-        let png = plot.png(&rasteriser).map_err(Complaint::from)?;
+        let png = plot.png(&rasteriser).map_err(Failure::from)?;
         put(format!("{}.png", plot.name), &png)?;
         progress.advance(plot.name.clone());
         Ok(())
     };
     let done: Result<()> = report.plots.par_iter().map(plot).collect();
-    progress.finish(&format!("drew {} pictures", report.plots.len()));
+    progress.finish(&format!("drew {} figures", report.plots.len()));
     done
 }

@@ -1,4 +1,4 @@
-//! `patchlock score`: results against truth, in numbers.
+//! `patchlock score`: scores results against the truth.
 
 use std::path::PathBuf;
 
@@ -11,39 +11,39 @@ use patchlock_eval::results;
 use patchlock_eval::score::{self, Measure, Scoreboard, Summary, TrackerScore};
 use serde_json::{Value, json};
 
-use crate::complaint::{Complaint, failed};
+use crate::failure::{Failure, failed};
 use crate::output::printed::print;
 use crate::output::text_table::TextTable;
 
 const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock score out --truth OTB
-      every tracker whose results are in the folder out, such as patchlock bench writes them
+      every tracker whose results are in the folder out, as patchlock bench writes them
   patchlock score published/SCM published/Struck --truth published/annotations
-      results of others, against a folder with a text file of truth for each target
+      published results of two trackers, with the truth in a folder of text files, one per target
   patchlock score out --truth OTB --by attribute
-      and the same for the targets that share an attribute
+      also scores the targets of each attribute separately
   patchlock score out --truth OTB --json > scores.json
 
-RESULTS are recognised by looking: what patchlock bench writes; <target>.txt with x,y,w,h a line (OTB, got10k); <target>/<target>_001.txt
-(got10k, VOT with its codes and polygons); <target>.txt with frame,id,x,y,w,h,.. (MOT). Names of targets may differ in case
-and in - _ . before a number.
+The layout of RESULTS is detected: the output of patchlock bench; <target>.txt with x,y,w,h per line (OTB, \
+got10k); <target>/<target>_001.txt (got10k, VOT with its codes and polygons); <target>.txt with \
+frame,id,x,y,w,h,... (MOT). Names of targets may differ in case and in - _ . before a number.
 
-DP is the share of frames whose centre is within 20 pixels of the truth, AUC the mean success over 21 overlap thresholds. METHODOLOGY.md has
-every convention.";
+DP is the share of frames in which the centre is within 20 pixels of the truth. AUC is the mean success over \
+21 overlap thresholds. METHODOLOGY.md documents all conventions.";
 
-/// Scores results against the truth: precision, success, overlap, speed, with their spread over seeds
+/// Scores results against the truth: precision, success, overlap, speed, and their spread over seeds
 ///
-/// A tracker's number is the mean over targets, then over seeds; +- is the standard deviation over seeds. A tracker with a
-/// trajectory of the wrong length, or one that can't be read, is not scored, and the exit code is 1.
+/// Scores are averaged over targets, then over seeds; +- is the standard deviation over seeds. A tracker with
+/// a trajectory that can't be read or has the wrong length is not scored, and the exit code is 1.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ScoreArgs {
-    /// Folders of trackers, or folders around such folders
+    /// Folders of trackers, or folders that contain such folders
     #[arg(required = true)]
     results: Vec<PathBuf>,
 
-    /// The dataset, or a folder of text files with the true boxes, one file a target
+    /// The dataset, or a folder of text files with the true boxes, one file per target
     #[arg(long, value_name = "DATASET|DIR")]
     truth: PathBuf,
 
@@ -51,7 +51,7 @@ pub struct ScoreArgs {
     #[arg(long, value_name = "WHAT")]
     by: Option<By>,
 
-    /// JSON on standard output instead of tables
+    /// Print JSON instead of tables
     #[arg(long)]
     json: bool,
 }
@@ -65,10 +65,10 @@ pub enum By {
     Target,
 }
 
-/// Scores and prints.
+/// Scores the results and prints tables or JSON.
 pub fn run(args: &ScoreArgs) -> Result<()> {
-    let truth = Dataset::open(&args.truth).map_err(Complaint::from)?;
-    let results = results::read_all(&args.results, &truth).map_err(Complaint::from)?;
+    let truth = Dataset::open(&args.truth).map_err(Failure::from)?;
+    let results = results::read_all(&args.results, &truth).map_err(Failure::from)?;
     let board = score::scoreboard(&results, &truth, &Protocol::otb());
     let text = if args.json {
         serde_json::to_string_pretty(&json_of(&board, args.by))? + "\n"
@@ -76,12 +76,13 @@ pub fn run(args: &ScoreArgs) -> Result<()> {
         tables(&board, args.by)
     };
     print(&text)?;
-    tell_notes(&board, truth.sequences.len());
+    print_notes(&board, truth.sequences.len());
     conclude(&board)
 }
 
-/// What a reader should know, on standard error, so that the tables stay clean. What holds for several trackers is said once.
-fn tell_notes(board: &Scoreboard, targets: usize) {
+/// Prints notes on standard error, to keep them out of the tables. A note on several trackers is printed
+/// once.
+fn print_notes(board: &Scoreboard, targets: usize) {
     let mut notes: Vec<(&str, Vec<&str>)> = Vec::new();
     for tracker in &board.trackers {
         for note in &tracker.notes {
@@ -101,14 +102,15 @@ fn tell_notes(board: &Scoreboard, targets: usize) {
     });
     if differ {
         eprintln!(
-            "note: the trackers were scored on different targets of the {targets}: compare their means with care"
+            "note: the trackers were scored on different subsets of the {targets} targets; \
+             their means are not directly comparable"
         );
     }
 }
 
 fn conclude(board: &Scoreboard) -> Result<()> {
-    for wrong in &board.without_truth {
-        eprintln!("error: truth of {wrong}");
+    for invalid in &board.without_truth {
+        eprintln!("error: truth of {invalid}");
     }
     for refused in &board.refused {
         for reason in &refused.reasons {
@@ -120,17 +122,20 @@ fn conclude(board: &Scoreboard) -> Result<()> {
     }
     if board.refused.is_empty() {
         let count = names::counted(board.without_truth.len(), "target");
-        return Err(failed(format!("the truth of {count} is wrong: nobody is scored there"))
-            .hint("correct the files of truth; patchlock dataset DIR shows everything odd")
+        return Err(failed(format!("the truth of {count} is invalid; no tracker is scored there"))
+            .hint("correct the truth files; patchlock dataset DIR lists all problems")
             .into());
     }
     let names: Vec<&str> = board.refused.iter().map(|refused| refused.name.as_str()).collect();
     Err(failed(format!("not scored: {}", names.join(", ")))
-        .hint("a result has one box for each row of its target's truth: correct the files, or leave the tracker out")
+        .hint(
+            "a result must have one box for each row of the truth: correct the files or leave the \
+             tracker out",
+        )
         .into())
 }
 
-/// The tables for people.
+/// The tables as text.
 fn tables(board: &Scoreboard, by: Option<By>) -> String {
     let mut text = String::new();
     if !board.trackers.is_empty() {
@@ -148,10 +153,10 @@ fn tables(board: &Scoreboard, by: Option<By>) -> String {
     text
 }
 
-/// A number of a summary.
+/// Selects one measure of a summary.
 type Number = fn(&Summary) -> Measure;
 
-/// The two numbers that the tables of parts show.
+/// The two measures in the tables of parts.
 const NUMBERS: [(&str, Number); 2] = [("DP", |s| s.dp20), ("AUC", |s| s.auc)];
 
 fn overall(board: &Scoreboard) -> TextTable {
@@ -206,7 +211,7 @@ fn each_target(board: &Scoreboard) -> Vec<Part> {
     parts
 }
 
-/// A row a part, a column a tracker.
+/// One row per part, one column per tracker.
 fn part_table(board: &Scoreboard, what: &str, parts: &[Part], number: Number) -> TextTable {
     let mut titles = vec![what, "targets"];
     titles.extend(board.trackers.iter().map(|tracker| tracker.name.as_str()));
@@ -257,7 +262,7 @@ fn tracker_json(board: &Scoreboard, tracker: &TrackerScore, by: Option<By>) -> V
     value
 }
 
-/// The numbers; `_sd` is null where there is one seed, `fps` where times are not known.
+/// The measures; `_sd` is null for a single seed, `fps` is null if times are unknown.
 fn summary_json(s: &Summary) -> Value {
     let mut value = json!({});
     let measures = [

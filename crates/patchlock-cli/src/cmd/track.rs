@@ -1,4 +1,4 @@
-//! `patchlock track`: one object or many through one source.
+//! `patchlock track`: tracks one target or many through a source.
 
 use std::path::{Path, PathBuf};
 
@@ -9,10 +9,10 @@ use patchlock_eval::{settings, start_box};
 use patchlock_media::{Ahead, FrameRate, Order, Picture};
 
 use super::{SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
-use crate::complaint::{Complaint, interrupted, usage};
+use crate::failure::{Failure, interrupted, usage};
 use crate::output::plan::{Opened, Plan};
 use crate::output::summary::Summary;
-use crate::output::tables::{Format, ReaderLeft};
+use crate::output::tables::{Format, PipeClosed};
 use crate::progress::Progress;
 use crate::run::Run;
 use crate::targets::{Event, Targets};
@@ -21,42 +21,47 @@ use crate::{interrupt, target};
 const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock track video.mp4 --box 120,80,64,48 --save boxes.csv --video tracked.mp4
-      the boxes as a table, and a video to look at
+      saves the boxes as a table, and a video with the track drawn in
   patchlock track frames/ --box 120,80,64,48 > boxes.csv
-      without an output option the CSV goes to standard output
+      without an output option the CSV table goes to standard output
   patchlock track 'img/%04d.jpg' --box-from groundtruth_rect.txt --save result.txt
-      a benchmark's frames and its first box, and the boxes in the benchmark's own format
+      reads frames and first box of an OTB sequence, and saves the boxes in the format of OTB
   patchlock track video.mp4 --box 120,80,64,48 --box 300,90,50,80 --save boxes.csv --video tracked.mp4
-      two objects at once, called 1 and 2
+      tracks two targets at once, with the ids 1 and 2
   patchlock track video.mp4 --boxes starts.csv --save boxes.csv
-      many, beginning and ending at any frame: the lines of starts.csv are frame,id,x,y,w,h
+      tracks many targets that start and end at any frame: the lines of starts.csv are frame,id,x,y,w,h
   patchlock track video.mp4 --box 300,90,50,80 --start 0 --end 251 --reverse --save back.csv
-      backwards from frame 250, where the box is, to frame 0
+      tracks backwards from frame 250, in which the box is given, to frame 0
   ffmpeg -i video.webm -f yuv4mpegpipe -pix_fmt yuv420p - | patchlock track - --box 120,80,64,48
-      from any program that writes Y4M";
+      reads frames from any program that writes Y4M";
 
 /// Tracks the objects in one or several boxes through a video or a folder of frames
 ///
-/// SOURCE is a folder of images (in natural order: 2.jpg before 10.jpg), a pattern such as 'img/%04d.jpg', a glob in
-/// quotes, an MP4 with H.264 video, a Y4M file, or - for Y4M on standard input. Every other video goes through the
-/// program ffmpeg, if there is one. Images are jpg, png, tiff, bmp or webp; grey stays grey, 16-bit grey stays
-/// 16-bit. Rotation tags of cameras and edit lists of MP4 files are not applied.
+/// SOURCE is a folder of images (in natural order: 2.jpg before 10.jpg), a pattern such as 'img/%04d.jpg', a
+/// glob in quotes, an MP4 with H.264 video, a Y4M file, or - for Y4M on standard input. Other videos are
+/// decoded by ffmpeg, if it is installed. Images are jpg, png, tiff, bmp or webp; grey images stay grey and
+/// 16-bit grey images stay 16-bit. Rotation metadata and edit lists of MP4 files are ignored.
 ///
-/// Frames count from 0. Pixels count from 0 with their centres at whole numbers, so a box covers its first pixel x to
-/// its last pixel x + w - 1.
+/// Frames count from 0. Pixels count from 0 with their centres at whole numbers, so a box covers the pixels x
+/// to x + w - 1.
 ///
-/// With several boxes, or a file of them, the tables have a column id after frame, and a line for each target in a frame.
+/// With several boxes, or a file of boxes, tables have a column id after frame and one line per target and
+/// frame.
 ///
-/// Ctrl-C stops after the frame at work: all files are then complete up to there. A second Ctrl-C does not wait for that
-/// frame: the tables are kept up to the frame before it, the video and the summary are not written.
+/// Ctrl-C stops after the current frame; all files are then complete up to that frame. A second Ctrl-C does
+/// not wait for the current frame: tables are kept up to the frame before it; video and summary are not
+/// written.
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES, group(ArgGroup::new("target").required(true).args(["bbox", "box_from", "boxes"])))]
+#[command(
+    after_help = EXAMPLES,
+    group(ArgGroup::new("target").required(true).args(["bbox", "box_from", "boxes"]))
+)]
 pub struct TrackArgs {
     /// Frames: a folder, a pattern, a glob, a video file, or - for Y4M on stdin
     source: String,
 
-    /// The object in the first tracked frame: left, top (from 0), width, height; fractions allowed. Given several times, there are as many targets,
-    /// with the ids 1, 2 and so on
+    /// The target in the first tracked frame: left, top (from 0), width, height; may be fractional. If the
+    /// option is repeated, each box is a target, with the ids 1, 2 and so on
     #[arg(long = "box", id = "bbox", value_name = "X,Y,W,H", allow_hyphen_values = true)]
     bbox: Vec<String>,
 
@@ -64,12 +69,12 @@ pub struct TrackArgs {
     #[arg(long, value_name = "FILE")]
     box_from: Option<PathBuf>,
 
-    /// Targets that begin and end at any frame: a CSV with the columns frame,id,x,y,w,h, counted from 0. A target begins at its first line, begins anew
-    /// at a further one, and ends at one without x, y, w and h
+    /// Targets that start and end at any frame: a CSV file with the columns frame,id,x,y,w,h, counted from 0.
+    /// A target starts at its first line, restarts at a later one, and ends at a line without x, y, w and h
     #[arg(long, value_name = "FILE.csv")]
     boxes: Option<PathBuf>,
 
-    /// The set of settings to begin with: paper, or fast, which weighs fewer candidates by fewer patches
+    /// The preset to start from: paper, or fast, which evaluates fewer candidates on fewer patches
     #[arg(long, value_name = "NAME", default_value = "paper")]
     preset: String,
 
@@ -77,11 +82,11 @@ pub struct TrackArgs {
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
 
-    /// Seed of the random numbers [default: that of the settings]; the same seed gives the same boxes
+    /// Seed of the random numbers [default: the seed in the settings]; the same seed gives the same boxes
     #[arg(long, value_name = SEEDS_SHOWN, allow_negative_numbers = true, value_parser = seed())]
     seed: Option<u64>,
 
-    /// Threads to use [default: one for each core]; the boxes are the same for any number
+    /// Number of threads [default: one per core]; it does not change the boxes
     #[arg(long, value_name = THREADS_SHOWN, allow_negative_numbers = true, value_parser = threads())]
     threads: Option<usize>,
 
@@ -89,7 +94,7 @@ pub struct TrackArgs {
     #[arg(long, value_name = "0..", default_value = "0", allow_negative_numbers = true)]
     start: usize,
 
-    /// End of the range, not included: --start 10 --end 20 tracks frames 10 to 19 [default: all frames]
+    /// End of the range, exclusive: --start 10 --end 20 tracks frames 10 to 19 [default: all frames]
     #[arg(long, value_name = "0..", allow_negative_numbers = true)]
     end: Option<usize>,
 
@@ -103,29 +108,29 @@ pub struct TrackArgs {
     )]
     stride: usize,
 
-    /// From the last frame of the range to the first; the box is then in the last one
+    /// Go from the last frame of the range to the first; the box is then in the last frame
     #[arg(long)]
     reverse: bool,
 
-    /// Save the boxes; may be given several times. The end of the name says how: .csv and .jsonl (0-based, all
-    /// columns), .txt (x,y,w,h a line, 1-based)
+    /// Save the boxes; may be repeated. The extension selects the format: .csv and .jsonl (0-based, all
+    /// columns), .txt (x,y,w,h per line, 1-based)
     #[arg(long, value_name = "FILE")]
     save: Vec<PathBuf>,
 
-    /// Save a video (MP4, H.264) with box, outline, visible patches, score and frame number drawn in. It plays at the
-    /// speed of the source, or at 30 frames a second where that is not known
+    /// Save a video (MP4, H.264) with box, outline, visible patches, score and frame number drawn in. It has
+    /// the frame rate of the source, or 30 frames per second if that is unknown
     #[arg(long, value_name = "FILE.mp4")]
     video: Option<PathBuf>,
 
-    /// Save the run in numbers as JSON: frames, tracking_fps (without decoding), ms_median, ms_p95, ...
+    /// Save statistics of the run as JSON: frames, tracking_fps (without decoding), ms_median, ms_p95, ...
     #[arg(long, value_name = "FILE.json")]
     summary: Option<PathBuf>,
 
-    /// No progress bar; there is none either where the CSV goes to the terminal
+    /// No progress bar; it is also hidden if the CSV table goes to the terminal
     #[arg(long, short)]
     quiet: bool,
 
-    /// Replace files that exist already
+    /// Replace existing files
     #[arg(long)]
     overwrite: bool,
 }
@@ -135,7 +140,7 @@ impl TrackArgs {
         Order { start: self.start, end: self.end, stride: self.stride, reverse: self.reverse }
     }
 
-    fn targets(&self) -> Result<Targets, Complaint> {
+    fn targets(&self) -> Result<Targets, Failure> {
         if let Some(file) = &self.boxes {
             return Targets::from_table(file);
         }
@@ -149,8 +154,8 @@ impl TrackArgs {
     fn plan(&self, targets: &Targets) -> Result<Plan> {
         let text = |file: &&PathBuf| matches!(Format::of(file), Ok(Format::Txt));
         if let Some(file) = self.save.iter().find(text).filter(|_| targets.many) {
-            let message = format!("--save {}: .txt holds one target", file.display());
-            return Err(usage(message).hint(".csv and .jsonl hold many").into());
+            let message = format!("--save {}: a .txt file holds one target", file.display());
+            return Err(usage(message).hint(".csv and .jsonl files hold many").into());
         }
         let inputs = [
             Some(Path::new(&self.source)),
@@ -164,23 +169,23 @@ impl TrackArgs {
     }
 }
 
-/// Tracks.
+/// Tracks the targets and writes the outputs.
 pub fn run(args: &TrackArgs) -> Result<()> {
     let order = args.order();
-    order.check().map_err(Complaint::from)?;
+    order.check().map_err(Failure::from)?;
     let mut targets = args.targets()?;
     let config = settings::resolve(&args.preset, args.config.as_deref(), args.seed);
-    let config = config.map_err(Complaint::from)?;
+    let config = config.map_err(Failure::from)?;
     let seed = config.seed;
     let plan = args.plan(&targets)?;
 
-    let source = patchlock_media::open(&args.source, args.reverse).map_err(Complaint::from)?;
+    let source = patchlock_media::open(&args.source, args.reverse).map_err(Failure::from)?;
     let rate = played_by(source.rate().unwrap_or(FrameRate::DEFAULT), args.stride);
     let length = source.length();
     let expected = order.count(length);
     targets.check(&order, length)?;
     interrupt::listen()?;
-    let mut frames = Ahead::start(source, order.indices(length).map_err(Complaint::from)?);
+    let mut frames = Ahead::start(source, order.indices(length).map_err(Failure::from)?);
     let Some((index, picture)) = next(&mut frames)? else { return Err(nothing_to_track(&order)) };
     let first = due(&mut targets, index, &picture)?;
 
@@ -194,8 +199,10 @@ pub fn run(args: &TrackArgs) -> Result<()> {
         track_all(&mut run, &mut targets, &progress, &mut frames, (index, picture, first));
     let count = run.times_ms().len();
     let numbers = Summary::new(run.times_ms(), run.targets(), &args.preset, seed, run.threads());
-    progress
-        .finish(&format!("tracked {count} frames at {:.1} frames a second", numbers.tracking_fps));
+    progress.finish(&format!(
+        "tracked {count} frames at {:.1} frames per second",
+        numbers.tracking_fps
+    ));
     let mut kept = Kept::default();
     if count > 0 {
         run.into_sinks().into_iter().for_each(|sink| kept.add(sink.finish()));
@@ -204,12 +211,12 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     conclude(tracked, kept, count)
 }
 
-/// The next frame with its number; `None` at the end, and soon after Ctrl-C.
-fn next(frames: &mut Ahead) -> Result<Option<(usize, Picture)>, Complaint> {
+/// The next frame with its number; `None` at the end or after Ctrl-C.
+fn next(frames: &mut Ahead) -> Result<Option<(usize, Picture)>, Failure> {
     Ok(frames.next_unless(&interrupt::requested)?)
 }
 
-/// Every stride-th frame at the same speed of the world needs fewer frames a second.
+/// The frame rate of every `stride`-th frame, so that the video plays at the original speed.
 fn played_by(rate: FrameRate, stride: usize) -> FrameRate {
     let stride = u32::try_from(stride).unwrap_or(u32::MAX);
     FrameRate { seconds: rate.seconds.saturating_mul(stride), ..rate }
@@ -219,11 +226,11 @@ fn nothing_to_track(order: &Order) -> Error {
     if interrupt::requested() {
         return interrupted("stopped before the first frame").into();
     }
-    Complaint::from(order.nothing()).into()
+    Failure::from(order.nothing()).into()
 }
 
-/// What happens on a frame, its boxes being checked against it.
-fn due(targets: &mut Targets, index: usize, picture: &Picture) -> Result<Vec<Event>, Complaint> {
+/// The events of a frame, with their boxes checked against the size of the frame.
+fn due(targets: &mut Targets, index: usize, picture: &Picture) -> Result<Vec<Event>, Failure> {
     let due = targets.due(index);
     for bbox in due.iter().filter_map(|event| event.bbox) {
         start_box::check(&bbox, index, picture.width, picture.height)?;
@@ -231,7 +238,7 @@ fn due(targets: &mut Targets, index: usize, picture: &Picture) -> Result<Vec<Eve
     Ok(due)
 }
 
-/// The loop. An error leaves in the outputs what was tracked before.
+/// Tracks all frames. After an error the outputs hold the frames tracked before it.
 fn track_all(
     run: &mut Run,
     targets: &mut Targets,
@@ -253,7 +260,7 @@ fn track_all(
     }
 }
 
-/// The outputs that were completed, and the first error on the way.
+/// The completed outputs, and the first error while completing them.
 #[derive(Default)]
 struct Kept {
     files: Vec<PathBuf>,
@@ -269,10 +276,10 @@ impl Kept {
     }
 }
 
-/// What the run ends with. The first error counts; on the way out the user learns what is kept.
+/// The result of the run: the first error, after a note that lists the files that were kept.
 fn conclude(tracked: Result<()>, kept: Kept, count: usize) -> Result<()> {
     let error = match tracked {
-        Err(error) if error.is::<ReaderLeft>() => return Ok(()),
+        Err(error) if error.is::<PipeClosed>() => return Ok(()),
         Err(error) => Some(error),
         Ok(()) => kept.error,
     };
@@ -288,7 +295,7 @@ fn conclude(tracked: Result<()>, kept: Kept, count: usize) -> Result<()> {
             Err(error)
         }
         None if interrupt::requested() => Err(interrupted(format!(
-            "stopped after {count} frames; the files are complete up to there"
+            "stopped after {count} frames; the files are complete up to that frame"
         ))
         .into()),
         None => Ok(()),

@@ -1,4 +1,4 @@
-//! A small layer over the drawing library: RGB in and out, lines that stay visible on any ground.
+//! A thin layer over the drawing library: RGB in and out, lines that stay visible on any background.
 
 use std::io::{self, Write};
 
@@ -30,12 +30,12 @@ impl Canvas {
     /// A canvas of one colour.
     pub fn plain(width: usize, height: usize, colour: [u8; 3]) -> Result<Self> {
         let mut pixmap = Pixmap::new(u32::try_from(width)?, u32::try_from(height)?)
-            .context("a picture without size")?;
+            .context("the picture has no pixels")?;
         pixmap.fill(opaque(colour));
         Ok(Self { pixmap })
     }
 
-    /// A canvas that shows a picture; `None` if the picture has no size or not this one.
+    /// A canvas with a picture; `None` if the size is 0 or does not match the picture.
     pub fn from_rgb(width: usize, height: usize, rgb: &[u8]) -> Option<Self> {
         let mut pixmap = Pixmap::new(u32::try_from(width).ok()?, u32::try_from(height).ok()?)?;
         if rgb.len() != width * height * 3 {
@@ -87,7 +87,7 @@ impl Canvas {
         }
     }
 
-    /// Draws a closed outline with a dark seam, which keeps it visible on bright and on dark ground.
+    /// Draws a closed outline with a dark border, which keeps it visible on bright and on dark backgrounds.
     pub fn outline(&mut self, corners: &[[f32; 2]], width: f32, colour: [u8; 3]) {
         let Some(path) = polygon(corners) else { return };
         for (width, colour, opacity) in [(width + 2.0, [0, 0, 0], 0.45), (width, colour, 1.0)] {
@@ -102,7 +102,7 @@ impl Canvas {
         }
     }
 
-    /// Text with its left end at `left` and the middle of its capitals at `middle`.
+    /// Draws text that starts at `left`, with its capitals centred vertically at `middle`.
     pub fn text(&mut self, text: &str, left: f32, middle: f32, size: f32, colour: [u8; 3]) {
         super::text::draw(&mut self.pixmap, text, left, middle, size, colour);
     }

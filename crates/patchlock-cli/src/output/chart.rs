@@ -1,4 +1,4 @@
-//! Overlap over time as SVG, written by hand, and the same picture as PNG.
+//! A chart of overlap over time, as SVG and as PNG.
 
 use std::fmt::Write;
 use std::ops::Range;
@@ -7,7 +7,7 @@ use anyhow::Result;
 use patchlock_eval::report::Rasteriser;
 
 use super::text;
-use crate::complaint::Complaint;
+use crate::failure::Failure;
 
 const WIDTH: f64 = 960.0;
 const HEIGHT: f64 = 400.0;
@@ -15,10 +15,10 @@ const LEFT: f64 = 64.0;
 const RIGHT: f64 = 24.0;
 const TOP: f64 = 86.0;
 const BOTTOM: f64 = 52.0;
-/// Labels stand above the plot: within it the curves may be anywhere.
+/// Labels are above the plot, since the curves may be anywhere inside it.
 const LABEL_GAP: f64 = 7.0;
 
-/// What the chart shows, a value a frame.
+/// The data of the chart, one value per frame.
 pub struct Chart<'a> {
     /// Overlap of box and truth, 0 to 1.
     pub overlap: &'a [f64],
@@ -26,7 +26,7 @@ pub struct Chart<'a> {
     pub score: &'a [f64],
     /// Hidden share of the target, 0 to 1.
     pub hidden: &'a [f64],
-    /// The line under the title.
+    /// The line below the title.
     pub subtitle: String,
 }
 
@@ -48,9 +48,9 @@ impl Chart<'_> {
         svg
     }
 
-    /// The chart as PNG bytes, drawn with the program's own font.
+    /// The chart as PNG bytes, drawn with the embedded font.
     pub fn png(&self) -> Result<Vec<u8>> {
-        Ok(Rasteriser::new().png(&self.svg()).map_err(Complaint::from)?)
+        Ok(Rasteriser::new().png(&self.svg()).map_err(Failure::from)?)
     }
 
     fn x(&self, frame: f64) -> f64 {
@@ -58,7 +58,7 @@ impl Chart<'_> {
         LEFT + (WIDTH - LEFT - RIGHT) * frame / last
     }
 
-    /// Shades the frames in which part of the target is hidden; the more of it, the darker.
+    /// Shades the frames in which part of the target is hidden; darker means more hidden.
     fn shade_hidden(&self, svg: &mut String) {
         for (frame, hidden) in self.hidden.iter().enumerate().filter(|(_, hidden)| **hidden > 0.01)
         {
@@ -69,8 +69,8 @@ impl Chart<'_> {
             put(
                 svg,
                 format_args!(
-                    "<rect x=\"{from:.2}\" y=\"{TOP}\" width=\"{:.2}\" height=\"{}\" fill=\"#8494a8\" fill-opacity=\"{:.2}\" \
-                 shape-rendering=\"crispEdges\"/>\n",
+                    "<rect x=\"{from:.2}\" y=\"{TOP}\" width=\"{:.2}\" height=\"{}\" fill=\"#8494a8\" \
+                     fill-opacity=\"{:.2}\" shape-rendering=\"crispEdges\"/>\n",
                     to - from,
                     HEIGHT - TOP - BOTTOM,
                     0.10 + 0.42 * hidden.min(1.0)
@@ -85,8 +85,8 @@ impl Chart<'_> {
             put(
                 svg,
                 format_args!(
-                    "<text x=\"{middle:.1}\" y=\"{:.1}\" font-size=\"12\" fill=\"#45536a\" text-anchor=\"middle\">\
-                 up to {:.0} % hidden</text>\n",
+                    "<text x=\"{middle:.1}\" y=\"{:.1}\" font-size=\"12\" fill=\"#45536a\" \
+                     text-anchor=\"middle\">up to {:.0} % hidden</text>\n",
                     TOP - LABEL_GAP,
                     100.0 * most
                 ),
@@ -102,7 +102,8 @@ impl Chart<'_> {
                 svg,
                 format_args!(
                     "<line x1=\"{LEFT}\" x2=\"{}\" y1=\"{y}\" y2=\"{y}\" stroke=\"#d9dfe6\"/>\n\
-                 <text x=\"{}\" y=\"{}\" font-size=\"13\" fill=\"#5b6675\" text-anchor=\"end\">{value:.2}</text>\n",
+                     <text x=\"{}\" y=\"{}\" font-size=\"13\" fill=\"#5b6675\" \
+                     text-anchor=\"end\">{value:.2}</text>\n",
                     WIDTH - RIGHT,
                     LEFT - 10.0,
                     y + 4.5
@@ -115,7 +116,8 @@ impl Chart<'_> {
             put(
                 svg,
                 format_args!(
-                    "<text x=\"{x:.1}\" y=\"{}\" font-size=\"13\" fill=\"#5b6675\" text-anchor=\"middle\">{frame}</text>\n",
+                    "<text x=\"{x:.1}\" y=\"{}\" font-size=\"13\" fill=\"#5b6675\" \
+                     text-anchor=\"middle\">{frame}</text>\n",
                     HEIGHT - BOTTOM + 20.0
                 ),
             );
@@ -123,7 +125,8 @@ impl Chart<'_> {
         put(
             svg,
             format_args!(
-                "<text x=\"{}\" y=\"{}\" font-size=\"13\" fill=\"#5b6675\" text-anchor=\"end\">frame</text>\n",
+                "<text x=\"{}\" y=\"{}\" font-size=\"13\" fill=\"#5b6675\" \
+                 text-anchor=\"end\">frame</text>\n",
                 WIDTH - RIGHT,
                 HEIGHT - 10.0
             ),
@@ -147,8 +150,9 @@ impl Chart<'_> {
         put(
             svg,
             format_args!(
-                "<text x=\"{LEFT}\" y=\"32\" font-size=\"19\" fill=\"#1c2530\">Overlap with the truth, frame by frame</text>\n\
-             <text x=\"{LEFT}\" y=\"56\" font-size=\"13\" fill=\"#5b6675\">{}</text>\n",
+                "<text x=\"{LEFT}\" y=\"32\" font-size=\"19\" fill=\"#1c2530\">\
+                 Overlap with the truth, frame by frame</text>\n\
+                 <text x=\"{LEFT}\" y=\"56\" font-size=\"13\" fill=\"#5b6675\">{}</text>\n",
                 self.subtitle
             ),
         );
@@ -157,9 +161,10 @@ impl Chart<'_> {
             svg,
             format_args!(
                 "<line x1=\"{x}\" x2=\"{}\" y1=\"28\" y2=\"28\" stroke=\"#0f8f7c\" stroke-width=\"2.6\"/>\n\
-             <text x=\"{}\" y=\"32.5\" font-size=\"13\" fill=\"#1c2530\">overlap</text>\n\
-             <line x1=\"{x}\" x2=\"{}\" y1=\"51\" y2=\"51\" stroke=\"#e07b27\" stroke-width=\"1.6\" stroke-dasharray=\"5 4\"/>\n\
-             <text x=\"{}\" y=\"55.5\" font-size=\"13\" fill=\"#1c2530\">own score</text>\n",
+                 <text x=\"{}\" y=\"32.5\" font-size=\"13\" fill=\"#1c2530\">overlap</text>\n\
+                 <line x1=\"{x}\" x2=\"{}\" y1=\"51\" y2=\"51\" stroke=\"#e07b27\" stroke-width=\"1.6\" \
+                 stroke-dasharray=\"5 4\"/>\n\
+                 <text x=\"{}\" y=\"55.5\" font-size=\"13\" fill=\"#1c2530\">score</text>\n",
                 x + 34.0,
                 x + 44.0,
                 x + 34.0,
@@ -178,13 +183,13 @@ fn y(value: f64) -> f64 {
     TOP + (HEIGHT - TOP - BOTTOM) * (1.0 - value.clamp(0.0, 1.0))
 }
 
-/// The next of 1, 2, 5, 10, 20, 50, ... that is not below `least`.
+/// The smallest of 1, 2, 5, 10, 20, 50, ... that is at least `least`.
 fn round_step(least: f64) -> usize {
     let steps = (0..7).flat_map(|power| [1, 2, 5].map(|digit| digit * 10_usize.pow(power)));
     steps.into_iter().find(|&step| step as f64 >= least).unwrap_or(10_000_000)
 }
 
-/// The runs of frames in which something is hidden.
+/// The ranges of frames in which part of the target is hidden.
 fn spans(hidden: &[f64]) -> Vec<Range<usize>> {
     let mut spans: Vec<Range<usize>> = Vec::new();
     for frame in (0..hidden.len()).filter(|&frame| hidden[frame] > 0.01) {
@@ -215,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn spans_are_runs() {
+    fn spans_are_contiguous_ranges() {
         assert_eq!(spans(&[0.0, 0.2, 0.3, 0.0, 0.1]), [1..3, 4..5]);
         assert_eq!(round_step(13.0), 20);
     }

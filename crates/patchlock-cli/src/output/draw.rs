@@ -1,24 +1,24 @@
-//! The track on a frame: the box, the outline of the turned target, what is visible of it, score and frame number.
+//! Draws the track on a frame: box, rotated outline, visible patches, score and frame number.
 
 use patchlock::{Visibility, VisibilityMap};
 
 use super::canvas::{Area, Canvas};
-use super::crowd;
+use super::many;
 use super::row::Row;
 use super::{Tracked, text};
 
-/// Patches that are seen, and all that is going well. Teal and orange differ for every kind of eye.
-pub const SEEN: [u8; 3] = [46, 211, 183];
-/// Patches that are hidden, and low scores.
+/// Visible patches and high scores. Teal and orange can be told apart with any colour vision.
+pub const VISIBLE: [u8; 3] = [46, 211, 183];
+/// Hidden patches and low scores.
 pub const HIDDEN: [u8; 3] = [255, 127, 40];
 /// The upright box.
 pub const BOX: [u8; 3] = [255, 255, 255];
-/// Behind text.
+/// The background of text.
 pub const PANEL: [u8; 3] = [12, 16, 22];
-/// How much of the frame that hides.
+/// Opacity of that background.
 pub const PANEL_OPACITY: f32 = 0.72;
 
-/// Draws everything on a frame; the result is RGB bytes of the same size.
+/// Draws the track on a frame; returns RGB bytes of the same size.
 pub fn annotate(tracked: &Tracked<'_>) -> Vec<u8> {
     let rgb = tracked.picture.to_rgb();
     let Some(mut canvas) = Canvas::from_rgb(tracked.picture.width, tracked.picture.height, &rgb)
@@ -26,7 +26,7 @@ pub fn annotate(tracked: &Tracked<'_>) -> Vec<u8> {
         return rgb;
     };
     match tracked.targets {
-        // The only target that there can be: there is room to show what is hidden of it.
+        // With a single target there is room for the visibility maps.
         [seen] if seen.row.id.is_none() => {
             outlines(&mut canvas, &seen.row);
             status(&mut canvas, &seen.row);
@@ -34,12 +34,13 @@ pub fn annotate(tracked: &Tracked<'_>) -> Vec<u8> {
                 maps(&mut canvas, [large, small]);
             }
         }
-        targets => crowd::annotate(&mut canvas, tracked.frame, targets),
+        targets => many::annotate(&mut canvas, tracked.frame, targets),
     }
     canvas.to_rgb()
 }
 
-/// How large signs are drawn: they grow more slowly than the frame, so that they neither vanish nor cover it.
+/// Scale of text and lines. It grows more slowly than the frame, so that they stay legible on small frames
+/// and do not cover large ones.
 pub fn scale(canvas: &Canvas) -> f32 {
     (canvas.width().min(canvas.height()) / 240.0).powf(0.7).clamp(0.75, 4.0)
 }
@@ -48,10 +49,10 @@ pub fn scale(canvas: &Canvas) -> f32 {
 pub fn outlines(canvas: &mut Canvas, row: &Row) {
     let scale = scale(canvas);
     let (x, y, w, h) = (row.x as f32, row.y as f32, row.w as f32, row.h as f32);
-    // A box covers whole pixels and the drawing has pixel k from k to k + 1: the same numbers.
+    // A box covers whole pixels, and in the drawing pixel k spans k to k + 1, so no offset is needed.
     canvas.outline(&[[x, y], [x + w, y], [x + w, y + h], [x, y + h]], scale, BOX);
     let corners = [[row.x1, row.y1], [row.x2, row.y2], [row.x3, row.y3], [row.x4, row.y4]];
-    // Corners are points, and a point with integer coordinates is the middle of a pixel.
+    // Corners are points, and a point with integer coordinates is the centre of a pixel.
     canvas.outline(
         &corners.map(|[x, y]| [x as f32 + 0.5, y as f32 + 0.5]),
         1.8 * scale,
@@ -59,16 +60,16 @@ pub fn outlines(canvas: &mut Canvas, row: &Row) {
     );
 }
 
-/// From orange, lost, to teal, certain.
+/// A colour from orange (low score) to teal (high score).
 pub fn by_score(score: f64) -> [u8; 3] {
     let share = ((score - 0.25) / 0.5).clamp(0.0, 1.0);
     std::array::from_fn(|k| {
-        let (low, high) = (f64::from(HIDDEN[k]), f64::from(SEEN[k]));
+        let (low, high) = (f64::from(HIDDEN[k]), f64::from(VISIBLE[k]));
         (low + (high - low) * share).round() as u8
     })
 }
 
-/// Frame number, score and a bar of the score in the upper left corner.
+/// Frame number, score and a bar for the score, in the upper left corner.
 fn status(canvas: &mut Canvas, row: &Row) {
     let scale = scale(canvas);
     let size = (12.0 * scale).round();
@@ -102,7 +103,7 @@ fn status(canvas: &mut Canvas, row: &Row) {
     );
 }
 
-/// The grids of large and of small patches in the lower right corner, each as wide as the other.
+/// The maps of large and small patches, in the lower right corner at the same size.
 fn maps(canvas: &mut Canvas, maps: [&VisibilityMap; 2]) {
     let scale = scale(canvas);
     let margin = (6.0 * scale).round();
@@ -120,7 +121,7 @@ fn maps(canvas: &mut Canvas, maps: [&VisibilityMap; 2]) {
     }
 }
 
-/// One grid of patches. Cells begin at whole pixels, so that thin gaps between them look even.
+/// One map of patches. Cells start at whole pixels, so that the gaps between them look even.
 fn grid(canvas: &mut Canvas, map: &VisibilityMap, area: Area) {
     if map.rows == 0 || map.columns == 0 {
         return;
@@ -131,13 +132,13 @@ fn grid(canvas: &mut Canvas, map: &VisibilityMap, area: Area) {
         let (left, right) =
             (edge(column, map.columns, area.w), edge(column + 1, map.columns, area.w));
         let (top, bottom) = (edge(row, map.rows, area.h), edge(row + 1, map.rows, area.h));
-        let seam = if right - left > 4.5 { 1.0 } else { 0.0 };
+        let gap = if right - left > 4.5 { 1.0 } else { 0.0 };
         let cell = Area {
             x: area.x + left,
             y: area.y + top,
-            w: right - left - seam,
-            h: bottom - top - seam,
+            w: right - left - gap,
+            h: bottom - top - gap,
         };
-        canvas.fill(cell, if visible { SEEN } else { HIDDEN }, 1.0);
+        canvas.fill(cell, if visible { VISIBLE } else { HIDDEN }, 1.0);
     }
 }

@@ -1,9 +1,9 @@
-//! Results out: tables, the annotated video, the summary. Every file is complete or not there at all.
+//! Output of results: tables, the annotated video, the summary. Files are written completely or not at all.
 
 pub mod canvas;
 pub mod chart;
-mod crowd;
 pub mod draw;
+mod many;
 pub mod pending;
 pub mod plan;
 pub mod printed;
@@ -20,34 +20,34 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use patchlock::Estimate;
-
 use patchlock_media::Picture;
+
 use row::Row;
 
 /// One target in one frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Seen {
-    /// The line of the tables.
+    /// The row of the tables.
     pub row: Row,
-    /// What the tracker said.
+    /// The tracker's estimate.
     pub estimate: Estimate,
 }
 
-/// Everything there is to say about one tracked frame.
+/// A tracked frame with its results.
 pub struct Tracked<'a> {
     /// Number of the frame in the source.
     pub frame: usize,
-    /// The targets that are in it.
+    /// The targets in this frame.
     pub targets: &'a [Seen],
-    /// The frame.
+    /// The pixels of the frame.
     pub picture: &'a Picture,
 }
 
-/// Something that takes tracked frames, one after the other.
+/// An output that receives tracked frames one by one.
 pub trait Sink {
-    /// Takes one frame.
+    /// Writes one frame.
     fn write(&mut self, tracked: &Tracked<'_>) -> Result<()>;
 
-    /// Completes the output and puts it in its place; gives the file, if it is one.
+    /// Completes the output and moves it into place; returns the path if it is a file.
     fn finish(self: Box<Self>) -> Result<Option<PathBuf>>;
 }

@@ -1,5 +1,4 @@
-//! A file that appears only when it is complete: written under a temporary name in the same folder, then
-//! renamed.
+//! Atomic files: written under a temporary name in the same folder and renamed when they are complete.
 
 use std::fmt::Display;
 use std::fs::{self, File};
@@ -12,9 +11,9 @@ use tempfile::NamedTempFile;
 
 use super::printed::quoted;
 use super::unfinished::{self, Unfinished};
-use crate::complaint::{Complaint, failed, usage};
+use crate::failure::{Failure, failed, usage};
 
-/// A file in the making. Dropped without [`PendingFile::commit`], it leaves nothing behind.
+/// A file that is being written. It is removed if it is dropped without [`PendingFile::commit`].
 pub struct PendingFile {
     target: PathBuf,
     overwrite: bool,
@@ -23,19 +22,19 @@ pub struct PendingFile {
 
 enum Writer {
     Temporary(BufWriter<NamedTempFile>, Unfinished),
-    /// Devices and pipes can't be replaced by a renamed file: they are written directly.
+    /// Devices and pipes can't be replaced by renaming, so they are written directly.
     Direct(BufWriter<File>),
 }
 
-/// Complains early about a target that could not be written in the end.
-pub fn check(target: &Path, overwrite: bool) -> Result<(), Complaint> {
+/// Fails early if the target could not be written in the end.
+pub fn check(target: &Path, overwrite: bool) -> Result<(), Failure> {
     if target.is_dir() {
         return Err(usage(format!("cannot write {}: it is a folder", target.display()))
-            .hint("name a file in it"));
+            .hint("name a file inside it"));
     }
     if target.is_file() && !overwrite {
         return Err(
-            usage(format!("{} exists already", target.display())).hint("--overwrite replaces it")
+            usage(format!("{} already exists", target.display())).hint("--overwrite replaces it")
         );
     }
     let folder = folder_of(target);
@@ -45,7 +44,7 @@ pub fn check(target: &Path, overwrite: bool) -> Result<(), Complaint> {
             target.display(),
             folder.display()
         ))
-        .hint(format!("mkdir -p {} makes it", quoted(&folder))));
+        .hint(format!("mkdir -p {} creates it", quoted(&folder))));
     }
     Ok(())
 }
@@ -56,10 +55,10 @@ fn folder_of(target: &Path) -> PathBuf {
 }
 
 impl PendingFile {
-    /// Opens the temporary file, so that a folder without write permission is noticed before the work begins.
-    pub fn create(target: &Path, overwrite: bool) -> Result<Self, Complaint> {
+    /// Opens the temporary file, so that a missing write permission is noticed before the work starts.
+    pub fn create(target: &Path, overwrite: bool) -> Result<Self, Failure> {
         check(target, overwrite)?;
-        // A link is followed: its target gets the new content, the link stays.
+        // Follow links: the target gets the new content, the link stays.
         let target = fs::canonicalize(target).unwrap_or_else(|_| target.to_path_buf());
         let writer = if target.exists() && !target.is_file() {
             fs::OpenOptions::new()
@@ -68,68 +67,68 @@ impl PendingFile {
                 .map(|file| Writer::Direct(BufWriter::new(file)))
         } else {
             temporary_in(&folder_of(&target)).map(|file| {
-                let known = Unfinished::new(file.path(), &target, overwrite);
-                Writer::Temporary(BufWriter::new(file), known)
+                let registered = Unfinished::new(file.path(), &target, overwrite);
+                Writer::Temporary(BufWriter::new(file), registered)
             })
         };
         let writer = writer.map_err(|error| cannot_write(target.display(), &error))?;
         Ok(Self { target, overwrite, writer })
     }
 
-    /// Where the file will be.
+    /// The final path of the file.
     pub fn target(&self) -> &Path {
         &self.target
     }
 
-    /// Says that what is in it is of use also where the program is ended at once, before all of it is there.
-    pub fn useful(self) -> Self {
-        if let Writer::Temporary(_, known) = &self.writer {
-            known.useful();
+    /// Keeps the file even if the program exits immediately, before the file is complete.
+    pub fn keep_partial(self) -> Self {
+        if let Writer::Temporary(_, registered) = &self.writer {
+            registered.keep_partial();
         }
         self
     }
 
-    /// Makes an end at once wait for what is written meanwhile. Not for devices and pipes, where writing may
-    /// take for ever.
+    /// Delays an immediate exit while the guard lives. Not for devices and pipes, where writing may block
+    /// forever.
     pub fn hold(&self) -> Option<unfinished::Hold> {
         matches!(self.writer, Writer::Temporary(..)).then(unfinished::hold)
     }
 
-    /// The file with this in it.
-    pub fn filled(mut self, content: &[u8]) -> Result<Self, Complaint> {
+    /// Writes the whole content and returns the file.
+    pub fn filled(mut self, content: &[u8]) -> Result<Self, Failure> {
         match self.write_all(content).and_then(|()| self.flush()) {
             Ok(()) => Ok(self),
-            Err(error) => Err(self.complain(&error)),
+            Err(error) => Err(self.write_error(&error)),
         }
     }
 
-    /// Puts the complete file in its place and says where that is.
-    pub fn commit(self) -> Result<PathBuf, Complaint> {
-        let complain = |error: io::Error| cannot_write(self.target.display(), &error);
-        let (file, known) = match self.writer {
+    /// Moves the complete file into place and returns its path.
+    pub fn commit(self) -> Result<PathBuf, Failure> {
+        let write_error = |error: io::Error| cannot_write(self.target.display(), &error);
+        let (file, registered) = match self.writer {
             Writer::Direct(mut writer) => {
-                return writer.flush().map(|()| self.target.clone()).map_err(complain);
+                return writer.flush().map(|()| self.target.clone()).map_err(write_error);
             }
-            Writer::Temporary(writer, known) => {
-                (writer.into_inner().map_err(|error| complain(error.into_error()))?, known)
+            Writer::Temporary(writer, registered) => {
+                (writer.into_inner().map_err(|error| write_error(error.into_error()))?, registered)
             }
         };
-        // Before it gets its name: a power failure must not leave a name without the content.
-        file.as_file().sync_all().map_err(complain)?;
-        let placed = known.settle(|| match self.overwrite {
+        // Sync before renaming: a power failure must not leave a name without the content.
+        file.as_file().sync_all().map_err(write_error)?;
+        let placed = registered.settle(|| match self.overwrite {
             true => file.persist(&self.target),
             false => file.persist_noclobber(&self.target),
         });
-        placed.map(|_| self.target.clone()).map_err(|error| complain(error.error))
+        placed.map(|_| self.target.clone()).map_err(|error| write_error(error.error))
     }
 
-    /// Turns an error of writing into one that names the file.
-    pub fn complain(&self, error: &io::Error) -> Complaint {
+    /// Adds the name of the file to an error.
+    pub fn write_error(&self, error: &io::Error) -> Failure {
         cannot_write(self.target.display(), error)
     }
 
-    /// The same for a caller that has given the file away: a way to complain later.
-    pub fn complainer(&self) -> impl Fn(patchlock_media::Error) -> Complaint + 'static {
+    /// A function that does the same after the file has been moved elsewhere.
+    pub fn error_handler(&self) -> impl Fn(patchlock_media::Error) -> Failure + 'static {
         let target = self.target.clone();
         move |error| match error {
             patchlock_media::Error::Write(cause) => cannot_write(target.display(), &cause),
@@ -138,7 +137,7 @@ impl PendingFile {
     }
 }
 
-/// Temporary files are private by default; a result should have the permissions of any other new file.
+/// Temporary files are private by default, but results should have the usual permissions of new files.
 fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".patchlock-").suffix(".part");
@@ -152,20 +151,20 @@ fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
     builder.tempfile_in(folder)
 }
 
-/// The complaint about what can't be written, with what to do. `target` is a file, or `to standard output`.
-pub(super) fn cannot_write(target: impl Display, error: &io::Error) -> Complaint {
-    // A temporary file puts its own name into its errors, which would tell the user nothing.
+/// The error for a failed write, with advice. `target` is a file, or `to standard output`.
+pub(super) fn cannot_write(target: impl Display, error: &io::Error) -> Failure {
+    // Errors of temporary files contain the temporary name, which means nothing to the user.
     let plain = without_path(error);
     let error = plain.as_ref().unwrap_or(error);
     let hint = match error.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
-            "the disk is full: make room or write elsewhere"
+            "the disk is full: free some space or write elsewhere"
         }
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
-            "choose a folder you may write in"
+            "choose a folder in which you may write"
         }
         io::ErrorKind::AlreadyExists => {
-            "it appeared while the tracker ran; --overwrite replaces it"
+            "it was created while the tracker ran; --overwrite replaces it"
         }
         _ => "check the folder and the disk",
     };
@@ -202,7 +201,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_is_there_before_the_commit_and_all_of_it_after() {
+    fn the_file_appears_with_the_commit() {
         let folder = tempfile::tempdir().expect("a folder");
         let target = folder.path().join("a.csv");
         let mut file = PendingFile::create(&target, false).expect("creates");

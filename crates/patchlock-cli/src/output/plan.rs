@@ -1,4 +1,4 @@
-//! Which files a run writes: all is checked before the work, all is opened before the first frame is tracked.
+//! Which files a run writes. All are checked before the work starts and opened before the first frame.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use super::Sink;
 use super::pending::{self, PendingFile};
 use super::tables::{Format, Stdout, Table};
 use super::video::{self, Video};
-use crate::complaint::{Complaint, usage};
+use crate::failure::{Failure, usage};
 
 /// The outputs that the command line asks for.
 #[derive(Debug)]
@@ -20,23 +20,23 @@ pub struct Plan {
     overwrite: bool,
 }
 
-/// The outputs, open.
+/// The opened outputs.
 pub struct Opened {
-    /// What takes the tracked frames.
+    /// The outputs that receive tracked frames.
     pub sinks: Vec<Box<dyn Sink>>,
     /// The file for the summary.
     pub summary: Option<PendingFile>,
 }
 
 impl Plan {
-    /// Checks names, doubles, and what exists already. `inputs` are files that must not be replaced.
+    /// Checks names, duplicates and existing files. `inputs` are files that must not be replaced.
     pub fn check(
         save: &[PathBuf],
         video: Option<&Path>,
         summary: Option<&Path>,
         overwrite: bool,
         inputs: &[&Path],
-    ) -> Result<Self, Complaint> {
+    ) -> Result<Self, Failure> {
         let table = |path: &PathBuf| Format::of(path).map(|format| (format, path.clone()));
         let tables: Result<Vec<_>, _> = save.iter().map(table).collect();
         if let Some(video) = video {
@@ -51,13 +51,13 @@ impl Plan {
         let mut taken: Vec<PathBuf> = Vec::new();
         for path in plan.paths() {
             pending::check(path, overwrite)?;
-            let place = place(path);
-            if inputs.iter().any(|input| self::place(input) == place) {
-                return Err(usage(format!("{} is read and would be replaced", path.display()))
+            let place = resolved(path);
+            if inputs.iter().any(|input| resolved(input) == place) {
+                return Err(usage(format!("{} is an input and would be replaced", path.display()))
                     .hint("choose another name"));
             }
             if taken.contains(&place) {
-                return Err(usage(format!("{} is named for two outputs", path.display()))
+                return Err(usage(format!("{} is given for two outputs", path.display()))
                     .hint("give each its own name"));
             }
             taken.push(place);
@@ -71,7 +71,7 @@ impl Plan {
         tables.chain(self.video.as_deref()).chain(self.summary.as_deref())
     }
 
-    /// Whether the table goes to standard output: where no file is named.
+    /// Whether the table goes to standard output, which it does if no file is given.
     pub fn prints(&self) -> bool {
         self.paths().next().is_none()
     }
@@ -80,7 +80,7 @@ impl Plan {
     pub fn open(&self, rate: FrameRate, expected: Option<usize>) -> Result<Opened> {
         let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
         for (format, path) in &self.tables {
-            let file = PendingFile::create(path, self.overwrite)?.useful();
+            let file = PendingFile::create(path, self.overwrite)?.keep_partial();
             sinks.push(Box::new(Table::new(*format, file)));
         }
         if let Some(path) = &self.video {
@@ -102,10 +102,10 @@ impl Plan {
     }
 }
 
-/// The same for every spelling of a path.
-fn place(path: &Path) -> PathBuf {
-    if let Ok(whole) = path.canonicalize() {
-        return whole;
+/// The canonical form of a path, whose last component may not exist yet.
+fn resolved(path: &Path) -> PathBuf {
+    if let Ok(canonical) = path.canonicalize() {
+        return canonical;
     }
     let parent =
         path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));

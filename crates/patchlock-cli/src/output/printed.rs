@@ -1,13 +1,13 @@
-//! What the verbs print on standard output.
+//! Printing to standard output.
 
 use std::io::{self, Write};
 use std::path::Path;
 
 use super::pending::cannot_write;
-use crate::complaint::Complaint;
+use crate::failure::Failure;
 
-/// Prints all of a text. Whoever reads it may leave early, as `head` does: that is no error.
-pub fn print(text: &str) -> Result<(), Complaint> {
+/// Prints a text. It is not an error if the reader closes the pipe early, as `head` does.
+pub fn print(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(cannot_print(&error)),
@@ -15,12 +15,12 @@ pub fn print(text: &str) -> Result<(), Complaint> {
     }
 }
 
-/// The complaint about standard output.
-pub fn cannot_print(error: &io::Error) -> Complaint {
+/// The error for a failed write to standard output.
+pub fn cannot_print(error: &io::Error) -> Failure {
     cannot_write("to standard output", error)
 }
 
-/// A path as it must stand in a command.
+/// A path, quoted for use in a shell command.
 pub fn quoted(path: &Path) -> String {
     shell_words::quote(&path.to_string_lossy()).into_owned()
 }

@@ -1,14 +1,14 @@
-//! One line of the tables.
+//! A row of the tables.
 
 use patchlock::{BoundingBox, Estimate, Visibility, VisibilityMap};
 use serde::Serialize;
 
-/// The columns, in their order. Positions are 0-based with pixel centres at integers.
+/// The columns, in order. Positions are 0-based with pixel centres at integers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
     /// Number of the frame in the source.
     pub frame: usize,
-    /// The target, where there can be several: else there is no such column.
+    /// The target's id; with a single target there is no such column.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<u64>,
     /// Left side of the box.
@@ -19,48 +19,48 @@ pub struct Row {
     pub w: f64,
     /// Height of the box.
     pub h: f64,
-    /// How much the tracker trusts itself, 0 to 1.
+    /// How certain the tracker is, 0 to 1.
     pub score: f64,
-    /// Share of the large patches that are visible; empty where the method does not know.
+    /// Share of the large patches that are visible; empty if the method does not know.
     pub visible_large: Option<f64>,
-    /// Share of the small patches that are visible; empty where the method does not know.
+    /// Share of the small patches that are visible; empty if the method does not know.
     pub visible_small: Option<f64>,
-    /// Corners of the turned and slanted box: upper left ...
+    /// Corners of the rotated and skewed outline: x of the upper left corner.
     pub x1: f64,
-    /// ... and its y.
+    /// y of the upper left corner.
     pub y1: f64,
-    /// Upper right.
+    /// x of the upper right corner.
     pub x2: f64,
-    /// Its y.
+    /// y of the upper right corner.
     pub y2: f64,
-    /// Lower right.
+    /// x of the lower right corner.
     pub x3: f64,
-    /// Its y.
+    /// y of the lower right corner.
     pub y3: f64,
-    /// Lower left.
+    /// x of the lower left corner.
     pub x4: f64,
-    /// Its y.
+    /// y of the lower left corner.
     pub y4: f64,
-    /// Milliseconds that the tracker took for the frame, with all its targets.
+    /// Milliseconds that the tracker took for the frame, all targets together.
     pub ms: f64,
 }
 
 impl Row {
-    /// A line from an estimate. `bbox` is apart because the first line holds the box as given.
+    /// A row from an estimate. `bbox` is separate because the first row holds the given box.
     pub fn new(frame: usize, bbox: &BoundingBox, estimate: &Estimate, ms: f64) -> Self {
         let [[x1, y1], [x2, y2], [x3, y3], [x4, y4]] =
-            estimate.corners.map(|corner| corner.map(tidy));
+            estimate.corners.map(|corner| corner.map(rounded));
         let share = |map: fn(&Visibility) -> &VisibilityMap| {
-            estimate.visibility.as_ref().map(|visibility| tidy(map(visibility).share()))
+            estimate.visibility.as_ref().map(|visibility| rounded(map(visibility).share()))
         };
         Self {
             frame,
             id: None,
-            x: tidy(bbox.x),
-            y: tidy(bbox.y),
-            w: tidy(bbox.w),
-            h: tidy(bbox.h),
-            score: tidy(estimate.score),
+            x: rounded(bbox.x),
+            y: rounded(bbox.y),
+            w: rounded(bbox.w),
+            h: rounded(bbox.h),
+            score: rounded(estimate.score),
             visible_large: share(|visibility| &visibility.large),
             visible_small: share(|visibility| &visibility.small),
             x1,
@@ -75,7 +75,7 @@ impl Row {
         }
     }
 
-    /// The same as it stands in a picture whose upper left corner is elsewhere.
+    /// The row with all positions shifted, for a crop of the frame.
     pub fn shifted(&self, dx: f64, dy: f64) -> Self {
         let mut row = self.clone();
         [&mut row.x, &mut row.x1, &mut row.x2, &mut row.x3, &mut row.x4]
@@ -88,7 +88,7 @@ impl Row {
     }
 }
 
-/// A millionth of a pixel is more than any tracker means; the rest would only make the tables hard to read.
-fn tidy(value: f64) -> f64 {
+/// Rounds to six decimal places: no tracker is more precise, and more digits make tables hard to read.
+fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }

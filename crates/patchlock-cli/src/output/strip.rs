@@ -1,10 +1,10 @@
-//! Some frames of a track side by side, each with its caption: the track in one picture.
+//! A picture of selected frames side by side, each with a caption.
 
 use anyhow::{Context, Result};
 
 use super::canvas::{Area, Canvas};
 
-const GROUND: [u8; 3] = [18, 22, 28];
+const BACKGROUND: [u8; 3] = [18, 22, 28];
 const TITLE: [u8; 3] = [236, 240, 244];
 const NOTE: [u8; 3] = [158, 168, 180];
 const GAP: usize = 14;
@@ -12,15 +12,15 @@ const CAPTION: usize = 68;
 
 /// One frame of the strip.
 pub struct Panel {
-    /// Pixels in a row.
+    /// Width in pixels.
     pub width: usize,
-    /// Rows.
+    /// Height in pixels.
     pub height: usize,
-    /// The drawn frame.
+    /// The annotated frame.
     pub rgb: Vec<u8>,
-    /// First line under it.
+    /// First line of the caption.
     pub title: String,
-    /// Second line under it.
+    /// Second line of the caption.
     pub note: String,
     /// Colour of the mark before the title.
     pub mark: [u8; 3],
@@ -29,12 +29,13 @@ pub struct Panel {
 /// Puts the panels side by side.
 pub fn draw(panels: &[Panel]) -> Result<Canvas> {
     let width: usize = panels.iter().map(|panel| panel.width + GAP).sum::<usize>() + GAP;
-    let height = panels.iter().map(|panel| panel.height).max().context("a strip without frames")?;
-    let mut strip = Canvas::plain(width, height + 2 * GAP + CAPTION, GROUND)?;
+    let height =
+        panels.iter().map(|panel| panel.height).max().context("the strip has no frames")?;
+    let mut strip = Canvas::plain(width, height + 2 * GAP + CAPTION, BACKGROUND)?;
     let mut left = GAP;
     for panel in panels {
         let frame = Canvas::from_rgb(panel.width, panel.height, &panel.rgb)
-            .context("a frame without pixels")?;
+            .context("a frame has no pixels")?;
         strip.paste(&frame, left, GAP);
         let top = (GAP + panel.height) as f32;
         let x = left as f32;

@@ -1,4 +1,4 @@
-//! The run in numbers, as a JSON object.
+//! Statistics of a run, as a JSON object.
 
 use std::path::PathBuf;
 
@@ -7,31 +7,31 @@ use serde::Serialize;
 
 use super::pending::PendingFile;
 
-/// What a run came to.
+/// Statistics of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
-    /// Frames tracked, the first one included.
+    /// Number of tracked frames, including the first.
     pub frames: usize,
-    /// Targets that were begun.
+    /// Number of targets.
     pub targets: usize,
-    /// Frames a second of the tracker alone: neither decoding nor writing is counted, the first frame is.
+    /// Frames per second of the tracker alone: includes the first frame, but not decoding and writing.
     pub tracking_fps: f64,
-    /// Half of the frames took less than this.
+    /// Median time per frame in milliseconds.
     pub ms_median: f64,
-    /// Nineteen of twenty frames took less than this.
+    /// 95th percentile of the time per frame in milliseconds.
     pub ms_p95: f64,
-    /// Name of the preset the configuration began with.
+    /// Name of the preset.
     pub preset: String,
     /// Seed of the random numbers.
     pub seed: u64,
-    /// Threads the tracker used.
+    /// Number of threads of the tracker.
     pub threads: usize,
     /// Version of this program.
     pub version: &'static str,
 }
 
 impl Summary {
-    /// Sums up the times of the frames.
+    /// Computes the statistics from the times of the frames.
     pub fn new(times_ms: &[f64], targets: usize, preset: &str, seed: u64, threads: usize) -> Self {
         let mut sorted = times_ms.to_vec();
         sorted.sort_by(f64::total_cmp);
@@ -49,7 +49,7 @@ impl Summary {
         }
     }
 
-    /// Writes the object and puts the file in its place.
+    /// Writes the object and completes the file.
     pub fn write(&self, file: PendingFile) -> Result<PathBuf> {
         let mut text = serde_json::to_string_pretty(self)?;
         text.push('\n');
@@ -57,7 +57,7 @@ impl Summary {
     }
 }
 
-/// Linear between the two nearest values.
+/// A quantile, interpolated linearly between the two nearest values.
 fn quantile(sorted: &[f64], share: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return 0.0 };
     let place = share * last as f64;
@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sums_up() {
+    fn statistics_of_known_times() {
         let times: Vec<f64> = (1..=101).rev().map(f64::from).collect();
         let summary = Summary::new(&times, 1, "paper", 7, 2);
         assert_eq!((summary.frames, summary.ms_median, summary.ms_p95), (101, 51.0, 96.0));

@@ -1,4 +1,4 @@
-//! Tables of boxes, by the end of the file's name: `.csv`, `.jsonl`, `.txt`.
+//! Tables of boxes. The extension of the file selects the format: `.csv`, `.jsonl`, `.txt`.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -9,50 +9,56 @@ use super::pending::PendingFile;
 use super::printed::cannot_print;
 use super::row::Row;
 use super::{Sink, Tracked};
-use crate::complaint::{Complaint, usage};
+use crate::failure::{Failure, usage};
 
-/// The kinds of table.
+/// The formats of tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// Named columns, 0-based.
     Csv,
-    /// One JSON object a line with the same names, 0-based.
+    /// One JSON object per line with the same names, 0-based.
     Jsonl,
-    /// The benchmark's own: `x,y,w,h` a line, 1-based, no header.
+    /// The format of OTB: `x,y,w,h` per line, 1-based, no header.
     Txt,
 }
 
 impl Format {
-    /// The format that a file's name asks for.
-    pub fn of(path: &Path) -> Result<Self, Complaint> {
+    /// The format for the extension of a file.
+    pub fn of(path: &Path) -> Result<Self, Failure> {
         let extension =
             path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
         match extension.as_str() {
             "csv" => Ok(Self::Csv),
             "jsonl" => Ok(Self::Jsonl),
             "txt" => Ok(Self::Txt),
-            _ => Err(usage(format!("--save {}: the end of the name is none of .csv, .jsonl, .txt", path.display()))
-                .hint(".csv and .jsonl have all columns (0-based), .txt is the benchmark's x,y,w,h (1-based)")),
+            _ => Err(usage(format!(
+                "--save {}: the name must end in one of .csv, .jsonl, .txt",
+                path.display()
+            ))
+            .hint(
+                ".csv and .jsonl have all columns (0-based), .txt has x,y,w,h as in OTB (1-based)",
+            )),
         }
     }
 }
 
-/// Writes rows to anything.
+/// Writes rows to a writer.
 pub struct Table<W: Write> {
     format: Format,
     writer: W,
-    begun: bool,
+    started: bool,
 }
 
 impl<W: Write> Table<W> {
     /// An empty table.
     pub fn new(format: Format, writer: W) -> Self {
-        Self { format, writer, begun: false }
+        Self { format, writer, started: false }
     }
 
-    /// Adds a row and passes it on at once, so that a full disk is noticed now and a reader of a pipe need not wait.
+    /// Adds a row and flushes, so that a full disk is noticed immediately and the reader of a pipe need not
+    /// wait.
     pub fn row(&mut self, row: &Row) -> io::Result<()> {
-        let first = !std::mem::replace(&mut self.begun, true);
+        let first = !std::mem::replace(&mut self.started, true);
         match self.format {
             Format::Csv => {
                 let mut writer =
@@ -64,7 +70,7 @@ impl<W: Write> Table<W> {
                 serde_json::to_writer(&mut self.writer, row)?;
                 self.writer.write_all(b"\n")?;
             }
-            // Pixel centres at integers: the benchmark counts the first pixel as 1.
+            // OTB counts pixels from 1.
             Format::Txt => writeln!(
                 self.writer,
                 "{:.4},{:.4},{:.4},{:.4}",
@@ -77,7 +83,7 @@ impl<W: Write> Table<W> {
         self.writer.flush()
     }
 
-    /// The writer, with everything in it.
+    /// The writer, with all rows written.
     pub fn into_inner(self) -> W {
         self.writer
     }
@@ -85,10 +91,10 @@ impl<W: Write> Table<W> {
 
 impl Sink for Table<PendingFile> {
     fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
-        // All targets of a frame or none.
-        let _whole = self.writer.hold();
+        // An immediate exit must keep all targets of a frame or none.
+        let _hold = self.writer.hold();
         for seen in tracked.targets {
-            self.row(&seen.row).map_err(|error| self.writer.complain(&error))?;
+            self.row(&seen.row).map_err(|error| self.writer.write_error(&error))?;
         }
         Ok(())
     }
@@ -98,13 +104,13 @@ impl Sink for Table<PendingFile> {
     }
 }
 
-/// The CSV on standard output.
+/// A CSV table on standard output.
 pub struct Stdout {
     table: Table<io::Stdout>,
 }
 
 impl Stdout {
-    /// A CSV on standard output.
+    /// A table that is still empty.
     pub fn new() -> Self {
         Self { table: Table::new(Format::Csv, io::stdout()) }
     }
@@ -116,23 +122,23 @@ impl Default for Stdout {
     }
 }
 
-/// Whoever read standard output has read enough, as `head` does: the end, but no error.
+/// The reader of standard output has closed the pipe, as `head` does. This ends the run, but is not an error.
 #[derive(Debug)]
-pub struct ReaderLeft;
+pub struct PipeClosed;
 
-impl std::fmt::Display for ReaderLeft {
+impl std::fmt::Display for PipeClosed {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("the reader of standard output left")
+        f.write_str("the reader of standard output has closed the pipe")
     }
 }
 
-impl std::error::Error for ReaderLeft {}
+impl std::error::Error for PipeClosed {}
 
 impl Sink for Stdout {
     fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
         for seen in tracked.targets {
             self.table.row(&seen.row).map_err(|error| match error.kind() {
-                io::ErrorKind::BrokenPipe => anyhow::Error::new(ReaderLeft),
+                io::ErrorKind::BrokenPipe => anyhow::Error::new(PipeClosed),
                 _ => cannot_print(&error).into(),
             })?;
         }
@@ -171,7 +177,7 @@ mod tests {
                 y4: 8.0,
                 ms: 12.5,
             };
-            table.row(&row).expect("memory takes all");
+            table.row(&row).expect("writes to memory");
         }
         String::from_utf8(table.into_inner()).expect("text")
     }
@@ -187,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn jsonl_has_an_object_a_line() {
+    fn jsonl_has_one_object_per_line() {
         let text = written(Format::Jsonl);
         let rows: Vec<serde_json::Value> =
             text.lines().map(|l| serde_json::from_str(l).expect("JSON")).collect();
@@ -202,9 +208,9 @@ mod tests {
     }
 
     #[test]
-    fn unknown_ends_list_the_known_ones() {
-        let complaint = Format::of(Path::new("a.xlsx")).expect_err("unknown");
-        assert!(complaint.to_string().contains(".csv, .jsonl, .txt"));
+    fn unknown_extensions_are_refused_with_the_known_ones() {
+        let error = Format::of(Path::new("a.xlsx")).expect_err("unknown");
+        assert!(error.to_string().contains(".csv, .jsonl, .txt"));
         assert_eq!(Format::of(Path::new("A.CSV")).expect("known"), Format::Csv);
     }
 }

@@ -1,11 +1,11 @@
-//! Text on pictures, with a font that is part of the program.
+//! Draws text on pictures with an embedded font.
 
 use ab_glyph::{Font, FontRef, Glyph, ScaleFont, point};
 pub use patchlock_eval::report::FAMILY;
 use patchlock_eval::report::FONT;
 use resvg::tiny_skia::{ColorU8, Pixmap};
 
-/// The font, or `None` should its data be broken, which a test excludes.
+/// The font; `None` if its data is invalid, which a test rules out.
 fn font() -> Option<FontRef<'static>> {
     FontRef::try_from_slice(FONT).ok()
 }
@@ -17,7 +17,7 @@ pub fn width(text: &str, size: f32) -> f32 {
     text.chars().map(|c| font.h_advance(font.glyph_id(c))).sum()
 }
 
-/// Draws text with the middle of its capitals at `middle` and its left end at `left`.
+/// Draws text that starts at `left`, with its capitals centred vertically at `middle`.
 pub fn draw(pixmap: &mut Pixmap, text: &str, left: f32, middle: f32, size: f32, colour: [u8; 3]) {
     let Some(font) = font() else { return };
     let scaled = font.as_scaled(size);
@@ -64,7 +64,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_font_is_whole_and_draws() {
+    fn the_font_is_valid_and_draws() {
         assert!(width("score", 16.0) > 30.0);
         let mut pixmap = Pixmap::new(60, 20).expect("a size");
         draw(&mut pixmap, "Ag0", 2.0, 10.0, 16.0, [255, 255, 255]);

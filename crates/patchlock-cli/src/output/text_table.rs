@@ -1,6 +1,6 @@
-//! Tables in plain text: words to the left, numbers to the right.
+//! Plain text tables: text is aligned to the left, numbers to the right.
 
-/// Rows under titles, as wide as their widest cell.
+/// A header and rows; each column is as wide as its widest cell.
 pub struct TextTable {
     rows: Vec<Vec<String>>,
 }
@@ -16,7 +16,7 @@ impl TextTable {
         self.rows.push(cells.into_iter().collect());
     }
 
-    /// The table, a line a row.
+    /// The table as text, one line per row.
     pub fn text(&self) -> String {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
         let width = |k: usize| {
@@ -41,7 +41,7 @@ impl TextTable {
         text
     }
 
-    /// Whether every cell below the title begins as a number, or is the `-` of none.
+    /// Whether every cell below the title starts with a digit, or is `-` for a missing value.
     fn is_numbers(&self, column: usize) -> bool {
         let mut cells = self.rows.iter().skip(1).filter_map(|row| row.get(column));
         cells.all(|cell| cell == "-" || cell.starts_with(|c: char| c.is_ascii_digit()))

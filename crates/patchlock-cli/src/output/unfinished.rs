@@ -1,45 +1,47 @@
-//! The files in the making, known to the whole program, so that one that is ended at once leaves none of them behind.
+//! A global list of the files that are being written, so that an immediate exit leaves none of them behind.
 
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// All that are open.
+/// All open files.
 static OPEN: Mutex<Vec<Entry>> = Mutex::new(Vec::new());
 
 struct Entry {
     part: PathBuf,
     target: PathBuf,
     overwrite: bool,
-    /// Whether what is in it is of use before all of it is.
-    useful: bool,
+    /// Whether to keep the file if it is incomplete.
+    keep_partial: bool,
 }
 
-/// A file in the making; while this lives, it is known.
+/// The registration of a file that is being written; dropping it removes the file from the list.
 pub struct Unfinished {
     part: PathBuf,
 }
 
 fn open() -> MutexGuard<'static, Vec<Entry>> {
-    // Nothing that holds it can leave the list half changed.
+    // A panic can't leave the list in an inconsistent state.
     OPEN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Unfinished {
-    /// Registers the temporary file `part` that is to become `target`.
+    /// Registers the temporary file `part`, which will become `target`.
     pub fn new(part: &Path, target: &Path, overwrite: bool) -> Self {
         let (part, target) = (part.to_path_buf(), target.to_path_buf());
-        open().push(Entry { part: part.clone(), target, overwrite, useful: false });
+        open().push(Entry { part: part.clone(), target, overwrite, keep_partial: false });
         Self { part }
     }
 
-    /// Says that it is worth keeping also as it is.
-    pub fn useful(&self) {
-        open().iter_mut().filter(|entry| entry.part == self.part).for_each(|e| e.useful = true);
+    /// Keeps the file on an immediate exit even if it is incomplete.
+    pub fn keep_partial(&self) {
+        let mut open = open();
+        let entries = open.iter_mut().filter(|entry| entry.part == self.part);
+        entries.for_each(|entry| entry.keep_partial = true);
     }
 
-    /// Puts the file in its place; an end at once comes before or after it.
+    /// Moves the file into place with `place`; an immediate exit can't interrupt this.
     pub fn settle<T>(&self, place: impl FnOnce() -> T) -> T {
         let mut open = open();
         let placed = place();
@@ -48,12 +50,12 @@ impl Unfinished {
     }
 }
 
-/// While it lives, nothing is abandoned: for a part that only makes sense as a whole.
+/// Delays an immediate exit while it lives, for writes that must not be split.
 pub struct Hold {
     _open: MutexGuard<'static, Vec<Entry>>,
 }
 
-/// Makes an end at once wait.
+/// Delays an immediate exit until the guard is dropped.
 pub fn hold() -> Hold {
     Hold { _open: open() }
 }
@@ -64,16 +66,17 @@ impl Drop for Unfinished {
     }
 }
 
-/// What became of the files.
+/// The files at an immediate exit.
 #[derive(Debug, Default, PartialEq)]
 pub struct Abandoned {
-    /// Those in their place, as far as they were written.
+    /// Files moved into place, as far as they were written.
     pub kept: Vec<PathBuf>,
-    /// Those that are not there.
+    /// Files that were removed.
     pub lost: Vec<PathBuf>,
 }
 
-/// Puts useful files in their place and removes the others. The process must end now: nothing can be put in its place after this.
+/// Moves partial files that should be kept into place and removes the others. The process must exit after
+/// this: no file can be completed any more.
 pub fn abandon() -> Abandoned {
     let mut open = open();
     let mut result = Abandoned::default();
@@ -81,19 +84,19 @@ pub fn abandon() -> Abandoned {
         let list = if entry.keep() { &mut result.kept } else { &mut result.lost };
         list.push(entry.target);
     }
-    // Never given back: who waits for it would go on to write.
+    // Never unlock: a waiting thread would continue to write.
     std::mem::forget(open);
     result
 }
 
 impl Entry {
-    /// Whether it is in its place now; else it is removed.
+    /// Moves the file into place or removes it; returns whether it was kept.
     fn keep(&self) -> bool {
         let has_content = fs::metadata(&self.part).is_ok_and(|part| part.len() > 0);
-        if self.useful && has_content && self.place().is_ok() {
+        if self.keep_partial && has_content && self.place().is_ok() {
             return true;
         }
-        // Nothing more can be done for it on the way out.
+        // The program exits now, so an error can't be handled.
         let _ = fs::remove_file(&self.part);
         false
     }
@@ -111,12 +114,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_appeared_meanwhile_stays() {
+    fn existing_files_are_replaced_only_with_overwrite() {
         let folder = tempfile::tempdir().unwrap();
         let path = |name: &str| folder.path().join(name);
-        let entry = |overwrite, useful| {
+        let entry = |overwrite, keep_partial| {
             fs::write(path("a.part"), "new").unwrap();
-            Entry { part: path("a.part"), target: path("a.csv"), overwrite, useful }
+            Entry { part: path("a.part"), target: path("a.csv"), overwrite, keep_partial }
         };
         let read = || fs::read_to_string(path("a.csv")).unwrap_or_default();
         assert!(!entry(false, false).keep() && read().is_empty());

@@ -8,15 +8,16 @@ use patchlock_media::{Error, FrameRate, Mp4Writer};
 use super::draw;
 use super::pending::PendingFile;
 use super::{Sink, Tracked};
-use crate::complaint::{Complaint, usage};
+use crate::failure::{Failure, usage};
 
-/// Complains about a name that does not end in `.mp4`.
-pub fn check_name(path: &Path) -> Result<(), Complaint> {
+/// Fails if the name does not end in `.mp4`.
+pub fn check_name(path: &Path) -> Result<(), Failure> {
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mp4")) {
         return Ok(());
     }
-    Err(usage(format!("--video {}: only .mp4 can be written", path.display()))
-        .hint("end the name with .mp4; ffmpeg -i OUT.mp4 OUT.gif makes other kinds of it"))
+    Err(usage(format!("--video {}: only .mp4 can be written", path.display())).hint(
+        "use a name that ends in .mp4; ffmpeg -i OUT.mp4 OUT.gif converts it to other formats",
+    ))
 }
 
 /// Draws the track on the frames and encodes them.
@@ -24,22 +25,22 @@ pub struct Video {
     state: State,
     rate: FrameRate,
     expected: Option<usize>,
-    complain: Box<dyn Fn(Error) -> Complaint>,
+    write_error: Box<dyn Fn(Error) -> Failure>,
 }
 
-/// The size is known only with the first frame.
+/// The writer is created with the first frame, which determines the size.
 enum State {
     Waiting(PendingFile),
     Writing(Box<Mp4Writer<PendingFile>>),
-    /// An error was reported already.
-    Broken,
+    /// An error was already reported.
+    Failed,
 }
 
 impl Video {
-    /// A video that begins with the first frame. `expected` says how many will come, if that is known.
+    /// A video to be written to `file`. `expected` is the number of frames, if it is known.
     pub fn new(file: PendingFile, rate: FrameRate, expected: Option<usize>) -> Self {
-        let complain = Box::new(file.complainer());
-        Self { state: State::Waiting(file), rate, expected, complain }
+        let write_error = Box::new(file.error_handler());
+        Self { state: State::Waiting(file), rate, expected, write_error }
     }
 
     fn writer(
@@ -48,7 +49,7 @@ impl Video {
         height: usize,
     ) -> Result<&mut Mp4Writer<PendingFile>, Error> {
         if let State::Waiting(_) = self.state
-            && let State::Waiting(file) = std::mem::replace(&mut self.state, State::Broken)
+            && let State::Waiting(file) = std::mem::replace(&mut self.state, State::Failed)
         {
             self.state = State::Writing(Box::new(Mp4Writer::new(
                 file,
@@ -60,7 +61,7 @@ impl Video {
         }
         match &mut self.state {
             State::Writing(writer) => Ok(writer),
-            _ => Err(Error::Encode("the video was given up after an earlier error".to_string())),
+            _ => Err(Error::Encode("the video was abandoned after an earlier error".to_string())),
         }
     }
 }
@@ -69,13 +70,15 @@ impl Sink for Video {
     fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
         let rgb = draw::annotate(tracked);
         let writer = self.writer(tracked.picture.width, tracked.picture.height);
-        Ok(writer.and_then(|writer| writer.push(&rgb)).map_err(&self.complain)?)
+        Ok(writer.and_then(|writer| writer.push(&rgb)).map_err(&self.write_error)?)
     }
 
     fn finish(self: Box<Self>) -> Result<Option<PathBuf>> {
         match self.state {
-            State::Writing(writer) => Ok(Some(writer.finish().map_err(&self.complain)?.commit()?)),
-            State::Waiting(_) | State::Broken => Ok(None),
+            State::Writing(writer) => {
+                Ok(Some(writer.finish().map_err(&self.write_error)?.commit()?))
+            }
+            State::Waiting(_) | State::Failed => Ok(None),
         }
     }
 }

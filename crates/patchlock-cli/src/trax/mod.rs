@@ -1,4 +1,5 @@
-//! The tracker as a TraX server: it greets, takes requests line by line, and answers each with a state a target.
+//! The tracker as a TraX server: sends a greeting, reads requests line by line, and answers each with one
+//! state per target.
 
 mod requests;
 mod targets;
@@ -11,26 +12,26 @@ use patchlock_eval::trax::image;
 use patchlock_eval::trax::message::Message;
 use patchlock_eval::trax::region::{POLYGON, RECTANGLE};
 
-use crate::complaint::failed;
+use crate::failure::failed;
 use requests::{Request, Requests};
 pub use targets::Targets;
 
-/// What the tracker is, for lists of trackers.
+/// Description of the tracker for lists of trackers.
 const DESCRIPTION: &str = "Visual object tracker by structural local sparse appearance";
 
-/// How client and server speak.
+/// Supported versions of the TraX protocol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Protocol {
     /// One target; `initialize` has image and region.
     Three,
-    /// Many targets, that may come with any frame; `initialize` has the region, `frame` the image.
+    /// Many targets, added at any frame; `initialize` has the region, `frame` the image.
     Four,
 }
 
-/// Answers until the client quits or leaves.
+/// Answers requests until the client quits or closes the connection.
 ///
 /// # Errors
-/// What is wrong with a request, after the client was told the same as the reason of a `quit`.
+/// An invalid request. The client receives the same text as the reason of a `quit`.
 pub fn serve(
     input: impl BufRead,
     mut output: impl Write,
@@ -43,11 +44,11 @@ pub fn serve(
     }
     loop {
         let states = match requests.next() {
-            Ok(Request::Look { anew, begin, image }) => {
-                if anew {
+            Ok(Request::Frame { reset, begin, image }) => {
+                if reset {
                     targets.forget()?;
                 }
-                image.picture().and_then(|picture| targets.look(&picture, begin))
+                image.picture().and_then(|picture| targets.track(&picture, begin))
             }
             Ok(Request::Quit) => return Ok(()),
             Err(reason) => Err(reason),
@@ -66,7 +67,7 @@ pub fn serve(
     }
 }
 
-/// What the client learns first.
+/// The greeting, which lists what the server supports.
 fn hello(protocol: Protocol) -> Message {
     let list = |items: &[&str]| items.iter().map(|item| format!("{item};")).collect::<String>();
     let hello = Message::new("hello", &[])
@@ -85,7 +86,7 @@ fn hello(protocol: Protocol) -> Message {
     }
 }
 
-/// Sends messages; `false` where the client is gone, which is no error.
+/// Sends messages; returns `false` if the client has closed the connection, which is not an error.
 fn sent(output: &mut impl Write, messages: impl IntoIterator<Item = Message>) -> Result<bool> {
     let lines: String = messages.into_iter().map(|message| message.to_string()).collect();
     match output.write_all(lines.as_bytes()).and_then(|()| output.flush()) {
@@ -95,7 +96,7 @@ fn sent(output: &mut impl Write, messages: impl IntoIterator<Item = Message>) ->
     }
 }
 
-/// The number that the protocol gives itself.
+/// The version number in messages.
 impl fmt::Display for Protocol {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {

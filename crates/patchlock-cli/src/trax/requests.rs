@@ -1,4 +1,4 @@
-//! What the client asks for, read from its lines.
+//! Parses the client's messages into requests.
 
 use std::io::{BufRead, Read as _};
 
@@ -8,26 +8,26 @@ use patchlock_eval::trax::region::Region;
 
 use super::Protocol;
 
-/// The longest line that is taken: an image of 8000 x 6000 pixels with their colours.
+/// The longest accepted line, in bytes: enough for a colour image of 8000 x 6000 pixels.
 const LONGEST_LINE: u64 = 200_000_000;
 
-/// What the client asks for.
+/// A request of the client.
 #[derive(Debug, PartialEq)]
 pub enum Request {
-    /// Find the targets in an image.
-    Look {
-        /// Forget the targets so far.
-        anew: bool,
-        /// Targets that begin in this image.
+    /// Track the targets in an image.
+    Frame {
+        /// Whether to remove all earlier targets first.
+        reset: bool,
+        /// Targets that start in this image.
         begin: Vec<Region>,
         /// The image.
         image: Image,
     },
-    /// The client needs no more, or is gone.
+    /// The client quits or has closed the connection.
     Quit,
 }
 
-/// The client's requests.
+/// Reads the client's requests.
 pub struct Requests<R> {
     input: R,
     protocol: Protocol,
@@ -39,27 +39,27 @@ impl<R: BufRead> Requests<R> {
         Self { input, protocol }
     }
 
-    /// The next request. Protocol 4 gives one in several messages: `initialize` for each new target, one without a region to forget all so far, and
-    /// `frame`.
+    /// The next request. In protocol 4 it consists of several messages: an `initialize` for each new target
+    /// (without a region it removes all targets), then `frame`.
     ///
     /// # Errors
-    /// What is wrong with a message.
+    /// An invalid message.
     pub fn next(&mut self) -> Result<Request, String> {
-        let (mut anew, mut begin) = (false, Vec::new());
+        let (mut reset, mut begin) = (false, Vec::new());
         loop {
             let Some(message) = self.message()? else { return Ok(Request::Quit) };
             let arguments: Vec<&str> = message.arguments.iter().map(String::as_str).collect();
             match (message.name.as_str(), self.protocol, arguments.as_slice()) {
                 ("quit", ..) => return Ok(Request::Quit),
                 ("frame", _, [image]) => {
-                    return Ok(Request::Look { anew, begin, image: Image::parse(image)? });
+                    return Ok(Request::Frame { reset, begin, image: Image::parse(image)? });
                 }
                 ("initialize", Protocol::Three, [image, region]) => {
                     let (image, begin) = (Image::parse(image)?, vec![target(region)?]);
-                    return Ok(Request::Look { anew: true, begin, image });
+                    return Ok(Request::Frame { reset: true, begin, image });
                 }
                 ("initialize", Protocol::Four, []) => {
-                    anew = true;
+                    reset = true;
                     begin.clear();
                 }
                 ("initialize", Protocol::Four, [region]) => begin.push(target(region)?),
@@ -70,7 +70,7 @@ impl<R: BufRead> Requests<R> {
         }
     }
 
-    /// The next message; other lines are passed over. `None` at the end.
+    /// The next message, skipping other lines; `None` at the end of the input.
     fn message(&mut self) -> Result<Option<Message>, String> {
         loop {
             let mut line = Vec::new();
@@ -93,11 +93,11 @@ impl<R: BufRead> Requests<R> {
     }
 }
 
-/// A region to begin on.
+/// Parses the region of a new target.
 fn target(text: &str) -> Result<Region, String> {
     let shown: String = text.chars().take(80).collect();
     match Region::parse(text) {
-        Ok(Region::Nothing) => Err(format!("the region \"{shown}\" has no target to begin on")),
+        Ok(Region::Nothing) => Err(format!("the region \"{shown}\" does not contain a target")),
         Ok(region) => Ok(region),
         Err(reason) => Err(format!("the region \"{shown}\": {reason}")),
     }
@@ -107,10 +107,10 @@ fn unexpected(name: &str, protocol: Protocol, count: usize) -> String {
     let wanted = match (name, protocol) {
         ("frame", _) => "one image",
         ("initialize", Protocol::Three) => "one image and one region",
-        ("initialize", Protocol::Four) => "one region, or nothing to forget all targets",
+        ("initialize", Protocol::Four) => "one region, or nothing to remove all targets",
         _ => {
             return format!(
-                "the message {name} is unknown; initialize, frame and quit are understood"
+                "the message {name} is unknown; the messages are initialize, frame and quit"
             );
         }
     };
@@ -137,31 +137,33 @@ mod tests {
         Region::parse(&format!("{x},2,3,4")).unwrap()
     }
 
-    fn look(anew: bool, begin: &[Region], image: &str) -> Result<Request, String> {
-        Ok(Request::Look { anew, begin: begin.to_vec(), image: Image::Path(image.into()) })
+    fn frame(reset: bool, begin: &[Region], image: &str) -> Result<Request, String> {
+        Ok(Request::Frame { reset, begin: begin.to_vec(), image: Image::Path(image.into()) })
     }
 
     #[test]
     fn one_target() {
-        let text = "hello?\n@@TRAX:initialize \"file:///1\" \"1,2,3,4\" a=b\n@@TRAX:frame \"file:///2\"\n@@TRAX:quit\n@@TRAX:frame";
-        let expected = [look(true, &[region(1.0)], "/1"), look(false, &[], "/2")];
+        let text = "hello?\n@@TRAX:initialize \"file:///1\" \"1,2,3,4\" a=b\n\
+                    @@TRAX:frame \"file:///2\"\n@@TRAX:quit\n@@TRAX:frame";
+        let expected = [frame(true, &[region(1.0)], "/1"), frame(false, &[], "/2")];
         assert_eq!(requests(Protocol::Three, text), expected);
     }
 
     #[test]
     fn many_targets() {
-        let text = "@@TRAX:initialize 1,2,3,4\n@@TRAX:initialize 2,2,3,4 object=x\n@@TRAX:frame /1\n@@TRAX:initialize 3,2,3,4\n@@TRAX:frame /2\n\
-            @@TRAX:initialize\n@@TRAX:initialize 4,2,3,4\n@@TRAX:frame /3";
+        let text = "@@TRAX:initialize 1,2,3,4\n@@TRAX:initialize 2,2,3,4 object=x\n@@TRAX:frame /1\n\
+                    @@TRAX:initialize 3,2,3,4\n@@TRAX:frame /2\n\
+                    @@TRAX:initialize\n@@TRAX:initialize 4,2,3,4\n@@TRAX:frame /3";
         let expected = [
-            look(false, &[region(1.0), region(2.0)], "/1"),
-            look(false, &[region(3.0)], "/2"),
-            look(true, &[region(4.0)], "/3"),
+            frame(false, &[region(1.0), region(2.0)], "/1"),
+            frame(false, &[region(3.0)], "/2"),
+            frame(true, &[region(4.0)], "/3"),
         ];
         assert_eq!(requests(Protocol::Four, text), expected);
     }
 
     #[test]
-    fn what_is_wrong_is_said() {
+    fn invalid_messages_are_refused() {
         use Protocol::{Four, Three};
         for (protocol, text, why) in [
             (
@@ -172,8 +174,8 @@ mod tests {
             (Four, "@@TRAX:initialize /1 1,2,3,4", "takes one region"),
             (Three, "@@TRAX:frame", "takes one image in protocol 3; it has 0"),
             (Three, "@@TRAX:state 1,2,3,4", "the message state is unknown"),
-            (Three, "@@TRAX:initialize /1 0", "no target to begin on"),
-            (Four, "@@TRAX:initialize NaN,NaN,NaN,NaN", "no target to begin on"),
+            (Three, "@@TRAX:initialize /1 0", "does not contain a target"),
+            (Four, "@@TRAX:initialize NaN,NaN,NaN,NaN", "does not contain a target"),
             (Four, "@@TRAX:initialize mask:1,2,3,4,5", "not mask"),
             (Four, "@@TRAX:initialize here", "\"here\" is not a number"),
             (Three, "@@TRAX:frame \"a", "a quote is not closed"),

@@ -1,4 +1,4 @@
-//! The targets that a client has given, and what is answered of them.
+//! The client's targets and the states that are reported for them.
 
 use std::sync::Arc;
 
@@ -11,9 +11,9 @@ use rayon::ThreadPool;
 
 /// The targets, in the order in which they were given.
 pub struct Targets {
-    /// Calls the targets by their places in this order.
+    /// The tracker, with the index of each target as its id.
     tracker: ManyTargets,
-    /// Which of them were given as polygons, and are answered so.
+    /// Which targets were given as polygons, and are reported as such.
     as_polygons: Vec<bool>,
 }
 
@@ -26,7 +26,7 @@ impl Targets {
         Ok(Self { tracker: ManyTargets::new(config, pool)?, as_polygons: Vec::new() })
     }
 
-    /// Forgets all, as if nothing had been tracked before.
+    /// Removes all targets and resets the tracker to its initial state.
     ///
     /// # Errors
     /// As [`ManyTargets::forget`].
@@ -36,21 +36,21 @@ impl Targets {
         Ok(())
     }
 
-    /// Finds the targets in a picture, then begins on new ones; gives the state of each. That of a new target
-    /// is its region as given.
+    /// Tracks the targets in a picture, then starts new ones; returns the state of each. The state of a new
+    /// target is its given region.
     ///
     /// # Errors
-    /// Why the tracker refuses the picture or a region.
-    pub fn look(&mut self, picture: &Picture, begin: Vec<Region>) -> Result<Vec<Message>, String> {
+    /// The reason why the tracker refuses the picture or a region.
+    pub fn track(&mut self, picture: &Picture, begin: Vec<Region>) -> Result<Vec<Message>, String> {
         if self.as_polygons.is_empty() && begin.is_empty() {
-            return Err("there is no target yet: initialize comes before frame".to_string());
+            return Err("there is no target yet: send initialize before frame".to_string());
         }
-        self.follow(picture, &begin).map_err(|error| error.to_string())
+        self.states(picture, &begin).map_err(|error| error.to_string())
     }
 
-    fn follow(&mut self, picture: &Picture, begin: &[Region]) -> Result<Vec<Message>, Error> {
+    fn states(&mut self, picture: &Picture, begin: &[Region]) -> Result<Vec<Message>, Error> {
         let known = self.as_polygons.len();
-        // A request has no regions without a target.
+        // The parser has refused regions without a target, so none is dropped here.
         let (regions, boxes): (Vec<&Region>, Vec<BoundingBox>) =
             begin.iter().filter_map(|region| Some((region, region.bbox()?))).unzip();
         let begin: Vec<(u64, BoundingBox)> = (known as u64..).zip(boxes).collect();
@@ -71,8 +71,7 @@ impl Targets {
     }
 }
 
-/// The answer for a target: where it is, how sure that is, and its turned outline whatever the form of the
-/// region.
+/// The state of a target: its region, its score and, for any type of region, its rotated outline.
 fn state(region: &Region, estimate: &Estimate) -> Message {
     Message::new("state", &[&region.to_string()])
         .with("confidence", estimate.score)

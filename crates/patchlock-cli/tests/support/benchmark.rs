@@ -1,4 +1,4 @@
-//! A made-up benchmark in the OTB layout, and a tracker that follows it quickly.
+//! A synthetic benchmark in the OTB layout, and settings that track it quickly.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -11,19 +11,19 @@ use super::{Bench, patchlock};
 /// Few particles and patches: a frame takes milliseconds.
 const QUICK: &str = "particles = 20\nsmall_step = 8\n";
 
-/// The folder of a test with a dataset `data` in it.
+/// A test folder with a dataset `data`.
 pub struct Benchmark {
     pub bench: Bench,
 }
 
 impl Benchmark {
-    /// Targets A, B, C .. on one film of so many frames.
+    /// Targets A, B, C ... on the same film with this number of frames.
     pub fn new(targets: usize, frames: usize) -> Self {
         let bench = Bench::new();
         fs::write(bench.path("quick.toml"), QUICK).unwrap();
         for name in ["A", "B", "C", "D", "E", "F"].iter().take(targets) {
             bench.images(&format!("data/{name}/img"), frames);
-            // The film's card begins at 20, 18 and moves a pixel a frame; files count from 1.
+            // The film's card starts at 20, 18 and moves one pixel per frame; files count from 1.
             let truth: String = (0..frames).map(|k| format!("{},19,32,28\n", 21 + k)).collect();
             fs::write(bench.path(&format!("data/{name}/groundtruth_rect.txt")), truth).unwrap();
         }
@@ -34,7 +34,7 @@ impl Benchmark {
         self.bench.path(name)
     }
 
-    /// `patchlock VERB ...` in the folder.
+    /// `patchlock ARGUMENTS ...` in the folder.
     pub fn patchlock(&self, arguments: &[&str]) -> Command {
         let mut command = patchlock();
         command.current_dir(self.bench.folder.path()).args(arguments);
@@ -49,7 +49,7 @@ impl Benchmark {
         command
     }
 
-    /// Every trajectory below a folder, by its path.
+    /// Every trajectory below a folder, by path.
     pub fn trajectories(&self, out: &str) -> BTreeMap<String, String> {
         let mut found = BTreeMap::new();
         let root = self.path(out);

@@ -1,4 +1,4 @@
-//! What the tests of the command line share: a small film in every kind of source, and a quick configuration.
+//! Shared by the tests of the command line: a small film in every kind of source, and fast settings.
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 pub mod benchmark;
@@ -17,7 +17,7 @@ pub const BOX: &str = "20,18,32,28";
 pub const COLUMNS: &str =
     "frame,x,y,w,h,score,visible_large,visible_small,x1,y1,x2,y2,x3,y3,x4,y4,ms";
 
-/// A folder of its own for each test.
+/// A temporary folder for one test.
 pub struct Bench {
     pub folder: TempDir,
 }
@@ -47,7 +47,7 @@ impl Bench {
         command
     }
 
-    /// The same with a box, and with a shell script in the place of ffmpeg.
+    /// The same with a box, and with a shell script in place of ffmpeg.
     #[cfg(unix)]
     pub fn track_with_ffmpeg(&self, source: &str, script: &str) -> Command {
         use std::os::unix::fs::PermissionsExt;
@@ -83,7 +83,7 @@ impl Bench {
         fs::read_to_string(self.path(name)).unwrap().lines().map(str::to_string).collect()
     }
 
-    /// Names in the folder that look like forgotten temporary files.
+    /// Temporary files that were left in the folder.
     pub fn leftovers(&self) -> Vec<PathBuf> {
         let entries = fs::read_dir(self.folder.path()).unwrap().map(|entry| entry.unwrap().path());
         entries.filter(|path| path.extension().is_some_and(|e| e == "part")).collect()
@@ -94,7 +94,7 @@ pub fn patchlock() -> Command {
     Command::cargo_bin("patchlock").unwrap()
 }
 
-/// RGB of a textured card that moves one pixel to the right a frame, before a smooth ground.
+/// RGB pixels of a textured card in front of a smooth background; it moves one pixel per frame to the right.
 pub fn film(k: usize, width: usize, height: usize) -> Vec<u8> {
     let mut rgb = Vec::with_capacity(width * height * 3);
     for y in 0..height {
@@ -111,7 +111,7 @@ pub fn film(k: usize, width: usize, height: usize) -> Vec<u8> {
     rgb
 }
 
-/// The film as 4:4:4 Y4M whose three planes are the three colours: all that matters is that they move.
+/// The film as 4:4:4 Y4M. The planes hold RGB instead of YUV; only the motion matters.
 pub fn y4m(count: usize) -> Vec<u8> {
     let mut data = format!("YUV4MPEG2 W{WIDTH} H{HEIGHT} F25:1 C444\n").into_bytes();
     for k in 0..count {
@@ -137,7 +137,7 @@ pub fn grey_jpeg(file: &Path, k: usize) {
     GrayImage::from_raw(WIDTH as u32, HEIGHT as u32, samples).unwrap().save(file).unwrap();
 }
 
-/// The numbers of a column.
+/// The values of a column.
 pub fn column(lines: &[String], name: &str) -> Vec<f64> {
     let place = lines[0].split(',').position(|column| column == name).unwrap();
     lines[1..].iter().map(|line| line.split(',').nth(place).unwrap().parse().unwrap()).collect()

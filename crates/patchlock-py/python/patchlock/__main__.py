@@ -1,4 +1,4 @@
-"""The command `patchlock`, the same code as the binary: `patchlock ...` or `python -m patchlock ...`."""
+"""The command `patchlock`, also `python -m patchlock`; it runs the same code as the Rust binary."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from patchlock import _patchlock
 
 
 def main() -> None:
-    """Runs the command with the arguments of this process, and ends it."""
-    # Python's own handler would only take a note: it can't interrupt a verb at work. Those that end in order set their own.
+    """Runs the command with the arguments of this process, then exits."""
+    # Python's own handler only sets a flag, which Rust code never checks. Subcommands that shut down cleanly
+    # install their own handler.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     sys.exit(_patchlock.run(["patchlock", *sys.argv[1:]]))
 

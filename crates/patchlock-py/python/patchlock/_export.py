@@ -1,4 +1,4 @@
-"""Tracks for other tools: the command `patchlock export`, from Python."""
+"""Exports tracks to the formats of other tools: the command `patchlock export`, from Python."""
 
 from __future__ import annotations
 
@@ -21,32 +21,39 @@ def export(
     name: str | None = None,
     overwrite: bool = False,
 ) -> int:
-    """Writes a track in the format of another tool. The files are complete or not there at all.
+    """Writes a track in the format of another tool.
 
-    | format | what is made | read by, for example |
+    Files are written completely or not at all.
+
+    | format | output | read by, for example |
     |---|---|---|
-    | `"mot"` | a text file: frame, id, left, top, width, height, confidence, all counted from 1 | motmetrics, TrackEval |
-    | `"coco"` | a JSON file: COCO with videos and tracks, the turned outline as segmentation | pycocotools |
+    | `"mot"` | a text file: frame, id, left, top, width, height, confidence | motmetrics, TrackEval |
+    | `"coco"` | a JSON file: COCO with videos, tracks and rotated outlines | pycocotools |
     | `"cvat"` | an XML file: CVAT for video 1.1, to correct a track by hand | CVAT |
-    | `"yolo"` | a folder: `data.yaml`, `labels/train`; targets lose their ids | detectors |
-    | `"lasot"`, `"got10k"` | a folder for each target, as in these benchmarks | their toolkits |
+    | `"yolo"` | a folder: `data.yaml`, `labels/train`; target ids are lost | detectors |
+    | `"lasot"`, `"got10k"` | one folder per target, as in these benchmarks | their toolkits |
+
+    Frames and positions in `"mot"` count from 1. The outlines in `"coco"` are the segmentation.
 
     Args:
-        track: Estimates of one target, as `track` and `Tracker` give them; or of many, a dictionary a frame, as `MultiTracker.update`
-            gives them; or the name of a table that the command `patchlock track` has saved. `Estimate.frame` is the frame's number.
+        track: Estimates of one target, as `track` and `Tracker` return them; or of many targets, one
+            dictionary per frame, as `MultiTracker.update` returns them; or the name of a table saved by the
+            command `patchlock track`. `Estimate.frame` is the frame number.
         format: The name of the format.
-        out: The file or the folder to make; a folder must not be there yet, or be empty.
-        size: Width and height of the frames in pixels; coco, cvat, yolo and got10k ask for them, unless `images` tells.
-        images: The folder of the frames, all of them: yolo, lasot and got10k get copies of those in the track, coco their names.
-        label: What the targets are.
-        name: Name of the video; `None` for that of the table, or of `out`.
-        overwrite: Replace a file that exists. A folder with files in it is never replaced.
+        out: The file or folder to create. A folder must be empty or not exist yet.
+        size: Width and height of the frames in pixels. Required for coco, cvat, yolo and got10k, unless
+            `images` is given.
+        images: The folder of all frames that were tracked. yolo, lasot and got10k copy those in the track;
+            coco refers to them by name.
+        label: The class of the targets.
+        name: Name of the video; `None` for the name of the table or of `out`.
+        overwrite: Replace an existing file. A folder that is not empty is never replaced.
 
     Returns:
-        The number of files that were written.
+        The number of files written.
 
     Raises:
-        ValueError: Something is missing or does not fit together, or `out` is in use.
+        ValueError: An argument is missing or inconsistent with others, or `out` exists.
         OSError: A file can't be read or written.
     """
     if isinstance(track, (str, os.PathLike)):

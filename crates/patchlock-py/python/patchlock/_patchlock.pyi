@@ -39,23 +39,27 @@ PRESETS: Final[list[str]]
 class Tracker:
     """Follows one target through the frames of a video.
 
-    Frames are grey or colour arrays of uint8, uint16 or float32 with the shape (height, width) or (height, width, 3), or PIL images. They
-    are read where they are: crops, frames with gaps between rows and reversed colours are not copied, other strides are. Nobody may write to
-    an array while a call works on it.
+    Frames are grey or colour arrays of uint8, uint16 or float32 with the shape (height, width) or
+    (height, width, 3), or PIL images. Crops, frames with padding between rows and frames with reversed
+    channels are read in place; arrays with other strides are copied. An array must not be modified while a
+    call is using it.
 
-    The interpreter's lock is released during each call, so trackers run side by side on threads. One tracker does one thing at a time: a
-    second thread waits. A tracker can be pickled and copied between two frames, and goes on to the same boxes.
+    Each call releases the GIL, so trackers can run in parallel on several Python threads. One tracker
+    processes one call at a time; a second thread waits. A tracker can be pickled or copied between two
+    frames; the copy gives the same boxes.
 
     Args:
-        preset: The settings to begin with; `PRESETS` has the names.
-        threads: Threads for this tracker, 1 to 1024; `None` for one for each core, shared by all such trackers of the process. The boxes
-            are the same for any number.
-        channels: The order of colours in arrays: `"bgr"` for what OpenCV reads. A PIL image knows its own.
-        **overrides: Settings that differ from the preset, such as `seed=3`; `parameters()` lists all (`lambda` is written `lambda_`).
+        preset: The preset to start from; `PRESETS` lists the names.
+        threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool that all
+            such trackers of the process share. The number does not change the boxes.
+        channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV. PIL images carry their
+            own order.
+        **overrides: Settings that differ from the preset, such as `seed=3`. `parameters()` lists all
+            settings; `lambda` is written `lambda_`.
 
     Raises:
-        TypeError: There is no such setting, or it is of another kind.
-        ValueError: A setting is outside its range.
+        TypeError: There is no such setting, or its value has the wrong type.
+        ValueError: A setting is out of range.
     """
 
     def __new__(
@@ -67,49 +71,60 @@ class Tracker:
         **overrides: Unpack[Settings],
     ) -> Self: ...
     def init(self, frame: FrameLike, box: BoxLike) -> Estimate:
-        """Begins on the target in this box of this frame; a target so far is forgotten.
+        """Starts tracking the target in this box of this frame.
+
+        If the tracker already has a target, it is forgotten.
 
         Args:
-            frame: The frame.
-            box: Left, top, width, height in pixels, counted from 0, with fractions. It may be partly outside; sides are at least 1.
+            frame: The first frame.
+            box: Left, top, width, height in pixels, counted from 0; may be fractional and partly outside the
+                frame. Width and height must be at least 1.
 
         Raises:
-            TypeError: The frame is neither an array of such a type nor an image, or the box holds no numbers.
-            ValueError: The shape of the frame, or the box, is not as it must be. The tracker is as it was.
+            TypeError: The frame is neither an array of a supported type nor an image, or the box does not
+                hold numbers.
+            ValueError: The shape of the frame or the box is invalid. The tracker is unchanged.
         """
 
     def update(self, frame: FrameLike) -> Estimate:
         """Finds the target in the next frame and learns from it.
 
         Raises:
-            RuntimeError: There was no `init` yet.
-            TypeError: The frame is neither an array of such a type nor an image.
-            ValueError: The frame has another size than the first one, or a wrong shape. The tracker is as it was.
+            RuntimeError: `init` has not been called.
+            TypeError: The frame is neither an array of a supported type nor an image.
+            ValueError: The frame has an invalid shape, or its size differs from the first frame's. The
+                tracker is unchanged.
         """
 
     def update_observed(self, frame: FrameLike) -> tuple[Estimate, Observation]:
-        """As `update`, and gives what happened inside: the boxes are the same, but all particles are weighed to the end, which takes longer.
+        """Does the same as `update` and also returns what happened inside the tracker.
+
+        The estimate is the same, but every particle is evaluated completely, which takes longer.
 
         Raises:
-            RuntimeError: There was no `init` yet.
-            TypeError: The frame is neither an array of such a type nor an image.
-            ValueError: The frame has another size than the first one, or a wrong shape. The tracker is as it was.
+            RuntimeError: `init` has not been called.
+            TypeError: The frame is neither an array of a supported type nor an image.
+            ValueError: The frame has an invalid shape, or its size differs from the first frame's. The
+                tracker is unchanged.
         """
 
     @property
     def config(self) -> dict[str, int | float | str | bool]:
-        """All settings by name."""
+        """All settings, by name."""
 
     @property
     def threads(self) -> int | None:
-        """The number of threads; `None` for one for each core, shared by all such trackers."""
+        """Number of threads; `None` means one per core, shared by all such trackers."""
 
     @property
     def channels(self) -> Literal["rgb", "bgr"]:
-        """The order of colours in arrays: "rgb" or "bgr"."""
+        """Channel order of colour arrays: "rgb" or "bgr"."""
 
     def snapshot(self) -> bytes:
-        """Everything that is needed to go on to the same boxes later, also from Rust: a `Snapshot` as JSON text."""
+        """The complete state of the tracker, as JSON text.
+
+        A tracker restored from it gives the same boxes. The Rust library reads it as a `Snapshot`.
+        """
 
     @classmethod
     def restore(
@@ -120,10 +135,16 @@ class Tracker:
         channels: Literal["rgb", "bgr"] = "rgb",
         frame: int = 0,
     ) -> Self:
-        """A tracker that goes on where the snapshot was taken, `frame` frames after `init`.
+        """Restores a tracker from a snapshot.
+
+        Args:
+            snapshot: What `snapshot` returned.
+            threads: As for the constructor.
+            channels: As for the constructor.
+            frame: Number of frames since `init` when the snapshot was taken.
 
         Raises:
-            ValueError: This is no snapshot, or its parts do not fit together.
+            ValueError: This is not a snapshot, or its parts are inconsistent.
         """
 
     def __deepcopy__(self, _memo: dict[int, Any], /) -> Self: ...
@@ -132,21 +153,23 @@ class Tracker:
 class MultiTracker:
     """Follows many targets through the frames of a video.
 
-    Each gets the boxes that a `Tracker` of its own would give.
+    Each target gets the boxes that a `Tracker` of its own would give. Targets can be added and removed at any
+    frame. Each frame is converted once for all targets, and all threads work on all targets. To add targets
+    on a frame where others are already tracked, call `update` first and then `add`.
 
-    Targets come and go at any frame. A frame is converted once for all of them, and all threads work on all targets. On a frame where targets go on and
-    others begin, call `update` first and `add` after it. Frames, threads, pickling and copying are as with `Tracker`; all targets have the same settings.
+    Frames, threads, pickling and copying work as for `Tracker`. All targets share the same settings.
 
     Args:
-        preset: The settings to begin with; `PRESETS` has the names.
-        threads: Threads for this tracker, 1 to 1024; `None` for one for each core, shared by all such trackers of the process. The boxes
-            are the same for any number.
-        channels: The order of colours in arrays: `"bgr"` for what OpenCV reads. A PIL image knows its own.
-        **overrides: Settings that differ from the preset; `parameters()` lists all.
+        preset: The preset to start from; `PRESETS` lists the names.
+        threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool that all
+            such trackers of the process share. The number does not change the boxes.
+        channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV. PIL images carry their
+            own order.
+        **overrides: Settings that differ from the preset; `parameters()` lists all of them.
 
     Raises:
-        TypeError: There is no such setting, or it is of another kind.
-        ValueError: A setting is outside its range.
+        TypeError: There is no such setting, or its value has the wrong type.
+        ValueError: A setting is out of range.
     """
 
     def __new__(
@@ -158,41 +181,44 @@ class MultiTracker:
         **overrides: Unpack[Settings],
     ) -> Self: ...
     def add(self, frame: FrameLike, box: BoxLike) -> tuple[int, Estimate]:
-        """Begins on the target in this box of this frame; gives its id and the first estimate.
+        """Adds the target in this box of this frame; returns its id and first estimate.
 
-        Ids count from 1, and none is given twice.
+        Ids count from 1 and are never reused.
 
         Raises:
-            TypeError: The frame is neither an array of such a type nor an image, or the box holds no numbers.
-            ValueError: The frame has another size than those so far, or the box is not as it must be. Nothing has changed.
+            TypeError: The frame is neither an array of a supported type nor an image, or the box does not
+                hold numbers.
+            ValueError: The box is invalid, or the frame's size differs from earlier frames'. The tracker is
+                unchanged.
         """
 
     def reinit(self, id: int, frame: FrameLike, box: BoxLike) -> Estimate:
-        """Begins anew with a target that there is, on a box of this frame.
+        """Restarts an existing target on a box of this frame.
 
-        That corrects its track by hand, or after a loss.
+        Use it to correct a track by hand, or after the target was lost.
 
         Raises:
             KeyError: There is no target with this id.
-            TypeError: As with `add`.
-            ValueError: As with `add`.
+            TypeError: As for `add`.
+            ValueError: As for `add`.
         """
 
     def remove(self, id: int) -> None:
-        """Forgets a target.
+        """Removes a target.
 
         Raises:
             KeyError: There is no target with this id.
         """
 
     def update(self, frame: FrameLike) -> dict[int, Estimate]:
-        """Finds all targets in the next frame and learns from it: an estimate for each id.
+        """Finds all targets in the next frame and learns from it; returns an estimate for each id.
 
-        `Estimate.ms` is the time that all of them took.
+        `Estimate.ms` is the time for all targets together.
 
         Raises:
-            TypeError: The frame is neither an array of such a type nor an image.
-            ValueError: The frame has another size than those so far, or a wrong shape. All targets are as they were.
+            TypeError: The frame is neither an array of a supported type nor an image.
+            ValueError: The frame has an invalid shape, or its size differs from earlier frames'. All targets
+                are unchanged.
         """
 
     @property
@@ -202,18 +228,21 @@ class MultiTracker:
     def __len__(self) -> int: ...
     @property
     def config(self) -> dict[str, int | float | str | bool]:
-        """All settings by name."""
+        """All settings, by name."""
 
     @property
     def threads(self) -> int | None:
-        """The number of threads; `None` for one for each core, shared by all such trackers."""
+        """Number of threads; `None` means one per core, shared by all such trackers."""
 
     @property
     def channels(self) -> Literal["rgb", "bgr"]:
-        """The order of colours in arrays: "rgb" or "bgr"."""
+        """Channel order of colour arrays: "rgb" or "bgr"."""
 
     def snapshot(self) -> bytes:
-        """Everything that is needed to go on to the same boxes later, also from Rust: a `MultiSnapshot` as JSON text."""
+        """The complete state of the tracker, as JSON text.
+
+        A tracker restored from it gives the same boxes. The Rust library reads it as a `MultiSnapshot`.
+        """
 
     @classmethod
     def restore(
@@ -224,30 +253,56 @@ class MultiTracker:
         channels: Literal["rgb", "bgr"] = "rgb",
         frame: int = 0,
     ) -> Self:
-        """A tracker that goes on where the snapshot was taken, after so many frames.
+        """Restores a tracker from a snapshot.
+
+        Args:
+            snapshot: What `snapshot` returned.
+            threads: As for the constructor.
+            channels: As for the constructor.
+            frame: Number of calls of `update` before the snapshot was taken.
 
         Raises:
-            ValueError: This is no snapshot, or its parts do not fit together.
+            ValueError: This is not a snapshot, or its parts are inconsistent.
         """
 
     def __deepcopy__(self, _memo: dict[int, Any], /) -> Self: ...
 
 @final
 class Estimate:
-    """Where the target is in one frame, how much of it is seen, and how sure that is."""
+    """Where the target is in one frame, how certain that is, and how much of it is visible.
+
+    Two estimates are equal if all fields except `ms` are equal. Pickling keeps every field.
+
+    Args:
+        box: Left, top, width, height in pixels, counted from 0.
+        corners: Corners of the rotated outline, shape (4, 2).
+        score: How certain the tracker is, 0 to 1.
+        status: `"tracked"`, `"uncertain"` or `"lost"`.
+        occlusion: Maps of the hidden patches, large and small; `None` if the method does not know.
+        frame: Number of the frame.
+        ms: Milliseconds that the tracker took for the frame.
+
+    Raises:
+        TypeError: An argument has the wrong type.
+        ValueError: The status is unknown, or the number of corners is not 4.
+    """
 
     def __new__(
         cls,
         box: BoxLike,
         corners: Sequence[Sequence[float]] | npt.NDArray[np.float64],
-        likelihood: float,
-        occlusion: tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]],
+        score: float,
+        status: Literal["tracked", "uncertain", "lost"],
+        occlusion: tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]] | None = None,
         frame: int = 0,
         ms: float = 0.0,
     ) -> Self: ...
     @property
     def frame(self) -> int:
-        """Number of the frame: in the source for `track`, else counted from the one given to `init`."""
+        """Number of the frame.
+
+        With `track` it is the number in the source; with a tracker it counts from the frame given to `init`.
+        """
 
     @property
     def ms(self) -> float:
@@ -255,88 +310,106 @@ class Estimate:
 
     @property
     def box(self) -> Box:
-        """The upright box `(x, y, w, h)` in pixels, counted from 0, with fractions."""
+        """The upright box `(x, y, w, h)` in pixels, counted from 0; may be fractional."""
 
     @property
     def corners(self) -> npt.NDArray[np.float64]:
-        """The corners of the turned outline, shape (4, 2) as x, y: top left, top right, bottom right, bottom left."""
+        """Corners of the rotated outline as x, y in pixels, shape (4, 2).
+
+        The order is top left, top right, bottom right, bottom left of the unrotated target.
+        """
 
     @property
     def score(self) -> float:
-        """How much of the target is seen, 0 to 1: the mean of the visible shares at both scales."""
+        """How certain the tracker is, 0 to 1.
 
-    @property
-    def likelihood(self) -> float:
-        """The likelihood of the paper's Eq. 24; larger is better, with no fixed scale."""
-
-    @property
-    def visibility(self) -> Visibility:
-        """Shares of visible patches, `(large, small)`, each 0 to 1."""
-
-    @property
-    def occlusion(self) -> Occlusion:
-        """Which patches are hidden, `(large, small)`: boolean arrays of patches, row by row as the target is turned.
-
-        They have 3 x 3 and 13 x 13 patches with the preset `paper`.
+        With the method `patchwise` it is the visible share of the target: the mean over both scales.
         """
 
-    def to_dict(self) -> dict[str, float]:
-        """The columns of a table as `patchlock track` saves it: frame, x, y, w, h, score, visible_large, visible_small, x1 to y4, ms."""
+    @property
+    def status(self) -> Literal["tracked", "uncertain", "lost"]:
+        """Whether the target is followed: "tracked", "uncertain" or "lost"."""
+
+    @property
+    def visibility(self) -> Visibility | None:
+        """Shares of visible patches, `(large, small)`, each 0 to 1; `None` if the method does not know."""
+
+    @property
+    def occlusion(self) -> Occlusion | None:
+        """Hidden patches, `(large, small)`, as boolean arrays; `None` if the method does not know.
+
+        Patches are in row order of the unrotated target: 3 x 3 and 13 x 13 with the preset `paper`.
+        """
+
+    def to_dict(self) -> dict[str, float | None]:
+        """One row of the table that `patchlock track` saves, by column name.
+
+        The columns are frame, x, y, w, h, score, visible_large, visible_small, x1, y1 to x4, y4, and ms. The
+        visible shares are `None` if the method does not know them.
+        """
 
     def numbered(self, frame: int) -> Estimate:
-        """The same estimate of the frame with this number."""
+        """A copy of the estimate with another frame number."""
 
     def __eq__(self, other: object, /) -> bool: ...
 
 @final
 class Observation:
-    """What `Tracker.update_observed` gives beside the estimate."""
+    """What happened inside the tracker during one frame; `Tracker.update_observed` returns it."""
 
     @property
     def particles(self) -> npt.NDArray[np.float64]:
-        """The particles, shape (particles, 6): x and y of the centre in pixels, scale, rotation, aspect, skew."""
+        """The particles, shape (particles, 6).
+
+        The columns are x and y of the centre in pixels, scale, rotation, aspect and skew.
+        """
 
     @property
     def likelihoods(self) -> npt.NDArray[np.float64]:
-        """The likelihood of each particle; minus infinity where a candidate was refused."""
+        """The likelihood of each particle (Eq. 24); larger is better, with no fixed scale."""
 
     @property
     def best(self) -> int:
-        """The index of the estimate among the particles."""
+        """Index of the particle that became the estimate."""
 
     @property
     def candidate(self) -> npt.NDArray[np.float32]:
-        """The estimate's candidate, shape (side, side): warped to the template's size, of unit norm."""
+        """The estimate's candidate, shape (side, side): warped to the template size, with unit norm."""
 
     @property
     def templates(self) -> npt.NDArray[np.float32]:
-        """All templates after this frame, shape (templates, side, side), the newest last."""
+        """All templates after this frame, shape (templates, side, side), newest last."""
 
     @property
     def replaced(self) -> int | None:
-        """The index that the template had which this frame replaced; `None` where none was."""
+        """Former index of the template that this frame replaced; `None` if none was replaced."""
 
     @property
     def mask(self) -> npt.NDArray[np.float64] | None:
-        """The occlusion mask that the new template was made with, shape (side, side), 1 where visible; `None` where there was none."""
+        """Occlusion mask of the new template, shape (side, side); `None` if no template was replaced.
+
+        1 is visible, 0 is hidden.
+        """
 
 @final
 class Frames:
-    """The frames of a source with their numbers, decoded ahead on a thread.
+    """Iterates over the frames of a source with their numbers, decoding ahead on a thread.
 
-    It yields pairs of number and array, of shape (height, width) or (height, width, 3) in RGB, in the depth of the source.
+    It yields pairs of a frame number and an array of shape (height, width) or (height, width, 3) in RGB
+    order, uint8 or uint16 as in the source.
 
     Args:
-        source: What the command takes: a folder of images, a pattern such as `"img/%04d.jpg"`, a glob, an MP4 (H.264) or Y4M file, any
-            other video if there is a program `ffmpeg`, or `"-"` for Y4M on standard input.
+        source: Any source that the command accepts: a folder of images, a pattern such as
+            `"img/%04d.jpg"`, a glob, an MP4 (H.264) or Y4M file, any other video if `ffmpeg` is installed, or
+            `"-"` for Y4M on standard input.
         start: Number of the first frame of the range.
-        end: Number of the first frame after the range; `None` for all frames.
-        stride: Take every so many frames.
-        reverse: From the last frame of the range to the first.
+        end: Number of the first frame after the range; `None` for the end of the source.
+        stride: Take every `stride`-th frame.
+        reverse: Go from the last frame of the range to the first.
 
     Raises:
-        ValueError: The range holds no frame.
-        OSError: The source can't be read; `FileNotFoundError` where nothing is.
+        ValueError: The range contains no frame.
+        OSError: The source can't be read; `FileNotFoundError` if it does not exist.
     """
 
     def __new__(
@@ -350,38 +423,41 @@ class Frames:
     ) -> Self: ...
     @property
     def count(self) -> int | None:
-        """How many frames will come, where that is known before the end."""
+        """Number of frames in the range; `None` if it is not known in advance."""
 
     @property
     def rate(self) -> float | None:
-        """Frames a second, where the source says so."""
+        """Frames per second of the source; `None` if the source does not say."""
 
     def __iter__(self) -> Self: ...
     def __next__(self) -> tuple[int, npt.NDArray[np.uint8] | npt.NDArray[np.uint16]]: ...
 
 @final
 class Scene:
-    """A short rendered film with a known truth.
+    """A short rendered video whose true boxes are known.
 
-    It needs no file and belongs to nobody else: `scene[k]` is frame k, an RGB array, and `track` takes the scene as it is.
+    It needs no file: `scene[k]` is frame k as an RGB array, and `track` accepts the scene as a source.
 
     Args:
-        name: `"demo"` (150 frames with turns, a tree in the way and changes of light), `"simple"` (40 frames of an easy move) or
-            `"occluded"` (60 frames with a tree in the way).
+        name: `"demo"` (150 frames with rotation, occlusion by a tree and changes of light), `"simple"`
+            (40 frames of slow motion) or `"occluded"` (60 frames with occlusion by a tree).
+
+    Raises:
+        ValueError: There is no scene with this name.
     """
 
     def __new__(cls, name: Literal["demo", "simple", "occluded"] = "demo") -> Self: ...
     def __len__(self) -> int: ...
     def __getitem__(self, index: int, /) -> npt.NDArray[np.uint8]: ...
     def truth(self, index: int) -> Box:
-        """The target's true box in a frame: what the tracker should find."""
+        """The target's true box in a frame."""
 
     def hidden(self, index: int) -> float:
-        """The share of the target that is truly hidden in a frame, 0 to 1."""
+        """Share of the target that is hidden in a frame, 0 to 1."""
 
 @final
 class Store:
-    """The folder of one tracker, with runs as `patchlock bench` writes them."""
+    """The results folder of one tracker, with runs in the format of `patchlock bench`."""
 
     def __new__(
         cls,
@@ -395,11 +471,11 @@ class Store:
     ) -> Self: ...
     @property
     def folder(self) -> Path:
-        """The folder."""
+        """Path of the folder."""
 
     @property
     def first_seed(self) -> int:
-        """The seed of clips that have none of their own."""
+        """The seed for clips that specify none."""
 
     def clip(
         self,
@@ -415,16 +491,19 @@ class Store:
         threads: int,
         side_by_side: int,
     ) -> str:
-        """The run on a clip. `source` is what its manifest says, `path` where it is found from any working directory."""
+        """Describes the run on a clip as a JSON message.
+
+        `source` is recorded in the manifest; `path` locates the clip from any working directory.
+        """
 
     def holds(self, job: str) -> bool:
-        """Whether the run is there, complete."""
+        """Whether the complete run is already stored."""
 
     def keep(self, job: str, boxes: str, manifest: str) -> None:
-        """Puts the two files of a run in their place."""
+        """Stores the two files of a run."""
 
 def track_job(job: str) -> tuple[str, str]:
-    """Makes a run; gives its text of boxes and its manifest."""
+    """Performs a run; returns its boxes as text and its manifest."""
 
 def bench_jobs(
     dataset: str | os.PathLike[str],
@@ -442,19 +521,28 @@ def bench_jobs(
     threads: int,
     side_by_side: int,
 ) -> tuple[Store, list[tuple[str, str, str]], int, list[tuple[str, str, str]]]:
-    """What a benchmark with these options would run: the store, the jobs, how many are there already, and what can't be run."""
+    """Plans a benchmark.
+
+    Returns the store, the jobs to run, the number of runs that are already stored, and the failures: targets
+    that can't be run.
+    """
 
 def read_truth(path: str | os.PathLike[str]) -> list[tuple[float, float, float, float] | None]:
-    """The boxes of a truth file that counts from 1, counted from 0; `None` for a frame without one."""
+    """Reads the boxes of a truth file; `None` for a frame without a box.
+
+    The file counts pixels from 1; the boxes returned count from 0.
+    """
 
 def parameters() -> list[tuple[str, int | float | str | bool, str, str, str]]:
-    """The rows of the table of settings."""
+    """The rows of the table of settings: name, default, allowed values, source, purpose."""
 
 def run(args: list[str]) -> int:
-    """Runs the command with these arguments, the program's name first; gives the exit code."""
+    """Runs the command with these arguments, program name first; returns the exit code."""
 
 def _export(
-    track: str | os.PathLike[str] | list[tuple[int, int, tuple[float, float, float, float], float, list[list[float]]]],
+    track: str
+    | os.PathLike[str]
+    | list[tuple[int, int, tuple[float, float, float, float], float, list[list[float]]]],
     format: str,
     out: str | os.PathLike[str],
     size: tuple[int, int] | None,
@@ -463,10 +551,10 @@ def _export(
     name: str,
     overwrite: bool,
 ) -> int:
-    """Writes a track in a format; gives the number of files."""
+    """Writes a track in another format; returns the number of files written."""
 
 def _restore_many(snapshot: bytes, threads: int | None, channels: str, frame: int) -> MultiTracker:
-    """What a pickle calls."""
+    """Called by pickle."""
 
 def _restore(snapshot: bytes, threads: int | None, channels: str, frame: int) -> Tracker:
-    """What a pickle calls."""
+    """Called by pickle."""

@@ -9,8 +9,9 @@ from patchlock._types import Parameter
 
 
 class Settings(TypedDict, total=False):
-    """Keywords of `Tracker` and `track` that change a preset; `parameters()` says what each does and may be."""
+    """Keywords of `Tracker` and `track` that override a preset; `parameters()` describes each."""
 
+    method: Literal["patchwise"]
     seed: int
     particles: int
     sigma_x: float
@@ -19,8 +20,7 @@ class Settings(TypedDict, total=False):
     sigma_rotation: float
     sigma_aspect: float
     sigma_skew: float
-    scale_motion: Literal["absolute", "relative"]
-    outside: Literal["zero", "reject"]
+
     template_side: int
     large_patch: int
     large_step: int
@@ -28,12 +28,8 @@ class Settings(TypedDict, total=False):
     small_step: int
     subtract_mean: bool
     atoms: int
-    selection: Literal["order_recursive", "textbook"]
-    min_residual: float
-    stop_energy: float
     buffer: int
-    coefficients: Literal["absolute", "positive"]
-    divide: bool
+    min_residual: float
     epsilon: float
     beta: float
     position_weights: bool
@@ -41,8 +37,7 @@ class Settings(TypedDict, total=False):
     gamma: Literal["exp_visible", "one", "visible", "exp_error"]
     scales: Literal["both", "large", "small"]
     templates: int
-    first_templates: Literal["shifts", "warm_up", "nearest"]
-    warm_up_frames: int
+
     update_interval: int
     small_update_interval: int
     delta: float
@@ -58,5 +53,5 @@ class Settings(TypedDict, total=False):
 
 
 def parameters() -> list[Parameter]:
-    """The table of all settings, in the order of the paper's steps."""
+    """The table of all settings, one row per setting, in the order of the paper's sections."""
     return [Parameter(*row) for row in _patchlock.parameters()]

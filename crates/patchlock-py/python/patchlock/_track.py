@@ -1,4 +1,4 @@
-"""A whole video at once: `track`, and its estimates as a table."""
+"""`track`, which tracks through a whole video, and its estimates as a table."""
 
 from __future__ import annotations
 
@@ -33,34 +33,37 @@ def track(
     progress: bool | None = None,
     **overrides: Unpack[Settings],
 ) -> Iterator[Estimate]:
-    """Tracks the target in a box through a video, and yields an estimate a frame.
+    """Tracks a target through a video and yields one estimate per frame.
 
-    The boxes are those of the command `patchlock track`, bit for bit.
+    The boxes are identical, bit for bit, to those of the command `patchlock track`.
 
     Args:
-        source: What the command takes (a folder of images, a pattern such as `"img/%04d.jpg"`, a glob, an MP4 or Y4M file, `"-"` for
-            Y4M on standard input), or anything that gives frames one by one: a list, a generator, an array whose first axis is time.
+        source: Anything that the command accepts (a folder of images, a pattern such as `"img/%04d.jpg"`, a
+            glob, an MP4 or Y4M file, `"-"` for Y4M on standard input), or any iterable of frames: a list, a
+            generator, an array whose first axis is time.
         box: The target in the first tracked frame: x, y, w, h in pixels, counted from 0.
-        preset: The settings to begin with.
+        preset: The preset to start from.
         start: Number of the first frame of the range.
-        end: Number of the first frame after the range; `None` for all frames.
-        stride: Take every so many frames.
-        reverse: From the last frame of the range to the first; the box is then in the last. Needs a named source or a sequence.
-        threads: Threads to use; `None` for one for each core. The boxes are the same for any number.
-        channels: The order of colours in arrays: `"bgr"` for what OpenCV reads.
-        progress: A bar of `tqdm`; `None` shows it on a terminal only.
-        **overrides: Settings that differ from the preset, such as `seed=3`; `parameters()` lists all.
+        end: Number of the first frame after the range; `None` for the end of the source.
+        stride: Take every `stride`-th frame.
+        reverse: Go from the last frame of the range to the first; the box is then in the last frame. Needs
+            the name of a source, or a sequence.
+        threads: Number of threads; `None` means one per core. The number does not change the boxes.
+        channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV.
+        progress: Whether to show a `tqdm` progress bar; `None` shows it only on a terminal.
+        **overrides: Settings that differ from the preset, such as `seed=3`; `parameters()` lists all of them.
 
     Yields:
-        The estimates, first that of the frame with the box. `Estimate.frame` is the frame's number in the source.
+        The estimates, starting with the frame of the box. `Estimate.frame` is the frame's number in the
+        source.
 
     Raises:
-        ValueError: A setting, the box or a frame is not as it must be.
+        ValueError: A setting, the range, the box or a frame is invalid.
         TypeError: There is no such setting, or a frame is neither an array nor an image.
         OSError: The source can't be read.
     """
     if isinstance(source, (str, os.PathLike)):
-        # What is decoded here is RGB.
+        # Frames are decoded to RGB.
         tracker = Tracker(preset, threads=threads, **overrides)
         files = Frames(source, start=start, end=end, stride=stride, reverse=reverse)
         return _follow(tracker, files, files.count, box, progress)
@@ -70,31 +73,33 @@ def track(
 
 
 def _range(start: int, end: int | None, stride: int) -> slice:
-    """The range as a slice, where it makes sense."""
+    """Checks the range and returns it as a slice."""
     if start < 0:
         raise ValueError(f"start is {start}; frames count from 0")
     if stride < 1:
         raise ValueError(f"stride is {stride}; it must be at least 1")
     if end is not None and end <= start:
-        raise ValueError(f"end is {end}, which is not after start {start}: no frame is left to track")
+        raise ValueError(f"end={end} is not after start={start}: the range contains no frame")
     return slice(start, end, stride)
 
 
 def _numbered(
     frames: Iterable[FrameLike], chosen: slice, reverse: bool
 ) -> tuple[Iterable[tuple[int, FrameLike]], int | None]:
-    """The chosen frames with their numbers, and how many there are, where that is known."""
+    """The chosen frames with their numbers, and their count if it is known."""
     try:
         length: int | None = len(cast("Sequence[FrameLike]", frames))
     except TypeError:
         length = None
     if length is None:
         if reverse:
-            raise TypeError("reverse needs frames that can be asked for by number: a list, an array, or the name of a source")
+            raise TypeError(
+                "reverse needs frames that can be indexed: a list, an array, or the name of a source"
+            )
         return islice(enumerate(frames), chosen.start, chosen.stop, chosen.step), None
     indices = range(length)[chosen]
     if length <= chosen.start and length > 0:
-        raise ValueError(f"start is {chosen.start}, but there are {length} frames")
+        raise ValueError(f"start={chosen.start} is beyond the end: there are {length} frames")
     sequence = cast("Sequence[FrameLike]", frames)
     return ((i, sequence[i]) for i in (reversed(indices) if reverse else indices)), len(indices)
 
@@ -107,22 +112,25 @@ def _follow(
     progress: bool | None,
 ) -> Iterator[Estimate]:
     hidden = None if progress is None else not progress
-    begun = False
+    started = False
     with tqdm(total=count, unit="frame", disable=hidden) as bar:
         for number, frame in frames:
-            estimate = tracker.update(frame) if begun else tracker.init(frame, box)
-            begun = True
+            estimate = tracker.update(frame) if started else tracker.init(frame, box)
+            started = True
             bar.set_postfix(score=f"{estimate.score:.2f}", refresh=False)
             bar.update()
             yield estimate.numbered(number)
-    if not begun:
+    if not started:
         raise ValueError("the source has no frames in this range")
 
 
 def to_dataframe(estimates: Iterable[Estimate]) -> pd.DataFrame:
-    """Estimates as a table of pandas, with the columns that `patchlock track --save` writes, indexed by frame.
+    """Converts estimates to a pandas table, indexed by frame.
 
-    Needs pandas: `pip install "patchlock[pandas]"`.
+    The columns are those of `patchlock track --save`. Needs pandas: `pip install "patchlock[pandas]"`.
+
+    Raises:
+        ImportError: pandas is not installed.
     """
     try:
         import pandas as pd

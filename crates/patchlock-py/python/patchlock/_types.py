@@ -1,4 +1,4 @@
-"""Small values that the tracker gives and takes."""
+"""Small types that the tracker accepts and returns."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy.typing as npt
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-# Pillow may not be there when this runs, and a name alone does not take `|`.
+# Pillow is optional, so its type is a string here, and a string does not support `|`.
 FrameLike: TypeAlias = Union[npt.NDArray[np.uint8], npt.NDArray[np.uint16], npt.NDArray[np.float32], "Image"]
 """A frame: an array of shape (height, width) or (height, width, 3), or a PIL image."""
 
@@ -20,12 +20,12 @@ BoxLike: TypeAlias = Sequence[float] | npt.NDArray[np.floating[Any] | np.integer
 
 
 class Box(NamedTuple):
-    """An upright box in pixels, counted from 0, with fractions; pixel centres lie at whole numbers."""
+    """An upright box in pixels, counted from 0; may be fractional. Pixel centres are at whole numbers."""
 
     x: float
-    """Column of its first pixel."""
+    """Column of the first pixel."""
     y: float
-    """Row of its first pixel."""
+    """Row of the first pixel."""
     w: float
     """Width in pixels."""
     h: float
@@ -33,33 +33,33 @@ class Box(NamedTuple):
 
 
 class Visibility(NamedTuple):
-    """Shares of the target's patches that are visible, each from 0 to 1."""
+    """Shares of the target's patches that are visible, each 0 to 1."""
 
     large: float
-    """Of the large patches."""
+    """Share of the large patches."""
     small: float
-    """Of the small patches."""
+    """Share of the small patches."""
 
 
 class Occlusion(NamedTuple):
-    """Which of the target's patches are hidden, row by row in the target's own frame of reference."""
+    """Which of the target's patches are hidden, in row order of the unrotated target."""
 
     large: npt.NDArray[np.bool_]
-    """Of the large patches; 3 x 3 with the preset `paper`."""
+    """The large patches; 3 x 3 with the preset `paper`."""
     small: npt.NDArray[np.bool_]
-    """Of the small patches; 13 x 13 with the preset `paper`."""
+    """The small patches; 13 x 13 with the preset `paper`."""
 
 
 class Parameter(NamedTuple):
     """One row of the table of settings."""
 
     name: str
-    """Its name, as a keyword of `Tracker` and in a configuration file."""
+    """Name of the setting, as a keyword of `Tracker` and in a configuration file."""
     default: float | str | bool
-    """Its value in the preset `paper`."""
+    """Value in the preset `paper`."""
     allowed: str
-    """The values that it may take."""
-    section: str
-    """Where the paper has it."""
+    """Allowed values: a range or a list."""
+    source: str
+    """Where the value comes from: a section of the paper, other work, or our own choice."""
     purpose: str
-    """What it does."""
+    """What the setting does."""

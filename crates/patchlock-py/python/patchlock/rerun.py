@@ -1,4 +1,4 @@
-"""A look into the tracker with the rerun viewer: `pip install "patchlock[rerun]"`.
+"""Shows the inside of the tracker in the rerun viewer: `pip install "patchlock[rerun]"`.
 
 ```python
 import patchlock
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 __all__ = ["log"]
 
-_SEEN = np.array([46, 211, 183], np.uint8)
+_VISIBLE = np.array([46, 211, 183], np.uint8)
 _HIDDEN = np.array([255, 127, 40], np.uint8)
 _BOX = (255, 255, 255)
 
@@ -46,39 +46,42 @@ def log(
     channels: Literal["rgb", "bgr"] = "rgb",
     recording: rr.RecordingStream | None = None,
 ) -> None:
-    """Logs one tracked frame, at the frame's number on the timeline.
+    """Logs one tracked frame, at its frame number on the timeline.
 
-    | entity | what it shows |
+    | entity | content |
     |---|---|
-    | `<entity>/frame` | the frame, where it is given |
-    | `<entity>/frame/box`, `/outline` | the upright box, the turned outline |
-    | `<entity>/frame/particles` | the centres of the particles, the more likely the brighter |
+    | `<entity>/frame` | the frame, if given |
+    | `<entity>/frame/box`, `/outline` | the upright box, the rotated outline |
+    | `<entity>/frame/particles` | centres of the particles; brighter is more likely |
     | `<entity>/score`, `/visible/large`, `/visible/small` | the score and the visible shares over time |
-    | `<entity>/occlusion/large`, `/small` | the patches: green where visible, orange where hidden |
-    | `<entity>/candidate`, `/templates`, `/mask` | the tracked candidate, all templates side by side, the mask of the last replacement |
+    | `<entity>/occlusion/large`, `/small` | the patches: green is visible, orange is hidden |
+    | `<entity>/candidate` | the candidate that became the estimate |
+    | `<entity>/templates`, `/mask` | all templates side by side, the mask of the last replacement |
 
-    With several targets, the ids stand behind the names of all entities but the frame, as in `patchlock/score/2`. Without any, nothing is logged.
+    If the method does not know which patches are visible, the entities of visibility and occlusion are left
+    out. With several targets, the id is appended to every entity except the frame, as in
+    `patchlock/score/2`. Without targets, nothing is logged.
 
     Args:
-        estimate: What the tracker said of the frame, or one for each id, as `MultiTracker.update` gives them.
-        frame: The frame as it was given to the tracker.
-        observation: What `Tracker.update_observed` gives beside the estimate; of one target only.
-        entity: Where in the recording it goes.
-        timeline: The timeline on which the frame's number counts.
-        channels: The order of colours in arrays: `"bgr"` for what OpenCV reads.
-        recording: The recording; `None` for the one that is active.
+        estimate: The estimate for the frame, or one for each id, as `MultiTracker.update` returns them.
+        frame: The frame that was passed to the tracker.
+        observation: The observation returned by `Tracker.update_observed`; only for a single target.
+        entity: Path in the recording under which everything is logged.
+        timeline: Name of the timeline of frame numbers.
+        channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV.
+        recording: The recording; `None` for the active one.
 
     Raises:
-        ImportError: The rerun SDK is not there.
-        TypeError: An observation came with several targets.
-        ValueError: The estimates are of different frames.
+        ImportError: The rerun SDK is not installed.
+        TypeError: An observation was given with several targets.
+        ValueError: The estimates belong to different frames.
     """
     if isinstance(estimate, Mapping) and observation is not None:
         raise TypeError("an observation belongs to one target; log it with that target's estimate")
     targets = {f"/{i}": e for i, e in estimate.items()} if isinstance(estimate, Mapping) else {"": estimate}
     numbers = {one.frame for one in targets.values()}
     if len(numbers) > 1:
-        raise ValueError(f"the estimates are of different frames: {sorted(numbers)}")
+        raise ValueError(f"the estimates belong to different frames: {sorted(numbers)}")
     try:
         import rerun as rr
     except ImportError as error:
@@ -95,7 +98,7 @@ def log(
 
 
 def _pixels(frame: FrameLike, channels: str) -> npt.NDArray[np.generic]:
-    # Only arrays can have another order: images know theirs.
+    # Only arrays can be BGR: PIL images carry their own channel order.
     swapped = channels == "bgr" and isinstance(frame, np.ndarray) and frame.ndim == 3
     pixels = np.asarray(frame)
     return pixels[..., ::-1] if swapped else pixels
@@ -107,19 +110,24 @@ def _of_estimate(estimate: Estimate, name: str) -> Iterator[tuple[str, rr.AsComp
     x, y, w, h = estimate.box
     label = f"{name[1:]} {estimate.score:.2f}".strip()
     yield "frame/box", rr.Boxes2D(mins=[[x, y]], sizes=[[w, h]], labels=[label], colors=[_BOX])
-    # Pixel k reaches from k to k + 1 in the viewer, so a point at its middle is at k + 0.5.
+    # In the viewer pixel k spans k to k + 1, so its centre is at k + 0.5.
     outline = estimate.corners[[0, 1, 2, 3, 0]] + 0.5
-    yield "frame/outline", rr.LineStrips2D([outline], colors=[_SEEN if estimate.score >= 0.5 else _HIDDEN])
+    yield "frame/outline", rr.LineStrips2D([outline], colors=[_VISIBLE if estimate.score >= 0.5 else _HIDDEN])
     yield "score", rr.Scalars(estimate.score)
+    if estimate.visibility is None or estimate.occlusion is None:
+        return
     for scale, share, hidden in zip(("large", "small"), estimate.visibility, estimate.occlusion, strict=True):
         yield f"visible/{scale}", rr.Scalars(share)
-        yield f"occlusion/{scale}", rr.Image(np.where(hidden[..., None], _HIDDEN, _SEEN).astype(np.uint8))
+        yield f"occlusion/{scale}", rr.Image(np.where(hidden[..., None], _HIDDEN, _VISIBLE).astype(np.uint8))
 
 
 def _of_observation(seen: Observation) -> Iterator[tuple[str, rr.AsComponents]]:
     import rerun as rr
 
-    yield "frame/particles", rr.Points2D(seen.particles[:, :2] + 0.5, colors=_brightness(seen.likelihoods), radii=1.0)
+    yield (
+        "frame/particles",
+        rr.Points2D(seen.particles[:, :2] + 0.5, colors=_brightness(seen.likelihoods), radii=1.0),
+    )
     yield "candidate", rr.Image(_grey(seen.candidate))
     yield "templates", rr.Image(_grey(np.hstack(list(seen.templates))))
     if seen.mask is not None:
@@ -127,7 +135,7 @@ def _of_observation(seen: Observation) -> Iterator[tuple[str, rr.AsComponents]]:
 
 
 def _brightness(likelihoods: npt.NDArray[np.float64]) -> npt.NDArray[np.uint8]:
-    """From dark to bright with the likelihood; black where a candidate was refused."""
+    """From dark to bright with the likelihood; black where it is not finite."""
     finite = np.isfinite(likelihoods)
     share = np.zeros(len(likelihoods))
     if finite.any():
@@ -139,6 +147,6 @@ def _brightness(likelihoods: npt.NDArray[np.float64]) -> npt.NDArray[np.uint8]:
 
 
 def _grey(samples: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
-    """Stretched to the whole range: templates are of unit norm, and so dark."""
+    """Stretched to the full range: templates have unit norm and would look dark."""
     low, high = float(samples.min()), float(samples.max())
     return ((samples - low) / max(high - low, 1e-12) * 255).astype(np.uint8)

@@ -1,4 +1,4 @@
-"""Clips for the tests of batches: one film, tracked with one seed a clip."""
+"""Clips for the tests of batches: the same frames, with a different seed for each clip."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ import patchlock
 from patchlock.batch import Clip
 
 QUICK: dict[str, Any] = {"particles": 60, "small_step": 4}
-"""Settings with which a clip takes some tenths of a second: long enough to be killed in the middle."""
+"""Settings with which a clip takes some tenths of a second: long enough to be killed meanwhile."""
 FRAMES = 24
 
 
@@ -35,27 +35,32 @@ def box(scene: patchlock.Scene) -> tuple[float, float, float, float]:
 
 @pytest.fixture(scope="session")
 def clips(frames: Path, box: tuple[float, float, float, float]) -> list[Clip]:
-    """A dozen clips that all have other boxes."""
+    """Twelve clips whose tracks all differ."""
     return [Clip(frames, box, name=f"clip{k}", seed=k) for k in range(12)]
 
 
 def boxes_below(out: Path) -> dict[str, str]:
-    """Every trajectory below a folder, by its path."""
+    """Every trajectory below a folder, by path."""
     return {str(path.relative_to(out)): path.read_text() for path in sorted(out.rglob("*.txt"))}
 
 
 def manifests_below(out: Path) -> dict[str, Any]:
-    """The manifest of every run below a folder, without what is of the machine. Each belongs to its boxes."""
+    """The manifest of every run below a folder, without machine-dependent fields.
+
+    Also checks that each manifest matches its boxes.
+    """
     found = {}
     for path in sorted(out.rglob("ope/*/*.json")):
         manifest = json.loads(path.read_text())
         boxes = path.with_suffix(".txt").read_bytes()
         assert manifest["boxes_sha256"] == hashlib.sha256(boxes).hexdigest()
         assert len(manifest["seconds"]) == manifest["frames"]
-        found[str(path.relative_to(out))] = {k: v for k, v in manifest.items() if k not in ("machine", "seconds", "threads", "jobs")}
+        found[str(path.relative_to(out))] = {
+            k: v for k, v in manifest.items() if k not in ("machine", "seconds", "threads", "jobs")
+        }
     return found
 
 
 def leftovers(out: Path) -> list[Path]:
-    """Temporary files that somebody forgot."""
+    """Temporary files that were not removed."""
     return list(out.rglob("*.part"))

@@ -1,4 +1,4 @@
-"""A benchmark through an engine: what `patchlock bench` gives."""
+"""A benchmark run by an engine, compared with `patchlock bench`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .conftest import boxes_below, manifests_below
 
 @pytest.fixture(scope="module")
 def dataset(tmp_path_factory: pytest.TempPathFactory, frames: Path, scene: patchlock.Scene) -> Path:
-    """Two targets in the OTB layout, and one whose images are gone."""
+    """Two targets in the OTB layout, and one whose images are missing."""
     root = tmp_path_factory.mktemp("data")
     lines = [f"{x + 1},{y + 1},{w},{h}" for x, y, w, h in (scene.truth(k) for k in range(8))]
     for name in ("A", "B", "C"):
@@ -37,10 +37,23 @@ def quick(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("choice", [{"seeds": 2}, {"protocol": "sre", "sequences": ["A"], "name": "other"}])
-def test_it_gives_what_the_command_gives(tmp_path: Path, dataset: Path, quick: Path, choice: dict[str, Any]) -> None:
+def test_results_are_those_of_the_command(
+    tmp_path: Path, dataset: Path, quick: Path, choice: dict[str, Any]
+) -> None:
     words = {name: ",".join(value) if isinstance(value, list) else value for name, value in choice.items()}
     arguments = [f"--{name}={value}" for name, value in words.items()]
-    command = [sys.executable, "-m", "patchlock", "bench", dataset, "--out", tmp_path / "whole", "--config", quick, *arguments]
+    command = [
+        sys.executable,
+        "-m",
+        "patchlock",
+        "bench",
+        dataset,
+        "--out",
+        tmp_path / "whole",
+        "--config",
+        quick,
+        *arguments,
+    ]
     subprocess.run(command, check=False, capture_output=True)
     summary = bench(dataset, tmp_path / "out", jobs=2, config=quick, progress=False, **choice)
     whole = boxes_below(tmp_path / "whole")
@@ -55,9 +68,13 @@ def test_it_gives_what_the_command_gives(tmp_path: Path, dataset: Path, quick: P
     assert manifest.read_bytes() == (tmp_path / "whole" / manifest.relative_to(tmp_path / "out")).read_bytes()
 
 
-def test_choices_that_make_no_sense(tmp_path: Path, dataset: Path) -> None:
+def test_invalid_arguments_are_refused(tmp_path: Path, dataset: Path) -> None:
     with pytest.raises(ValueError, match="no target Z"):
         bench(dataset, tmp_path, sequences=["Z"], progress=False)
+    with pytest.raises(ValueError, match="^sequences: "):
+        bench(dataset, tmp_path, sequences=["Z"], progress=False)
+    with pytest.raises(ValueError, match="^command 'x: "):
+        bench(dataset, tmp_path, command="'x", name="x", progress=False)
     with pytest.raises(ValueError, match="name"):
         bench(dataset, tmp_path, command="python3 t.py", progress=False)
     with pytest.raises(OSError, match="nowhere"):

@@ -1,4 +1,4 @@
-"""Batches on the processes of this machine."""
+"""Batches on local processes."""
 
 from __future__ import annotations
 
@@ -25,13 +25,16 @@ from .conftest import QUICK, boxes_below, leftovers, manifests_below
 def until(condition: Any, seconds: float = 60.0) -> None:
     end = time.monotonic() + seconds
     while not condition():
-        assert time.monotonic() < end, "it does not come"
+        assert time.monotonic() < end, "timed out"
         time.sleep(0.01)
 
 
 def write_manifest(folder: Path, clips: list[Clip]) -> Path:
     path = folder / "clips.jsonl"
-    rows = [{"source": str(c.source), "box": c.box, "name": c.name, "seed": c.seed, "settings": QUICK} for c in clips]
+    rows = [
+        {"source": str(c.source), "box": c.box, "name": c.name, "seed": c.seed, "settings": QUICK}
+        for c in clips
+    ]
     path.write_text("".join(json.dumps(row) + "\n" for row in rows))
     return path
 
@@ -45,7 +48,7 @@ def test_the_boxes_are_those_of_track(tmp_path: Path, clips: list[Clip], frames:
         lines = (tmp_path / "paper" / "ope" / name / f"{seed}.txt").read_text().splitlines()
         got = [[float(word) for word in line.split(",")] for line in lines]
         estimates = list(patchlock.track(frames, box, seed=seed, progress=False, **choice, **QUICK))
-        # The first line is the box as given.
+        # The first line is the given box.
         boxes = [box, *(estimate.box for estimate in estimates[1:])]
         assert got == [[x + 1, y + 1, w, h] for x, y, w, h in boxes]
     assert json.loads((tmp_path / "batch.json").read_text()) == summary.to_dict()
@@ -54,7 +57,7 @@ def test_the_boxes_are_those_of_track(tmp_path: Path, clips: list[Clip], frames:
     assert (manifest["jobs"], manifest["threads"]) == (2, 1)
 
 
-def test_what_is_there_is_kept_and_what_is_damaged_is_made_again(tmp_path: Path, clips: list[Clip]) -> None:
+def test_complete_runs_are_kept_and_damaged_ones_repeated(tmp_path: Path, clips: list[Clip]) -> None:
     run(clips[:3], tmp_path, progress=False, **QUICK)
     whole = boxes_below(tmp_path)
     (tmp_path / "paper/ope/clip0/0.json").unlink()
@@ -69,23 +72,29 @@ def test_what_is_there_is_kept_and_what_is_damaged_is_made_again(tmp_path: Path,
     assert failure.name == "clip0" and "already holds different runs" in failure.message
 
 
-def test_clips_with_settings_of_their_own_have_folders_of_their_own(tmp_path: Path, clips: list[Clip]) -> None:
+def test_clips_with_own_settings_have_own_folders(tmp_path: Path, clips: list[Clip]) -> None:
     own = Clip(clips[1].source, clips[1].box, name="own", settings={"particles": 20})
     same = Clip(clips[1].source, clips[1].box, name="same", settings={"particles": 60, "seed": 5})
     strange = Clip(clips[1].source, clips[1].box, name="strange", settings={"partcles": 20})
     summary = run([clips[0], own, same, strange], tmp_path, progress=False, **QUICK)
     folders = [Path(folder).name for folder in summary.folders]
     assert folders[0] == "paper" and len(folders) == 2 and folders[1].startswith("paper-")
-    assert set(boxes_below(tmp_path)) == {f"{folders[1]}/ope/own/0.txt", "paper/ope/clip0/0.txt", "paper/ope/same/5.txt"}
+    assert set(boxes_below(tmp_path)) == {
+        f"{folders[1]}/ope/own/0.txt",
+        "paper/ope/clip0/0.txt",
+        "paper/ope/same/5.txt",
+    }
     [failure] = summary.failed
     assert failure.name == "strange" and "did you mean particles" in failure.message
 
 
-def test_clips_that_fail_hold_nobody_up(tmp_path: Path, clips: list[Clip], box: Any) -> None:
+def test_failed_clips_do_not_stop_the_others(tmp_path: Path, clips: list[Clip], box: Any) -> None:
     broken = tmp_path / "broken"
     broken.mkdir()
     for k in range(3):
-        (broken / f"{k}.png").write_bytes((Path(clips[0].source) / f"{k:04d}.png").read_bytes()[: 900 if k == 2 else None])
+        (broken / f"{k}.png").write_bytes(
+            (Path(clips[0].source) / f"{k:04d}.png").read_bytes()[: 900 if k == 2 else None]
+        )
     rows = [
         f"{clips[0].source},1 2 3,short",
         f"{clips[0].source},5000 5 20 20,outside",
@@ -97,12 +106,24 @@ def test_clips_that_fail_hold_nobody_up(tmp_path: Path, clips: list[Clip], box: 
     manifest.write_text("source,box,name\n" + "\n".join(rows) + "\n")
     config = tmp_path / "quick.toml"
     config.write_text("".join(f"{name} = {value}\n" for name, value in QUICK.items()))
-    command = [sys.executable, "-m", "patchlock.batch", str(manifest), "--out", str(tmp_path / "out"), "--config", str(config)]
+    command = [
+        sys.executable,
+        "-m",
+        "patchlock.batch",
+        str(manifest),
+        "--out",
+        str(tmp_path / "out"),
+        "--config",
+        str(config),
+    ]
     ended = subprocess.run(command, capture_output=True, text=True, check=False)
     assert ended.returncode == 1, ended.stderr
-    assert "1 done, 0 there already, 4 failed" in ended.stdout
+    assert "1 done, 0 already done, 4 failed" in ended.stdout
     assert list(boxes_below(tmp_path / "out")) == ["quick/ope/good/0.txt"]
-    failed = {failure["name"]: failure["message"] for failure in json.loads((tmp_path / "out/batch.json").read_text())["failed"]}
+    failed = {
+        failure["name"]: failure["message"]
+        for failure in json.loads((tmp_path / "out/batch.json").read_text())["failed"]
+    }
     assert "not four numbers" in failed["short"] and "line 2" in failed["short"]
     assert "no part of the box is in it" in failed["outside"]
     assert "no file or folder" in failed["missing"]
@@ -132,7 +153,7 @@ def test_a_process_that_is_killed_is_replaced(tmp_path: Path, clips: list[Clip])
 
 
 class Fragile:
-    """An engine that loses a run so many times."""
+    """An engine that loses the first `losses` runs."""
 
     slots = room = threads = 1
 
@@ -153,7 +174,7 @@ class Fragile:
 
 
 @pytest.mark.parametrize(("losses", "tries"), [(0, 1), (2, 3), (9, 3)])
-def test_a_run_that_is_lost_is_tried_again_but_not_for_ever(losses: int, tries: int) -> None:
+def test_a_lost_run_is_retried_a_limited_number_of_times(losses: int, tries: int) -> None:
     engine = Fragile(losses)
     task = Task("a", "seed 0", "{}", None)  # type: ignore[arg-type]
     [(same, outcome)] = drive(engine, [task], retries=2)
@@ -172,21 +193,37 @@ def children(pid: int) -> list[int]:
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="processes are looked up in /proc")
 @pytest.mark.parametrize("ending", [signal.SIGKILL, signal.SIGINT])
-def test_stopped_and_started_again_it_gives_what_one_run_gives(tmp_path: Path, clips: list[Clip], ending: signal.Signals) -> None:
+def test_an_interrupted_batch_can_be_continued(
+    tmp_path: Path, clips: list[Clip], ending: signal.Signals
+) -> None:
     manifest = write_manifest(tmp_path, clips)
     command = [sys.executable, "-m", "patchlock.batch", str(manifest), "--jobs", "2", "--out"]
     subprocess.run([*command, str(tmp_path / "whole")], check=True, capture_output=True)
     out = tmp_path / "out"
-    # A shell that started the tests in the background has them ignore Ctrl-C, and that is handed down.
-    process = subprocess.Popen([*command, str(out)], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, preexec_fn=listen_to_interrupts)
+    # A shell starts background jobs with SIGINT ignored, and child processes inherit that.
+    process = subprocess.Popen(
+        [*command, str(out)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=listen_to_interrupts,
+    )
     until(lambda: len(list(out.rglob("ope/*/*.json"))) >= 3)
     workers = children(process.pid)
     assert len(workers) == 2
     process.send_signal(ending)
     _, said = process.communicate()
-    until(lambda: not any(Path(f"/proc/{pid}/cmdline").exists() and Path(f"/proc/{pid}/cmdline").read_bytes() for pid in workers), 10)
+    until(
+        lambda: (
+            not any(
+                Path(f"/proc/{pid}/cmdline").exists() and Path(f"/proc/{pid}/cmdline").read_bytes()
+                for pid in workers
+            )
+        ),
+        10,
+    )
     if ending == signal.SIGINT:
-        assert process.returncode == 130 and "the same command goes on there" in said
+        assert process.returncode == 130 and "repeat the command to continue" in said
         summary = json.loads((out / "batch.json").read_text())
         assert summary["left"] == 12 - summary["done"] > 0
     ended = subprocess.run([*command, str(out), "--json"], check=True, capture_output=True, text=True)
@@ -197,19 +234,34 @@ def test_stopped_and_started_again_it_gives_what_one_run_gives(tmp_path: Path, c
     assert not [path for path in leftovers(out) if ending == signal.SIGINT]
 
 
-def test_score_and_report_read_it_with_the_truth_that_was_gathered(tmp_path: Path, frames: Path, scene: patchlock.Scene) -> None:
+def test_score_and_report_read_the_results_and_the_collected_truth(
+    tmp_path: Path, frames: Path, scene: patchlock.Scene
+) -> None:
     truth = [scene.truth(k) for k in range(24)]
     (tmp_path / "truth.txt").write_text("".join(f"{x + 1},{y + 1},{w},{h}\n" for x, y, w, h in truth))
-    (tmp_path / "clips.csv").write_text(f"source,truth,name,stride,settings\n{frames},truth.txt,a,,small_step=4\n{frames},truth.txt,b,2,small_step=4\n")
+    (tmp_path / "clips.csv").write_text(
+        "source,truth,name,stride,settings\n"
+        f"{frames},truth.txt,a,,small_step=4\n"
+        f"{frames},truth.txt,b,2,small_step=4\n"
+    )
     python = [sys.executable, "-m"]
     out, gathered = str(tmp_path / "out"), str(tmp_path / "truth")
     made = [*python, "patchlock.batch", str(tmp_path / "clips.csv"), "--out", out, "--truth-to", gathered]
     subprocess.run(made, check=True, capture_output=True)
-    score = subprocess.run([*python, "patchlock", "score", out, "--truth", gathered, "--json"], check=True, capture_output=True, text=True)
+    score = subprocess.run(
+        [*python, "patchlock", "score", out, "--truth", gathered, "--json"],
+        check=True,
+        capture_output=True,
+        text=True,
+    )
     [tracker] = json.loads(score.stdout)["trackers"]
     assert tracker["targets"] == 2 and tracker["dp20"] > 0.9
     page = tmp_path / "page.html"
-    subprocess.run([*python, "patchlock", "report", out, "--truth", gathered, "--out", str(page)], check=True, capture_output=True)
+    subprocess.run(
+        [*python, "patchlock", "report", out, "--truth", gathered, "--out", str(page)],
+        check=True,
+        capture_output=True,
+    )
     assert "<svg" in page.read_text()
 
 
@@ -226,7 +278,9 @@ def test_score_and_report_read_it_with_the_truth_that_was_gathered(tmp_path: Pat
         ({"epsilon": 9}, "epsilon"),
     ],
 )
-def test_choices_that_make_no_sense(tmp_path: Path, clips: list[Clip], choice: dict[str, Any], said: str) -> None:
+def test_invalid_arguments_are_refused(
+    tmp_path: Path, clips: list[Clip], choice: dict[str, Any], said: str
+) -> None:
     with pytest.raises(ValueError, match=said):
         run(clips[:1], tmp_path, progress=False, **choice)
     assert not boxes_below(tmp_path)

@@ -1,4 +1,4 @@
-"""Manifests: what they may say, and what is said about those that are wrong."""
+"""Tests of manifests: valid ones, and the errors for invalid ones."""
 
 from __future__ import annotations
 
@@ -23,15 +23,21 @@ def clip(row: Any) -> Clip:
     return row
 
 
-def test_csv_and_json_say_the_same(tmp_path: Path) -> None:
-    by_columns = csv(tmp_path, "source,x,y,w,h,name,start,end,stride,seed,settings\na/b.mp4,1,2.5,30,40,,3,9,2,7,particles=20; gamma=one\n")
+def test_csv_and_json_give_the_same_clips(tmp_path: Path) -> None:
+    by_columns = csv(
+        tmp_path,
+        "source,x,y,w,h,name,start,end,stride,seed,settings\n"
+        "a/b.mp4,1,2.5,30,40,,3,9,2,7,particles=20; gamma=one\n",
+    )
     lines = tmp_path / "clips.jsonl"
     fields = {"source": "a/b.mp4", "box": [1, 2.5, 30, 40], "start": 3, "end": 9, "stride": 2, "seed": 7}
     lines.write_text(json.dumps({**fields, "settings": {"particles": 20, "gamma": "one"}}) + "\n\n")
-    expected = Clip("a/b.mp4", (1, 2.5, 30, 40), None, "b", 3, 9, 2, 7, {"particles": 20, "gamma": "one"}, tmp_path)
+    expected = Clip(
+        "a/b.mp4", (1, 2.5, 30, 40), None, "b", 3, 9, 2, 7, {"particles": 20, "gamma": "one"}, tmp_path
+    )
     assert read(by_columns) == read(lines) == [expected]
     assert expected.path == str(tmp_path / "a" / "b.mp4")
-    [row] = read(csv(tmp_path, "\ufeffsource, box\na.mp4, \"1, 2, 30, 40\"\n"))
+    [row] = read(csv(tmp_path, '\ufeffsource, box\na.mp4, "1, 2, 30, 40"\n'))
     assert clip(row).first_box() == (1, 2, 30, 40)
 
 
@@ -45,16 +51,16 @@ def test_csv_and_json_say_the_same(tmp_path: Path) -> None:
         ("source,name\na.mp4,Car.1\nb.mp4,car-1\n", "one when they are scored"),
     ],
 )
-def test_what_is_wrong_as_a_whole(tmp_path: Path, text: str, said: str) -> None:
+def test_invalid_manifests_are_refused(tmp_path: Path, text: str, said: str) -> None:
     with pytest.raises(ManifestError, match=said):
         read(csv(tmp_path, text))
 
 
-def test_what_is_no_manifest(tmp_path: Path) -> None:
-    with pytest.raises(ManifestError, match=r"ends in \.csv, \.jsonl"):
+def test_other_files_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ManifestError, match=r"end in \.csv, \.jsonl"):
         read(tmp_path / "clips.txt")
     (tmp_path / "a.jsonl").write_text('{"source": "a"}\nno json\n')
-    with pytest.raises(ManifestError, match="line 2, is no JSON"):
+    with pytest.raises(ManifestError, match="line 2, is not JSON"):
         read(tmp_path / "a.jsonl")
     with pytest.raises(FileNotFoundError):
         read(tmp_path / "nowhere.csv")
@@ -71,7 +77,7 @@ def test_what_is_no_manifest(tmp_path: Path) -> None:
         ("a.mp4,1 2 3 4,,x=1,more", "more cells"),
     ],
 )
-def test_a_line_that_is_wrong_is_said_with_its_name(tmp_path: Path, line: str, said: str) -> None:
+def test_invalid_lines_are_reported_with_their_name(tmp_path: Path, line: str, said: str) -> None:
     bad, good = read(csv(tmp_path, f"source,box,start,settings\n{line}\nb.mp4,1 2 3 4,,\n"))
     assert isinstance(bad, Unreadable) and said in bad.message and "line 2" in bad.message
     assert clip(good).name == "b"
@@ -91,17 +97,20 @@ def test_a_line_that_is_wrong_is_said_with_its_name(tmp_path: Path, line: str, s
         ({"box": (1, 2, 3, 4), "seed": -1}, "seed is -1"),
     ],
 )
-def test_clips_that_make_no_sense(fields: dict[str, Any], said: str) -> None:
+def test_invalid_clips_are_refused(fields: dict[str, Any], said: str) -> None:
     with pytest.raises(ClipError, match=said):
         made = Clip(**{"source": "a.mp4", **fields})
         made.check()
         made.first_box()
 
 
-def test_truth_gives_the_box_and_is_gathered(tmp_path: Path) -> None:
+def test_truth_gives_the_box_and_is_collected(tmp_path: Path) -> None:
     rows = ["11,21,30,40", "NaN,NaN,NaN,NaN", "13,21,30,40", "14\t21\t30\t40", "15,21,30,40"]
     (tmp_path / "truth.txt").write_text("\n".join(rows))
-    manifest = csv(tmp_path, "source,truth,name,start,stride\na.mp4,truth.txt,a,2,2\nb.mp4,truth.txt,b,1,\nc.mp4,none.txt,c,,\n")
+    manifest = csv(
+        tmp_path,
+        "source,truth,name,start,stride\na.mp4,truth.txt,a,2,2\nb.mp4,truth.txt,b,1,\nc.mp4,none.txt,c,,\n",
+    )
     first, second, third = map(clip, read(manifest))
     assert first.first_box() == (12, 20, 30, 40)
     with pytest.raises(ClipError, match="no box for frame 1"):

@@ -1,4 +1,4 @@
-"""Batches on a real Ray cluster of two nodes, one of which is killed in the middle."""
+"""Batches on a real Ray cluster of two nodes, one of which is killed during the batch."""
 
 from __future__ import annotations
 
@@ -23,9 +23,14 @@ from .conftest import QUICK, boxes_below, leftovers, manifests_below
 
 MEMORY = 80 * 2**20
 SLOW = {**QUICK, "particles": 400}
-"""A clip takes long enough that a node is always killed in the middle of one."""
-HURRY = {"health_check_initial_delay_ms": 500, "health_check_period_ms": 500, "health_check_timeout_ms": 1000, "health_check_failure_threshold": 3}
-"""A node that is silent for two seconds is dead: Ray itself waits longer."""
+"""A clip takes long enough that a node is always killed during one."""
+HURRY = {
+    "health_check_initial_delay_ms": 500,
+    "health_check_period_ms": 500,
+    "health_check_timeout_ms": 1000,
+    "health_check_failure_threshold": 3,
+}
+"""A node is considered dead after two seconds without an answer; Ray's default is longer."""
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +42,7 @@ def cluster() -> Iterator[Any]:
 
 
 class Marking(Ray):
-    """Counts what is handed in, and lets each run leave a mark that says on which node, and in which process, it begins."""
+    """Counts submitted runs; each run creates a file whose name holds its node and process."""
 
     submitted = 0
 
@@ -50,7 +55,7 @@ class Marking(Ray):
         super().__enter__()
         marks = str(self.marks)
 
-        # Within a function it travels as it is: the nodes do not have this file.
+        # The imports are inside because Ray sends only the function; the nodes do not have this file.
         def marked(job: str) -> Any:
             import os
             import pathlib
@@ -58,11 +63,11 @@ class Marking(Ray):
 
             import ray
 
-            from patchlock.batch.task import make
+            from patchlock.batch.task import execute
 
             node = ray.get_runtime_context().get_node_id()
             (pathlib.Path(marks) / f"{node}-{os.getpid()}-{uuid.uuid4()}").touch()
-            return make(job)
+            return execute(job)
 
         self._task = ray.remote(marked).options(num_cpus=self.threads, max_retries=0)
         return self
@@ -73,7 +78,10 @@ class Marking(Ray):
 
 
 def kill_when_it_begins_a_run(node: Any, marks: Path, out: Path) -> None:
-    """Kills a node just after it has begun a run: the raylet, and the process with the run, which would live on for a second."""
+    """Kills a node just after it has started a run.
+
+    Kills the raylet and the worker process, which would otherwise live for another second.
+    """
     end = time.monotonic() + 60
     before = None
     while time.monotonic() < end:
@@ -88,7 +96,7 @@ def kill_when_it_begins_a_run(node: Any, marks: Path, out: Path) -> None:
         time.sleep(0.005)
 
 
-def test_a_node_that_is_killed_costs_nothing_but_time(tmp_path: Path, clips: list[Clip], cluster: Any) -> None:
+def test_killing_a_node_does_not_change_the_results(tmp_path: Path, clips: list[Clip], cluster: Any) -> None:
     local = run(clips, tmp_path / "local", progress=False, **SLOW)
     second = cluster.add_node(num_cpus=1, object_store_memory=MEMORY)
     assert len(cluster.list_all_nodes()) == 2
@@ -100,7 +108,9 @@ def test_a_node_that_is_killed_costs_nothing_but_time(tmp_path: Path, clips: lis
         summary = run(clips, out, engine=engine, progress=False, **SLOW)
         killer.join()
         nodes = {path.name.split("-")[0] for path in marks.iterdir()}
-    print(f"local: {local}\nray: {summary}\nhanded in {engine.submitted} times, begun on {len(nodes)} nodes")
+    print(
+        f"local: {local}\nray: {summary}\nsubmitted {engine.submitted} times, started on {len(nodes)} nodes"
+    )
     assert len(nodes) == 2
     assert (summary.done, summary.kept, summary.failed) == (12, 0, [])
     assert engine.submitted > 12, "the node was killed in the middle of a run"
@@ -109,15 +119,19 @@ def test_a_node_that_is_killed_costs_nothing_but_time(tmp_path: Path, clips: lis
     assert len(boxes_below(out)) == 12 and not leftovers(out)
 
 
-def test_by_address_with_clips_that_fail(tmp_path: Path, clips: list[Clip], cluster: Any) -> None:
+def test_a_cluster_by_address_with_failing_clips(tmp_path: Path, clips: list[Clip], cluster: Any) -> None:
     broken = Clip(tmp_path / "nowhere.mp4", clips[0].box, name="missing")
-    summary = run([broken, *clips[:2]], tmp_path / "ray", engine="ray", address=cluster.address, progress=False, **QUICK)
+    summary = run(
+        [broken, *clips[:2]], tmp_path / "ray", engine="ray", address=cluster.address, progress=False, **QUICK
+    )
     assert summary.done == 2 and not ray.is_initialized()
-    assert [(failure.name, "no file or folder" in failure.message) for failure in summary.failed] == [("missing", True)]
+    assert [(failure.name, "no file or folder" in failure.message) for failure in summary.failed] == [
+        ("missing", True)
+    ]
 
 
-def test_there_is_no_cluster(tmp_path: Path, clips: list[Clip]) -> None:
-    with pytest.raises(ConnectionError, match=r"no Ray cluster to use at 127\.0\.0\.1:1"):
+def test_a_missing_cluster_is_reported(tmp_path: Path, clips: list[Clip]) -> None:
+    with pytest.raises(ConnectionError, match=r"can't connect to a Ray cluster at 127\.0\.0\.1:1"):
         run(clips, tmp_path, engine="ray", address="127.0.0.1:1", progress=False, **QUICK)
     with pytest.raises(ValueError, match="jobs is 2"):
         run(clips, tmp_path, engine="ray", jobs=2, progress=False, **QUICK)

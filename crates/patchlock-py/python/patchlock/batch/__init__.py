@@ -1,6 +1,7 @@
-"""Many clips: each tracked by a process of its own, on this machine or on a cluster, and kept as `patchlock bench` keeps runs.
+"""Tracks many clips in parallel, on this machine or on a cluster.
 
-`run` takes a manifest of clips, `bench` a benchmark's dataset. The command is `python -m patchlock.batch`.
+Results are stored in the format of `patchlock bench`. `run` takes a manifest of clips, `bench` the dataset of
+a benchmark. The command is `python -m patchlock.batch`.
 """
 
 from patchlock.batch.engine import Engine

@@ -16,47 +16,85 @@ from patchlock.batch.summary import FILE, Summary
 EXAMPLES = """\
 examples:
   python -m patchlock.batch clips.csv --out out
-      every clip of the list on the processors of this machine
+      tracks every clip of the manifest on all cores of this machine
   python -m patchlock.batch clips.csv --out out --engine ray --address 10.0.0.1:6379
-      the same on the machines of a Ray cluster, which find the clips under the same paths
+      the same on a Ray cluster whose machines have the clips under the same paths
   python -m patchlock.batch OTB --out out --seeds 3
-      a folder is a benchmark's dataset: what patchlock bench makes of it
+      a folder is a benchmark dataset; gives the same results as patchlock bench
   patchlock score out --truth truth
-      then: the scores, where --truth-to truth gathered the truth of the clips
+      scores the results, after --truth-to truth has collected the truth of the clips
 
-Columns of the list, of which only source and a box (x, y, w, h or truth) must be there:
-  source            a folder of images, a pattern, a glob or a video, from the folder of the list on
+Columns of the manifest; only source and a box (x, y, w, h, or box, or truth) are required:
+  source            a folder of images, a pattern, a glob or a video, relative to the manifest
   x, y, w, h        the target in the first tracked frame, counted from 0; or all four in one column, box
-  truth             a file with a box a line, counted from 1: the box comes from it where there is none, and scores
-  name              of the results; by default the last part of the source
-  start, end, stride  a part of the source
-  seed              of the random numbers
-  settings          that differ, as particles=200; small_step=4
+  truth             a file with one box per line, counted from 1, for scoring; it gives the first box if
+                    there is no other
+  name              name of the results; default: the last part of the source
+  start, end, stride  range of frames
+  seed              seed of the random numbers
+  settings          settings that differ, such as particles=200; small_step=4
 
-The same command goes on where it was stopped. Exit codes: 0 done, 1 clips failed, 2 wrong use, 130 stopped by Ctrl-C.
+An interrupted command can be repeated; it continues where it stopped.
+Exit codes: 0 done, 1 clips failed, 2 usage error, 130 stopped by Ctrl-C.
 """
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m patchlock.batch",
-        description="Tracks many clips side by side, and keeps the boxes as patchlock bench does.",
+        description="Tracks many clips in parallel and stores the results in the format of patchlock bench.",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("manifest", help="list of clips (.csv or .jsonl), or the folder of a benchmark's dataset")
+    parser.add_argument(
+        "manifest", help="list of clips (.csv or .jsonl), or the folder of a benchmark dataset"
+    )
     parser.add_argument("--out", required=True, metavar="DIR", help="folder for the results")
-    parser.add_argument("--engine", choices=["local", "ray"], default="local", help="who does the work (default: local)")
-    parser.add_argument("--address", metavar="HOST:PORT", help="the Ray cluster (default: the one that this machine is part of)")
-    parser.add_argument("--jobs", type=int, metavar="N", help="runs side by side on this machine (default: one for each processor)")
-    parser.add_argument("--threads", type=int, default=1, metavar="N", help="threads of each run (default: 1)")
-    parser.add_argument("--preset", default="paper", choices=PRESETS, help="the settings to begin with (default: paper)")
-    parser.add_argument("--config", metavar="FILE.toml", help="settings that differ; see patchlock config")
-    parser.add_argument("--name", help="name of the results (default: that of the settings file, or of the preset)")
-    parser.add_argument("--seeds", type=int, metavar="K", help="of a dataset: number of seeds to run each target with (default: 1)")
-    parser.add_argument("--retries", type=int, default=2, metavar="N", help="tries more for a clip whose process or machine went away (default: 2)")
-    parser.add_argument("--truth-to", metavar="DIR", help="of a list: gather the truth of the clips there, for patchlock score")
-    parser.add_argument("--json", action="store_true", help="the summary as JSON")
+    parser.add_argument(
+        "--engine", choices=["local", "ray"], default="local", help="where the runs execute (default: local)"
+    )
+    parser.add_argument(
+        "--address",
+        metavar="HOST:PORT",
+        help="the Ray cluster (default: the cluster of this machine)",
+    )
+    parser.add_argument(
+        "--jobs",
+        type=int,
+        metavar="N",
+        help="parallel runs on this machine (default: as many as the cores allow)",
+    )
+    parser.add_argument(
+        "--threads", type=int, default=1, metavar="N", help="threads of each run (default: 1)"
+    )
+    parser.add_argument(
+        "--preset", default="paper", choices=PRESETS, help="the preset to start from (default: paper)"
+    )
+    parser.add_argument(
+        "--config", metavar="FILE.toml", help="settings that differ from the preset; see patchlock config"
+    )
+    parser.add_argument(
+        "--name", help="name of the results (default: that of the settings file, or of the preset)"
+    )
+    parser.add_argument(
+        "--seeds",
+        type=int,
+        metavar="K",
+        help="for a dataset: number of seeds for each target (default: 1)",
+    )
+    parser.add_argument(
+        "--retries",
+        type=int,
+        default=2,
+        metavar="N",
+        help="how often to retry a clip whose process or machine died (default: 2)",
+    )
+    parser.add_argument(
+        "--truth-to",
+        metavar="DIR",
+        help="for a manifest: collect the truth of the clips in this folder, for patchlock score",
+    )
+    parser.add_argument("--json", action="store_true", help="print the summary as JSON")
     parser.add_argument("--quiet", "-q", action="store_true", help="no progress bar")
     return parser
 
@@ -69,24 +107,31 @@ def _work(arguments: argparse.Namespace) -> Summary:
     common["progress"] = False if arguments.quiet else None
     if Path(arguments.manifest).is_dir():
         if arguments.truth_to is not None:
-            raise ValueError("--truth-to is for lists of clips: patchlock score takes the dataset itself")
-        return bench(arguments.manifest, arguments.out, seeds=1 if arguments.seeds is None else arguments.seeds, **common)
+            raise ValueError(
+                "--truth-to is for manifests; patchlock score reads the truth of a dataset itself"
+            )
+        return bench(
+            arguments.manifest,
+            arguments.out,
+            seeds=1 if arguments.seeds is None else arguments.seeds,
+            **common,
+        )
     if arguments.seeds is not None:
-        raise ValueError("--seeds is for datasets: in a list, each clip has its seed")
+        raise ValueError("--seeds is for datasets; in a manifest, each clip has its own seed")
     if arguments.truth_to is not None:
         write_truth(arguments.manifest, arguments.truth_to)
     return run(arguments.manifest, arguments.out, **common)
 
 
 def main() -> int:
-    """Runs the command; gives the exit code."""
+    """Runs the command; returns the exit code."""
     arguments = _parser().parse_args()
     try:
-        # Ray says on standard output that a node is gone; that is for the summary alone.
+        # Ray prints on standard output when a node dies; standard output is for the summary only.
         with contextlib.redirect_stdout(sys.stderr):
             summary = _work(arguments)
     except KeyboardInterrupt:
-        print(f"stopped; the same command goes on there ({Path(arguments.out) / FILE})", file=sys.stderr)
+        print(f"stopped; repeat the command to continue ({Path(arguments.out) / FILE})", file=sys.stderr)
         return 130
     except (ValueError, TypeError) as error:
         print(f"error: {error}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""What an engine is, and the loop that keeps one busy."""
+"""The interface of engines, and the loop that submits runs to one."""
 
 from __future__ import annotations
 
@@ -15,30 +15,32 @@ if TYPE_CHECKING:
 
 
 class Engine(Protocol):
-    """Something that makes runs. It is entered before its first run and left after its last one."""
+    """Executes runs. It is a context manager, entered before the first run and left after the last."""
 
     def __enter__(self) -> Self: ...
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        """Ends what is still at work."""
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Cancels the runs that have not finished."""
 
     @property
     def slots(self) -> int:
-        """How many runs go on side by side."""
+        """How many runs execute in parallel."""
 
     @property
     def room(self) -> int:
-        """How many runs may be handed in at once."""
+        """How many runs may be submitted and unfinished at the same time."""
 
     @property
     def threads(self) -> int:
         """Threads of each run."""
 
     def submit(self, key: int, job: str) -> None:
-        """Hands in a run."""
+        """Submits a run."""
 
     def wait(self) -> list[tuple[int, Outcome]]:
-        """Waits until at least one run has ended; gives all that have."""
+        """Waits until at least one run has finished; returns all that have, by key."""
 
 
 @dataclass
@@ -48,7 +50,10 @@ class _Attempt:
 
 
 def drive(engine: Engine, tasks: Iterable[Task], retries: int) -> Iterator[tuple[Task, Made | Failed]]:
-    """Makes all runs, and gives each once, as it ends. A run that is lost is tried again so many times."""
+    """Executes all tasks and yields each once, when it finishes.
+
+    A lost run is retried up to `retries` times.
+    """
     new, again = iter(tasks), deque[_Attempt]()
     running: dict[int, _Attempt] = {}
     key = 0

@@ -1,7 +1,7 @@
-"""The engine of one machine: processes, each making one run at a time.
+"""The engine for one machine: worker processes, each executing one run at a time.
 
-They are programs of their own rather than of `multiprocessing`, so that a script needs no `if __name__ == "__main__"`, and so that one
-that is killed takes nothing along: its run is lost, and the next process takes its place.
+The workers are started with `subprocess` rather than `multiprocessing`. So a script needs no
+`if __name__ == "__main__"`, and if a worker is killed, only its run is lost and a new worker replaces it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(eq=False)
 class _Worker:
-    """A process, and the thread that listens to it."""
+    """A process, and the thread that reads its output."""
 
     process: subprocess.Popen[str]
     key: int | None = None
@@ -35,7 +35,7 @@ class _Worker:
     def hand(self, key: int, job: str) -> None:
         self.key = key
         assert self.process.stdin is not None
-        with contextlib.suppress(OSError):  # if it is gone, its listener says so
+        with contextlib.suppress(OSError):  # if the process is gone, its listener reports it
             self.process.stdin.write(job + "\n")
             self.process.stdin.flush()
 
@@ -43,14 +43,22 @@ class _Worker:
         self.process.kill()
         self.listener.join()
         with contextlib.suppress(OSError), self.process:
-            pass  # closes the pipes, and what it did not read any more can't be written
+            pass  # closes the pipes; input that the process has not read can't be flushed
 
 
 class Local:
-    """Processes of this machine."""
+    """Processes on this machine."""
 
     def __init__(self, jobs: int | None = None, threads: int = 1) -> None:
-        """`jobs` runs side by side, each on so many `threads`; by default as many as the processors have room for."""
+        """Creates the engine; workers are started when needed.
+
+        Args:
+            jobs: Number of parallel runs; `None` for one per `threads` cores.
+            threads: Threads of each run.
+
+        Raises:
+            ValueError: A number is less than 1.
+        """
         for name, value in (("jobs", jobs), ("threads", threads)):
             if value is not None and value < 1:
                 raise ValueError(f"{name} is {value}; it must be at least 1")
@@ -62,19 +70,21 @@ class Local:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         for worker in self._workers:
             worker.end()
         self._workers.clear()
 
     @property
     def slots(self) -> int:
-        """How many runs go on side by side."""
+        """How many runs execute in parallel."""
         return self._slots
 
     @property
     def room(self) -> int:
-        """A run waits here rather than in a process."""
+        """The same as `slots`: runs are not queued in the workers."""
         return self._slots
 
     @property
@@ -83,19 +93,19 @@ class Local:
         return self._threads
 
     def submit(self, key: int, job: str) -> None:
-        """Hands a run to a process that is idle, or to a new one."""
+        """Passes a run to an idle worker, or to a new one."""
         idle = next((worker for worker in self._workers if worker.key is None), None)
         (idle or self._start()).hand(key, job)
 
     def wait(self) -> list[tuple[int, Outcome]]:
-        """Waits for the next run that ends."""
+        """Waits for the next run to finish."""
         while True:
             worker, outcome = self._ended.get()
             key, worker.key = worker.key, None
             if isinstance(outcome, Lost):
                 self._workers.remove(worker)
                 worker.end()
-            if key is not None:  # else it went away while it was idle
+            if key is not None:  # otherwise the worker died while idle
                 return [(key, outcome)]
 
     def _start(self) -> _Worker:
@@ -118,7 +128,7 @@ class Local:
 
 
 def _processors() -> int:
-    """How many processors this process may use."""
+    """How many cores this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -131,4 +141,6 @@ def _how_it_ended(code: int) -> str:
         name = signal.Signals(-code).name
     except ValueError:
         name = f"signal {-code}"
-    return f"its process was ended by {name}" + (", as the system does when memory runs out" if name == "SIGKILL" else "")
+    return f"its process was ended by {name}" + (
+        ", as the system does when memory runs out" if name == "SIGKILL" else ""
+    )

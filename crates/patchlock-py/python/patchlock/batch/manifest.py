@@ -1,4 +1,4 @@
-"""Lists of clips: a CSV or JSON Lines file with a clip a line, or `Clip`s from Python."""
+"""Manifests: lists of clips, as a CSV or JSON Lines file with one clip per line, or as `Clip`s."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from typing import Any, TypeAlias
 from patchlock import _patchlock
 
 COLUMNS = ("source", "box", "x", "y", "w", "h", "truth", "name", "start", "end", "stride", "seed", "settings")
-"""The columns of a CSV manifest, and the fields of a line of a JSON Lines manifest."""
+"""The columns of a CSV manifest, and the fields of each object in a JSON Lines manifest."""
 
 
 class ManifestError(ValueError):
-    """A manifest that is wrong as a whole."""
+    """The manifest as a whole is invalid."""
 
 
 class ClipError(ValueError):
-    """A clip that can't be tracked as it is described."""
+    """The description of a clip is invalid."""
 
 
 @dataclass(frozen=True)
@@ -31,25 +31,25 @@ class Clip:
     """A clip, and the target in its first frame."""
 
     source: str | os.PathLike[str]
-    """Frames, as `patchlock track` takes them: a folder, a pattern, a glob or a video file."""
+    """A source that `patchlock track` accepts: a folder, a pattern, a glob or a video file."""
     box: tuple[float, float, float, float] | None = None
-    """x, y, w, h in pixels, counted from 0, in the first tracked frame; without one it comes from `truth`."""
+    """x, y, w, h in pixels, counted from 0, in the first tracked frame; `None` to take it from `truth`."""
     truth: str | os.PathLike[str] | None = None
-    """A text file with a box a line, one for each frame of the source, counted from 1, as the tracker benchmark has it."""
+    """A text file with one box per line, for every frame of the source, counted from 1, as in OTB."""
     name: str = ""
-    """The name of its results; by default the last part of the source without its ending."""
+    """Name of the results; by default the last part of the source without its extension."""
     start: int = 0
     """Number of the first frame, counted from 0."""
     end: int | None = None
     """Number of the first frame after the clip; `None` for the end of the source."""
     stride: int = 1
-    """Take every so many frames."""
+    """Take every `stride`-th frame."""
     seed: int | None = None
-    """Seed of the random numbers; `None` for that of the settings."""
+    """Seed of the random numbers; `None` for the seed in the settings."""
     settings: Mapping[str, Any] = field(default_factory=dict)
-    """Settings that differ from those of the whole run."""
+    """Settings that differ from the common ones."""
     folder: Path = Path()
-    """Where relative paths begin: the folder of the manifest, or the working directory."""
+    """Base of relative paths: the folder of the manifest, or the working directory."""
 
     def __post_init__(self) -> None:
         if not self.name:
@@ -57,19 +57,23 @@ class Clip:
 
     @property
     def path(self) -> str:
-        """Where the source is found from any working directory."""
+        """Absolute path of the source."""
         return os.path.abspath(self.folder / self.source)
 
     def first_box(self) -> tuple[float, float, float, float]:
-        """The box to begin with, from `box` or from `truth`."""
+        """The first box, from `box` or from `truth`.
+
+        Raises:
+            ClipError: There is no box, or it is invalid.
+        """
         box = self.box
         if box is None and self.truth is not None:
             boxes = self.read_truth()
             box = boxes[0] if boxes else None
             if box is None:
-                raise ClipError(f"{self.truth} has no box for frame {self.start}, where the clip begins")
+                raise ClipError(f"{self.truth} has no box for frame {self.start}, where the clip starts")
         if box is None:
-            raise ClipError("there is neither a box nor a truth file to take it from")
+            raise ClipError("there is neither a box nor a truth file")
         if len(box) != 4 or not all(map(math.isfinite, box)):
             raise ClipError(f"the box {_list(box)} is not four finite numbers x, y, w, h")
         if box[2] < 1 or box[3] < 1:
@@ -77,26 +81,33 @@ class Clip:
         return box
 
     def read_truth(self) -> list[tuple[float, float, float, float] | None]:
-        """The true boxes of the frames of the clip, counted from 0; `None` where a frame has none."""
+        """The true boxes of the clip's frames, counted from 0; `None` for a frame without a box."""
         if self.truth is None:
             return []
         return _patchlock.read_truth(self.folder / self.truth)[self.start : self.end : self.stride]
 
     def check(self) -> None:
-        """Says what is wrong with it as far as that shows without opening the source."""
+        """Checks all that can be checked without opening the source.
+
+        Raises:
+            ClipError: A field is invalid.
+        """
         if str(self.source) == "-":
-            raise ClipError("the source is standard input, which the processes that track do not have")
+            raise ClipError("the source is standard input, which worker processes can't read")
         if re.search(r"[/\\]", self.name) or self.name.startswith("."):
-            raise ClipError(f"the name {self.name!r} is that of a folder of results: it has no / or \\ and begins with no dot")
+            raise ClipError(
+                f"name is {self.name!r}, which is not a valid name of a folder of results: "
+                "it must not contain / or \\ or start with a dot"
+            )
         if self.start < 0 or self.stride < 1 or (self.end is not None and self.end <= self.start):
-            raise ClipError(f"start {self.start}, end {self.end} and stride {self.stride} leave no frame")
+            raise ClipError(f"start={self.start}, end={self.end} and stride={self.stride} select no frame")
         if self.seed is not None and self.seed < 0:
             raise ClipError(f"seed is {self.seed}; it must be 0 or more")
 
 
 @dataclass(frozen=True)
 class Unreadable:
-    """A line of a manifest that is no clip."""
+    """A line of a manifest that is not a valid clip."""
 
     name: str
     message: str
@@ -106,34 +117,49 @@ Row: TypeAlias = Clip | Unreadable
 
 
 def read(manifest: str | os.PathLike[str] | Iterable[Clip]) -> list[Row]:
-    """The clips of a manifest. A line that is wrong is among them as such; a manifest that is wrong as a whole is an error."""
+    """Reads the clips of a manifest. An invalid line becomes an `Unreadable`.
+
+    Raises:
+        ManifestError: The manifest as a whole is invalid.
+    """
     rows: list[Row]
     if isinstance(manifest, (str, os.PathLike)):
         path = Path(manifest)
         readers = {".csv": _lines_of_csv, ".jsonl": _lines_of_json, ".ndjson": _lines_of_json}
         reader = readers.get(path.suffix.lower())
         if reader is None:
-            raise ManifestError(f"{path}: a manifest is a file that ends in {', '.join(readers)}")
+            raise ManifestError(f"{path}: the name of a manifest must end in {', '.join(readers)}")
         rows = [_row(number, fields, path) for number, fields in reader(path)]
     else:
         rows = list(manifest)
     if not rows:
         raise ManifestError("the manifest has no clips")
-    _refuse_doubles(rows)
+    _refuse_duplicates(rows)
     return rows
 
 
 def write_truth(manifest: str | os.PathLike[str] | Iterable[Clip], folder: str | os.PathLike[str]) -> int:
-    """Writes the truth of each clip that has some to `<folder>/<name>.txt`, a line for each tracked frame, for `patchlock score --truth`.
+    """Collects the truth of the clips in a folder, for `patchlock score --truth`.
 
-    Gives the number of files.
+    Writes `<folder>/<name>.txt` for each clip that has truth, with one line per tracked frame.
+
+    Returns:
+        The number of files.
+
+    Raises:
+        ManifestError: The manifest as a whole is invalid.
+        ClipError: A clip is invalid.
+        OSError: A file can't be read or written.
     """
     target = Path(folder)
     target.mkdir(parents=True, exist_ok=True)
     clips = {row.name: row for row in read(manifest) if isinstance(row, Clip) and row.truth is not None}
     for clip in clips.values():
         clip.check()
-        lines = ("NaN,NaN,NaN,NaN" if box is None else _list((box[0] + 1, box[1] + 1, *box[2:])) for box in clip.read_truth())
+        lines = (
+            "NaN,NaN,NaN,NaN" if box is None else _list((box[0] + 1, box[1] + 1, *box[2:]))
+            for box in clip.read_truth()
+        )
         (target / f"{clip.name}.txt").write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
     return len(clips)
 
@@ -145,7 +171,7 @@ def _lines_of_csv(path: Path) -> Iterator[tuple[int, Mapping[str, Any]]]:
         for fields in reader:
             cells = {name: (cell or "").strip() for name, cell in fields.items() if name is not None}
             if None in fields:
-                cells["source"] = ""  # more cells than columns: nobody knows which is which
+                cells["source"] = ""  # more cells than columns: the line is ambiguous
             yield reader.line_num, {name: cell for name, cell in cells.items() if cell}
 
 
@@ -156,9 +182,12 @@ def _lines_of_json(path: Path) -> Iterator[tuple[int, Mapping[str, Any]]]:
         try:
             fields = json.loads(line)
         except json.JSONDecodeError as error:
-            raise ManifestError(f"{path}, line {number}, is no JSON: {error}") from error
+            raise ManifestError(f"{path}, line {number}, is not JSON: {error}") from error
         if not isinstance(fields, dict):
-            raise ManifestError(f"{path}, line {number}: a clip is an object, as in {{\"source\": \"a.mp4\", \"box\": [1, 2, 3, 4]}}")
+            raise ManifestError(
+                f"{path}, line {number}: a clip must be an object, "
+                'such as {"source": "a.mp4", "box": [1, 2, 3, 4]}'
+            )
         _check_columns(path, number, list(fields))
         yield number, {name: value for name, value in fields.items() if value is not None}
 
@@ -166,7 +195,9 @@ def _lines_of_json(path: Path) -> Iterator[tuple[int, Mapping[str, Any]]]:
 def _check_columns(path: Path, line: int, names: list[str]) -> None:
     unknown = [name for name in names if name not in COLUMNS]
     if unknown:
-        raise ManifestError(f"{path}, line {line}: there is no column {unknown[0]!r}; there are {', '.join(COLUMNS)}")
+        raise ManifestError(
+            f"{path}, line {line}: there is no column {unknown[0]!r}; the columns are {', '.join(COLUMNS)}"
+        )
     if "source" not in names:
         raise ManifestError(f"{path}, line {line}: the column source is missing")
 
@@ -181,8 +212,10 @@ def _row(number: int, fields: Mapping[str, Any], path: Path) -> Row:
 
 def _clip(fields: Mapping[str, Any], folder: Path) -> Clip:
     if not fields.get("source"):
-        raise ClipError("it has no source, or more cells than there are columns")
-    numbers = {name: _whole(name, fields[name]) for name in ("start", "end", "stride", "seed") if name in fields}
+        raise ClipError("the line has no source, or more cells than there are columns")
+    numbers = {
+        name: _whole(name, fields[name]) for name in ("start", "end", "stride", "seed") if name in fields
+    }
     return Clip(
         source=str(fields["source"]),
         box=_box(fields),
@@ -199,11 +232,15 @@ def _box(fields: Mapping[str, Any]) -> tuple[float, float, float, float] | None:
     box = fields.get("box")
     if box is None and sides == [None] * 4:
         return None
-    words: Any = re.split(r"[\s,;]+", box.strip()) if isinstance(box, str) else box if box is not None else sides
+    words: Any = (
+        re.split(r"[\s,;]+", box.strip()) if isinstance(box, str) else box if box is not None else sides
+    )
     try:
         x, y, w, h = (float(word) for word in words)
     except (TypeError, ValueError):
-        raise ClipError(f"the box {_list(words) if isinstance(words, list) else words!r} is not four numbers x, y, w, h") from None
+        raise ClipError(
+            f"the box {_list(words) if isinstance(words, list) else words!r} is not four numbers x, y, w, h"
+        ) from None
     return x, y, w, h
 
 
@@ -212,9 +249,9 @@ def _whole(name: str, value: Any) -> int:
         number = float(value)
         whole = int(value) if isinstance(value, str) else int(number)
     except (TypeError, ValueError):
-        raise ClipError(f"{name} is {value!r}, which is no whole number") from None
+        raise ClipError(f"{name} is {value!r}, which is not a whole number") from None
     if whole != number or isinstance(value, bool):
-        raise ClipError(f"{name} is {value!r}, which is no whole number")
+        raise ClipError(f"{name} is {value!r}, which is not a whole number")
     return whole
 
 
@@ -234,18 +271,26 @@ def _settings(value: Any) -> Mapping[str, Any]:
     return settings
 
 
-def _refuse_doubles(rows: list[Row]) -> None:
-    """Two clips with the same results would be kept in the same place, and names that differ in marks alone are one target when they are scored."""
+def _refuse_duplicates(rows: list[Row]) -> None:
+    """Refuses clips whose results would overwrite each other or be mixed up.
+
+    `patchlock score` ignores case and punctuation in names, so names must differ in more than that.
+    """
     seen: dict[tuple[Any, ...], Row] = {}
     names: dict[str, str] = {}
     for row in rows:
         plain = re.sub(r"[-_ ]", ".", row.name).lower()
         if names.setdefault(plain, row.name) != row.name:
-            raise ManifestError(f"the names {names[plain]} and {row.name} are one when they are scored: give them others")
+            raise ManifestError(
+                f"the names {names[plain]} and {row.name} are one when they are scored: give them others"
+            )
         if isinstance(row, Clip):
             key = (row.name, row.seed, json.dumps(dict(row.settings), sort_keys=True, default=str))
             if key in seen:
-                raise ManifestError(f"two clips have the name {row.name} (and the same seed and settings): give each a name of its own")
+                raise ManifestError(
+                    f"two clips have the name {row.name} (and the same seed and settings): "
+                    "give each its own name"
+                )
             seen[key] = row
 
 

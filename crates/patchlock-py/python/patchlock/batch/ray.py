@@ -1,4 +1,4 @@
-"""The engine of many machines: Ray, which is an extra (`pip install "patchlock[ray]"`), on a cluster that runs already."""
+"""The engine for many machines: an existing Ray cluster. Ray is an extra, `pip install "patchlock[ray]"`."""
 
 from __future__ import annotations
 
@@ -7,25 +7,34 @@ import warnings
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-from patchlock.batch.task import Failed, Lost, Outcome, make
+from patchlock.batch.task import Failed, Lost, Outcome, execute
 
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-# So many runs more than there is room for are handed in, so that no machine waits for the next one.
+# Runs submitted in advance, so that no machine waits for its next run.
 _AHEAD = 4
 
 
 class Ray:
     """The machines of a Ray cluster.
 
-    Each run is a task of Ray that takes `threads` processors. Ray is told to try nothing twice: `drive` counts the tries, as it does for processes
-    of one machine. What a run gives comes back to this process, which alone writes it: a run that was made twice, because a machine was
-    taken for dead, is still kept once.
+    Each run is a Ray task that takes `threads` CPUs. Ray's own retries are disabled: `drive` counts the
+    attempts, as for local processes. Only this process writes results, so a run that was executed twice,
+    because a machine was wrongly considered dead, is stored once.
     """
 
     def __init__(self, address: str | None = None, threads: int = 1) -> None:
-        """`address` as `ray.init` takes it, such as `10.0.0.1:6379`; without one, the cluster that this machine is part of."""
+        """Connects to a cluster.
+
+        Args:
+            address: As for `ray.init`, such as `10.0.0.1:6379`; `None` for the cluster of this machine.
+            threads: Threads of each run.
+
+        Raises:
+            ValueError: `threads` is less than 1.
+            ImportError: Ray is not installed.
+        """
         if threads < 1:
             raise ValueError(f"threads is {threads}; it must be at least 1")
         try:
@@ -44,14 +53,25 @@ class Ray:
                 _knock(self._address)
                 self._ray.init(address=self._address, log_to_driver=False, logging_level="warning")
             except (OSError, OverflowError, ValueError, RuntimeError) as error:
-                raise ConnectionError(f"no Ray cluster to use at {self._address}: {error} (begin one with: ray start --head)") from error
+                raise ConnectionError(
+                    f"can't connect to a Ray cluster at {self._address}: {error} "
+                    "(start one with: ray start --head)"
+                ) from error
             self._own = True
-        self._task = self._ray.remote(make).options(name="patchlock", num_cpus=self._threads, max_retries=0)
-        if not any(node["Resources"].get("CPU", 0) >= self._threads for node in self._ray.nodes() if node["Alive"]):
-            warnings.warn(f"no machine of the cluster has {self._threads} processors: the runs wait for one that has", stacklevel=2)
+        task = self._ray.remote(execute)
+        self._task = task.options(name="patchlock", num_cpus=self._threads, max_retries=0)
+        if not any(
+            node["Resources"].get("CPU", 0) >= self._threads for node in self._ray.nodes() if node["Alive"]
+        ):
+            warnings.warn(
+                f"no machine of the cluster has {self._threads} CPUs; the runs wait until one joins",
+                stacklevel=2,
+            )
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         for run in self._running:
             self._ray.cancel(run, force=True)
         self._running.clear()
@@ -60,12 +80,12 @@ class Ray:
 
     @property
     def slots(self) -> int:
-        """How many runs the cluster has room for at present."""
+        """How many runs the cluster can currently execute in parallel."""
         return max(1, int(self._ray.cluster_resources().get("CPU", 0)) // self._threads)
 
     @property
     def room(self) -> int:
-        """A few runs more than go on, whatever the cluster has grown or shrunk to."""
+        """A few more than `slots`, which follows the current size of the cluster."""
         return self.slots + _AHEAD
 
     @property
@@ -74,11 +94,11 @@ class Ray:
         return self._threads
 
     def submit(self, key: int, job: str) -> None:
-        """Hands a run to the cluster."""
+        """Submits a run to the cluster."""
         self._running[self._task.remote(job)] = key
 
     def wait(self) -> list[tuple[int, Outcome]]:
-        """Waits for the next run that ends."""
+        """Waits for the next run to finish."""
         ended, _ = self._ray.wait(list(self._running), num_returns=1)
         return [(self._running.pop(run), self._outcome(run)) for run in ended]
 
@@ -86,15 +106,15 @@ class Ray:
         try:
             outcome: Outcome = self._ray.get(run)
         except self._ray.exceptions.RayTaskError as error:
-            # Nothing in `make` raises: a machine of the cluster has no Patchlock, or another one.
+            # `execute` itself never raises, so Patchlock is missing on a machine, or its version differs.
             return Failed(f"a machine of the cluster can't run Patchlock: {_last_line(error)}")
         except self._ray.exceptions.RayError as error:
-            return Lost(f"its machine or process went away: {type(error).__name__}")
+            return Lost(f"its machine or process died: {type(error).__name__}")
         return outcome
 
 
 def _knock(address: str) -> None:
-    """Says at once that nobody listens there: Ray itself tries for minutes."""
+    """Fails at once if nothing listens at the address; Ray itself would try for minutes."""
     host, colon, port = address.rpartition(":")
     if colon and port.isdecimal():
         socket.create_connection((host.strip("[]"), int(port)), timeout=10).close()

@@ -1,4 +1,4 @@
-"""From clips, or from a dataset, through an engine to results on disk."""
+"""Tracks the clips of a manifest, or the targets of a dataset, with an engine and stores the results."""
 
 from __future__ import annotations
 
@@ -42,32 +42,36 @@ def run(
     progress: bool | None = None,
     **overrides: Unpack[Settings],
 ) -> Summary:
-    """Tracks each clip of a manifest, and keeps its boxes as `patchlock bench` does.
+    """Tracks every clip of a manifest and stores the results in the format of `patchlock bench`.
 
-    What is there already, complete, is not made again, so that the same call goes on after it was stopped in whatever way. A clip that fails
-    holds nobody up.
+    Results that are already complete are kept, so an interrupted call can be repeated and continues where it
+    stopped. A clip that fails does not stop the others.
 
     Args:
-        manifest: A file that ends in `.csv` or `.jsonl`, with a clip a line, or `Clip`s. Paths in a file begin at its folder.
-        out: Folder for the results: `<out>/<name>/ope/<clip>/<seed>.txt` and `.json`. Only this process writes to it.
-        engine: `"local"`: processes of this machine. `"ray"`: a Ray cluster, whose machines find the sources under the same paths. Or an `Engine`.
-        address: The Ray cluster, such as `"10.0.0.1:6379"`; `None` for the one that this machine is part of.
-        jobs: Runs side by side on this machine; `None` for as many as there are processors for.
-        threads: Threads of each run. 1 gives the most frames a second over all clips.
-        preset: The settings to begin with.
-        config: A TOML file with settings that differ.
-        name: Name of the results; by default that of the settings file, or of the preset. Clips with settings of their own get folders of their own,
-            called after the settings' hash.
-        retries: How often a clip is tried again whose process or machine went away.
-        progress: A bar of `tqdm`; `None` shows it on a terminal only.
+        manifest: A `.csv` or `.jsonl` file with one clip per line, or `Clip`s. Paths in a file are relative
+            to its folder.
+        out: Folder for the results: `<out>/<name>/ope/<clip>/<seed>.txt` and `.json`. Only this process
+            writes to it.
+        engine: `"local"` for processes on this machine, `"ray"` for a Ray cluster whose machines have the
+            sources under the same paths, or an `Engine`.
+        address: The Ray cluster, such as `"10.0.0.1:6379"`; `None` for the cluster of this machine.
+        jobs: Number of parallel runs on this machine; `None` for one per `threads` cores.
+        threads: Threads of each run. 1 gives the most frames per second over all clips.
+        preset: The preset to start from.
+        config: A TOML file with settings that differ from the preset.
+        name: Name of the results; by default that of the settings file, or of the preset. The results of
+            clips with their own settings go to separate folders, named after the hash of the settings.
+        retries: How often a clip is retried if its process or machine died.
+        progress: Whether to show a `tqdm` progress bar; `None` shows it only on a terminal.
         **overrides: Settings that differ, such as `particles=200`.
 
     Returns:
-        The summary, which is in `<out>/batch.json` too. `Summary.failed` names each clip that failed, with the reason.
+        The summary, which is also written to `<out>/batch.json`. `Summary.failed` lists the clips that
+        failed, with the reasons.
 
     Raises:
-        ValueError: The manifest or the settings are wrong, or `out` holds results of other settings.
-        ConnectionError: There is no Ray cluster.
+        ValueError: The manifest or a setting is invalid, or `out` holds results of other settings.
+        ConnectionError: The Ray cluster can't be reached.
     """
     rows = read(manifest)
     stores = _Stores(Path(out), preset, config, name, overrides)
@@ -84,7 +88,7 @@ def run(
             except (ValueError, TypeError, OSError) as error:
                 batch.fail(Failure(row.name, "", str(error)))
         batch.summary.folders = stores.folders()
-        return batch.make(tasks)
+        return batch.execute(tasks)
 
 
 def bench(
@@ -107,25 +111,27 @@ def bench(
     retries: int = 2,
     progress: bool | None = None,
 ) -> Summary:
-    """Does what `patchlock bench` does, with the runs made by an engine: the same boxes in the same files.
+    """Does the same as `patchlock bench`, but an engine executes the runs. The files and boxes are the same.
 
     Args:
         dataset: The folder with the sequences, in a layout that `patchlock dataset` recognises.
         out: Folder for the results; `patchlock score` and `patchlock report` read it.
-        protocol: Where the tracker begins: the first frame, 20 start frames, or 12 first boxes.
-        command: Another tracker, a program that speaks TraX, instead of ours. It needs a `name`.
-        timeout: Seconds to wait for each answer of that program.
-        seeds: Number of seeds to run each target with.
+        protocol: Where tracking starts: `"ope"` (the first frame), `"tre"` (20 start frames) or `"sre"`
+            (12 shifted or scaled first boxes).
+        command: Runs another tracker, a program that implements the TraX protocol. Requires a `name`.
+        timeout: Seconds to wait for each answer of that program, 1 to 86400.
+        seeds: Number of seeds for each target, 1 to 10000.
         sequences: Only these targets, or all targets of these sequences.
         attributes: Only targets that have at least one of these attributes.
 
-    `engine`, `address`, `jobs`, `threads`, `preset`, `config`, `name`, `retries` and `progress` are as in `run`.
+    `engine`, `address`, `jobs`, `threads`, `preset`, `config`, `name`, `retries` and `progress` are as for
+    `run`.
 
     Returns:
-        The summary, which is in `<out>/batch.json` too.
+        The summary, which is also written to `<out>/batch.json`.
 
     Raises:
-        ValueError: A choice makes no sense, or `out` holds results of other settings.
+        ValueError: An argument is invalid, or `out` holds results of other settings.
         OSError: The dataset can't be read.
     """
     with _engine(engine, address, jobs, threads) as machine:
@@ -149,7 +155,7 @@ def bench(
         batch.summary.folders = [str(store.folder)]
         for failure in failures:
             batch.fail(Failure(*failure))
-        return batch.make([Task(target, label, job, store) for target, label, job in named])
+        return batch.execute([Task(target, label, job, store) for target, label, job in named])
 
 
 def _engine(engine: EngineLike, address: str | None, jobs: int | None, threads: int) -> Engine:
@@ -157,19 +163,22 @@ def _engine(engine: EngineLike, address: str | None, jobs: int | None, threads: 
         return engine
     if engine == "local":
         if address is not None:
-            raise ValueError(f'address is {address}, which only the engine "ray" has')
+            raise ValueError(f'address is {address}, but only the engine "ray" has an address')
         return Local(jobs, threads)
     if engine == "ray":
         from patchlock.batch.ray import Ray
 
         if jobs is not None:
-            raise ValueError(f"jobs is {jobs}, but a cluster runs as many side by side as it has processors; threads says how many a run takes")
+            raise ValueError(
+                f"jobs is {jobs}, but a Ray cluster sets the number of parallel runs itself; "
+                "threads is the number of CPUs of each run"
+            )
         return Ray(address, threads)
-    raise ValueError(f'there is no engine {engine!r}; there are "local" and "ray"')
+    raise ValueError(f'there is no engine {engine!r}; the engines are "local" and "ray"')
 
 
 class _Stores:
-    """The folder of each configuration, opened when its first clip comes."""
+    """The results folder of each configuration, opened for its first clip."""
 
     def __init__(
         self, out: Path, preset: str, config: str | os.PathLike[str] | None, name: str | None, overrides: Any
@@ -177,17 +186,22 @@ class _Stores:
         self._out, self._preset, self._config = out, preset, config
         self._name = name or (Path(config).stem if config is not None else preset)
         if not self._name or self._name.startswith(".") or "/" in self._name or "\\" in self._name:
-            raise ManifestError(f"name is {self._name!r}: it is the name of a folder in out")
+            raise ManifestError(f"name is {self._name!r}, which is not a valid name of a folder")
         self._base = dict(overrides)
         self._open: dict[str, Store] = {}
-        self.of({})  # what is wrong with the settings of all is no fault of a clip
+        self.of({})  # reports invalid common settings here rather than once per clip
 
     def of(self, own: Any) -> Store:
         """The folder for clips with these settings."""
         key = repr(sorted(own.items()))
         if key not in self._open:
             self._open[key] = _patchlock.Store(
-                self._out, self._name, preset=self._preset, config=self._config, base=self._base, own=dict(own)
+                self._out,
+                self._name,
+                preset=self._preset,
+                config=self._config,
+                base=self._base,
+                own=dict(own),
             )
         return self._open[key]
 
@@ -220,9 +234,11 @@ def _task(row: Row, stores: _Stores, machine: Engine) -> Task:
 
 
 class _Batch:
-    """Runs on their way, with a bar and a summary."""
+    """Executes runs with a progress bar and a summary."""
 
-    def __init__(self, out: Path, engine: EngineLike, machine: Engine, retries: int, progress: bool | None) -> None:
+    def __init__(
+        self, out: Path, engine: EngineLike, machine: Engine, retries: int, progress: bool | None
+    ) -> None:
         if retries < 0:
             raise ValueError(f"retries is {retries}; it must be 0 or more")
         named = engine if isinstance(engine, str) else type(engine).__name__
@@ -231,13 +247,13 @@ class _Batch:
         self._hidden = None if progress is None else not progress
 
     def fail(self, failure: Failure) -> None:
-        """Notes a run that is not possible, and says so at once where there is a bar."""
+        """Records a run that failed, and prints it if there is a progress bar."""
         self.summary.failed.append(failure)
         if self._hidden is False or (self._hidden is None and sys.stderr.isatty()):
             tqdm.write(f"failed: {failure}", file=sys.stderr)
 
-    def make(self, tasks: list[Task]) -> Summary:
-        """Makes the runs. However it ends, the summary of what was made is written."""
+    def execute(self, tasks: list[Task]) -> Summary:
+        """Executes the runs. The summary is written even if this is interrupted."""
         begin = time.monotonic()
         self.summary.left = len(tasks)
         try:

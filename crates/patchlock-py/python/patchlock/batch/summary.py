@@ -1,4 +1,4 @@
-"""What came of a batch, in numbers and in words."""
+"""The summary of a batch."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from pathlib import Path
 from typing import Any
 
 FILE = "batch.json"
-"""Name of the summary in the folder of the results."""
+"""Name of the summary file in the results folder."""
 _SHOWN = 20
 
 
 @dataclass(frozen=True)
 class Failure:
-    """A run that was not possible."""
+    """A run that failed."""
 
     name: str
     """The name of the clip."""
     run: str
-    """Which run on it, such as `seed 0`; empty where the whole clip is meant."""
+    """Which of its runs, such as `seed 0`; empty for the whole clip."""
     message: str
     """The reason."""
 
@@ -31,53 +31,56 @@ class Failure:
 
 @dataclass
 class Summary:
-    """What came of a batch."""
+    """The outcome of a batch."""
 
     engine: str
     """Name of the engine."""
     side_by_side: int
-    """How many runs went on side by side."""
+    """Number of parallel runs."""
     done: int = 0
-    """Runs that were made."""
+    """Runs that were executed."""
     kept: int = 0
-    """Runs that were there already, complete."""
+    """Runs that were complete before."""
     failed: list[Failure] = field(default_factory=list)
-    """Runs that were not possible; the next start tries them again."""
+    """Runs that failed; repeating the call retries them."""
     left: int = 0
-    """Runs that were not made because the work was stopped."""
+    """Runs that were not executed because the batch was interrupted."""
     frames: int = 0
     """Frames that were tracked."""
     seconds: float = 0.0
-    """Time that it took, by the clock on the wall."""
+    """Wall-clock time in seconds."""
     folders: list[str] = field(default_factory=list)
-    """The folders of the trackers, one for each configuration."""
+    """The results folders, one per configuration."""
 
     @property
     def fps(self) -> float:
-        """Frames a second of all runs together, with decoding and everything else."""
+        """Frames per second of all runs together, including decoding and overhead."""
         return self.frames / self.seconds if self.seconds > 0 else 0.0
 
     def to_dict(self) -> dict[str, Any]:
-        """All of it for JSON."""
+        """All fields and `fps`, for JSON."""
         return {**asdict(self), "fps": self.fps}
 
     def write(self, out: Path) -> None:
-        """Puts it into the folder of the results, whole or not at all."""
+        """Writes the summary into the results folder, atomically."""
         out.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile("w", dir=out, prefix=".patchlock-", suffix=".part", delete=False, encoding="utf-8") as file:
+        with tempfile.NamedTemporaryFile(
+            "w", dir=out, prefix=".patchlock-", suffix=".part", delete=False, encoding="utf-8"
+        ) as file:
             json.dump(self.to_dict(), file, indent=2)
             file.write("\n")
         os.chmod(file.name, 0o644)
         os.replace(file.name, out / FILE)
 
     def __str__(self) -> str:
-        """As the command prints it."""
-        counts = [f"{self.done} done", f"{self.kept} there already", f"{len(self.failed)} failed"]
+        """The text that the command prints."""
+        counts = [f"{self.done} done", f"{self.kept} already done", f"{len(self.failed)} failed"]
         if self.left:
             counts.append(f"{self.left} left")
         lines = [
             ", ".join(counts),
-            f"{self.frames} frames in {self.seconds:.1f} s, {self.fps:.1f} frames a second, {self.side_by_side} side by side ({self.engine})",
+            f"{self.frames} frames in {self.seconds:.1f} s, {self.fps:.1f} frames per second, "
+            f"{self.side_by_side} parallel runs ({self.engine})",
         ]
         lines += [f"failed: {failure}" for failure in self.failed[:_SHOWN]]
         if len(self.failed) > _SHOWN:

@@ -1,4 +1,4 @@
-"""One run, and what came of it."""
+"""A run and its outcome."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Task:
-    """A run that is to be made. Only its job travels; the rest stays with who asked for it."""
+    """A run to execute. Only `job` is sent to the worker."""
 
     name: str
     """The name of the clip, or of the target."""
     run: str
     """Which run on it, such as `seed 0`."""
     job: str
-    """The message that says all that is needed to make it."""
+    """A JSON message with everything that is needed to execute the run."""
     store: Store
-    """Where it is kept."""
+    """Where the results are stored."""
 
 
 @dataclass(frozen=True)
@@ -34,20 +34,20 @@ class Made:
 
     @property
     def frames(self) -> int:
-        """How many frames were tracked."""
+        """Number of tracked frames."""
         return self.boxes.count("\n")
 
 
 @dataclass(frozen=True)
 class Failed:
-    """A run that is not possible, and would not be possible again."""
+    """A run that failed for good: a retry would fail in the same way."""
 
     message: str
 
 
 @dataclass(frozen=True)
 class Lost:
-    """A run whose process or machine went away: another try may bring it."""
+    """A run whose process or machine died: a retry may succeed."""
 
     message: str
 
@@ -55,8 +55,8 @@ class Lost:
 Outcome: TypeAlias = Made | Failed | Lost
 
 
-def make(job: str) -> Made | Failed:
-    """Makes a run, here and now."""
+def execute(job: str) -> Made | Failed:
+    """Executes a run in this process. It never raises."""
     try:
         return Made(*_patchlock.track_job(job))
     except Exception as error:

@@ -1,6 +1,6 @@
-"""A process that makes runs: jobs come in on standard input, a line each, and their outcomes go out the same way.
+"""A worker process: reads jobs from standard input, one per line, and writes their outcomes likewise.
 
-It ends with its standard input, so with whoever started it, even in the middle of a run.
+It exits as soon as standard input is closed, even during a run, and so does not outlive its parent.
 """
 
 from __future__ import annotations
@@ -13,20 +13,20 @@ import sys
 import threading
 from dataclasses import asdict
 
-from patchlock.batch.task import make
+from patchlock.batch.task import execute
 
 
 def main() -> None:
-    """Makes runs until there are no more."""
-    # Ctrl-C reaches all processes of a terminal. Who started this one decides what becomes of it.
+    """Executes runs until standard input ends."""
+    # Ctrl-C reaches all processes of a terminal; the parent decides when this one stops.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # What anybody prints must not get between the outcomes.
+    # Other output must not mix with the outcomes, so it goes to standard error.
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
     jobs: queue.SimpleQueue[str] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=[jobs], daemon=True).start()
     while True:
-        outcome = make(jobs.get())
+        outcome = execute(jobs.get())
         answers.write(json.dumps(asdict(outcome)) + "\n")
         answers.flush()
 

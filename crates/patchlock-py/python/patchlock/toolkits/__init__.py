@@ -1,5 +1,6 @@
-"""Patchlock in the shape that other toolkits expect: one module a toolkit, each importing the toolkit only when it is imported itself.
+"""Adapters to other toolkits.
 
-`patchlock.toolkits.cv2` has OpenCV's shape of a tracker, `patchlock.toolkits.got10k` is a tracker for got10k's experiments, and
-`patchlock.toolkits.vot` writes the file by which the VOT toolkit finds the command `patchlock trax`.
+`patchlock.toolkits.cv2` has the interface of OpenCV's trackers, `patchlock.toolkits.got10k` is a tracker for
+the experiments of the got10k toolkit, and `patchlock.toolkits.vot` writes the file that registers the command
+`patchlock trax` with the VOT toolkit. A toolkit is imported only by its own module.
 """

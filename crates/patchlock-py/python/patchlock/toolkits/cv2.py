@@ -1,4 +1,4 @@
-"""A tracker in the shape of OpenCV's, so that a script changes one line.
+"""A tracker with the interface of OpenCV's trackers, so that only one line of a script changes.
 
 ```python
 tracker = cv2.TrackerCSRT_create()                 # before
@@ -8,7 +8,7 @@ tracker.init(frame, (120, 80, 64, 48))
 ok, box = tracker.update(frame)
 ```
 
-OpenCV itself is not needed here.
+OpenCV itself is not required.
 """
 
 from __future__ import annotations
@@ -37,19 +37,26 @@ __all__ = ["TrackerPatchlock", "TrackerPatchlock_create"]
 class TrackerPatchlock:
     """Follows one target, with the methods of `cv2.Tracker`.
 
-    Images are numpy arrays as `cv2.imread` and `cv2.VideoCapture` give them: blue first, or grey. Boxes are left, top, width, height in pixels,
-    counted from 0.
+    Images are numpy arrays as `cv2.imread` and `cv2.VideoCapture` return them: BGR or grey. Boxes are left,
+    top, width, height in pixels, counted from 0.
 
-    Unlike OpenCV's trackers it may be given a second `init`, takes boxes with fractions or partly outside the image, and refuses what it can't track with
-    `ValueError` or `TypeError` instead of a crash.
+    Unlike OpenCV's trackers, it supports a second `init` and boxes that are fractional or partly outside the
+    image, and it raises `ValueError` or `TypeError` for invalid input instead of crashing.
 
     Args:
-        preset: The set of settings to begin with.
-        min_score: `update` says `ok` where the score is at least this, 0 to 1. The score is the visible share of the target; its usual height
-            differs from target to target.
-        exact: `False` rounds boxes to whole pixels, as OpenCV's trackers do, so that drawing takes them; `True` keeps their fractions.
-        threads: Number of threads; `None` for one for each core. The boxes are the same for any number.
-        **overrides: Settings that differ from the preset, such as `particles=300`; `patchlock.parameters()` lists all.
+        preset: The preset to start from.
+        min_score: `update` returns `ok` as true if the score is at least this, 0 to 1. With the method
+            `patchwise` the score is the visible share of the target; its typical value differs between
+            targets.
+        exact: `False` rounds boxes to whole pixels, as OpenCV's trackers do, so that drawing functions accept
+            them; `True` keeps fractions.
+        threads: Number of threads; `None` means one per core. The number does not change the boxes.
+        **overrides: Settings that differ from the preset, such as `particles=300`;
+            `patchlock.parameters()` lists all of them.
+
+    Raises:
+        ValueError: `min_score` or a setting is out of range.
+        TypeError: There is no such setting.
     """
 
     def __init__(
@@ -70,19 +77,21 @@ class TrackerPatchlock:
 
     @classmethod
     def create(cls, *args: Any, **kwargs: Any) -> TrackerPatchlock:
-        """The same as the class itself, as `cv2.TrackerMIL.create()` is."""
+        """Same as the constructor; corresponds to `cv2.TrackerMIL.create()`."""
         return cls(*args, **kwargs)
 
     def init(self, image: _Image, boundingBox: BoxLike) -> None:
-        """Begins on the target in a box of an image; a target so far is forgotten.
+        """Starts tracking the target in this box of this image.
+
+        If the tracker already has a target, it is forgotten.
 
         Args:
-            image: Array of shape (height, width, 3), blue first, or (height, width).
+            image: BGR array of shape (height, width, 3), or grey array of shape (height, width).
             boundingBox: Left, top, width, height.
 
         Raises:
-            TypeError: Where the image or the box is none.
-            ValueError: Where the box does not cover a part of the image.
+            TypeError: This is not an image, or the box does not hold numbers.
+            ValueError: The box lies outside the image.
         """
         self._estimate = self._tracker.init(image, boundingBox)
 
@@ -90,14 +99,14 @@ class TrackerPatchlock:
         """Finds the target in the next image.
 
         Args:
-            image: As for `init`, and of the same size.
+            image: As for `init`, with the same size.
 
         Returns:
-            Whether the target is seen (the score is at least `min_score` and the middle of the box is in the image), and the box. The box is the best guess
-            also where it is not seen.
+            Whether the target was found (the score is at least `min_score` and the centre of the box is in
+            the image), and the box. If it was not found, the box is the best guess.
 
         Raises:
-            RuntimeError: Before `init`.
+            RuntimeError: `init` has not been called.
         """
         self._estimate = estimate = self._tracker.update(image)
         x, y, w, h = estimate.box
@@ -107,10 +116,10 @@ class TrackerPatchlock:
         return ok, (x, y, w, h) if self._exact else (_round(x), _round(y), _round(w), _round(h))
 
     def getTrackingScore(self) -> float:
-        """The score of the last image, 0 to 1, as some of OpenCV's trackers have it.
+        """The score of the last image, 0 to 1; some of OpenCV's trackers have the same method.
 
         Raises:
-            RuntimeError: Before `init`.
+            RuntimeError: `init` has not been called.
         """
         if self._estimate is None:
             raise RuntimeError("the tracker has no target yet: call init(image, box) first")
@@ -118,12 +127,12 @@ class TrackerPatchlock:
 
     @property
     def estimate(self) -> Estimate | None:
-        """All that is known of the last image: corners, visibility, hidden patches; `None` before `init`."""
+        """The estimate for the last image: corners, visibility, hidden patches; `None` before `init`."""
         return self._estimate
 
 
 def TrackerPatchlock_create(*args: Any, **kwargs: Any) -> TrackerPatchlock:
-    """The same as `TrackerPatchlock`, named as OpenCV names such functions."""
+    """Same as `TrackerPatchlock`, with the name that OpenCV would give the function."""
     return TrackerPatchlock(*args, **kwargs)
 
 

@@ -38,15 +38,17 @@ __all__ = ["PatchlockTracker"]
 class PatchlockTracker(_Got10kTracker):  # type: ignore[misc]  # got10k has no types
     """Patchlock as a `got10k.trackers.Tracker`.
 
-    The same seed gives the same boxes, so the toolkit is told that the tracker is deterministic and runs it once. For several seeds give each
-    its own `name` and `seed`.
+    The same seed gives the same boxes, so the tracker is declared deterministic and the toolkit runs it once.
+    For several seeds, make one tracker per seed, each with its own `name`.
 
     Args:
-        preset: The set of settings to begin with.
-        name: The folder of the results.
-        origin: What the dataset calls the first pixel. OTB, GOT-10k and most others count from 1, and the toolkit hands their boxes on as they are.
-        threads: Number of threads; `None` for one for each core. The boxes are the same for any number.
-        **overrides: Settings that differ from the preset, such as `seed=1`; `patchlock.parameters()` lists all.
+        preset: The preset to start from.
+        name: Name of the results folder.
+        origin: Coordinate of the first pixel in the dataset. OTB, GOT-10k and most others count from 1, and
+            the toolkit passes their boxes on unchanged.
+        threads: Number of threads; `None` means one per core. The number does not change the boxes.
+        **overrides: Settings that differ from the preset, such as `seed=1`; `patchlock.parameters()` lists
+            all of them.
     """
 
     def __init__(
@@ -62,13 +64,13 @@ class PatchlockTracker(_Got10kTracker):  # type: ignore[misc]  # got10k has no t
         self._tracker = Tracker(preset, threads=threads, **overrides)
         self._origin = origin
         self.estimate: Estimate | None = None
-        """All that is known of the last image; `None` before `init`."""
+        """The estimate for the last image; `None` before `init`."""
 
     def init(self, image: FrameLike, box: BoxLike) -> None:
-        """Begins on the target in a box of an image.
+        """Starts tracking the target in this box of this image.
 
         Args:
-            image: PIL image or array, as the toolkit gives it.
+            image: PIL image or array, as the toolkit passes it.
             box: Left, top (from `origin`), width, height.
         """
         x, y, w, h = (float(value) for value in box)

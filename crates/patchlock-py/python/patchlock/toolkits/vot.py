@@ -1,4 +1,4 @@
-"""The file by which the VOT toolkit finds Patchlock: `pip install patchlock[vot]`.
+"""Registers Patchlock with the VOT toolkit: `pip install patchlock[vot]`.
 
 ```sh
 python -m patchlock.toolkits.vot > trackers.ini    # in the workspace
@@ -6,7 +6,7 @@ vot test patchlock
 vot evaluate patchlock
 ```
 
-The toolkit starts `patchlock trax` and speaks TraX with it.
+The toolkit starts `patchlock trax` and communicates with it through the TraX protocol.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ def command(
     threads: int | None = None,
     protocol: int = 4,
 ) -> list[str]:
-    """The command that starts the TraX server of this very installation.
+    """The command that starts the TraX server of this installation.
 
     Args:
-        preset: The set of settings to begin with.
-        config: A TOML file of settings that differ; `patchlock config` writes one. The toolkit starts trackers in folders of their own, so its
-            whole path is taken.
-        seed: Seed of the random numbers.
-        threads: Number of threads.
-        protocol: Version of TraX: 4 (many targets) or 3.
+        preset: The preset to start from.
+        config: A TOML file with settings that differ from the preset; `patchlock config` writes one. The path
+            is made absolute, because the toolkit starts trackers in other working directories.
+        seed: Seed of the random numbers; `None` for the seed in the settings.
+        threads: Number of threads; `None` for one per core.
+        protocol: Version of TraX: 4 (many targets) or 3 (one target).
 
     Raises:
-        FileNotFoundError: Where there is no file `config`.
+        FileNotFoundError: There is no file `config`.
     """
     words = [sys.executable, "-m", "patchlock", "trax", "--protocol", str(protocol), "--preset", preset]
     if config is not None:
@@ -61,18 +61,18 @@ def registry(words: Sequence[str], *, name: str = "patchlock", label: str = "Pat
     """The text of a `trackers.ini` with one tracker.
 
     Args:
-        words: The command that starts it, see `command`.
-        name: How the toolkit's commands call it: letters, digits, `-` and `_`.
-        label: How its reports call it.
+        words: The command that starts the tracker; see `command`.
+        name: Name of the tracker in the toolkit's commands: letters, digits, `-` and `_`.
+        label: Name of the tracker in the toolkit's reports.
 
     Raises:
-        ValueError: Where the name is none that the toolkit takes.
+        ValueError: The toolkit does not accept the name.
     """
     if not re.fullmatch(r"[a-zA-Z0-9_-]+", name):
         raise ValueError(f"name is {name!r}; allowed: letters, digits, - and _")
     file = configparser.ConfigParser(interpolation=None)
     file[name] = {"label": label, "protocol": "trax", "command": shlex.join(words)}
-    # The toolkit reads % as the beginning of a reference.
+    # The toolkit interpolates %.
     for key, value in file[name].items():
         file[name][key] = value.replace("%", "%%")
     text = io.StringIO()
@@ -84,12 +84,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Writes `trackers.ini` to standard output, with the options of `command` and `registry`."""
     parser = argparse.ArgumentParser(
         prog="python -m patchlock.toolkits.vot",
-        description="Writes the VOT toolkit's trackers.ini for this installation of Patchlock to standard output.",
+        description="Writes a trackers.ini that registers this Patchlock with the VOT toolkit.",
     )
-    parser.add_argument("--name", default="patchlock", help="how vot test and vot evaluate call it")
-    parser.add_argument("--label", default="Patchlock", help="how reports call it")
-    parser.add_argument("--preset", default="paper", help="the set of settings to begin with")
-    parser.add_argument("--config", help="TOML file of settings that differ; see patchlock config")
+    parser.add_argument("--name", default="patchlock", help="name for vot test and vot evaluate")
+    parser.add_argument("--label", default="Patchlock", help="name in reports")
+    parser.add_argument("--preset", default="paper", help="the preset to start from")
+    parser.add_argument("--config", help="TOML file with settings that differ; see patchlock config")
     parser.add_argument("--seed", type=int, help="seed of the random numbers")
     parser.add_argument("--threads", type=int, help="number of threads")
     parser.add_argument("--protocol", type=int, choices=(3, 4), default=4, help="version of TraX")

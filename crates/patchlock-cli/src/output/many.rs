@@ -1,4 +1,4 @@
-//! Many targets on a frame: each box, outline and id in a colour of its own.
+//! Draws many targets on a frame, each with its box, outline and id in its own colour.
 
 use super::Seen;
 use super::canvas::{Area, Canvas};
@@ -6,7 +6,7 @@ use super::draw::{PANEL, PANEL_OPACITY, scale};
 use super::row::Row;
 use super::text;
 
-/// Colours by id: the hues of Okabe and Ito, lightened so that they stand out from most frames.
+/// Colours by id: the palette of Okabe and Ito, lightened to stand out on most frames.
 const COLOURS: [[u8; 3]; 7] = [
     [255, 138, 76],
     [87, 177, 238],
@@ -22,12 +22,12 @@ fn colour(id: u64) -> [u8; 3] {
     COLOURS[(id.wrapping_sub(1) % COLOURS.len() as u64) as usize]
 }
 
-/// Draws all targets, and the number of the frame.
+/// Draws all targets and the frame number.
 pub fn annotate(canvas: &mut Canvas, frame: usize, targets: &[Seen]) {
     for seen in targets {
         outlines(canvas, &seen.row);
     }
-    // Above all lines, so that each can be read.
+    // Tags are drawn last, so that no line covers them.
     for seen in targets {
         tag(canvas, &seen.row);
     }
@@ -43,7 +43,7 @@ fn outlines(canvas: &mut Canvas, row: &Row) {
     canvas.outline(&[[x, y], [x + w, y], [x + w, y + h], [x, y + h]], 1.8 * scale, colour);
 }
 
-/// Id and score over the upper left corner of the box; within the frame where that is too high.
+/// Id and score above the upper left corner of the box, moved down if that is outside the frame.
 fn tag(canvas: &mut Canvas, row: &Row) {
     let scale = scale(canvas);
     let (size, margin) = ((11.0 * scale).round(), (3.0 * scale).round());
@@ -60,7 +60,7 @@ fn tag(canvas: &mut Canvas, row: &Row) {
     canvas.text(&label, area.x + margin, area.y + h / 2.0, size, colour(id));
 }
 
-/// Number of the frame and of targets in the lower left corner.
+/// Frame number and number of targets, in the lower left corner.
 fn status(canvas: &mut Canvas, frame: usize, targets: usize) {
     let scale = scale(canvas);
     let (size, margin) = ((12.0 * scale).round(), (6.0 * scale).round());

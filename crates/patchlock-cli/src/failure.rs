@@ -1,0 +1,100 @@
+//! Errors shown to the user: one line that says what failed and where, a hint what to do, an exit code.
+
+use std::fmt;
+
+/// Exit codes of the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Exit {
+    /// The command line is valid, but the work failed.
+    Failed = 1,
+    /// The command line is invalid, or does not fit the source.
+    Usage = 2,
+    /// Stopped by Ctrl-C; the files are complete up to that point.
+    Interrupted = 130,
+}
+
+/// An error with its exit code and, usually, advice.
+#[derive(Debug)]
+pub struct Failure {
+    /// The exit code of the program.
+    pub exit: Exit,
+    message: String,
+    hint: Option<String>,
+}
+
+impl Failure {
+    /// Adds one line of advice.
+    #[must_use]
+    pub fn hint(mut self, hint: impl Into<String>) -> Self {
+        self.hint = Some(hint.into());
+        self
+    }
+
+    /// The advice, if there is any.
+    pub fn advice(&self) -> Option<&str> {
+        self.hint.as_deref()
+    }
+}
+
+/// The work failed: exit code 1.
+pub fn failed(message: impl Into<String>) -> Failure {
+    Failure { exit: Exit::Failed, message: message.into(), hint: None }
+}
+
+/// The command line is invalid: exit code 2.
+pub fn usage(message: impl Into<String>) -> Failure {
+    Failure { exit: Exit::Usage, message: message.into(), hint: None }
+}
+
+/// Ctrl-C: exit code 130.
+pub fn interrupted(message: impl Into<String>) -> Failure {
+    Failure { exit: Exit::Interrupted, message: message.into(), hint: None }
+}
+
+/// A name for use in a message; an empty one is shown as `""`.
+pub fn named(name: &str) -> &str {
+    if name.is_empty() { "\"\"" } else { name }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Failure {}
+
+impl From<patchlock_eval::Error> for Failure {
+    fn from(error: patchlock_eval::Error) -> Self {
+        let exit = if error.is_misuse() { Exit::Usage } else { Exit::Failed };
+        Self { exit, message: error.to_string(), hint: error.advice() }
+    }
+}
+
+impl From<patchlock_eval::settings::SettingsError> for Failure {
+    fn from(error: patchlock_eval::settings::SettingsError) -> Self {
+        patchlock_eval::Error::from(error).into()
+    }
+}
+
+impl From<patchlock_media::Error> for Failure {
+    fn from(error: patchlock_media::Error) -> Self {
+        patchlock_eval::Error::from(error).into()
+    }
+}
+
+/// Prints an error as `error: ...` and `hint: ...`, and returns its exit code.
+pub fn report(error: &anyhow::Error) -> Exit {
+    let mut text = format!("{error:#}");
+    // Messages of libraries may span several lines; join them into one.
+    text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let failure = error.chain().find_map(|cause| cause.downcast_ref::<Failure>());
+    match failure {
+        Some(failure) if failure.exit == Exit::Interrupted => eprintln!("{text}"),
+        _ => eprintln!("error: {text}"),
+    }
+    if let Some(hint) = failure.and_then(Failure::advice) {
+        eprintln!("hint: {hint}");
+    }
+    failure.map_or(Exit::Failed, |failure| failure.exit)
+}
