@@ -43,8 +43,8 @@ def build() -> Path:
         "cargo",
         "bench",
         "--locked",
-        "--package",
-        "patchlock",
+        # With the features of the whole workspace, so that the tests share this build.
+        "--workspace",
         "--bench",
         "instructions",
         "--no-run",

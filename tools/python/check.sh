@@ -6,28 +6,9 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../.." && pwd)
 venv=$root/target/python-venv
 
-# Other toolkits, Ray, readers of the export formats and the rerun SDK: about 600 MB the first time. If they
-# can't be installed, the tests that need them are skipped with a message.
-toolkits() {
-    local pip=("$venv/bin/pip" install --quiet --disable-pip-version-check) wheel version
-    wheel=$(echo "$root"/target/wheels/patchlock-*.whl)
-    "${pip[@]}" --no-compile "patchlock[export,got10k,ray,rerun,vot] @ file://$wheel" || return
-    # The VOT toolkit depends on OpenCV with a GUI, which needs desktop libraries. Replace it by the same
-    # version without a GUI and with CSRT.
-    version=$("$venv/bin/python" -c \
-        'from importlib.metadata import version; print(version("opencv-python"))') || return
-    "${pip[@]}" --no-deps "opencv-contrib-python-headless==$version"
-}
-
-"$here/setup.sh"
-[ -x "$venv/bin/pytest" ] || exit 0 # setup.sh has printed the reason
-if ! toolkits; then
-    if [ "${PATCHLOCK_PYTHON:-}" = required ]; then
-        echo "other toolkits are required, but could not be installed" >&2
-        exit 1
-    fi
-    echo "SKIPPED, tests with other toolkits, which could not be installed"
-fi
+# Other toolkits, Ray, readers of the export formats and the rerun SDK, and what builds the documentation.
+"$here/setup.sh" export got10k ray rerun vot docs
+[ -x "$venv/bin/pytest" ] || exit 0 # prepare.sh has printed the reason
 
 # In this folder Python finds the installed package, not the sources in python/.
 cd "$root/crates/patchlock-py"
