@@ -166,7 +166,7 @@ def test_errors_of_files_name_the_argument_or_the_file(folder, tmp_path):
     with pytest.raises(ValueError, match=r"^end=3 is not after start=3: .*\(end is the first frame") as found:
         track(folder, (70, 60, 40, 30), start=3, end=3)
     assert "--" not in str(found.value)
-    with pytest.raises(ValueError, match="^stride is 0: .*stride=1 takes every frame"):
+    with pytest.raises(ValueError, match="^stride is 0; .*stride=1 takes every frame"):
         track(folder, (70, 60, 40, 30), stride=0)
     (tmp_path / "0.png").write_bytes((folder / "0.png").read_bytes())
     (tmp_path / "1.png").write_bytes(b"no image")

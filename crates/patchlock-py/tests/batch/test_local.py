@@ -273,7 +273,7 @@ def test_score_and_report_read_the_results_and_the_collected_truth(
         ({"jobs": 0}, "jobs is 0"),
         ({"threads": 0}, "threads is 0"),
         ({"retries": -1}, "retries is -1"),
-        ({"name": "a/b"}, "folder name"),
+        ({"name": "a/b"}, "name of a folder"),
         ({"preset": "papr"}, "no preset papr"),
         ({"epsilon": 9}, "epsilon"),
     ],
