@@ -16,6 +16,10 @@ const ROUNDING: f64 = 64.0 * U;
 /// below it.
 const MIN_SCORE: f32 = 1e-30;
 
+/// The most possible atoms of a tile that are added one by one. With more, most of them are ruled out once the
+/// best of the tile is known.
+const FEW: u32 = 3;
+
 /// Factors slightly below and above 1 that absorb the rounding of a bound.
 const ROUND_DOWN: f32 = 1.0 - 8.0 * U as f32;
 const ROUND_UP: f32 = 1.0 + 8.0 * U as f32;
@@ -211,8 +215,12 @@ impl Screen {
     ) {
         let mut sums = shared.squares;
         add_squares(simd, &mut sums, y);
-        let candidate = &self.candidates[number];
+        let candidate = &mut self.candidates[number];
         let mut bits = candidate.possible_lanes(simd, &sums, &shared.divisors);
+        if bits.count_ones() > FEW {
+            candidate.raise_by_tile(simd, (&sums, &shared.divisors), gap, exact.eligible.0);
+            bits = candidate.possible_lanes(simd, &sums, &shared.divisors);
+        }
         let (sums, divisors) = (lanes::<S>(&sums), lanes::<S>(&shared.divisors));
         while bits != 0 {
             let lane = bits.trailing_zeros() as usize;
@@ -290,6 +298,28 @@ impl StepCandidate {
     #[inline(always)]
     fn raise_lower_bound(&mut self, lower_bound: f32) {
         self.lower_bound = self.lower_bound.max(lower_bound);
+    }
+
+    /// Raises the lower bound to what the eligible atoms of a tile reach at least.
+    #[inline(always)]
+    fn raise_by_tile<S: Simd>(
+        &mut self,
+        simd: S,
+        (sums, divisors): (&Tile<S>, &Tile<S>),
+        gap: f32,
+        eligible_from: f32,
+    ) {
+        let factor = simd.splat_f32s(self.bounds.lower_factor);
+        let term = simd.splat_f32s(self.bounds.lower_term);
+        let (gap, from) = (simd.splat_f32s(gap), simd.splat_f32s(eligible_from));
+        let mut highest = simd.splat_f32s(0.0);
+        for (&sum, &divisor) in sums.iter().zip(divisors) {
+            let surely = simd.sub_f32s(simd.mul_f32s(factor, sum), term);
+            let least = simd.div_f32s(surely, simd.add_f32s(divisor, gap));
+            let eligible = simd.greater_than_or_equal_f32s(divisor, from);
+            highest = simd.max_f32s(highest, simd.select_f32s(eligible, least, highest));
+        }
+        self.raise_lower_bound(simd.reduce_max_f32s(highest) * ROUND_DOWN);
     }
 
     /// For each atom, the excess of its upper bound over the lower bound, times its divisor. If it is
