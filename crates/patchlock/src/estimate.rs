@@ -30,7 +30,7 @@ pub enum Status {
     /// The target is in the box.
     Tracked,
     /// The target may be hidden or lost. With the method `patchwise`: no more of it is visible than the share
-    /// `delta` below which nothing is learned (Eq. 20 of the paper).
+    /// `delta`, at or below which no template is replaced (Eq. 20 of the paper).
     Uncertain,
     /// The target is lost; the box is the last one that was known. The method `patchwise` never says so.
     Lost,

@@ -1,7 +1,7 @@
 //! Many targets in one video. Each is tracked as by a [`Tracker`](crate::Tracker) of its own, to the same
 //! boxes, bit for bit, but the frame is converted once, and buffers belong to threads rather than to targets.
 //!
-//! The targets are split over the threads of the pool in runs of equal length. A thread that has finished its
+//! The targets are split over the threads of the pool in consecutive groups. A thread that has finished its
 //! run helps with the candidates of the others, so that all threads have work with fewer targets than
 //! threads.
 

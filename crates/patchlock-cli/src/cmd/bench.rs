@@ -28,7 +28,7 @@ EXAMPLES:
   patchlock bench OTB --out out --config wide.toml --name wide --attributes FM,MB
       other settings under another name, on the targets with fast motion or motion blur
   patchlock bench OTB --out out --shard 1/4
-      the first quarter of the runs; all four may run at the same time on machines that share the folder
+      every fourth run, from the first; all four may run at the same time on machines that share the folder
   patchlock bench OTB --out out --cmd \"python3 my_tracker.py\" --name mine
       your own tracker, if it implements the TraX protocol, measured in the same way
   patchlock score out --truth OTB

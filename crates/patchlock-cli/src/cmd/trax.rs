@@ -14,7 +14,7 @@ use crate::trax::{Protocol, Targets, serve};
 
 const EXAMPLES: &str = "\
 EXAMPLES:
-  patchlock trax --config fast.toml
+  patchlock trax --config my.toml
       waits on standard input for a client, such as the VOT toolkit
   patchlock bench OTB --out out --name mine --cmd \"patchlock trax --preset paper\"
       a client that starts the server itself

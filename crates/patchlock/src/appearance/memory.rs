@@ -44,7 +44,7 @@ pub struct LearningRules {
     pub template: TemplateRules,
 }
 
-/// What of the model learns on a frame. The caller decides.
+/// Which parts of the model learn on a frame. The caller decides.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LearningStep {
     /// Subspace, templates, large dictionary and large buffer.
@@ -99,7 +99,8 @@ impl PatchMemory {
         memory
     }
 
-    /// Keeps a tracked candidate for the subspace, which takes in all that were kept at the next large step.
+    /// Keeps a tracked candidate for the subspace, which takes them all in at the next large
+    /// learning step.
     pub fn collect(&mut self, candidate: &[f32], scratch: &mut LearningScratch) {
         let mut copy = scratch.spare.pop().unwrap_or_default();
         copy.clear();
@@ -107,7 +108,7 @@ impl PatchMemory {
         self.batch.push(copy);
     }
 
-    /// Learns from a tracked candidate, whose patches are visible or not.
+    /// Learns from a tracked candidate and its visibility map.
     pub fn learn(
         &mut self,
         (candidate, visibility): (&[f32], &Visibility),

@@ -22,7 +22,7 @@ use crate::vision::warp::{Affine, warp};
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
 
-/// Everything that a patch model is made by.
+/// All parameters of a patch model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PatchRules {
     /// Side of the square templates, in samples.
@@ -106,8 +106,10 @@ impl PatchModel {
         &self.memory
     }
 
-    /// Which patches of one candidate are visible (Eq. 12, 18). Nothing is allocated once the buffers have
-    /// grown, and nothing is learned.
+    /// Which patches of one candidate are visible (Eq. 12, 18): the candidate of a box is what
+    /// [`cut_candidate`] makes of the matrix of [`State::from_box`](crate::motion::state::State::from_box).
+    /// It takes 1.4 to 1.9 ms on one core with the paper's grid and 0.2 ms with small patches 4 samples apart
+    /// (benchmark `look`). Nothing is allocated once the buffers have grown, and nothing is learned.
     pub fn look(&self, candidate: &[f32], scratch: &mut LookScratch, out: &mut Visibility) {
         for (scale, map) in [(&self.large, &mut out.large), (&self.small, &mut out.small)] {
             map.clear(scale.grid().per_side());
@@ -161,8 +163,8 @@ impl PatchModel {
         self.memory.collect(candidate, scratch);
     }
 
-    /// Learns from a tracked candidate (Sec. 2.5): templates, buffers and subspace as far as enough of it is
-    /// visible (Eq. 20), then the dictionaries. `step` says what learns on this frame.
+    /// Learns from a tracked candidate and its visibility (Sec. 2.5): the subspace, templates and buffers if
+    /// enough is visible (Eq. 20), then the dictionaries. `step` says what learns on this frame.
     pub fn learn(
         &mut self,
         tracked: (&[f32], &Visibility),

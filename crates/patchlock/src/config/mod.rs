@@ -60,13 +60,13 @@ parameters! {
             sigma_x: f64 = 6.0, number(0.0, 1000.0);
             /// Standard deviation of the centre's motion along y, in pixels per frame.
             sigma_y: f64 = 6.0, number(0.0, 1000.0);
-            /// Standard deviation of the scale (box width / template side).
+            /// Standard deviation of the change of scale (box width / template side) per frame.
             sigma_scale: f64 = 0.02, number(0.0, 10.0);
-            /// Standard deviation of the rotation, in radians.
+            /// Standard deviation of the change of rotation, in radians per frame.
             sigma_rotation: f64 = 0.002, number(0.0, 10.0);
-            /// Standard deviation of the aspect ratio (height / width).
+            /// Standard deviation of the change of the aspect ratio (height / width) per frame.
             sigma_aspect: f64 = 0.002, number(0.0, 10.0);
-            /// Standard deviation of the skew, in radians.
+            /// Standard deviation of the change of skew, in radians per frame.
             sigma_skew: f64 = 0.0, number(0.0, 10.0);
         }
         "paper Sec. 2, Eq. 1-2" {
@@ -84,7 +84,7 @@ parameters! {
             subtract_mean: bool = false, Range::Flag;
         }
         "paper Sec. 2.1, Eq. 3-9" {
-            /// Most atoms in a joint code.
+            /// Maximum number of atoms in a joint code.
             atoms: usize = 4, number(1.0, MAX_ATOMS as f64);
             /// Number of earlier patches that are coded jointly with the current one.
             buffer: usize = 4, number(0.0, 16.0);
@@ -131,7 +131,7 @@ parameters! {
             forgetting: f64 = 1.0, number(0.01, 1.0);
             /// Eigenvectors are kept while their squared singular value is at least this share of the total.
             subspace_keep: f64 = 1e-6, number(0.0, 1.0);
-            /// Most eigenvectors of the subspace.
+            /// Maximum number of eigenvectors of the subspace.
             subspace_vectors: usize = 20, number(1.0, 64.0);
             /// Weight of the L1 norms in the reconstruction of the tracked candidate.
             lambda: f64 = 0.01, number(0.0, 1.0);

@@ -1,6 +1,6 @@
 //! Reads a configuration: groups as tables, and for files of version 0.1 also their fields without a group.
 
-use super::{PatchwiseConfig, TrackerConfig};
+use super::TrackerConfig;
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, Visitor};
 use std::fmt;
 
@@ -71,27 +71,27 @@ impl<'de> Visitor<'de> for ConfigVisitor {
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<TrackerConfig, A::Error> {
         let mut config = TrackerConfig::default();
-        // Fields of the group without its name, as version 0.1 has them.
-        let (mut loose, mut loose_name) = (PatchwiseConfig::default(), None);
-        let mut group = None;
+        let mut groups = Vec::new();
+        // Fields outside of their groups, as version 0.1 has them.
+        let mut loose = Vec::new();
         while let Some(name) = map.next_key::<String>()? {
-            if name == "patchwise" {
-                group = Some(map.next_value::<PatchwiseConfig>()?);
-            } else if loose.read_field(&name, &mut map)? {
-                loose_name = Some(name);
+            if config.read_group(&name, &mut map)? {
+                groups.push(name);
+            } else if let Some(group) = config.read_in_groups(&name, &mut map)? {
+                loose.push((name, group));
             } else if !config.read_field(&name, &mut map)? {
                 refuse_or_skip(&name, &mut map)?;
             }
         }
-        config.patchwise = match (group, loose_name) {
-            (Some(_), Some(name)) => {
-                let reason = format!("`{name}` belongs to the group `patchwise`, which is given");
-                return Err(A::Error::custom(reason));
+        // Which of the two counts would depend on their order.
+        let twice = loose.iter().find(|(_, group)| groups.iter().any(|given| given == group));
+        match twice {
+            Some((name, group)) => {
+                let reason = format!("`{name}` belongs to the group `{group}`, which is given");
+                Err(A::Error::custom(reason))
             }
-            (Some(group), None) => group,
-            (None, _) => loose,
-        };
-        Ok(config)
+            None => Ok(config),
+        }
     }
 }
 

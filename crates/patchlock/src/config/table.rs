@@ -159,6 +159,33 @@ macro_rules! group {
                 },
             )*)*];
 
+            /// Reads the group of this name, if there is one.
+            #[allow(dead_code, unused_variables, reason = "a group has no groups in it")]
+            fn read_group<'de, A: serde::de::MapAccess<'de>>(
+                &mut self,
+                name: &str,
+                map: &mut A,
+            ) -> Result<bool, A::Error> {
+                $(if name == stringify!($inner) {
+                    self.$inner = map.next_value()?;
+                    return Ok(true);
+                })*
+                Ok(false)
+            }
+
+            /// Reads the field of this name in any of the groups, and returns the group, if there is one.
+            #[allow(dead_code, unused_variables, reason = "a group has no groups in it")]
+            fn read_in_groups<'de, A: serde::de::MapAccess<'de>>(
+                &mut self,
+                name: &str,
+                map: &mut A,
+            ) -> Result<Option<&'static str>, A::Error> {
+                $(if self.$inner.read_field(name, map)? {
+                    return Ok(Some(stringify!($inner)));
+                })*
+                Ok(None)
+            }
+
             /// Reads the field of this name, if there is one.
             fn read_field<'de, A: serde::de::MapAccess<'de>>(
                 &mut self,

@@ -37,7 +37,9 @@ impl Target {
             return Err("it has counted more frames than a video has");
         }
         if !state.is_valid() {
-            return Err("the state is not a shape");
+            return Err(
+                "a number of the state is not finite, or its scale or aspect is not positive",
+            );
         }
         model.check(&config.patch_rules(), config.update_interval)?;
         let model = PatchModel::restore(model, config.patch_rules());

@@ -1,6 +1,6 @@
 //! Frames: borrowed views of the caller's pixels, and their conversion to grey images.
 //!
-//! Grey is `0.2989 R + 0.5870 G + 0.1140 B`, scaled to `[0, 1]` (Sec. 1 of the paper's tracker).
+//! Grey is `0.2989 R + 0.5870 G + 0.1140 B`, scaled to `[0, 1]` (Sec. 2 of the paper).
 
 use crate::Error;
 use serde::{Deserialize, Serialize};

@@ -16,8 +16,8 @@ const ROUNDING: f64 = 64.0 * U;
 /// below it.
 const MIN_SCORE: f32 = 1e-30;
 
-/// The most possible atoms of a tile that are added one by one. With more, most of them are ruled out once the
-/// best of the tile is known.
+/// The most possible atoms of a tile that are added one by one. With more, most of them are ruled out once
+/// the best of the tile is known.
 const FEW: u32 = 3;
 
 /// Factors slightly below and above 1 that absorb the rounding of a bound.
