@@ -2,8 +2,7 @@
 
 use crate::sequence::OCCLUDED;
 use patchlock::{
-    Error, Estimate, FrameView, PARAMETERS, PRESETS, Parameter, PatchwiseConfig, Range, Tracker,
-    TrackerConfig,
+    Error, Estimate, FrameView, PARAMETERS, PRESETS, Parameter, Range, Tracker, TrackerConfig,
 };
 use serde::Deserialize;
 use serde::de::value::{Error as ValueError, MapDeserializer};
@@ -52,12 +51,17 @@ fn default_of(parameter: &Parameter) -> Value {
     }
 }
 
-/// Few particles and frequent updates, so that every kind of step occurs within a few frames.
-fn base() -> Fields {
-    fields(json!({
+/// Settings under which a field of this group can have an effect: its method, or the default one for common
+/// fields. Few particles and frequent updates let every kind of step occur within a few frames.
+fn base(group: &str) -> Fields {
+    let mut given = fields(json!({
         "particles": 25, "small_step": 8, "templates": 6,
         "update_interval": 2, "small_update_interval": 3,
-    }))
+    }));
+    if !group.is_empty() {
+        given.insert("method".to_owned(), json!(group));
+    }
+    given
 }
 
 /// Tracks past the tree; returns the estimates and everything that an observer sees.
@@ -131,7 +135,7 @@ fn every_field_matters() {
     let mut tracked: HashMap<String, Vec<(Estimate, String)>> = HashMap::new();
     for parameter in PARAMETERS {
         for value in others(parameter) {
-            let mut given = base();
+            let mut given = base(parameter.group);
             let key = Value::Object(given.clone()).to_string();
             let before = tracked.entry(key).or_insert_with(|| track(&given)).clone();
             given.insert(parameter.name.to_owned(), value.clone());
@@ -194,8 +198,7 @@ fn a_number_outside_its_range_is_refused() {
             for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
                 // JSON cannot represent these values.
                 let map = MapDeserializer::<_, ValueError>::new([(name, value)].into_iter());
-                let patchwise = PatchwiseConfig::deserialize(map).unwrap();
-                let config = TrackerConfig { patchwise, ..TrackerConfig::default() };
+                let config = TrackerConfig::deserialize(map).unwrap();
                 check_refusal(config, name, &format!("{value:?}"), parameter.range);
             }
             for value in [min, max] {
