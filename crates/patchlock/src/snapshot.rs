@@ -46,15 +46,15 @@ pub struct MultiSnapshot {
 }
 
 /// A target and the size of the frames that it is tracked in.
-type Sized = (FrameSize, SavedTarget);
+type TargetWithSize = (FrameSize, SavedTarget);
 
 impl Snapshot {
-    pub(crate) fn new(config: &TrackerConfig, target: Option<Sized>) -> Self {
+    pub(crate) fn new(config: &TrackerConfig, target: Option<TargetWithSize>) -> Self {
         let (frame_size, target) = target.unzip();
         Self { version: VERSION, config: config.clone(), frame_size, target }
     }
 
-    pub(crate) fn into_parts(self) -> (TrackerConfig, Option<Sized>) {
+    pub(crate) fn into_parts(self) -> (TrackerConfig, Option<TargetWithSize>) {
         (self.config, self.frame_size.zip(self.target))
     }
 }
@@ -175,15 +175,15 @@ struct TargetForm {
 }
 
 /// A target, with the size of its frames where the form has it.
-type Read = (Option<FrameSize>, SavedTarget);
+type ReadTarget = (Option<FrameSize>, SavedTarget);
 
 impl TargetForm {
-    fn now(self) -> Result<Read, Error> {
+    fn now(self) -> Result<ReadTarget, Error> {
         let saved = self.patchwise.ok_or_else(|| error::snapshot("a target has no known method"));
         Ok((None, SavedTarget::Patchwise(saved?)))
     }
 
-    fn of_0_1(self) -> Result<Read, Error> {
+    fn of_0_1(self) -> Result<ReadTarget, Error> {
         let size =
             FrameSize { width: given(self.width, "width")?, height: given(self.height, "height")? };
         let model = PatchMemory {

@@ -101,7 +101,7 @@ impl LikelihoodRules {
     }
 
     /// The largest value of [`Self::weighted`] at this position weight; shares are at most 1.
-    pub fn most(&self, position: f64) -> f64 {
+    pub fn weighted_at_most(&self, position: f64) -> f64 {
         patch_weight(true, position)
     }
 

@@ -48,9 +48,9 @@ pub struct LearningRules {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LearningStep {
     /// Subspace, templates, large dictionary and large buffer.
-    pub large: bool,
+    pub templates: bool,
     /// Small dictionary and small buffer.
-    pub small: bool,
+    pub small_dictionary: bool,
 }
 
 /// What a learning step changed.
@@ -119,7 +119,7 @@ impl PatchMemory {
     ) -> Learned {
         let learning = &rules.learning;
         let mut learned = Learned::default();
-        if step.large {
+        if step.templates {
             self.subspace.add(&self.batch, &learning.subspace, &mut scratch.subspace);
             scratch.spare.append(&mut self.batch);
             learned.replaced =
@@ -129,7 +129,7 @@ impl PatchMemory {
                 learned.large_buffer = true;
             }
         }
-        if step.small {
+        if step.small_dictionary {
             self.small_templates.clone_from(&self.templates);
             learned.small_dictionary = true;
             if visibility.small.share() > learning.small_buffer_guard {

@@ -46,7 +46,7 @@ pub trait UpperBounds {
 
     /// The maximum that a patch at this location can add to a likelihood, before any factor common to all
     /// patches.
-    fn most(&self, size: ScaleSize, location: u32) -> f64;
+    fn gain_at_most(&self, size: ScaleSize, location: u32) -> f64;
 
     /// What this candidate's small patch adds to its likelihood; the patch must have been coded.
     fn gain(&self, candidate: u32, location: u32) -> f64;
@@ -120,9 +120,11 @@ impl Pruning {
         self.code_small(0..seeds, bounds);
         self.order_small(seeds, bounds);
 
-        let small_bound: f64 = (0..small as u32).map(|i| bounds.most(ScaleSize::Small, i)).sum();
+        let small_bound: f64 =
+            (0..small as u32).map(|i| bounds.gain_at_most(ScaleSize::Small, i)).sum();
         // If large patches have no weight, they are coded at the end, and only for the remaining candidates.
-        let large_counts = self.large_order.iter().any(|&i| bounds.most(ScaleSize::Large, i) > 0.0);
+        let large_counts =
+            self.large_order.iter().any(|&i| bounds.gain_at_most(ScaleSize::Large, i) > 0.0);
         let rounds = if large_counts { large } else { 0 };
         self.sort_by_position(seeds);
         for done in 0..rounds {
@@ -154,7 +156,7 @@ impl Pruning {
     fn order_large(&mut self, count: usize, bounds: &impl UpperBounds) {
         self.large_order.clear();
         self.large_order.extend(0..count as u32);
-        let most = |i: &u32| bounds.most(ScaleSize::Large, *i);
+        let most = |i: &u32| bounds.gain_at_most(ScaleSize::Large, *i);
         self.large_order.sort_by(|a, b| most(b).total_cmp(&most(a)).then(a.cmp(b)));
     }
 
@@ -164,7 +166,7 @@ impl Pruning {
         losses.clear();
         losses.extend((0..self.small_order.len() as u32).map(|i| {
             let gain: f64 = self.remaining[..seeds].iter().map(|&k| bounds.gain(k, i)).sum();
-            bounds.most(ScaleSize::Small, i) * seeds as f64 - gain
+            bounds.gain_at_most(ScaleSize::Small, i) * seeds as f64 - gain
         }));
         let order = &mut self.small_order;
         order.sort_by(|&a, &b| losses[b as usize].total_cmp(&losses[a as usize]).then(a.cmp(&b)));
@@ -215,7 +217,8 @@ impl Pruning {
                 self.gains[k as usize] += gain;
                 self.best = self.best.max(self.large_parts[k as usize] + self.gains[k as usize]);
             }
-            left -= locations.iter().map(|&i| bounds.most(ScaleSize::Small, i)).sum::<f64>();
+            left -=
+                locations.iter().map(|&i| bounds.gain_at_most(ScaleSize::Small, i)).sum::<f64>();
         }
         self.small_order = order;
     }
@@ -267,7 +270,7 @@ mod tests {
             }
         }
 
-        fn most(&self, size: ScaleSize, _: u32) -> f64 {
+        fn gain_at_most(&self, size: ScaleSize, _: u32) -> f64 {
             if size == ScaleSize::Large { self.most_large } else { self.most_small }
         }
 

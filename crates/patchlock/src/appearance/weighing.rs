@@ -187,15 +187,16 @@ impl UpperBounds for TeamWeighing<'_, '_> {
         }
     }
 
-    fn most(&self, size: ScaleSize, location: u32) -> f64 {
+    fn gain_at_most(&self, size: ScaleSize, location: u32) -> f64 {
         let Weighing { rules, coding, .. } = &*self.weighing;
         let position = |scale: &Scale| scale.positions()[location as usize];
         match size {
             ScaleSize::Large if !rules.counts_large() => 0.0,
-            ScaleSize::Large => rules.most(position(coding.large)),
+            ScaleSize::Large => rules.weighted_at_most(position(coding.large)),
             ScaleSize::Small if !rules.counts_small() => 0.0,
             ScaleSize::Small => {
-                rules.most(position(coding.small)) / coding.small.positions().len() as f64
+                rules.weighted_at_most(position(coding.small))
+                    / coding.small.positions().len() as f64
             }
         }
     }

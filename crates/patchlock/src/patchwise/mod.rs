@@ -115,7 +115,7 @@ impl Target {
 fn learning_step(frame: u64, config: &PatchwiseConfig) -> LearningStep {
     let every = |interval: usize| frame.is_multiple_of(interval as u64);
     LearningStep {
-        large: every(config.update_interval),
-        small: every(config.small_update_interval),
+        templates: every(config.update_interval),
+        small_dictionary: every(config.small_update_interval),
     }
 }

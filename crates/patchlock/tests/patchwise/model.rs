@@ -69,7 +69,7 @@ fn a_look_is_the_visibility_of_the_weighed_candidate() {
             let mut seen = Visibility::default();
             model.look(&samples[..1024], &mut look, &mut seen);
             model.collect(&samples[..1024], &mut learning);
-            let step = LearningStep { large: true, small: true };
+            let step = LearningStep { templates: true, small_dictionary: true };
             let learned = model.learn((&samples[..1024], &seen), step, &mut rng, &mut learning);
             assert!(learned.small_dictionary);
         }
@@ -90,8 +90,8 @@ fn the_model_learns_only_when_the_caller_asks() {
     let learned = model.learn((&candidate, &seen), nothing, &mut rng, &mut learning);
     assert_eq!((learned.replaced, learned.small_dictionary), (None, false));
     assert_eq!(*model.memory(), before);
-    let large = LearningStep { large: true, small: false };
-    let learned = model.learn((&candidate, &seen), large, &mut rng, &mut learning);
+    let templates = LearningStep { templates: true, small_dictionary: false };
+    let learned = model.learn((&candidate, &seen), templates, &mut rng, &mut learning);
     assert!(learned.replaced.is_some());
     assert_ne!(model.memory().templates, before.templates);
     assert_eq!(model.memory().small_templates, before.small_templates);
