@@ -49,6 +49,8 @@ fn tables_and_json_have_the_same_scores() {
         (&1.into(), &Value::Null, &Value::Null)
     );
     assert_eq!(tracker["attributes"]["IV"]["dp20"], 1.0);
+    assert!((tracker["lost_share"].as_f64().unwrap() - 1.0 / 3.0).abs() < 1e-12);
+    assert_eq!(tracker["overlap_not_lost"], 1.0);
     benchmark
         .patchlock(&["score", "half", "--truth", "data", "--by", "target"])
         .assert()

@@ -12,6 +12,8 @@
 //! - **Normalised precision** (Mueller et al., TrackingNet, ECCV 2018): precision with the horizontal
 //!   distance divided by the width of the true box and the vertical one by its height, t = 0, 0.01 .. 0.5.
 //!   Its score is the mean of the 51 values.
+//! - The target is **lost** in a frame with an overlap of less than 0.1 (`<`). The lost share is the share of
+//!   such frames; the overlap when not lost is the mean overlap of the others.
 //! - The first frame, whose box is given, counts. A frame without a true box of positive width and height
 //!   does not.
 //! - A box that the tracker did not report is replaced by the last one that it reported.
@@ -21,6 +23,8 @@
 pub const DP_INDEX: usize = 20;
 /// Index of 0.5 in the thresholds of success.
 pub const SUCCESS_INDEX: usize = 10;
+/// The target is lost in frames with a smaller overlap.
+pub const LOST_OVERLAP: f64 = 0.1;
 
 /// The thresholds of the curves. The comparison operators are fixed: see the module documentation.
 #[derive(Debug, Clone, PartialEq)]

@@ -41,6 +41,10 @@ pub struct SeedScore {
     pub curves: Curves,
     /// Mean overlap over the frames of all passes.
     pub mean_overlap: f64,
+    /// Share of the frames of all passes in which the target is lost.
+    pub lost_share: f64,
+    /// Mean overlap over the other frames; `None` if there are none.
+    pub overlap_not_lost: Option<f64>,
     /// Number of frames and total seconds of all passes, if times are known.
     pub time: Option<(usize, f64)>,
 }
@@ -76,6 +80,10 @@ pub struct Summary {
     pub success50: Measure,
     /// Mean overlap.
     pub mean_overlap: Measure,
+    /// Share of the frames in which the target is lost.
+    pub lost_share: Measure,
+    /// Mean overlap over the other frames, over the targets that have any; `None` if none has.
+    pub overlap_not_lost: Option<Measure>,
     /// Mean of the curve of normalised precision.
     pub norm_precision: Measure,
     /// Frames per second; `None` if times are unknown.
@@ -299,12 +307,19 @@ fn target_score(
     for (seed, (passes, runs)) in seeds {
         let mut tally = Tally::new(protocol);
         passes.iter().for_each(|pass| tally.add(&pass.frames, protocol));
-        match tally.curves().zip(tally.mean_overlap()) {
-            Some((curves, mean_overlap)) => {
-                scores.push(SeedScore { seed, passes, curves, mean_overlap, time: time(&runs) })
-            }
-            None => notes.push(format!("{}, seed {seed}: no frame has truth", sequence.name)),
-        }
+        let Some(curves) = tally.curves() else {
+            notes.push(format!("{}, seed {seed}: no frame has truth", sequence.name));
+            continue;
+        };
+        scores.push(SeedScore {
+            seed,
+            passes,
+            curves,
+            mean_overlap: tally.mean_overlap().unwrap_or(0.0),
+            lost_share: tally.lost_share().unwrap_or(0.0),
+            overlap_not_lost: tally.overlap_not_lost(),
+            time: time(&runs),
+        });
     }
     TargetScore {
         target: sequence.name.clone(),
@@ -374,17 +389,30 @@ pub fn summary<'a>(
         rows.iter().map(|row| Curves::mean(row.iter().map(|score| &score.curves))).collect();
     let curves = curves?;
     let over_seeds = |value: fn(&Curves) -> f64| measure(curves.iter().map(value).collect());
-    let overlap = |row: &Vec<&SeedScore>| mean(row.iter().map(|score| score.mean_overlap));
+    let over_targets = |value: fn(&SeedScore) -> f64| {
+        measure(rows.iter().map(|row| mean(row.iter().map(|score| value(score)))).collect())
+    };
     let fps: Option<Vec<f64>> = rows.iter().map(|row| fps(row)).collect();
     Some(Summary {
         dp20: over_seeds(Curves::dp20)?,
         auc: over_seeds(Curves::auc)?,
         success50: over_seeds(Curves::success50)?,
-        mean_overlap: measure(rows.iter().map(overlap).collect())?,
+        mean_overlap: over_targets(|score| score.mean_overlap)?,
+        lost_share: over_targets(|score| score.lost_share)?,
+        overlap_not_lost: over_known(&rows, |score| score.overlap_not_lost),
         norm_precision: over_seeds(Curves::norm_precision)?,
         fps: fps.and_then(measure),
         curves: Curves::mean(&curves)?,
     })
+}
+
+/// The mean over the targets that have the value, for each seed that has any, then over these seeds.
+fn over_known(rows: &[Vec<&SeedScore>], value: fn(&SeedScore) -> Option<f64>) -> Option<Measure> {
+    let known = |row: &Vec<&SeedScore>| -> Vec<f64> {
+        row.iter().filter_map(|score| value(score)).collect()
+    };
+    let rows = rows.iter().map(known).filter(|known| !known.is_empty());
+    measure(rows.map(|known| mean(known.into_iter())).collect())
 }
 
 /// Total frames divided by total time; `None` unless all times are known.

@@ -271,6 +271,8 @@ fn summary_json(s: &Summary) -> Value {
         ("success50", Some(s.success50)),
         ("mean_overlap", Some(s.mean_overlap)),
         ("norm_precision", Some(s.norm_precision)),
+        ("lost_share", Some(s.lost_share)),
+        ("overlap_not_lost", s.overlap_not_lost),
         ("fps", s.fps),
     ];
     for (name, measure) in measures {

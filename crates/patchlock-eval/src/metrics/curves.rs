@@ -1,7 +1,7 @@
 //! Curves over thresholds from the measures of frames.
 
 use super::frames::FrameMeasures;
-use crate::protocol::{DP_INDEX, Protocol, SUCCESS_INDEX};
+use crate::protocol::{DP_INDEX, LOST_OVERLAP, Protocol, SUCCESS_INDEX};
 
 /// Shares of frames, 0 to 1, at the thresholds of the protocol.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -62,6 +62,10 @@ pub struct Tally {
     pub frames: usize,
     /// Sum of their overlaps.
     pub overlap: f64,
+    /// Number of frames in which the target is lost.
+    lost: usize,
+    /// Sum of the overlaps of the other frames.
+    not_lost_overlap: f64,
     precision: Vec<usize>,
     normalised: Vec<usize>,
     success: Vec<usize>,
@@ -73,6 +77,8 @@ impl Tally {
         Self {
             frames: 0,
             overlap: 0.0,
+            lost: 0,
+            not_lost_overlap: 0.0,
             precision: vec![0; protocol.precision.len()],
             normalised: vec![0; protocol.normalised.len()],
             success: vec![0; protocol.success.len()],
@@ -84,6 +90,11 @@ impl Tally {
         for overlap in measures.overlaps.iter().flatten() {
             self.frames += 1;
             self.overlap += overlap;
+            if *overlap < LOST_OVERLAP {
+                self.lost += 1;
+            } else {
+                self.not_lost_overlap += overlap;
+            }
             count(&mut self.success, &protocol.success, |threshold| *overlap > threshold);
         }
         for distance in measures.distances.iter().flatten() {
@@ -109,6 +120,17 @@ impl Tally {
     /// The mean overlap; `None` if no frame counts.
     pub fn mean_overlap(&self) -> Option<f64> {
         (self.frames > 0).then(|| self.overlap / self.frames as f64)
+    }
+
+    /// Share of the frames in which the target is lost; `None` if no frame counts.
+    pub fn lost_share(&self) -> Option<f64> {
+        (self.frames > 0).then(|| self.lost as f64 / self.frames as f64)
+    }
+
+    /// The mean overlap of the frames in which the target is not lost; `None` if there are none.
+    pub fn overlap_not_lost(&self) -> Option<f64> {
+        let others = self.frames - self.lost;
+        (others > 0).then(|| self.not_lost_overlap / others as f64)
     }
 }
 
@@ -143,6 +165,21 @@ mod tests {
         tally.add(&measures, &protocol);
         assert_eq!(tally.curves().unwrap(), curves, "doubling the frames keeps the shares");
         assert_eq!(tally.frames, 8);
+    }
+
+    #[test]
+    fn a_target_is_lost_below_a_tenth() {
+        let protocol = Protocol::otb();
+        let of = |overlaps: &[Option<f64>]| {
+            let overlaps = overlaps.to_vec();
+            let mut tally = Tally::new(&protocol);
+            tally.add(&FrameMeasures { overlaps, ..FrameMeasures::default() }, &protocol);
+            (tally.lost_share(), tally.overlap_not_lost())
+        };
+        let frames = [Some(1.0), Some(0.1), None, Some(0.099), Some(0.0)];
+        assert_eq!(of(&frames), (Some(0.5), Some(0.55)));
+        assert_eq!(of(&[Some(0.0), None]), (Some(1.0), None), "lost in all frames");
+        assert_eq!(of(&[None]), (None, None));
     }
 
     #[test]
