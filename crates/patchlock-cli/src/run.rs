@@ -1,18 +1,19 @@
-//! One run over frames: passes each frame to the tracker and the results to the outputs. Used by `track` and
-//! `demo`.
+//! One run over frames: passes each frame to the tracker and the results to the outputs. `track` and `demo`
+//! use it.
 
 use std::collections::BTreeSet;
 
 use anyhow::Result;
 use patchlock::TrackerConfig;
-use patchlock_eval::many_targets::{ManyTargets, TrackedTarget};
+use patchlock_eval::many_targets::ManyTargets;
 use patchlock_eval::session;
 use patchlock_media::Picture;
 
 use crate::failure::{Failure, failed, usage};
-use crate::output::row::Row;
+use crate::interrupt;
 use crate::output::{Seen, Sink, Tracked};
-use crate::targets::Event;
+use crate::progress::Progress;
+use crate::targets::{Event, Targets};
 
 /// A tracker with its outputs and its timings.
 pub struct Run {
@@ -70,14 +71,39 @@ impl Run {
         self.sinks
     }
 
+    /// Tracks all frames and passes each to the outputs, to `each` and to the progress bar. An error ends the
+    /// run; the outputs then hold the frames tracked before it.
+    pub fn track_all(
+        &mut self,
+        targets: &mut Targets,
+        frames: impl Iterator<Item = Result<(usize, Picture)>>,
+        progress: &Progress,
+        mut each: impl FnMut(&Tracked<'_>) -> Result<()>,
+    ) -> Result<()> {
+        for frame in frames {
+            let (index, picture) = frame?;
+            targets.check_boxes(index, &picture)?;
+            let (found, ms) = self.track(index, &picture, &targets.due(index))?;
+            let tracked = Tracked { frame: index, ms, targets: &found, picture: &picture };
+            self.write(&tracked)?;
+            each(&tracked)?;
+            let scores: f64 = found.iter().map(|seen| seen.estimate.score).sum();
+            progress.step(self.fps(), scores / found.len().max(1) as f64);
+        }
+        if interrupt::requested() {
+            return Ok(());
+        }
+        Ok(targets.check_all_done()?)
+    }
+
     /// Processes the next frame: ends targets, tracks the others, starts new ones. Returns the targets in the
     /// order of their ids, and the time in milliseconds.
-    pub fn track(
+    fn track(
         &mut self,
         index: usize,
         picture: &Picture,
         events: &[Event],
-    ) -> Result<(Vec<TrackedTarget>, f64)> {
+    ) -> Result<(Vec<Seen>, f64)> {
         self.check_size(index, picture)?;
         let frame = picture.frame()?;
         for event in events.iter().filter(|event| event.bbox.is_none()) {
@@ -96,34 +122,26 @@ impl Run {
         if !found.is_empty() {
             self.times_ms.push(ms);
         }
-        Ok((found, ms))
+        let seen = found.into_iter().map(|target| Seen {
+            id: self.with_ids.then_some(target.id),
+            bbox: target.bbox,
+            estimate: target.estimate,
+        });
+        Ok((seen.collect(), ms))
     }
 
     /// Passes a tracked frame to the outputs. An output that fails is dropped; the others still get the
     /// frame.
-    pub fn write(
-        &mut self,
-        index: usize,
-        picture: &Picture,
-        found: Vec<TrackedTarget>,
-        ms: f64,
-    ) -> Result<Vec<Seen>> {
-        let seen = |TrackedTarget { id, bbox, estimate }| {
-            let mut row = Row::new(index, &bbox, &estimate, ms);
-            row.id = self.with_ids.then_some(id);
-            Seen { row, estimate }
-        };
-        let targets: Vec<Seen> = found.into_iter().map(seen).collect();
-        let tracked = Tracked { frame: index, targets: &targets, picture };
+    fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
         let mut result = Ok(());
-        self.sinks.retain_mut(|sink| match sink.write(&tracked) {
+        self.sinks.retain_mut(|sink| match sink.write(tracked) {
             Ok(()) => true,
             Err(error) => {
                 result = Err(error);
                 false
             }
         });
-        result.map(|()| targets)
+        result
     }
 
     fn check_size(&mut self, index: usize, picture: &Picture) -> Result<(), Failure> {

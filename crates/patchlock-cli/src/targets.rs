@@ -7,7 +7,7 @@ use std::path::Path;
 
 use patchlock::BoundingBox;
 use patchlock_eval::start_box;
-use patchlock_media::Order;
+use patchlock_media::{Order, Picture};
 use serde::Deserialize;
 
 use crate::failure::{Failure, failed, usage};
@@ -88,16 +88,28 @@ impl Targets {
         }
     }
 
+    /// Fails if a target starts in this frame on a box that does not fit the frame.
+    pub fn check_boxes(&self, frame: usize, picture: &Picture) -> Result<(), Failure> {
+        let due = self.events.iter().filter(|event| self.is_due(event, frame));
+        for bbox in due.filter_map(|event| event.bbox) {
+            start_box::check(&bbox, frame, picture.width, picture.height)?;
+        }
+        Ok(())
+    }
+
     /// Removes and returns the events of this frame, in the order of the ids. Frames must be passed in the
     /// order of tracking.
     pub fn due(&mut self, frame: usize) -> Vec<Event> {
-        let first = !std::mem::replace(&mut self.started, true);
-        let is_due = |event: &Event| event.frame == Some(frame) || (first && event.frame.is_none());
         let (mut due, later) =
-            self.events.iter().partition::<Vec<Event>, _>(|&event| is_due(event));
-        self.events = later;
+            self.events.iter().partition::<Vec<Event>, _>(|event| self.is_due(event, frame));
+        (self.events, self.started) = (later, true);
         due.sort_by_key(|event| event.id);
         due
+    }
+
+    /// Whether an event belongs to this frame, which is the next one.
+    fn is_due(&self, event: &Event, frame: usize) -> bool {
+        event.frame.map_or(!self.started, |at| at == frame)
     }
 
     /// Fails if the source ended before the frame of an event.

@@ -81,20 +81,19 @@ pub fn run(args: &DemoArgs, program: &str) -> Result<()> {
 fn show(args: &DemoArgs, program: &str) -> Result<()> {
     interrupt::listen()?;
     let scene = Scene::demo();
-    let mut show = Show::new(&args.out, &scene)?;
+    let mut targets = Targets::in_first_frame(&[truth_box(&scene, 0)]);
+    let (mut run, mut show) = begin(&args.out, &scene)?;
     let progress = Progress::new(Some(scene.len()), args.quiet);
-    for k in 0..scene.len() {
-        if interrupt::requested() {
-            return Err(
-                interrupted(format!("stopped after {k} frames; nothing was written")).into()
-            );
-        }
-        let score = show.frame(&scene, k)?;
-        progress.step(show.run.fps(), score);
-    }
+    let frames = (0..scene.len()).take_while(|_| !interrupt::requested());
+    let frames = frames.map(|k| Ok((k, rendered(&scene, k))));
+    run.track_all(&mut targets, frames, &progress, |tracked| show.add(&scene, tracked))?;
     progress.finish("");
-    let fps = show.run.fps();
-    let overlap = show.finish(&scene, &args.out)?;
+    let (count, fps) = (run.times_ms().len(), run.fps());
+    if count < scene.len() {
+        let message = format!("stopped after {count} frames; nothing was written");
+        return Err(interrupted(message).into());
+    }
+    let overlap = show.finish(&scene, &args.out, run.into_sinks())?;
     print_summary(program, &args.out, &scene, &overlap, fps);
     Ok(())
 }
@@ -120,10 +119,33 @@ fn prepare(out: &Path, overwrite: bool) -> Result<(), Failure> {
     })
 }
 
-/// The unfinished files, and the measurements so far.
+/// Opens the files. The run writes the boxes and the video with the track.
+fn begin(out: &Path, scene: &Scene) -> Result<(Run, Show)> {
+    let create = |name: &str| PendingFile::create(&out.join(name), true);
+    let first = scene.frame(0);
+    let input = create("input.mp4")?;
+    let write_error = Box::new(input.error_handler());
+    let frames = Some(scene.len());
+    // The video first: completing it may still fail, before the other files are in place.
+    let sinks: Vec<Box<dyn Sink>> = vec![
+        Box::new(Video::new(create("demo.mp4")?, FrameRate::DEFAULT, frames)),
+        Box::new(Table::new(Format::Csv, create("demo.csv")?)),
+    ];
+    let run = Run::new(TrackerConfig::preset("paper")?, None, false, sinks)?;
+    let input = Mp4Writer::new(input, first.width, first.height, FrameRate::DEFAULT, frames)
+        .map_err(&write_error)?;
+    let (overlap, score, panels) = (Vec::new(), Vec::new(), Vec::new());
+    Ok((run, Show { input, write_error, overlap, score, moments: moments(scene), panels }))
+}
+
+/// A frame of the scene.
+fn rendered(scene: &Scene, k: usize) -> Picture {
+    let frame = scene.frame(k);
+    Picture::rgb(frame.width, frame.height, frame.rgb)
+}
+
+/// What the demo shows beside the outputs of the run, and the measurements so far.
 struct Show {
-    run: Run,
-    targets: Targets,
     input: Mp4Writer<PendingFile>,
     /// Adds the name of `input` to errors.
     write_error: Box<dyn Fn(Error) -> Failure>,
@@ -134,50 +156,21 @@ struct Show {
 }
 
 impl Show {
-    fn new(out: &Path, scene: &Scene) -> Result<Self> {
-        let create = |name: &str| PendingFile::create(&out.join(name), true);
-        let first = scene.frame(0);
-        let input = create("input.mp4")?;
-        let write_error = Box::new(input.error_handler());
-        let frames = Some(scene.len());
-        // The video first: completing it may still fail, before the other files are in place.
-        let sinks: Vec<Box<dyn Sink>> = vec![
-            Box::new(Video::new(create("demo.mp4")?, FrameRate::DEFAULT, frames)),
-            Box::new(Table::new(Format::Csv, create("demo.csv")?)),
-        ];
-        Ok(Self {
-            run: Run::new(TrackerConfig::preset("paper")?, None, false, sinks)?,
-            targets: Targets::in_first_frame(&[truth_box(scene, 0)]),
-            input: Mp4Writer::new(input, first.width, first.height, FrameRate::DEFAULT, frames)
-                .map_err(&write_error)?,
-            write_error,
-            overlap: Vec::new(),
-            score: Vec::new(),
-            moments: moments(scene),
-            panels: Vec::new(),
-        })
-    }
-
-    /// Renders and tracks one frame; returns the score.
-    fn frame(&mut self, scene: &Scene, k: usize) -> Result<f64> {
-        let rendered = scene.frame(k);
-        let picture = Picture::rgb(rendered.width, rendered.height, rendered.rgb);
-        let truth = truth_box(scene, k);
-        self.input.push(&picture.to_rgb()).map_err(&self.write_error)?;
-        let (found, ms) = self.run.track(k, &picture, &self.targets.due(k))?;
-        let target = found.first().context("there is a target")?;
-        let (overlap, score) = (target.bbox.overlap(&truth), target.estimate.score);
-        let targets = self.run.write(k, &picture, found, ms)?;
+    /// Adds a tracked frame.
+    fn add(&mut self, scene: &Scene, tracked: &Tracked<'_>) -> Result<()> {
+        self.input.push(&tracked.picture.to_rgb()).map_err(&self.write_error)?;
+        let target = tracked.targets.first().context("there is a target")?;
+        let overlap = target.bbox.overlap(&truth_box(scene, tracked.frame));
         self.overlap.push(overlap);
-        self.score.push(score);
-        if let Some(moment) = self.moments.iter().find(|moment| moment.frame == k) {
-            self.panels.push(panel(&targets[0], &picture, &moment.what, overlap));
+        self.score.push(target.estimate.score);
+        if let Some(moment) = self.moments.iter().find(|moment| moment.frame == tracked.frame) {
+            self.panels.push(panel(target, tracked, &moment.what, overlap));
         }
-        Ok(score)
+        Ok(())
     }
 
     /// Completes all files; returns the overlap in each frame.
-    fn finish(self, scene: &Scene, out: &Path) -> Result<Vec<f64>> {
+    fn finish(self, scene: &Scene, out: &Path, sinks: Vec<Box<dyn Sink>>) -> Result<Vec<f64>> {
         let hidden: Vec<f64> = (0..scene.len()).map(|k| scene.truth(k).hidden).collect();
         let subtitle = format!(
             "mean {:.3}, lowest {:.3}; the box is given in frame 0",
@@ -196,7 +189,7 @@ impl Show {
             filled(out, "truth.csv", truth_table(scene)?.as_bytes())?,
             filled(out, ABOUT, about().as_bytes())?,
         ];
-        for sink in self.run.into_sinks() {
+        for sink in sinks {
             sink.finish()?;
         }
         for file in files {
@@ -207,27 +200,27 @@ impl Show {
 }
 
 /// A crop of the frame around the target, annotated like a whole frame.
-fn panel(seen: &Seen, picture: &Picture, what: &str, overlap: f64) -> Panel {
-    let Seen { row, estimate } = seen;
+fn panel(target: &Seen, tracked: &Tracked<'_>, what: &str, overlap: f64) -> Panel {
+    let Tracked { picture, frame, ms, .. } = *tracked;
     let side = PANEL.min(picture.width).min(picture.height);
     let begin = |centre: f64, length: usize| {
         ((centre - side as f64 / 2.0).max(0.0) as usize).min(length - side)
     };
-    let (left, top) =
-        (begin(row.x + row.w / 2.0, picture.width), begin(row.y + row.h / 2.0, picture.height));
+    let BoundingBox { x, y, w, h } = target.bbox;
+    let (left, top) = (begin(x + w / 2.0, picture.width), begin(y + h / 2.0, picture.height));
     let rgb = picture.to_rgb();
     let rows = rgb.chunks_exact(picture.width * 3).skip(top).take(side);
     let part = rows.flat_map(|row| &row[left * 3..(left + side) * 3]).copied().collect();
-    let shifted = row.shifted(-(left as f64), -(top as f64));
-    let targets = [Seen { row: shifted, estimate: estimate.clone() }];
+    let targets = [target.shifted(-(left as f64), -(top as f64))];
     let part = Picture::rgb(side, side, part);
+    let score = target.estimate.score;
     Panel {
         width: side,
         height: side,
-        rgb: draw::annotate(&Tracked { frame: row.frame, targets: &targets, picture: &part }),
+        rgb: draw::annotate(&Tracked { frame, ms, targets: &targets, picture: &part }),
         title: what.to_string(),
-        note: format!("overlap {overlap:.2} · score {:.2}", row.score),
-        mark: draw::by_score(row.score),
+        note: format!("overlap {overlap:.2} · score {score:.2}"),
+        mark: draw::by_score(score),
     }
 }
 

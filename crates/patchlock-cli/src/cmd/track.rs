@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Error, Result};
 use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args};
-use patchlock_eval::{settings, start_box};
+use patchlock_eval::settings;
 use patchlock_media::{Ahead, FrameRate, Order, Picture};
 
 use super::{SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
@@ -15,7 +15,7 @@ use crate::output::summary::Summary;
 use crate::output::tables::{Format, PipeClosed};
 use crate::progress::Progress;
 use crate::run::Run;
-use crate::targets::{Event, Targets};
+use crate::targets::Targets;
 use crate::{interrupt, target};
 
 const EXAMPLES: &str = "\
@@ -186,8 +186,8 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     targets.check(&order, length)?;
     interrupt::listen()?;
     let mut frames = Ahead::start(source, order.indices(length).map_err(Failure::from)?);
-    let Some((index, picture)) = next(&mut frames)? else { return Err(nothing_to_track(&order)) };
-    let first = due(&mut targets, index, &picture)?;
+    let Some(first) = next(&mut frames)? else { return Err(nothing_to_track(&order)) };
+    targets.check_boxes(first.0, &first.1)?;
 
     let Opened { sinks, summary } = plan.open(rate, expected)?;
     let progress = match plan.prints() {
@@ -195,8 +195,9 @@ pub fn run(args: &TrackArgs) -> Result<()> {
         false => Progress::new(expected, args.quiet),
     };
     let mut run = Run::new(config, args.threads, targets.many, sinks)?;
-    let tracked =
-        track_all(&mut run, &mut targets, &progress, &mut frames, (index, picture, first));
+    let rest = std::iter::from_fn(|| next(&mut frames).map_err(Error::from).transpose());
+    let frames = std::iter::once(Ok(first)).chain(rest);
+    let tracked = run.track_all(&mut targets, frames, &progress, |_| Ok(()));
     let count = run.times_ms().len();
     let numbers = Summary::new(run.times_ms(), run.targets(), &args.preset, seed, run.threads());
     progress.finish(&format!(
@@ -227,37 +228,6 @@ fn nothing_to_track(order: &Order) -> Error {
         return interrupted("stopped before the first frame").into();
     }
     Failure::from(order.nothing()).into()
-}
-
-/// The events of a frame, with their boxes checked against the size of the frame.
-fn due(targets: &mut Targets, index: usize, picture: &Picture) -> Result<Vec<Event>, Failure> {
-    let due = targets.due(index);
-    for bbox in due.iter().filter_map(|event| event.bbox) {
-        start_box::check(&bbox, index, picture.width, picture.height)?;
-    }
-    Ok(due)
-}
-
-/// Tracks all frames. After an error the outputs hold the frames tracked before it.
-fn track_all(
-    run: &mut Run,
-    targets: &mut Targets,
-    progress: &Progress,
-    frames: &mut Ahead,
-    (mut index, mut picture, mut events): (usize, Picture, Vec<Event>),
-) -> Result<()> {
-    loop {
-        let (found, ms) = run.track(index, &picture, &events)?;
-        let seen = run.write(index, &picture, found, ms)?;
-        let scores: f64 = seen.iter().map(|seen| seen.estimate.score).sum();
-        progress.step(run.fps(), scores / seen.len().max(1) as f64);
-        match next(frames)? {
-            Some(next) => (index, picture) = next,
-            None if interrupt::requested() => return Ok(()),
-            None => return Ok(targets.check_all_done()?),
-        }
-        events = due(targets, index, &picture)?;
-    }
 }
 
 /// The completed outputs, and the first error while completing them.

@@ -1,11 +1,10 @@
 //! Draws the track on a frame: box, rotated outline, visible patches, score and frame number.
 
-use patchlock::{Visibility, VisibilityMap};
+use patchlock::{BoundingBox, Visibility, VisibilityMap};
 
 use super::canvas::{Area, Canvas};
 use super::many;
-use super::row::Row;
-use super::{Tracked, text};
+use super::{Seen, Tracked, text};
 
 /// Visible patches and high scores. Teal and orange can be told apart with any colour vision.
 pub const VISIBLE: [u8; 3] = [46, 211, 183];
@@ -27,9 +26,9 @@ pub fn annotate(tracked: &Tracked<'_>) -> Vec<u8> {
     };
     match tracked.targets {
         // With a single target there is room for the visibility maps.
-        [seen] if seen.row.id.is_none() => {
-            outlines(&mut canvas, &seen.row);
-            status(&mut canvas, &seen.row);
+        [seen] if seen.id.is_none() => {
+            outlines(&mut canvas, seen);
+            status(&mut canvas, tracked.frame, seen.estimate.score);
             if let Some(Visibility { large, small }) = &seen.estimate.visibility {
                 maps(&mut canvas, [large, small]);
             }
@@ -45,19 +44,24 @@ pub fn scale(canvas: &Canvas) -> f32 {
     (canvas.width().min(canvas.height()) / 240.0).powf(0.7).clamp(0.75, 4.0)
 }
 
-/// The upright box and the outline of the target.
-pub fn outlines(canvas: &mut Canvas, row: &Row) {
+/// The corners of the upright box, on the canvas. A box covers whole pixels, and on the canvas pixel k spans
+/// k to k + 1, so no offset is needed.
+pub fn upright(seen: &Seen) -> [[f32; 2]; 4] {
+    let BoundingBox { x, y, w, h } = seen.bbox;
+    [[x, y], [x + w, y], [x + w, y + h], [x, y + h]].map(|corner| corner.map(|value| value as f32))
+}
+
+/// The corners of the target's outline, on the canvas. They are points, and a point with integer coordinates
+/// is the centre of a pixel.
+pub fn outline(seen: &Seen) -> [[f32; 2]; 4] {
+    seen.estimate.corners.map(|corner| corner.map(|value| value as f32 + 0.5))
+}
+
+/// Draws the upright box and the outline of the target.
+fn outlines(canvas: &mut Canvas, seen: &Seen) {
     let scale = scale(canvas);
-    let (x, y, w, h) = (row.x as f32, row.y as f32, row.w as f32, row.h as f32);
-    // A box covers whole pixels, and in the drawing pixel k spans k to k + 1, so no offset is needed.
-    canvas.outline(&[[x, y], [x + w, y], [x + w, y + h], [x, y + h]], scale, BOX);
-    let corners = [[row.x1, row.y1], [row.x2, row.y2], [row.x3, row.y3], [row.x4, row.y4]];
-    // Corners are points, and a point with integer coordinates is the centre of a pixel.
-    canvas.outline(
-        &corners.map(|[x, y]| [x as f32 + 0.5, y as f32 + 0.5]),
-        1.8 * scale,
-        by_score(row.score),
-    );
+    canvas.outline(&upright(seen), scale, BOX);
+    canvas.outline(&outline(seen), 1.8 * scale, by_score(seen.estimate.score));
 }
 
 /// A colour from orange (low score) to teal (high score).
@@ -70,24 +74,25 @@ pub fn by_score(score: f64) -> [u8; 3] {
 }
 
 /// Frame number, score and a bar for the score, in the upper left corner.
-fn status(canvas: &mut Canvas, row: &Row) {
+fn status(canvas: &mut Canvas, frame: usize, score: f64) {
     let scale = scale(canvas);
     let size = (12.0 * scale).round();
     let margin = (6.0 * scale).round();
-    let label = format!("{}", row.frame);
-    let score = format!("{:.2}", row.score);
+    let label = frame.to_string();
+    let colour = by_score(score);
+    let score_label = format!("{score:.2}");
     let gap = size * 0.9;
-    let inner = text::width(&label, size) + gap + text::width(&score, size);
+    let inner = text::width(&label, size) + gap + text::width(&score_label, size);
     let panel = Area { x: margin, y: margin, w: inner + 2.0 * margin, h: size + 2.2 * margin };
     canvas.fill_round(panel, margin * 0.7, PANEL, PANEL_OPACITY);
     let middle = margin * 1.8 + size / 2.0;
     canvas.text(&label, 2.0 * margin, middle, size, [200, 206, 214]);
     canvas.text(
-        &score,
-        2.0 * margin + inner - text::width(&score, size),
+        &score_label,
+        2.0 * margin + inner - text::width(&score_label, size),
         middle,
         size,
-        by_score(row.score),
+        colour,
     );
     let bar = Area {
         x: 2.0 * margin,
@@ -96,11 +101,7 @@ fn status(canvas: &mut Canvas, row: &Row) {
         h: (scale * 2.0).round(),
     };
     canvas.fill(bar, [90, 98, 108], 0.8);
-    canvas.fill(
-        Area { w: inner * row.score.clamp(0.0, 1.0) as f32, ..bar },
-        by_score(row.score),
-        1.0,
-    );
+    canvas.fill(Area { w: inner * score.clamp(0.0, 1.0) as f32, ..bar }, colour, 1.0);
 }
 
 /// The maps of large and small patches, in the lower right corner at the same size.

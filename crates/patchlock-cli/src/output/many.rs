@@ -2,8 +2,7 @@
 
 use super::Seen;
 use super::canvas::{Area, Canvas};
-use super::draw::{PANEL, PANEL_OPACITY, scale};
-use super::row::Row;
+use super::draw::{PANEL, PANEL_OPACITY, outline, scale, upright};
 use super::text;
 
 /// Colours by id: the palette of Okabe and Ito, lightened to stand out on most frames.
@@ -25,34 +24,31 @@ fn colour(id: u64) -> [u8; 3] {
 /// Draws all targets and the frame number.
 pub fn annotate(canvas: &mut Canvas, frame: usize, targets: &[Seen]) {
     for seen in targets {
-        outlines(canvas, &seen.row);
+        outlines(canvas, seen);
     }
     // Tags are drawn last, so that no line covers them.
     for seen in targets {
-        tag(canvas, &seen.row);
+        tag(canvas, seen);
     }
     status(canvas, frame, targets.len());
 }
 
-fn outlines(canvas: &mut Canvas, row: &Row) {
-    let (scale, colour) = (scale(canvas), colour(row.id.unwrap_or(1)));
-    let corners = [[row.x1, row.y1], [row.x2, row.y2], [row.x3, row.y3], [row.x4, row.y4]];
-    let points = corners.map(|[x, y]| [x as f32 + 0.5, y as f32 + 0.5]);
-    canvas.outline(&points, 0.8 * scale, colour);
-    let (x, y, w, h) = (row.x as f32, row.y as f32, row.w as f32, row.h as f32);
-    canvas.outline(&[[x, y], [x + w, y], [x + w, y + h], [x, y + h]], 1.8 * scale, colour);
+fn outlines(canvas: &mut Canvas, seen: &Seen) {
+    let (scale, colour) = (scale(canvas), colour(seen.id.unwrap_or(1)));
+    canvas.outline(&outline(seen), 0.8 * scale, colour);
+    canvas.outline(&upright(seen), 1.8 * scale, colour);
 }
 
 /// Id and score above the upper left corner of the box, moved down if that is outside the frame.
-fn tag(canvas: &mut Canvas, row: &Row) {
+fn tag(canvas: &mut Canvas, seen: &Seen) {
     let scale = scale(canvas);
     let (size, margin) = ((11.0 * scale).round(), (3.0 * scale).round());
-    let id = row.id.unwrap_or(1);
-    let label = format!("{id}  {:.2}", row.score);
+    let id = seen.id.unwrap_or(1);
+    let label = format!("{id}  {:.2}", seen.estimate.score);
     let h = size + 2.0 * margin;
     let area = Area {
-        x: (row.x as f32).max(0.0),
-        y: (row.y as f32 - h - scale).max(0.0),
+        x: (seen.bbox.x as f32).max(0.0),
+        y: (seen.bbox.y as f32 - h - scale).max(0.0),
         w: text::width(&label, size) + 2.0 * margin,
         h,
     };

@@ -19,24 +19,39 @@ pub mod video;
 use std::path::PathBuf;
 
 use anyhow::Result;
-use patchlock::Estimate;
+use patchlock::{BoundingBox, Estimate, Point};
 use patchlock_media::Picture;
-
-use row::Row;
 
 /// One target in one frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Seen {
-    /// The row of the tables.
-    pub row: Row,
+    /// The target's id; `None` if the run has a single target.
+    pub id: Option<u64>,
+    /// The box: the given one in the frame where the target starts, the tracked one in later frames.
+    pub bbox: BoundingBox,
     /// The tracker's estimate.
     pub estimate: Estimate,
+}
+
+impl Seen {
+    /// The target with all positions shifted, for a crop of the frame.
+    pub fn shifted(&self, dx: f64, dy: f64) -> Self {
+        let mut seen = self.clone();
+        let Estimate { bbox, corners, .. } = &mut seen.estimate;
+        for bbox in [&mut seen.bbox, bbox] {
+            (bbox.x, bbox.y) = (bbox.x + dx, bbox.y + dy);
+        }
+        *corners = corners.map(|[x, y]: Point| [x + dx, y + dy]);
+        seen
+    }
 }
 
 /// A tracked frame with its results.
 pub struct Tracked<'a> {
     /// Number of the frame in the source.
     pub frame: usize,
+    /// Milliseconds that the tracker took for the frame, all targets together.
+    pub ms: f64,
     /// The targets in this frame.
     pub targets: &'a [Seen],
     /// The pixels of the frame.

@@ -1,7 +1,9 @@
 //! A row of the tables.
 
-use patchlock::{BoundingBox, Estimate, Visibility, VisibilityMap};
+use patchlock::{Visibility, VisibilityMap};
 use serde::Serialize;
+
+use super::Seen;
 
 /// The columns, in order. Positions are 0-based with pixel centres at integers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -46,8 +48,9 @@ pub struct Row {
 }
 
 impl Row {
-    /// A row from an estimate. `bbox` is separate because the first row holds the given box.
-    pub fn new(frame: usize, bbox: &BoundingBox, estimate: &Estimate, ms: f64) -> Self {
+    /// The row of a target in the frame with this number, which took `ms` milliseconds.
+    pub fn new(frame: usize, ms: f64, seen: &Seen) -> Self {
+        let Seen { id, bbox, estimate } = seen;
         let [[x1, y1], [x2, y2], [x3, y3], [x4, y4]] =
             estimate.corners.map(|corner| corner.map(rounded));
         let share = |map: fn(&Visibility) -> &VisibilityMap| {
@@ -55,7 +58,7 @@ impl Row {
         };
         Self {
             frame,
-            id: None,
+            id: *id,
             x: rounded(bbox.x),
             y: rounded(bbox.y),
             w: rounded(bbox.w),
@@ -73,18 +76,6 @@ impl Row {
             y4,
             ms: (ms * 1e3).round() / 1e3,
         }
-    }
-
-    /// The row with all positions shifted, for a crop of the frame.
-    pub fn shifted(&self, dx: f64, dy: f64) -> Self {
-        let mut row = self.clone();
-        [&mut row.x, &mut row.x1, &mut row.x2, &mut row.x3, &mut row.x4]
-            .into_iter()
-            .for_each(|x| *x += dx);
-        [&mut row.y, &mut row.y1, &mut row.y2, &mut row.y3, &mut row.y4]
-            .into_iter()
-            .for_each(|y| *y += dy);
-        row
     }
 }
 

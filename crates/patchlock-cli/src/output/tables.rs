@@ -94,7 +94,8 @@ impl Sink for Table<PendingFile> {
         // An immediate exit must keep all targets of a frame or none.
         let _hold = self.writer.hold();
         for seen in tracked.targets {
-            self.row(&seen.row).map_err(|error| self.writer.write_error(&error))?;
+            let row = Row::new(tracked.frame, tracked.ms, seen);
+            self.row(&row).map_err(|error| self.writer.write_error(&error))?;
         }
         Ok(())
     }
@@ -137,7 +138,8 @@ impl std::error::Error for PipeClosed {}
 impl Sink for Stdout {
     fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
         for seen in tracked.targets {
-            self.table.row(&seen.row).map_err(|error| match error.kind() {
+            let row = Row::new(tracked.frame, tracked.ms, seen);
+            self.table.row(&row).map_err(|error| match error.kind() {
                 io::ErrorKind::BrokenPipe => anyhow::Error::new(PipeClosed),
                 _ => cannot_print(&error).into(),
             })?;
