@@ -1,8 +1,6 @@
 //! One run over frames: passes each frame to the tracker and the results to the outputs. `track` and `demo`
 //! use it.
 
-use std::collections::BTreeSet;
-
 use anyhow::Result;
 use patchlock::TrackerConfig;
 use patchlock_eval::many_targets::ManyTargets;
@@ -11,19 +9,19 @@ use patchlock_media::Picture;
 
 use crate::failure::{Failure, failed, usage};
 use crate::interrupt;
+use crate::output::measured::Measured;
 use crate::output::{Seen, Sink, Tracked};
 use crate::progress::Progress;
 use crate::targets::{Event, Targets};
 
-/// A tracker with its outputs and its timings.
+/// A tracker with its outputs and its measurements.
 pub struct Run {
     tracker: ManyTargets,
     sinks: Vec<Box<dyn Sink>>,
     /// Whether the rows contain the ids of the targets.
     with_ids: bool,
     size: Option<(usize, usize)>,
-    started: BTreeSet<u64>,
-    times_ms: Vec<f64>,
+    measured: Measured,
 }
 
 impl Run {
@@ -40,8 +38,7 @@ impl Run {
             sinks,
             with_ids,
             size: None,
-            started: BTreeSet::new(),
-            times_ms: Vec::new(),
+            measured: Measured::default(),
         })
     }
 
@@ -50,20 +47,9 @@ impl Run {
         self.tracker.threads()
     }
 
-    /// Number of targets so far.
-    pub fn targets(&self) -> usize {
-        self.started.len()
-    }
-
-    /// Milliseconds for each frame so far that had targets.
-    pub fn times_ms(&self) -> &[f64] {
-        &self.times_ms
-    }
-
-    /// Frames per second so far.
-    pub fn fps(&self) -> f64 {
-        let total: f64 = self.times_ms.iter().sum();
-        if total > 0.0 { 1e3 * self.times_ms.len() as f64 / total } else { 0.0 }
+    /// The measurements so far.
+    pub fn measured(&self) -> &Measured {
+        &self.measured
     }
 
     /// The outputs, for the caller to complete.
@@ -88,7 +74,7 @@ impl Run {
             self.write(&tracked)?;
             each(&tracked)?;
             let scores: f64 = found.iter().map(|seen| seen.estimate.score).sum();
-            progress.step(self.fps(), scores / found.len().max(1) as f64);
+            progress.step(self.measured.fps(), scores / found.len().max(1) as f64);
         }
         if interrupt::requested() {
             return Ok(());
@@ -117,17 +103,14 @@ impl Run {
             .tracker
             .step(&frame, &begin)
             .map_err(|error| failed(format!("the tracker stopped in frame {index}: {error}")))?;
-        let ms = seconds * 1e3;
-        self.started.extend(found.iter().map(|target| target.id));
-        if !found.is_empty() {
-            self.times_ms.push(ms);
-        }
         let seen = found.into_iter().map(|target| Seen {
             id: self.with_ids.then_some(target.id),
             bbox: target.bbox,
             estimate: target.estimate,
         });
-        Ok((seen.collect(), ms))
+        let (seen, ms) = (seen.collect::<Vec<_>>(), seconds * 1e3);
+        self.measured.add(index, &seen, ms);
+        Ok((seen, ms))
     }
 
     /// Passes a tracked frame to the outputs. An output that fails is dropped; the others still get the

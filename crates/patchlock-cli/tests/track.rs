@@ -61,6 +61,27 @@ fn a_folder_gives_all_outputs() {
     assert!(bench.leftovers().is_empty());
 }
 
+/// With this setting the paper's tracker is never certain.
+#[test]
+fn the_status_is_in_tables_and_summary() {
+    let bench = Bench::new();
+    bench.images("f", 3);
+    fs::write(bench.path("quick.toml"), "particles = 12\ndelta = 1.0\n").unwrap();
+    let outputs =
+        ["--save", "a.csv", "--save", "a.jsonl", "--summary", "a.json", "--lost", "blank"];
+    bench.track("f").args(outputs).assert().success();
+    let lines = bench.lines("a.csv");
+    assert!(lines[1..].iter().all(|line| line.ends_with(",uncertain")), "{lines:?}");
+    assert!(bench.lines("a.jsonl")[2].ends_with("\"status\":\"uncertain\"}"));
+    let summary = fs::read(bench.path("a.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
+    let counts = ["frames_tracked", "frames_uncertain", "frames_lost"].map(|name| &summary[name]);
+    assert_eq!(counts, [&0.into(), &3.into(), &serde_json::Value::from(0)]);
+    assert_eq!(summary["losses"], serde_json::json!([]));
+    let wrong = bench.track("f").args(["--lost", "hide"]).assert().code(2);
+    wrong.stderr(predicate::str::contains("hide").and(predicate::str::contains("keep, blank")));
+}
+
 #[test]
 fn without_outputs_the_table_is_printed() {
     let bench = Bench::new();

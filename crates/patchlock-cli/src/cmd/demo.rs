@@ -15,6 +15,7 @@ use crate::output::chart::Chart;
 use crate::output::draw;
 use crate::output::pending::PendingFile;
 use crate::output::printed::{print, quoted};
+use crate::output::row::Lost;
 use crate::output::strip::{self, Panel};
 use crate::output::tables::{Format, Table};
 use crate::output::video::Video;
@@ -88,7 +89,7 @@ fn show(args: &DemoArgs, program: &str) -> Result<()> {
     let frames = frames.map(|k| Ok((k, rendered(&scene, k))));
     run.track_all(&mut targets, frames, &progress, |tracked| show.add(&scene, tracked))?;
     progress.finish("");
-    let (count, fps) = (run.times_ms().len(), run.fps());
+    let (count, fps) = (run.measured().frames(), run.measured().fps());
     if count < scene.len() {
         let message = format!("stopped after {count} frames; nothing was written");
         return Err(interrupted(message).into());
@@ -129,7 +130,7 @@ fn begin(out: &Path, scene: &Scene) -> Result<(Run, Show)> {
     // The video first: completing it may still fail, before the other files are in place.
     let sinks: Vec<Box<dyn Sink>> = vec![
         Box::new(Video::new(create("demo.mp4")?, FrameRate::DEFAULT, frames)),
-        Box::new(Table::new(Format::Csv, create("demo.csv")?)),
+        Box::new(Table::new(Format::Csv, Lost::Keep, create("demo.csv")?)),
     ];
     let run = Run::new(TrackerConfig::preset("paper")?, None, false, sinks)?;
     let input = Mp4Writer::new(input, first.width, first.height, FrameRate::DEFAULT, frames)
@@ -213,14 +214,14 @@ fn panel(target: &Seen, tracked: &Tracked<'_>, what: &str, overlap: f64) -> Pane
     let part = rows.flat_map(|row| &row[left * 3..(left + side) * 3]).copied().collect();
     let targets = [target.shifted(-(left as f64), -(top as f64))];
     let part = Picture::rgb(side, side, part);
-    let score = target.estimate.score;
+    let estimate = &target.estimate;
     Panel {
         width: side,
         height: side,
         rgb: draw::annotate(&Tracked { frame, ms, targets: &targets, picture: &part }),
         title: what.to_string(),
-        note: format!("overlap {overlap:.2} · score {score:.2}"),
-        mark: draw::by_score(score),
+        note: format!("overlap {overlap:.2} · score {}", draw::score_label(estimate)),
+        mark: draw::colour(estimate),
     }
 }
 

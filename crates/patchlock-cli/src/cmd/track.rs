@@ -11,6 +11,7 @@ use patchlock_media::{Ahead, FrameRate, Order, Picture};
 use super::{SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
 use crate::failure::{Failure, interrupted, usage};
 use crate::output::plan::{Opened, Plan};
+use crate::output::row::Lost;
 use crate::output::summary::Summary;
 use crate::output::tables::{Format, PipeClosed};
 use crate::progress::Progress;
@@ -117,12 +118,18 @@ pub struct TrackArgs {
     #[arg(long, value_name = "FILE")]
     save: Vec<PathBuf>,
 
-    /// Save a video (MP4, H.264) with box, outline, visible patches, score and frame number drawn in. It has
-    /// the frame rate of the source, or 30 frames per second if that is unknown
+    /// Positions of a target in frames where its status is lost, in all tables
+    #[arg(long, value_name = "WHAT", default_value = "keep", value_enum)]
+    lost: Lost,
+
+    /// Save a video (MP4, H.264) with box, outline, visible patches, score and frame number drawn in: solid
+    /// lines if the target is tracked, dashed ones if that is uncertain, the last box in grey if it is lost.
+    /// It has the frame rate of the source, or 30 frames per second if that is unknown
     #[arg(long, value_name = "FILE.mp4")]
     video: Option<PathBuf>,
 
-    /// Save statistics of the run as JSON: frames, tracking_fps (without decoding), ms_median, ms_p95, ...
+    /// Save statistics of the run as JSON: frames, frames_lost, losses (each with the frames of the loss and
+    /// of the return), tracking_fps (without decoding), ms_median, ms_p95, ...
     #[arg(long, value_name = "FILE.json")]
     summary: Option<PathBuf>,
 
@@ -180,7 +187,7 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let plan = args.plan(&targets)?;
 
     let source = patchlock_media::open(&args.source, args.reverse).map_err(Failure::from)?;
-    let rate = played_by(source.rate().unwrap_or(FrameRate::DEFAULT), args.stride);
+    let rate = source.rate();
     let length = source.length();
     let expected = order.count(length);
     targets.check(&order, length)?;
@@ -189,7 +196,7 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let Some(first) = next(&mut frames)? else { return Err(nothing_to_track(&order)) };
     targets.check_boxes(first.0, &first.1)?;
 
-    let Opened { sinks, summary } = plan.open(rate, expected)?;
+    let Opened { sinks, summary } = plan.open(args.lost, played_by(rate, args.stride), expected)?;
     let progress = match plan.prints() {
         true => Progress::beside_table(expected, args.quiet),
         false => Progress::new(expected, args.quiet),
@@ -198,12 +205,9 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let rest = std::iter::from_fn(|| next(&mut frames).map_err(Error::from).transpose());
     let frames = std::iter::once(Ok(first)).chain(rest);
     let tracked = run.track_all(&mut targets, frames, &progress, |_| Ok(()));
-    let count = run.times_ms().len();
-    let numbers = Summary::new(run.times_ms(), run.targets(), &args.preset, seed, run.threads());
-    progress.finish(&format!(
-        "tracked {count} frames at {:.1} frames per second",
-        numbers.tracking_fps
-    ));
+    let numbers = Summary::new(run.measured(), rate, &args.preset, seed, run.threads());
+    progress.finish(&numbers.to_string());
+    let count = numbers.frames;
     let mut kept = Kept::default();
     if count > 0 {
         run.into_sinks().into_iter().for_each(|sink| kept.add(sink.finish()));
@@ -218,7 +222,8 @@ fn next(frames: &mut Ahead) -> Result<Option<(usize, Picture)>, Failure> {
 }
 
 /// The frame rate of every `stride`-th frame, so that the video plays at the original speed.
-fn played_by(rate: FrameRate, stride: usize) -> FrameRate {
+fn played_by(rate: Option<FrameRate>, stride: usize) -> FrameRate {
+    let rate = rate.unwrap_or(FrameRate::DEFAULT);
     let stride = u32::try_from(stride).unwrap_or(u32::MAX);
     FrameRate { seconds: rate.seconds.saturating_mul(stride), ..rate }
 }

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use anyhow::{Context, Result};
 use resvg::tiny_skia::{
     Color, FillRule, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, Rect, Stroke,
-    Transform,
+    StrokeDash, Transform,
 };
 
 /// A picture to draw on.
@@ -24,6 +24,17 @@ pub struct Area {
     pub w: f32,
     /// Height.
     pub h: f32,
+}
+
+/// How an outline is drawn.
+#[derive(Debug, Clone, Copy)]
+pub struct Line {
+    /// Width in pixels.
+    pub width: f32,
+    /// Colour.
+    pub colour: [u8; 3],
+    /// Whether it consists of dashes.
+    pub dashed: bool,
 }
 
 impl Canvas {
@@ -88,10 +99,14 @@ impl Canvas {
     }
 
     /// Draws a closed outline with a dark border, which keeps it visible on bright and on dark backgrounds.
-    pub fn outline(&mut self, corners: &[[f32; 2]], width: f32, colour: [u8; 3]) {
+    pub fn outline(&mut self, corners: &[[f32; 2]], line: Line) {
         let Some(path) = polygon(corners) else { return };
+        let Line { width, colour, dashed } = line;
+        let dashes = || StrokeDash::new(vec![4.0 + 3.0 * width, 3.0 + 2.0 * width], 0.0);
+        let dash = if dashed { dashes() } else { None };
         for (width, colour, opacity) in [(width + 2.0, [0, 0, 0], 0.45), (width, colour, 1.0)] {
-            let stroke = Stroke { width, line_join: LineJoin::Round, ..Stroke::default() };
+            let (line_join, dash) = (LineJoin::Round, dash.clone());
+            let stroke = Stroke { width, line_join, dash, ..Stroke::default() };
             self.pixmap.stroke_path(
                 &path,
                 &paint(colour, opacity),

@@ -1,8 +1,10 @@
-//! Draws the track on a frame: box, rotated outline, visible patches, score and frame number.
+//! Draws the track on a frame: box, rotated outline, visible patches, score and frame number. Lines are solid
+//! when the target is tracked, dashed when that is uncertain; of a lost target only the last known box is
+//! drawn, thin and grey, with the word LOST.
 
-use patchlock::{BoundingBox, Visibility, VisibilityMap};
+use patchlock::{BoundingBox, Estimate, Status, Visibility, VisibilityMap};
 
-use super::canvas::{Area, Canvas};
+use super::canvas::{Area, Canvas, Line};
 use super::many;
 use super::{Seen, Tracked, text};
 
@@ -12,6 +14,8 @@ pub const VISIBLE: [u8; 3] = [46, 211, 183];
 pub const HIDDEN: [u8; 3] = [255, 127, 40];
 /// The upright box.
 pub const BOX: [u8; 3] = [255, 255, 255];
+/// A target that is lost.
+const LOST: [u8; 3] = [196, 202, 210];
 /// The background of text.
 pub const PANEL: [u8; 3] = [12, 16, 22];
 /// Opacity of that background.
@@ -28,7 +32,7 @@ pub fn annotate(tracked: &Tracked<'_>) -> Vec<u8> {
         // With a single target there is room for the visibility maps.
         [seen] if seen.id.is_none() => {
             outlines(&mut canvas, seen);
-            status(&mut canvas, tracked.frame, seen.estimate.score);
+            status(&mut canvas, tracked.frame, &seen.estimate);
             if let Some(Visibility { large, small }) = &seen.estimate.visibility {
                 maps(&mut canvas, [large, small]);
             }
@@ -60,12 +64,58 @@ pub fn outline(seen: &Seen) -> [[f32; 2]; 4] {
 /// Draws the upright box and the outline of the target.
 fn outlines(canvas: &mut Canvas, seen: &Seen) {
     let scale = scale(canvas);
-    canvas.outline(&upright(seen), scale, BOX);
-    canvas.outline(&outline(seen), 1.8 * scale, by_score(seen.estimate.score));
+    let dashed = match seen.estimate.status {
+        Status::Tracked => false,
+        Status::Uncertain => true,
+        Status::Lost => {
+            lost_box(canvas, seen);
+            return tag(canvas, seen, "LOST", LOST);
+        }
+    };
+    canvas.outline(&upright(seen), Line { width: scale, colour: BOX, dashed });
+    let colour = by_score(seen.estimate.score);
+    canvas.outline(&outline(seen), Line { width: 1.8 * scale, colour, dashed });
+}
+
+/// Draws the last known box of a lost target.
+pub fn lost_box(canvas: &mut Canvas, seen: &Seen) {
+    let line = Line { width: 0.8 * scale(canvas), colour: LOST, dashed: false };
+    canvas.outline(&upright(seen), line);
+}
+
+/// Writes a text above the upper left corner of the box, moved down if that is outside the frame.
+pub fn tag(canvas: &mut Canvas, seen: &Seen, label: &str, colour: [u8; 3]) {
+    let scale = scale(canvas);
+    let (size, margin) = ((11.0 * scale).round(), (3.0 * scale).round());
+    let h = size + 2.0 * margin;
+    let area = Area {
+        x: (seen.bbox.x as f32).max(0.0),
+        y: (seen.bbox.y as f32 - h - scale).max(0.0),
+        w: text::width(label, size) + 2.0 * margin,
+        h,
+    };
+    canvas.fill_round(area, margin, PANEL, PANEL_OPACITY);
+    canvas.text(label, area.x + margin, area.y + h / 2.0, size, colour);
+}
+
+/// The colour of an estimate: by its score, or grey if the target is lost.
+pub fn colour(estimate: &Estimate) -> [u8; 3] {
+    match estimate.status {
+        Status::Lost => LOST,
+        Status::Tracked | Status::Uncertain => by_score(estimate.score),
+    }
+}
+
+/// The score in words; with the status, unless the target is simply tracked.
+pub fn score_label(estimate: &Estimate) -> String {
+    match estimate.status {
+        Status::Tracked => format!("{:.2}", estimate.score),
+        status => format!("{:.2} {status}", estimate.score),
+    }
 }
 
 /// A colour from orange (low score) to teal (high score).
-pub fn by_score(score: f64) -> [u8; 3] {
+fn by_score(score: f64) -> [u8; 3] {
     let share = ((score - 0.25) / 0.5).clamp(0.0, 1.0);
     std::array::from_fn(|k| {
         let (low, high) = (f64::from(HIDDEN[k]), f64::from(VISIBLE[k]));
@@ -73,14 +123,13 @@ pub fn by_score(score: f64) -> [u8; 3] {
     })
 }
 
-/// Frame number, score and a bar for the score, in the upper left corner.
-fn status(canvas: &mut Canvas, frame: usize, score: f64) {
+/// Frame number, score, status and a bar for the score, in the upper left corner.
+fn status(canvas: &mut Canvas, frame: usize, estimate: &Estimate) {
     let scale = scale(canvas);
     let size = (12.0 * scale).round();
     let margin = (6.0 * scale).round();
     let label = frame.to_string();
-    let colour = by_score(score);
-    let score_label = format!("{score:.2}");
+    let (score_label, colour) = (score_label(estimate), colour(estimate));
     let gap = size * 0.9;
     let inner = text::width(&label, size) + gap + text::width(&score_label, size);
     let panel = Area { x: margin, y: margin, w: inner + 2.0 * margin, h: size + 2.2 * margin };
@@ -101,7 +150,7 @@ fn status(canvas: &mut Canvas, frame: usize, score: f64) {
         h: (scale * 2.0).round(),
     };
     canvas.fill(bar, [90, 98, 108], 0.8);
-    canvas.fill(Area { w: inner * score.clamp(0.0, 1.0) as f32, ..bar }, colour, 1.0);
+    canvas.fill(Area { w: inner * estimate.score.clamp(0.0, 1.0) as f32, ..bar }, colour, 1.0);
 }
 
 /// The maps of large and small patches, in the lower right corner at the same size.
@@ -141,5 +190,74 @@ fn grid(canvas: &mut Canvas, map: &VisibilityMap, area: Area) {
             h: bottom - top - gap,
         };
         canvas.fill(cell, if visible { VISIBLE } else { HIDDEN }, 1.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::example;
+    use super::*;
+
+    /// The frame with targets of this status, with ids if `many`.
+    fn drawn(status: Status, many: bool) -> Vec<u8> {
+        let bbox = BoundingBox { x: 300.0, y: 300.0, w: 600.0, h: 400.0 };
+        let mut seen = example::seen(status);
+        (seen.bbox, seen.id) = (bbox, many.then_some(1));
+        // The outline is far inside the upright box.
+        seen.estimate.corners = [[400.0, 400.0], [800.0, 400.0], [800.0, 600.0], [400.0, 600.0]];
+        annotate(&example::tracked(3, &[seen]))
+    }
+
+    /// The share of the pixels with this colour between two columns of a row.
+    fn share(rgb: &[u8], y: usize, columns: std::ops::Range<usize>, colour: [u8; 3]) -> f64 {
+        let count = columns.len() as f64;
+        let near = |x: &usize| {
+            let pixel = &rgb[(y * 1280 + x) * 3..][..3];
+            pixel.iter().zip(colour).all(|(a, b)| a.abs_diff(b) < 40)
+        };
+        columns.filter(near).count() as f64 / count
+    }
+
+    #[test]
+    fn lines_are_solid_when_tracked_and_dashed_when_uncertain() {
+        for (many, colour) in [(false, BOX), (true, [255, 138, 76])] {
+            // The lower side of the box.
+            let side = |status| {
+                let rgb = drawn(status, many);
+                (697..703).map(|y| share(&rgb, y, 310..890, colour)).fold(0.0, f64::max)
+            };
+            assert!(side(Status::Tracked) > 0.99);
+            let dashed = side(Status::Uncertain);
+            assert!((0.4..0.8).contains(&dashed), "{dashed}");
+            assert!(side(Status::Lost) < 0.1);
+        }
+    }
+
+    #[test]
+    fn a_lost_target_is_a_grey_box_with_a_word() {
+        for many in [false, true] {
+            let (lost, tracked) = (drawn(Status::Lost, many), drawn(Status::Tracked, many));
+            let side = (697..703).map(|y| share(&lost, y, 310..890, LOST)).fold(0.0, f64::max);
+            assert!(side > 0.99, "{side}");
+            // Nothing is drawn where the outline of a tracked target is.
+            let outline = |rgb: &[u8]| (395..405).any(|y| share(rgb, y, 410..790, [100; 3]) < 0.9);
+            assert!(outline(&tracked) && !outline(&lost));
+            // The word is above the box: many bright pixels on a dark area.
+            let bright = (255..295).map(|y| share(&lost, y, 300..420, PANEL)).sum::<f64>();
+            assert!(bright > 5.0, "{bright}");
+        }
+    }
+
+    #[test]
+    fn the_status_is_beside_the_score_unless_tracked() {
+        let label = |status| score_label(&example::seen(status).estimate);
+        assert_eq!(label(Status::Tracked), "0.50");
+        assert_eq!(label(Status::Uncertain), "0.50 uncertain");
+        assert_eq!(label(Status::Lost), "0.50 lost");
+        let panel = |status| {
+            let rgb = drawn(status, false);
+            (16..60).map(|y| share(&rgb, y, 10..400, PANEL)).sum::<f64>()
+        };
+        assert!(panel(Status::Uncertain) > 1.3 * panel(Status::Tracked));
     }
 }

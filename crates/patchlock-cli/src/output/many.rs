@@ -1,8 +1,10 @@
 //! Draws many targets on a frame, each with its box, outline and id in its own colour.
 
+use patchlock::Status;
+
 use super::Seen;
-use super::canvas::{Area, Canvas};
-use super::draw::{PANEL, PANEL_OPACITY, outline, scale, upright};
+use super::canvas::{Area, Canvas, Line};
+use super::draw::{self, PANEL, PANEL_OPACITY, outline, scale, upright};
 use super::text;
 
 /// Colours by id: the palette of Okabe and Ito, lightened to stand out on most frames.
@@ -34,26 +36,24 @@ pub fn annotate(canvas: &mut Canvas, frame: usize, targets: &[Seen]) {
 }
 
 fn outlines(canvas: &mut Canvas, seen: &Seen) {
+    let dashed = match seen.estimate.status {
+        Status::Tracked => false,
+        Status::Uncertain => true,
+        Status::Lost => return draw::lost_box(canvas, seen),
+    };
     let (scale, colour) = (scale(canvas), colour(seen.id.unwrap_or(1)));
-    canvas.outline(&outline(seen), 0.8 * scale, colour);
-    canvas.outline(&upright(seen), 1.8 * scale, colour);
+    canvas.outline(&outline(seen), Line { width: 0.8 * scale, colour, dashed });
+    canvas.outline(&upright(seen), Line { width: 1.8 * scale, colour, dashed });
 }
 
-/// Id and score above the upper left corner of the box, moved down if that is outside the frame.
+/// Id and score above the box.
 fn tag(canvas: &mut Canvas, seen: &Seen) {
-    let scale = scale(canvas);
-    let (size, margin) = ((11.0 * scale).round(), (3.0 * scale).round());
     let id = seen.id.unwrap_or(1);
-    let label = format!("{id}  {:.2}", seen.estimate.score);
-    let h = size + 2.0 * margin;
-    let area = Area {
-        x: (seen.bbox.x as f32).max(0.0),
-        y: (seen.bbox.y as f32 - h - scale).max(0.0),
-        w: text::width(&label, size) + 2.0 * margin,
-        h,
+    let label = match seen.estimate.status {
+        Status::Lost => format!("{id}  LOST"),
+        Status::Tracked | Status::Uncertain => format!("{id}  {:.2}", seen.estimate.score),
     };
-    canvas.fill_round(area, margin, PANEL, PANEL_OPACITY);
-    canvas.text(&label, area.x + margin, area.y + h / 2.0, size, colour(id));
+    draw::tag(canvas, seen, &label, colour(id));
 }
 
 /// Frame number and number of targets, in the lower left corner.

@@ -3,7 +3,10 @@
 pub mod canvas;
 pub mod chart;
 pub mod draw;
+#[cfg(test)]
+mod example;
 mod many;
+pub mod measured;
 pub mod pending;
 pub mod plan;
 pub mod printed;

@@ -7,6 +7,7 @@ use patchlock_media::FrameRate;
 
 use super::Sink;
 use super::pending::{self, PendingFile};
+use super::row::Lost;
 use super::tables::{Format, Stdout, Table};
 use super::video::{self, Video};
 use crate::failure::{Failure, usage};
@@ -77,11 +78,11 @@ impl Plan {
     }
 
     /// Opens all files.
-    pub fn open(&self, rate: FrameRate, expected: Option<usize>) -> Result<Opened> {
+    pub fn open(&self, lost: Lost, rate: FrameRate, expected: Option<usize>) -> Result<Opened> {
         let mut sinks: Vec<Box<dyn Sink>> = Vec::new();
         for (format, path) in &self.tables {
             let file = PendingFile::create(path, self.overwrite)?.keep_partial();
-            sinks.push(Box::new(Table::new(*format, file)));
+            sinks.push(Box::new(Table::new(*format, lost, file)));
         }
         if let Some(path) = &self.video {
             sinks.push(Box::new(Video::new(
@@ -96,7 +97,7 @@ impl Plan {
             .map(|path| PendingFile::create(path, self.overwrite))
             .transpose()?;
         if self.prints() {
-            sinks.push(Box::new(Stdout::new()));
+            sinks.push(Box::new(Stdout::new(lost)));
         }
         Ok(Opened { sinks, summary })
     }

@@ -1,9 +1,19 @@
 //! A row of the tables.
 
-use patchlock::{Visibility, VisibilityMap};
+use clap::ValueEnum;
+use patchlock::{BoundingBox, Status, Visibility, VisibilityMap};
 use serde::Serialize;
 
 use super::Seen;
+
+/// What a table has as the position of a lost target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Lost {
+    /// The last box and outline that were known
+    Keep,
+    /// No position: empty cells in .csv, null in .jsonl, NaN in .txt
+    Blank,
+}
 
 /// The columns, in order. Positions are 0-based with pixel centres at integers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -13,14 +23,14 @@ pub struct Row {
     /// The target's id; with a single target there is no such column.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<u64>,
-    /// Left side of the box.
-    pub x: f64,
+    /// Left side of the box; with [`Lost::Blank`], all positions of a lost target are empty.
+    pub x: Option<f64>,
     /// Upper side of the box.
-    pub y: f64,
+    pub y: Option<f64>,
     /// Width of the box.
-    pub w: f64,
+    pub w: Option<f64>,
     /// Height of the box.
-    pub h: f64,
+    pub h: Option<f64>,
     /// How certain the tracker is, 0 to 1.
     pub score: f64,
     /// Share of the large patches that are visible; empty if the method does not know.
@@ -28,41 +38,47 @@ pub struct Row {
     /// Share of the small patches that are visible; empty if the method does not know.
     pub visible_small: Option<f64>,
     /// Corners of the rotated and skewed outline: x of the upper left corner.
-    pub x1: f64,
+    pub x1: Option<f64>,
     /// y of the upper left corner.
-    pub y1: f64,
+    pub y1: Option<f64>,
     /// x of the upper right corner.
-    pub x2: f64,
+    pub x2: Option<f64>,
     /// y of the upper right corner.
-    pub y2: f64,
+    pub y2: Option<f64>,
     /// x of the lower right corner.
-    pub x3: f64,
+    pub x3: Option<f64>,
     /// y of the lower right corner.
-    pub y3: f64,
+    pub y3: Option<f64>,
     /// x of the lower left corner.
-    pub x4: f64,
+    pub x4: Option<f64>,
     /// y of the lower left corner.
-    pub y4: f64,
+    pub y4: Option<f64>,
     /// Milliseconds that the tracker took for the frame, all targets together.
     pub ms: f64,
+    /// Whether the target is followed.
+    pub status: Status,
 }
 
 impl Row {
     /// The row of a target in the frame with this number, which took `ms` milliseconds.
-    pub fn new(frame: usize, ms: f64, seen: &Seen) -> Self {
+    pub fn new(frame: usize, ms: f64, seen: &Seen, lost: Lost) -> Self {
         let Seen { id, bbox, estimate } = seen;
+        let known = lost == Lost::Keep || estimate.status != Status::Lost;
+        let position = |value: f64| known.then(|| rounded(value));
+        let BoundingBox { x, y, w, h } = *bbox;
+        let [x, y, w, h] = [x, y, w, h].map(position);
         let [[x1, y1], [x2, y2], [x3, y3], [x4, y4]] =
-            estimate.corners.map(|corner| corner.map(rounded));
+            estimate.corners.map(|corner| corner.map(position));
         let share = |map: fn(&Visibility) -> &VisibilityMap| {
             estimate.visibility.as_ref().map(|visibility| rounded(map(visibility).share()))
         };
         Self {
             frame,
             id: *id,
-            x: rounded(bbox.x),
-            y: rounded(bbox.y),
-            w: rounded(bbox.w),
-            h: rounded(bbox.h),
+            x,
+            y,
+            w,
+            h,
             score: rounded(estimate.score),
             visible_large: share(|visibility| &visibility.large),
             visible_small: share(|visibility| &visibility.small),
@@ -75,6 +91,7 @@ impl Row {
             x4,
             y4,
             ms: (ms * 1e3).round() / 1e3,
+            status: estimate.status,
         }
     }
 }

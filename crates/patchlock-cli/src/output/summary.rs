@@ -1,11 +1,18 @@
-//! Statistics of a run, as a JSON object.
+//! Statistics of a run, as a JSON object and as text on the screen.
 
+use std::fmt;
 use std::path::PathBuf;
 
 use anyhow::Result;
+use patchlock::Status;
+use patchlock_media::FrameRate;
 use serde::Serialize;
 
+use super::measured::{Loss, Measured};
 use super::pending::PendingFile;
+
+/// The most losses that are shown on the screen.
+const SHOWN: usize = 10;
 
 /// Statistics of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -14,6 +21,14 @@ pub struct Summary {
     pub frames: usize,
     /// Number of targets.
     pub targets: usize,
+    /// Number of frames in which the status is tracked; like the next two, the sum over all targets.
+    pub frames_tracked: usize,
+    /// Number of frames in which the status is uncertain.
+    pub frames_uncertain: usize,
+    /// Number of frames in which the status is lost.
+    pub frames_lost: usize,
+    /// Each loss, in the order in which they began.
+    pub losses: Vec<TimedLoss>,
     /// Frames per second of the tracker alone: includes the first frame, but not decoding and writing.
     pub tracking_fps: f64,
     /// Median time per frame in milliseconds.
@@ -30,16 +45,57 @@ pub struct Summary {
     pub version: &'static str,
 }
 
-impl Summary {
-    /// Computes the statistics from the times of the frames.
-    pub fn new(times_ms: &[f64], targets: usize, preset: &str, seed: u64, threads: usize) -> Self {
-        let mut sorted = times_ms.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        let total: f64 = sorted.iter().sum();
+/// A stretch of frames in which a target was lost.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TimedLoss {
+    /// The target's id; with a single target there is no such field.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub id: Option<u64>,
+    /// The first frame in which it was lost.
+    pub lost_frame: usize,
+    /// The time of that frame in seconds from the start of the source; `None` if its frame rate is unknown.
+    pub lost_seconds: Option<f64>,
+    /// The first frame in which it was not lost any more; `None` if the target or the run ended before.
+    pub return_frame: Option<usize>,
+    /// The time of that frame.
+    pub return_seconds: Option<f64>,
+}
+
+impl TimedLoss {
+    fn new(loss: &Loss, rate: Option<FrameRate>) -> Self {
+        let seconds = |frame: usize| {
+            let FrameRate { frames, seconds } = rate?;
+            Some(round(frame as f64 * f64::from(seconds) / f64::from(frames)))
+        };
         Self {
-            frames: sorted.len(),
-            targets,
-            tracking_fps: if total > 0.0 { round(1e3 * sorted.len() as f64 / total) } else { 0.0 },
+            id: loss.id,
+            lost_frame: loss.frame,
+            lost_seconds: seconds(loss.frame),
+            return_frame: loss.returned,
+            return_seconds: loss.returned.and_then(seconds),
+        }
+    }
+}
+
+impl Summary {
+    /// The statistics of a run. `rate` is the frame rate of the source, if it is known.
+    pub fn new(
+        run: &Measured,
+        rate: Option<FrameRate>,
+        preset: &str,
+        seed: u64,
+        threads: usize,
+    ) -> Self {
+        let mut sorted = run.times_ms().to_vec();
+        sorted.sort_by(f64::total_cmp);
+        Self {
+            frames: run.frames(),
+            targets: run.targets(),
+            frames_tracked: run.count(Status::Tracked),
+            frames_uncertain: run.count(Status::Uncertain),
+            frames_lost: run.count(Status::Lost),
+            losses: run.losses().iter().map(|loss| TimedLoss::new(loss, rate)).collect(),
+            tracking_fps: round(run.fps()),
             ms_median: round(quantile(&sorted, 0.5)),
             ms_p95: round(quantile(&sorted, 0.95)),
             preset: preset.to_string(),
@@ -57,6 +113,39 @@ impl Summary {
     }
 }
 
+/// The lines for the screen.
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { frames, tracking_fps, frames_uncertain, frames_lost, losses, .. } = self;
+        write!(f, "tracked {frames} frames at {tracking_fps:.1} frames per second")?;
+        if frames_uncertain + frames_lost > 0 {
+            write!(f, "; uncertain in {frames_uncertain}, lost in {frames_lost}")?;
+        }
+        losses.iter().take(SHOWN).try_for_each(|loss| write!(f, "\n{loss}"))?;
+        match losses.len().saturating_sub(SHOWN) {
+            0 => Ok(()),
+            more => write!(f, "\nand {more} more; --summary lists all"),
+        }
+    }
+}
+
+impl fmt::Display for TimedLoss {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let moment = |frame: usize, seconds: Option<f64>| match seconds {
+            Some(seconds) => format!("in frame {frame} ({seconds:.2} s)"),
+            None => format!("in frame {frame}"),
+        };
+        if let Some(id) = self.id {
+            write!(f, "target {id} ")?;
+        }
+        write!(f, "lost {}, ", moment(self.lost_frame, self.lost_seconds))?;
+        match self.return_frame {
+            Some(frame) => write!(f, "back {}", moment(frame, self.return_seconds)),
+            None => f.write_str("not back"),
+        }
+    }
+}
+
 /// A quantile, interpolated linearly between the two nearest values.
 fn quantile(sorted: &[f64], share: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return 0.0 };
@@ -71,14 +160,78 @@ fn round(value: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Seen, example};
     use super::*;
+
+    fn summary(run: &Measured, rate: Option<FrameRate>) -> Summary {
+        Summary::new(run, rate, "paper", 7, 2)
+    }
 
     #[test]
     fn statistics_of_known_times() {
-        let times: Vec<f64> = (1..=101).rev().map(f64::from).collect();
-        let summary = Summary::new(&times, 1, "paper", 7, 2);
-        assert_eq!((summary.frames, summary.ms_median, summary.ms_p95), (101, 51.0, 96.0));
-        assert_eq!(summary.tracking_fps, 19.608); // 101 frames in 5.151 s
-        assert_eq!(Summary::new(&[], 0, "paper", 0, 1).tracking_fps, 0.0);
+        let mut run = Measured::default();
+        for ms in 1..=101 {
+            run.add(0, &[example::seen(Status::Tracked)], f64::from(102 - ms));
+        }
+        let known = summary(&run, None);
+        assert_eq!((known.frames, known.ms_median, known.ms_p95), (101, 51.0, 96.0));
+        assert_eq!(known.tracking_fps, 19.608); // 101 frames in 5.151 s
+        assert_eq!(known.to_string(), "tracked 101 frames at 19.6 frames per second");
+        assert_eq!(summary(&Measured::default(), None).tracking_fps, 0.0);
+    }
+
+    /// Lost in frames 10 to 12 and from frame 20 on.
+    fn with_losses(id: Option<u64>) -> Measured {
+        let mut run = Measured::default();
+        for frame in 0..25 {
+            let status = match frame {
+                9 => Status::Uncertain,
+                10..=12 | 20.. => Status::Lost,
+                _ => Status::Tracked,
+            };
+            run.add(frame, &[Seen { id, ..example::seen(status) }], 10.0);
+        }
+        run
+    }
+
+    #[test]
+    fn losses_have_frames_and_times() {
+        let rate = FrameRate::new(25, 2);
+        let json = serde_json::to_value(summary(&with_losses(None), rate)).expect("JSON");
+        let counts = ["frames_tracked", "frames_uncertain", "frames_lost"].map(|k| json[k].clone());
+        assert_eq!(counts, [16, 1, 8].map(serde_json::Value::from));
+        let losses = serde_json::json!([
+            { "lost_frame": 10, "lost_seconds": 0.8, "return_frame": 13, "return_seconds": 1.04 },
+            { "lost_frame": 20, "lost_seconds": 1.6, "return_frame": null, "return_seconds": null },
+        ]);
+        assert_eq!(json["losses"], losses);
+        let unknown = serde_json::to_value(summary(&with_losses(Some(4)), None)).expect("JSON");
+        let loss = serde_json::json!({
+            "id": 4, "lost_frame": 10, "lost_seconds": null, "return_frame": 13, "return_seconds": null,
+        });
+        assert_eq!(unknown["losses"][0], loss);
+    }
+
+    #[test]
+    fn losses_are_shown_on_the_screen() {
+        let text = summary(&with_losses(None), FrameRate::new(25, 2)).to_string();
+        assert_eq!(
+            text,
+            "tracked 25 frames at 100.0 frames per second; uncertain in 1, lost in 8\n\
+             lost in frame 10 (0.80 s), back in frame 13 (1.04 s)\n\
+             lost in frame 20 (1.60 s), not back"
+        );
+        let text = summary(&with_losses(Some(4)), None).to_string();
+        assert!(text.ends_with("\ntarget 4 lost in frame 20, not back"), "{text}");
+        let mut run = Measured::default();
+        for frame in 0..24 {
+            let status = [Status::Tracked, Status::Lost][frame % 2];
+            run.add(frame, &[example::seen(status)], 10.0);
+        }
+        let text = summary(&run, None).to_string();
+        assert_eq!(
+            (text.lines().count(), text.lines().last()),
+            (12, Some("and 2 more; --summary lists all"))
+        );
     }
 }

@@ -7,7 +7,7 @@ use anyhow::Result;
 
 use super::pending::PendingFile;
 use super::printed::cannot_print;
-use super::row::Row;
+use super::row::{Lost, Row};
 use super::{Sink, Tracked};
 use crate::failure::{Failure, usage};
 
@@ -45,19 +45,25 @@ impl Format {
 /// Writes rows to a writer.
 pub struct Table<W: Write> {
     format: Format,
+    lost: Lost,
     writer: W,
     started: bool,
 }
 
 impl<W: Write> Table<W> {
     /// An empty table.
-    pub fn new(format: Format, writer: W) -> Self {
-        Self { format, writer, started: false }
+    pub fn new(format: Format, lost: Lost, writer: W) -> Self {
+        Self { format, lost, writer, started: false }
     }
 
-    /// Adds a row and flushes, so that a full disk is noticed immediately and the reader of a pipe need not
-    /// wait.
-    pub fn row(&mut self, row: &Row) -> io::Result<()> {
+    /// Adds the rows of a frame and flushes each, so that a full disk is noticed immediately and the reader
+    /// of a pipe need not wait.
+    pub fn add(&mut self, tracked: &Tracked<'_>) -> io::Result<()> {
+        let Tracked { frame, ms, targets, .. } = *tracked;
+        targets.iter().try_for_each(|seen| self.row(&Row::new(frame, ms, seen, self.lost)))
+    }
+
+    fn row(&mut self, row: &Row) -> io::Result<()> {
         let first = !std::mem::replace(&mut self.started, true);
         match self.format {
             Format::Csv => {
@@ -70,15 +76,7 @@ impl<W: Write> Table<W> {
                 serde_json::to_writer(&mut self.writer, row)?;
                 self.writer.write_all(b"\n")?;
             }
-            // OTB counts pixels from 1.
-            Format::Txt => writeln!(
-                self.writer,
-                "{:.4},{:.4},{:.4},{:.4}",
-                row.x + 1.0,
-                row.y + 1.0,
-                row.w,
-                row.h
-            )?,
+            Format::Txt => writeln!(self.writer, "{}", otb(row))?,
         }
         self.writer.flush()
     }
@@ -89,15 +87,21 @@ impl<W: Write> Table<W> {
     }
 }
 
+/// The box as in OTB, where pixels count from 1.
+fn otb(row: &Row) -> String {
+    match (row.x, row.y, row.w, row.h) {
+        (Some(x), Some(y), Some(w), Some(h)) => {
+            format!("{:.4},{:.4},{w:.4},{h:.4}", x + 1.0, y + 1.0)
+        }
+        _ => "NaN,NaN,NaN,NaN".to_string(),
+    }
+}
+
 impl Sink for Table<PendingFile> {
     fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
         // An immediate exit must keep all targets of a frame or none.
         let _hold = self.writer.hold();
-        for seen in tracked.targets {
-            let row = Row::new(tracked.frame, tracked.ms, seen);
-            self.row(&row).map_err(|error| self.writer.write_error(&error))?;
-        }
-        Ok(())
+        self.add(tracked).map_err(|error| self.writer.write_error(&error).into())
     }
 
     fn finish(self: Box<Self>) -> Result<Option<PathBuf>> {
@@ -112,14 +116,8 @@ pub struct Stdout {
 
 impl Stdout {
     /// A table that is still empty.
-    pub fn new() -> Self {
-        Self { table: Table::new(Format::Csv, io::stdout()) }
-    }
-}
-
-impl Default for Stdout {
-    fn default() -> Self {
-        Self::new()
+    pub fn new(lost: Lost) -> Self {
+        Self { table: Table::new(Format::Csv, lost, io::stdout()) }
     }
 }
 
@@ -137,14 +135,10 @@ impl std::error::Error for PipeClosed {}
 
 impl Sink for Stdout {
     fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
-        for seen in tracked.targets {
-            let row = Row::new(tracked.frame, tracked.ms, seen);
-            self.table.row(&row).map_err(|error| match error.kind() {
-                io::ErrorKind::BrokenPipe => anyhow::Error::new(PipeClosed),
-                _ => cannot_print(&error).into(),
-            })?;
-        }
-        Ok(())
+        self.table.add(tracked).map_err(|error| match error.kind() {
+            io::ErrorKind::BrokenPipe => anyhow::Error::new(PipeClosed),
+            _ => cannot_print(&error).into(),
+        })
     }
 
     fn finish(self: Box<Self>) -> Result<Option<PathBuf>> {
@@ -154,59 +148,70 @@ impl Sink for Stdout {
 
 #[cfg(test)]
 mod tests {
+    use super::super::example;
     use super::*;
+    use patchlock::Status;
 
-    fn written(format: Format) -> String {
-        let mut table = Table::new(format, Vec::new());
-        for frame in [4, 6] {
-            let row = Row {
-                frame,
-                id: None,
-                x: 10.5,
-                y: 0.0,
-                w: 30.0,
-                h: 20.25,
-                score: 0.5,
-                visible_large: Some(1.0),
-                visible_small: Some(0.25),
-                x1: 1.0,
-                y1: 2.0,
-                x2: 3.0,
-                y2: 4.0,
-                x3: 5.0,
-                y3: 6.0,
-                x4: 7.0,
-                y4: 8.0,
-                ms: 12.5,
-            };
-            table.row(&row).expect("writes to memory");
+    /// A table of frames 4 and 6, in which the target has these statuses.
+    fn written(format: Format, lost: Lost, statuses: [Status; 2]) -> String {
+        let mut table = Table::new(format, lost, Vec::new());
+        for (frame, status) in [4, 6].into_iter().zip(statuses) {
+            let targets = [example::seen(status)];
+            table.add(&example::tracked(frame, &targets)).expect("writes to memory");
         }
         String::from_utf8(table.into_inner()).expect("text")
     }
 
+    const FOUND: [Status; 2] = [Status::Tracked, Status::Uncertain];
+    const LOST: [Status; 2] = [Status::Tracked, Status::Lost];
+
     #[test]
     fn csv_has_exactly_these_columns() {
         assert_eq!(
-            written(Format::Csv),
-            "frame,x,y,w,h,score,visible_large,visible_small,x1,y1,x2,y2,x3,y3,x4,y4,ms\n\
-             4,10.5,0.0,30.0,20.25,0.5,1.0,0.25,1.0,2.0,3.0,4.0,5.0,6.0,7.0,8.0,12.5\n\
-             6,10.5,0.0,30.0,20.25,0.5,1.0,0.25,1.0,2.0,3.0,4.0,5.0,6.0,7.0,8.0,12.5\n"
+            written(Format::Csv, Lost::Keep, FOUND),
+            "frame,x,y,w,h,score,visible_large,visible_small,x1,y1,x2,y2,x3,y3,x4,y4,ms,status\n\
+             4,10.5,0.0,30.0,20.25,0.5,1.0,0.25,1.0,2.0,3.0,4.0,5.0,6.0,7.0,8.0,12.5,tracked\n\
+             6,10.5,0.0,30.0,20.25,0.5,1.0,0.25,1.0,2.0,3.0,4.0,5.0,6.0,7.0,8.0,12.5,uncertain\n"
         );
     }
 
     #[test]
     fn jsonl_has_one_object_per_line() {
-        let text = written(Format::Jsonl);
+        let text = written(Format::Jsonl, Lost::Keep, FOUND);
         let rows: Vec<serde_json::Value> =
             text.lines().map(|l| serde_json::from_str(l).expect("JSON")).collect();
         assert_eq!(rows[1]["frame"], 6);
         assert_eq!(rows[0]["h"], 20.25);
+        assert_eq!(rows[1]["status"], "uncertain");
         assert!(text.starts_with("{\"frame\":4,\"x\":10.5,"));
     }
 
     #[test]
     fn txt_counts_from_one() {
-        assert_eq!(written(Format::Txt), "11.5000,1.0000,30.0000,20.2500\n".repeat(2));
+        let text = written(Format::Txt, Lost::Keep, FOUND);
+        assert_eq!(text, "11.5000,1.0000,30.0000,20.2500\n".repeat(2));
+    }
+
+    #[test]
+    fn a_lost_target_keeps_its_position_or_has_none() {
+        let last = |format, lost, statuses| {
+            let text = written(format, lost, statuses);
+            text.lines().last().expect("rows").to_string()
+        };
+        let kept = "6,10.5,0.0,30.0,20.25,0.5,1.0,0.25,1.0,2.0,3.0,4.0,5.0,6.0,7.0,8.0,12.5,lost";
+        assert_eq!(last(Format::Csv, Lost::Keep, LOST), kept);
+        assert_eq!(last(Format::Csv, Lost::Blank, LOST), "6,,,,,0.5,1.0,0.25,,,,,,,,,12.5,lost");
+        assert_eq!(last(Format::Txt, Lost::Blank, LOST), "NaN,NaN,NaN,NaN");
+        let row = last(Format::Jsonl, Lost::Blank, LOST);
+        assert!(
+            row.starts_with("{\"frame\":6,\"x\":null,") && row.contains("\"y4\":null,"),
+            "{row}"
+        );
+        assert!(row.ends_with("\"status\":\"lost\"}"), "{row}");
+        for format in [Format::Csv, Format::Jsonl, Format::Txt] {
+            let blank = written(format, Lost::Blank, FOUND);
+            assert_eq!(blank, written(format, Lost::Keep, FOUND), "none is lost");
+        }
     }
 
     #[test]

@@ -1,0 +1,125 @@
+//! What a run measures: the time of each frame, the status of each target, and when targets were lost.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use patchlock::Status;
+
+use super::Seen;
+
+/// The measurements of a run so far.
+#[derive(Debug, Default)]
+pub struct Measured {
+    times_ms: Vec<f64>,
+    /// The ids of all targets so far; `None` is the target of a run with a single one.
+    targets: BTreeSet<Option<u64>>,
+    /// How often each [`Status`] occurred, in their order.
+    statuses: [usize; Status::NAMES.len()],
+    losses: Vec<Loss>,
+    /// For each target that is lost, its entry in `losses`.
+    lost: BTreeMap<Option<u64>, usize>,
+}
+
+/// A stretch of frames in which a target was lost.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Loss {
+    /// The target's id; `None` if the run has a single target.
+    pub id: Option<u64>,
+    /// The first frame in which it was lost.
+    pub frame: usize,
+    /// The first frame in which it was not lost any more; `None` if the target or the run ended before.
+    pub returned: Option<usize>,
+}
+
+impl Measured {
+    /// Adds a frame, which took `ms` milliseconds. A frame without targets is not counted.
+    pub fn add(&mut self, frame: usize, targets: &[Seen], ms: f64) {
+        if targets.is_empty() {
+            self.lost.clear();
+            return;
+        }
+        self.times_ms.push(ms);
+        // A target that has ended cannot return, even if another begins with the same id.
+        self.lost.retain(|id, _| targets.iter().any(|seen| seen.id == *id));
+        for seen in targets {
+            self.targets.insert(seen.id);
+            self.statuses[seen.estimate.status as usize] += 1;
+            let is_lost = seen.estimate.status == Status::Lost;
+            if is_lost && !self.lost.contains_key(&seen.id) {
+                self.lost.insert(seen.id, self.losses.len());
+                self.losses.push(Loss { id: seen.id, frame, returned: None });
+            } else if !is_lost && let Some(k) = self.lost.remove(&seen.id) {
+                self.losses[k].returned = Some(frame);
+            }
+        }
+    }
+
+    /// Milliseconds for each frame that had targets.
+    pub fn times_ms(&self) -> &[f64] {
+        &self.times_ms
+    }
+
+    /// Number of frames that had targets.
+    pub fn frames(&self) -> usize {
+        self.times_ms.len()
+    }
+
+    /// Frames per second.
+    pub fn fps(&self) -> f64 {
+        let total: f64 = self.times_ms.iter().sum();
+        if total > 0.0 { 1e3 * self.frames() as f64 / total } else { 0.0 }
+    }
+
+    /// Number of targets.
+    pub fn targets(&self) -> usize {
+        self.targets.len()
+    }
+
+    /// Number of frames with this status, all targets together.
+    pub fn count(&self, status: Status) -> usize {
+        self.statuses[status as usize]
+    }
+
+    /// All losses, in the order in which they began.
+    pub fn losses(&self) -> &[Loss] {
+        &self.losses
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::example;
+    use super::*;
+
+    #[test]
+    fn statuses_are_counted_and_losses_have_their_frames() {
+        use Status::{Lost, Tracked, Uncertain};
+        let mut measured = Measured::default();
+        let statuses = [Tracked, Uncertain, Lost, Lost, Uncertain, Tracked, Lost];
+        for (k, status) in statuses.into_iter().enumerate() {
+            measured.add(10 + 2 * k, &[example::seen(status)], 4.0);
+        }
+        assert_eq!([Tracked, Uncertain, Lost].map(|status| measured.count(status)), [2, 2, 3]);
+        let loss = |frame, returned| Loss { id: None, frame, returned };
+        assert_eq!(measured.losses(), [loss(14, Some(18)), loss(22, None)]);
+        assert_eq!((measured.frames(), measured.targets(), measured.fps()), (7, 1, 250.0));
+    }
+
+    #[test]
+    fn each_target_has_its_own_losses() {
+        let target = |id, status| Seen { id: Some(id), ..example::seen(status) };
+        let mut measured = Measured::default();
+        measured.add(0, &[target(1, Status::Lost), target(2, Status::Tracked)], 1.0);
+        measured.add(1, &[target(1, Status::Tracked), target(2, Status::Lost)], 1.0);
+        // Target 2 ends; what begins under its id is another one.
+        measured.add(2, &[target(1, Status::Lost)], 1.0);
+        measured.add(3, &[], 1.0);
+        measured.add(4, &[target(1, Status::Tracked), target(2, Status::Tracked)], 1.0);
+        let loss = |id, frame, returned| Loss { id: Some(id), frame, returned };
+        let expected = [loss(1, 0, Some(1)), loss(2, 1, None), loss(1, 2, None)];
+        assert_eq!(measured.losses(), expected);
+        assert_eq!(
+            (measured.frames(), measured.targets(), measured.count(Status::Lost)),
+            (4, 2, 3)
+        );
+    }
+}
