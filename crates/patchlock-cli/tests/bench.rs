@@ -34,6 +34,10 @@ fn runs_are_stored_with_their_manifests() {
     );
     assert_eq!(run["subject"]["configuration"]["patchwise"]["particles"], 20);
     assert_eq!(run["seconds"].as_array().unwrap().len(), 5);
+    let scores = run["score"].as_array().unwrap();
+    assert!(scores.len() == 5 && scores.iter().all(|s| (0.0..=1.0).contains(&s.as_f64().unwrap())));
+    let statuses = run["status"].as_array().unwrap();
+    assert!(statuses.len() == 5 && statuses.iter().all(|s| s == "tracked" || s == "uncertain"));
     assert!(run["machine"]["cores"].as_u64().unwrap() > 0);
     let manifest = json(&fs::read(benchmark.path("out/quick/manifest.json")).unwrap());
     assert_eq!(manifest["configuration_hash"], run["configuration_hash"]);

@@ -4,7 +4,7 @@ mod support;
 
 use std::path::Path;
 
-use patchlock::{BoundingBox, TrackerConfig};
+use patchlock::{BoundingBox, Status, TrackerConfig};
 use patchlock_eval::bench::runner::{self, Watch};
 use patchlock_eval::bench::schemes::{Scheme, Start};
 use patchlock_eval::bench::store::{Clip, Footage, Identity, Run, Series, Store, Task, Trajectory};
@@ -19,7 +19,7 @@ fn open_store(out: &Path, subject: Identity, origin: f64) -> Result<Store, Error
 
 fn keep(store: &Store, task: &Task<'_>, boxes: &[Option<BoundingBox>], seconds: Vec<f64>) {
     let run = task.run();
-    let trajectory = Trajectory { boxes: boxes.to_vec(), seconds };
+    let trajectory = Trajectory { boxes: boxes.to_vec(), seconds, ..Trajectory::default() };
     store.keep(&run, &store.series().write(&run, trajectory, 2, 1)).unwrap();
 }
 
@@ -66,6 +66,70 @@ fn boxes_and_times_are_read_back() {
     assert!(matches!(store.holds(&elsewhere.run()), Err(Error::Conflict { .. })));
 }
 
+/// A run of three frames with the given scores and statuses, in the folder `out`, and the truth.
+fn with_answers(folder: &Folder, answers: [(Option<f64>, Option<Status>); 3]) -> Dataset {
+    folder.file("truth/a.txt", rows(3));
+    let truth = Dataset::open(&folder.path().join("truth")).unwrap();
+    let identity = Identity::Trax { command: vec!["x".into()] };
+    let store = open_store(&folder.path().join("out"), identity, truth.origin()).unwrap();
+    let bbox = BoundingBox { x: 2.0, y: 3.0, w: 5.0, h: 6.0 };
+    let frames = ["a/1.png".into(), "a/2.png".into(), "a/3.png".into()];
+    let start = Start { variant: 0, first: 0, bbox };
+    let task = Task { target: "a", frames: &frames, seed: 0, start };
+    let run = task.run();
+    let mut trajectory = Trajectory::default();
+    for (score, status) in answers {
+        trajectory.add(Answer { score, status, ..Answer::of_box(Some(bbox), 0.1) });
+    }
+    store.keep(&run, &store.series().write(&run, trajectory, 1, 1)).unwrap();
+    truth
+}
+
+#[test]
+fn scores_and_statuses_are_read_back() {
+    let folder = Folder::new();
+    let scores = [1.0, 1.0 / 3.0, 0.0];
+    let statuses = [Status::Tracked, Status::Uncertain, Status::Lost];
+    let answer = |k: usize| (Some(scores[k]), Some(statuses[k]));
+    let truth = with_answers(&folder, [0, 1, 2].map(answer));
+    let back = results::read(&folder.path().join("out"), &truth).unwrap();
+    assert_eq!(back[0].runs[0].scores.as_deref(), Some(&scores[..]));
+    assert_eq!(back[0].runs[0].statuses.as_deref(), Some(&statuses[..]));
+    let boxes = std::fs::read_to_string(folder.path().join("out/ours/ope/a/0.txt")).unwrap();
+    assert_eq!(boxes, rows(3), "the file of boxes has nothing else");
+
+    // A run by another program may lack them; values that cannot be are refused.
+    let file = "out/ours/ope/a/0.json";
+    let text = std::fs::read_to_string(folder.path().join(file)).unwrap();
+    let columns =
+        ",\"score\":[1.0,0.3333333333333333,0.0],\"status\":[\"tracked\",\"uncertain\",\"lost\"]";
+    assert!(text.contains(columns), "{text}");
+    for (change, fault) in [
+        ("", None),
+        (",\"score\":[1.0,0.5]", Some("it does not have one score and status for each box")),
+        (",\"status\":[]", Some("it does not have one score and status for each box")),
+        (",\"score\":[1.0,0.5,1.25]", Some("the score 1.25 is not between 0 and 1")),
+        (",\"status\":[\"tracked\",\"found\",\"lost\"]", Some("unknown variant `found`")),
+    ] {
+        folder.file(file, text.replace(columns, change));
+        let back = &results::read(&folder.path().join("out"), &truth).unwrap()[0];
+        match fault {
+            None => assert_eq!((&back.runs[0].scores, &back.runs[0].statuses), (&None, &None)),
+            Some(fault) => assert!(back.faults[0].contains(fault), "{:?}", back.faults),
+        }
+    }
+}
+
+#[test]
+fn scores_are_stored_only_if_all_frames_have_one() {
+    let folder = Folder::new();
+    let some = (Some(0.5), Some(Status::Tracked));
+    let truth = with_answers(&folder, [some, (None, Some(Status::Lost)), some]);
+    let run = &results::read(&folder.path().join("out"), &truth).unwrap()[0].runs[0];
+    assert_eq!(run.scores, None);
+    assert_eq!(run.statuses, Some(vec![Status::Tracked, Status::Lost, Status::Tracked]));
+}
+
 #[test]
 fn runs_of_other_versions_can_be_scored_but_not_continued() {
     let folder = Folder::new();
@@ -100,11 +164,11 @@ struct PanicsOnBad;
 impl Subject for PanicsOnBad {
     fn begin(&mut self, frame: &Path, bbox: BoundingBox) -> Result<Answer, Error> {
         assert!(!frame.starts_with("bad"), "a decoder may panic on a damaged file");
-        Ok(Answer { bbox: Some(bbox), seconds: 0.1 })
+        Ok(Answer::of_box(Some(bbox), 0.1))
     }
 
     fn follow(&mut self, _: &Path) -> Result<Answer, Error> {
-        Ok(Answer { bbox: None, seconds: 0.1 })
+        Ok(Answer::of_box(None, 0.1))
     }
 }
 
@@ -167,7 +231,8 @@ fn clips_differ_if_their_source_or_range_differs() {
     }
     let run = of(&clip, start);
     assert!(!store.holds(&run).unwrap());
-    let trajectory = Trajectory { boxes: vec![Some(bbox)], seconds: vec![0.1] };
+    let mut trajectory = Trajectory::default();
+    trajectory.add(Answer::of_box(Some(bbox), 0.1));
     store.keep(&run, &store.series().write(&run, trajectory, 1, 1)).unwrap();
     assert!(store.holds(&run).unwrap());
     for other in

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use patchlock::{BoundingBox, Tracker, TrackerConfig};
+use patchlock::{BoundingBox, Estimate, Status, Tracker, TrackerConfig};
 use patchlock_media::{Picture, image_file};
 
 use super::store::Identity;
@@ -18,6 +18,22 @@ pub struct Answer {
     pub bbox: Option<BoundingBox>,
     /// Time that the tracker took, in seconds.
     pub seconds: f64,
+    /// How sure the tracker is, 0 to 1; `None` if it does not say.
+    pub score: Option<f64>,
+    /// Whether the target is followed; `None` if the tracker does not say.
+    pub status: Option<Status>,
+}
+
+impl Answer {
+    /// The answer of a tracker that says nothing but a box.
+    pub fn of_box(bbox: Option<BoundingBox>, seconds: f64) -> Self {
+        Self { bbox, seconds, score: None, status: None }
+    }
+
+    fn of_estimate(estimate: &Estimate, seconds: f64) -> Self {
+        let (score, status) = (Some(estimate.score), Some(estimate.status));
+        Self { bbox: Some(estimate.bbox), seconds, score, status }
+    }
 }
 
 /// A tracker under test: started on a box, then given one frame after another.
@@ -78,9 +94,9 @@ impl Patchlock {
         bbox: BoundingBox,
     ) -> Result<Answer, patchlock::Error> {
         let frame = picture.frame()?;
-        let (_, seconds) = self.session.step(|tracker| tracker.init(&frame, bbox))?;
+        let (estimate, seconds) = self.session.step(|tracker| tracker.init(&frame, bbox))?;
         // The first box of a trajectory is the one that was given.
-        Ok(Answer { bbox: Some(bbox), seconds })
+        Ok(Answer { bbox: Some(bbox), ..Answer::of_estimate(&estimate, seconds) })
     }
 
     /// Tracks the target in the next picture.
@@ -90,7 +106,7 @@ impl Patchlock {
     pub fn follow_to(&mut self, picture: &Picture) -> Result<Answer, patchlock::Error> {
         let frame = picture.frame()?;
         let (estimate, seconds) = self.session.step(|tracker| tracker.update(&frame))?;
-        Ok(Answer { bbox: Some(estimate.bbox), seconds })
+        Ok(Answer::of_estimate(&estimate, seconds))
     }
 }
 

@@ -134,6 +134,13 @@ fn read_run(
         return Err(wrong("its configuration is not that of the tracker's manifest.json"));
     }
     let boxes = boxes(file, &text::read(file)?, origin)?;
+    let counts = [manifest.score.as_ref().map(Vec::len), manifest.status.as_ref().map(Vec::len)];
+    if counts.into_iter().flatten().any(|count| count != boxes.len()) {
+        return Err(wrong("it does not have one score and status for each box"));
+    }
+    if let Some(score) = manifest.score.iter().flatten().find(|s| !(0.0..=1.0).contains(*s)) {
+        return Err(wrong(&format!("the score {score} is not between 0 and 1")));
+    }
     let is_timed = manifest.jobs == 1 && manifest.seconds.len() == boxes.len();
     Ok(Run {
         target: manifest.target,
@@ -142,6 +149,8 @@ fn read_run(
         first: manifest.first,
         boxes,
         seconds: is_timed.then_some(manifest.seconds),
+        scores: manifest.score,
+        statuses: manifest.status,
         file: file.to_path_buf(),
     })
 }

@@ -11,7 +11,7 @@ mod text_files;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use patchlock::BoundingBox;
+use patchlock::{BoundingBox, Status};
 
 use crate::dataset::Dataset;
 use crate::files::entries;
@@ -64,6 +64,10 @@ pub struct Run {
     pub boxes: Vec<Option<BoundingBox>>,
     /// Time of the tracker for each frame in seconds, if it is known and was measured without parallel runs.
     pub seconds: Option<Vec<f64>>,
+    /// How sure the tracker was of each frame, 0 to 1, if it is known.
+    pub scores: Option<Vec<f64>>,
+    /// Whether the target was followed in each frame, if it is known.
+    pub statuses: Option<Vec<Status>>,
     /// The file that it was read from.
     pub file: PathBuf,
 }
@@ -104,6 +108,8 @@ impl Results {
                 first: 0,
                 boxes,
                 seconds: None,
+                scores: None,
+                statuses: None,
                 file: file.to_path_buf(),
             }),
             Err(error) => self.faults.push(error.to_string()),

@@ -1,6 +1,6 @@
 //! The manifests of a tracker and of its runs, and the text format of the boxes.
 
-use patchlock::BoundingBox;
+use patchlock::{BoundingBox, Status};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -65,6 +65,12 @@ pub struct RunManifest {
     pub boxes_sha256: String,
     /// Time of the tracker for each frame in seconds, decoding excluded.
     pub seconds: Vec<f64>,
+    /// How sure the tracker was of each frame, 0 to 1; missing if it did not say so for all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub score: Option<Vec<f64>>,
+    /// Whether the target was followed in each frame; missing if the tracker did not say so for all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub status: Option<Vec<Status>>,
 }
 
 impl RunManifest {
@@ -114,6 +120,10 @@ pub struct Trajectory {
     pub boxes: Vec<Option<BoundingBox>>,
     /// The time for each frame, in seconds.
     pub seconds: Vec<f64>,
+    /// How sure the tracker was, 0 to 1; `None` where it did not say.
+    pub scores: Vec<Option<f64>>,
+    /// Whether the target was followed; `None` where the tracker did not say.
+    pub statuses: Vec<Option<Status>>,
 }
 
 impl Trajectory {
@@ -121,6 +131,8 @@ impl Trajectory {
     pub fn add(&mut self, answer: Answer) {
         self.boxes.push(answer.bbox);
         self.seconds.push(answer.seconds);
+        self.scores.push(answer.score);
+        self.statuses.push(answer.status);
     }
 }
 
@@ -154,6 +166,8 @@ impl Series {
             jobs,
             boxes_sha256: sha256(boxes.as_bytes()),
             seconds: trajectory.seconds,
+            score: of_all(trajectory.scores, trajectory.boxes.len()),
+            status: of_all(trajectory.statuses, trajectory.boxes.len()),
         };
         Written { boxes, manifest: serde_json::to_string(&manifest).unwrap_or_default() }
     }
@@ -173,6 +187,11 @@ impl Footage<'_> {
             Self::Clip(clip) => name_of(clip.source.as_ref()),
         }
     }
+}
+
+/// The values, if every frame has one.
+fn of_all<T>(values: Vec<Option<T>>, frames: usize) -> Option<Vec<T>> {
+    values.into_iter().collect::<Option<Vec<T>>>().filter(|values| values.len() == frames)
 }
 
 /// One box per line, with enough digits to be read back exactly.

@@ -3,9 +3,9 @@
 //!
 //! The text file has one box per line, counted from 0 or 1 like the dataset's own ground truth, with enough
 //! digits to be read back exactly; a missing box is `NaN,NaN,NaN,NaN`. The JSON file is the manifest of the
-//! run. It is written after the text file and holds its hash: a run is complete if both files exist and
-//! agree, so a partly written run is never taken for a result. Every file is written under a temporary name,
-//! flushed to disk and renamed.
+//! run, with time, score and status of each frame. It is written after the text file and holds its hash: a
+//! run is complete if both files exist and agree, so a partly written run is never taken for a result. Every
+//! file is written under a temporary name, flushed to disk and renamed.
 //!
 //! `<run>` is the seed, followed by `-<start>` in TRE and SRE.
 

@@ -73,7 +73,7 @@ impl Trax {
             ("state", Some(region)) => {
                 let region = Region::parse(region)
                     .map_err(|reason| error(format!("invalid region \"{region}\": {reason}")))?;
-                Ok(Answer { bbox: region.bbox(), seconds })
+                Ok(Answer::of_box(region.bbox(), seconds))
             }
             ("state", None) => Err(error("the message state has no region".to_string())),
             ("quit", _) => Err(error(format!("the tracker quit{}", reason_of(&state)))),
