@@ -59,6 +59,43 @@ fn tables_and_json_have_the_same_scores() {
 }
 
 #[test]
+fn what_a_tracker_says_of_itself_is_scored_where_it_is_known() {
+    let benchmark = Benchmark::new(1, 5);
+    benchmark.bench("out", &[]).assert().success();
+    let truth = "21,19,32,28\n22,19,32,28\n90,70,5,5\nNaN,NaN,NaN,NaN\n25,19,32,28\n";
+    fs::write(benchmark.path("data/A/groundtruth_rect.txt"), truth).unwrap();
+    fs::create_dir(benchmark.path("out/silent")).unwrap();
+    fs::write(benchmark.path("out/silent/A.txt"), "21,19,32,28\n".repeat(5)).unwrap();
+    let file = benchmark.path("out/quick/ope/A/0.json");
+    let mut run: Value = serde_json::from_slice(&fs::read(&file).unwrap()).unwrap();
+    run["score"] = vec![1.0, 0.9, 0.1, 0.1, 0.8].into();
+    run["status"] = vec!["tracked", "tracked", "uncertain", "lost", "tracked"].into();
+    fs::write(&file, run.to_string()).unwrap();
+
+    let score = |more: &[&str]| {
+        let arguments = [&["score", "out", "--truth", "data"], more].concat();
+        benchmark.patchlock(&arguments).assert().success().get_output().stdout.clone()
+    };
+    let table = String::from_utf8(score(&[])).unwrap();
+    assert!(table.contains("tracker  lost share  not lost"), "{table}");
+    let (_, said) = table.split_once("Status and score, where known").unwrap();
+    let lines: Vec<Vec<&str>> = said.lines().map(|l| l.split_whitespace().collect()).collect();
+    assert_eq!(lines[3], ["quick", "1.000", "0.500", "0.000", "1.000", "0.125", "1.000"]);
+    assert_eq!(lines.len(), 4, "the other tracker says nothing: {table}");
+
+    let json: Value = serde_json::from_slice(&score(&["--json", "--by", "target"])).unwrap();
+    let [quick, silent] = &json["trackers"].as_array().unwrap()[..] else { panic!("{json}") };
+    for of in [quick, &quick["by_target"]["A"]] {
+        let (status, calibration) = (&of["status"], &of["calibration"]);
+        assert_eq!((&status["lost_precision"], &status["lost_recall"]), (&1.0.into(), &0.5.into()));
+        assert_eq!((&status["first_lost"], &status["recoveries"]), (&3.0.into(), &1.0.into()));
+        assert!((calibration["ece"].as_f64().unwrap() - 0.125).abs() < 1e-12);
+        assert_eq!(calibration["pooled"]["bins"][1]["frames"], 2);
+    }
+    assert_eq!((&silent["status"], &silent["calibration"]), (&Value::Null, &Value::Null));
+}
+
+#[test]
 fn invalid_results_are_reported_and_the_others_scored() {
     let benchmark = half_right();
     fs::create_dir(benchmark.path("short")).unwrap();

@@ -14,6 +14,9 @@
 //!   Its score is the mean of the 51 values.
 //! - The target is **lost** in a frame with an overlap of less than 0.1 (`<`). The lost share is the share of
 //!   such frames; the overlap when not lost is the mean overlap of the others.
+//! - The box is **on the target** in a frame with an overlap of at least 0.5 (`>=`). What a tracker says of
+//!   itself is compared with that; see [`StatusCounts`](crate::metrics::StatusCounts) and
+//!   [`Calibration`](crate::metrics::Calibration).
 //! - The first frame, whose box is given, counts. A frame without a true box of positive width and height
 //!   does not.
 //! - A box that the tracker did not report is replaced by the last one that it reported.
@@ -25,6 +28,8 @@ pub const DP_INDEX: usize = 20;
 pub const SUCCESS_INDEX: usize = 10;
 /// The target is lost in frames with a smaller overlap.
 pub const LOST_OVERLAP: f64 = 0.1;
+/// The box is on the target in frames with at least this overlap.
+pub const HIT_OVERLAP: f64 = 0.5;
 
 /// The thresholds of the curves. The comparison operators are fixed: see the module documentation.
 #[derive(Debug, Clone, PartialEq)]

@@ -8,7 +8,9 @@ use patchlock_eval::dataset::Dataset;
 use patchlock_eval::names;
 use patchlock_eval::protocol::Protocol;
 use patchlock_eval::results;
-use patchlock_eval::score::{self, Measure, Scoreboard, Summary, TrackerScore};
+use patchlock_eval::score::{
+    self, CalibrationSummary, Measure, Scoreboard, StatusSummary, Summary, TrackerScore,
+};
 use serde_json::{Value, json};
 
 use crate::failure::{Failure, failed};
@@ -29,8 +31,16 @@ The layout of RESULTS is detected: the output of patchlock bench; <target>.txt w
 got10k); <target>/<target>_001.txt (got10k, VOT with its codes and polygons); <target>.txt with \
 frame,id,x,y,w,h,... (MOT). Names of targets may differ in case and in - _ . before a number.
 
-DP is the share of frames in which the centre is within 20 pixels of the truth. AUC is the mean success over \
-21 overlap thresholds. METHODOLOGY.md documents all conventions.";
+DP is the share of frames in which the centre is within 20 pixels of the truth, AUC the mean success over 21 \
+overlap thresholds, lost share the share of frames with an overlap below 0.1, not lost the mean overlap of \
+the others.
+
+If a tracker said in each frame whether the target is lost, and how sure it is: the precision and recall of \
+lost (right where the target is absent or the overlap below 0.1), its share of the frames with an overlap of \
+0.5 or more (false lost), recoveries per target, and how well the score predicts an overlap of 0.5: its \
+expected calibration error (ECE) and the area under the ROC curve (AUROC).
+
+METHODOLOGY.md documents all conventions.";
 
 /// Scores results against the truth: precision, success, overlap, speed, and their spread over seeds
 ///
@@ -139,7 +149,11 @@ fn conclude(board: &Scoreboard) -> Result<()> {
 fn tables(board: &Scoreboard, by: Option<By>) -> String {
     let mut text = String::new();
     if !board.trackers.is_empty() {
-        text += &overall(board).text();
+        let trackers = ranked(board);
+        text += &format!("{}\n{}", overall(&trackers).text(), lost(&trackers).text());
+        text += &said(&trackers).map_or(String::new(), |table| {
+            format!("\nStatus and score, where known\n\n{}", table.text())
+        });
     }
     let (what, parts) = match by {
         None => return text,
@@ -159,21 +173,17 @@ type Number = fn(&Summary) -> Measure;
 /// The two measures in the tables of parts.
 const NUMBERS: [(&str, Number); 2] = [("DP", |s| s.dp20), ("AUC", |s| s.auc)];
 
-fn overall(board: &Scoreboard) -> TextTable {
-    let titles = [
-        "tracker",
-        "targets",
-        "seeds",
-        "DP",
-        "AUC",
-        "success 0.5",
-        "overlap",
-        "norm. prec.",
-        "fps",
-    ];
-    let mut table = TextTable::new(&titles);
+/// The trackers in decreasing order of AUC.
+fn ranked(board: &Scoreboard) -> Vec<&TrackerScore> {
     let mut trackers: Vec<&TrackerScore> = board.trackers.iter().collect();
     trackers.sort_by(|a, b| b.overall.auc.mean.total_cmp(&a.overall.auc.mean));
+    trackers
+}
+
+// With spreads, more columns than in one of these tables do not fit in a terminal.
+fn overall(trackers: &[&TrackerScore]) -> TextTable {
+    let mut table =
+        TextTable::new(&["tracker", "targets", "seeds", "DP", "AUC", "success 0.5", "fps"]);
     for tracker in trackers {
         let s = &tracker.overall;
         table.row([
@@ -183,12 +193,60 @@ fn overall(board: &Scoreboard) -> TextTable {
             with_spread(s.dp20),
             with_spread(s.auc),
             with_spread(s.success50),
-            with_spread(s.mean_overlap),
-            with_spread(s.norm_precision),
             s.fps.map_or("-".to_string(), |fps| format!("{:.1}", fps.mean)),
         ]);
     }
     table
+}
+
+fn lost(trackers: &[&TrackerScore]) -> TextTable {
+    let mut table =
+        TextTable::new(&["tracker", "lost share", "not lost", "overlap", "norm. prec."]);
+    for tracker in trackers {
+        let s = &tracker.overall;
+        table.row([
+            tracker.name.clone(),
+            with_spread(s.lost_share),
+            s.overlap_not_lost.map_or("-".to_string(), with_spread),
+            with_spread(s.mean_overlap),
+            with_spread(s.norm_precision),
+        ]);
+    }
+    table
+}
+
+/// What the trackers said of themselves; `None` if none did. Without spreads, which would not fit.
+fn said(trackers: &[&TrackerScore]) -> Option<TextTable> {
+    let mut table = TextTable::new(&[
+        "tracker",
+        "lost prec.",
+        "lost recall",
+        "false lost",
+        "recoveries",
+        "ECE",
+        "AUROC",
+    ]);
+    let is_known = |tracker: &&&TrackerScore| {
+        tracker.overall.status.is_some() || tracker.overall.calibration.is_some()
+    };
+    let known: Vec<_> = trackers.iter().filter(is_known).collect();
+    for tracker in &known {
+        let (status, score) = (&tracker.overall.status, &tracker.overall.calibration);
+        let status = |value: fn(&StatusSummary) -> Option<Measure>| status.as_ref().and_then(value);
+        let score =
+            |value: fn(&CalibrationSummary) -> Option<Measure>| score.as_ref().and_then(value);
+        let values = [
+            status(|s| s.precision),
+            status(|s| s.recall),
+            status(|s| s.false_lost),
+            status(|s| Some(s.recoveries)),
+            score(|s| s.ece),
+            score(|s| s.auroc),
+        ];
+        let cell = |m: Option<Measure>| m.map_or("-".to_string(), |m| format!("{:.3}", m.mean));
+        table.row([tracker.name.clone()].into_iter().chain(values.map(cell)));
+    }
+    (!known.is_empty()).then_some(table)
 }
 
 fn with_spread(measure: Measure) -> String {
@@ -262,10 +320,9 @@ fn tracker_json(board: &Scoreboard, tracker: &TrackerScore, by: Option<By>) -> V
     value
 }
 
-/// The measures; `_sd` is null for a single seed, `fps` is null if times are unknown.
+/// The measures; `_sd` is null for a single seed, `fps`, `status` and `calibration` if they are unknown.
 fn summary_json(s: &Summary) -> Value {
-    let mut value = json!({});
-    let measures = [
+    let mut value = measures_json(&[
         ("dp20", Some(s.dp20)),
         ("auc", Some(s.auc)),
         ("success50", Some(s.success50)),
@@ -274,9 +331,46 @@ fn summary_json(s: &Summary) -> Value {
         ("lost_share", Some(s.lost_share)),
         ("overlap_not_lost", s.overlap_not_lost),
         ("fps", s.fps),
-    ];
+    ]);
+    value["status"] = s.status.as_ref().map_or(Value::Null, status_json);
+    value["calibration"] = s.calibration.as_ref().map_or(Value::Null, calibration_json);
+    value
+}
+
+fn status_json(s: &StatusSummary) -> Value {
+    let mut value = measures_json(&[
+        ("lost_precision", s.precision),
+        ("lost_recall", s.recall),
+        ("false_lost", s.false_lost),
+        ("first_lost", s.first_lost),
+        ("losses", Some(s.losses)),
+        ("recoveries", Some(s.recoveries)),
+    ]);
+    let pooled = &s.pooled;
+    value["pooled"] = json!({
+        "lost_precision": pooled.precision(),
+        "lost_recall": pooled.recall(),
+        "false_lost": pooled.false_lost(),
+        "first_lost": pooled.first_lost(),
+        "losses": pooled.losses,
+        "recoveries": pooled.recoveries,
+    });
+    value
+}
+
+fn calibration_json(s: &CalibrationSummary) -> Value {
+    let mut value = measures_json(&[("ece", s.ece), ("auroc", s.auroc)]);
+    let bins = s.pooled.bins();
+    let bins = bins.map(|b| json!({"frames": b.frames, "score": b.score, "share": b.share}));
+    value["pooled"] =
+        json!({"ece": s.pooled.ece(), "auroc": s.pooled.auroc(), "bins": bins.to_vec()});
+    value
+}
+
+fn measures_json(measures: &[(&str, Option<Measure>)]) -> Value {
+    let mut value = json!({});
     for (name, measure) in measures {
-        value[name] = json!(measure.map(|m| m.mean));
+        value[*name] = json!(measure.map(|m| m.mean));
         value[format!("{name}_sd")] = json!(measure.and_then(|m| m.sd));
     }
     value

@@ -4,15 +4,18 @@
 //! standard deviation over seeds. The frames of all runs on one target with one seed (several in TRE and SRE)
 //! are pooled, as in the OTB toolkit.
 
+mod summary;
+
 use std::collections::{BTreeMap, BTreeSet};
 
-use patchlock::BoundingBox;
+use patchlock::{BoundingBox, Status};
 
 use crate::dataset::{self, Dataset, OTB_ATTRIBUTES, Remark, Sequence, Severity};
-use crate::metrics::{self, Curves, FrameMeasures, Tally};
+use crate::metrics::{self, Calibration, Curves, FrameMeasures, StatusCounts, Tally};
 use crate::names;
 use crate::protocol::Protocol;
 use crate::results::{Results, Run};
+pub use summary::{CalibrationSummary, Measure, StatusSummary, Summary, summary};
 
 /// Smallest overlap of the first box with the ground truth; below it, the results are suspect.
 const MIN_START_OVERLAP: f64 = 0.5;
@@ -28,6 +31,8 @@ pub struct Pass {
     pub boxes: Vec<Option<BoundingBox>>,
     /// Overlap and distances, frame by frame.
     pub frames: FrameMeasures,
+    /// The status that the tracker gave each frame, if it is known.
+    pub statuses: Option<Vec<Status>>,
 }
 
 /// The scores of one target with one seed.
@@ -47,6 +52,10 @@ pub struct SeedScore {
     pub overlap_not_lost: Option<f64>,
     /// Number of frames and total seconds of all passes, if times are known.
     pub time: Option<(usize, f64)>,
+    /// What the statuses of all passes were worth, if they are known.
+    pub status: Option<StatusCounts>,
+    /// What the scores that the tracker gave in all passes were worth, if they are known.
+    pub calibration: Option<Calibration>,
 }
 
 /// The scores of one target.
@@ -58,38 +67,6 @@ pub struct TargetScore {
     pub attributes: Vec<String>,
     /// The scores by seed, in increasing order of the seed.
     pub seeds: Vec<SeedScore>,
-}
-
-/// A mean over seeds.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Measure {
-    /// The mean.
-    pub mean: f64,
-    /// The sample standard deviation; `None` for a single seed.
-    pub sd: Option<f64>,
-}
-
-/// The scores of a tracker, averaged over all or some targets.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Summary {
-    /// Precision at 20 pixels.
-    pub dp20: Measure,
-    /// Mean of the success curve.
-    pub auc: Measure,
-    /// Success at an overlap of 0.5.
-    pub success50: Measure,
-    /// Mean overlap.
-    pub mean_overlap: Measure,
-    /// Share of the frames in which the target is lost.
-    pub lost_share: Measure,
-    /// Mean overlap over the other frames, over the targets that have any; `None` if none has.
-    pub overlap_not_lost: Option<Measure>,
-    /// Mean of the curve of normalised precision.
-    pub norm_precision: Measure,
-    /// Frames per second; `None` if times are unknown.
-    pub fps: Option<Measure>,
-    /// The mean curves.
-    pub curves: Curves,
 }
 
 /// The scores of a tracker.
@@ -280,6 +257,7 @@ fn pass(run: &Run, sequence: &Sequence) -> Result<Pass, String> {
         first: run.first,
         boxes: metrics::last_given(&run.boxes),
         frames: metrics::compare(&run.boxes, truth),
+        statuses: run.statuses.clone(),
     })
 }
 
@@ -313,6 +291,8 @@ fn target_score(
         };
         scores.push(SeedScore {
             seed,
+            status: status(&passes),
+            calibration: calibration(&passes, &runs),
             passes,
             curves,
             mean_overlap: tally.mean_overlap().unwrap_or(0.0),
@@ -326,6 +306,22 @@ fn target_score(
         attributes: sequence.attributes.clone(),
         seeds: scores,
     }
+}
+
+/// The statuses of all passes beside the truth; `None` unless all of them have statuses.
+fn status(passes: &[Pass]) -> Option<StatusCounts> {
+    passes.iter().try_fold(StatusCounts::default(), |mut counts, pass| {
+        counts.add(pass.statuses.as_ref()?, &pass.frames.overlaps);
+        Some(counts)
+    })
+}
+
+/// The scores of all runs beside the truth; `None` unless all of them have scores.
+fn calibration(passes: &[Pass], runs: &[&Run]) -> Option<Calibration> {
+    passes.iter().zip(runs).try_fold(Calibration::default(), |mut calibration, (pass, run)| {
+        calibration.add(run.scores.as_ref()?, &pass.frames.overlaps);
+        Some(calibration)
+    })
 }
 
 /// Number of frames and total seconds of all runs; `None` unless all of them have times.
@@ -371,73 +367,4 @@ pub fn attributes(trackers: &[TrackerScore]) -> Vec<(String, Vec<String>)> {
     }
     parts.retain(|(_, targets)| !targets.is_empty());
     parts
-}
-
-/// The means over some targets, such as those with one attribute; `None` without targets or seeds.
-pub fn summary<'a>(
-    targets: impl Iterator<Item = &'a TargetScore>,
-    seeds: &[u64],
-) -> Option<Summary> {
-    let targets: Vec<&TargetScore> = targets.collect();
-    let rows: Vec<Vec<&SeedScore>> = seeds
-        .iter()
-        .map(|&seed| {
-            targets.iter().filter_map(|t| t.seeds.iter().find(|s| s.seed == seed)).collect()
-        })
-        .collect();
-    let curves: Option<Vec<Curves>> =
-        rows.iter().map(|row| Curves::mean(row.iter().map(|score| &score.curves))).collect();
-    let curves = curves?;
-    let over_seeds = |value: fn(&Curves) -> f64| measure(curves.iter().map(value).collect());
-    let over_targets = |value: fn(&SeedScore) -> f64| {
-        measure(rows.iter().map(|row| mean(row.iter().map(|score| value(score)))).collect())
-    };
-    let fps: Option<Vec<f64>> = rows.iter().map(|row| fps(row)).collect();
-    Some(Summary {
-        dp20: over_seeds(Curves::dp20)?,
-        auc: over_seeds(Curves::auc)?,
-        success50: over_seeds(Curves::success50)?,
-        mean_overlap: over_targets(|score| score.mean_overlap)?,
-        lost_share: over_targets(|score| score.lost_share)?,
-        overlap_not_lost: over_known(&rows, |score| score.overlap_not_lost),
-        norm_precision: over_seeds(Curves::norm_precision)?,
-        fps: fps.and_then(measure),
-        curves: Curves::mean(&curves)?,
-    })
-}
-
-/// The mean over the targets that have the value, for each seed that has any, then over these seeds.
-fn over_known(rows: &[Vec<&SeedScore>], value: fn(&SeedScore) -> Option<f64>) -> Option<Measure> {
-    let known = |row: &Vec<&SeedScore>| -> Vec<f64> {
-        row.iter().filter_map(|score| value(score)).collect()
-    };
-    let rows = rows.iter().map(known).filter(|known| !known.is_empty());
-    measure(rows.map(|known| mean(known.into_iter())).collect())
-}
-
-/// Total frames divided by total time; `None` unless all times are known.
-fn fps(scores: &[&SeedScore]) -> Option<f64> {
-    let times: Option<Vec<(usize, f64)>> = scores.iter().map(|score| score.time).collect();
-    let times = times?;
-    let (frames, seconds) = (
-        times.iter().map(|time| time.0).sum::<usize>(),
-        times.iter().map(|time| time.1).sum::<f64>(),
-    );
-    (seconds > 0.0).then(|| frames as f64 / seconds)
-}
-
-fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
-    let count = values.len().max(1) as f64;
-    values.sum::<f64>() / count
-}
-
-/// Mean and standard deviation; `None` without values.
-fn measure(values: Vec<f64>) -> Option<Measure> {
-    if values.is_empty() {
-        return None;
-    }
-    let mean = mean(values.iter().copied());
-    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    let sd = (values.len() > 1).then(|| (squares / (values.len() - 1) as f64).sqrt());
-    Some(Measure { mean, sd })
 }
