@@ -34,6 +34,20 @@ fn every_table_of_track_gives_the_same_export() {
 }
 
 #[test]
+fn lost_frames_of_a_table_are_marked() {
+    let bench = Bench::new();
+    let table = "frame,x,y,w,h,score,status\n0,10,5,20,10,1,tracked\n1,,,,,0.1,lost\n\
+                 2,12,5,20,10,1,tracked\n";
+    std::fs::write(bench.path("a.csv"), table).unwrap();
+    let args = ["a.csv", "--format", "cvat", "--size", "96x72", "--out", "a.xml"];
+    export(&bench, &args).success().stderr(predicate::str::contains("2 boxes of 1 target"));
+    let outside = |line: &String| line.contains("outside=\"1\"");
+    let lines = bench.lines("a.xml");
+    let marked: Vec<_> = lines.iter().filter(|line| outside(line)).collect();
+    assert!(marked.len() == 1 && marked[0].contains("frame=\"1\""), "{marked:?}");
+}
+
+#[test]
 fn every_format_is_written() {
     let bench = Bench::new();
     bench.images("f", 2);

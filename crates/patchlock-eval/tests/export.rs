@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use image::RgbImage;
-use patchlock::BoundingBox;
+use patchlock::{BoundingBox, Status};
 use patchlock_eval::dataset::{Dataset, Layout};
 use patchlock_eval::export::{self, Entry, Format, Options, Track};
 use serde_json::Value;
@@ -16,9 +16,10 @@ fn track() -> Track {
     let entry = |frame, id, [x, y, w, h]: [f64; 4], score, corners| Entry {
         frame,
         id,
-        bbox: BoundingBox { x, y, w, h },
+        bbox: Some(BoundingBox { x, y, w, h }),
         score,
         corners,
+        status: None,
     };
     let corners = [[9.5, 4.5], [29.5, 4.5], [29.5, 14.5], [9.5, 14.5]];
     Track::new(vec![
@@ -61,6 +62,127 @@ impl Workspace {
         let out = self.path("out");
         let files = export::write(&track(), options, &out, false);
         files.map(|files| (files, out)).map_err(|error| error.to_string())
+    }
+}
+
+/// A target in frames 0 to 6: lost in 2 and 3 and at the end, uncertain in 4. `blank`: lost without a box.
+fn lost_track(blank: bool) -> Track {
+    use Status::{Lost, Tracked, Uncertain};
+    let statuses = [Tracked, Tracked, Lost, Lost, Uncertain, Tracked, Lost];
+    let entry = |(frame, status): (usize, Status)| {
+        // The last known box stays.
+        let x = [10.0, 11.0, 11.0, 11.0, 14.0, 15.0, 15.0][frame];
+        let bbox = BoundingBox { x, y: 5.0, w: 20.0, h: 10.0 };
+        let bbox = Some(bbox).filter(|_| !(blank && status == Lost));
+        let (score, status) = (Some(0.75), Some(status));
+        Entry { frame, id: 1, bbox, score, corners: None, status }
+    };
+    Track::new(statuses.into_iter().enumerate().map(entry).collect()).unwrap()
+}
+
+/// The output of both kinds of tracks with losses, by `read`.
+fn lost_exports<T>(format: Format, read: impl Fn(&Path) -> T) -> [T; 2] {
+    [false, true].map(|blank| {
+        let workspace = Workspace::new();
+        let out = workspace.path("out");
+        export::write(&lost_track(blank), &options(format), &out, false).unwrap();
+        read(&out)
+    })
+}
+
+#[test]
+fn mot_has_confidence_0_or_no_line_for_a_lost_target() {
+    let [kept, blank] = lost_exports(Format::Mot, |out| text(out));
+    let line = |frame: usize, left: u32, confidence: &str| {
+        format!("{frame},1,{left}.0000,6.0000,20.0000,10.0000,{confidence},-1,-1,-1\n")
+    };
+    let found = [(1, 11), (2, 12), (5, 15), (6, 16)].map(|(k, left)| line(k, left, "0.7500"));
+    assert_eq!(blank, found.concat());
+    let lost = [(3, 12), (4, 12), (7, 16)].map(|(k, left)| line(k, left, "0.0000"));
+    let [a, b, c, d] = found;
+    let [e, f, g] = lost;
+    assert_eq!(kept, [a, b, e, f, c, d, g].concat());
+}
+
+#[test]
+fn coco_has_the_status_as_an_attribute() {
+    let [kept, blank] = lost_exports(Format::Coco, |out| {
+        let all: Value = serde_json::from_str(&text(out)).unwrap();
+        assert_eq!(all["images"].as_array().unwrap().len(), 7);
+        let annotations = all["annotations"].as_array().unwrap().iter();
+        annotations
+            .map(|a| (a["image_id"].as_u64().unwrap(), a["attributes"]["status"].clone()))
+            .collect::<Vec<_>>()
+    });
+    let names = ["tracked", "tracked", "lost", "lost", "uncertain", "tracked", "lost"];
+    let named: Vec<(u64, Value)> = (1..).zip(names.map(Value::from)).collect();
+    assert_eq!(kept, named);
+    let found: Vec<_> = named.into_iter().filter(|(_, status)| status != "lost").collect();
+    assert_eq!(blank, found);
+}
+
+#[test]
+fn a_lost_target_is_outside_in_cvat() {
+    let exports = lost_exports(Format::Cvat, |out| {
+        let xml = text(out);
+        let boxes = xml.lines().filter(|line| line.contains("<box "));
+        let value = |line: &str, name: &str| {
+            line.split_once(&format!(" {name}=\""))
+                .unwrap()
+                .1
+                .split('"')
+                .next()
+                .unwrap()
+                .to_string()
+        };
+        boxes
+            .map(|line| {
+                ["frame", "outside", "occluded", "xtl"].map(|name| value(line, name)).join(" ")
+            })
+            .collect::<Vec<_>>()
+    });
+    let expected =
+        ["0 0 0 10", "1 0 0 11", "2 1 0 11", "4 0 1 14", "5 0 0 15", "6 1 0 15"].map(String::from);
+    for boxes in exports {
+        assert_eq!(boxes, expected);
+    }
+}
+
+#[test]
+fn yolo_leaves_out_frames_with_a_lost_target() {
+    for names in lost_exports(Format::Yolo, |out| {
+        let entries = fs::read_dir(out.join("labels/train")).unwrap();
+        let mut names: Vec<_> =
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }) {
+        assert_eq!(names, [0, 1, 4, 5].map(|k| format!("frame_{k:06}.txt")));
+    }
+}
+
+#[test]
+fn benchmarks_flag_a_lost_target() {
+    let boxes = |first: u32| {
+        let line = |x: u32| format!("{x}.0000,{first}.0000,20.0000,10.0000\n");
+        let offset = first + 5;
+        [line(offset), line(offset + 1), "0,0,0,0\n".repeat(2), line(offset + 4), line(offset + 5)]
+            .concat()
+            + "0,0,0,0\n"
+    };
+    for out in lost_exports(Format::Lasot, |out| {
+        let folder = out.join("toy car/toy car-1");
+        ["groundtruth.txt", "full_occlusion.txt"].map(|name| text(folder.join(name)))
+    }) {
+        assert_eq!(out, [boxes(6), "0,0,1,1,0,0,1\n".to_string()]);
+    }
+    for out in lost_exports(Format::Got10k, |out| {
+        let folder = out.join("film_000001");
+        ["groundtruth.txt", "absence.label", "cover.label"].map(|name| text(folder.join(name)))
+    }) {
+        let lines =
+            |digits: &str| digits.chars().map(|digit| format!("{digit}\n")).collect::<String>();
+        assert_eq!(out, [boxes(5), lines("0011001"), lines("6600660")]);
     }
 }
 

@@ -95,6 +95,8 @@ impl Estimate {
     }
 
     /// Whether the target is followed: "tracked", "uncertain" or "lost".
+    ///
+    /// While it is lost, the box and the corners are the last ones that were known.
     #[getter]
     fn status(&self) -> &'static str {
         self.inner.status.name()
@@ -119,8 +121,9 @@ impl Estimate {
 
     /// One row of the table that `patchlock track` saves, by column name.
     ///
-    /// The columns are frame, x, y, w, h, score, visible_large, visible_small, x1, y1 to x4, y4, and ms. The
-    /// visible shares are `None` if the method does not know them.
+    /// The columns are frame, x, y, w, h, score, visible_large, visible_small, x1, y1 to x4, y4, ms and
+    /// status. The visible shares are `None` if the method does not know them. The position of a lost target
+    /// is the last one that was known, as with `--lost keep`.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let Self { frame, ms, inner } = self;
         let dict = PyDict::new(py);
@@ -136,6 +139,7 @@ impl Estimate {
             dict.set_item(format!("y{}", k + 1), y)?;
         }
         dict.set_item("ms", ms)?;
+        dict.set_item("status", inner.status.name())?;
         Ok(dict)
     }
 
@@ -152,8 +156,8 @@ impl Estimate {
     fn __repr__(&self) -> String {
         let BoundingBox { x, y, w, h } = self.inner.bbox;
         format!(
-            "Estimate(frame={}, box=({x:.2}, {y:.2}, {w:.2}, {h:.2}), score={:.3})",
-            self.frame, self.inner.score
+            "Estimate(frame={}, box=({x:.2}, {y:.2}, {w:.2}, {h:.2}), score={:.3}, status='{}')",
+            self.frame, self.inner.score, self.inner.status
         )
     }
 
@@ -194,7 +198,7 @@ fn hidden<'py>(py: Python<'py>, map: &VisibilityMap) -> PyResult<Bound<'py, PyAr
 }
 
 /// The status of this name.
-fn to_status(name: &str) -> PyResult<Status> {
+pub fn to_status(name: &str) -> PyResult<Status> {
     let all = [Status::Tracked, Status::Uncertain, Status::Lost];
     all.into_iter().find(|status| status.name() == name).ok_or_else(|| {
         let allowed = Status::NAMES.join(", ");

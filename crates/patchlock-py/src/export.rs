@@ -7,8 +7,10 @@ use patchlock_eval::export::{Entry, Format, Options, Track, write};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 
-/// One target in one frame: frame, id, box, score, corners.
-type Row = (usize, u64, [f64; 4], f64, [[f64; 2]; 4]);
+use crate::estimate::to_status;
+
+/// One target in one frame: frame, id, box, score, corners, status.
+type Row = (usize, u64, [f64; 4], f64, [[f64; 2]; 4], String);
 
 /// Where a track comes from.
 #[derive(FromPyObject)]
@@ -34,19 +36,23 @@ pub fn export(
 ) -> PyResult<usize> {
     let format = Format::named(format).map_err(|error| to_python(&error))?;
     let options = Options { format, name, label, size, images };
+    let track = match track {
+        Source::File(path) => Err(path),
+        Source::Rows(rows) => Ok(rows.into_iter().map(entry).collect::<PyResult<Vec<_>>>()?),
+    };
     let written = py.detach(|| {
         let track = match track {
-            Source::File(path) => Track::read(&path),
-            Source::Rows(rows) => Track::new(rows.into_iter().map(entry).collect()),
+            Err(path) => Track::read(&path),
+            Ok(entries) => Track::new(entries),
         };
         write(&track?, &options, &out, overwrite)
     });
     written.map_err(|error| to_python(&error))
 }
 
-fn entry((frame, id, [x, y, w, h], score, corners): Row) -> Entry {
-    let (score, corners) = (Some(score), Some(corners));
-    Entry { frame, id, bbox: BoundingBox { x, y, w, h }, score, corners }
+fn entry((frame, id, [x, y, w, h], score, corners, status): Row) -> PyResult<Entry> {
+    let (bbox, status) = (Some(BoundingBox { x, y, w, h }), Some(to_status(&status)?));
+    Ok(Entry { frame, id, bbox, score: Some(score), corners: Some(corners), status })
 }
 
 /// File system errors become `OSError`, all others `ValueError`.

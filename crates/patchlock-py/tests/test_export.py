@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,10 +16,12 @@ SIZE = (240, 180)
 HIDDEN = (np.zeros((3, 3), bool), np.zeros((13, 13), bool))
 
 
-def estimate(frame: int, box: tuple[float, float, float, float]) -> patchlock.Estimate:
+def estimate(
+    frame: int, box: tuple[float, float, float, float], status: Any = "tracked"
+) -> patchlock.Estimate:
     x, y, w, h = (float(value) for value in box)
     corners = [[x - 0.5, y - 0.5], [x + w - 0.5, y - 0.5], [x + w - 0.5, y + h - 0.5], [x - 0.5, y + h - 0.5]]
-    return patchlock.Estimate((x, y, w, h), corners, 1.0, "tracked", HIDDEN, frame=frame)
+    return patchlock.Estimate((x, y, w, h), corners, 1.0, status, HIDDEN, frame=frame)
 
 
 FRAMES: list[dict[int, patchlock.Estimate]] = [
@@ -132,6 +135,22 @@ def test_a_file_is_replaced_only_when_asked(tmp_path):
     export("mot", out, overwrite=True)
 
 
+def test_the_status_is_exported(tmp_path):
+    statuses = ["tracked", "lost", "uncertain"]
+    track = [estimate(k, (10 + k, 20, 30, 40), status) for k, status in enumerate(statuses)]
+    patchlock.export(track, "mot", tmp_path / "a.txt")
+    confidence = [line.split(",")[6] for line in (tmp_path / "a.txt").read_text().splitlines()]
+    assert confidence == ["1.0000", "0.0000", "1.0000"]
+    patchlock.export(track, "coco", tmp_path / "a.json", size=SIZE)
+    annotations = json.loads((tmp_path / "a.json").read_text())["annotations"]
+    assert [annotation["attributes"]["status"] for annotation in annotations] == statuses
+    # A table has the same.
+    table = tmp_path / "table.csv"
+    patchlock.to_dataframe(track).to_csv(table)
+    patchlock.export(table, "mot", tmp_path / "b.txt")
+    assert (tmp_path / "b.txt").read_text() == (tmp_path / "a.txt").read_text()
+
+
 # ---- read back by others
 
 
@@ -225,6 +244,19 @@ def test_datumaro_reads_cvat(tmp_path):
         if a.attributes["outside"]
     ]
     assert left == [("frame_000003", 1)]
+
+
+def test_datumaro_reads_cvat_with_a_loss(tmp_path):
+    statuses = ["tracked", "lost", "lost", "uncertain"]
+    track = [estimate(k, (10, 20, 30, 40), status) for k, status in enumerate(statuses)]
+    patchlock.export(track, "cvat", tmp_path / "a.xml", size=SIZE)
+    dataset, _ = read_by_datumaro(tmp_path / "a.xml", "cvat")
+    found = {item.id: a.attributes for item in dataset for a in item.annotations}
+    assert [(name, a["outside"], a["occluded"]) for name, a in sorted(found.items())] == [
+        ("frame_000000", False, False),
+        ("frame_000001", True, False),
+        ("frame_000003", False, True),
+    ]
 
 
 def test_datumaro_reads_coco(tmp_path, images):

@@ -23,7 +23,11 @@ FORMATS:
   cvat    an XML file: CVAT for video 1.1; targets with a score below 0.5 are marked as occluded
   yolo    a folder: data.yaml and labels/train; boxes are clipped to the frame, ids are lost
   lasot   a folder: <label>/<label>-<id>/groundtruth.txt for each target, with its flags
-  got10k  a folder: <name>_<id>/groundtruth.txt for each target, with its labels; and list.txt";
+  got10k  a folder: <name>_<id>/groundtruth.txt for each target, with its labels; and list.txt
+
+Frames in which a target is lost (column status) are marked: in mot by confidence 0, in coco by the attribute
+status, in cvat as outside, in lasot as full occlusion, in got10k as absence. In yolo these frames are left
+out. If the row has no box either, there is no line in mot and no annotation in coco.";
 
 /// Converts a track for other tools: MOT, COCO, CVAT, YOLO, LaSOT, GOT-10k
 ///
@@ -77,7 +81,7 @@ pub fn run(args: &ExportArgs) -> Result<()> {
     let track = Track::read(&args.track).map_err(Failure::from)?;
     let files =
         export::write(&track, &options, &args.out, args.overwrite).map_err(Failure::from)?;
-    let (targets, boxes) = (track.ids().len(), track.entries().len());
+    let (targets, boxes) = (track.ids().len(), track.boxes());
     let plural = |count: usize| if count == 1 { "" } else { "s" };
     eprintln!(
         "{}: {boxes} box{} of {targets} target{} in {files} file{}",

@@ -1,7 +1,8 @@
 //! COCO JSON for video: `images` and `annotations` as for images, so that image tools can read the file, plus
 //! `videos` and `tracks`. An annotation refers to its target as `track_id` (TAO), `instance_id` (CocoVID) and
-//! the attribute `track_id` (CVAT, Datumaro).
+//! the attribute `track_id` (CVAT, Datumaro). The status, if known, is the attribute `status`.
 
+use patchlock::BoundingBox;
 use serde_json::{Value, json};
 
 use super::track::Entry;
@@ -25,10 +26,11 @@ pub fn text(job: &Job<'_>) -> String {
         .track
         .entries()
         .iter()
+        .filter_map(|entry| Some((entry, entry.bbox?)))
         .enumerate()
-        .map(|(k, entry)| {
+        .map(|(k, (entry, bbox))| {
             let image = frames.partition_point(|&frame| frame < entry.frame) + 1;
-            annotation(k + 1, image, entry)
+            annotation(k + 1, image, entry, bbox)
         })
         .collect();
     let tracks: Vec<Value> = job
@@ -47,8 +49,7 @@ pub fn text(job: &Job<'_>) -> String {
     format!("{all:#}\n")
 }
 
-fn annotation(id: usize, image: usize, entry: &Entry) -> Value {
-    let bbox = entry.bbox;
+fn annotation(id: usize, image: usize, entry: &Entry, bbox: BoundingBox) -> Value {
     // COCO's pixel k covers k to k + 1, so the centre of pixel k is at k + 0.5.
     let outline = entry.corners.map(|corners| corners.map(|[x, y]| [x + 0.5, y + 0.5]));
     let upright = [bbox.x, bbox.y, bbox.w, bbox.h].map(round);
@@ -62,6 +63,9 @@ fn annotation(id: usize, image: usize, entry: &Entry) -> Value {
     if let Some(outline) = outline {
         let points: Vec<f64> = outline.as_flattened().iter().copied().map(round).collect();
         all["segmentation"] = json!([points]);
+    }
+    if let Some(status) = entry.status {
+        all["attributes"]["status"] = json!(status);
     }
     if let Some(score) = entry.score {
         all["score"] = json!(round(score));

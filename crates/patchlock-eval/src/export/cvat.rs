@@ -1,8 +1,10 @@
 //! "CVAT for video 1.1": one track per target and one box per frame. A box with `outside="1"` ends a stretch
-//! where the target leaves; the next box starts a new one. A target of which less than half is visible is
-//! marked as occluded.
+//! where the target leaves or is lost; the next box starts a new one. A target of which less than half is
+//! visible, or whose position is uncertain, is marked as occluded.
 
 use std::fmt::Write;
+
+use patchlock::{BoundingBox, Status};
 
 use super::track::Entry;
 use super::{Job, round};
@@ -34,23 +36,23 @@ pub fn text(job: &Job<'_>) -> String {
     out
 }
 
-/// Writes the boxes of a target. If it has no box in the next tracked frame, the last box is repeated there
+/// Writes the boxes of a target. If it is not found in the next tracked frame, the last box is repeated there
 /// as outside.
 fn add_boxes<'a>(out: &mut String, frames: &[usize], entries: impl Iterator<Item = &'a Entry>) {
-    let mut entries = entries.peekable();
-    while let Some(entry) = entries.next() {
-        add_box(out, entry.frame, entry, false);
+    let mut found = entries.filter_map(|entry| Some((entry, entry.found()?))).peekable();
+    while let Some((entry, bbox)) = found.next() {
+        let occluded = entry.status == Some(Status::Uncertain)
+            || entry.score.is_some_and(|score| score < OCCLUDED);
+        add_box(out, entry.frame, bbox, (false, occluded));
         let after = frames.get(frames.partition_point(|&frame| frame <= entry.frame));
-        if let Some(&after) = after.filter(|after| entries.peek().is_none_or(|e| e.frame > **after))
-        {
-            add_box(out, after, entry, true);
+        let next = found.peek().map(|(entry, _)| entry.frame);
+        if let Some(&after) = after.filter(|after| next.is_none_or(|next| next > **after)) {
+            add_box(out, after, bbox, (true, occluded));
         }
     }
 }
 
-fn add_box(out: &mut String, frame: usize, entry: &Entry, outside: bool) {
-    let bbox = entry.bbox;
-    let occluded = entry.score.is_some_and(|score| score < OCCLUDED);
+fn add_box(out: &mut String, frame: usize, bbox: BoundingBox, (outside, occluded): (bool, bool)) {
     let _ = writeln!(
         out,
         "    <box frame=\"{frame}\" keyframe=\"1\" outside=\"{}\" occluded=\"{}\" xtl=\"{}\" ytl=\"{}\" \

@@ -3,7 +3,9 @@
 
 use std::path::Path;
 
-use super::sequence::{Sequence, sequences};
+use patchlock::BoundingBox;
+
+use super::sequence::{Found, Sequence, sequences};
 use super::track::Entry;
 use super::{Item, Job};
 
@@ -29,18 +31,18 @@ fn sequence_items(job: &Job<'_>, sequence: &Sequence<'_>, name: &str) -> Vec<Ite
         "[METAINFO]\nurl: unknown\nobject_class: {}\nresolution: ({width}, {height})\n",
         job.label
     );
-    let label = |name: &str, value: &dyn Fn(Option<&Entry>) -> u8| {
-        let values = sequence.frames.iter().map(|(_, entry)| format!("{}\n", value(*entry)));
+    let label = |name: &str, value: &dyn Fn(Option<Found<'_>>) -> u8| {
+        let values = sequence.frames.iter().map(|(_, found)| format!("{}\n", value(*found)));
         Item::text(folder.join(name), values.collect::<String>())
     };
-    let is_cut =
-        |entry: Option<&Entry>| u8::from(entry.is_some_and(|e| leaves(e, (width, height))));
     let mut items = vec![
         Item::text(folder.join("groundtruth.txt"), sequence.boxes(0.0)),
         Item::text(folder.join("meta_info.ini"), meta),
-        label("absence.label", &|entry| u8::from(entry.is_none())),
-        label("cover.label", &|entry| entry.map_or(0, cover)),
-        label("cut_by_image.label", &is_cut),
+        label("absence.label", &|found| u8::from(found.is_none())),
+        label("cover.label", &|found| found.map_or(0, |(entry, _)| cover(entry))),
+        label("cut_by_image.label", &|found| {
+            u8::from(found.is_some_and(|(_, bbox)| leaves(bbox, (width, height))))
+        }),
     ];
     for (k, (frame, _)) in sequence.frames.iter().enumerate() {
         items.extend(job.frames.jpeg(*frame, folder.join(format!("{:08}.jpg", k + 1))));
@@ -54,8 +56,7 @@ fn cover(entry: &Entry) -> u8 {
 }
 
 /// Whether a part of the box lies outside the frame.
-fn leaves(entry: &Entry, (width, height): (usize, usize)) -> bool {
-    let bbox = entry.bbox;
+fn leaves(bbox: BoundingBox, (width, height): (usize, usize)) -> bool {
     let inside = bbox.x >= 0.0 && bbox.y >= 0.0;
     !inside || bbox.x + bbox.w > width as f64 || bbox.y + bbox.h > height as f64
 }

@@ -25,7 +25,7 @@ fn sequence_items(job: &Job<'_>, sequence: &Sequence<'_>) -> Vec<Item> {
     items
 }
 
-/// One line with a flag for each frame. `flag` receives whether the target has no box in the frame.
+/// One line with a flag for each frame. `flag` receives whether the target is lost or has no box in it.
 fn flags(sequence: &Sequence<'_>, flag: impl Fn(bool) -> bool) -> String {
     let frames = sequence.frames.iter();
     let flags: Vec<&str> =

@@ -25,21 +25,23 @@ pub use track::{Entry, Track};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// The results format of MOTChallenge: a text file with
-    /// `frame,id,left,top,width,height,confidence,-1,-1,-1` on each line; frames and pixels count from 1.
+    /// `frame,id,left,top,width,height,confidence,-1,-1,-1` on each line; frames and pixels count from 1. The
+    /// confidence is 0 while the target is lost.
     Mot,
     /// A JSON file in the format of COCO, with `videos` and `tracks`. Each annotation has `track_id`, and the
-    /// rotated outline as `segmentation` and the score if they are known.
+    /// rotated outline as `segmentation`, the score and the attribute `status` if they are known.
     Coco,
-    /// "CVAT for video 1.1": an XML file with one track per target.
+    /// "CVAT for video 1.1": an XML file with one track per target. A lost target is outside.
     Cvat,
     /// A folder with `data.yaml` and `labels/train`, one text file per frame with `class centre-x centre-y
-    /// width height`, relative to the frame and clipped to it. Targets are not told apart.
+    /// width height`, relative to the frame and clipped to it. Targets are not told apart. Frames in which
+    /// one is lost are left out.
     Yolo,
     /// One folder `<label>/<label>-<id>` per target, with `groundtruth.txt`, `full_occlusion.txt` and
-    /// `out_of_view.txt`.
+    /// `out_of_view.txt`. A lost target counts as fully occluded.
     Lasot,
     /// One folder `<name>_<id>` per target, with `groundtruth.txt`, `absence.label`, `cover.label`,
-    /// `cut_by_image.label` and `meta_info.ini`; and `list.txt`.
+    /// `cut_by_image.label` and `meta_info.ini`; and `list.txt`. A lost target is absent.
     Got10k,
 }
 

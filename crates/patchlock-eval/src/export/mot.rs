@@ -1,13 +1,14 @@
 //! MOTChallenge results: `frame,id,left,top,width,height,confidence,-1,-1,-1` on each line; frames and pixels
 //! count from 1.
 
-use super::Job;
+use super::{Entry, Job};
 
-/// The contents of the file. The confidence is the score, or 1 if it is unknown.
+/// The contents of the file. The confidence is the score, 1 if it is unknown, and 0 if the target is lost.
 pub fn text(job: &Job<'_>) -> String {
-    let line = |entry: &super::Entry| {
-        let bbox = entry.bbox;
-        format!(
+    let line = |entry: &Entry| {
+        let bbox = entry.bbox?;
+        let confidence = entry.found().map_or(0.0, |_| entry.score.unwrap_or(1.0));
+        Some(format!(
             "{},{},{:.4},{:.4},{:.4},{:.4},{:.4},-1,-1,-1\n",
             entry.frame + 1,
             entry.id,
@@ -15,8 +16,8 @@ pub fn text(job: &Job<'_>) -> String {
             bbox.y + 1.0,
             bbox.w,
             bbox.h,
-            entry.score.unwrap_or(1.0)
-        )
+            confidence
+        ))
     };
-    job.track.entries().iter().map(line).collect()
+    job.track.entries().iter().filter_map(line).collect()
 }

@@ -5,25 +5,35 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use patchlock::BoundingBox;
-use serde::Deserialize;
+use patchlock::{BoundingBox, Status};
+use serde::{Deserialize, Deserializer};
 
 use crate::files::ends_with;
 use crate::{Error, text};
 
 /// One target in one frame.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(try_from = "Row")]
 pub struct Entry {
     /// Index of the frame in the source, from 0.
     pub frame: usize,
     /// Id of the target.
     pub id: u64,
-    /// The box, in pixels counted from 0.
-    pub bbox: BoundingBox,
+    /// The box, in pixels counted from 0; `None` if the target has no box in this frame.
+    pub bbox: Option<BoundingBox>,
     /// Visibility of the target, 0 to 1, if known.
     pub score: Option<f64>,
     /// Corners of the rotated outline, if known, with pixel centres at integer coordinates.
     pub corners: Option<[[f64; 2]; 4]>,
+    /// Whether the target is followed, if known. The box of a lost target is the last one that was known.
+    pub status: Option<Status>,
+}
+
+impl Entry {
+    /// The box, unless the target is lost.
+    pub fn found(&self) -> Option<BoundingBox> {
+        self.bbox.filter(|_| self.status != Some(Status::Lost))
+    }
 }
 
 /// Entries ordered by frame, then by target.
@@ -32,15 +42,20 @@ pub struct Track {
     entries: Vec<Entry>,
 }
 
-/// A row of a table, read by column names. Other columns are ignored.
+/// A row of a table, read by column names. Other columns are ignored. Position cells may be empty, but the
+/// columns must be there.
 #[derive(Deserialize)]
 struct Row {
     frame: usize,
     id: Option<u64>,
-    x: f64,
-    y: f64,
-    w: f64,
-    h: f64,
+    #[serde(deserialize_with = "cell")]
+    x: Option<f64>,
+    #[serde(deserialize_with = "cell")]
+    y: Option<f64>,
+    #[serde(deserialize_with = "cell")]
+    w: Option<f64>,
+    #[serde(deserialize_with = "cell")]
+    h: Option<f64>,
     score: Option<f64>,
     x1: Option<f64>,
     y1: Option<f64>,
@@ -50,26 +65,35 @@ struct Row {
     y3: Option<f64>,
     x4: Option<f64>,
     y4: Option<f64>,
+    status: Option<Status>,
 }
 
-impl Row {
-    fn entry(&self) -> Entry {
+/// A cell that may be empty, of a column that may not be missing.
+fn cell<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+    Option::deserialize(deserializer)
+}
+
+impl TryFrom<Row> for Entry {
+    type Error = &'static str;
+
+    fn try_from(row: Row) -> Result<Self, Self::Error> {
         let point = |x: Option<f64>, y: Option<f64>| Some([x?, y?]);
         let corners = || {
             Some([
-                point(self.x1, self.y1)?,
-                point(self.x2, self.y2)?,
-                point(self.x3, self.y3)?,
-                point(self.x4, self.y4)?,
+                point(row.x1, row.y1)?,
+                point(row.x2, row.y2)?,
+                point(row.x3, row.y3)?,
+                point(row.x4, row.y4)?,
             ])
         };
-        Entry {
-            frame: self.frame,
-            id: self.id.unwrap_or(1),
-            bbox: BoundingBox { x: self.x, y: self.y, w: self.w, h: self.h },
-            score: self.score,
-            corners: corners(),
-        }
+        let bbox = match (row.x, row.y, row.w, row.h) {
+            (Some(x), Some(y), Some(w), Some(h)) => Some(BoundingBox { x, y, w, h }),
+            (None, None, None, None) => None,
+            _ => return Err("the box is incomplete: give all of x, y, w and h, or none"),
+        };
+        let id = row.id.unwrap_or(1);
+        let (frame, score, corners, status) = (row.frame, row.score, corners(), row.status);
+        Ok(Self { frame, id, bbox, score, corners, status })
     }
 }
 
@@ -77,10 +101,10 @@ impl Track {
     /// A track of these entries, given in any order.
     ///
     /// # Errors
-    /// [`Error::Export`] if there are no entries, a target has two entries in one frame, or an entry is
+    /// [`Error::Export`] if there are no boxes, a target has two entries in one frame, or an entry is
     /// invalid.
     pub fn new(mut entries: Vec<Entry>) -> Result<Self, Error> {
-        if entries.is_empty() {
+        if entries.iter().all(|entry| entry.bbox.is_none()) {
             return Err(Error::Export("the track has no boxes".to_string()));
         }
         entries.sort_by_key(|entry| (entry.frame, entry.id));
@@ -103,7 +127,8 @@ impl Track {
 
     /// Reads a file by its extension: `.csv` or `.jsonl` with at least the columns `frame`, `x`, `y`, `w` and
     /// `h` as written by `patchlock track`, counted from 0; or `.txt` with one `x,y,w,h` per line and frame,
-    /// counted from 1. Without a column `id`, all boxes are of target 1.
+    /// counted from 1. Without a column `id`, all boxes are of target 1. A target has no box in a frame if
+    /// these cells are empty, or NaN in `.txt`.
     ///
     /// # Errors
     /// [`Error::Read`]; [`Error::Line`]; as [`Track::new`].
@@ -128,12 +153,17 @@ impl Track {
         &self.entries
     }
 
+    /// The number of boxes.
+    pub fn boxes(&self) -> usize {
+        self.entries.iter().filter(|entry| entry.bbox.is_some()).count()
+    }
+
     /// The ids of all targets, in increasing order.
     pub fn ids(&self) -> BTreeSet<u64> {
         self.entries.iter().map(|entry| entry.id).collect()
     }
 
-    /// The frames with at least one target, in increasing order.
+    /// The frames with an entry, in increasing order.
     pub fn frames(&self) -> BTreeSet<usize> {
         self.entries.iter().map(|entry| entry.frame).collect()
     }
@@ -141,8 +171,9 @@ impl Track {
 
 /// Checks an entry; the error says what is wrong.
 fn check(entry: &Entry) -> Result<(), String> {
-    let BoundingBox { x, y, w, h } = entry.bbox;
-    if ![x, y, w, h].iter().all(|value| value.is_finite()) || w <= 0.0 || h <= 0.0 {
+    if let Some(BoundingBox { x, y, w, h }) = entry.bbox
+        && (![x, y, w, h].iter().all(|value| value.is_finite()) || w <= 0.0 || h <= 0.0)
+    {
         return Err(format!(
             "the box is {x},{y},{w},{h}; all values must be finite, width and height greater than 0"
         ));
@@ -166,12 +197,11 @@ fn read_csv(path: &Path) -> Result<Vec<Entry>, Error> {
     let bytes = fs::read(path).map_err(|error| Error::read(path, error))?;
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(&bytes[..]);
     let mut entries = Vec::new();
-    for row in reader.deserialize() {
-        let row: Row = row.map_err(|error| {
+    for entry in reader.deserialize() {
+        entries.push(entry.map_err(|error: csv::Error| {
             let number = error.position().map_or(1, |position| position.line() as usize);
             line(path, number, csv_reason(&error))
-        })?;
-        entries.push(row.entry());
+        })?);
     }
     Ok(entries)
 }
@@ -187,9 +217,8 @@ fn csv_reason(error: &csv::Error) -> String {
 fn read_jsonl(path: &Path) -> Result<Vec<Entry>, Error> {
     let text = fs::read_to_string(path).map_err(|error| Error::read(path, error))?;
     let rows = text.lines().enumerate().filter(|(_, text)| !text.trim().is_empty());
-    let entry = |(k, text): (usize, &str)| match serde_json::from_str::<Row>(text) {
-        Ok(row) => Ok(row.entry()),
-        Err(error) => Err(line(path, k + 1, error)),
+    let entry = |(k, text): (usize, &str)| {
+        serde_json::from_str(text).map_err(|error| line(path, k + 1, error))
     };
     rows.map(entry).collect()
 }
@@ -198,8 +227,7 @@ fn read_txt(path: &Path) -> Result<Vec<Entry>, Error> {
     let mut entries = Vec::new();
     for (frame, row) in text::read(path)?.rows.iter().enumerate() {
         let bbox = text::region(row, 1.0).map_err(|reason| line(path, frame + 1, reason))?;
-        // A row of NaN is a frame without a box.
-        entries.extend(bbox.map(|bbox| Entry { frame, id: 1, bbox, score: None, corners: None }));
+        entries.push(Entry { frame, id: 1, bbox, score: None, corners: None, status: None });
     }
     Ok(entries)
 }
@@ -224,9 +252,10 @@ mod tests {
                      {\"frame\":4,\"x\":10.5,\"y\":0,\"w\":30,\"h\":20,\"score\":0.5,\"ms\":3}\n";
         assert_eq!(read("a.jsonl", jsonl).unwrap(), csv);
         let txt = read("a.txt", "10,2,30,20\nNaN,NaN,NaN,NaN\n11.5,1,30,20\n").unwrap();
-        let boxes = |track: &Track| track.entries().iter().map(|e| e.bbox).collect::<Vec<_>>();
+        let boxes =
+            |track: &Track| track.entries().iter().filter_map(Entry::found).collect::<Vec<_>>();
         assert_eq!(boxes(&txt), boxes(&csv));
-        assert_eq!(txt.frames().into_iter().collect::<Vec<_>>(), [0, 2]);
+        assert_eq!(txt.frames().into_iter().collect::<Vec<_>>(), [0, 1, 2]);
         let many = read(
             "a.csv",
             "frame,id,x,y,w,h,x1,y1,x2,y2,x3,y3,x4,y4\n\
@@ -242,6 +271,22 @@ mod tests {
     }
 
     #[test]
+    fn lost_targets_have_their_last_box_or_none() {
+        let kept = "frame,x,y,w,h,status\n0,9,1,30,20,tracked\n1,9,1,30,20,lost\n2,9,1,30,20,\n";
+        let track = read("a.csv", kept).unwrap();
+        let [first, second, third] = track.entries() else { panic!("three entries") };
+        assert_eq!((first.status, third.status), (Some(Status::Tracked), None));
+        assert_eq!((second.found(), second.bbox), (None, first.found()));
+        let blank = read("a.csv", &kept.replace("1,9,1,30,20,lost", "1,,,,,lost")).unwrap();
+        assert_eq!((blank.entries()[1].bbox, blank.entries()[1].status), (None, second.status));
+        assert_eq!(blank.entries()[2], *third);
+        let json = "{\"frame\":0,\"x\":9,\"y\":1,\"w\":30,\"h\":20,\"status\":\"tracked\"}\n\
+                    {\"frame\":1,\"x\":null,\"y\":null,\"w\":null,\"h\":null,\"status\":\"lost\"}\n\
+                    {\"frame\":2,\"x\":9,\"y\":1,\"w\":30,\"h\":20,\"status\":null}\n";
+        assert_eq!(read("a.jsonl", json).unwrap(), blank);
+    }
+
+    #[test]
     fn errors_name_the_file_and_line() {
         let error = |name: &str, text: &str| read(name, text).unwrap_err();
         assert!(error("a.csv", "frame,x,y,w,h\n0,1,2,3,4\n1,1,2,x,4\n").contains("a.csv, line 3"));
@@ -250,6 +295,12 @@ mod tests {
         assert!(error("a.txt", "1,2,3,4\n1,2,3\n").contains("a.txt, line 2"));
         assert!(error("a.xml", "").contains(".csv, .jsonl or .txt"));
         assert!(error("a.csv", "frame,x,y,w,h\n").contains("no boxes"));
+        assert!(error("a.csv", "frame,x,y,w,h\n0,,,,\n").contains("no boxes"));
+        let part = error("a.csv", "frame,x,y,w,h\n0,1,2,3,4\n1,1,2,,4\n");
+        assert!(part.contains("a.csv, line 3") && part.contains("the box is incomplete"), "{part}");
+        let status = error("a.csv", "frame,x,y,w,h,status\n0,1,2,3,4,gone\n");
+        assert!(status.contains("`gone`") && status.contains("`uncertain`, `lost`"), "{status}");
+        assert!(error("a.jsonl", "{\"frame\":1,\"x\":null}\n").contains("missing field `y`"));
         let twice = error("a.csv", "frame,id,x,y,w,h\n5,2,1,2,3,4\n5,2,1,2,3,4\n");
         assert_eq!(twice, "cannot export: target 2 appears twice in frame 5");
         assert!(error("a.csv", "frame,x,y,w,h\n0,1,2,0,4\n").contains("the box is 1,2,0,4"));

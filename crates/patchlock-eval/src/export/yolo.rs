@@ -1,13 +1,14 @@
 //! YOLO, as read by Ultralytics: `data.yaml`, `labels/train/<image>.txt` with `class centre-x centre-y width
 //! height` relative to the frame, and the frames in `images/train`. Boxes are clipped to the frame, as the
-//! format requires; boxes outside it are omitted.
+//! format requires; boxes outside it are omitted. Frames in which a target is lost are left out: it may be in
+//! the picture, and a detector would learn that it is background.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use patchlock::BoundingBox;
 
-use super::{Item, Job};
+use super::{Entry, Item, Job};
 
 /// The files of the folder.
 pub fn items(job: &Job<'_>) -> Vec<Item> {
@@ -17,23 +18,24 @@ pub fn items(job: &Job<'_>) -> Vec<Item> {
         serde_json::Value::from(job.label) // a JSON string is valid YAML
     );
     let mut items = vec![Item::text("data.yaml", yaml)];
-    for frame in job.track.frames() {
+    let entries = job.track.entries();
+    for frames in entries.chunk_by(|a, b| a.frame == b.frame) {
+        let Some(labels) = labels(frames, job.frames.size) else { continue };
+        let frame = frames[0].frame;
         let name = job.frames.name(frame);
         let label = Path::new("labels/train").join(&name).with_extension("txt");
-        items.push(Item::text(label, labels(job, frame)));
+        items.push(Item::text(label, labels));
         items.extend(job.frames.copy(frame, PathBuf::from("images/train").join(name)));
     }
     items
 }
 
-/// The lines of one frame.
-fn labels(job: &Job<'_>, frame: usize) -> String {
-    let (width, height) = (job.frames.size.0 as f64, job.frames.size.1 as f64);
-    let entries = job.track.entries();
-    let first = entries.partition_point(|entry| entry.frame < frame);
+/// The lines of one frame; `None` if a target is lost in it.
+fn labels(entries: &[Entry], (width, height): (usize, usize)) -> Option<String> {
+    let (width, height) = (width as f64, height as f64);
     let mut lines = String::new();
-    for entry in entries[first..].iter().take_while(|entry| entry.frame == frame) {
-        if let Some([left, top, right, bottom]) = clipped(&entry.bbox, width, height) {
+    for entry in entries {
+        if let Some([left, top, right, bottom]) = clipped(&entry.found()?, width, height) {
             let _ = writeln!(
                 lines,
                 "0 {:.6} {:.6} {:.6} {:.6}",
@@ -44,7 +46,7 @@ fn labels(job: &Job<'_>, frame: usize) -> String {
             );
         }
     }
-    lines
+    Some(lines)
 }
 
 /// Left, top, right and bottom of the part inside the frame; `None` if nothing is inside.

@@ -35,6 +35,10 @@ def export(
 
     Frames and positions in `"mot"` count from 1. The outlines in `"coco"` are the segmentation.
 
+    Frames in which a target is lost are marked: in `"mot"` by confidence 0, in `"coco"` by the attribute
+    `status`, in `"cvat"` as outside, in `"lasot"` as full occlusion, in `"got10k"` as absence. `"yolo"` has
+    no such mark, so these frames are left out.
+
     Args:
         track: Estimates of one target, as `track` and `Tracker` return them; or of many targets, one
             dictionary per frame, as `MultiTracker.update` returns them; or the name of a table saved by the
@@ -65,7 +69,7 @@ def export(
     return _export(source, format, out, size, images, label, stem if name is None else name, overwrite)
 
 
-_Row = tuple[int, int, tuple[float, float, float, float], float, list[list[float]]]
+_Row = tuple[int, int, tuple[float, float, float, float], float, list[list[float]], str]
 
 
 def _targets(frame: Estimate | Mapping[int, Estimate]) -> Iterable[tuple[int, Estimate]]:
@@ -73,4 +77,5 @@ def _targets(frame: Estimate | Mapping[int, Estimate]) -> Iterable[tuple[int, Es
 
 
 def _row(number: int, estimate: Estimate) -> _Row:
-    return estimate.frame, number, estimate.box, estimate.score, estimate.corners.tolist()
+    corners = estimate.corners.tolist()
+    return estimate.frame, number, estimate.box, estimate.score, corners, estimate.status

@@ -328,7 +328,10 @@ class Estimate:
 
     @property
     def status(self) -> Literal["tracked", "uncertain", "lost"]:
-        """Whether the target is followed: "tracked", "uncertain" or "lost"."""
+        """Whether the target is followed: "tracked", "uncertain" or "lost".
+
+        While it is lost, the box and the corners are the last ones that were known.
+        """
 
     @property
     def visibility(self) -> Visibility | None:
@@ -341,11 +344,12 @@ class Estimate:
         Patches are in row order of the unrotated target: 3 x 3 and 13 x 13 with the preset `paper`.
         """
 
-    def to_dict(self) -> dict[str, float | None]:
+    def to_dict(self) -> dict[str, float | str | None]:
         """One row of the table that `patchlock track` saves, by column name.
 
-        The columns are frame, x, y, w, h, score, visible_large, visible_small, x1, y1 to x4, y4, and ms. The
-        visible shares are `None` if the method does not know them.
+        The columns are frame, x, y, w, h, score, visible_large, visible_small, x1, y1 to x4, y4, ms and
+        status. The visible shares are `None` if the method does not know them. The position of a lost target
+        is the last one that was known, as with `--lost keep`.
         """
 
     def numbered(self, frame: int) -> Estimate:
@@ -542,7 +546,7 @@ def run(args: list[str]) -> int:
 def _export(
     track: str
     | os.PathLike[str]
-    | list[tuple[int, int, tuple[float, float, float, float], float, list[list[float]]]],
+    | list[tuple[int, int, tuple[float, float, float, float], float, list[list[float]], str]],
     format: str,
     out: str | os.PathLike[str],
     size: tuple[int, int] | None,
