@@ -132,7 +132,21 @@ fn targets_are_reported_in_the_form_in_which_they_were_given() {
         assert!((middle(1) - (bbox.y + bbox.h / 2.0)).abs() < 1e-9, "{in_box} {in_polygon}");
         let confidence: f64 = in_box.get("confidence").unwrap().parse().unwrap();
         assert!((0.0..=1.0).contains(&confidence));
+        assert_eq!(in_box.get("status"), Some("tracked"));
     }
+}
+
+/// With this setting the paper's tracker is never certain.
+#[test]
+fn the_status_is_a_property_in_both_protocols() {
+    let session = Session::new();
+    fs::write(session.0.path("quick.toml"), "particles = 12\ndelta = 1.0\n").unwrap();
+    let statuses = |states: Vec<Message>| -> Vec<String> {
+        states.iter().map(|state| state.get("status").unwrap().to_string()).collect()
+    };
+    assert_eq!(statuses(session.track(BOX)), ["uncertain"; 5]);
+    let messages = [initialize(BOX), initialize("30,24,20,18"), frame(&session.image(0))];
+    assert_eq!(statuses(session.answers(4, &messages)), ["uncertain"; 2]);
 }
 
 #[test]

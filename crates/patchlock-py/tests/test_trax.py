@@ -112,6 +112,7 @@ def test_rectangles_and_polygons(trax: Any, protocol: int, images: list[Path], t
         np.testing.assert_allclose(numbers(polygon), outline, rtol=1e-5)
         assert of_box == of_polygon, "the track does not depend on the type of region"
         assert float(of_box["confidence"]) == estimate.score
+        assert of_box["status"] == estimate.status
         np.testing.assert_allclose(
             [float(value) for value in of_box["region"].split(",")], outline, rtol=1e-12
         )

@@ -71,9 +71,10 @@ impl Targets {
     }
 }
 
-/// The state of a target: its region, its score and, for any type of region, its rotated outline.
+/// The state of a target: its region, its score, its status and, for any type of region, its rotated outline.
 fn state(region: &Region, estimate: &Estimate) -> Message {
     Message::new("state", &[&region.to_string()])
         .with("confidence", estimate.score)
+        .with("status", estimate.status)
         .with("region", Region::outline(&estimate.corners))
 }
