@@ -101,6 +101,26 @@ def test_a_target_that_is_gone_is_not_ok() -> None:
     assert tracker.update(made_up.frame(1))[0]
 
 
+@pytest.mark.parametrize("status", ["tracked", "uncertain", "lost"])
+def test_a_lost_target_is_not_ok_whatever_its_score(monkeypatch: pytest.MonkeyPatch, status: Any) -> None:
+    """With a stand-in for the tracker, which reports this status."""
+
+    class Stub:
+        def __init__(self, *args: Any, **settings: Any) -> None: ...
+
+        def init(self, image: Any, box: Any) -> patchlock.Estimate:
+            return patchlock.Estimate(box, [(0, 0)] * 4, 1.0, "tracked")
+
+        def update(self, image: Any) -> patchlock.Estimate:
+            return patchlock.Estimate((10.25, 20, 30, 15), [(0, 0)] * 4, 0.9, status)
+
+    monkeypatch.setattr("patchlock.toolkits.cv2.Tracker", Stub)
+    tracker = TrackerPatchlock(exact=True)
+    tracker.init(made_up.frame(0), made_up.box(0))
+    assert tracker.update(made_up.frame(1)) == (status != "lost", (10.25, 20, 30, 15))
+    assert tracker.estimate is not None and tracker.estimate.status == status
+
+
 def test_errors_name_their_cause() -> None:
     tracker = TrackerPatchlock(**made_up.SETTINGS)
     with pytest.raises(RuntimeError, match="init"):

@@ -111,6 +111,19 @@ def test_unknown_visibility_is_left_out(tmp_path):
     assert rows(recording.chunks()) == dict.fromkeys(["frame/box", "frame/outline", "score"], 1)
 
 
+def test_the_status_is_in_the_label_and_the_colour(tmp_path):
+    recording = Recording(tmp_path / "a.rrd")
+    corners = [[9.5, 19.5], [39.5, 19.5], [39.5, 59.5], [9.5, 59.5]]
+    for k, status in enumerate(["tracked", "uncertain", "lost"]):
+        estimate = patchlock.Estimate((10, 20, 30, 40), corners, 0.5, status, frame=k)
+        patchlock.rerun.log(estimate, recording=recording.stream)
+    chunks = recording.chunks()
+    labels = column(chunks, "frame/box", "Boxes2D:labels")
+    assert labels == {0: ["0.50"], 1: ["0.50 uncertain"], 2: ["0.50 lost"]}
+    colours = column(chunks, "frame/outline", "LineStrips2D:colors")
+    assert colours[0] == colours[1] != colours[2]
+
+
 def test_inconsistent_arguments_are_refused(scene, film, monkeypatch):
     tracker = patchlock.Tracker(**QUICK)
     first = tracker.init(film[0], scene.truth(0))

@@ -118,8 +118,9 @@ def test_a_scene_is_a_source(scene):
 
 def test_the_table_has_the_columns_of_the_command(film, scene):
     table = to_dataframe(track(film, scene.truth(0), **QUICK))
-    names = "x y w h score visible_large visible_small x1 y1 x2 y2 x3 y3 x4 y4 ms"
+    names = "x y w h score visible_large visible_small x1 y1 x2 y2 x3 y3 x4 y4 ms status"
     assert list(table.columns) == names.split() and table.index.name == "frame"
+    assert table.loc[0, "status"] == "tracked"
     assert table.loc[0, ["x", "y", "w", "h"]].to_list() == pytest.approx(scene.truth(0))
     assert to_dataframe([]).empty
 

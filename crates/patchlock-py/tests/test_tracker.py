@@ -46,7 +46,7 @@ def test_an_estimate_has_all_fields(scene, film):
     assert estimate.visibility.small == pytest.approx(1 - small.mean())
     assert estimate.score == pytest.approx(sum(estimate.visibility) / 2)
     assert estimate.status == "tracked"
-    assert "box=(" in repr(estimate)
+    assert "box=(" in repr(estimate) and "status='tracked'" in repr(estimate)
     assert list(estimate.to_dict().values())[5] == estimate.score
 
 
@@ -82,6 +82,7 @@ def test_pickling_keeps_every_field(occlusion, status):
             2.5,
         )
         assert back.corners.tolist() == CORNERS
+        assert list(back.to_dict().items())[-1] == ("status", status)
         if occlusion is None:
             assert back.visibility is None and back.occlusion is None
             assert back.to_dict()["visible_large"] is None

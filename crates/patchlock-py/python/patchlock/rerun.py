@@ -34,6 +34,7 @@ __all__ = ["log"]
 _VISIBLE = np.array([46, 211, 183], np.uint8)
 _HIDDEN = np.array([255, 127, 40], np.uint8)
 _BOX = (255, 255, 255)
+_LOST = (150, 156, 164)
 
 
 def log(
@@ -51,7 +52,7 @@ def log(
     | entity | content |
     |---|---|
     | `<entity>/frame` | the frame, if given |
-    | `<entity>/frame/box`, `/outline` | the upright box, the rotated outline |
+    | `<entity>/frame/box`, `/outline` | the upright box, the rotated outline; grey if the target is lost |
     | `<entity>/frame/particles` | centres of the particles; brighter is more likely |
     | `<entity>/score`, `/visible/large`, `/visible/small` | the score and the visible shares over time |
     | `<entity>/occlusion/large`, `/small` | the patches: green is visible, orange is hidden |
@@ -108,11 +109,16 @@ def _of_estimate(estimate: Estimate, name: str) -> Iterator[tuple[str, rr.AsComp
     import rerun as rr
 
     x, y, w, h = estimate.box
-    label = f"{name[1:]} {estimate.score:.2f}".strip()
-    yield "frame/box", rr.Boxes2D(mins=[[x, y]], sizes=[[w, h]], labels=[label], colors=[_BOX])
+    lost = estimate.status == "lost"
+    status = "" if estimate.status == "tracked" else estimate.status
+    label = f"{name[1:]} {estimate.score:.2f} {status}".strip()
+    box_colour, outline_colour = _BOX, tuple(_VISIBLE if estimate.score >= 0.5 else _HIDDEN)
+    if lost:
+        box_colour = outline_colour = _LOST
+    yield "frame/box", rr.Boxes2D(mins=[[x, y]], sizes=[[w, h]], labels=[label], colors=[box_colour])
     # In the viewer pixel k spans k to k + 1, so its centre is at k + 0.5.
     outline = estimate.corners[[0, 1, 2, 3, 0]] + 0.5
-    yield "frame/outline", rr.LineStrips2D([outline], colors=[_VISIBLE if estimate.score >= 0.5 else _HIDDEN])
+    yield "frame/outline", rr.LineStrips2D([outline], colors=[outline_colour])
     yield "score", rr.Scalars(estimate.score)
     if estimate.visibility is None or estimate.occlusion is None:
         return

@@ -45,9 +45,9 @@ class TrackerPatchlock:
 
     Args:
         preset: The preset to start from.
-        min_score: `update` returns `ok` as true if the score is at least this, 0 to 1. With the method
-            `patchwise` the score is the visible share of the target; its typical value differs between
-            targets.
+        min_score: `update` returns `ok` as true if the score is at least this, 0 to 1, and the target is not
+            lost. With the method `patchwise` the score is the visible share of the target; its typical value
+            differs between targets.
         exact: `False` rounds boxes to whole pixels, as OpenCV's trackers do, so that drawing functions accept
             them; `True` keeps fractions.
         threads: Number of threads; `None` means one per core. The number does not change the boxes.
@@ -102,8 +102,9 @@ class TrackerPatchlock:
             image: As for `init`, with the same size.
 
         Returns:
-            Whether the target was found (the score is at least `min_score` and the centre of the box is in
-            the image), and the box. If it was not found, the box is the best guess.
+            Whether the target was found (its status is not "lost", the score is at least `min_score` and the
+            centre of the box is in the image), and the box. If it was not found, the box is the best guess;
+            if it is lost, the last box that was known.
 
         Raises:
             RuntimeError: `init` has not been called.
@@ -112,7 +113,7 @@ class TrackerPatchlock:
         x, y, w, h = estimate.box
         height, width = image.shape[:2]
         inside = 0 <= x + (w - 1) / 2 < width and 0 <= y + (h - 1) / 2 < height
-        ok = estimate.score >= self._min_score and inside
+        ok = estimate.status != "lost" and estimate.score >= self._min_score and inside
         return ok, (x, y, w, h) if self._exact else (_round(x), _round(y), _round(w), _round(h))
 
     def getTrackingScore(self) -> float:
@@ -127,7 +128,7 @@ class TrackerPatchlock:
 
     @property
     def estimate(self) -> Estimate | None:
-        """The estimate for the last image: corners, visibility, hidden patches; `None` before `init`."""
+        """The estimate for the last image: corners, status, visibility; `None` before `init`."""
         return self._estimate
 
 
