@@ -60,10 +60,10 @@ fn a_page_and_its_figures_are_written() {
             assert!(plots.contains_key(&format!("{name}.{end}")), "{name}.{end}");
         }
     }
-    for table in ["trackers.csv", "targets.csv", "attributes.csv", "pairs.csv"] {
+    for table in ["trackers.csv", "targets.csv", "attributes.csv", "pairs.csv", "status.csv"] {
         assert!(plots.contains_key(table), "{table}");
     }
-    assert_eq!(plots.len(), 5 * 3 + 4, "nothing else, and no partial files");
+    assert_eq!(plots.len(), 5 * 3 + 5, "nothing else, and no partial files");
 }
 
 #[test]

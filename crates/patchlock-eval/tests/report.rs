@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use image::{Rgb, RgbImage};
+use patchlock::Status;
 use patchlock_eval::dataset::Dataset;
 use patchlock_eval::protocol::Protocol;
 use patchlock_eval::report::{self, Options, Plot, Rasteriser, Report};
@@ -132,6 +133,41 @@ fn every_plot_has_svg_png_and_csv_with_the_scores() {
     let half: f64 = of_blur.table[11][column].parse().unwrap();
     assert!((half - deer.seeds[0].curves.success50()).abs() < 1e-6);
     assert!(of_blur.title.ends_with("(1)"), "{}", of_blur.title);
+}
+
+#[test]
+fn status_and_score_are_shown_where_they_are_known() {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = dataset(&folder.path().join("data"));
+    let silent = scored(&folder.path().join("results"), &truth);
+    let without = report(&silent, &truth, &["loser"]).unwrap();
+    assert!(!without.html.contains("Status and score") && !without.html.contains(">status</text>"));
+    assert!(!without.plots.iter().any(|plot| plot.name == "reliability"));
+
+    // Lost from frame 6 on, and said so from frame 7 on.
+    let mut results = results::read_all(&[folder.path().join("results")], &truth).unwrap();
+    let loser = results.iter_mut().find(|results| results.name == "loser").unwrap();
+    for run in &mut loser.runs {
+        let status = |frame| if frame < 7 { Status::Tracked } else { Status::Lost };
+        run.statuses = Some((0..FRAMES).map(status).collect());
+        run.scores = Some((0..FRAMES).map(|frame| if frame < 6 { 0.9 } else { 0.1 }).collect());
+    }
+    let board = score::scoreboard(&results, &truth, &Protocol::otb());
+    let report = report(&board, &truth, &["loser"]).unwrap();
+    assert!(report.html.contains("<h2>Status and score</h2>"));
+    assert_eq!(report.html.matches(">status</text>").count(), 3, "one strip for each target");
+    let status = &report.tables.iter().find(|(name, _)| name == "status").unwrap().1;
+    let of_loser = |mean: &str, counts: [&str; 2]| {
+        let shares = ["1.000000", "0.833333", "0.000000", "7.000000"];
+        let row = [&["loser", mean], &shares[..], &counts, &["0.100000", "1.000000"]].concat();
+        row.iter().map(|cell| cell.to_string()).collect::<Vec<_>>()
+    };
+    assert_eq!(status[1], of_loser("targets", ["1.000000", "0.000000"]));
+    assert_eq!(status[2], of_loser("pooled", ["3", "0"]));
+    assert_eq!(status.len(), 3, "the other trackers say nothing");
+    let reliability = plot(&report, "reliability");
+    assert_eq!(reliability.table[2][1..], ["0.1", "0.2", "18", "0.100000", "0.000000"]);
+    assert_eq!(reliability.table[10][1..], ["0.9", "1.0", "15", "0.900000", "1.000000"]);
 }
 
 #[test]

@@ -13,9 +13,8 @@ use patchlock_media::image_file;
 
 use super::svg::escape;
 use crate::dataset::Sequence;
+use crate::protocol::LOST_OVERLAP;
 
-/// The target counts as lost in frames with a smaller overlap.
-pub const LOST: f64 = 0.2;
 /// Smallest number of lost frames in a failure.
 pub const MIN_FRAMES: usize = 3;
 /// Largest width and height of a thumbnail, in pixels.
@@ -29,7 +28,7 @@ pub fn failures(overlaps: &[Option<f64>]) -> Vec<Range<usize>> {
     let mut open = false;
     for (frame, overlap) in overlaps.iter().enumerate() {
         match overlap {
-            Some(overlap) if *overlap < LOST => match all.last_mut() {
+            Some(overlap) if *overlap < LOST_OVERLAP => match all.last_mut() {
                 Some((range, count)) if open => {
                     range.end = frame + 1;
                     *count += 1;
@@ -164,12 +163,12 @@ mod tests {
 
     #[test]
     fn failures_have_a_minimum_length_and_may_contain_gaps() {
-        let values = overlaps(&[0.9, 0.1, 0.1, 0.9, 0.1, -1.0, 0.0, 0.19, 0.2, 0.1]);
+        let values = overlaps(&[0.9, 0.0, 0.0, 0.9, 0.0, -1.0, 0.0, 0.09, 0.1, 0.0]);
         let ends = |values: &[Option<f64>]| -> Vec<_> {
             failures(values).iter().map(|failure| (failure.start, failure.end)).collect()
         };
         assert_eq!(ends(&values), [(4, 8)]);
-        assert_eq!(ends(&overlaps(&[0.0, 0.0, 0.0, 0.9, 0.1, 0.1, 0.1])), [(0, 3), (4, 7)]);
+        assert_eq!(ends(&overlaps(&[0.0, 0.0, 0.0, 0.9, 0.0, 0.0, 0.0])), [(0, 3), (4, 7)]);
         assert!(failures(&overlaps(&[-1.0, -1.0, -1.0, -1.0])).is_empty());
     }
 

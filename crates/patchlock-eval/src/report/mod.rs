@@ -8,6 +8,7 @@ mod failures;
 mod page;
 mod palette;
 mod plots;
+mod rows;
 mod svg;
 mod tables;
 
@@ -25,6 +26,7 @@ use crate::score::{self, Scoreboard, Summary, TargetScore};
 use comparison::{ComparedTracker, Comparison};
 use plots::curves::{self, Line};
 use plots::intervals::{Intervals, TrackerDifferences};
+use plots::reliability::{self, Reliability};
 use plots::speed::{Point, Speed};
 
 /// The options of a report.
@@ -74,6 +76,7 @@ pub fn build(
     let attributes = attribute_plots(&comparison, protocol, options);
     let draws = Draws::new(comparison.targets.len(), DRAWS, options.seed);
     let pairs = interval_plot(&comparison, &draws);
+    let reliability = reliability_plot(&comparison, options);
     let (sequences, faults) = page::sequences(&comparison, truth, options);
     let html = page::render(&page::Parts {
         board,
@@ -81,6 +84,7 @@ pub fn build(
         comparison: &comparison,
         overall: &overall,
         pairs: pairs.as_ref(),
+        reliability: reliability.as_ref(),
         attributes: &attributes,
         sequences: &sequences,
         faults: &faults,
@@ -90,10 +94,12 @@ pub fn build(
         ("targets".to_string(), tables::targets(&comparison)),
         ("attributes".to_string(), tables::attributes(&comparison)),
         ("pairs".to_string(), tables::pairs(&comparison, &draws)),
+        ("status".to_string(), tables::status(&comparison)),
     ];
     let attributes = attributes.into_iter().flat_map(|attribute| attribute.plots);
     let sequences = sequences.into_iter().map(|sequence| sequence.plot);
-    let plots = overall.into_iter().chain(pairs).chain(attributes).chain(sequences).collect();
+    let single = pairs.into_iter().chain(reliability);
+    let plots = overall.into_iter().chain(single).chain(attributes).chain(sequences).collect();
     Ok(Report { html, plots, tables })
 }
 
@@ -175,6 +181,21 @@ fn speed_plot(comparison: &Comparison) -> Option<Plot> {
         look: *look,
     });
     (known.len() > 1).then(|| Speed { title, points: points.collect() }.plot())
+}
+
+/// The reliability diagram of the best and the shown trackers; `None` if no scores are known.
+fn reliability_plot(comparison: &Comparison, options: &Options) -> Option<Plot> {
+    let known = comparison.trackers.iter().filter_map(|tracker| {
+        let pooled = &tracker.overall.calibration.as_ref()?.pooled;
+        let (bins, ece) = (pooled.bins(), pooled.ece()?);
+        Some(reliability::Line { name: tracker.name, bins, ece, look: tracker.look })
+    });
+    let mut lines: Vec<_> = known.collect();
+    lines.sort_by(|a, b| a.ece.total_cmp(&b.ece));
+    let mut rank = 0..;
+    lines.retain(|line| rank.next().is_some_and(|rank| rank < options.best) || line.look.strong);
+    let title = format!("Reliability of the score, {}", comparison.size());
+    (!lines.is_empty()).then(|| Reliability { title, lines }.plot())
 }
 
 /// The curves of the trackers, ranked by the score of the measure. The best and the shown trackers are named.

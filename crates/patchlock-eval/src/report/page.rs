@@ -4,20 +4,21 @@ use std::ops::Range;
 
 use minijinja::value::Serde;
 use minijinja::{Environment, context};
-use patchlock::BoundingBox;
+use patchlock::{BoundingBox, Status};
 use serde::Serialize;
 
 use super::comparison::{ComparedTracker, Comparison};
-use super::failures::{self, LOST, MIN_FRAMES, Moment};
+use super::failures::{self, MIN_FRAMES, Moment};
 use super::palette::{self, Theme};
 use super::plots::Plot;
-use super::plots::timeline::{Timeline, Track};
-use super::{AttributePlots, Options, file_name};
+use super::plots::timeline::{Timeline, Track, middle};
+use super::{AttributePlots, Options, file_name, rows};
 use crate::Error;
 use crate::compare::{DRAWS, MIN_TARGETS};
 use crate::dataset::{Dataset, OTB_ATTRIBUTES, Sequence};
 use crate::metrics::Curves;
-use crate::score::{Measure, Pass, Scoreboard, TargetScore};
+use crate::protocol::{HIT_OVERLAP, LOST_OVERLAP};
+use crate::score::{Pass, Scoreboard, TargetScore};
 
 /// After more unreadable frames than this, no further thumbnails are attempted.
 const MAX_FAULTS: usize = 5;
@@ -34,6 +35,8 @@ pub struct Parts<'a> {
     pub overall: &'a [Plot],
     /// The plot of differences with their intervals.
     pub pairs: Option<&'a Plot>,
+    /// The reliability diagram, if any scores are known.
+    pub reliability: Option<&'a Plot>,
     /// The plots of each attribute.
     pub attributes: &'a [AttributePlots],
     /// The rows of the sequences.
@@ -51,6 +54,7 @@ pub struct SequenceRow {
     lost: usize,
     frames: usize,
     thumbnails: Vec<Thumbnail>,
+    has_status: bool,
     /// Overlap over time.
     pub plot: Plot,
 }
@@ -94,6 +98,7 @@ fn sequence_row(
         named.iter().map(|tracker| track(tracker, tracker.targets[index])).collect();
     let lost = failures::failures(&tracks[0].mean);
     let thumbnails = thumbnails(sequence, about, index, &tracks[0].mean, &lost, options, faults);
+    let has_status = tracks[0].statuses.is_some();
     let plot = Timeline {
         file: format!("overlap_{}", file_name(&sequence.name)),
         title: sequence.name.clone(),
@@ -110,6 +115,7 @@ fn sequence_row(
         lost: lost.iter().map(Range::len).sum(),
         frames: sequence.truth.len(),
         thumbnails,
+        has_status,
         plot,
     }
 }
@@ -142,7 +148,20 @@ fn track<'a>(tracker: &ComparedTracker<'a>, target: &TargetScore) -> Track<'a> {
         mean: (0..frames).map(|frame| mean(at(frame))).collect(),
         range: (passes.len() > 1).then(|| (0..frames).map(|frame| ends(at(frame))).collect()),
         auc: tracker.mean(target, Curves::auc),
+        statuses: statuses(&passes, frames),
     }
+}
+
+/// The status of each frame, the middle one over seeds (the worse of two); `None` unless all passes have
+/// statuses.
+fn statuses(passes: &[&Pass], frames: usize) -> Option<Vec<Option<Status>>> {
+    let known: Option<Vec<&[Status]>> =
+        passes.iter().map(|pass| pass.statuses.as_deref()).collect();
+    let known = known.filter(|known| !known.is_empty())?;
+    let at = |frame: usize| -> Vec<Status> {
+        known.iter().filter_map(|statuses| statuses.get(frame).copied()).collect()
+    };
+    Some((0..frames).map(|frame| middle(&at(frame))).collect())
 }
 
 fn thumbnails(
@@ -168,64 +187,6 @@ fn thumbnails(
         }
     }
     thumbnails
-}
-
-#[derive(Serialize)]
-struct TrackerRow<'a> {
-    rank: usize,
-    name: &'a str,
-    about: bool,
-    swatch: String,
-    cells: Vec<Cell>,
-}
-
-/// A cell of the table: the value to sort by, and the text to show.
-#[derive(Serialize)]
-struct Cell {
-    value: Option<f64>,
-    text: String,
-    spread: Option<String>,
-    best: bool,
-}
-
-fn tracker_rows<'a>(comparison: &'a Comparison) -> Vec<TrackerRow<'a>> {
-    let cell = |measure: Option<Measure>, digits: usize| Cell {
-        value: measure.map(|m| m.mean),
-        text: measure.map_or("-".to_string(), |m| format!("{:.digits$}", m.mean)),
-        spread: measure.and_then(|m| m.sd).map(|sd| format!("{sd:.digits$}")),
-        best: false,
-    };
-    let row = |(rank, tracker): (usize, &'a ComparedTracker)| {
-        let all = &tracker.overall;
-        let accuracy = [all.auc, all.dp20, all.success50, all.mean_overlap, all.norm_precision];
-        let mut cells: Vec<Cell> = accuracy.into_iter().map(|m| cell(Some(m), 3)).collect();
-        cells.push(cell(all.fps, 1));
-        let seeds = tracker.seeds.len();
-        cells.push(Cell {
-            value: Some(seeds as f64),
-            text: seeds.to_string(),
-            spread: None,
-            best: false,
-        });
-        let swatch =
-            format!("<line {} x1=\"0\" x2=\"34\" y1=\"6\" y2=\"6\"/>", tracker.look.line());
-        TrackerRow {
-            rank: rank + 1,
-            name: tracker.name,
-            about: rank == comparison.about,
-            swatch,
-            cells,
-        }
-    };
-    let mut rows: Vec<TrackerRow> = comparison.trackers.iter().enumerate().map(row).collect();
-    // The last column, the number of seeds, has no best value.
-    for column in 0..rows.first().map_or(0, |row| row.cells.len() - 1) {
-        let values = rows.iter().filter_map(|row| row.cells[column].value);
-        let Some(best) = values.max_by(f64::total_cmp) else { continue };
-        rows.iter_mut()
-            .for_each(|row| row.cells[column].best = row.cells[column].value == Some(best));
-    }
-    rows
 }
 
 #[derive(Serialize)]
@@ -329,7 +290,9 @@ pub fn render(parts: &Parts) -> Result<String, Error> {
         about_seeds => about.seeds.len(),
         notes => notes(parts),
         overall => parts.overall.iter().map(Plot::inline).collect::<Vec<_>>(),
-        trackers => Serde(tracker_rows(comparison)),
+        trackers => Serde(rows::accuracy(comparison)),
+        said => Serde(rows::said(comparison)),
+        reliability => parts.reliability.map(Plot::inline),
         pairs => parts.pairs.map(Plot::inline),
         draws => DRAWS,
         min_targets => MIN_TARGETS,
@@ -337,7 +300,9 @@ pub fn render(parts: &Parts) -> Result<String, Error> {
         attribute_names => Serde(OTB_ATTRIBUTES),
         sequences => Serde(parts.sequences.iter().map(SequenceView::from).collect::<Vec<_>>()),
         has_thumbnails => parts.sequences.iter().any(|row| !row.thumbnails.is_empty()),
-        lost => LOST,
+        has_status => parts.sequences.iter().any(|row| row.has_status),
+        lost => LOST_OVERLAP,
+        hit => HIT_OVERLAP,
         shortest => MIN_FRAMES,
     };
     environment.get_template("page.html").and_then(|page| page.render(values)).map_err(broken)

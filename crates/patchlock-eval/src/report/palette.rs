@@ -5,6 +5,8 @@
 
 use std::fmt::Write;
 
+use patchlock::Status;
+
 /// Hues for the light and the dark theme, for the classes `c0`, `c1` ..; the first is that of the tracker
 /// that the report is about.
 const HUES: [[&str; 2]; 7] = [
@@ -18,6 +20,8 @@ const HUES: [[&str; 2]; 7] = [
 ];
 /// Number of levels of overlap.
 pub const LEVEL_COUNT: usize = 5;
+/// Number of statuses.
+pub const STATUS_COUNT: usize = Status::NAMES.len();
 /// Colours of the levels of overlap for the light and the dark theme, from lost to good, for the classes `h0`
 /// .. `h4`.
 const LEVELS: [[&str; 2]; LEVEL_COUNT] = [
@@ -27,6 +31,10 @@ const LEVELS: [[&str; 2]; LEVEL_COUNT] = [
     ["#8fbfdf", "#3b7ca8"],
     ["#1f7ab0", "#6cc0f5"],
 ];
+/// Colours of the statuses tracked, uncertain and lost for the light and the dark theme, for the classes `s0`
+/// .. `s2`.
+const STATUSES: [[&str; 2]; STATUS_COUNT] =
+    [["#b9dbb0", "#3d6b3a"], ["#e8b93c", "#c4941c"], ["#8c1d40", "#e0557f"]];
 /// Dash patterns; each repetition of the hues uses the next one.
 const DASHES: [&str; 6] = ["", "7 3", "2 3", "9 3 2 3", "4 2", "12 4"];
 
@@ -100,6 +108,9 @@ pub fn style(theme: Theme) -> String {
     }
     for (k, level) in LEVELS.iter().enumerate() {
         let _ = write!(rules, ".h{k}{{stroke:{0}}}", level[index]);
+    }
+    for (k, status) in STATUSES.iter().enumerate() {
+        let _ = write!(rules, ".s{k}{{stroke:{0}}}", status[index]);
     }
     rules
 }

@@ -3,13 +3,13 @@
 use super::attributes_of;
 use super::comparison::{ComparedTracker, Comparison};
 use crate::compare::Draws;
-use crate::metrics::Curves;
+use crate::metrics::{Calibration, Curves, StatusCounts};
 use crate::score::{self, Measure, TargetScore};
 
 /// One row per tracker.
 pub fn trackers(comparison: &Comparison) -> Vec<Vec<String>> {
-    let head =
-        "tracker,targets,seeds,dp20,dp20_sd,auc,auc_sd,success50,mean_overlap,norm_precision,fps";
+    let head = "tracker,targets,seeds,dp20,dp20_sd,auc,auc_sd,success50,mean_overlap,norm_precision,fps,\
+         lost_share,lost_share_sd,overlap_not_lost,overlap_not_lost_sd";
     let mut table = vec![cells(head)];
     for tracker in &comparison.trackers {
         let all = &tracker.overall;
@@ -24,6 +24,11 @@ pub fn trackers(comparison: &Comparison) -> Vec<Vec<String>> {
         }
         row.extend([all.success50, all.mean_overlap, all.norm_precision].map(|m| number(m.mean)));
         row.push(fps);
+        row.extend([number(all.lost_share.mean), spread(all.lost_share)]);
+        row.extend([
+            mean(all.overlap_not_lost),
+            all.overlap_not_lost.map_or_else(String::new, spread),
+        ]);
         table.push(row);
     }
     table
@@ -31,8 +36,10 @@ pub fn trackers(comparison: &Comparison) -> Vec<Vec<String>> {
 
 /// One row per tracker, target and seed.
 pub fn targets(comparison: &Comparison) -> Vec<Vec<String>> {
-    let mut table =
-        vec![cells("tracker,target,seed,dp20,auc,success50,mean_overlap,norm_precision")];
+    let head = "tracker,target,seed,dp20,auc,success50,mean_overlap,norm_precision,lost_share,\
+                overlap_not_lost,lost_precision,lost_recall,false_lost,first_lost,losses,recoveries,\
+                ece,auroc";
+    let mut table = vec![cells(head)];
     for tracker in &comparison.trackers {
         for (target, seed) in
             tracker.targets.iter().flat_map(|t| t.seeds.iter().map(move |seed| (t, seed)))
@@ -42,10 +49,54 @@ pub fn targets(comparison: &Comparison) -> Vec<Vec<String>> {
             let mut row =
                 vec![tracker.name.to_string(), target.target.clone(), seed.seed.to_string()];
             row.extend(values.map(number));
+            row.extend([Some(seed.lost_share), seed.overlap_not_lost].map(known));
+            row.extend(of_counts(seed.status.as_ref()));
+            row.extend(of_scores(seed.calibration.as_ref()));
             table.push(row);
         }
     }
     table
+}
+
+/// One row per tracker that says something of itself, and kind of mean: over targets, or pooled over all
+/// frames.
+pub fn status(comparison: &Comparison) -> Vec<Vec<String>> {
+    let head =
+        "tracker,mean,lost_precision,lost_recall,false_lost,first_lost,losses,recoveries,ece,auroc";
+    let mut table = vec![cells(head)];
+    for tracker in &comparison.trackers {
+        let (status, scores) = (&tracker.overall.status, &tracker.overall.calibration);
+        if status.is_none() && scores.is_none() {
+            continue;
+        }
+        let mut row = [tracker.name, "targets"].map(str::to_string).to_vec();
+        row.extend(status.as_ref().map_or_else(Default::default, |s| {
+            let [losses, recoveries] = [s.losses, s.recoveries].map(Some);
+            [s.precision, s.recall, s.false_lost, s.first_lost, losses, recoveries].map(mean)
+        }));
+        row.extend(scores.as_ref().map_or_else(Default::default, |s| [s.ece, s.auroc].map(mean)));
+        table.push(row);
+        let mut row = [tracker.name, "pooled"].map(str::to_string).to_vec();
+        row.extend(of_counts(status.as_ref().map(|s| &s.pooled)));
+        row.extend(of_scores(scores.as_ref().map(|s| &s.pooled)));
+        table.push(row);
+    }
+    table
+}
+
+/// Precision, recall, false lost, first lost, losses, recoveries; empty where unknown.
+fn of_counts(counts: Option<&StatusCounts>) -> [String; 6] {
+    let Some(counts) = counts else { return Default::default() };
+    let shares =
+        [counts.precision(), counts.recall(), counts.false_lost(), counts.first_lost()].map(known);
+    let [precision, recall, false_lost, first_lost] = shares;
+    let (losses, recoveries) = (counts.losses.to_string(), counts.recoveries.to_string());
+    [precision, recall, false_lost, first_lost, losses, recoveries]
+}
+
+/// ECE and AUROC; empty where unknown.
+fn of_scores(scores: Option<&Calibration>) -> [String; 2] {
+    scores.map_or_else(Default::default, |scores| [scores.ece(), scores.auroc()].map(known))
 }
 
 /// One row per tracker and attribute.
@@ -96,6 +147,16 @@ fn cells(head: &str) -> Vec<String> {
 
 fn number(value: f64) -> String {
     format!("{value:.6}")
+}
+
+/// The value; empty where unknown.
+fn known(value: Option<f64>) -> String {
+    value.map_or_else(String::new, number)
+}
+
+/// The mean; empty where unknown.
+fn mean(measure: Option<Measure>) -> String {
+    known(measure.map(|measure| measure.mean))
 }
 
 /// The standard deviation; empty for a single seed.

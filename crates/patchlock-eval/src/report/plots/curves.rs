@@ -1,20 +1,10 @@
 //! Precision and success plots: one line per tracker. The best are named in a ranked legend; the others are
 //! pale lines in the background.
 
+use super::chart::{Chart, Entry};
 use super::{Axis, Plot};
 use crate::report::palette::Look;
-use crate::report::svg::{Anchor, Svg, shorten};
-
-const LEFT: f64 = 58.0;
-const TOP: f64 = 54.0;
-const BOTTOM: f64 = 52.0;
-/// Width and smallest height of the area with the lines.
-const AREA: [f64; 2] = [400.0, 330.0];
-/// Space between this area and the legend.
-const GAP: f64 = 22.0;
-const LEGEND: f64 = 236.0;
-const ROW: f64 = 21.0;
-const NAME_LETTERS: usize = 15;
+use crate::report::svg::Svg;
 
 /// The line of one tracker.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,19 +45,33 @@ pub struct Curves<'a> {
 impl Curves<'_> {
     /// Draws the plot.
     pub fn plot(&self) -> Plot {
-        let named = self.lines.iter().filter(|line| line.look.is_some()).count();
-        let others = usize::from(named < self.lines.len());
-        let legend_height = ROW * (named + others + 1) as f64;
-        let height = AREA[1].max(legend_height);
-        let size = [LEFT + AREA[0] + GAP + LEGEND, TOP + height + BOTTOM];
+        let entries = self.lines.iter().map(|line| Entry {
+            name: line.name,
+            score: line.score,
+            look: line.look,
+        });
+        let chart = Chart {
+            title: &self.title,
+            x_label: self.x_label,
+            y_label: self.y_label,
+            score_label: self.score_label,
+            last: self.thresholds.last().copied().unwrap_or(1.0),
+            ticks: self.ticks,
+            entries: entries.collect(),
+        };
         let mut svg = Svg::default();
-        svg.text([LEFT, 28.0], 16.0, "ink", Anchor::Start, &self.title);
-        let last = self.thresholds.last().copied().unwrap_or(1.0);
-        let x = Axis { values: [0.0, last], pixels: [LEFT, LEFT + AREA[0]] };
-        let y = Axis { values: [0.0, 1.0], pixels: [TOP + height, TOP] };
-        self.axes(&mut svg, x, y);
+        let (x, y) = chart.draw(&mut svg);
+        if let Some(mark) = self.mark {
+            svg.put(format_args!(
+                "<line class=\"axis\" stroke-dasharray=\"3 3\" x1=\"{0:.1}\" x2=\"{0:.1}\" \
+                 y1=\"{1:.1}\" y2=\"{2:.1}\"/>",
+                x.at(mark),
+                y.at(0.0),
+                y.at(1.0)
+            ));
+        }
         self.draw_lines(&mut svg, x, y);
-        self.legend(&mut svg, LEFT + AREA[0] + GAP);
+        let size = chart.size();
         Plot {
             name: self.file.clone(),
             title: self.title.clone(),
@@ -76,47 +80,6 @@ impl Curves<'_> {
             size,
             head: 0.0,
         }
-    }
-
-    fn axes(&self, svg: &mut Svg, x: Axis, y: Axis) {
-        let [bottom, top] = y.pixels;
-        let [left, right] = x.pixels;
-        for tick in 0..=5 {
-            let value = f64::from(tick) / 5.0;
-            svg.line("grid", [left, y.at(value)], [right, y.at(value)]);
-            svg.text(
-                [left - 8.0, y.at(value) + 4.0],
-                12.0,
-                "soft",
-                Anchor::End,
-                &format!("{value:.1}"),
-            );
-        }
-        for &value in self.ticks {
-            svg.line("grid", [x.at(value), bottom], [x.at(value), top]);
-            svg.text(
-                [x.at(value), bottom + 18.0],
-                12.0,
-                "soft",
-                Anchor::Middle,
-                &format!("{value}"),
-            );
-        }
-        svg.line("axis", [left, bottom], [right, bottom]);
-        if let Some(mark) = self.mark {
-            svg.put(format_args!(
-                "<line class=\"axis\" stroke-dasharray=\"3 3\" x1=\"{0:.1}\" x2=\"{0:.1}\" \
-                 y1=\"{bottom:.1}\" y2=\"{top:.1}\"/>",
-                x.at(mark)
-            ));
-        }
-        svg.text([(left + right) / 2.0, bottom + 40.0], 13.0, "soft", Anchor::Middle, self.x_label);
-        svg.put(format_args!(
-            "<text class=\"soft\" font-size=\"13\" text-anchor=\"middle\" \
-             transform=\"translate(16 {:.1}) rotate(-90)\">{}</text>",
-            (top + bottom) / 2.0,
-            crate::report::svg::escape(self.y_label)
-        ));
     }
 
     /// Draws pale lines first, then the named ones from worst to best, the strong ones on top.
@@ -134,49 +97,6 @@ impl Curves<'_> {
                 let attributes = line.look.map_or_else(pale, Look::line);
                 svg.polyline(&attributes, &points, &format!("{} [{:.3}]", line.name, line.score));
             }
-        }
-    }
-
-    fn legend(&self, svg: &mut Svg, left: f64) {
-        let mut y = TOP + 6.0;
-        svg.text([left, y], 12.0, "soft", Anchor::Start, "rank");
-        svg.text([left + LEGEND - 8.0, y], 12.0, "soft", Anchor::End, self.score_label);
-        for (k, line) in self.lines.iter().enumerate() {
-            let Some(look) = line.look else { continue };
-            y += ROW;
-            if look.strong {
-                svg.rect("chosen", [left - 4.0, y - 15.0], [LEGEND, ROW - 1.0]);
-            }
-            svg.text([left + 20.0, y], 13.0, "soft", Anchor::End, &format!("{}", k + 1));
-            svg.polyline(
-                &look.line(),
-                &[[left + 28.0, y - 4.5], [left + 62.0, y - 4.5]],
-                line.name,
-            );
-            svg.text(
-                [left + 70.0, y],
-                13.0,
-                "ink",
-                Anchor::Start,
-                &shorten(line.name, NAME_LETTERS),
-            );
-            svg.text(
-                [left + LEGEND - 8.0, y],
-                13.0,
-                "ink",
-                Anchor::End,
-                &format!("[{:.3}]", line.score),
-            );
-        }
-        let others = self.lines.iter().filter(|line| line.look.is_none()).count();
-        if others > 0 {
-            y += ROW;
-            svg.polyline(
-                "class=\"other\" stroke-width=\"1\"",
-                &[[left + 28.0, y - 4.5], [left + 62.0, y - 4.5]],
-                "",
-            );
-            svg.text([left + 70.0, y], 12.0, "soft", Anchor::Start, &format!("{others} more"));
         }
     }
 

@@ -1,8 +1,10 @@
 //! The plots of the report. Each can be embedded in the page or written as a file, and has a table with its
 //! numbers.
 
+mod chart;
 pub mod curves;
 pub mod intervals;
+pub mod reliability;
 pub mod speed;
 pub mod timeline;
 

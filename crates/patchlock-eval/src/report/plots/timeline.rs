@@ -1,12 +1,14 @@
 //! Plots overlap over time on one target: a line with its range over seeds for the tracker that the report is
-//! about, and a coloured strip for each named tracker.
+//! about, with a strip of its status where that is known, and a coloured strip for each named tracker.
 
 use std::fmt::Write;
 use std::ops::Range;
 
+use patchlock::Status;
+
 use super::{Axis, Plot};
 use crate::report::palette::{self, Look};
-use crate::report::svg::{Anchor, Svg, shorten};
+use crate::report::svg::{Anchor, Svg, shorten, width};
 
 const LEFT: f64 = 136.0;
 const WIDTH: f64 = 640.0;
@@ -16,6 +18,10 @@ const TOP: f64 = 46.0;
 const HEAD: f64 = 34.0;
 const CHART: f64 = 84.0;
 const STRIP: f64 = 17.0;
+/// Width of the legend of overlaps, with the space to its left.
+const KEY: f64 = 196.0;
+/// Height of the strip of the status, with the space above it.
+const STATUS: f64 = 18.0;
 const NAME_LETTERS: usize = 15;
 /// Longer sequences are binned to at most this number of means.
 const MAX_POINTS: usize = 640;
@@ -33,6 +39,8 @@ pub struct Track<'a> {
     pub range: Option<Vec<Option<[f64; 2]>>>,
     /// Area under the success curve on this target.
     pub auc: f64,
+    /// The status in each frame, if it is known.
+    pub statuses: Option<Vec<Option<Status>>>,
 }
 
 /// The contents of the plot.
@@ -51,7 +59,9 @@ pub struct Timeline<'a> {
 impl Timeline<'_> {
     /// Draws the plot.
     pub fn plot(&self) -> Plot {
-        let strips = STRIP * self.tracks.len() as f64;
+        let statuses = self.tracks.first().and_then(|track| track.statuses.as_ref());
+        let status_height = if statuses.is_some() { STATUS } else { 0.0 };
+        let strips = status_height + STRIP * self.tracks.len() as f64;
         let size = [LEFT + WIDTH + RIGHT, TOP + CHART + 14.0 + strips + 28.0];
         let mut svg = Svg::default();
         svg.text([12.0, 24.0], 15.0, "ink", Anchor::Start, &self.title);
@@ -61,14 +71,14 @@ impl Timeline<'_> {
         if let Some(first) = self.tracks.first() {
             self.chart(&mut svg, x, first);
         }
-        svg.text(
-            [LEFT + WIDTH + RIGHT - 12.0, TOP + CHART + 8.0],
-            11.0,
-            "soft",
-            Anchor::End,
-            "AUC",
-        );
-        let mut y = TOP + CHART + 14.0;
+        if let Some(statuses) = statuses {
+            status_key(&mut svg, [LEFT + WIDTH - KEY, 24.0]);
+            status_strip(&mut svg, x, TOP + CHART, statuses);
+        }
+        let mut y = TOP + CHART + status_height;
+        let right = LEFT + WIDTH + RIGHT - 12.0;
+        svg.text([right, y + 8.0], 11.0, "soft", Anchor::End, "AUC");
+        y += 14.0;
         for track in &self.tracks {
             strip(&mut svg, x, y, track);
             y += STRIP;
@@ -114,14 +124,17 @@ impl Timeline<'_> {
     fn table(&self) -> Vec<Vec<String>> {
         let names = self.tracks.iter().map(|track| track.name.to_string());
         let mut table = vec![["frame".to_string()].into_iter().chain(names).collect::<Vec<_>>()];
+        let statuses = self.tracks.first().and_then(|track| track.statuses.as_ref());
+        table[0].extend(statuses.map(|_| format!("status of {}", self.tracks[0].name)));
         for frame in 0..self.tracks.first().map_or(0, |track| track.mean.len()) {
             let cell = |track: &Track| match track.mean.get(frame).copied().flatten() {
                 Some(overlap) => format!("{overlap:.4}"),
                 None => String::new(),
             };
-            table.push(
-                [frame.to_string()].into_iter().chain(self.tracks.iter().map(cell)).collect(),
-            );
+            let status = statuses.map(|statuses| statuses.get(frame).copied().flatten());
+            let status = status.map(|status| status.map_or_else(String::new, |s| s.to_string()));
+            let overlaps = self.tracks.iter().map(cell);
+            table.push([frame.to_string()].into_iter().chain(overlaps).chain(status).collect());
         }
         table
     }
@@ -186,34 +199,85 @@ fn strip(svg: &mut Svg, x: Axis, top: f64, track: &Track) {
     let (middle, height) = (top + STRIP / 2.0, STRIP - 4.0);
     svg.text([12.0, middle + 4.0], 11.5, "ink", Anchor::Start, &shorten(track.name, NAME_LETTERS));
     svg.rect("none", [LEFT, top + 2.0], [WIDTH, height]);
-    let mut levels: Vec<String> = vec![String::new(); palette::LEVEL_COUNT];
-    for (level, frames) in level_runs(&track.mean) {
-        let (from, to) = (x.at(frames.start as f64), x.at(frames.end as f64));
-        let _ = write!(levels[level], "M{from:.1} {middle:.1}H{to:.1}");
-    }
-    for (level, path) in levels.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
-        svg.put(format_args!("<path class=\"h{level}\" stroke-width=\"{height}\" d=\"{path}\"/>"));
-    }
+    let level = |values: &[f64]| palette::level(values.iter().sum::<f64>() / values.len() as f64);
+    let runs = class_runs(&track.mean, level);
+    bars(svg, x, middle, height, ('h', palette::LEVEL_COUNT), &runs);
     let auc = format!("{:.3}", track.auc);
     svg.text([LEFT + WIDTH + RIGHT - 12.0, middle + 4.0], 11.5, "ink", Anchor::End, &auc);
 }
 
-/// Runs of adjacent bins with the same level of overlap, as ranges of frames.
-fn level_runs(values: &[Option<f64>]) -> Vec<(usize, Range<usize>)> {
+/// The legend of the statuses, right-aligned in the heading.
+fn status_key(svg: &mut Svg, [right, y]: [f64; 2]) {
+    let mut x = right;
+    for (class, name) in Status::NAMES.iter().enumerate().rev() {
+        svg.text([x, y], 11.5, "soft", Anchor::End, name);
+        x -= width(name, 11.5) + 22.0;
+        let (middle, wide) = (y - 4.0, 16.0);
+        svg.put(format_args!(
+            "<path class=\"s{class}\" stroke-width=\"11\" d=\"M{x:.1} {middle:.1}h{wide}\"/>"
+        ));
+        x -= 10.0;
+    }
+}
+
+/// Draws the strip of the status below the chart that ends at `top`.
+fn status_strip(svg: &mut Svg, x: Axis, top: f64, statuses: &[Option<Status>]) {
+    let at = top + STATUS / 2.0 + 1.0;
+    svg.text([12.0, at + 4.0], 11.5, "soft", Anchor::Start, "status");
+    let class = |statuses: &[Status]| middle(statuses).map_or(0, |status| status as usize);
+    let runs = class_runs(statuses, class);
+    bars(svg, x, at, STATUS - 8.0, ('s', palette::STATUS_COUNT), &runs);
+}
+
+/// The middle one of some statuses, from tracked to lost; the worse of two. `None` without statuses.
+pub fn middle(statuses: &[Status]) -> Option<Status> {
+    let mut sorted = statuses.to_vec();
+    sorted.sort_by_key(|&status| status as usize);
+    sorted.get(sorted.len() / 2).copied()
+}
+
+/// Draws ranges of frames as thick lines, each class in its colour: one path for each of the `count` classes,
+/// which are named by a letter and their number.
+fn bars(
+    svg: &mut Svg,
+    x: Axis,
+    middle: f64,
+    height: f64,
+    (letter, count): (char, usize),
+    runs: &[(usize, Range<usize>)],
+) {
+    let mut paths: Vec<String> = vec![String::new(); count];
+    for (class, frames) in runs {
+        let (from, to) = (x.at(frames.start as f64), x.at(frames.end as f64));
+        let _ = write!(paths[*class], "M{from:.1} {middle:.1}H{to:.1}");
+    }
+    for (class, path) in paths.iter().enumerate().filter(|(_, path)| !path.is_empty()) {
+        svg.put(format_args!(
+            "<path class=\"{letter}{class}\" stroke-width=\"{height}\" d=\"{path}\"/>"
+        ));
+    }
+}
+
+/// Runs of adjacent bins of the same class, as ranges of frames. `class` is given the values of a bin, of
+/// which there is at least one.
+fn class_runs<T: Copy>(
+    values: &[Option<T>],
+    class: impl Fn(&[T]) -> usize,
+) -> Vec<(usize, Range<usize>)> {
     let size = values.len().div_ceil(MAX_POINTS).max(1);
     let mut all: Vec<(usize, Range<usize>)> = Vec::new();
     for (k, bin) in values.chunks(size).enumerate() {
-        let given: Vec<f64> = bin.iter().copied().flatten().collect();
+        let given: Vec<T> = bin.iter().copied().flatten().collect();
         if given.is_empty() {
             continue;
         }
-        let level = palette::level(given.iter().sum::<f64>() / given.len() as f64);
+        let class = class(&given);
         let frames = k * size..k * size + bin.len();
         match all.last_mut() {
-            Some((last, range)) if *last == level && range.end == frames.start => {
+            Some((last, range)) if *last == class && range.end == frames.start => {
                 range.end = frames.end
             }
-            _ => all.push((level, frames)),
+            _ => all.push((class, frames)),
         }
     }
     all
@@ -248,14 +312,15 @@ mod tests {
     #[test]
     fn equal_levels_are_joined() {
         let values = [Some(0.9), Some(0.85), None, Some(0.9), Some(0.1), Some(0.0)];
-        assert_eq!(level_runs(&values), [(4, 0..2), (4, 3..4), (0, 4..6)]);
+        let level = |values: &[f64]| palette::level(values[0]);
+        assert_eq!(class_runs(&values, level), [(4, 0..2), (4, 3..4), (0, 4..6)]);
     }
 
     #[test]
     fn the_table_has_one_row_per_frame_and_is_empty_without_truth() {
         let mean = vec![Some(1.0), None, Some(0.25)];
         let range = Some(vec![Some([0.9, 1.0]), None, Some([0.0, 0.5])]);
-        let track = Track { name: "a", look: Look::FIRST, mean, range, auc: 0.5 };
+        let track = Track { name: "a", look: Look::FIRST, mean, range, auc: 0.5, statuses: None };
         let plot = Timeline {
             file: "f".into(),
             title: "t".into(),
@@ -268,5 +333,30 @@ mod tests {
             plot.svg().matches("class=\"failed\"").count() == 2
                 && plot.svg().contains("class=\"band f0\"")
         );
+    }
+
+    #[test]
+    fn a_known_status_is_a_strip_and_a_column() {
+        let statuses = [Status::Tracked, Status::Lost, Status::Lost].map(Some).to_vec();
+        let (mean, statuses) = (vec![Some(1.0), None, Some(0.0)], Some(statuses));
+        let track = Track { name: "a", look: Look::FIRST, mean, range: None, auc: 0.5, statuses };
+        let timeline =
+            Timeline { file: "f".into(), title: "t".into(), tracks: vec![track], failures: &[] };
+        let (plot, svg) = (timeline.plot(), timeline.plot().svg());
+        assert_eq!(plot.csv(), "frame,a,status of a\n0,1.0000,tracked\n1,,lost\n2,0.0000,lost\n");
+        assert!(svg.contains(">status</text>") && svg.contains(">uncertain</text>"));
+        assert_eq!(svg.matches("class=\"s1\"").count(), 1, "only in the legend");
+        // The second and third of three frames are the right two thirds of the strip.
+        let lost = "class=\"s2\" stroke-width=\"10\" d=\"M349.3 140.0H776.0\"";
+        assert!(svg.contains(lost), "{svg}");
+    }
+
+    #[test]
+    fn the_middle_status_is_the_worse_of_two() {
+        use Status::{Lost, Tracked, Uncertain};
+        assert_eq!(middle(&[Lost, Tracked, Tracked]), Some(Tracked));
+        assert_eq!(middle(&[Lost, Tracked, Uncertain]), Some(Uncertain));
+        assert_eq!(middle(&[Lost, Tracked]), Some(Lost));
+        assert_eq!(middle(&[]), None);
     }
 }

@@ -1,0 +1,145 @@
+//! What plots of shares have in common: axes, and a ranked legend beside them.
+
+use super::Axis;
+use crate::report::palette::Look;
+use crate::report::svg::{Anchor, Svg, escape, shorten};
+
+const LEFT: f64 = 58.0;
+const TOP: f64 = 54.0;
+const BOTTOM: f64 = 52.0;
+/// Width and smallest height of the area with the lines.
+const AREA: [f64; 2] = [400.0, 330.0];
+/// Space between this area and the legend.
+const GAP: f64 = 22.0;
+const LEGEND: f64 = 236.0;
+const ROW: f64 = 21.0;
+const NAME_LETTERS: usize = 15;
+
+/// A tracker in the legend.
+pub struct Entry<'a> {
+    /// Name of the tracker.
+    pub name: &'a str,
+    /// The number beside it.
+    pub score: f64,
+    /// The line style; `None` for a tracker that is only counted.
+    pub look: Option<Look>,
+}
+
+/// A plot of shares, 0 to 1, without its lines.
+pub struct Chart<'a> {
+    /// Heading.
+    pub title: &'a str,
+    /// Label of the x axis.
+    pub x_label: &'a str,
+    /// Label of the shares.
+    pub y_label: &'a str,
+    /// Label of the scores, in the head of the legend.
+    pub score_label: &'a str,
+    /// The end of the x axis, which begins at 0.
+    pub last: f64,
+    /// Labelled positions on the x axis.
+    pub ticks: &'a [f64],
+    /// The trackers by rank.
+    pub entries: Vec<Entry<'a>>,
+}
+
+impl Chart<'_> {
+    /// Draws heading, axes and legend, and returns the axes.
+    pub fn draw(&self, svg: &mut Svg) -> (Axis, Axis) {
+        svg.text([LEFT, 28.0], 16.0, "ink", Anchor::Start, self.title);
+        let x = Axis { values: [0.0, self.last], pixels: [LEFT, LEFT + AREA[0]] };
+        let y = Axis { values: [0.0, 1.0], pixels: [TOP + self.height(), TOP] };
+        self.axes(svg, x, y);
+        self.legend(svg, LEFT + AREA[0] + GAP);
+        (x, y)
+    }
+
+    /// The size of the whole plot.
+    pub fn size(&self) -> [f64; 2] {
+        [LEFT + AREA[0] + GAP + LEGEND, TOP + self.height() + BOTTOM]
+    }
+
+    /// The height of the area with the lines: a long legend increases it.
+    fn height(&self) -> f64 {
+        let named = self.entries.iter().filter(|entry| entry.look.is_some()).count();
+        let others = usize::from(named < self.entries.len());
+        AREA[1].max(ROW * (named + others + 1) as f64)
+    }
+
+    fn axes(&self, svg: &mut Svg, x: Axis, y: Axis) {
+        let [bottom, top] = y.pixels;
+        let [left, right] = x.pixels;
+        for tick in 0..=5 {
+            let value = f64::from(tick) / 5.0;
+            svg.line("grid", [left, y.at(value)], [right, y.at(value)]);
+            svg.text(
+                [left - 8.0, y.at(value) + 4.0],
+                12.0,
+                "soft",
+                Anchor::End,
+                &format!("{value:.1}"),
+            );
+        }
+        for &value in self.ticks {
+            svg.line("grid", [x.at(value), bottom], [x.at(value), top]);
+            svg.text(
+                [x.at(value), bottom + 18.0],
+                12.0,
+                "soft",
+                Anchor::Middle,
+                &format!("{value}"),
+            );
+        }
+        svg.line("axis", [left, bottom], [right, bottom]);
+        svg.text([(left + right) / 2.0, bottom + 40.0], 13.0, "soft", Anchor::Middle, self.x_label);
+        svg.put(format_args!(
+            "<text class=\"soft\" font-size=\"13\" text-anchor=\"middle\" \
+             transform=\"translate(16 {:.1}) rotate(-90)\">{}</text>",
+            (top + bottom) / 2.0,
+            escape(self.y_label)
+        ));
+    }
+
+    fn legend(&self, svg: &mut Svg, left: f64) {
+        let mut y = TOP + 6.0;
+        svg.text([left, y], 12.0, "soft", Anchor::Start, "rank");
+        svg.text([left + LEGEND - 8.0, y], 12.0, "soft", Anchor::End, self.score_label);
+        for (k, entry) in self.entries.iter().enumerate() {
+            let Some(look) = entry.look else { continue };
+            y += ROW;
+            if look.strong {
+                svg.rect("chosen", [left - 4.0, y - 15.0], [LEGEND, ROW - 1.0]);
+            }
+            svg.text([left + 20.0, y], 13.0, "soft", Anchor::End, &format!("{}", k + 1));
+            svg.polyline(
+                &look.line(),
+                &[[left + 28.0, y - 4.5], [left + 62.0, y - 4.5]],
+                entry.name,
+            );
+            svg.text(
+                [left + 70.0, y],
+                13.0,
+                "ink",
+                Anchor::Start,
+                &shorten(entry.name, NAME_LETTERS),
+            );
+            svg.text(
+                [left + LEGEND - 8.0, y],
+                13.0,
+                "ink",
+                Anchor::End,
+                &format!("[{:.3}]", entry.score),
+            );
+        }
+        let others = self.entries.iter().filter(|entry| entry.look.is_none()).count();
+        if others > 0 {
+            y += ROW;
+            svg.polyline(
+                "class=\"other\" stroke-width=\"1\"",
+                &[[left + 28.0, y - 4.5], [left + 62.0, y - 4.5]],
+                "",
+            );
+            svg.text([left + 70.0, y], 12.0, "soft", Anchor::Start, &format!("{others} more"));
+        }
+    }
+}
