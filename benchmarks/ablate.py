@@ -23,7 +23,8 @@ The table has a row for each dataset and variant: AUC, DP (precision at 20 pixel
 which the target is lost, the mean overlap of the other frames, the speed of the median frame, and the
 differences in AUC and DP to the first variant. All but the speed are means over targets and seeds;
 METHODOLOGY.md has the formulas. Differences smaller than the spread over seeds mean nothing. Speeds are given
-only for runs made with --jobs 1, and mean something only on a machine that does nothing else.
+only for runs made with --jobs 1, and mean something only on a machine that does nothing else. --status adds
+what the tracker's own status and score are worth, --targets the AUC of each target.
 
 Results are kept in --out, one folder for each combination of program, preset and settings, so a repeated or
 interrupted call runs only what is missing. A rebuilt program is another program, because the tracker may have
@@ -49,6 +50,15 @@ Number = float | None
 # The measures of the tables: title, name in the JSON of `patchlock score`, digits.
 MEASURES = [("AUC", "auc"), ("DP", "dp20"), ("lost", "lost_share"), ("not lost", "overlap_not_lost")]
 COMPARED = MEASURES[:2]
+# Those of --status: what the tracker says of itself, beside the truth.
+SAID = [
+    ("lost prec.", "status.lost_precision"),
+    ("lost recall", "status.lost_recall"),
+    ("false lost", "status.false_lost"),
+    ("recoveries", "status.recoveries"),
+    ("ECE", "calibration.ece"),
+    ("AUROC", "calibration.auroc"),
+]
 
 
 @dataclass
@@ -226,6 +236,13 @@ def shown(value: Number, digits: int = 3, sign: str = "") -> str:
     return "-" if value is None else f"{value:{sign}.{digits}f}"
 
 
+def number_at(score: dict, path: str) -> Number:
+    """A number of the JSON by its names from outside to inside; None where one is missing or null."""
+    for name in path.split("."):
+        score = (score or {}).get(name)
+    return score
+
+
 def difference(value: Number, other: Number) -> Number:
     return None if value is None or other is None else value - other
 
@@ -243,10 +260,21 @@ def aligned(rows: list[list[str]]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def head_of(dataset: Path, variant: Variant, own: dict) -> list[str]:
+    return [dataset.resolve().name, str(own["targets"]), str(own["seeds"]), variant.name]
+
+
+def said_of(dataset: Path, variants: list[Variant], score: list[dict]) -> list[list[str]]:
+    return [
+        head_of(dataset, variant, own) + [shown(number_at(own, path)) for _, path in SAID]
+        for variant, own in zip(variants, score)
+    ]
+
+
 def rows_of(dataset: Path, variants: list[Variant], score: list[dict]) -> list[list[str]]:
     rows = []
     for variant, own in zip(variants, score):
-        row = [dataset.resolve().name, str(own["targets"]), str(own["seeds"]), variant.name]
+        row = head_of(dataset, variant, own)
         row += [shown(own[key]) for _, key in MEASURES] + [shown(own["fps"], 1)]
         row += [shown(difference(own[key], score[0][key]), sign="+") for _, key in COMPARED]
         rows.append(row)
@@ -281,6 +309,7 @@ def arguments() -> tuple[argparse.Namespace, argparse.ArgumentParser]:
     parser.add_argument("--sequences", metavar="A,B", help="only these targets, in datasets that have them")
     parser.add_argument("--jobs", type=int, default=1, help="parallel runs; without speeds if more than 1")
     parser.add_argument("--targets", action="store_true", help="also print the AUC of each target")
+    parser.add_argument("--status", action="store_true", help="also print what status and score are worth")
     parser.add_argument("--build", metavar="NAME", help="name of the results, not the program's hash")
     parser.add_argument("--program", type=Path, default=ROOT / "target/release/patchlock")
     return parser.parse_args(), parser
@@ -292,13 +321,17 @@ def main() -> None:
     names = [dataset.resolve().name for dataset in args.datasets]
     if len(set(names)) < len(names):
         parser.error("two datasets have folders of the same name, which is that of their results")
-    titles = ["dataset", "targets", "seeds", "variant", *(title for title, _ in MEASURES), "fps"]
-    table = [titles + [f"{title} diff" for title, _ in COMPARED]]
+    head = ["dataset", "targets", "seeds", "variant"]
+    diffs = [f"{title} diff" for title, _ in COMPARED]
+    table = [head + [title for title, _ in MEASURES] + ["fps"] + diffs]
+    said = [head + [title for title, _ in SAID]]
     parts = []
     for dataset, targets in choose_targets(args).items():
         score = scores(variants, dataset, targets, args)
         table += rows_of(dataset, variants, score)
+        said += said_of(dataset, variants, score)
         parts += ["\n" + aligned(targets_of(dataset, variants, score))] if args.targets else []
+    parts = ["\n" + aligned(said), *parts] if args.status else parts
     print(aligned(table) + "".join(parts), end="")
 
 
