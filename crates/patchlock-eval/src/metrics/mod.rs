@@ -9,4 +9,4 @@ mod status;
 pub use calibration::{BINS, Bin, Calibration};
 pub use curves::{Curves, Tally};
 pub use frames::{FrameMeasures, compare, last_given};
-pub use status::StatusCounts;
+pub use status::{Said, StatusCounts};
