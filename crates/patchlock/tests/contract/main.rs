@@ -11,3 +11,4 @@ mod multi;
 mod same_boxes;
 mod sequence;
 mod snapshot;
+mod status;

@@ -1,0 +1,65 @@
+//! Saved trackers and saved estimates keep the status.
+
+use crate::methods::all;
+use crate::sequence::SIMPLE;
+use patchlock::{Estimate, Frame, Snapshot, Status, Tracker, TrackerConfig};
+
+/// Frames 0 and 1 show the target, 2 to 21 are noise, and then the target is there again.
+const FRAMES: usize = 32;
+
+/// Tracks all frames. Before frame `saved` the tracker is replaced by one restored from text.
+fn vanishing(config: &TrackerConfig, saved: Option<usize>) -> Vec<Estimate> {
+    let mut tracker = SIMPLE.begin(config, 0);
+    let step = |k| {
+        if saved == Some(k) {
+            let text = serde_json::to_string(&tracker.snapshot()).unwrap();
+            tracker = Tracker::restore(serde_json::from_str::<Snapshot>(&text).unwrap()).unwrap();
+        }
+        match k {
+            2..22 => {
+                let noise = noise(k as u64);
+                let frame = Frame::rgb8(&noise, SIMPLE.width(), SIMPLE.height()).unwrap();
+                tracker.update(&frame).unwrap()
+            }
+            _ => tracker.update(&SIMPLE.frame(k)).unwrap(),
+        }
+    };
+    (1..FRAMES).map(step).collect()
+}
+
+/// A frame of random bytes.
+fn noise(seed: u64) -> Vec<u8> {
+    let mut state = seed;
+    let mut next = || {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 56) as u8
+    };
+    (0..3 * SIMPLE.width() * SIMPLE.height()).map(|_| next()).collect()
+}
+
+#[test]
+fn a_tracker_saved_while_the_target_is_gone_goes_on_with_the_same_statuses() {
+    for config in all() {
+        let expected = vanishing(&config, None);
+        let first = expected[0].status;
+        assert!(expected.iter().any(|estimate| estimate.status != first), "{:?}", config.method);
+        for saved in [3, 10, 21, 24] {
+            let restored = vanishing(&config, Some(saved));
+            assert_eq!(restored, expected, "{:?}, saved before frame {saved}", config.method);
+        }
+    }
+}
+
+#[test]
+fn a_saved_estimate_has_the_status_by_its_name() {
+    let [estimate, ..] = &vanishing(&all()[0], None)[..] else { panic!("there are estimates") };
+    for (status, name) in
+        [Status::Tracked, Status::Uncertain, Status::Lost].into_iter().zip(Status::NAMES)
+    {
+        let estimate = Estimate { status, visibility: None, ..estimate.clone() };
+        let value = serde_json::to_value(&estimate).unwrap();
+        assert_eq!((&value["status"], status.to_string().as_str()), (&name.into(), name));
+        assert_eq!(serde_json::from_value::<Estimate>(value).unwrap(), estimate);
+    }
+}
