@@ -31,6 +31,8 @@
 #[doc(hidden)]
 pub mod appearance;
 mod config;
+#[doc(hidden)]
+pub mod correlation;
 mod error;
 mod estimate;
 mod method;
@@ -42,6 +44,8 @@ pub mod numeric;
 mod observe;
 #[doc(hidden)]
 pub mod patchwise;
+#[doc(hidden)]
+pub mod robust;
 mod snapshot;
 #[doc(hidden)]
 pub mod sparse;
@@ -52,12 +56,14 @@ pub mod vision;
 
 pub use appearance::likelihood::{Feature, Gamma, Scales};
 pub use appearance::visibility::{Visibility, VisibilityMap};
-pub use config::{Method, PARAMETERS, PRESETS, Parameter, PatchwiseConfig, Range, TrackerConfig};
+pub use config::{
+    Method, PARAMETERS, PRESETS, Parameter, PatchwiseConfig, Range, RobustConfig, TrackerConfig,
+};
 pub use error::Error;
 pub use estimate::{Estimate, Status};
 pub use motion::state::State;
 pub use multi::MultiTracker;
-pub use observe::{FrameView, Observer, PatchView, PatchwiseView, UpdateView};
+pub use observe::{FrameView, Observer, PatchView, PatchwiseView, RobustView, UpdateView};
 pub use snapshot::{MultiSnapshot, Snapshot};
 pub use sparse::codes::Code;
 pub use target_id::TargetId;

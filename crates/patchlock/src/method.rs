@@ -3,17 +3,19 @@
 
 use crate::config::{Method, TrackerConfig};
 use crate::estimate::Estimate;
-use crate::observe::{FrameView, Observer, PatchwiseView};
-use crate::patchwise;
+use crate::observe::{FrameView, Observer, PatchwiseView, RobustView};
 use crate::vision::frame::{Frame, GreyImage};
 use crate::vision::geometry::BoundingBox;
 use crate::{Error, error};
+use crate::{patchwise, robust};
 use serde::{Deserialize, Serialize};
 
 /// One target, under the method that follows it.
 #[derive(Debug)]
+#[expect(clippy::large_enum_variant, reason = "all targets of a tracker have the same method")]
 pub(crate) enum Target {
     Patchwise(patchwise::Target),
+    Robust(robust::Target),
 }
 
 /// A target between two frames, as a snapshot holds it.
@@ -21,6 +23,7 @@ pub(crate) enum Target {
 #[serde(rename_all = "lowercase")]
 pub(crate) enum SavedTarget {
     Patchwise(patchwise::Saved),
+    Robust(robust::Saved),
 }
 
 /// The current frame as the method wants it: made once per frame, shared by all targets.
@@ -33,6 +36,7 @@ pub(crate) struct Images {
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
     patchwise: patchwise::Scratch,
+    robust: robust::Scratch,
 }
 
 impl Images {
@@ -40,6 +44,7 @@ impl Images {
     pub fn fill(&mut self, frame: &Frame<'_>, method: Method) -> Result<(), Error> {
         match method {
             Method::Patchwise => self.grey.fill(frame),
+            Method::Robust => frame.check_samples(),
         }
     }
 }
@@ -47,7 +52,7 @@ impl Images {
 impl Target {
     /// Begins on the target in this box of the frame.
     pub fn begin(
-        images: &Images,
+        (frame, images): (&Frame<'_>, &Images),
         bbox: BoundingBox,
         config: &TrackerConfig,
         scratch: &mut Scratch,
@@ -60,13 +65,18 @@ impl Target {
                     patchwise::Target::begin(&images.grey, bbox, settings, scratch);
                 (Self::Patchwise(target), estimate)
             }
+            Method::Robust => {
+                let scratch = &mut scratch.robust;
+                let (target, estimate) = robust::Target::begin(frame, bbox, config, scratch);
+                (Self::Robust(target), estimate)
+            }
         }
     }
 
     /// Finds the target in the next frame, of the same size, and learns from it.
     pub fn step(
         &mut self,
-        images: &Images,
+        (frame, images): (&Frame<'_>, &Images),
         config: &TrackerConfig,
         scratch: &mut Scratch,
         observer: Option<&mut dyn Observer>,
@@ -82,6 +92,14 @@ impl Target {
                     |view: PatchwiseView<'_>| observer.observe(&FrameView::Patchwise(view));
                 target.step(&images.grey, settings, scratch, Some(&mut show), estimate);
             }
+            Self::Robust(target) => {
+                let scratch = &mut scratch.robust;
+                let Some(observer) = observer else {
+                    return target.step(frame, config, scratch, None, estimate);
+                };
+                let mut show = |view: RobustView<'_>| observer.observe(&FrameView::Robust(view));
+                target.step(frame, config, scratch, Some(&mut show), estimate);
+            }
         }
     }
 
@@ -89,6 +107,7 @@ impl Target {
     pub fn saved(&self) -> SavedTarget {
         match self {
             Self::Patchwise(target) => SavedTarget::Patchwise(target.saved()),
+            Self::Robust(target) => SavedTarget::Robust(target.saved()),
         }
     }
 
@@ -100,6 +119,13 @@ impl Target {
                     .map(Self::Patchwise)
                     .map_err(error::snapshot)
             }
+            (Method::Robust, SavedTarget::Robust(saved)) => {
+                let target = robust::Target::restore(saved, config);
+                target.map(Self::Robust).map_err(error::snapshot)
+            }
+            (method, _) => Err(error::snapshot(format!(
+                "its target has another method than its configuration, which says {method:?}"
+            ))),
         }
     }
 }

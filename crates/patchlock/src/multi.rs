@@ -143,7 +143,7 @@ impl MultiTracker {
         let estimates = runs.flat_map_iter(|(targets, scratch)| {
             targets.iter_mut().map(|(id, target)| {
                 let mut estimate = Estimate::empty();
-                target.step(images, config, &mut *scratch, None, &mut estimate);
+                target.step((frame, images), config, &mut *scratch, None, &mut estimate);
                 (*id, estimate)
             })
         });
@@ -185,7 +185,7 @@ impl MultiTracker {
             self.scratches.push(Scratch::default());
         }
         self.size = Some(frame.size());
-        Ok(Target::begin(&self.images, bbox, &self.config, &mut self.scratches[0]))
+        Ok(Target::begin((frame, &self.images), bbox, &self.config, &mut self.scratches[0]))
     }
 
     /// The size of the frames, while there are targets.

@@ -1,6 +1,7 @@
 //! Access to the intermediate results of a tracker, with one kind of view per method.
 
 pub use crate::patchwise::view::{PatchView, PatchwiseView, UpdateView};
+pub use crate::robust::view::RobustView;
 
 /// The intermediate results of one frame, in the terms of the method that tracked it.
 #[derive(Debug)]
@@ -8,6 +9,8 @@ pub use crate::patchwise::view::{PatchView, PatchwiseView, UpdateView};
 pub enum FrameView<'a> {
     /// The paper's tracker.
     Patchwise(PatchwiseView<'a>),
+    /// The method `robust`.
+    Robust(RobustView<'a>),
 }
 
 /// Receives the view of each frame. Implemented by every `FnMut(&FrameView)`.

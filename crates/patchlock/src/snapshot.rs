@@ -8,9 +8,9 @@ use crate::config::TrackerConfig;
 use crate::error;
 use crate::method::SavedTarget;
 use crate::motion::state::State;
-use crate::patchwise;
 use crate::target_id::TargetId;
 use crate::vision::frame::FrameSize;
+use crate::{patchwise, robust};
 use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
@@ -161,6 +161,7 @@ fn unknown_version(version: u32) -> Error {
 #[derive(Deserialize)]
 struct TargetForm {
     patchwise: Option<patchwise::Saved>,
+    robust: Option<robust::Saved>,
     width: Option<usize>,
     height: Option<usize>,
     state: Option<State>,
@@ -179,8 +180,12 @@ type ReadTarget = (Option<FrameSize>, SavedTarget);
 
 impl TargetForm {
     fn now(self) -> Result<ReadTarget, Error> {
-        let saved = self.patchwise.ok_or_else(|| error::snapshot("a target has no known method"));
-        Ok((None, SavedTarget::Patchwise(saved?)))
+        let saved = match (self.patchwise, self.robust) {
+            (Some(saved), None) => SavedTarget::Patchwise(saved),
+            (None, Some(saved)) => SavedTarget::Robust(saved),
+            _ => return Err(error::snapshot("a target has no known method")),
+        };
+        Ok((None, saved))
     }
 
     fn of_0_1(self) -> Result<ReadTarget, Error> {

@@ -63,7 +63,7 @@ impl Tracker {
         let Self { config, target, images, scratch } = self;
         bbox.check_in(frame.width(), frame.height())?;
         images.fill(frame, config.method)?;
-        let (begun, estimate) = Target::begin(images, bbox, config, scratch);
+        let (begun, estimate) = Target::begin((frame, images), bbox, config, scratch);
         *target = Some((frame.size(), begun));
         Ok(estimate)
     }
@@ -141,7 +141,7 @@ impl Tracker {
         let (size, target) = target.as_mut().ok_or(Error::NotInitialised)?;
         size.expect(frame.size())?;
         images.fill(frame, config.method)?;
-        target.step(images, config, scratch, observer, estimate);
+        target.step((frame, images), config, scratch, observer, estimate);
         Ok(())
     }
 }

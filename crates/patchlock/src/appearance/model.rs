@@ -90,6 +90,11 @@ impl PatchModel {
             template
         };
         let first = templates::shifts(rules.templates).into_iter().map(cut).collect();
+        Self::of_templates(first, rules)
+    }
+
+    /// The model that begins with these templates, as many as the rules say.
+    pub fn of_templates(first: Vec<Vec<f32>>, rules: PatchRules) -> Self {
         Self::restore(PatchMemory::begin(first, &rules), rules)
     }
 

@@ -24,7 +24,7 @@ pub use table::{Parameter, Range};
 use table::{Value, number, parameters};
 
 /// The names that [`TrackerConfig::preset`] knows.
-pub const PRESETS: &[&str] = &["paper", "fast"];
+pub const PRESETS: &[&str] = &["paper", "fast", "robust"];
 
 /// The largest seed: every file format keeps whole numbers up to it.
 const MAX_SEED: f64 = 9_007_199_254_740_991.0;
@@ -35,11 +35,14 @@ const MAX_SEED: f64 = 9_007_199_254_740_991.0;
 pub enum Method {
     /// The paper's tracker: particles, weighed by structural local sparse appearance.
     Patchwise,
+    /// Correlation filters that follow and remember the target, and the paper's patch model to see what is
+    /// hidden.
+    Robust,
 }
 
 impl Method {
     /// The values as a configuration file writes them.
-    pub const WORDS: &'static [&'static str] = &["patchwise"];
+    pub const WORDS: &'static [&'static str] = &["patchwise", "robust"];
 }
 
 parameters! {
@@ -141,10 +144,67 @@ parameters! {
             guided_epsilon: f64 = 0.01, number(1e-9, 1.0);
         }
     }
+    /// The numbers and choices of the method `robust`.
+    robust: RobustConfig {
+        "Li et al. 2018 (STRCF)" {
+            /// Side of the search window, in roots of the target's area.
+            search: f64 = 5.0, number(1.5, 20.0);
+            /// Standard deviation of the filter's label, in roots of the target's area.
+            label_width: f64 = 0.0625, number(0.01, 1.0);
+            /// How strongly the filter is drawn to the one before; larger learns more slowly.
+            temporal: f64 = 15.0, number(0.0, 1e6);
+            /// The largest side of the patch that the search window is resampled to, in pixels.
+            max_patch: f64 = 200.0, number(32.0, 512.0);
+            /// The smallest side of the patch that the search window is resampled to, in pixels.
+            min_patch: f64 = 150.0, number(32.0, 512.0);
+        }
+        "Danelljan et al. 2014 (DSST)" {
+            /// Number of scales that are tried on each frame, odd.
+            scale_count: usize = 33, number(3.0, 99.0);
+            /// Ratio of neighbouring scales.
+            scale_step: f64 = 1.02, number(1.001, 1.2);
+            /// Standard deviation of the scale filter's label, in roots of the number of scales.
+            scale_label_width: f64 = 0.25, number(0.01, 1.0);
+            /// Learning rate of the scale filter.
+            scale_rate: f64 = 0.025, number(0.0, 1.0);
+            /// Area of the crops of the scale filter, in pixels.
+            scale_area: f64 = 512.0, number(64.0, 4096.0);
+        }
+        "own measurement" {
+            /// On each frame a size this share larger or smaller is tried as well.
+            scale_check: f64 = 0.03, number(0.0, 0.5);
+            /// Learning rate of the memory, which is the mean of the follower's filters over sure frames.
+            memory_rate: f64 = 0.02, number(0.0, 1.0);
+            /// A frame is sure while the memory's response is above this share of its own mean.
+            sure: f64 = 0.6, number(0.0, 10.0);
+            /// The memory is believed where it responds this many times stronger elsewhere, two frames on end,
+            jump_ratio: f64 = 2.5, number(1.0, 1e6);
+            /// and at least with this share of its mean.
+            jump_least: f64 = 0.25, number(0.0, 10.0);
+            /// The target is lost when the memory's response stays below this share of its mean
+            lost_below: f64 = 0.3, number(0.0, 10.0);
+            /// for this many frames on end.
+            lost_after: usize = 5, number(1.0, 10_000.0);
+            /// While lost, a place is found where the memory's response is above this share of its mean.
+            found_above: f64 = 0.5, number(0.0, 10.0);
+            /// What was found is believed after this many frames on which it did not count as lost.
+            trial: usize = 5, number(1.0, 10_000.0);
+            /// Windows of the frame that are searched on each frame while the target is lost.
+            search_windows: usize = 5, number(1.0, 1000.0);
+            /// Distance of neighbouring small patches of the patch model, in samples; the other numbers of the
+            /// patch model are those of the group `patchwise`.
+            visible_step: usize = 4, number(1.0, 128.0);
+            /// The share of the memory's mean response at which the score is one half.
+            score_even: f64 = 0.34, number(-10.0, 10.0);
+            /// How fast the score rises there, per share of the mean response.
+            score_slope: f64 = 10.0, number(0.0, 1000.0);
+        }
+    }
 }
 
 impl TrackerConfig {
-    /// The configuration of a preset. `paper` is the tracker of the paper. `fast` is the same with 400
+    /// The configuration of a preset. `robust` follows with correlation filters, remembers what was sure, and
+    /// finds the target again after a loss. `paper` is the tracker of the paper. `fast` is the same with 400
     /// particles and small patches 4 samples apart (7 x 7 instead of 13 x 13), which takes a small part of
     /// the time.
     ///
@@ -154,6 +214,7 @@ impl TrackerConfig {
         let mut config = Self::default();
         match name {
             "paper" => {}
+            "robust" => config.method = Method::Robust,
             "fast" => (config.patchwise.particles, config.patchwise.small_step) = (400, 4),
             _ => {
                 return Err(Error::UnknownPreset {
@@ -171,7 +232,21 @@ impl TrackerConfig {
     /// [`Error::Config`] names the first field that is wrong, its value and what is allowed.
     pub fn validate(&self) -> Result<(), Error> {
         self.check_ranges()?;
-        self.patchwise.check_patches()
+        self.patchwise.check_patches()?;
+        if self.robust.scale_count.is_multiple_of(2) {
+            return Err(Error::Config {
+                field: "scale_count",
+                value: self.robust.scale_count.to_string(),
+                allowed: "an odd number".to_owned(),
+            });
+        }
+        Ok(())
+    }
+
+    /// The rules of the patch model that the method `robust` asks what is visible.
+    pub(crate) fn visible_rules(&self) -> PatchRules {
+        let small_step = self.robust.visible_step;
+        PatchwiseConfig { small_step, ..self.patchwise.clone() }.patch_rules()
     }
 }
 

@@ -85,6 +85,17 @@ impl FrameSize {
     }
 }
 
+/// Which pixels of a row are read, and their weight.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RowTaps {
+    /// The first column.
+    pub from: usize,
+    /// From one column to the next.
+    pub step: usize,
+    /// What each pixel is multiplied with.
+    pub weight: f32,
+}
+
 /// The samples of a frame.
 #[derive(Debug, Clone, Copy)]
 enum Samples<'a> {
@@ -200,6 +211,73 @@ impl<'a> Frame<'a> {
         FrameSize { width: self.width, height: self.height }
     }
 
+    /// Whether the frame has colour channels.
+    pub(crate) fn has_colour(&self) -> bool {
+        self.colours != Colours::Grey
+    }
+
+    /// Checks all samples of an `f32` frame.
+    ///
+    /// # Errors
+    /// [`Error::Frame`] if a sample is not finite or too large.
+    pub(crate) fn check_samples(&self) -> Result<(), Error> {
+        let Samples::F32(samples) = self.samples else { return Ok(()) };
+        let row = self.colours.channels() * self.width;
+        (0..self.height).try_for_each(|y| self.check_row(&samples[y * self.stride..][..row], y))
+    }
+
+    /// Adds pixels of row `y`, times `weight`, to `out`: those in the columns `from`, `from + step` and so on.
+    /// A pixel is one luma (`out.len()` pixels) or red, green and blue, with white at 255.
+    pub(crate) fn add_row(&self, y: usize, taps: RowTaps, channels: usize, out: &mut [f32]) {
+        match self.samples {
+            Samples::U8(samples) => self.add_row_of(samples, y, taps, channels, out),
+            Samples::U16(samples) => self.add_row_of(samples, y, taps, channels, out),
+            Samples::F32(samples) => self.add_row_of(samples, y, taps, channels, out),
+        }
+    }
+
+    fn add_row_of<S: Sample>(
+        &self,
+        samples: &[S],
+        y: usize,
+        taps: RowTaps,
+        channels: usize,
+        out: &mut [f32],
+    ) {
+        let own = self.colours.channels();
+        let row = &samples[y * self.stride..][..own * self.width][own * taps.from..];
+        let weight = taps.weight * 255.0;
+        if own == channels && taps.step == 1 && self.colours != Colours::Bgr {
+            for (out, sample) in out.iter_mut().zip(row) {
+                *out += weight * (sample.value() / S::WHITE);
+            }
+            return;
+        }
+        let pixels = row.chunks(own * taps.step);
+        for (out, pixel) in out.chunks_exact_mut(channels).zip(pixels) {
+            let (red, blue) = if self.colours == Colours::Bgr { (2, 0) } else { (0, own - 1) };
+            let rgb = [pixel[red], pixel[own / 2], pixel[blue]];
+            match out {
+                [out] if own == 3 => *out += weight * grey(rgb[0], rgb[1], rgb[2]),
+                [out] => *out += weight * (rgb[0].value() / S::WHITE),
+                _ => out
+                    .iter_mut()
+                    .zip(rgb)
+                    .for_each(|(out, v)| *out += weight * (v.value() / S::WHITE)),
+            }
+        }
+    }
+
+    fn check_row<S: Sample>(&self, row: &[S], y: usize) -> Result<(), Error> {
+        let Some(k) = row.iter().position(|sample| !sample.is_usable()) else { return Ok(()) };
+        Err(Error::Frame(format!(
+            "the sample at x {}, y {y} is {:?}; \
+             all must be finite and at most {MAX_SAMPLE:e} in magnitude",
+            k / self.colours.channels(),
+            row[k]
+        )))
+    }
+
     fn contiguous(
         samples: Samples<'a>,
         colours: Colours,
@@ -294,14 +372,7 @@ impl GreyImage {
         let channels = frame.colours.channels();
         for y in 0..frame.height {
             let row = &samples[y * frame.stride..][..channels * frame.width];
-            if let Some(k) = row.iter().position(|sample| !sample.is_usable()) {
-                return Err(Error::Frame(format!(
-                    "the sample at x {}, y {y} is {:?}; \
-                     all must be finite and at most {MAX_SAMPLE:e} in magnitude",
-                    k / channels,
-                    row[k]
-                )));
-            }
+            frame.check_row(row, y)?;
             match frame.colours {
                 Colours::Grey => self.samples.extend(row.iter().map(|v| v.value() / S::WHITE)),
                 Colours::Rgb => {

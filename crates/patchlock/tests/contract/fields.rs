@@ -58,13 +58,21 @@ fn base(group: &str) -> Fields {
         "particles": 25, "small_step": 8, "templates": 6,
         "update_interval": 2, "small_update_interval": 3,
     }));
+    if group == "robust" {
+        // The target is lost and found again while it is half hidden.
+        let easily_lost = json!({
+            "search": 4.0, "jump_ratio": 1.0, "lost_below": 0.7, "lost_after": 2, "found_above": 0.3,
+            "trial": 2,
+        });
+        given.extend(fields(easily_lost));
+    }
     if !group.is_empty() {
         given.insert("method".to_owned(), json!(group));
     }
     given
 }
 
-/// Tracks past the tree; returns the estimates and everything that an observer sees.
+/// Tracks to the tree, or with the method `robust`, which can find the target again, past it; returns the estimates and everything that an observer sees.
 fn track(given: &Fields) -> Vec<(Estimate, String)> {
     let mut tracker = OCCLUDED.begin(&config(given), 16);
     let step = |k| {
@@ -73,7 +81,8 @@ fn track(given: &Fields) -> Vec<(Estimate, String)> {
         let estimate = tracker.update_observed(&OCCLUDED.frame(k), &mut observer).unwrap();
         (estimate, seen)
     };
-    (17..34).map(step).collect()
+    let end = if given.get("method") == Some(&json!("robust")) { OCCLUDED.len() } else { 34 };
+    (17..end).map(step).collect()
 }
 
 /// A different value for each numeric field.
@@ -110,6 +119,29 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("lambda", json!(0.1)),
         ("guided_radius", json!(0)),
         ("guided_epsilon", json!(1.0)),
+        ("search", json!(5.0)),
+        ("label_width", json!(0.1)),
+        ("temporal", json!(5.0)),
+        ("max_patch", json!(160.0)),
+        ("min_patch", json!(196.0)),
+        ("scale_count", json!(17)),
+        ("scale_step", json!(1.03)),
+        ("scale_label_width", json!(0.15)),
+        ("scale_rate", json!(0.1)),
+        ("scale_area", json!(300.0)),
+        ("scale_check", json!(0.05)),
+        ("memory_rate", json!(0.1)),
+        ("sure", json!(2.0)),
+        ("jump_ratio", json!(2.5)),
+        ("jump_least", json!(5.0)),
+        ("lost_below", json!(0.5)),
+        ("lost_after", json!(4)),
+        ("found_above", json!(0.9)),
+        ("trial", json!(9)),
+        ("search_windows", json!(40)),
+        ("visible_step", json!(6)),
+        ("score_even", json!(0.5)),
+        ("score_slope", json!(5.0)),
     ]
 }
 

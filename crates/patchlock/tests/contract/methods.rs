@@ -4,7 +4,7 @@ use patchlock::{Method, TrackerConfig};
 
 /// Every method, with settings that take milliseconds per frame and still exercise everything.
 pub fn all() -> Vec<TrackerConfig> {
-    vec![patchwise()]
+    vec![patchwise(), robust()]
 }
 
 /// The preset `paper` with few particles and small patches.
@@ -14,10 +14,24 @@ pub fn patchwise() -> TrackerConfig {
     config
 }
 
+/// The preset `robust`, which is fast enough as it is.
+pub fn robust() -> TrackerConfig {
+    TrackerConfig::preset("robust").unwrap()
+}
+
+/// Whether the boxes depend on random numbers.
+pub fn draws_boxes(method: Method) -> bool {
+    match method {
+        Method::Patchwise => true,
+        // Only the templates that are replaced are drawn, which affects the visibility.
+        Method::Robust => false,
+    }
+}
+
 /// The same settings with every learning step within a few frames.
 pub fn learning_early(mut config: TrackerConfig) -> TrackerConfig {
     match config.method {
-        Method::Patchwise => {
+        Method::Patchwise | Method::Robust => {
             let patchwise = &mut config.patchwise;
             (patchwise.update_interval, patchwise.small_update_interval) = (2, 5);
         }
@@ -31,6 +45,7 @@ pub fn following(mut config: TrackerConfig) -> TrackerConfig {
         Method::Patchwise => {
             (config.patchwise.particles, config.patchwise.small_step) = (150, 4);
         }
+        Method::Robust => {}
     }
     config
 }
@@ -40,6 +55,7 @@ pub fn following(mut config: TrackerConfig) -> TrackerConfig {
 pub fn default_settings(method: Method) -> (TrackerConfig, usize) {
     match method {
         Method::Patchwise => (TrackerConfig::preset("paper").unwrap(), 60),
+        Method::Robust => (robust(), 60),
     }
 }
 

@@ -193,7 +193,7 @@ fn a_damaged_snapshot_is_refused() {
             (text.replacen(r#""next":4"#, r#""next":3"#, 1), "[1, 3, 3] do not rise"),
             (text.replacen("[[1,", "[[3,", 1), "[3, 3, 4] do not rise"),
             (text.replacen("[[1,", "[[0,", 1), "[0, 3, 4] do not rise"),
-            (text.replacen(r#""particles":30"#, r#""particles":0"#, 1), "`particles` is 0"),
+            (text.replacen(r#""templates":10"#, r#""templates":0"#, 1), "`templates` is 0"),
             (text.replacen(r#""frame_size":{"#, r#""frame":{"#, 1), "no frame size"),
             (text.replacen(r#""width":240"#, r#""width":0"#, 1), "frame size is 0"),
         ];

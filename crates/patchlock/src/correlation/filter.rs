@@ -1,0 +1,235 @@
+//! A correlation filter that is confined to the target: Li, Tian, Zuo, Zhang and Yang, "Learning
+//! spatial-temporal regularized correlation filters for visual tracking" (2018), with a mask instead of
+//! their weights, and with the masked filter as the result.
+//!
+//! The filter minimises `|sum_k x_k * f_k - y|^2 / 2 + mu / 2 |f - p|^2`, where `y` is a Gaussian and `p` the
+//! filter of the frame before, over filters that are zero outside the mask. It is split into `f`, free and
+//! solved per frequency, and `g`, masked; two rounds of the alternating direction method of multipliers bring
+//! them together.
+
+use super::fourier::{Complex32, Fourier, FourierScratch};
+
+/// The penalty on the difference of `f` and `g`, for each round.
+const PENALTY: [f32; 2] = [1.0, 0.1];
+
+/// What filters are learnt towards, and where they may be other than zero.
+#[derive(Debug, Clone)]
+pub struct FilterRules {
+    /// The spectrum of the label; it is real, as the label is symmetric.
+    label: Vec<f32>,
+    /// 1 inside the target, 0 outside; cell by cell.
+    mask: Vec<f32>,
+}
+
+/// Buffers of [`FilterRules::learn`].
+#[derive(Debug, Default)]
+pub struct FilterScratch {
+    energy: Vec<f32>,
+    step: Vec<Complex32>,
+    free: Vec<Complex32>,
+    masked: Vec<Complex32>,
+    plane: Vec<f32>,
+    fourier: FourierScratch,
+}
+
+impl FilterRules {
+    /// Rules for a target of `size` cells (width, height) in the middle of a patch: the label is a Gaussian
+    /// with standard deviation `sharpness` times the root of the target's area.
+    pub fn new(fourier: &Fourier, size: [f64; 2], sharpness: f64) -> Self {
+        let n = fourier.side();
+        let sigma = sharpness * (size[0] * size[1]).sqrt();
+        // Distance around the circle: the filter is centred on the first cell.
+        let distance = |k: usize| k.min(n - k) as f64;
+        let label: Vec<f32> = (0..n * n)
+            .map(|k| distance(k % n).powi(2) + distance(k / n).powi(2))
+            .map(|squared| (-0.5 * squared / (sigma * sigma)).exp() as f32)
+            .collect();
+        let mut spectrum = vec![Complex32::ZERO; fourier.bins()];
+        fourier.forward(&label, &mut spectrum, &mut FourierScratch::default());
+        // The target lies in the middle of the patch, so the filter's first cell is in the middle of the mask.
+        let inside = |k: usize, size: f64| {
+            let from_middle = k as f64 - (n as f64 - 1.0) / 2.0;
+            from_middle.abs() <= (size / 2.0).max(1.0)
+        };
+        let mask = (0..n * n)
+            .map(|k| f32::from(u8::from(inside(k % n, size[0]) && inside(k / n, size[1]))))
+            .collect();
+        Self { label: spectrum.iter().map(|value| value.re).collect(), mask }
+    }
+
+    /// Learns a filter from the spectra of a sample; `filter` holds the one of the frame before, to which the
+    /// new one is drawn with the strength `mu`, and takes the new one. With `mu` 0 it may have any content.
+    pub fn learn(
+        &self,
+        fourier: &Fourier,
+        sample: &[Complex32],
+        mu: f32,
+        filter: &mut [Complex32],
+        scratch: &mut FilterScratch,
+    ) {
+        let bins = fourier.bins();
+        let FilterScratch { energy, step, free, masked, plane, fourier: work } = scratch;
+        masked.resize(bins, Complex32::ZERO);
+        plane.resize(self.mask.len(), 0.0);
+        energy.clear();
+        energy.resize(bins, 0.0);
+        for spectrum in sample.chunks_exact(bins) {
+            energy.iter_mut().zip(spectrum).for_each(|(sum, x)| *sum += x.norm_sqr());
+        }
+        let mut project = |free: &[Complex32], out: &mut [Complex32]| {
+            fourier.inverse(free, plane, work);
+            plane.iter_mut().zip(&self.mask).for_each(|(v, mask)| *v *= mask);
+            fourier.forward(plane, out, work);
+        };
+        // Round 1, with the multiplier at 0: f is drawn to the filter before alone.
+        let [first, second] = PENALTY;
+        free.clear();
+        free.extend(filter.iter().map(|p| p * (mu / (mu + first))));
+        self.solve((sample, energy), mu + first, free, step);
+        // Round 2: the multiplier is `first (f - g)`. The right side is built where f is.
+        let scale = 1.0 / (mu + second);
+        for (free, filter) in free.chunks_exact_mut(bins).zip(filter.chunks_exact_mut(bins)) {
+            project(free, masked);
+            for ((f, p), g) in free.iter_mut().zip(filter).zip(masked.iter()) {
+                *f = (g * (second + first) - *f * first + *p * mu) * scale;
+            }
+        }
+        self.solve((sample, energy), mu + second, free, step);
+        for (free, filter) in free.chunks_exact(bins).zip(filter.chunks_exact_mut(bins)) {
+            project(free, filter);
+        }
+    }
+
+    /// Moves `filter` to the minimum of `|<x, f> - y|^2 / 2 + strength * T / 2 |f - filter|^2` for each
+    /// frequency, where `T` is the number of cells: a step along the sample, by how wrong the filter is on it.
+    fn solve(
+        &self,
+        (sample, energy): (&[Complex32], &[f32]),
+        strength: f32,
+        filter: &mut [Complex32],
+        step: &mut Vec<Complex32>,
+    ) {
+        let (bins, cells) = (energy.len(), self.mask.len() as f32);
+        step.clear();
+        step.extend(self.label.iter().map(|&y| Complex32::new(y, 0.0)));
+        for (x, f) in sample.chunks_exact(bins).zip(filter.chunks_exact(bins)) {
+            step.iter_mut().zip(x.iter().zip(f)).for_each(|(step, (x, f))| *step -= x.conj() * f);
+        }
+        step.iter_mut().zip(energy).for_each(|(step, s)| *step /= s + cells * strength);
+        for (x, f) in sample.chunks_exact(bins).zip(filter.chunks_exact_mut(bins)) {
+            f.iter_mut().zip(x.iter().zip(step.iter())).for_each(|(f, (x, step))| *f += x * step);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Complex, DMatrix, DVector};
+
+    const N: usize = 8;
+    const CHANNELS: usize = 3;
+
+    fn noise(count: usize, seed: usize) -> Vec<f32> {
+        (0..count)
+            .map(|k| ((k * 7919 + seed * 31 + k * k * 17) % 1009) as f32 / 500.0 - 1.0)
+            .collect()
+    }
+
+    fn spectra(fourier: &Fourier, planes: &[f32]) -> Vec<Complex32> {
+        let mut out = vec![Complex32::ZERO; CHANNELS * fourier.bins()];
+        let pairs = planes.chunks(N * N).zip(out.chunks_mut(fourier.bins()));
+        pairs.for_each(|(plane, out)| fourier.forward(plane, out, &mut FourierScratch::default()));
+        out
+    }
+
+    /// The planes of filters, cell by cell.
+    fn planes(fourier: &Fourier, spectra: &[Complex32]) -> Vec<f32> {
+        let mut out = vec![0.0; CHANNELS * N * N];
+        let pairs = spectra.chunks(fourier.bins()).zip(out.chunks_mut(N * N));
+        pairs.for_each(|(s, out)| fourier.inverse(s, out, &mut FourierScratch::default()));
+        out
+    }
+
+    /// Two rounds from their definition in `f64`, as dense systems for each frequency.
+    fn learn_densely(
+        rules: &FilterRules,
+        fourier: &Fourier,
+        sample: &[Complex32],
+        mu: f64,
+        before: &[Complex32],
+    ) -> Vec<Complex32> {
+        let bins = fourier.bins();
+        let cells = (N * N) as f64;
+        let wide = |v: Complex32| Complex::new(f64::from(v.re), f64::from(v.im));
+        let (mut g, mut h) =
+            (vec![Complex32::ZERO; CHANNELS * bins], vec![Complex32::ZERO; CHANNELS * bins]);
+        for penalty in [1.0, 0.1] {
+            let mut f = vec![Complex32::ZERO; CHANNELS * bins];
+            for bin in 0..bins {
+                let of = |all: &[Complex32]| {
+                    DVector::from_iterator(
+                        CHANNELS,
+                        (0..CHANNELS).map(|c| wide(all[c * bins + bin])),
+                    )
+                };
+                let (x, y) = (of(sample), Complex::from(f64::from(rules.label[bin])));
+                // (x x^H + T (gamma + mu) I) f = x y + T (gamma g - h + mu p)
+                let real = |v: f64| Complex::new(v, 0.0);
+                let left = &x * x.adjoint()
+                    + DMatrix::identity(CHANNELS, CHANNELS) * real(cells * (penalty + mu));
+                let right = &x * y
+                    + (of(&g) * real(penalty) - of(&h) + of(before) * real(mu)) * real(cells);
+                let solved = left.lu().solve(&right).unwrap();
+                for c in 0..CHANNELS {
+                    f[c * bins + bin] = Complex32::new(solved[c].re as f32, solved[c].im as f32);
+                }
+            }
+            // g is the masked (gamma f + h) / gamma; h grows by gamma (f - g).
+            let free: Vec<Complex32> =
+                f.iter().zip(&h).map(|(f, h)| f + h / penalty as f32).collect();
+            let mut masked = planes(fourier, &free);
+            masked.iter_mut().enumerate().for_each(|(k, v)| *v *= rules.mask[k % (N * N)]);
+            g = spectra(fourier, &masked);
+            h.iter_mut()
+                .zip(f.iter().zip(&g))
+                .for_each(|(h, (f, g))| *h += (f - g) * penalty as f32);
+        }
+        g
+    }
+
+    #[test]
+    fn it_is_what_dense_systems_give() {
+        let fourier = Fourier::new(N);
+        let rules = FilterRules::new(&fourier, [3.0, 4.0], 0.2);
+        let sample = spectra(&fourier, &noise(CHANNELS * N * N, 1));
+        for mu in [0.0, 15.0] {
+            let before = match mu {
+                0.0 => vec![Complex32::ZERO; sample.len()],
+                _ => spectra(&fourier, &noise(CHANNELS * N * N, 5)),
+            };
+            let mut filter = before.clone();
+            rules.learn(&fourier, &sample, mu as f32, &mut filter, &mut FilterScratch::default());
+            let dense = learn_densely(&rules, &fourier, &sample, mu, &before);
+            let largest = dense.iter().map(|v| v.norm()).fold(0.0, f32::max);
+            for (a, b) in filter.iter().zip(&dense) {
+                assert!((a - b).norm() < 1e-5 * largest, "mu {mu}: {a} {b}");
+            }
+            let outside = planes(&fourier, &filter).into_iter().enumerate();
+            for (k, v) in outside.filter(|(k, _)| rules.mask[k % (N * N)] == 0.0) {
+                assert!(v.abs() < 1e-6, "{k}: {v}");
+            }
+        }
+    }
+
+    #[test]
+    fn drawn_strongly_it_stays_what_it_was() {
+        let fourier = Fourier::new(N);
+        let rules = FilterRules::new(&fourier, [8.0, 8.0], 0.2);
+        let sample = spectra(&fourier, &noise(CHANNELS * N * N, 1));
+        let before = spectra(&fourier, &noise(CHANNELS * N * N, 2));
+        let mut filter = before.clone();
+        rules.learn(&fourier, &sample, 1e9, &mut filter, &mut FilterScratch::default());
+        assert!(filter.iter().zip(&before).all(|(a, b)| (a - b).norm() < 1e-4 * b.norm().max(1.0)));
+    }
+}

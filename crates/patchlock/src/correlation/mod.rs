@@ -1,0 +1,10 @@
+//! Correlation filters: features of a patch, their spectra, a filter with a spatial mask, the place of a
+//! response's peak, and a filter along scale.
+
+pub mod colour;
+pub mod features;
+pub mod fhog;
+pub mod filter;
+pub mod fourier;
+pub mod response;
+pub mod scale;

@@ -1,0 +1,104 @@
+//! The follower and the memory: where they respond, which of them is believed, and what they learn.
+
+use super::place::{Place, Window};
+use super::{Scratch, Target, filter_rules};
+use crate::config::RobustConfig;
+use crate::correlation::filter::FilterRules;
+use crate::correlation::fourier::Complex32;
+use crate::vision::frame::Frame;
+
+/// Frames for which the memory must know better before it is believed.
+const JUMP_AFTER: u32 = 2;
+
+/// The filter that follows the target and the one that remembers it.
+#[derive(Debug)]
+pub(crate) struct Follower {
+    pub rules: FilterRules,
+    pub filter: Vec<Complex32>,
+    /// The mean of the filters over sure frames.
+    pub memory: Vec<Complex32>,
+    /// The mean of the memory's response at the target over sure frames.
+    pub mean: f64,
+    /// Frames on end on which the memory responded much stronger elsewhere.
+    pub elsewhere: u32,
+}
+
+impl Follower {
+    /// Filters that have learnt the target at this place.
+    pub fn begin(
+        frame: &Frame<'_>,
+        window: &Window,
+        place: Place,
+        config: &RobustConfig,
+        scratch: &mut Scratch,
+    ) -> Self {
+        let rules = filter_rules(window, config.label_width);
+        let fourier = window.features().fourier();
+        let length = window.features().channels() * fourier.bins();
+        let mut filter = vec![Complex32::ZERO; length];
+        window.sample(frame, place, scratch);
+        rules.learn(fourier, &scratch.sample, 0.0, &mut filter, &mut scratch.filter);
+        scratch.memory.fill(fourier, &filter, &scratch.sample);
+        let mean = scratch.memory.at(fourier, [0.0; 2]).max(f64::MIN_POSITIVE);
+        Self { rules, memory: filter.clone(), filter, mean, elsewhere: 0 }
+    }
+
+    /// How sure the memory is that the sample at hand is centred on the target.
+    pub fn certainty(&self, window: &Window, scratch: &mut Scratch) -> f64 {
+        let fourier = window.features().fourier();
+        scratch.memory.fill(fourier, &self.memory, &scratch.sample);
+        scratch.memory.at(fourier, [0.0; 2]) / self.mean
+    }
+
+    /// The follower's response to the sample at hand, at its centre.
+    pub fn response(&self, window: &Window, scratch: &mut Scratch) -> f64 {
+        let fourier = window.features().fourier();
+        scratch.follower.fill(fourier, &self.filter, &scratch.sample);
+        scratch.follower.at(fourier, [0.0; 2])
+    }
+
+    /// Learns the sample at hand; the memory too if the frame is sure.
+    pub fn learn(
+        &mut self,
+        window: &Window,
+        certainty: f64,
+        sure: bool,
+        config: &RobustConfig,
+        scratch: &mut Scratch,
+    ) {
+        let (fourier, strength) = (window.features().fourier(), config.temporal as f32);
+        let Scratch { sample, filter, .. } = scratch;
+        self.rules.learn(fourier, sample, strength, &mut self.filter, filter);
+        if sure {
+            let rate = config.memory_rate as f32;
+            let pairs = self.memory.iter_mut().zip(&self.filter);
+            pairs.for_each(|(memory, filter)| *memory = *memory * (1.0 - rate) + filter * rate);
+            self.mean *= 1.0 + config.memory_rate * (certainty - 1.0);
+        }
+    }
+}
+
+impl Target {
+    /// Moves to the follower's peak, or to the memory's where that has known better for some frames.
+    pub fn follow(&mut self, frame: &Frame<'_>, config: &RobustConfig, scratch: &mut Scratch) {
+        let Self { window, follower, place, .. } = self;
+        let fourier = window.features().fourier();
+        window.sample(frame, *place, scratch);
+        scratch.follower.fill(fourier, &follower.filter, &scratch.sample);
+        scratch.memory.fill(fourier, &follower.memory, &scratch.sample);
+        let peak = scratch.follower.peak(fourier);
+        let known = scratch.memory.peak(fourier);
+        let here = scratch.memory.at(fourier, peak.shift);
+        let stronger = known.value > config.jump_ratio * here.max(0.0)
+            && known.value > config.jump_least * follower.mean;
+        follower.elsewhere = if stronger { follower.elsewhere + 1 } else { 0 };
+        let mut shift = peak.shift;
+        if follower.elsewhere >= JUMP_AFTER {
+            follower.elsewhere = 0;
+            follower.filter.copy_from_slice(&follower.memory);
+            shift = known.shift;
+        }
+        let cell = window.cell(place.scale);
+        place.centre.iter_mut().zip(shift).for_each(|(centre, shift)| *centre += shift * cell);
+    }
+}

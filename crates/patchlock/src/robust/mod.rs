@@ -1,0 +1,166 @@
+//! The method `robust`. One follows, one knows, one sees: a correlation filter that learns on every frame
+//! follows the target; the mean of its filters over frames that were sure knows it, says how sure a place is,
+//! and finds the target again; the paper's patch model sees which parts are visible.
+
+mod follow;
+mod place;
+mod saved;
+mod search;
+mod size;
+mod status;
+pub(crate) mod view;
+mod visible;
+
+use crate::config::TrackerConfig;
+use crate::correlation::features::FeatureScratch;
+use crate::correlation::filter::{FilterRules, FilterScratch};
+use crate::correlation::fourier::Complex32;
+use crate::correlation::response::Response;
+use crate::correlation::scale::{ScaleFilter, ScaleScratch};
+use crate::estimate::Estimate;
+use crate::vision::crop::{CropScratch, Planes};
+use crate::vision::frame::Frame;
+use crate::vision::geometry::BoundingBox;
+use follow::Follower;
+use place::{Place, Window};
+pub(crate) use saved::Saved;
+use status::Phase;
+use view::RobustView;
+use visible::{Visible, VisibleScratch};
+
+/// A target of the method `robust`.
+#[derive(Debug)]
+pub(crate) struct Target {
+    place: Place,
+    window: Window,
+    follower: Follower,
+    size: ScaleFilter,
+    visible: Visible,
+    phase: Phase,
+    /// Frames since the first.
+    frames: u64,
+}
+
+/// Buffers that live from frame to frame. Their content does not, so that all targets of a thread share them.
+#[derive(Debug, Default)]
+pub(crate) struct Scratch {
+    crop: CropScratch,
+    patch: Planes,
+    features: FeatureScratch,
+    /// The spectra of the sample at hand, and of another one that it is compared with.
+    sample: Vec<Complex32>,
+    other: Vec<Complex32>,
+    filter: FilterScratch,
+    follower: Response,
+    memory: Response,
+    scale: ScaleScratch,
+    visible: VisibleScratch,
+}
+
+impl Target {
+    /// Begins on the target in this box of the first frame.
+    pub fn begin(
+        frame: &Frame<'_>,
+        bbox: BoundingBox,
+        config: &TrackerConfig,
+        scratch: &mut Scratch,
+    ) -> (Self, Estimate) {
+        let rules = &config.robust;
+        let place = Place { centre: bbox.centre(), scale: 1.0 };
+        let window = Window::begin(frame, bbox, rules, scratch);
+        let follower = Follower::begin(frame, &window, place, rules, scratch);
+        let at = (place.centre, [bbox.w, bbox.h]);
+        let size =
+            ScaleFilter::begin(frame, window.planes(), at, size::rules(rules), &mut scratch.scale);
+        let visible = Visible::begin(frame, at, config);
+        let phase = Phase::Following { doubtful: 0 };
+        let target = Self { place, window, follower, size, visible, phase, frames: 0 };
+        let mut estimate = Estimate::empty();
+        target.look(frame, scratch, &mut estimate);
+        target.finish_estimate(1.0, rules, &mut estimate);
+        (target, estimate)
+    }
+
+    /// Finds the target in the next frame and learns from it.
+    pub fn step(
+        &mut self,
+        frame: &Frame<'_>,
+        config: &TrackerConfig,
+        scratch: &mut Scratch,
+        show: Option<&mut dyn FnMut(RobustView<'_>)>,
+        estimate: &mut Estimate,
+    ) {
+        let rules = &config.robust;
+        self.frames += 1;
+        let lost = matches!(self.phase, Phase::Lost { .. });
+        let certainty = if lost && !self.search(frame, rules, scratch) {
+            self.certainty(frame, scratch)
+        } else {
+            self.track(frame, config, scratch, estimate)
+        };
+        self.finish_estimate(certainty, rules, estimate);
+        if let Some(show) = show {
+            show(self.view(frame, certainty, scratch));
+        }
+    }
+
+    /// Follows the target from the place at hand, and returns how sure the memory is of where that leads.
+    fn track(
+        &mut self,
+        frame: &Frame<'_>,
+        config: &TrackerConfig,
+        scratch: &mut Scratch,
+        estimate: &mut Estimate,
+    ) -> f64 {
+        let rules = &config.robust;
+        // Where the follower responds, unless the memory knows better; then the size.
+        self.follow(frame, rules, scratch);
+        self.measure(frame, scratch);
+        self.place.keep_within(frame, self.window.base());
+        // How sure that is, and which parts are visible.
+        let certainty = self.check_size(frame, rules, scratch);
+        self.advance(certainty, rules);
+        if !matches!(self.phase, Phase::Lost { .. }) {
+            self.look(frame, scratch, estimate);
+            self.learn(frame, certainty, config, scratch, estimate);
+        }
+        certainty
+    }
+
+    /// How sure the memory is of the place at hand: its response there, relative to its mean over sure frames.
+    fn certainty(&self, frame: &Frame<'_>, scratch: &mut Scratch) -> f64 {
+        self.window.sample(frame, self.place, scratch);
+        self.follower.certainty(&self.window, scratch)
+    }
+
+    /// The follower and the size always learn; the memory and the patch model only what is sure.
+    fn learn(
+        &mut self,
+        frame: &Frame<'_>,
+        certainty: f64,
+        config: &TrackerConfig,
+        scratch: &mut Scratch,
+        estimate: &Estimate,
+    ) {
+        let rules = &config.robust;
+        let sure = certainty > rules.sure && matches!(self.phase, Phase::Following { .. });
+        self.follower.learn(&self.window, certainty, sure, rules, scratch);
+        let Place { centre, scale } = self.place;
+        self.size.update(frame, self.window.planes(), (centre, scale), &mut scratch.scale);
+        if sure && let Some(visibility) = &estimate.visibility {
+            self.visible.learn(self.frames, visibility, config, &mut scratch.visible);
+        }
+    }
+
+    /// Which parts are visible in the box at hand.
+    fn look(&self, frame: &Frame<'_>, scratch: &mut Scratch, estimate: &mut Estimate) {
+        let size = self.place.size(self.window.base());
+        let visibility = estimate.visibility.get_or_insert_default();
+        self.visible.look(frame, (self.place.centre, size), &mut scratch.visible, visibility);
+    }
+}
+
+/// Rules of the filter for a window.
+fn filter_rules(window: &Window, label_width: f64) -> FilterRules {
+    FilterRules::new(window.features().fourier(), window.cells(), label_width)
+}

@@ -1,0 +1,105 @@
+//! The search after a loss: the memory looks at a few windows of the frame at a time.
+
+use super::place::Place;
+use super::status::Phase;
+use super::{Scratch, Target};
+use crate::config::RobustConfig;
+use crate::vision::frame::Frame;
+
+/// Windows of the search overlap by this share of their side, as responses fade towards their borders.
+const OVERLAP: f64 = 0.5;
+
+/// A peak in a window is looked at from close by if it is above this share of what counts as found: the window
+/// weakens it.
+const PROMISING: f64 = 0.5;
+
+/// Sizes, relative to the last one, of one pass over the frame after the other.
+const SIZES: [f64; 4] = [1.0, 1.2, 0.8, 1.0];
+
+impl Target {
+    /// Looks at the last place and at some more windows. Goes to the place that the memory knows best if that
+    /// counts as found, and says whether it did.
+    pub fn search(
+        &mut self,
+        frame: &Frame<'_>,
+        config: &RobustConfig,
+        scratch: &mut Scratch,
+    ) -> bool {
+        let (last, Phase::Lost { next }) = (self.place, self.phase) else { return false };
+        let windows = config.search_windows as u64;
+        let mut best = (config.found_above, None);
+        for number in 0..windows {
+            // The first window of each frame is around the last place.
+            let place = match number {
+                0 => last,
+                _ => self.window_place(frame, last, next + number - 1),
+            };
+            if let Some((certainty, found)) = self.look_around(frame, place, config, scratch)
+                && certainty > best.0
+            {
+                best = (certainty, Some(found));
+            }
+        }
+        let Some(found) = best.1 else {
+            self.phase = Phase::Lost { next: next + windows - 1 };
+            return false;
+        };
+        self.place = found;
+        self.follower.filter.copy_from_slice(&self.follower.memory);
+        self.follower.elsewhere = 0;
+        self.phase = Phase::Trial { left: config.trial as u32, back: last };
+        true
+    }
+
+    /// The place of a window of the search: row by row over the frame, then again in another size.
+    fn window_place(&self, frame: &Frame<'_>, last: Place, number: u64) -> Place {
+        let step = |pass: u64| {
+            let scale = last.scale * SIZES[(pass % SIZES.len() as u64) as usize];
+            (scale, self.window.side(scale) * (1.0 - OVERLAP))
+        };
+        let count = |length: usize, step: f64| (length as f64 / step).ceil().max(1.0) as u64;
+        let (mut pass, mut number) = (0, number);
+        // Passes have nearly the same number of windows, so whole cycles of them can be skipped.
+        let windows = |pass: u64| {
+            let (_, step) = step(pass);
+            count(frame.width(), step) * count(frame.height(), step)
+        };
+        let cycle: u64 = (0..SIZES.len() as u64).map(windows).sum();
+        number %= cycle;
+        while number >= windows(pass) {
+            number -= windows(pass);
+            pass += 1;
+        }
+        let (scale, step) = step(pass);
+        let (columns, rows) = (count(frame.width(), step), count(frame.height(), step));
+        let middle =
+            |k: u64, count: u64, length: usize| (k as f64 + 0.5) * length as f64 / count as f64;
+        let centre = [
+            middle(number % columns, columns, frame.width()),
+            middle(number / columns, rows, frame.height()),
+        ];
+        Place { centre, scale }
+    }
+
+    /// The memory's best place in the window around a place, with how sure it is when looked at from close by.
+    fn look_around(
+        &self,
+        frame: &Frame<'_>,
+        mut place: Place,
+        config: &RobustConfig,
+        scratch: &mut Scratch,
+    ) -> Option<(f64, Place)> {
+        let fourier = self.window.features().fourier();
+        self.window.sample(frame, place, scratch);
+        scratch.memory.fill(fourier, &self.follower.memory, &scratch.sample);
+        let peak = scratch.memory.peak(fourier);
+        if peak.value < PROMISING * config.found_above * self.follower.mean {
+            return None;
+        }
+        let cell = self.window.cell(place.scale);
+        place.centre.iter_mut().zip(peak.shift).for_each(|(centre, shift)| *centre += shift * cell);
+        place.keep_within(frame, self.window.base());
+        self.window.sample(frame, place, scratch);
+        Some((self.follower.certainty(&self.window, scratch), place))
+    }
+}

@@ -1,0 +1,46 @@
+//! What an observer is shown of a frame of the method `robust`.
+
+use super::{Scratch, Target};
+use crate::vision::frame::Frame;
+
+/// The filters on one frame, after the estimate was found and learned from.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct RobustView<'a> {
+    /// Frames since the first one.
+    pub frame: u64,
+    /// How sure the memory was of the estimate: its response there, relative to its mean over sure frames.
+    pub certainty: f64,
+    /// Cells on a side of the window around the estimate.
+    pub side: usize,
+    /// Frame pixels on a side of a cell.
+    pub cell: f64,
+    /// The follower's response to the window, row by row: `side * side` values. The first stands for the
+    /// estimate's centre, later ones for displacements to the right and down; beyond half the side they stand
+    /// for displacements to the left and up.
+    pub follower: &'a [f32],
+    /// The memory's response, in the same order.
+    pub memory: &'a [f32],
+}
+
+impl Target {
+    /// Computes the responses to the window around the estimate again, with the filters as they are now.
+    pub fn view<'a>(
+        &self,
+        frame: &Frame<'_>,
+        certainty: f64,
+        scratch: &'a mut Scratch,
+    ) -> RobustView<'a> {
+        self.window.sample(frame, self.place, scratch);
+        self.follower.certainty(&self.window, scratch);
+        self.follower.response(&self.window, scratch);
+        RobustView {
+            frame: self.frames,
+            certainty,
+            side: self.window.features().fourier().side(),
+            cell: self.window.cell(self.place.scale),
+            follower: scratch.follower.cells(),
+            memory: scratch.memory.cells(),
+        }
+    }
+}

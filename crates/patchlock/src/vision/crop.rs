@@ -1,0 +1,264 @@
+//! Upright crops of a frame, resampled to any size: bilinear where they are enlarged, area averages where
+//! they shrink. Pixels outside the frame repeat those at its border.
+//!
+//! The cost follows the size of the result, not that of the crop: beyond [`MAX_SHRINK`] source pixels per
+//! result pixel, only every so many rows and columns of the frame are read.
+
+use super::frame::{Frame, RowTaps};
+use super::geometry::Point;
+
+/// The maximum number of source pixels, along each axis, that a pixel of the result is averaged from.
+const MAX_SHRINK: f64 = 4.0;
+
+/// An image in planes: one of luma, or three of red, green and blue. White is 255.
+#[derive(Debug, Clone, Default)]
+pub struct Planes {
+    /// Width in pixels.
+    pub width: usize,
+    /// Height in pixels.
+    pub height: usize,
+    /// Number of planes: 1 or 3.
+    pub channels: usize,
+    /// `channels * height * width` samples.
+    pub samples: Vec<f32>,
+}
+
+impl Planes {
+    /// The samples of one plane, row by row.
+    pub fn plane(&self, channel: usize) -> &[f32] {
+        &self.samples[channel * self.width * self.height..][..self.width * self.height]
+    }
+
+    /// The shape, without caring for the samples.
+    pub fn reshape(&mut self, [width, height]: [usize; 2], channels: usize) {
+        (self.width, self.height, self.channels) = (width, height, channels);
+        self.samples.resize(width * height * channels, 0.0);
+    }
+}
+
+/// A part of the frame and what it is resampled to.
+#[derive(Debug, Clone, Copy)]
+pub struct Crop {
+    /// The centre in the frame.
+    pub centre: Point,
+    /// Frame pixels per result pixel, along x and y.
+    pub scale: [f64; 2],
+    /// Width and height of the result in pixels.
+    pub size: [usize; 2],
+}
+
+/// Buffers of [`Crop::cut`].
+#[derive(Debug, Default)]
+pub struct CropScratch {
+    columns: Axis,
+    rows: Axis,
+    row: Vec<f32>,
+    plane: Vec<f32>,
+}
+
+/// Where the pixels of the result come from along one axis of the frame. Only every `step`-th frame pixel
+/// counts; tap `t` of result pixel `i` is number `first[i] + t` of those, counted from `low`.
+#[derive(Debug, Default)]
+struct Axis {
+    step: usize,
+    low: i64,
+    count: usize,
+    taps: usize,
+    first: Vec<u32>,
+    weights: Vec<f32>,
+}
+
+impl Axis {
+    fn fill(&mut self, centre: f64, scale: f64, size: usize) {
+        self.step = if scale > MAX_SHRINK { (scale * 2.0 / MAX_SHRINK) as usize } else { 1 };
+        let step = self.step as f64;
+        let offset = ((self.step - 1) / 2) as f64;
+        let (centre, scale) = ((centre - offset) / step, scale / step);
+        let reach = if scale > 1.0 { scale / 2.0 + 0.5 } else { 1.0 };
+        let position = |i: usize| centre + (i as f64 - (size as f64 - 1.0) / 2.0) * scale;
+        let start = |i: usize| (position(i) - reach).floor() as i64 + 1;
+        self.taps = if scale > 1.0 { (2.0 * reach).ceil() as usize } else { 2 };
+        self.low = start(0);
+        self.count = (start(size - 1) - self.low) as usize + self.taps;
+        self.first.clear();
+        self.weights.clear();
+        for i in 0..size {
+            let (position, start) = (position(i), start(i));
+            self.first.push((start - self.low) as u32);
+            for t in 0..self.taps {
+                let distance = ((start + t as i64) as f64 - position).abs();
+                let weight = if scale > 1.0 {
+                    (reach - distance).clamp(0.0, 1.0) / scale
+                } else {
+                    (1.0 - distance).max(0.0)
+                };
+                self.weights.push(weight as f32);
+            }
+        }
+    }
+
+    /// The frame pixel with this number, or the nearest that the frame has.
+    fn pixel(&self, number: usize, length: usize) -> usize {
+        let step = self.step as i64;
+        let last = (length as i64 - 1).div_euclid(step);
+        let pixel = (self.low + number as i64).clamp(0, last) * step + (step - 1) / 2;
+        (pixel as usize).min(length - 1)
+    }
+
+    /// The first and last numbers that lie inside the frame, if any do.
+    fn inside(&self, length: usize) -> Option<(usize, usize)> {
+        let step = self.step as i64;
+        let last = (length as i64 - 1 - (step - 1) / 2).div_euclid(step);
+        let first = (-self.low).max(0);
+        let last = (last - self.low).min(self.count as i64 - 1);
+        (first <= last).then_some((first as usize, last as usize))
+    }
+}
+
+impl Crop {
+    /// Cuts the crop out of the frame, with 1 (luma) or 3 channels.
+    pub fn cut(
+        &self,
+        frame: &Frame<'_>,
+        channels: usize,
+        scratch: &mut CropScratch,
+        out: &mut Planes,
+    ) {
+        let CropScratch { columns, rows, row, plane } = scratch;
+        let [width, height] = self.size;
+        out.reshape(self.size, channels);
+        columns.fill(self.centre[0], self.scale[0], width);
+        rows.fill(self.centre[1], self.scale[1], height);
+        for j in 0..height {
+            row.clear();
+            row.resize(columns.count * channels, 0.0);
+            for t in 0..rows.taps {
+                let weight = rows.weights[j * rows.taps + t];
+                if weight != 0.0 {
+                    let y = rows.pixel(rows.first[j] as usize + t, frame.height());
+                    add_row(frame, y, weight, columns, channels, row);
+                }
+            }
+            repeat_border(columns, frame.width(), channels, row);
+            for channel in 0..channels {
+                let start = (channel * height + j) * width;
+                let out = &mut out.samples[start..start + width];
+                plane.clear();
+                plane.extend(row.chunks_exact(channels).map(|pixel| pixel[channel]));
+                match columns.taps {
+                    2 => gather::<2>(columns, plane, out),
+                    3 => gather::<3>(columns, plane, out),
+                    4 => gather::<4>(columns, plane, out),
+                    _ => gather::<5>(columns, plane, out),
+                }
+            }
+        }
+    }
+}
+
+/// Adds a row of the frame to that part of the buffer that lies inside it.
+fn add_row(
+    frame: &Frame<'_>,
+    y: usize,
+    weight: f32,
+    columns: &Axis,
+    channels: usize,
+    row: &mut [f32],
+) {
+    let (first, last) = columns.inside(frame.width()).unwrap_or((0, 0));
+    let from = columns.pixel(first, frame.width());
+    let taps = RowTaps { from, step: columns.step, weight };
+    frame.add_row(y, taps, channels, &mut row[first * channels..(last + 1) * channels]);
+}
+
+/// Repeats the outermost pixels inside the frame over those outside.
+fn repeat_border(columns: &Axis, width: usize, channels: usize, row: &mut [f32]) {
+    let (first, last) = columns.inside(width).unwrap_or((0, 0));
+    for channel in 0..channels {
+        let (left, right) = (row[first * channels + channel], row[last * channels + channel]);
+        (0..first).for_each(|k| row[k * channels + channel] = left);
+        (last + 1..columns.count).for_each(|k| row[k * channels + channel] = right);
+    }
+}
+
+/// One row of one plane of the result.
+fn gather<const TAPS: usize>(columns: &Axis, pixels: &[f32], out: &mut [f32]) {
+    let (weights, _) = columns.weights.as_chunks::<TAPS>();
+    for ((out, &first), weights) in out.iter_mut().zip(&columns.first).zip(weights) {
+        let Some(pixels) = pixels[first as usize..].first_chunk::<TAPS>() else { continue };
+        *out = weights.iter().zip(pixels).map(|(w, v)| w * v).sum();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cut(frame: &Frame<'_>, channels: usize, crop: Crop) -> Planes {
+        let mut out = Planes::default();
+        crop.cut(frame, channels, &mut CropScratch::default(), &mut out);
+        out
+    }
+
+    #[test]
+    fn at_scale_1_pixels_are_copied_and_borders_repeated() {
+        let pixels: Vec<u8> = (0..12).map(|k| k * 20).collect();
+        let frame = Frame::grey8(&pixels, 4, 3).unwrap();
+        let crop = Crop { centre: [0.0, 1.0], scale: [1.0; 2], size: [5, 3] };
+        let out = cut(&frame, 1, crop);
+        assert_eq!(out.samples[..5], [0.0, 0.0, 0.0, 20.0, 40.0]);
+        assert_eq!(out.samples[10..], [160.0, 160.0, 160.0, 180.0, 200.0]);
+        let far = Crop { centre: [900.0, -700.0], ..crop };
+        assert_eq!(cut(&frame, 1, far).samples, [60.0; 15]);
+        let far = Crop { centre: [-900.0, 700.0], ..crop };
+        assert_eq!(cut(&frame, 1, far).samples, [160.0; 15]);
+    }
+
+    #[test]
+    fn a_linear_ramp_stays_one_at_any_scale() {
+        let (w, h) = (400, 300);
+        let at = |x: usize, y: usize| (x as f32) * 0.5 + (y as f32) * 0.25;
+        let pixels: Vec<f32> = (0..w * h).flat_map(|k| [at(k % w, k / w) / 255.0; 3]).collect();
+        let frame = Frame::rgb32f(&pixels, w, h).unwrap();
+        for scale in [0.3, 0.75, 1.0, 1.3, 2.0, 3.7, 5.5, 9.0] {
+            let centre = [200.3, 149.6];
+            let out = cut(&frame, 3, Crop { centre, scale: [scale, scale * 1.1], size: [20, 16] });
+            for channel in 0..3 {
+                for (k, &value) in out.plane(channel).iter().enumerate() {
+                    let x = centre[0] + ((k % 20) as f64 - 9.5) * scale;
+                    let y = centre[1] + ((k / 20) as f64 - 7.5) * scale * 1.1;
+                    let expected = x * 0.5 + y * 0.25;
+                    assert!(
+                        (f64::from(value) - expected).abs() < 0.3,
+                        "{scale} {k} {value} {expected}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn halving_averages_each_pair() {
+        let frame = Frame::grey8(&[0, 100, 40, 60, 20, 80, 8, 12], 4, 2).unwrap();
+        let crop = Crop { centre: [1.5, 0.5], scale: [2.0; 2], size: [2, 1] };
+        assert_eq!(cut(&frame, 1, crop).samples, [50.0, 30.0]);
+    }
+
+    #[test]
+    fn colours_are_those_of_the_frame() {
+        let rgb = [10, 20, 30, 40, 50, 60];
+        let crop = Crop { centre: [0.5, 0.0], scale: [1.0; 2], size: [2, 1] };
+        let frame = Frame::rgb8(&rgb, 2, 1).unwrap();
+        assert_eq!(cut(&frame, 3, crop).samples, [10.0, 40.0, 20.0, 50.0, 30.0, 60.0]);
+        assert_eq!(cut(&frame.bgr(), 3, crop).samples, [30.0, 60.0, 20.0, 50.0, 10.0, 40.0]);
+        let luma = cut(&frame, 1, crop).samples[0];
+        assert!((luma - (2.989 + 11.74 + 3.42)).abs() < 1e-3, "{luma}");
+        let wide: Vec<u16> = rgb.iter().map(|&v| u16::from(v) * 257).collect();
+        let wide = cut(&Frame::rgb16(&wide, 2, 1).unwrap(), 3, crop).samples;
+        assert!(
+            wide.iter().zip([10.0, 40.0, 20.0]).all(|(a, b): (&f32, f32)| (a - b).abs() < 1e-3)
+        );
+        let grey = Frame::grey8(&[7, 9], 2, 1).unwrap();
+        assert_eq!(cut(&grey, 3, crop).samples, [7.0, 9.0, 7.0, 9.0, 7.0, 9.0]);
+    }
+}
