@@ -28,6 +28,7 @@ fn _patchlock(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<multi::MultiTracker>()?;
     module.add_class::<estimate::Estimate>()?;
     module.add_class::<observation::Observation>()?;
+    module.add_class::<observation::RobustObservation>()?;
     module.add_class::<source::Frames>()?;
     module.add_class::<scene::Scene>()?;
     module.add_function(wrap_pyfunction!(tracker::restore, module)?)?;

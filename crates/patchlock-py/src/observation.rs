@@ -1,12 +1,12 @@
-//! The Python class `Observation`.
+//! The Python classes `Observation` and `RobustObservation`.
 
 use numpy::ndarray::{Array2, Array3};
 use numpy::{PyArray1, PyArray2, PyArray3, ToPyArray};
-use patchlock::{FrameView, Observer};
+use patchlock::{FrameView, Observer, PatchwiseView, RobustView};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-/// What happened inside the tracker during one frame; `Tracker.update_observed` returns it.
+/// What the method `patchwise` computed on one frame; `Tracker.update_observed` returns it.
 #[pyclass(frozen, module = "patchlock")]
 pub struct Observation {
     particles: Vec<[f64; 6]>,
@@ -19,26 +19,53 @@ pub struct Observation {
     mask: Vec<f64>,
 }
 
+/// What the method `robust` computed on one frame; `Tracker.update_observed` returns it.
+#[pyclass(frozen, module = "patchlock")]
+pub struct RobustObservation {
+    frame: u64,
+    certainty: f64,
+    side: usize,
+    cell: f64,
+    follower: Vec<f32>,
+    memory: Vec<f32>,
+}
+
+/// The observation of any method.
+#[derive(IntoPyObject)]
+pub enum Seen {
+    Patchwise(Observation),
+    Robust(RobustObservation),
+}
+
 /// Stores what the tracker shows to an observer.
 #[derive(Default)]
 pub struct Keeper {
-    kept: Option<Observation>,
+    kept: Option<Seen>,
 }
 
 impl Keeper {
     /// The stored observation.
-    pub fn into_observation(self) -> PyResult<Observation> {
+    pub fn into_seen(self) -> PyResult<Seen> {
         self.kept.ok_or_else(|| PyValueError::new_err("the method has nothing to observe"))
     }
 }
 
 impl Observer for Keeper {
     fn observe(&mut self, view: &FrameView<'_>) {
-        let FrameView::Patchwise(view) = view else { return };
+        self.kept = match view {
+            FrameView::Patchwise(view) => Some(Seen::Patchwise(Observation::of(view))),
+            FrameView::Robust(view) => Some(Seen::Robust(RobustObservation::of(view))),
+            _ => None,
+        };
+    }
+}
+
+impl Observation {
+    fn of(view: &PatchwiseView<'_>) -> Self {
         let numbers = |state: &patchlock::State| {
             [state.x, state.y, state.scale, state.rotation, state.aspect, state.skew]
         };
-        self.kept = Some(Observation {
+        Self {
             particles: view.particles.iter().map(numbers).collect(),
             likelihoods: view.likelihoods.to_vec(),
             best: view.best,
@@ -47,7 +74,20 @@ impl Observer for Keeper {
             templates: view.templates.to_vec(),
             replaced: view.update.map(|update| update.replaced),
             mask: view.update.map_or(Vec::new(), |update| update.mask.to_vec()),
-        });
+        }
+    }
+}
+
+impl RobustObservation {
+    fn of(view: &RobustView<'_>) -> Self {
+        Self {
+            frame: view.frame,
+            certainty: view.certainty,
+            side: view.side,
+            cell: view.cell,
+            follower: view.follower.to_vec(),
+            memory: view.memory.to_vec(),
+        }
     }
 }
 
@@ -106,6 +146,53 @@ impl Observation {
 
     fn __repr__(&self) -> String {
         format!("<Observation of {} particles, best {}>", self.particles.len(), self.best)
+    }
+}
+
+#[pymethods]
+impl RobustObservation {
+    /// Frames since `init`.
+    #[getter]
+    fn frame(&self) -> u64 {
+        self.frame
+    }
+
+    /// How certain the memory is of the estimate: its response there over its mean on sure frames.
+    #[getter]
+    fn certainty(&self) -> f64 {
+        self.certainty
+    }
+
+    /// Number of cells on a side of the search window around the estimate.
+    #[getter]
+    fn side(&self) -> usize {
+        self.side
+    }
+
+    /// Side of a cell, in pixels of the frame.
+    #[getter]
+    fn cell(&self) -> f64 {
+        self.cell
+    }
+
+    /// The follower's response, shape (side, side).
+    ///
+    /// The entry [0, 0] is the centre of the estimate; entries further on are displacements down and to the
+    /// right, those beyond half the side up and to the left. `numpy.fft.fftshift` puts the centre into the
+    /// middle.
+    #[getter]
+    fn follower<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        Ok(square(self.side, self.follower.clone())?.to_pyarray(py))
+    }
+
+    /// The memory's response, shape (side, side), in the same order.
+    #[getter]
+    fn memory<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        Ok(square(self.side, self.memory.clone())?.to_pyarray(py))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<RobustObservation of frame {}, certainty {:.2}>", self.frame, self.certainty)
     }
 }
 

@@ -10,7 +10,7 @@ use pyo3::types::{PyBytes, PyDict, PyType};
 
 use crate::errors;
 use crate::estimate::{Estimate, to_box};
-use crate::observation::{Keeper, Observation};
+use crate::observation::{Keeper, Seen};
 use crate::pixels::{Channels, Pixels};
 use crate::settings;
 use crate::threads::Threads;
@@ -111,19 +111,20 @@ impl Tracker {
 
     /// Does the same as `update` and also returns what happened inside the tracker.
     ///
-    /// The estimate is the same, but every particle is evaluated completely, which takes longer.
+    /// The estimate is the same, but it takes longer: the method `patchwise` evaluates every particle
+    /// completely, and the method `robust` computes its responses to the estimate again.
     fn update_observed(
         &self,
         py: Python<'_>,
         frame: &Bound<'_, PyAny>,
-    ) -> PyResult<(Estimate, Observation)> {
+    ) -> PyResult<(Estimate, Seen)> {
         let mut keeper = Keeper::default();
         let estimate = self.step(py, frame, |run, frame| {
             let estimate = run.tracker.update_observed(frame, &mut keeper)?;
             run.frames += 1;
             Ok(estimate)
         })?;
-        Ok((estimate, keeper.into_observation()?))
+        Ok((estimate, keeper.into_seen()?))
     }
 
     /// All settings, by name.

@@ -135,3 +135,23 @@ def test_observing_does_not_change_the_estimate(scene, film):
     assert [k for k, index in enumerate(replaced, 1) if index is not None] == [5, 10]
     with pytest.raises(RuntimeError, match="call init"):
         patchlock.Tracker().update_observed(film[0])
+
+
+def test_robust_shows_its_responses(scene, film):
+    tracker, plain = (patchlock.Tracker("robust") for _ in range(2))
+    for one in (tracker, plain):
+        one.init(film[0], scene.truth(0))
+    for k, frame in enumerate(film[1:], 1):
+        estimate, seen = tracker.update_observed(frame)
+        assert numbers(estimate) == numbers(plain.update(frame))
+        assert isinstance(seen, patchlock.RobustObservation)
+        assert seen.frame == estimate.frame == k
+        assert seen.certainty > 0.5
+        # The window is a multiple of the target's size.
+        assert seen.side * seen.cell > 2 * max(estimate.box.w, estimate.box.h)
+        for response in (seen.follower, seen.memory):
+            assert response.shape == (seen.side, seen.side) and response.dtype == np.float32
+            # The estimate is where the filters respond most, within a cell.
+            down, right = np.unravel_index(np.argmax(np.fft.fftshift(response)), response.shape)
+            assert abs(down - seen.side // 2) <= 1 and abs(right - seen.side // 2) <= 1
+    assert f"frame {k}" in repr(seen)

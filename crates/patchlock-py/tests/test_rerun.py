@@ -86,6 +86,21 @@ def test_one_target_with_its_observations(scene, film, tmp_path):
     np.testing.assert_array_equal(np.array(image[0], np.uint8).reshape(height, width, 3), film[3])
 
 
+def test_the_responses_of_robust(scene, film, tmp_path):
+    recording = Recording(tmp_path / "a.rrd")
+    tracker = patchlock.Tracker("robust")
+    tracker.init(film[0], scene.truth(0))
+    seen = None
+    for frame in film[1:4]:
+        estimate, seen = tracker.update_observed(frame)
+        patchlock.rerun.log(estimate, observation=seen, recording=recording.stream)
+    chunks = recording.chunks()
+    assert rows(chunks) == dict.fromkeys(ONE - {"frame"} | {"certainty", "follower", "memory"}, 3)
+    assert column(chunks, "certainty", "Scalars:scalars")[3] == [seen.certainty]
+    shown = np.array(column(chunks, "follower", "Image:buffer")[3][0], np.uint8)
+    assert shown.argmax() == np.fft.fftshift(seen.follower).argmax()
+
+
 def test_ids_of_many_targets_are_appended_to_the_names(scene, film, tmp_path):
     recording = Recording(tmp_path / "a.rrd")
     tracker = patchlock.MultiTracker(**QUICK)

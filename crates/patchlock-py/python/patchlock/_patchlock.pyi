@@ -19,6 +19,7 @@ __all__ = [
     "MultiTracker",
     "Observation",
     "PRESETS",
+    "RobustObservation",
     "Scene",
     "Store",
     "Tracker",
@@ -96,10 +97,14 @@ class Tracker:
                 tracker is unchanged.
         """
 
-    def update_observed(self, frame: FrameLike) -> tuple[Estimate, Observation]:
+    def update_observed(self, frame: FrameLike) -> tuple[Estimate, Observation | RobustObservation]:
         """Does the same as `update` and also returns what happened inside the tracker.
 
-        The estimate is the same, but every particle is evaluated completely, which takes longer.
+        The estimate is the same, but it takes longer: the method `patchwise` evaluates every particle
+        completely, and the method `robust` computes its responses to the estimate again.
+
+        Returns:
+            The estimate and an `Observation`, or with the method `robust` a `RobustObservation`.
 
         Raises:
             RuntimeError: `init` has not been called.
@@ -359,7 +364,7 @@ class Estimate:
 
 @final
 class Observation:
-    """What happened inside the tracker during one frame; `Tracker.update_observed` returns it."""
+    """What the method `patchwise` computed on one frame; `Tracker.update_observed` returns it."""
 
     @property
     def particles(self) -> npt.NDArray[np.float64]:
@@ -394,6 +399,39 @@ class Observation:
 
         1 is visible, 0 is hidden.
         """
+
+@final
+class RobustObservation:
+    """What the method `robust` computed on one frame; `Tracker.update_observed` returns it."""
+
+    @property
+    def frame(self) -> int:
+        """Frames since `init`."""
+
+    @property
+    def certainty(self) -> float:
+        """How certain the memory is of the estimate: its response there over its mean on sure frames."""
+
+    @property
+    def side(self) -> int:
+        """Number of cells on a side of the search window around the estimate."""
+
+    @property
+    def cell(self) -> float:
+        """Side of a cell, in pixels of the frame."""
+
+    @property
+    def follower(self) -> npt.NDArray[np.float32]:
+        """The follower's response, shape (side, side).
+
+        The entry [0, 0] is the centre of the estimate; entries further on are displacements down and to the
+        right, those beyond half the side up and to the left. `numpy.fft.fftshift` puts the centre into the
+        middle.
+        """
+
+    @property
+    def memory(self) -> npt.NDArray[np.float32]:
+        """The memory's response, shape (side, side), in the same order."""
 
 @final
 class Frames:

@@ -11,7 +11,7 @@ from patchlock._types import Parameter
 class Settings(TypedDict, total=False):
     """Keywords of `Tracker` and `track` that override a preset; `parameters()` describes each."""
 
-    method: Literal["patchwise"]
+    method: Literal["patchwise", "robust"]
     seed: int
     particles: int
     sigma_x: float
@@ -51,7 +51,31 @@ class Settings(TypedDict, total=False):
     guided_radius: int
     guided_epsilon: float
 
+    search: float
+    label_width: float
+    temporal: float
+    max_patch: float
+    min_patch: float
+    scale_count: int
+    scale_step: float
+    scale_label_width: float
+    scale_rate: float
+    scale_area: float
+    scale_check: float
+    memory_rate: float
+    sure: float
+    jump_ratio: float
+    jump_least: float
+    lost_below: float
+    lost_after: int
+    found_above: float
+    trial: int
+    search_windows: int
+    visible_step: int
+    score_even: float
+    score_slope: float
+
 
 def parameters() -> list[Parameter]:
-    """The table of all settings, one row per setting, in the order of the paper's sections."""
+    """The table of all settings, one row per setting, those of all methods first, then method by method."""
     return [Parameter(*row) for row in _patchlock.parameters()]

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from patchlock._patchlock import Estimate
+from patchlock._patchlock import Estimate, RobustObservation
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -40,7 +40,7 @@ _LOST = (150, 156, 164)
 def log(
     estimate: Estimate | Mapping[int, Estimate],
     frame: FrameLike | None = None,
-    observation: Observation | None = None,
+    observation: Observation | RobustObservation | None = None,
     *,
     entity: str = "patchlock",
     timeline: str = "frame",
@@ -53,11 +53,23 @@ def log(
     |---|---|
     | `<entity>/frame` | the frame, if given |
     | `<entity>/frame/box`, `/outline` | the upright box, the rotated outline; grey if the target is lost |
-    | `<entity>/frame/particles` | centres of the particles; brighter is more likely |
     | `<entity>/score`, `/visible/large`, `/visible/small` | the score and the visible shares over time |
     | `<entity>/occlusion/large`, `/small` | the patches: green is visible, orange is hidden |
+
+    An `Observation`, of the method `patchwise`, adds:
+
+    | entity | content |
+    |---|---|
+    | `<entity>/frame/particles` | centres of the particles; brighter is more likely |
     | `<entity>/candidate` | the candidate that became the estimate |
     | `<entity>/templates`, `/mask` | all templates side by side, the mask of the last replacement |
+
+    A `RobustObservation` adds:
+
+    | entity | content |
+    |---|---|
+    | `<entity>/certainty` | how certain the memory is of the estimate, over time |
+    | `<entity>/follower`, `/memory` | their responses around the estimate, which is in the middle |
 
     If the method does not know which patches are visible, the entities of visibility and occlusion are left
     out. With several targets, the id is appended to every entity except the frame, as in
@@ -127,9 +139,14 @@ def _of_estimate(estimate: Estimate, name: str) -> Iterator[tuple[str, rr.AsComp
         yield f"occlusion/{scale}", rr.Image(np.where(hidden[..., None], _HIDDEN, _VISIBLE).astype(np.uint8))
 
 
-def _of_observation(seen: Observation) -> Iterator[tuple[str, rr.AsComponents]]:
+def _of_observation(seen: Observation | RobustObservation) -> Iterator[tuple[str, rr.AsComponents]]:
     import rerun as rr
 
+    if isinstance(seen, RobustObservation):
+        yield "certainty", rr.Scalars(seen.certainty)
+        yield "follower", rr.Image(_grey(np.fft.fftshift(seen.follower)))
+        yield "memory", rr.Image(_grey(np.fft.fftshift(seen.memory)))
+        return
     yield (
         "frame/particles",
         rr.Points2D(seen.particles[:, :2] + 0.5, colors=_brightness(seen.likelihoods), radii=1.0),
@@ -153,6 +170,6 @@ def _brightness(likelihoods: npt.NDArray[np.float64]) -> npt.NDArray[np.uint8]:
 
 
 def _grey(samples: npt.NDArray[np.float32]) -> npt.NDArray[np.uint8]:
-    """Stretched to the full range: templates have unit norm and would look dark."""
+    """Stretched to the full range: templates have unit norm and would look dark, and so have responses."""
     low, high = float(samples.min()), float(samples.max())
     return ((samples - low) / max(high - low, 1e-12) * 255).astype(np.uint8)
