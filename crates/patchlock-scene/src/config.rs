@@ -3,7 +3,8 @@
 /// Everything that determines the frames of a scene.
 ///
 /// Start from one of the presets ([`SceneConfig::demo`],
-/// [`SceneConfig::simple`], [`SceneConfig::occluded`]) and change fields.
+/// [`SceneConfig::simple`], [`SceneConfig::occluded`], [`SceneConfig::long`])
+/// and change fields.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SceneConfig {
     /// Width of a frame in pixels.

@@ -3,7 +3,9 @@
 //! A [`Scene`] is a short video of a picture card that moves through a
 //! woodland. It rotates, changes size, passes behind a tree and is lit with
 //! varying brightness, as configured by its [`SceneConfig`]. Every frame comes
-//! with its [`Truth`]: position, rotation and hidden share of the card.
+//! with its [`Truth`]: position, rotation, and the shares of the card that are
+//! hidden, outside the frame and visible. [`SceneConfig::long`] makes scenes of
+//! any length in which the card disappears and returns.
 //!
 //! Everything is a pure function of the configuration and the frame index,
 //! without files, clocks or random devices. Builds on different machines may
@@ -30,6 +32,7 @@ mod backdrop;
 mod badge;
 mod canvas;
 mod config;
+mod long;
 mod noise;
 mod path;
 mod post;
@@ -38,5 +41,6 @@ mod scene;
 mod target;
 
 pub use config::{KeyLight, KeyPose, Post, SceneConfig, TargetLook};
+pub use long::Absences;
 pub use scene::{Scene, SceneFrame};
 pub use target::Truth;

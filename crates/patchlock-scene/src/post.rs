@@ -8,10 +8,15 @@ const BARK: Colour = [226.0, 218.0, 204.0];
 const SHADED_BARK: Colour = [122.0, 112.0, 108.0];
 const SCAR: Colour = [42.0, 36.0, 34.0];
 
+impl Post {
+    /// The edges wave by at most this share of half the width.
+    pub(crate) const WAVER: f64 = 0.08;
+}
+
 /// Position of a point across the trunk: -1 at the left edge, 1 at the right.
 fn across(post: Post, seed: u64, [x, y]: [f64; 2]) -> f64 {
     let half = post.width / 2.0;
-    let waver = 0.16 * (value_noise(seed ^ 0xb1, y / 46.0, 0.5) - 0.5);
+    let waver = 2.0 * Post::WAVER * (value_noise(seed ^ 0xb1, y / 46.0, 0.5) - 0.5);
     (x - post.centre_x) / half - waver
 }
 

@@ -99,7 +99,7 @@ impl Scene {
     /// If there is no such frame.
     pub fn truth(&self, k: usize) -> Truth {
         let post = self.config.post.map(|post| (post, self.config.seed));
-        self.target(k).truth(post)
+        self.target(k).truth([self.config.width, self.config.height], post)
     }
 
     /// Gain and offset (in grey levels, 0 to 255) of the light in frame `k`.

@@ -9,8 +9,8 @@ use crate::post::covers;
 /// Radius of the rounded corners relative to the shorter side.
 const CORNER_RADIUS: f64 = 0.13;
 
-/// Sample points along each axis for the hidden share.
-const HIDDEN_SAMPLES: i32 = 96;
+/// Sample points along each axis for the shares.
+const SHARE_SAMPLES: i32 = 96;
 
 /// The truth of the target in one frame.
 ///
@@ -33,8 +33,22 @@ pub struct Truth {
     pub scale: f64,
     /// Rotation in radians, clockwise as seen on the screen.
     pub rotation: f64,
-    /// Share of the target's area behind the tree trunk, `0..=1`.
+    /// Share of the target's area behind the tree trunk, `0..=1`, whether in
+    /// the frame or not.
     pub hidden: f64,
+    /// Share of the target's area outside the frame, `0..=1`.
+    pub outside: f64,
+    /// Share of the target's area that the frame shows: neither hidden nor
+    /// outside, `0..=1`.
+    pub visible: f64,
+}
+
+impl Truth {
+    /// Whether nothing of the target is visible: it is behind the trunk, or
+    /// has left the frame.
+    pub fn is_absent(&self) -> bool {
+        self.visible == 0.0
+    }
 }
 
 /// The target with its pose in one frame.
@@ -99,31 +113,43 @@ impl Placed {
         canvas.paint(area, |point| self.colour_at(look, point));
     }
 
-    pub(crate) fn truth(&self, post: Option<(Post, u64)>) -> Truth {
+    /// The truth in a frame of this width and height.
+    pub(crate) fn truth(&self, frame: [usize; 2], post: Option<(Post, u64)>) -> Truth {
         let [w, h] = self.size;
         let [cx, cy] = self.pose.centre;
         let corner = |right: f64, down: f64| self.to_frame([right * w / 2.0, down * h / 2.0]);
+        let [hidden, outside, visible] = self.shares(frame, post);
         Truth {
             bbox: [cx - (w - 1.0) / 2.0, cy - (h - 1.0) / 2.0, w, h],
             corners: [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
             scale: self.pose.scale,
             rotation: self.pose.rotation,
-            hidden: post.map_or(0.0, |(post, seed)| self.hidden_share(post, seed)),
+            hidden,
+            outside,
+            visible,
         }
     }
 
-    fn hidden_share(&self, post: Post, seed: u64) -> f64 {
-        let place = |i: i32| (f64::from(i) + 0.5) / f64::from(HIDDEN_SAMPLES) - 0.5;
-        let (mut on_target, mut behind) = (0u32, 0u32);
-        for j in 0..HIDDEN_SAMPLES {
-            for i in 0..HIDDEN_SAMPLES {
+    /// The hidden share, the share outside the frame, and the visible share.
+    fn shares(&self, frame: [usize; 2], post: Option<(Post, u64)>) -> [f64; 3] {
+        let place = |i: i32| (f64::from(i) + 0.5) / f64::from(SHARE_SAMPLES) - 0.5;
+        let is_behind = |point| post.is_some_and(|(post, seed)| covers(post, seed, point));
+        let [right, bottom] = frame.map(|side| side as f64 - 0.5);
+        let is_outside =
+            |[x, y]: [f64; 2]| !((-0.5..right).contains(&x) && (-0.5..bottom).contains(&y));
+        let (mut on_target, mut counts) = (0u32, [0u32; 3]);
+        for j in 0..SHARE_SAMPLES {
+            for i in 0..SHARE_SAMPLES {
                 let point = [place(i) * self.size[0], place(j) * self.size[1]];
                 if self.contains(point) {
+                    let point = self.to_frame(point);
+                    let (behind, outside) = (is_behind(point), is_outside(point));
                     on_target += 1;
-                    behind += u32::from(covers(post, seed, self.to_frame(point)));
+                    let kinds = [behind, outside, !behind && !outside];
+                    counts.iter_mut().zip(kinds).for_each(|(count, is)| *count += u32::from(is));
                 }
             }
         }
-        f64::from(behind) / f64::from(on_target)
+        counts.map(|count| f64::from(count) / f64::from(on_target))
     }
 }
