@@ -32,8 +32,9 @@ pub enum Absences {
 
 impl SceneConfig {
     /// `frames` frames of 400 x 240 pixels. The target moves to and fro by up to 5 pixels per frame, changes
-    /// its size by up to a tenth, turns by up to `turn` degrees to either side, and disappears about every
-    /// 300 frames, for 24 frames or more. While it is absent, it keeps its size and its rotation.
+    /// its size by up to a tenth, turns by up to `turn` degrees to either side, and disappears 5 to
+    /// 20 times in 3000 frames, for 24 frames or more. While it is absent, it keeps its size and its
+    /// rotation.
     ///
     /// The seed determines the way of the target, the backdrop and the noise. A scene begins with all frames
     /// of a shorter one with the same `absences`, `turn` and `seed`.

@@ -95,7 +95,7 @@ fn shares_add_up_where_the_post_is_inside_the_frame() {
 fn the_target_disappears_again_and_again() {
     for (name, truths) in scenes() {
         let found = absent(truths);
-        assert!((7..20).contains(&found.len()), "{name}: {} absences", found.len());
+        assert!((5..20).contains(&found.len()), "{name}: {} absences", found.len());
         assert!(truths[..20].iter().all(|truth| truth.visible == 1.0), "{name}");
         for gone in &found {
             assert!(gone.len() >= 24, "{name}: {gone:?}");
