@@ -64,9 +64,11 @@ class Settings(TypedDict, total=False):
     scale_check: float
     memory_rate: float
     sure: float
+    first_frames: int
     jump_ratio: float
     jump_least: float
     lost_below: float
+    lost_drop: float
     lost_after: int
     found_above: float
     trial: int

@@ -176,17 +176,21 @@ parameters! {
             /// Learning rate of the memory, which is the mean of the follower's filters over sure frames.
             memory_rate: f64 = 0.02, number(0.0, 1.0);
             /// A frame is sure while the memory's response is above this share of its own mean.
-            sure: f64 = 0.6, number(0.0, 10.0);
+            sure: f64 = 0.7, number(0.0, 10.0);
+            /// The first frames are sure, whatever the memory says.
+            first_frames: usize = 10, number(0.0, 10_000.0);
             /// The memory is believed where it responds this many times stronger elsewhere, two frames on end,
             jump_ratio: f64 = 2.5, number(1.0, 1e6);
             /// and at least with this share of its mean.
-            jump_least: f64 = 0.25, number(0.0, 10.0);
-            /// The target is lost when the memory's response stays below this share of its mean
-            lost_below: f64 = 0.3, number(0.0, 10.0);
+            jump_least: f64 = 0.33, number(0.0, 10.0);
+            /// The target is lost when the memory's response stays below this share of its mean,
+            lost_below: f64 = 0.4, number(0.0, 10.0);
+            /// and below this share of what it was on recent frames,
+            lost_drop: f64 = 0.6, number(0.0, 10.0);
             /// for this many frames on end.
             lost_after: usize = 5, number(1.0, 10_000.0);
             /// While lost, a place is found where the memory's response is above this share of its mean.
-            found_above: f64 = 0.5, number(0.0, 10.0);
+            found_above: f64 = 0.65, number(0.0, 10.0);
             /// What was found is believed after this many frames on which it did not count as lost.
             trial: usize = 5, number(1.0, 10_000.0);
             /// Windows of the frame that are searched on each frame while the target is lost.
@@ -195,7 +199,7 @@ parameters! {
             /// patch model are those of the group `patchwise`.
             visible_step: usize = 4, number(1.0, 128.0);
             /// The share of the memory's mean response at which the score is one half.
-            score_even: f64 = 0.34, number(-10.0, 10.0);
+            score_even: f64 = 0.47, number(-10.0, 10.0);
             /// How fast the score rises there, per share of the mean response.
             score_slope: f64 = 10.0, number(0.0, 1000.0);
         }

@@ -19,6 +19,8 @@ pub(crate) struct Follower {
     pub memory: Vec<Complex32>,
     /// The mean of the memory's response at the target over sure frames.
     pub mean: f64,
+    /// Sure frames since the first.
+    pub sure: u64,
     /// Frames on end on which the memory responded much stronger elsewhere.
     pub elsewhere: u32,
 }
@@ -40,7 +42,7 @@ impl Follower {
         rules.learn(fourier, &scratch.sample, 0.0, &mut filter, &mut scratch.filter);
         scratch.memory.fill(fourier, &filter, &scratch.sample);
         let mean = scratch.memory.at(fourier, [0.0; 2]).max(f64::MIN_POSITIVE);
-        Self { rules, memory: filter.clone(), filter, mean, elsewhere: 0 }
+        Self { rules, memory: filter.clone(), filter, mean, sure: 0, elsewhere: 0 }
     }
 
     /// How sure the memory is that the sample at hand is centred on the target.
@@ -70,10 +72,14 @@ impl Follower {
         let Scratch { sample, filter, .. } = scratch;
         self.rules.learn(fourier, sample, strength, &mut self.filter, filter);
         if sure {
-            let rate = config.memory_rate as f32;
+            // The first frames count alike.
+            self.sure += 1;
+            let rate = config.memory_rate.max(1.0 / (self.sure + 1) as f64) as f32;
             let pairs = self.memory.iter_mut().zip(&self.filter);
             pairs.for_each(|(memory, filter)| *memory = *memory * (1.0 - rate) + filter * rate);
-            self.mean *= 1.0 + config.memory_rate * (certainty - 1.0);
+            // The response to the first frame, which the filter has learnt from alone, is no measure of later ones.
+            let rate = config.memory_rate.max(1.0 / self.sure as f64);
+            self.mean *= 1.0 + rate * (certainty - 1.0);
         }
     }
 }

@@ -37,6 +37,8 @@ pub(crate) struct Target {
     size: ScaleFilter,
     visible: Visible,
     phase: Phase,
+    /// The running mean of how sure the memory was on recent frames on which the place was known.
+    recent: f64,
     /// Frames since the first.
     frames: u64,
 }
@@ -74,7 +76,7 @@ impl Target {
             ScaleFilter::begin(frame, window.planes(), at, size::rules(rules), &mut scratch.scale);
         let visible = Visible::begin(frame, at, config);
         let phase = Phase::Following { doubtful: 0 };
-        let target = Self { place, window, follower, size, visible, phase, frames: 0 };
+        let target = Self { place, window, follower, size, visible, phase, recent: 1.0, frames: 0 };
         let mut estimate = Estimate::empty();
         target.look(frame, scratch, &mut estimate);
         target.finish_estimate(1.0, rules, &mut estimate);
@@ -143,7 +145,8 @@ impl Target {
         estimate: &Estimate,
     ) {
         let rules = &config.robust;
-        let sure = certainty > rules.sure && matches!(self.phase, Phase::Following { .. });
+        let known = certainty > rules.sure || self.frames <= rules.first_frames as u64;
+        let sure = known && matches!(self.phase, Phase::Following { .. });
         self.follower.learn(&self.window, certainty, sure, rules, scratch);
         let Place { centre, scale } = self.place;
         self.size.update(frame, self.window.planes(), (centre, scale), &mut scratch.scale);

@@ -35,18 +35,20 @@ pub(crate) struct Saved {
     pub follower: Vec<[f32; 2]>,
     pub memory: Vec<[f32; 2]>,
     pub memory_mean: f64,
+    pub sure: u64,
     pub elsewhere: u32,
     pub size: SavedScale,
     pub patches: PatchMemory,
     pub rng: Pcg64,
     pub phase: Phase,
+    pub recent: f64,
     pub frames: u64,
 }
 
 impl Target {
     /// The target as a snapshot holds it.
     pub fn saved(&self) -> Saved {
-        let Self { place, window, follower, size, visible, phase, frames } = self;
+        let Self { place, window, follower, size, visible, phase, recent, frames } = self;
         let pairs = |spectrum: &[Complex32]| spectrum.iter().map(|v| [v.re, v.im]).collect();
         Saved {
             place: *place,
@@ -57,11 +59,13 @@ impl Target {
             follower: pairs(&follower.filter),
             memory: pairs(&follower.memory),
             memory_mean: follower.mean,
+            sure: follower.sure,
             elsewhere: follower.elsewhere,
             size: size.saved(),
             patches: visible.model.memory().clone(),
             rng: visible.rng.clone(),
             phase: *phase,
+            recent: *recent,
             frames: *frames,
         }
     }
@@ -85,13 +89,14 @@ impl Target {
             filter: spectrum(saved.follower)?,
             memory: spectrum(saved.memory)?,
             mean: saved.memory_mean,
+            sure: saved.sure,
             elsewhere: saved.elsewhere,
         };
         let size = ScaleFilter::restore(saved.size, saved.base, size::rules(&config.robust))?;
         let model = PatchModel::restore(saved.patches, config.visible_rules());
         let visible = Visible::new(model, saved.rng, &config.patchwise);
-        let (place, phase, frames) = (saved.place, saved.phase, saved.frames);
-        Ok(Self { place, window, follower, size, visible, phase, frames })
+        let Saved { place, phase, recent, frames, .. } = saved;
+        Ok(Self { place, window, follower, size, visible, phase, recent, frames })
     }
 }
 
@@ -106,7 +111,10 @@ impl Saved {
         };
         let patch = self.pixel * (self.cells * CELL) as f64;
         let checks = [
-            (self.frames <= MAX_FRAMES, "it has counted more frames than a video has"),
+            (
+                self.frames.max(self.sure) <= MAX_FRAMES,
+                "it has counted more frames than a video has",
+            ),
             (sound(&self.place) && back, "its place is not finite, or its size not positive"),
             (
                 self.base.iter().all(|&v| (1.0..=MAX_SIDE).contains(&v)) && positive(patch),
@@ -116,6 +124,7 @@ impl Saved {
                 self.cells <= MAX_CELLS && smooth_side(self.cells as f64) == self.cells,
                 "the number of cells is not one that the tracker uses",
             ),
+            (self.recent.is_finite(), "how sure the memory was is not finite"),
             (positive(self.memory_mean), "the memory's mean response is not positive"),
         ];
         if let Some((_, reason)) = checks.into_iter().find(|(holds, _)| !holds) {

@@ -7,6 +7,9 @@ use crate::estimate::{Estimate, Status};
 use crate::vision::geometry::BoundingBox;
 use serde::{Deserialize, Serialize};
 
+/// Rate of the running mean of how sure the memory was.
+const RECENT_RATE: f64 = 0.05;
+
 /// What the tracker is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -23,7 +26,11 @@ pub(crate) enum Phase {
 impl Target {
     /// The next phase, by how sure the memory is of the place at hand.
     pub fn advance(&mut self, certainty: f64, config: &RobustConfig) {
-        let unknown = certainty < config.lost_below;
+        // Appearance that changes slowly makes the memory less sure, too, but never suddenly.
+        let unknown = certainty < config.lost_below && certainty < config.lost_drop * self.recent;
+        if !unknown {
+            self.recent += RECENT_RATE * (certainty - self.recent);
+        }
         self.phase = match self.phase {
             Phase::Following { doubtful } if unknown => {
                 let doubtful = doubtful + 1;

@@ -61,7 +61,7 @@ fn base(group: &str) -> Fields {
     if group == "robust" {
         // The target is lost and found again while it is half hidden.
         let easily_lost = json!({
-            "search": 4.0, "jump_ratio": 1.0, "lost_below": 0.7, "lost_after": 2, "found_above": 0.3,
+            "search": 4.0, "jump_ratio": 1.0, "lost_below": 0.7, "lost_drop": 1.0, "lost_after": 2, "found_above": 0.3,
             "trial": 2,
         });
         given.extend(fields(easily_lost));
@@ -135,6 +135,8 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("jump_ratio", json!(2.5)),
         ("jump_least", json!(5.0)),
         ("lost_below", json!(0.5)),
+        ("lost_drop", json!(0.1)),
+        ("first_frames", json!(0)),
         ("lost_after", json!(4)),
         ("found_above", json!(0.9)),
         ("trial", json!(9)),
