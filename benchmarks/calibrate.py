@@ -24,7 +24,7 @@ from pathlib import Path
 HIT_OVERLAP = 0.5
 BINS = 10
 # The map of runs whose configuration does not have it.
-SLOPE, EVEN = 10.0, 0.34
+SLOPE, EVEN = 7.0, 0.41
 STEPS = 50
 
 # The certainty of a frame, and whether the box is on the target.

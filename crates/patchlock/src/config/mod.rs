@@ -199,9 +199,9 @@ parameters! {
             /// patch model are those of the group `patchwise`.
             visible_step: usize = 4, number(1.0, 128.0);
             /// The share of the memory's mean response at which the score is one half.
-            score_even: f64 = 0.47, number(-10.0, 10.0);
+            score_even: f64 = 0.41, number(-10.0, 10.0);
             /// How fast the score rises there, per share of the mean response.
-            score_slope: f64 = 10.0, number(0.0, 1000.0);
+            score_slope: f64 = 7.0, number(0.0, 1000.0);
         }
     }
 }
