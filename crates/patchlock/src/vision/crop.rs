@@ -1,7 +1,7 @@
 //! Upright crops of a frame, resampled to any size: bilinear where they are enlarged, area averages where
 //! they shrink. Pixels outside the frame repeat those at its border.
 //!
-//! The cost follows the size of the result, not that of the crop: beyond [`MAX_SHRINK`] source pixels per
+//! The cost follows the size of the result, not that of the crop: beyond four source pixels per
 //! result pixel, only every so many rows and columns of the frame are read.
 
 use super::frame::{Frame, RowTaps};
