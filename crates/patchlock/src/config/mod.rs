@@ -179,7 +179,7 @@ parameters! {
             sure: f64 = 0.7, number(0.0, 10.0);
             /// The first frames are sure, whatever the memory says.
             first_frames: usize = 10, number(0.0, 10_000.0);
-            /// The memory is believed where it responds this many times stronger elsewhere, two frames on end,
+            /// The memory is believed where it responds this many times stronger elsewhere, twice on end,
             jump_ratio: f64 = 2.5, number(1.0, 1e6);
             /// and at least with this share of its mean.
             jump_least: f64 = 0.33, number(0.0, 10.0);
@@ -195,8 +195,8 @@ parameters! {
             trial: usize = 5, number(1.0, 10_000.0);
             /// Windows of the frame that are searched on each frame while the target is lost.
             search_windows: usize = 5, number(1.0, 1000.0);
-            /// Distance of neighbouring small patches of the patch model, in samples; the other numbers of the
-            /// patch model are those of the group `patchwise`.
+            /// Distance of neighbouring small patches of the patch model, in samples; its other numbers are
+            /// those of the group `patchwise`.
             visible_step: usize = 4, number(1.0, 128.0);
             /// The share of the memory's mean response at which the score is one half.
             score_even: f64 = 0.41, number(-10.0, 10.0);

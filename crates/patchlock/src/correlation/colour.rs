@@ -29,8 +29,8 @@ static TABLE: LazyLock<Vec<[f32; CHANNELS]>> = LazyLock::new(|| {
     (0..LEVELS.pow(3)).map(|k| channels(colour(k))).collect()
 });
 
-/// Adds the mean over each cell of the colour channels of a patch with three planes to `out`: `CHANNELS` planes
-/// of cells, row by row.
+/// Writes the mean over each cell of the colour channels of a patch with three planes: `CHANNELS` planes of
+/// cells, row by row.
 pub fn colour(patch: &Planes, out: &mut [f32]) {
     let table = &*TABLE;
     let (columns, rows) = (patch.width / CELL, patch.height / CELL);

@@ -97,8 +97,8 @@ fn compute(patch: &Planes, scratch: &mut FhogScratch, out: &mut [f32]) {
     }
 }
 
-/// The gradient of each pixel of a row, of the colour channel where it is largest: central differences inside,
-/// differences of neighbours at the border.
+/// The gradient of each pixel of a row, of the colour channel where it is largest: central differences
+/// inside, differences of neighbours at the border.
 #[inline(always)]
 fn gradients(patch: &Planes, y: usize, scratch: &mut FhogScratch) {
     let (width, height) = (patch.width, patch.height);

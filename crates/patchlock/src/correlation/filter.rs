@@ -46,7 +46,7 @@ impl FilterRules {
             .collect();
         let mut spectrum = vec![Complex32::ZERO; fourier.bins()];
         fourier.forward(&label, &mut spectrum, &mut FourierScratch::default());
-        // The target lies in the middle of the patch, so the filter's first cell is in the middle of the mask.
+        // The target lies in the middle of the patch, and so does the mask.
         let inside = |k: usize, size: f64| {
             let from_middle = k as f64 - (n as f64 - 1.0) / 2.0;
             from_middle.abs() <= (size / 2.0).max(1.0)
@@ -101,7 +101,7 @@ impl FilterRules {
     }
 
     /// Moves `filter` to the minimum of `|<x, f> - y|^2 / 2 + strength * T / 2 |f - filter|^2` for each
-    /// frequency, where `T` is the number of cells: a step along the sample, by how wrong the filter is on it.
+    /// frequency, where `T` is the number of cells: a step along the sample, as far as the filter is wrong.
     fn solve(
         &self,
         (sample, energy): (&[Complex32], &[f32]),

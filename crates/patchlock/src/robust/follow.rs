@@ -77,7 +77,7 @@ impl Follower {
             let rate = config.memory_rate.max(1.0 / (self.sure + 1) as f64) as f32;
             let pairs = self.memory.iter_mut().zip(&self.filter);
             pairs.for_each(|(memory, filter)| *memory = *memory * (1.0 - rate) + filter * rate);
-            // The response to the first frame, which the filter has learnt from alone, is no measure of later ones.
+            // The response to the frame that the filter was learnt from is no measure of later ones.
             let rate = config.memory_rate.max(1.0 / self.sure as f64);
             self.mean *= 1.0 + rate * (certainty - 1.0);
         }

@@ -129,7 +129,7 @@ impl Target {
         certainty
     }
 
-    /// How sure the memory is of the place at hand: its response there, relative to its mean over sure frames.
+    /// How sure the memory is of the place at hand: its response there, relative to its mean.
     fn certainty(&self, frame: &Frame<'_>, scratch: &mut Scratch) -> f64 {
         self.window.sample(frame, self.place, scratch);
         self.follower.certainty(&self.window, scratch)

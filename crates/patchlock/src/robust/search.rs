@@ -9,8 +9,8 @@ use crate::vision::frame::Frame;
 /// Windows of the search overlap by this share of their side, as responses fade towards their borders.
 const OVERLAP: f64 = 0.5;
 
-/// A peak in a window is looked at from close by if it is above this share of what counts as found: the window
-/// weakens it.
+/// A peak in a window is examined at its centre if it is above this share of what counts as found: the
+/// window weakens it.
 const PROMISING: f64 = 0.5;
 
 /// Sizes, relative to the last one, of one pass over the frame after the other.
@@ -81,7 +81,7 @@ impl Target {
         Place { centre, scale }
     }
 
-    /// The memory's best place in the window around a place, with how sure it is when looked at from close by.
+    /// The memory's best place in the window around a place, with how sure it is there.
     fn look_around(
         &self,
         frame: &Frame<'_>,

@@ -18,8 +18,8 @@ pub(crate) enum Phase {
     Following { doubtful: u32 },
     /// It has lost the target and searches; `next` is the number of the next window of the search.
     Lost { next: u64 },
-    /// It follows what it found while lost, for this many frames yet until that is believed; otherwise it goes
-    /// back.
+    /// It follows what it found while lost, for this many more frames until that is believed; otherwise it
+    /// goes back.
     Trial { left: u32, back: Place },
 }
 

@@ -226,7 +226,7 @@ impl<'a> Frame<'a> {
         (0..self.height).try_for_each(|y| self.check_row(&samples[y * self.stride..][..row], y))
     }
 
-    /// Adds pixels of row `y`, times `weight`, to `out`: those in the columns `from`, `from + step` and so on.
+    /// Adds pixels of row `y`, times `weight`, to `out`: those in columns `from`, `from + step` and so on.
     /// A pixel is one luma (`out.len()` pixels) or red, green and blue, with white at 255.
     pub(crate) fn add_row(&self, y: usize, taps: RowTaps, channels: usize, out: &mut [f32]) {
         match self.samples {

@@ -61,8 +61,8 @@ fn base(group: &str) -> Fields {
     if group == "robust" {
         // The target is lost and found again while it is half hidden.
         let easily_lost = json!({
-            "search": 4.0, "jump_ratio": 1.0, "lost_below": 0.7, "lost_drop": 1.0, "lost_after": 2, "found_above": 0.3,
-            "trial": 2,
+            "search": 4.0, "jump_ratio": 1.0, "lost_below": 0.7, "lost_drop": 1.0, "lost_after": 2,
+            "found_above": 0.3, "trial": 2,
         });
         given.extend(fields(easily_lost));
     }
@@ -72,7 +72,8 @@ fn base(group: &str) -> Fields {
     given
 }
 
-/// Tracks to the tree, or with the method `robust`, which can find the target again, past it; returns the estimates and everything that an observer sees.
+/// Tracks to the tree, or with the method `robust`, which can find the target again, past it; returns
+/// the estimates and everything that an observer sees.
 fn track(given: &Fields) -> Vec<(Estimate, String)> {
     let mut tracker = OCCLUDED.begin(&config(given), 16);
     let step = |k| {
