@@ -47,6 +47,8 @@ class Program:
         self.command = [
             str(binary),
             "track",
+            "--preset",
+            "paper",
             str(folder / "%04d.bmp"),
             "--quiet",
             "--overwrite",
@@ -67,7 +69,7 @@ def follow(
     frames: Frames, box: patchlock.Box, settings: dict[str, int]
 ) -> tuple[list[patchlock.Estimate], list[float]]:
     """The estimates, and the time around each call in milliseconds."""
-    tracker = patchlock.Tracker(threads=1, **settings)
+    tracker = patchlock.Tracker("paper", threads=1, **settings)
     estimates, around = [], []
     for k, frame in enumerate(frames):
         start = time.perf_counter()

@@ -84,6 +84,8 @@ def ours(program: Path, target: peers.Target, threads: int, settings: dict[str, 
         words = [
             "--sequences",
             target.name,
+            "--preset",
+            "paper",
             "--config",
             config,
             "--name",

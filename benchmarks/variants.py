@@ -86,8 +86,8 @@ def run(name: str, settings: Settings, args: argparse.Namespace) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     config = folder / f"{name}.toml"
     config.write_text(toml({**(CHEAP if args.cheap else {}), **settings}))
-    words = ["bench", args.sequences_folder, "--config", config, "--name", name, "--out", args.out / "runs"]
-    words += ["--seeds", args.seeds, "--jobs", args.jobs]
+    words = ["bench", args.sequences_folder, "--preset", "paper", "--config", config]
+    words += ["--name", name, "--out", args.out / "runs", "--seeds", args.seeds, "--jobs", args.jobs]
     words += ["--sequences", args.sequences] if args.sequences else []
     call(args.program, *words)
 

@@ -208,7 +208,7 @@ fn unknown_presets_and_settings() {
     fails(
         bench.track("x").args(["--preset", "papre"]).assert(),
         2,
-        &["papre", "the presets are paper"],
+        &["papre", "the presets are robust, paper, fast"],
     );
     let configured = |text: &str| {
         fs::write(bench.path("c.toml"), text).unwrap();
@@ -230,6 +230,11 @@ fn unknown_presets_and_settings() {
         2,
         &["\"foo\" is not one of the allowed words", "takes: "],
     );
+    let unused = "[patchwise]\nparticles = 300";
+    let advice = "method = \"patchwise\" at the beginning of the file";
+    fails(configured(unused), 2, &["c.toml: ", "robust, has no use for particles = 300", advice]);
+    let unused = "method = \"patchwise\"\nsearch = 4.0";
+    fails(configured(unused), 2, &["patchwise, has no use for search = 4.0"]);
     fails(configured("particles = 0"), 2, &["c.toml: ", "particles", "allowed"]);
     fails(bench.track("x").args(["--preset", ""]).assert(), 2, &["no preset \"\""]);
     fails(bench.track("").assert(), 1, &["no file or folder \"\""]);

@@ -53,7 +53,7 @@ fn a_folder_gives_all_outputs() {
     );
     assert_eq!(
         (&summary["preset"], &summary["version"]),
-        (&"paper".into(), &env!("CARGO_PKG_VERSION").into())
+        (&"robust".into(), &env!("CARGO_PKG_VERSION").into())
     );
     for number in ["tracking_fps", "ms_median", "ms_p95"] {
         assert!(summary[number].as_f64().unwrap() > 0.0, "{number}");
@@ -80,6 +80,25 @@ fn the_status_is_in_tables_and_summary() {
     assert_eq!(summary["losses"], serde_json::json!([]));
     let wrong = bench.track("f").args(["--lost", "hide"]).assert().code(2);
     wrong.stderr(predicate::str::contains("hide").and(predicate::str::contains("keep, blank")));
+}
+
+/// Version 0.1 had no method but the paper's, and no groups.
+#[test]
+fn settings_of_version_0_1_choose_the_paper_s_tracker() {
+    let bench = Bench::new();
+    bench.images("f", 4);
+    let x = |settings: &str, options: &[&str]| {
+        fs::write(bench.path("quick.toml"), settings).unwrap();
+        let output = bench.track("f").args(options).output().unwrap();
+        let lines: Vec<String> =
+            String::from_utf8(output.stdout).unwrap().lines().map(str::to_string).collect();
+        column(&lines, "x")
+    };
+    let paper = x("[patchwise]\nparticles = 12\n", &["--preset", "paper"]);
+    assert_eq!(x("particles = 12\noutside = \"zero\"\n", &[]), paper);
+    let robust = x("", &[]);
+    assert_ne!(robust, paper);
+    assert_eq!(x("method = \"robust\"\nsearch = 5.0\n", &["--preset", "paper"]), robust);
 }
 
 #[test]
@@ -235,7 +254,8 @@ fn unsupported_kinds_of_h264_are_decoded_by_ffmpeg() {
 fn the_output_of_config_gives_the_same_boxes() {
     let bench = Bench::new();
     bench.images("f", 2);
-    let printed = support::patchlock().arg("config").output().unwrap().stdout;
+    let printed =
+        support::patchlock().args(["config", "--preset", "paper"]).output().unwrap().stdout;
     let text = String::from_utf8(printed).unwrap().replace("particles = 650", "particles = 12");
     fs::write(bench.path("all.toml"), text).unwrap();
     let x = |config: &str| {

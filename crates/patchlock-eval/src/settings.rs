@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use patchlock::{PARAMETERS, PRESETS, Parameter, Range, TrackerConfig};
+use patchlock::{Method, PARAMETERS, PRESETS, Parameter, Range, TrackerConfig};
 
 use crate::names::near_matches;
 
@@ -67,6 +67,20 @@ pub enum SettingsError {
         /// The allowed values.
         allowed: String,
     },
+    /// The setting belongs to another method than the one in use.
+    #[error("{}: the method in use, {}, has no use for {name} = {value}", file.display(), method.name())]
+    Unused {
+        /// The file.
+        file: PathBuf,
+        /// The setting.
+        name: &'static str,
+        /// The value as given.
+        value: String,
+        /// The method in use.
+        method: Method,
+        /// The method that the setting belongs to.
+        owner: &'static str,
+    },
     /// The configuration as a whole is invalid.
     #[error("{0}")]
     OutOfRange(String),
@@ -98,6 +112,11 @@ impl SettingsError {
                 format!("did you mean {}? patchlock config shows all settings", near.join(" or "))
             }
             Self::Value { name, allowed, .. } => format!("{name} takes: {allowed}"),
+            Self::Unused { owner, .. } => {
+                format!(
+                    "method = \"{owner}\" at the beginning of the file chooses the method that uses it"
+                )
+            }
             Self::OutOfRange(_) => {
                 "patchlock config shows every setting with its range".to_string()
             }
@@ -144,10 +163,20 @@ fn with_file(config: TrackerConfig, file: &Path) -> Result<TrackerConfig, Settin
         let reason = error.message().to_string();
         SettingsError::NoToml { file: file.to_path_buf(), line, reason }
     })?;
-    let config = apply(config, changes, file)?;
+    let config = apply(of_version_0_1(config, &changes), changes, file)?;
     let out_of_range = |error| SettingsError::OutOfRange(format!("{}: {error}", file.display()));
     config.validate().map_err(out_of_range)?;
     Ok(config)
+}
+
+/// With the paper's tracker, if the file has settings outside of their group, as version 0.1 wrote them, and
+/// no method.
+fn of_version_0_1(mut config: TrackerConfig, changes: &toml::Table) -> TrackerConfig {
+    let read = changes.clone().try_into::<TrackerConfig>();
+    if !changes.contains_key("method") && read.is_ok_and(|read| read.method == Method::Patchwise) {
+        config.method = Method::Patchwise;
+    }
+    config
 }
 
 /// Applies the changes one at a time, so that an invalid one can be named. The settings of a group are in a
@@ -160,6 +189,7 @@ fn apply(
 ) -> Result<TrackerConfig, SettingsError> {
     let table = toml::Table::try_from(&config);
     let mut table = table.map_err(|error| SettingsError::Table(error.to_string()))?;
+    let before = table.clone();
     for (name, value) in changes {
         let is_group = PARAMETERS.iter().any(|row| !name.is_empty() && row.group == name);
         match value {
@@ -171,7 +201,27 @@ fn apply(
             value => apply_one(&mut table, (None, &name), &value, file)?,
         }
     }
-    table.try_into().map_err(|error: toml::de::Error| SettingsError::Table(error.to_string()))
+    let config: Result<TrackerConfig, _> = table.clone().try_into();
+    let config = config.map_err(|error| SettingsError::Table(error.to_string()))?;
+    refuse_unused(config.method, (&before, &table), file)?;
+    Ok(config)
+}
+
+/// Refuses a changed setting that the method does not use: it would have no effect.
+fn refuse_unused(
+    method: Method,
+    (before, after): (&toml::Table, &toml::Table),
+    file: &Path,
+) -> Result<(), SettingsError> {
+    for parameter in PARAMETERS.iter().filter(|parameter| !parameter.is_used_by(method)) {
+        let Parameter { group, name, .. } = *parameter;
+        let value = |table: &toml::Table| table.get(group)?.get(name).cloned();
+        if let Some(value) = value(after).filter(|after| value(before).as_ref() != Some(after)) {
+            let (file, value) = (file.to_path_buf(), value.to_string());
+            return Err(SettingsError::Unused { file, name, value, method, owner: group });
+        }
+    }
+    Ok(())
 }
 
 /// Changes one setting in the table of a configuration. `group` is the table that contains it in the file.

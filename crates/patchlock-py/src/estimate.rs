@@ -112,7 +112,7 @@ impl Estimate {
 
     /// Hidden patches, `(large, small)`, as boolean arrays; `None` if the method does not know.
     ///
-    /// Patches are in row order of the unrotated target: 3 x 3 and 13 x 13 with the preset `paper`.
+    /// Patches are in row order of the unrotated target: by default 3 x 3 and 7 x 7.
     #[getter]
     fn occlusion<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         let Some(maps) = self.maps(py)? else { return Ok(None) };

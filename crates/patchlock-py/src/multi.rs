@@ -77,7 +77,7 @@ fn of_targets(error: Error) -> PyErr {
 #[pymethods]
 impl MultiTracker {
     #[new]
-    #[pyo3(signature = (preset = "paper", *, threads = None, channels = "rgb", **overrides))]
+    #[pyo3(signature = (preset = "robust", *, threads = None, channels = "rgb", **overrides))]
     fn new(
         preset: &str,
         threads: Option<usize>,

@@ -1,6 +1,6 @@
 //! Builds a validated configuration from a preset and keyword arguments.
 
-use patchlock::{Error, PARAMETERS, Parameter, Range, TrackerConfig};
+use patchlock::{Error, Method, PARAMETERS, Parameter, Range, TrackerConfig};
 use patchlock_eval::names::near_matches;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -21,6 +21,7 @@ pub fn resolve(preset: &str, overrides: Option<&Bound<'_, PyDict>>) -> PyResult<
 /// A configuration with some settings changed.
 pub fn changed(config: TrackerConfig, overrides: &Bound<'_, PyDict>) -> PyResult<TrackerConfig> {
     let mut table = table(&config)?;
+    let mut new = Vec::new();
     for (name, value) in overrides {
         let name: String = name.extract()?;
         // `lambda` is a Python keyword, so as an argument it is written `lambda_`.
@@ -28,12 +29,19 @@ pub fn changed(config: TrackerConfig, overrides: &Bound<'_, PyDict>) -> PyResult
         let known = PARAMETERS.iter().find(|parameter| parameter.name == name);
         let parameter = known.ok_or_else(|| unknown(&name))?;
         let slot = slot(&mut table, parameter);
-        *slot = checked(parameter, &value, slot)?;
+        let value = checked(parameter, &value, slot)?;
+        if *slot != value {
+            *slot = value;
+            new.push(parameter);
+        }
     }
     let config: TrackerConfig = serde_json::from_value(Value::Object(table))
         .map_err(|error| PyValueError::new_err(error.to_string()))?;
     config.validate().map_err(errors::of_tracker)?;
-    Ok(config)
+    match new.iter().find(|parameter| !parameter.is_used_by(config.method)) {
+        Some(parameter) => Err(unused(parameter, config.method)),
+        None => Ok(config),
+    }
 }
 
 /// The entry of a setting in the table of a configuration.
@@ -50,6 +58,15 @@ fn table(config: &TrackerConfig) -> PyResult<Map<String, Value>> {
         Ok(Value::Object(table)) => Ok(table),
         other => Err(PyValueError::new_err(format!("the configuration is not a table: {other:?}"))),
     }
+}
+
+fn unused(parameter: &Parameter, method: Method) -> PyErr {
+    let Parameter { group, name, .. } = parameter;
+    PyValueError::new_err(format!(
+        "{name} is a setting of the method {group} that {} does not use; add method=\"{group}\"{}",
+        method.name(),
+        if *group == "patchwise" { ", or use the preset 'paper'" } else { "" },
+    ))
 }
 
 fn unknown(name: &str) -> PyErr {

@@ -70,7 +70,7 @@ impl Tracker {
 #[pymethods]
 impl Tracker {
     #[new]
-    #[pyo3(signature = (preset = "paper", *, threads = None, channels = "rgb", **overrides))]
+    #[pyo3(signature = (preset = "robust", *, threads = None, channels = "rgb", **overrides))]
     fn new(
         preset: &str,
         threads: Option<usize>,

@@ -10,8 +10,8 @@ import pytest
 
 import patchlock
 
-QUICK: dict[str, Any] = {"particles": 30, "small_step": 8}
-"""Settings with which a frame takes a few milliseconds."""
+QUICK: dict[str, Any] = {"method": "patchwise", "particles": 30, "small_step": 8}
+"""Settings of the paper's tracker with which a frame takes a few milliseconds."""
 
 
 @pytest.fixture(scope="session")

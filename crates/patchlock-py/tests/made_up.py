@@ -16,7 +16,7 @@ from PIL import Image
 import patchlock
 
 SCENE = patchlock.Scene("simple")
-SETTINGS = {"particles": 100, "small_step": 4}
+SETTINGS = {"method": "patchwise", "particles": 100, "small_step": 4}
 """Fast, and accurate enough to follow the scene."""
 
 

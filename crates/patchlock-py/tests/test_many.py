@@ -86,11 +86,11 @@ def test_errors_name_their_cause(scene, film):
     with pytest.raises(ValueError, match="not a snapshot of a MultiTracker"):
         patchlock.MultiTracker.restore(patchlock.Tracker().snapshot())
     with pytest.raises(ValueError, match="`particles` is 0"):
-        patchlock.MultiTracker(particles=0)
+        patchlock.MultiTracker("paper", particles=0)
 
 
 def test_other_threads_run_while_a_frame_is_tracked(scene, film):
-    tracker = patchlock.MultiTracker(particles=2000, threads=1)
+    tracker = patchlock.MultiTracker("paper", particles=2000, threads=1)
     for _ in range(2):
         tracker.add(film[0], scene.truth(0))
     steps: list[float] = []

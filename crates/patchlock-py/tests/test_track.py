@@ -16,7 +16,7 @@ from PIL import Image
 import patchlock
 from patchlock import Frames, to_dataframe, track
 
-TOML = "".join(f"{name} = {value}\n" for name, value in QUICK.items())
+TOML = "".join(f"{name} = {value!r}\n" for name, value in QUICK.items())
 
 
 @pytest.fixture(scope="module")

@@ -24,8 +24,9 @@ def overlap(a: patchlock.Box, b: patchlock.Box) -> float:
     return both / (a.w * a.h + b.w * b.h - both)
 
 
-def test_it_follows_the_target(scene, film):
-    tracker = patchlock.Tracker(particles=200, small_step=8)
+@pytest.mark.parametrize("settings", [{}, {"preset": "paper", "particles": 200, "small_step": 8}])
+def test_it_follows_the_target(scene, film, settings):
+    tracker = patchlock.Tracker(**settings)
     tracker.init(film[0], scene.truth(0))
     for k, frame in enumerate(film[1:], 1):
         estimate = tracker.update(frame)
@@ -35,7 +36,7 @@ def test_it_follows_the_target(scene, film):
 
 
 def test_an_estimate_has_all_fields(scene, film):
-    estimate = patchlock.Tracker().init(film[0], scene.truth(0))
+    estimate = patchlock.Tracker("paper").init(film[0], scene.truth(0))
     assert estimate.box == pytest.approx(scene.truth(0))
     assert estimate.box.w == estimate.box[2]
     assert estimate.corners.shape == (4, 2) and estimate.corners.dtype == np.float64
@@ -160,11 +161,14 @@ def test_init_restarts_the_tracker(scene, film):
 
 
 def test_settings_are_those_of_the_table():
-    config = patchlock.Tracker(particles=np.int64(77), sigma_x=3, gamma="one", subtract_mean=True).config
+    settings: Any = {"particles": np.int64(77), "sigma_x": 3, "gamma": "one", "subtract_mean": True}
+    config = patchlock.Tracker("paper", **settings).config
     names = ("particles", "sigma_x", "gamma", "subtract_mean")
     assert [config[name] for name in names] == [77, 3.0, "one", True]
     assert [p.name for p in patchlock.parameters()] == list(config)
     defaults = patchlock.Tracker().config
+    assert defaults == patchlock.Tracker(patchlock.PRESETS[0]).config
+    assert defaults["method"] == "robust"
     rows = patchlock.parameters()
     assert all(p.default == defaults[p.name] and p.allowed and p.source and p.purpose for p in rows)
     assert patchlock.Tracker(**defaults).config == defaults
@@ -197,7 +201,9 @@ def test_the_types_of_the_settings_are_those_of_the_table():
         ({"gamma": "two"}, ValueError, "exp_visible, one, visible, exp_error"),
         ({"gamma": 2}, TypeError, "gamma takes a word"),
         ({"large_patch": 64}, ValueError, "at most template_side = 32"),
-        ({"preset": "best"}, ValueError, "unknown preset `best`; there are: paper, fast"),
+        ({"preset": "best"}, ValueError, "unknown preset `best`; there are: robust, paper, fast"),
+        ({"particles": 9}, ValueError, "particles is a setting of the method patchwise that robust does not"),
+        ({"preset": "paper", "search": 9.0}, ValueError, r'does not use; add method="robust"'),
         ({"threads": 0}, ValueError, "1 to 1024"),
         ({"channels": "hsv"}, ValueError, "'rgb', 'bgr'"),
     ],
@@ -245,7 +251,7 @@ def test_the_order_of_calls_and_the_size_of_frames_are_checked(scene, film):
 
 
 def slow_tracker(film, box) -> patchlock.Tracker:
-    tracker = patchlock.Tracker(particles=4000, threads=1)
+    tracker = patchlock.Tracker("paper", particles=4000, threads=1)
     tracker.init(film[0], box)
     return tracker
 

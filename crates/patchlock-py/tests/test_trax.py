@@ -51,7 +51,7 @@ def client(tmp_path: Path, protocol: int) -> Iterator[Any]:
     from trax.client import Client
 
     settings = tmp_path / "quick.toml"
-    settings.write_text("".join(f"{name} = {value}\n" for name, value in made_up.SETTINGS.items()))
+    settings.write_text("".join(f"{name} = {value!r}\n" for name, value in made_up.SETTINGS.items()))
     with running(protocol, "--config", str(settings)) as server:
         # This version of the client requires a log, and its destructor writes to it.
         peer = Client(stream=(server.stdin.fileno(), server.stdout.fileno()), log=lambda line: None)
@@ -185,11 +185,9 @@ def test_a_server_of_libtrax_in_our_bench(trax: Any, tmp_path: Path) -> None:
     boxes = np.array([made_up.box(k) for k in range(FRAMES)]) + [1, 1, 0, 0]
     np.savetxt(sequence / "groundtruth_rect.txt", boxes, delimiter=",", fmt="%.17g")
     (tmp_path / "my_tracker.py").write_text(made_up.snippet("python", "trax.Server"))
-    settings = tmp_path / "quick.toml"
-    settings.write_text("".join(f"{name} = {value}\n" for name, value in made_up.SETTINGS.items()))
     bench = [sys.executable, "-m", "patchlock", "bench", "data", "--out", "out", "--quiet"]
     command = shlex.join([sys.executable, "my_tracker.py"])
-    for options in [["--name", "mine", "--cmd", command], ["--name", "own", "--config", str(settings)]]:
+    for options in [["--name", "mine", "--cmd", command], ["--name", "own"]]:
         subprocess.run([*bench, *options], cwd=tmp_path, check=True)
     mine, own = [
         np.loadtxt(tmp_path / "out" / name / "ope/Badge/0.txt", delimiter=",") for name in ["mine", "own"]

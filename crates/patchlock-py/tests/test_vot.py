@@ -46,7 +46,7 @@ def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     far that the tracker loses it.
     """
     folder = tmp_path_factory.mktemp("vot")
-    settings = "".join(f"{name} = {value}\n" for name, value in made_up.SETTINGS.items())
+    settings = "".join(f"{name} = {value!r}\n" for name, value in made_up.SETTINGS.items())
     (folder / "quick.toml").write_text(settings)
     options = ["--config", str(folder / "quick.toml"), "--threads", "1"]
     module = [sys.executable, "-m", "patchlock.toolkits.vot", *options]

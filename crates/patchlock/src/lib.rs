@@ -1,11 +1,23 @@
 //! Patchlock: a visual object tracker. Draw a box around anything in the first frame; it follows it through
-//! the video, says how sure it is, and which parts are hidden. It is an exact and fast implementation of
-//! "Patchwise object tracking via structural local sparse appearance model" (Kashiyani, Shokouhi, 2017). No
-//! training, no model files, no GPU.
+//! the video, says how sure it is, and which parts are hidden. No training, no model files, no GPU.
+//!
+//! There are two methods. [`Method::Robust`], the default, follows with correlation filters, remembers what
+//! was sure, and finds the target again after a loss. [`Method::Patchwise`] (the presets `paper` and `fast`)
+//! is an exact and fast implementation of "Patchwise object tracking via structural local sparse appearance
+//! model" (Kashiyani, Shokouhi, 2017).
 //!
 //! Begin with [`Tracker`] and [`TrackerConfig`]; [`MultiTracker`] follows many targets at once.
 //!
 //! The library opens no files, prints nothing, reads no clock, and does not panic on any input.
+//!
+//! # Where the steps of `robust` are
+//!
+//! | step | module |
+//! |---|---|
+//! | the whole | `robust` |
+//! | features, filters, responses, scale | `correlation` |
+//! | windows of the frame | `vision::crop` |
+//! | which parts are visible | `appearance`, the paper's patch model |
 //!
 //! # Where each step of the paper is
 //!

@@ -4,7 +4,7 @@
 use crate::Error;
 use crate::appearance::memory::PatchMemory;
 use crate::appearance::subspace::Subspace;
-use crate::config::TrackerConfig;
+use crate::config::{Method, TrackerConfig};
 use crate::error;
 use crate::method::SavedTarget;
 use crate::motion::state::State;
@@ -100,6 +100,7 @@ impl TryFrom<SnapshotForm> for Snapshot {
 
     fn try_from(form: SnapshotForm) -> Result<Self, Error> {
         let SnapshotForm { version, config, frame_size, target, memory } = form;
+        let config = config_of(version, config);
         let target = match version {
             VERSION => target.map(TargetForm::now).transpose()?,
             VERSION_OF_0_1 => memory.map(TargetForm::of_0_1).transpose()?,
@@ -129,6 +130,7 @@ impl TryFrom<MultiSnapshotForm> for MultiSnapshot {
 
     fn try_from(form: MultiSnapshotForm) -> Result<Self, Error> {
         let MultiSnapshotForm { version, config, next, mut frame_size, targets: forms } = form;
+        let config = config_of(version, config);
         let read = match version {
             VERSION => TargetForm::now,
             VERSION_OF_0_1 => TargetForm::of_0_1,
@@ -148,6 +150,14 @@ impl TryFrom<MultiSnapshotForm> for MultiSnapshot {
             return Err(error::snapshot("it has targets but no frame size"));
         }
         Ok(Self { version: VERSION, config, next, frame_size, targets })
+    }
+}
+
+/// The configuration of a snapshot of this version: 0.1 had no method but the paper's.
+fn config_of(version: u32, config: TrackerConfig) -> TrackerConfig {
+    match version {
+        VERSION_OF_0_1 => TrackerConfig { method: Method::Patchwise, ..config },
+        _ => config,
     }
 }
 

@@ -22,7 +22,7 @@ use crate::progress::RunsProgress;
 const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock bench OTB --out out
-      tracks every target in the folder OTB once, with the preset paper; results go to out/paper
+      tracks every target in the folder OTB once, with the preset robust; results go to out/robust
   patchlock bench OTB --out out --seeds 5 --sequences David,Jogging
       five seeds on three targets: Jogging has two
   patchlock bench OTB --out out --config wide.toml --name wide --attributes FM,MB
@@ -56,8 +56,9 @@ pub struct BenchArgs {
     #[arg(long, value_name = "NAME", default_value = "ope")]
     protocol: Scheme,
 
-    /// The preset to start from: paper, or fast, which evaluates fewer candidates on fewer patches
-    #[arg(long, value_name = "NAME", default_value = "paper")]
+    /// The preset to start from: robust, paper (the tracker of the paper), or fast (that one with fewer
+    /// candidates and patches)
+    #[arg(long, value_name = "NAME", default_value = "robust")]
     preset: String,
 
     /// Settings that differ from the preset, as TOML; see patchlock config

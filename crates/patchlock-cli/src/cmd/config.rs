@@ -23,8 +23,8 @@ const LINE: usize = 100;
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ConfigArgs {
-    /// The preset to print: paper or fast
-    #[arg(long, value_name = "NAME", default_value = "paper")]
+    /// The preset to print: robust, paper or fast
+    #[arg(long, value_name = "NAME", default_value = "robust")]
     preset: String,
 }
 

@@ -132,7 +132,7 @@ fn begin(out: &Path, scene: &Scene) -> Result<(Run, Show)> {
         Box::new(Video::new(create("demo.mp4")?, FrameRate::DEFAULT, frames)),
         Box::new(Table::new(Format::Csv, Lost::Keep, create("demo.csv")?)),
     ];
-    let run = Run::new(TrackerConfig::preset("paper")?, None, false, sinks)?;
+    let run = Run::new(TrackerConfig::default(), None, false, sinks)?;
     let input = Mp4Writer::new(input, first.width, first.height, FrameRate::DEFAULT, frames)
         .map_err(&write_error)?;
     let (overlap, score, panels) = (Vec::new(), Vec::new(), Vec::new());

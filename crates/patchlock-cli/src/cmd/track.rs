@@ -75,8 +75,9 @@ pub struct TrackArgs {
     #[arg(long, value_name = "FILE.csv")]
     boxes: Option<PathBuf>,
 
-    /// The preset to start from: paper, or fast, which evaluates fewer candidates on fewer patches
-    #[arg(long, value_name = "NAME", default_value = "paper")]
+    /// The preset to start from: robust, paper (the tracker of the paper), or fast (that one with fewer
+    /// candidates and patches)
+    #[arg(long, value_name = "NAME", default_value = "robust")]
     preset: String,
 
     /// Settings that differ from the preset, as TOML; see patchlock config

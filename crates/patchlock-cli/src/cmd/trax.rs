@@ -16,7 +16,7 @@ const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock trax --config my.toml
       waits on standard input for a client, such as the VOT toolkit
-  patchlock bench OTB --out out --name mine --cmd \"patchlock trax --preset paper\"
+  patchlock bench OTB --out out --name mine --cmd \"patchlock trax --preset robust\"
       a client that starts the server itself
 
 Entry for trackers.ini of the VOT toolkit:
@@ -40,8 +40,9 @@ pub struct TraxArgs {
     #[arg(long, value_name = "N", default_value = "4", value_parser = parse_protocol)]
     protocol: Protocol,
 
-    /// The preset to start from: paper, or fast, which evaluates fewer candidates on fewer patches
-    #[arg(long, value_name = "NAME", default_value = "paper")]
+    /// The preset to start from: robust, paper (the tracker of the paper), or fast (that one with fewer
+    /// candidates and patches)
+    #[arg(long, value_name = "NAME", default_value = "robust")]
     preset: String,
 
     /// Settings that differ from the preset, as TOML; see patchlock config

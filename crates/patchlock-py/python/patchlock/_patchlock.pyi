@@ -65,7 +65,7 @@ class Tracker:
 
     def __new__(
         cls,
-        preset: str = "paper",
+        preset: str = "robust",
         *,
         threads: int | None = None,
         channels: Literal["rgb", "bgr"] = "rgb",
@@ -179,7 +179,7 @@ class MultiTracker:
 
     def __new__(
         cls,
-        preset: str = "paper",
+        preset: str = "robust",
         *,
         threads: int | None = None,
         channels: Literal["rgb", "bgr"] = "rgb",
@@ -346,7 +346,7 @@ class Estimate:
     def occlusion(self) -> Occlusion | None:
         """Hidden patches, `(large, small)`, as boolean arrays; `None` if the method does not know.
 
-        Patches are in row order of the unrotated target: 3 x 3 and 13 x 13 with the preset `paper`.
+        Patches are in row order of the unrotated target: by default 3 x 3 and 7 x 7.
         """
 
     def to_dict(self) -> dict[str, float | str | None]:

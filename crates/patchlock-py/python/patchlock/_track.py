@@ -23,7 +23,7 @@ def track(
     source: str | os.PathLike[str] | Iterable[FrameLike],
     box: BoxLike,
     *,
-    preset: str = "paper",
+    preset: str = "robust",
     start: int = 0,
     end: int | None = None,
     stride: int = 1,

@@ -45,9 +45,9 @@ class Occlusion(NamedTuple):
     """Which of the target's patches are hidden, in row order of the unrotated target."""
 
     large: npt.NDArray[np.bool_]
-    """The large patches; 3 x 3 with the preset `paper`."""
+    """The large patches; 3 x 3 by default."""
     small: npt.NDArray[np.bool_]
-    """The small patches; 13 x 13 with the preset `paper`."""
+    """The small patches; 7 x 7 by default, 13 x 13 with the preset `paper`."""
 
 
 class Parameter(NamedTuple):
@@ -56,7 +56,7 @@ class Parameter(NamedTuple):
     name: str
     """Name of the setting, as a keyword of `Tracker` and in a configuration file."""
     default: float | str | bool
-    """Value in the preset `paper`."""
+    """Value in the preset `robust`."""
     allowed: str
     """Allowed values: a range or a list."""
     source: str

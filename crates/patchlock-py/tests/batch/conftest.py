@@ -13,7 +13,7 @@ from PIL import Image
 import patchlock
 from patchlock.batch import Clip
 
-QUICK: dict[str, Any] = {"particles": 60, "small_step": 4}
+QUICK: dict[str, Any] = {"method": "patchwise", "particles": 60, "small_step": 4}
 """Settings with which a clip takes some tenths of a second: long enough to be killed meanwhile."""
 FRAMES = 24
 

@@ -45,14 +45,14 @@ def test_the_boxes_are_those_of_track(tmp_path: Path, clips: list[Clip], frames:
     assert (summary.done, summary.kept, summary.failed, summary.left) == (3, 0, [], 0)
     assert summary.frames == 24 + 24 + 5 and summary.fps > 0
     for name, seed, choice in (("clip1", 1, {}), ("part", 0, {"end": 9, "stride": 2})):
-        lines = (tmp_path / "paper" / "ope" / name / f"{seed}.txt").read_text().splitlines()
+        lines = (tmp_path / "robust" / "ope" / name / f"{seed}.txt").read_text().splitlines()
         got = [[float(word) for word in line.split(",")] for line in lines]
         estimates = list(patchlock.track(frames, box, seed=seed, progress=False, **choice, **QUICK))
         # The first line is the given box.
         boxes = [box, *(estimate.box for estimate in estimates[1:])]
         assert got == [[x + 1, y + 1, w, h] for x, y, w, h in boxes]
     assert json.loads((tmp_path / "batch.json").read_text()) == summary.to_dict()
-    manifest = json.loads((tmp_path / "paper" / "ope" / "part" / "0.json").read_text())
+    manifest = json.loads((tmp_path / "robust" / "ope" / "part" / "0.json").read_text())
     assert manifest["clip"] == {"source": str(frames), "start": 0, "end": 9, "stride": 2}
     assert (manifest["jobs"], manifest["threads"]) == (2, 1)
 
@@ -60,8 +60,8 @@ def test_the_boxes_are_those_of_track(tmp_path: Path, clips: list[Clip], frames:
 def test_complete_runs_are_kept_and_damaged_ones_repeated(tmp_path: Path, clips: list[Clip]) -> None:
     run(clips[:3], tmp_path, progress=False, **QUICK)
     whole = boxes_below(tmp_path)
-    (tmp_path / "paper/ope/clip0/0.json").unlink()
-    (tmp_path / "paper/ope/clip1/1.txt").write_text("1,2,3,4\n")
+    (tmp_path / "robust/ope/clip0/0.json").unlink()
+    (tmp_path / "robust/ope/clip1/1.txt").write_text("1,2,3,4\n")
     summary = run(clips[:3], tmp_path, progress=False, **QUICK)
     assert (summary.done, summary.kept) == (2, 1)
     assert boxes_below(tmp_path) == whole
@@ -78,11 +78,11 @@ def test_clips_with_own_settings_have_own_folders(tmp_path: Path, clips: list[Cl
     strange = Clip(clips[1].source, clips[1].box, name="strange", settings={"partcles": 20})
     summary = run([clips[0], own, same, strange], tmp_path, progress=False, **QUICK)
     folders = [Path(folder).name for folder in summary.folders]
-    assert folders[0] == "paper" and len(folders) == 2 and folders[1].startswith("paper-")
+    assert folders[0] == "robust" and len(folders) == 2 and folders[1].startswith("robust-")
     assert set(boxes_below(tmp_path)) == {
         f"{folders[1]}/ope/own/0.txt",
-        "paper/ope/clip0/0.txt",
-        "paper/ope/same/5.txt",
+        "robust/ope/clip0/0.txt",
+        "robust/ope/same/5.txt",
     }
     [failure] = summary.failed
     assert failure.name == "strange" and "did you mean particles" in failure.message
@@ -105,7 +105,7 @@ def test_failed_clips_do_not_stop_the_others(tmp_path: Path, clips: list[Clip], 
     manifest = tmp_path / "clips.csv"
     manifest.write_text("source,box,name\n" + "\n".join(rows) + "\n")
     config = tmp_path / "quick.toml"
-    config.write_text("".join(f"{name} = {value}\n" for name, value in QUICK.items()))
+    config.write_text("".join(f"{name} = {value!r}\n" for name, value in QUICK.items()))
     command = [
         sys.executable,
         "-m",
@@ -241,8 +241,8 @@ def test_score_and_report_read_the_results_and_the_collected_truth(
     (tmp_path / "truth.txt").write_text("".join(f"{x + 1},{y + 1},{w},{h}\n" for x, y, w, h in truth))
     (tmp_path / "clips.csv").write_text(
         "source,truth,name,stride,settings\n"
-        f"{frames},truth.txt,a,,small_step=4\n"
-        f"{frames},truth.txt,b,2,small_step=4\n"
+        f"{frames},truth.txt,a,,visible_step=8\n"
+        f"{frames},truth.txt,b,2,visible_step=8\n"
     )
     python = [sys.executable, "-m"]
     out, gathered = str(tmp_path / "out"), str(tmp_path / "truth")

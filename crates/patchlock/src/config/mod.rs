@@ -24,7 +24,7 @@ pub use table::{Parameter, Range};
 use table::{Value, number, parameters};
 
 /// The names that [`TrackerConfig::preset`] knows.
-pub const PRESETS: &[&str] = &["paper", "fast", "robust"];
+pub const PRESETS: &[&str] = &["robust", "paper", "fast"];
 
 /// The largest seed: every file format keeps whole numbers up to it.
 const MAX_SEED: f64 = 9_007_199_254_740_991.0;
@@ -43,13 +43,18 @@ pub enum Method {
 impl Method {
     /// The values as a configuration file writes them.
     pub const WORDS: &'static [&'static str] = &["patchwise", "robust"];
+
+    /// The value as a configuration file writes it.
+    pub fn name(self) -> &'static str {
+        Self::WORDS[self as usize]
+    }
 }
 
 parameters! {
     common {
         "own choice" {
             /// The method that follows the target.
-            method: Method = Method::Patchwise, Range::Words(Method::WORDS);
+            method: Method = Method::Robust, Range::Words(Method::WORDS);
             /// Seed of all randomness: the same seed gives the same boxes.
             seed: u64 = 0, number(0.0, MAX_SEED);
         }
@@ -206,28 +211,55 @@ parameters! {
     }
 }
 
+/// The rows of the group `patchwise` that the method `robust` does not use: it draws no particles and weighs
+/// none, and has its own distance of the small patches.
+const ONLY_PATCHWISE: &[&str] = &[
+    "particles",
+    "sigma_x",
+    "sigma_y",
+    "sigma_scale",
+    "sigma_rotation",
+    "sigma_aspect",
+    "sigma_skew",
+    "small_step",
+    "beta",
+    "position_weights",
+    "occlusion_weights",
+    "gamma",
+    "scales",
+];
+
+impl Parameter {
+    /// Whether this method uses the field; `robust` also uses those of the group `patchwise` that belong to
+    /// its patch model.
+    pub fn is_used_by(&self, method: Method) -> bool {
+        match (self.group, method) {
+            ("patchwise", Method::Robust) => !ONLY_PATCHWISE.contains(&self.name),
+            (group, method) => group.is_empty() || group == method.name(),
+        }
+    }
+}
+
 impl TrackerConfig {
-    /// The configuration of a preset. `robust` follows with correlation filters, remembers what was sure, and
-    /// finds the target again after a loss. `paper` is the tracker of the paper. `fast` is the same with 400
-    /// particles and small patches 4 samples apart (7 x 7 instead of 13 x 13), which takes a small part of
-    /// the time.
+    /// The configuration of a preset. `robust`, the default, follows with correlation filters, remembers what
+    /// was sure, and finds the target again after a loss. `paper` is the tracker of the paper. `fast` is that
+    /// one with 400 particles and small patches 4 samples apart (7 x 7 instead of 13 x 13), which takes a
+    /// small part of the time.
     ///
     /// # Errors
     /// [`Error::UnknownPreset`] names the presets that exist.
     pub fn preset(name: &str) -> Result<Self, Error> {
-        let mut config = Self::default();
+        let patchwise = || Self { method: Method::Patchwise, ..Self::default() };
         match name {
-            "paper" => {}
-            "robust" => config.method = Method::Robust,
-            "fast" => (config.patchwise.particles, config.patchwise.small_step) = (400, 4),
-            _ => {
-                return Err(Error::UnknownPreset {
-                    name: name.to_owned(),
-                    known: PRESETS.join(", "),
-                });
+            "robust" => Ok(Self::default()),
+            "paper" => Ok(patchwise()),
+            "fast" => {
+                let mut config = patchwise();
+                (config.patchwise.particles, config.patchwise.small_step) = (400, 4);
+                Ok(config)
             }
+            _ => Err(Error::UnknownPreset { name: name.to_owned(), known: PRESETS.join(", ") }),
         }
-        Ok(config)
     }
 
     /// Checks every field against its range, and the fields that must fit each other.

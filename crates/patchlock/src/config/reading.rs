@@ -1,6 +1,7 @@
 //! Reads a configuration: groups as tables, and for files of version 0.1 also their fields without a group.
+//! Such a file means the paper's tracker, which was the only method, unless it names another one.
 
-use super::TrackerConfig;
+use super::{Method, TrackerConfig};
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, Visitor};
 use std::fmt;
 
@@ -74,14 +75,22 @@ impl<'de> Visitor<'de> for ConfigVisitor {
         let mut groups = Vec::new();
         // Fields outside of their groups, as version 0.1 has them.
         let mut loose = Vec::new();
+        let (mut names_method, mut of_0_1) = (false, false);
         while let Some(name) = map.next_key::<String>()? {
             if config.read_group(&name, &mut map)? {
                 groups.push(name);
             } else if let Some(group) = config.read_in_groups(&name, &mut map)? {
+                of_0_1 |= group == Method::Patchwise.name();
                 loose.push((name, group));
-            } else if !config.read_field(&name, &mut map)? {
+            } else if config.read_field(&name, &mut map)? {
+                names_method |= name == "method";
+            } else {
                 refuse_or_skip(&name, &mut map)?;
+                of_0_1 = true;
             }
+        }
+        if of_0_1 && !names_method {
+            config.method = Method::Patchwise;
         }
         // Which of the two counts would depend on their order.
         let twice = loose.iter().find(|(_, group)| groups.iter().any(|given| given == group));

@@ -84,7 +84,7 @@ macro_rules! parameters {
         $($(#[doc = $group_doc:literal])+ $group:ident : $group_type:ident { $($rows:tt)* })*
     ) => {
         $crate::config::table::group! {
-            /// Every number and choice of the tracker. The default is the preset `paper`.
+            /// Every number and choice of the tracker. The default is the preset `robust`.
             ///
             /// Make one with [`TrackerConfig::preset`] or `TrackerConfig::default()`, change fields, and give
             /// it to [`Tracker::new`](crate::Tracker::new), which checks it.

@@ -2,7 +2,8 @@
 
 use crate::sequence::OCCLUDED;
 use patchlock::{
-    Error, Estimate, FrameView, PARAMETERS, PRESETS, Parameter, Range, Tracker, TrackerConfig,
+    Error, Estimate, FrameView, Method, PARAMETERS, PRESETS, Parameter, Range, Tracker,
+    TrackerConfig,
 };
 use serde::Deserialize;
 use serde::de::value::{Error as ValueError, MapDeserializer};
@@ -182,6 +183,29 @@ fn every_field_matters() {
     assert!(without_effect.is_empty(), "these fields have no effect: {without_effect:?}");
 }
 
+/// A parameter that a method does not use changes nothing under that method; one of another group that it
+/// uses does.
+#[test]
+fn a_parameter_is_used_by_the_methods_that_say_so() {
+    let mut wrong = Vec::new();
+    for method in [Method::Patchwise, Method::Robust] {
+        let mut given = base(method.name());
+        if method == Method::Robust {
+            // The patch model learns on all frames, so also while the target is half hidden.
+            given.extend(fields(json!({ "first_frames": 100, "lost_below": 0.0 })));
+        }
+        let before = track(&given);
+        for parameter in PARAMETERS.iter().filter(|row| !["", method.name()].contains(&row.group)) {
+            let mut given = given.clone();
+            given.insert(parameter.name.to_owned(), others(parameter).remove(0));
+            if (track(&given) != before) != parameter.is_used_by(method) {
+                wrong.push((method, parameter.name));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "is_used_by is wrong for {wrong:?}");
+}
+
 #[test]
 fn the_table_of_parameters_is_the_configuration() {
     let default = serde_json::to_value(TrackerConfig::default()).unwrap();
@@ -295,12 +319,16 @@ fn presets_have_names() {
     let mut fast = TrackerConfig::preset("fast").unwrap();
     assert_eq!((fast.patchwise.particles, fast.patchwise.small_step), (400, 4));
     (fast.patchwise.particles, fast.patchwise.small_step) = (650, 2);
-    assert_eq!(fast, TrackerConfig::default());
+    assert_eq!(fast, TrackerConfig::preset("paper").unwrap());
+    assert_eq!(fast.method, Method::Patchwise);
+    let robust = TrackerConfig::preset("robust").unwrap();
+    assert_eq!((&robust, robust.method), (&TrackerConfig::default(), Method::Robust));
+    assert_eq!(PRESETS[0], "robust");
     for name in PRESETS {
         Tracker::new(TrackerConfig::preset(name).unwrap()).unwrap();
     }
     let error = TrackerConfig::preset("papper").unwrap_err().to_string();
-    assert!(error.contains("papper") && error.contains("paper, fast"), "{error}");
+    assert!(error.contains("papper") && error.contains("robust, paper, fast"), "{error}");
 }
 
 /// Settings of version 0.1 have no groups and may contain options that no longer exist.
@@ -313,6 +341,17 @@ fn settings_of_version_0_1_are_read() {
     });
     let config = read(old).unwrap();
     assert_eq!((config.patchwise.particles, config.seed), (77, 3));
+    // They mean the only method that there was, unless they name one.
+    assert_eq!(config.method, Method::Patchwise);
+    assert_eq!(read(json!({ "outside": "zero" })).unwrap().method, Method::Patchwise);
+    for given in [
+        json!({ "particles": 77, "method": "robust" }),
+        json!({ "patchwise": { "particles": 77 } }),
+        json!({ "search": 4.0 }),
+        json!({ "seed": 3 }),
+    ] {
+        assert_eq!(read(given.clone()).unwrap().method, Method::Robust, "{given}");
+    }
     let removed = [
         ("outside", json!("reject")),
         ("divide", json!(false)),

@@ -3,7 +3,7 @@
 //! The program named in the field `made_by` wrote `version_0_1.json`.
 
 use crate::sequence::SIMPLE;
-use patchlock::{Estimate, MultiSnapshot, MultiTracker, Snapshot, Tracker};
+use patchlock::{Estimate, Method, MultiSnapshot, MultiTracker, Snapshot, Tracker};
 use serde::Deserialize;
 
 /// x, y, w, h, the corners and the score.
@@ -37,6 +37,7 @@ fn a_tracker_continues() {
     let golden = golden();
     let mut tracker = Tracker::restore(golden.single).unwrap();
     assert_eq!(tracker.config().patchwise.particles, 12);
+    assert_eq!(tracker.config().method, Method::Patchwise);
     for (k, expected) in (5..).zip(&golden.later) {
         assert_eq!(numbers(&tracker.update(&SIMPLE.frame(k)).unwrap()), *expected, "frame {k}");
     }

@@ -51,7 +51,7 @@ class TrackerPatchlock:
         exact: `False` rounds boxes to whole pixels, as OpenCV's trackers do, so that drawing functions accept
             them; `True` keeps fractions.
         threads: Number of threads; `None` means one per core. The number does not change the boxes.
-        **overrides: Settings that differ from the preset, such as `particles=300`;
+        **overrides: Settings that differ from the preset, such as `search=6.0`;
             `patchlock.parameters()` lists all of them.
 
     Raises:
@@ -61,7 +61,7 @@ class TrackerPatchlock:
 
     def __init__(
         self,
-        preset: str = "paper",
+        preset: str = "robust",
         *,
         min_score: float = 0.1,
         exact: bool = False,

@@ -53,7 +53,7 @@ class PatchlockTracker(_Got10kTracker):  # type: ignore[misc]  # got10k has no t
 
     def __init__(
         self,
-        preset: str = "paper",
+        preset: str = "robust",
         *,
         name: str = "Patchlock",
         origin: float = 1,

@@ -25,7 +25,7 @@ __all__ = ["command", "main", "registry"]
 
 def command(
     *,
-    preset: str = "paper",
+    preset: str = "robust",
     config: str | Path | None = None,
     seed: int | None = None,
     threads: int | None = None,
@@ -88,7 +88,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     parser.add_argument("--name", default="patchlock", help="name for vot test and vot evaluate")
     parser.add_argument("--label", default="Patchlock", help="name in reports")
-    parser.add_argument("--preset", default="paper", help="the preset to start from")
+    parser.add_argument("--preset", default="robust", help="the preset to start from (default: robust)")
     parser.add_argument("--config", help="TOML file with settings that differ; see patchlock config")
     parser.add_argument("--seed", type=int, help="seed of the random numbers")
     parser.add_argument("--threads", type=int, help="number of threads")
