@@ -51,10 +51,8 @@ fn a_folder_gives_all_outputs() {
         (&summary["frames"], &summary["seed"], &summary["threads"]),
         (&12.into(), &5.into(), &2.into())
     );
-    assert_eq!(
-        (&summary["preset"], &summary["version"]),
-        (&"robust".into(), &env!("CARGO_PKG_VERSION").into())
-    );
+    let words = ["method", "preset", "version"].map(|name| summary[name].as_str().unwrap());
+    assert_eq!(words, ["patchwise", "paper", env!("CARGO_PKG_VERSION")]);
     for number in ["tracking_fps", "ms_median", "ms_p95"] {
         assert!(summary[number].as_f64().unwrap() > 0.0, "{number}");
     }
@@ -78,6 +76,7 @@ fn the_status_is_in_tables_and_summary() {
     let counts = ["frames_tracked", "frames_uncertain", "frames_lost"].map(|name| &summary[name]);
     assert_eq!(counts, [&0.into(), &3.into(), &serde_json::Value::from(0)]);
     assert_eq!(summary["losses"], serde_json::json!([]));
+    assert_eq!((&summary["method"], &summary["preset"]), (&"patchwise".into(), &"paper".into()));
     let wrong = bench.track("f").args(["--lost", "hide"]).assert().code(2);
     wrong.stderr(predicate::str::contains("hide").and(predicate::str::contains("keep, blank")));
 }

@@ -133,6 +133,15 @@ pub fn preset(name: &str) -> Result<TrackerConfig, SettingsError> {
     TrackerConfig::preset(name).map_err(|_| SettingsError::Preset { name: name.to_string() })
 }
 
+/// The preset that a configuration is based on: this one, unless a settings file has chosen another method;
+/// then the first preset of that method.
+pub fn basis<'a>(preset: &'a str, config: &TrackerConfig) -> &'a str {
+    let has_method = |name: &&str| {
+        TrackerConfig::preset(name).is_ok_and(|preset| preset.method == config.method)
+    };
+    std::iter::once(preset).chain(PRESETS.iter().copied()).find(has_method).unwrap_or(preset)
+}
+
 /// The configuration of a preset, with the overrides of a file and then the seed applied.
 ///
 /// # Errors

@@ -158,6 +158,20 @@ fn runs_of_other_versions_can_be_scored_but_not_continued() {
     assert!(error.contains("novel is 1 there and not set here"), "{error}");
 }
 
+/// Whether a preset or a settings file has chosen the method.
+#[test]
+fn the_recorded_preset_has_the_method_in_use() {
+    let paper = TrackerConfig::preset("paper").unwrap();
+    let fast = TrackerConfig::preset("fast").unwrap();
+    let preset = |config: &TrackerConfig, preset: &str| match Identity::patchlock(config, preset) {
+        Identity::Patchlock { preset, .. } => preset,
+        Identity::Trax { .. } => panic!("not an external program"),
+    };
+    assert_eq!(preset(&paper, "robust"), "paper");
+    assert_eq!(preset(&fast, "fast"), "fast");
+    assert_eq!(preset(&TrackerConfig::default(), "fast"), "robust");
+}
+
 /// Reports the given box, then none; panics on the target `bad`.
 struct PanicsOnBad;
 

@@ -12,7 +12,7 @@ use super::{SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
 use crate::failure::{Failure, interrupted, usage};
 use crate::output::plan::{Opened, Plan};
 use crate::output::row::Lost;
-use crate::output::summary::Summary;
+use crate::output::summary::{Settings, Summary};
 use crate::output::tables::{Format, PipeClosed};
 use crate::progress::Progress;
 use crate::run::Run;
@@ -184,7 +184,7 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let mut targets = args.targets()?;
     let config = settings::resolve(&args.preset, args.config.as_deref(), args.seed);
     let config = config.map_err(Failure::from)?;
-    let seed = config.seed;
+    let settings = Settings::new(&args.preset, &config);
     let plan = args.plan(&targets)?;
 
     let source = patchlock_media::open(&args.source, args.reverse).map_err(Failure::from)?;
@@ -206,7 +206,7 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let rest = std::iter::from_fn(|| next(&mut frames).map_err(Error::from).transpose());
     let frames = std::iter::once(Ok(first)).chain(rest);
     let tracked = run.track_all(&mut targets, frames, &progress, |_| Ok(()));
-    let numbers = Summary::new(run.measured(), rate, &args.preset, seed, run.threads());
+    let numbers = Summary::new(run.measured(), rate, settings, run.threads());
     progress.finish(&numbers.to_string());
     let count = numbers.frames;
     let mut kept = Kept::default();

@@ -4,7 +4,8 @@ use std::fmt;
 use std::path::PathBuf;
 
 use anyhow::Result;
-use patchlock::Status;
+use patchlock::{Method, Status, TrackerConfig};
+use patchlock_eval::settings::basis;
 use patchlock_media::FrameRate;
 use serde::Serialize;
 
@@ -35,14 +36,32 @@ pub struct Summary {
     pub ms_median: f64,
     /// 95th percentile of the time per frame in milliseconds.
     pub ms_p95: f64,
-    /// Name of the preset.
-    pub preset: String,
-    /// Seed of the random numbers.
-    pub seed: u64,
+    /// What the tracker was set to.
+    #[serde(flatten)]
+    pub settings: Settings,
     /// Number of threads of the tracker.
     pub threads: usize,
     /// Version of this program.
     pub version: &'static str,
+}
+
+/// What the tracker was set to.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Settings {
+    /// The method that followed the targets.
+    pub method: Method,
+    /// Name of the preset that the settings are based on.
+    pub preset: String,
+    /// Seed of the random numbers.
+    pub seed: u64,
+}
+
+impl Settings {
+    /// Of a configuration that began as this preset.
+    pub fn new(preset: &str, config: &TrackerConfig) -> Self {
+        let preset = basis(preset, config).to_string();
+        Self { method: config.method, preset, seed: config.seed }
+    }
 }
 
 /// A stretch of frames in which a target was lost.
@@ -82,8 +101,7 @@ impl Summary {
     pub fn new(
         run: &Measured,
         rate: Option<FrameRate>,
-        preset: &str,
-        seed: u64,
+        settings: Settings,
         threads: usize,
     ) -> Self {
         let mut sorted = run.times_ms().to_vec();
@@ -98,8 +116,7 @@ impl Summary {
             tracking_fps: round(run.fps()),
             ms_median: round(quantile(&sorted, 0.5)),
             ms_p95: round(quantile(&sorted, 0.95)),
-            preset: preset.to_string(),
-            seed,
+            settings,
             threads,
             version: env!("CARGO_PKG_VERSION"),
         }
@@ -164,7 +181,7 @@ mod tests {
     use super::*;
 
     fn summary(run: &Measured, rate: Option<FrameRate>) -> Summary {
-        Summary::new(run, rate, "paper", 7, 2)
+        Summary::new(run, rate, Settings::new("robust", &TrackerConfig::default()), 2)
     }
 
     #[test]
@@ -198,6 +215,7 @@ mod tests {
     fn losses_have_frames_and_times() {
         let rate = FrameRate::new(25, 2);
         let json = serde_json::to_value(summary(&with_losses(None), rate)).expect("JSON");
+        assert_eq!([&json["method"], &json["preset"]], ["robust"; 2]);
         let counts = ["frames_tracked", "frames_uncertain", "frames_lost"].map(|k| json[k].clone());
         assert_eq!(counts, [16, 1, 8].map(serde_json::Value::from));
         let losses = serde_json::json!([

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::files::sha256;
+use crate::settings;
 
 /// The tracker that was run. Runs are comparable only if their identities are equal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -29,11 +30,12 @@ pub enum Identity {
 }
 
 impl Identity {
-    /// The identity of Patchlock with a configuration that is based on a preset.
+    /// The identity of Patchlock with a configuration that began as a preset. If its method is another one
+    /// now, the preset of that method is recorded.
     pub fn patchlock(configuration: &TrackerConfig, preset: &str) -> Self {
         Self::Patchlock {
             version: env!("CARGO_PKG_VERSION").to_string(),
-            preset: preset.to_string(),
+            preset: settings::basis(preset, configuration).to_string(),
             configuration: Box::new(TrackerConfig { seed: 0, ..configuration.clone() }),
         }
     }
