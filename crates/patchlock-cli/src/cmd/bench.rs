@@ -13,7 +13,7 @@ use patchlock_eval::bench::subject;
 use patchlock_eval::dataset::Dataset;
 use patchlock_eval::names::{self, counted};
 
-use super::{THREADS_SHOWN, threads};
+use super::{PRESETS_SHOWN, THREADS_SHOWN, threads};
 use crate::failure::{Failure, failed, interrupted};
 use crate::interrupt;
 use crate::output::printed::{print, quoted};
@@ -56,9 +56,7 @@ pub struct BenchArgs {
     #[arg(long, value_name = "NAME", default_value = "ope")]
     protocol: Scheme,
 
-    /// The preset to start from: robust, paper (the tracker of the paper), or fast (that one with fewer
-    /// candidates and patches)
-    #[arg(long, value_name = "NAME", default_value = "robust")]
+    #[arg(long, value_name = "NAME", default_value = "robust", help = PRESETS_SHOWN)]
     preset: String,
 
     /// Settings that differ from the preset, as TOML; see patchlock config

@@ -5,6 +5,7 @@ use clap::Args;
 use patchlock::{PARAMETERS, Parameter, TrackerConfig};
 use patchlock_eval::settings;
 
+use super::PRESETS_SHOWN;
 use crate::failure::Failure;
 use crate::output::printed::print;
 
@@ -23,8 +24,7 @@ const LINE: usize = 100;
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ConfigArgs {
-    /// The preset to print: robust, paper or fast
-    #[arg(long, value_name = "NAME", default_value = "robust")]
+    #[arg(long, value_name = "NAME", default_value = "robust", help = PRESETS_SHOWN)]
     preset: String,
 }
 

@@ -26,6 +26,12 @@ const THREADS: RangeInclusive<u64> = 1..=MOST_THREADS as u64;
 /// [`THREADS`] as the value name.
 const THREADS_SHOWN: &str = "1..=1024";
 
+/// The help of `--preset`.
+const PRESETS_SHOWN: &str = "\
+The settings to start from. robust: for videos of your own; the most accurate, notices when the target is \
+lost, and searches for it. paper: the tracker of the paper, to compare with or to see its parts. fast: that \
+one with fewer candidates and patches, for the same purposes in less time";
+
 /// Parses a seed.
 fn seed() -> RangedU64ValueParser {
     RangedU64ValueParser::new().range(SEEDS)

@@ -8,7 +8,7 @@ use clap::{ArgGroup, Args};
 use patchlock_eval::settings;
 use patchlock_media::{Ahead, FrameRate, Order, Picture};
 
-use super::{SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
+use super::{PRESETS_SHOWN, SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
 use crate::failure::{Failure, interrupted, usage};
 use crate::output::plan::{Opened, Plan};
 use crate::output::row::Lost;
@@ -75,9 +75,7 @@ pub struct TrackArgs {
     #[arg(long, value_name = "FILE.csv")]
     boxes: Option<PathBuf>,
 
-    /// The preset to start from: robust, paper (the tracker of the paper), or fast (that one with fewer
-    /// candidates and patches)
-    #[arg(long, value_name = "NAME", default_value = "robust")]
+    #[arg(long, value_name = "NAME", default_value = "robust", help = PRESETS_SHOWN)]
     preset: String,
 
     /// Settings that differ from the preset, as TOML; see patchlock config

@@ -8,7 +8,7 @@ use clap::Args;
 use patchlock_eval::bench::trax::SEED_VARIABLE;
 use patchlock_eval::{session, settings};
 
-use super::{SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
+use super::{PRESETS_SHOWN, SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
 use crate::failure::Failure;
 use crate::trax::{Protocol, Targets, serve};
 
@@ -40,9 +40,7 @@ pub struct TraxArgs {
     #[arg(long, value_name = "N", default_value = "4", value_parser = parse_protocol)]
     protocol: Protocol,
 
-    /// The preset to start from: robust, paper (the tracker of the paper), or fast (that one with fewer
-    /// candidates and patches)
-    #[arg(long, value_name = "NAME", default_value = "robust")]
+    #[arg(long, value_name = "NAME", default_value = "robust", help = PRESETS_SHOWN)]
     preset: String,
 
     /// Settings that differ from the preset, as TOML; see patchlock config
