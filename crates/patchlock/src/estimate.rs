@@ -13,13 +13,15 @@ pub struct Estimate {
     /// The corners of the target's outline, which may be turned. For the first box: top left, top right,
     /// bottom right, bottom left.
     pub corners: [Point; 4],
-    /// How sure the tracker is, from 0 to 1. With the method `patchwise` it is the visible share of the
-    /// target, [`Visibility::share`]: it falls when the target is hidden, changes faster than it is learned,
-    /// or is lost.
+    /// How sure the tracker is, from 0 to 1. With the method `robust` it is an estimate of the probability
+    /// that the box overlaps the target by at least half. With the method `patchwise` it is the visible share
+    /// of the target, [`Visibility::share`]: it falls when the target is hidden, changes faster than it is
+    /// learned, or is lost.
     pub score: f64,
     /// Whether the target is followed.
     pub status: Status,
-    /// Which parts of the target are visible, where the method knows.
+    /// Which parts of the target are visible, where the method knows; `robust` does not while the target is
+    /// lost.
     pub visibility: Option<Visibility>,
 }
 

@@ -328,7 +328,8 @@ class Estimate:
     def score(self) -> float:
         """How certain the tracker is, 0 to 1.
 
-        With the method `patchwise` it is the visible share of the target: the mean over both scales.
+        With the method `robust` it is an estimate of the probability that the box overlaps the target by at
+        least half, with `patchwise` the visible share of the target: the mean over both scales.
         """
 
     @property
