@@ -21,6 +21,7 @@ pub(crate) enum Target {
 /// A target between two frames, as a snapshot holds it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
+#[expect(clippy::large_enum_variant, reason = "all targets of a tracker have the same method")]
 pub(crate) enum SavedTarget {
     Patchwise(patchwise::Saved),
     Robust(robust::Saved),

@@ -61,7 +61,11 @@ class Settings(TypedDict, total=False):
     scale_label_width: float
     scale_rate: float
     scale_area: float
-    scale_check: float
+    rotate: bool
+    rotation_below: float
+    rotation_least: float
+    rotation_margin: float
+    rotation_rate: float
     memory_rate: float
     sure: float
     first_frames: int

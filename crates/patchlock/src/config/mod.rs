@@ -175,9 +175,19 @@ parameters! {
             /// Area of the crops of the scale filter, in pixels.
             scale_area: f64 = 512.0, number(64.0, 4096.0);
         }
+        "Li et al. 2019 (LDES), with our own numbers" {
+            /// Whether rotation in the frame is followed.
+            rotate: bool = true, Range::Flag;
+            /// Rotation is measured where the memory's response is below this share of its mean,
+            rotation_below: f64 = 0.8, number(0.0, 10.0);
+            /// believed from this many radians since it was learnt,
+            rotation_least: f64 = 0.18, number(0.0, 3.2);
+            /// and where follower and memory respond this many times stronger.
+            rotation_margin: f64 = 1.1, number(0.0, 10.0);
+            /// Learning rate of the filter over rotation.
+            rotation_rate: f64 = 0.1, number(0.0, 1.0);
+        }
         "own measurement" {
-            /// On each frame a size this share larger or smaller is tried as well.
-            scale_check: f64 = 0.03, number(0.0, 0.5);
             /// Learning rate of the memory, which is the mean of the follower's filters over sure frames.
             memory_rate: f64 = 0.02, number(0.0, 1.0);
             /// A frame is sure while the memory's response is above this share of its own mean.

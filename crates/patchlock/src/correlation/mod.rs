@@ -1,5 +1,5 @@
 //! Correlation filters: features of a patch, their spectra, a filter with a spatial mask, the place of a
-//! response's peak, and a filter along scale.
+//! response's peak, and filters over scale and rotation.
 
 pub mod colour;
 pub mod features;
@@ -7,4 +7,5 @@ pub mod fhog;
 pub mod filter;
 pub mod fourier;
 pub mod response;
+pub mod rotation;
 pub mod scale;

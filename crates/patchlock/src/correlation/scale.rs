@@ -7,9 +7,8 @@
 
 use super::fhog::{self, CELL, FhogScratch, fhog};
 use super::fourier::Complex32;
-use crate::vision::crop::{Crop, CropScratch, Planes};
+use crate::vision::crop::{CropScratch, Planes, Region};
 use crate::vision::frame::Frame;
-use crate::vision::geometry::Point;
 use rustfft::{Fft, FftPlanner};
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -37,8 +36,6 @@ pub struct ScaleRules {
 #[derive(Clone)]
 pub struct ScaleFilter {
     rules: ScaleRules,
-    /// Width and height of the target at scale 1, in frame pixels.
-    base: [f64; 2],
     /// Width and height of the resampled crops.
     model: [usize; 2],
     fft: Arc<dyn Fft<f32>>,
@@ -73,16 +70,16 @@ pub struct ScaleScratch {
 }
 
 impl ScaleFilter {
-    /// A filter that has learnt the target in this place of the frame.
+    /// A filter that has learnt the target in this region of the frame.
     pub fn begin(
         frame: &Frame<'_>,
         channels: usize,
-        (centre, base): (Point, [f64; 2]),
+        region: Region,
         rules: ScaleRules,
         scratch: &mut ScaleScratch,
     ) -> Self {
-        let mut filter = Self::untaught(base, rules);
-        filter.learn(frame, channels, (centre, 1.0), 1.0, scratch);
+        let mut filter = Self::untaught(region.size, rules);
+        filter.learn(frame, channels, region, 1.0, scratch);
         filter
     }
 
@@ -99,7 +96,7 @@ impl ScaleFilter {
             .collect();
         fft.process(&mut label);
         let (numerator, denominator) = (Vec::new(), Vec::new());
-        Self { rules, base, model, fft, label, numerator, denominator }
+        Self { rules, model, fft, label, numerator, denominator }
     }
 
     /// What it has learnt.
@@ -137,15 +134,15 @@ impl ScaleFilter {
         fhog::CHANNELS * self.model[0] / CELL * (self.model[1] / CELL)
     }
 
-    /// The factor by which the target's scale has changed.
+    /// The factor by which the size of the target in this region has changed.
     pub fn find(
         &self,
         frame: &Frame<'_>,
         channels: usize,
-        (centre, scale): (Point, f64),
+        region: Region,
         scratch: &mut ScaleScratch,
     ) -> f64 {
-        self.signals(frame, channels, (centre, scale), scratch);
+        self.signals(frame, channels, region, scratch);
         let ScaleScratch { signals, work, response, .. } = scratch;
         let scales = self.rules.scales;
         response.clear();
@@ -170,26 +167,26 @@ impl ScaleFilter {
         self.rules.step.powf(exponent(best, scales) + offset)
     }
 
-    /// Learns the target in this place at this scale with the filter's rate.
+    /// Learns the target in this region with the filter's rate.
     pub fn update(
         &mut self,
         frame: &Frame<'_>,
         channels: usize,
-        place: (Point, f64),
+        region: Region,
         scratch: &mut ScaleScratch,
     ) {
-        self.learn(frame, channels, place, self.rules.rate as f32, scratch);
+        self.learn(frame, channels, region, self.rules.rate as f32, scratch);
     }
 
     fn learn(
         &mut self,
         frame: &Frame<'_>,
         channels: usize,
-        place: (Point, f64),
+        region: Region,
         rate: f32,
         scratch: &mut ScaleScratch,
     ) {
-        self.signals(frame, channels, place, scratch);
+        self.signals(frame, channels, region, scratch);
         let (scales, signals) = (self.rules.scales, &scratch.signals);
         self.numerator.resize(signals.len(), Complex32::ZERO);
         self.denominator.resize(scales, 0.0);
@@ -208,7 +205,7 @@ impl ScaleFilter {
         &self,
         frame: &Frame<'_>,
         channels: usize,
-        (centre, scale): (Point, f64),
+        region: Region,
         scratch: &mut ScaleScratch,
     ) {
         let ScaleScratch { crop, patch, fhog: fhog_scratch, features, signals, work, .. } = scratch;
@@ -218,10 +215,9 @@ impl ScaleFilter {
         signals.resize(length * scales, Complex32::ZERO);
         work.resize(self.fft.get_inplace_scratch_len(), Complex32::ZERO);
         for k in 0..scales {
-            let factor = scale * self.rules.step.powf(exponent(k, scales));
-            let ratio = |axis: usize| self.base[axis] * factor / self.model[axis] as f64;
-            let place = Crop { centre, scale: [ratio(0), ratio(1)], size: self.model };
-            place.cut(frame, channels, crop, patch);
+            let factor = self.rules.step.powf(exponent(k, scales));
+            let part = region.scaled(factor).crop(self.model);
+            part.cut(frame, channels, crop, patch);
             fhog(patch, fhog_scratch, features);
             let turns = (k as f32 + 0.5) / scales as f32;
             let window = 0.5 - 0.5 * (std::f32::consts::TAU * turns).cos();

@@ -52,13 +52,6 @@ impl Follower {
         scratch.memory.at(fourier, [0.0; 2]) / self.mean
     }
 
-    /// The follower's response to the sample at hand, at its centre.
-    pub fn response(&self, window: &Window, scratch: &mut Scratch) -> f64 {
-        let fourier = window.features().fourier();
-        scratch.follower.fill(fourier, &self.filter, &scratch.sample);
-        scratch.follower.at(fourier, [0.0; 2])
-    }
-
     /// Learns the sample at hand; the memory too if the frame is sure.
     pub fn learn(
         &mut self,
@@ -105,6 +98,6 @@ impl Target {
             shift = known.shift;
         }
         let cell = window.cell(place.scale);
-        place.centre.iter_mut().zip(shift).for_each(|(centre, shift)| *centre += shift * cell);
+        place.shift(shift.map(|cells| cells * cell));
     }
 }

@@ -8,6 +8,7 @@ mod saved;
 mod search;
 mod size;
 mod status;
+mod turn;
 pub(crate) mod view;
 mod visible;
 
@@ -16,6 +17,7 @@ use crate::correlation::features::FeatureScratch;
 use crate::correlation::filter::{FilterRules, FilterScratch};
 use crate::correlation::fourier::Complex32;
 use crate::correlation::response::Response;
+use crate::correlation::rotation::RotationScratch;
 use crate::correlation::scale::{ScaleFilter, ScaleScratch};
 use crate::estimate::Estimate;
 use crate::vision::crop::{CropScratch, Planes};
@@ -25,6 +27,7 @@ use follow::Follower;
 use place::{Place, Window};
 pub(crate) use saved::Saved;
 use status::Phase;
+use turn::Rotation;
 use view::RobustView;
 use visible::{Visible, VisibleScratch};
 
@@ -35,6 +38,7 @@ pub(crate) struct Target {
     window: Window,
     follower: Follower,
     size: ScaleFilter,
+    rotation: Rotation,
     visible: Visible,
     phase: Phase,
     /// The running mean of how sure the memory was on recent frames on which the place was known.
@@ -49,13 +53,13 @@ pub(crate) struct Scratch {
     crop: CropScratch,
     patch: Planes,
     features: FeatureScratch,
-    /// The spectra of the sample at hand, and of another one that it is compared with.
+    /// The spectra of the sample at hand.
     sample: Vec<Complex32>,
-    other: Vec<Complex32>,
     filter: FilterScratch,
     follower: Response,
     memory: Response,
     scale: ScaleScratch,
+    rotation: RotationScratch,
     visible: VisibleScratch,
 }
 
@@ -68,15 +72,26 @@ impl Target {
         scratch: &mut Scratch,
     ) -> (Self, Estimate) {
         let rules = &config.robust;
-        let place = Place { centre: bbox.centre(), scale: 1.0 };
+        let place = Place { centre: bbox.centre(), scale: 1.0, rotation: 0.0 };
         let window = Window::begin(frame, bbox, rules, scratch);
         let follower = Follower::begin(frame, &window, place, rules, scratch);
-        let at = (place.centre, [bbox.w, bbox.h]);
+        let (region, channels) = (place.region(window.base()), window.planes());
         let size =
-            ScaleFilter::begin(frame, window.planes(), at, size::rules(rules), &mut scratch.scale);
-        let visible = Visible::begin(frame, at, config);
+            ScaleFilter::begin(frame, channels, region, size::rules(rules), &mut scratch.scale);
+        let rotation = Rotation::begin(frame, region, &mut scratch.rotation);
+        let visible = Visible::begin(frame, region, config);
         let phase = Phase::Following { doubtful: 0 };
-        let target = Self { place, window, follower, size, visible, phase, recent: 1.0, frames: 0 };
+        let target = Self {
+            place,
+            window,
+            follower,
+            size,
+            rotation,
+            visible,
+            phase,
+            recent: 1.0,
+            frames: 0,
+        };
         let mut estimate = Estimate::empty();
         target.look(frame, scratch, &mut estimate);
         target.finish_estimate(1.0, rules, &mut estimate);
@@ -115,12 +130,13 @@ impl Target {
         estimate: &mut Estimate,
     ) -> f64 {
         let rules = &config.robust;
-        // Where the follower responds, unless the memory knows better; then the size.
+        // Where the follower responds, unless the memory knows better; then rotation and size.
         self.follow(frame, rules, scratch);
+        self.check_turn(frame, rules, scratch);
         self.measure(frame, scratch);
         self.place.keep_within(frame, self.window.base());
         // How sure that is, and which parts are visible.
-        let certainty = self.check_size(frame, rules, scratch);
+        let certainty = self.certainty(frame, scratch);
         self.advance(certainty, rules);
         if !matches!(self.phase, Phase::Lost { .. }) {
             self.look(frame, scratch, estimate);
@@ -135,7 +151,7 @@ impl Target {
         self.follower.certainty(&self.window, scratch)
     }
 
-    /// The follower and the size always learn; the memory and the patch model only what is sure.
+    /// The follower, size and rotation always learn; the memory and the patch model only what is sure.
     fn learn(
         &mut self,
         frame: &Frame<'_>,
@@ -148,8 +164,9 @@ impl Target {
         let known = certainty > rules.sure || self.frames <= rules.first_frames as u64;
         let sure = known && matches!(self.phase, Phase::Following { .. });
         self.follower.learn(&self.window, certainty, sure, rules, scratch);
-        let Place { centre, scale } = self.place;
-        self.size.update(frame, self.window.planes(), (centre, scale), &mut scratch.scale);
+        let region = self.place.region(self.window.base());
+        self.size.update(frame, self.window.planes(), region, &mut scratch.scale);
+        self.rotation.learn(frame, region, rules, &mut scratch.rotation);
         if sure && let Some(visibility) = &estimate.visibility {
             self.visible.learn(self.frames, visibility, config, &mut scratch.visible);
         }
@@ -157,9 +174,9 @@ impl Target {
 
     /// Which parts are visible in the box at hand.
     fn look(&self, frame: &Frame<'_>, scratch: &mut Scratch, estimate: &mut Estimate) {
-        let size = self.place.size(self.window.base());
+        let region = self.place.region(self.window.base());
         let visibility = estimate.visibility.get_or_insert_default();
-        self.visible.look(frame, (self.place.centre, size), &mut scratch.visible, visibility);
+        self.visible.look(frame, region, &mut scratch.visible, visibility);
     }
 }
 

@@ -5,7 +5,7 @@ use crate::config::RobustConfig;
 use crate::correlation::features::Features;
 use crate::correlation::fhog::CELL;
 use crate::correlation::fourier::smooth_side;
-use crate::vision::crop::Crop;
+use crate::vision::crop::{Crop, Region};
 use crate::vision::frame::Frame;
 use crate::vision::geometry::{BoundingBox, Point};
 use serde::{Deserialize, Serialize};
@@ -20,12 +20,27 @@ pub(crate) struct Place {
     pub centre: Point,
     /// The target's size, relative to the first frame.
     pub scale: f64,
+    /// By how much the target has turned since the first frame, in radians: from x towards y, so clockwise as
+    /// seen.
+    pub rotation: f64,
 }
 
 impl Place {
     /// Width and height of a target with this size in the first frame.
     pub fn size(self, base: [f64; 2]) -> [f64; 2] {
         base.map(|side| side * self.scale)
+    }
+
+    /// The target's region, if it had this size in the first frame.
+    pub fn region(self, base: [f64; 2]) -> Region {
+        Region { centre: self.centre, size: self.size(base), rotation: self.rotation }
+    }
+
+    /// Moves the centre by this many frame pixels along the target's own axes.
+    pub fn shift(&mut self, [dx, dy]: [f64; 2]) {
+        let (sin, cos) = self.rotation.sin_cos();
+        self.centre[0] += cos * dx - sin * dy;
+        self.centre[1] += sin * dx + cos * dy;
     }
 
     /// Moves the centre into the frame and limits the size to what the frame can show.
@@ -62,7 +77,8 @@ impl Window {
         let patch = side.clamp(config.min_patch, config.max_patch.max(config.min_patch));
         let n = smooth_side(patch / CELL as f64);
         let pixel = side / (n * CELL) as f64;
-        let crop = Crop { centre: bbox.centre(), scale: [pixel; 2], size: [n * CELL; 2] };
+        let size = [n * CELL; 2];
+        let crop = Crop { centre: bbox.centre(), scale: [pixel; 2], size, rotation: 0.0 };
         let mut colour = frame.has_colour();
         if colour {
             crop.cut(frame, 3, &mut scratch.crop, &mut scratch.patch);
@@ -114,7 +130,8 @@ impl Window {
     pub fn sample(&self, frame: &Frame<'_>, place: Place, scratch: &mut Scratch) {
         let Scratch { crop, patch, features, sample, .. } = scratch;
         let scale = [self.pixel * place.scale; 2];
-        let part = Crop { centre: place.centre, scale, size: [self.features.side(); 2] };
+        let (Place { centre, rotation, .. }, size) = (place, [self.features.side(); 2]);
+        let part = Crop { centre, scale, size, rotation };
         part.cut(frame, self.planes(), crop, patch);
         self.features.spectra(patch, features, sample);
     }

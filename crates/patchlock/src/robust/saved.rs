@@ -3,6 +3,7 @@
 use super::follow::Follower;
 use super::place::{Place, Window};
 use super::status::Phase;
+use super::turn::{Rotation, SavedTurning};
 use super::visible::Visible;
 use super::{Target, filter_rules, size};
 use crate::appearance::memory::PatchMemory;
@@ -38,6 +39,7 @@ pub(crate) struct Saved {
     pub sure: u64,
     pub elsewhere: u32,
     pub size: SavedScale,
+    pub rotation: SavedTurning,
     pub patches: PatchMemory,
     pub rng: Pcg64,
     pub phase: Phase,
@@ -48,7 +50,7 @@ pub(crate) struct Saved {
 impl Target {
     /// The target as a snapshot holds it.
     pub fn saved(&self) -> Saved {
-        let Self { place, window, follower, size, visible, phase, recent, frames } = self;
+        let Self { place, window, follower, size, rotation, visible, phase, recent, frames } = self;
         let pairs = |spectrum: &[Complex32]| spectrum.iter().map(|v| [v.re, v.im]).collect();
         Saved {
             place: *place,
@@ -62,6 +64,7 @@ impl Target {
             sure: follower.sure,
             elsewhere: follower.elsewhere,
             size: size.saved(),
+            rotation: rotation.saved(),
             patches: visible.model.memory().clone(),
             rng: visible.rng.clone(),
             phase: *phase,
@@ -93,18 +96,21 @@ impl Target {
             elsewhere: saved.elsewhere,
         };
         let size = ScaleFilter::restore(saved.size, saved.base, size::rules(&config.robust))?;
+        let rotation = Rotation::restore(saved.rotation)?;
         let model = PatchModel::restore(saved.patches, config.visible_rules());
         let visible = Visible::new(model, saved.rng, &config.patchwise);
         let Saved { place, phase, recent, frames, .. } = saved;
-        Ok(Self { place, window, follower, size, visible, phase, recent, frames })
+        Ok(Self { place, window, follower, size, rotation, visible, phase, recent, frames })
     }
 }
 
 impl Saved {
     fn check(&self, config: &TrackerConfig) -> Result<(), &'static str> {
         let positive = |v: f64| v.is_finite() && v > 0.0;
-        let sound =
-            |place: &Place| place.centre.iter().all(|v| v.is_finite()) && positive(place.scale);
+        let sound = |place: &Place| {
+            let Place { centre: [x, y], scale, rotation } = *place;
+            [x, y, rotation].iter().all(|v| v.is_finite()) && positive(scale)
+        };
         let back = match &self.phase {
             Phase::Trial { back, .. } => sound(back),
             _ => true,

@@ -78,7 +78,7 @@ impl Target {
             middle(number % columns, columns, frame.width()),
             middle(number / columns, rows, frame.height()),
         ];
-        Place { centre, scale }
+        Place { centre, scale, rotation: last.rotation }
     }
 
     /// The memory's best place in the window around a place, with how sure it is there.
@@ -97,7 +97,7 @@ impl Target {
             return None;
         }
         let cell = self.window.cell(place.scale);
-        place.centre.iter_mut().zip(peak.shift).for_each(|(centre, shift)| *centre += shift * cell);
+        place.shift(peak.shift.map(|cells| cells * cell));
         place.keep_within(frame, self.window.base());
         self.window.sample(frame, place, scratch);
         Some((self.follower.certainty(&self.window, scratch), place))

@@ -55,9 +55,11 @@ impl Target {
     pub fn finish_estimate(&self, certainty: f64, config: &RobustConfig, out: &mut Estimate) {
         let [w, h] = self.place.size(self.window.base());
         out.bbox = BoundingBox::around(self.place.centre, w, h);
-        let BoundingBox { x, y, .. } = out.bbox;
-        let (right, bottom) = (x + w - 1.0, y + h - 1.0);
-        out.corners = [[x, y], [right, y], [right, bottom], [x, bottom]];
+        out.corners = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|[dx, dy]| {
+            let mut corner = self.place;
+            corner.shift([dx * (w - 1.0), dy * (h - 1.0)]);
+            corner.centre
+        });
         out.score = score(certainty, config);
         out.status = match self.phase {
             Phase::Lost { .. } => Status::Lost,

@@ -33,7 +33,8 @@ impl Target {
     ) -> RobustView<'a> {
         self.window.sample(frame, self.place, scratch);
         self.follower.certainty(&self.window, scratch);
-        self.follower.response(&self.window, scratch);
+        let fourier = self.window.features().fourier();
+        scratch.follower.fill(fourier, &self.follower.filter, &scratch.sample);
         RobustView {
             frame: self.frames,
             certainty,

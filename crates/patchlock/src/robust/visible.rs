@@ -5,9 +5,8 @@ use crate::appearance::model::{LookScratch, PatchModel};
 use crate::appearance::templates;
 use crate::appearance::visibility::Visibility;
 use crate::config::{PatchwiseConfig, TrackerConfig};
-use crate::vision::crop::{Crop, CropScratch, Planes};
+use crate::vision::crop::{CropScratch, Planes, Region};
 use crate::vision::frame::Frame;
-use crate::vision::geometry::Point;
 use crate::vision::patches::normalise;
 use rand_pcg::Pcg64;
 
@@ -33,16 +32,12 @@ pub(crate) struct VisibleScratch {
 }
 
 impl Visible {
-    /// The model of the target with this centre, width and height.
-    pub fn begin(
-        frame: &Frame<'_>,
-        (centre, size): (Point, [f64; 2]),
-        config: &TrackerConfig,
-    ) -> Self {
+    /// The model of the target in this region.
+    pub fn begin(frame: &Frame<'_>, region: Region, config: &TrackerConfig) -> Self {
         let (rules, mut scratch) = (config.visible_rules(), VisibleScratch::default());
         let first = templates::shifts(rules.templates).into_iter().map(|[dx, dy]| {
-            let at = ([centre[0] + dx, centre[1] + dy], size);
-            cut(frame, at, rules.template_side, &mut scratch);
+            let centre = [region.centre[0] + dx, region.centre[1] + dy];
+            cut(frame, Region { centre, ..region }, rules.template_side, &mut scratch);
             scratch.candidate.samples.clone()
         });
         let model = PatchModel::of_templates(first.collect(), rules);
@@ -53,15 +48,15 @@ impl Visible {
         Self { model, rng, side: config.template_side }
     }
 
-    /// Which parts of the box are visible. Leaves its candidate in the scratch.
+    /// Which parts of the region are visible. Leaves its candidate in the scratch.
     pub fn look(
         &self,
         frame: &Frame<'_>,
-        at: (Point, [f64; 2]),
+        region: Region,
         scratch: &mut VisibleScratch,
         out: &mut Visibility,
     ) {
-        cut(frame, at, self.side, scratch);
+        cut(frame, region, self.side, scratch);
         self.model.look(&scratch.candidate.samples, &mut scratch.look, out);
     }
 
@@ -85,15 +80,8 @@ impl Visible {
     }
 }
 
-/// The candidate of a box: luma, resampled to the template's side, with norm 1.
-fn cut(
-    frame: &Frame<'_>,
-    (centre, size): (Point, [f64; 2]),
-    side: usize,
-    scratch: &mut VisibleScratch,
-) {
-    let scale = size.map(|length| length / side as f64);
-    let crop = Crop { centre, scale, size: [side; 2] };
-    crop.cut(frame, 1, &mut scratch.crop, &mut scratch.candidate);
+/// The candidate of a region: luma, resampled to the template's side, with norm 1.
+fn cut(frame: &Frame<'_>, region: Region, side: usize, scratch: &mut VisibleScratch) {
+    region.crop([side; 2]).cut(frame, 1, &mut scratch.crop, &mut scratch.candidate);
     normalise(&mut scratch.candidate.samples);
 }

@@ -45,6 +45,33 @@ pub struct Crop {
     pub scale: [f64; 2],
     /// Width and height of the result in pixels.
     pub size: [usize; 2],
+    /// By how much the crop is turned in the frame, in radians: from x towards y, so clockwise as seen.
+    pub rotation: f64,
+}
+
+/// A rectangle of the frame, which may be turned.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Region {
+    /// The centre in the frame.
+    pub centre: Point,
+    /// Width and height in frame pixels.
+    pub size: [f64; 2],
+    /// The rotation, as in [`Crop`].
+    pub rotation: f64,
+}
+
+impl Region {
+    /// The crop of this region, resampled to this many pixels.
+    pub fn crop(self, size: [usize; 2]) -> Crop {
+        let Self { centre, rotation, .. } = self;
+        let scale = [0, 1].map(|axis| self.size[axis] / size[axis] as f64);
+        Crop { centre, scale, size, rotation }
+    }
+
+    /// The region with both sides multiplied by a factor.
+    pub fn scaled(self, factor: f64) -> Self {
+        Self { size: self.size.map(|side| side * factor), ..self }
+    }
 }
 
 /// Buffers of [`Crop::cut`].
@@ -54,6 +81,8 @@ pub struct CropScratch {
     rows: Axis,
     row: Vec<f32>,
     plane: Vec<f32>,
+    /// The upright crop around a turned one.
+    around: Planes,
 }
 
 /// Where the pixels of the result come from along one axis of the frame. Only every `step`-th frame pixel
@@ -124,7 +153,51 @@ impl Crop {
         scratch: &mut CropScratch,
         out: &mut Planes,
     ) {
-        let CropScratch { columns, rows, row, plane } = scratch;
+        if self.rotation == 0.0 {
+            return self.cut_upright(frame, channels, scratch, out);
+        }
+        let mut around = std::mem::take(&mut scratch.around);
+        let side = (self.size[0] as f64).hypot(self.size[1] as f64).ceil() as usize + 2;
+        let upright = Self { size: [side; 2], rotation: 0.0, ..*self };
+        upright.cut_upright(frame, channels, scratch, &mut around);
+        out.reshape(self.size, channels);
+        self.turn(&around, out);
+        scratch.around = around;
+    }
+
+    /// Samples the crop from the upright one around it, bilinearly.
+    fn turn(&self, around: &Planes, out: &mut Planes) {
+        let [width, height] = self.size;
+        let (sin, cos) = self.rotation.sin_cos();
+        // Scales along x and y differ little, so that turning in the pixels of the result does.
+        let ratio = (self.scale[1] / self.scale[0]) as f32;
+        let (sin, cos) = (sin as f32, cos as f32);
+        let middle = |length: usize| (length as f32 - 1.0) / 2.0;
+        let limit = (around.width - 2) as f32;
+        for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
+            let (dx, dy) = (x as f32 - middle(width), (y as f32 - middle(height)) * ratio);
+            let u = (middle(around.width) + cos * dx - sin * dy).clamp(0.0, limit);
+            let v = (middle(around.height) + (sin * dx + cos * dy) / ratio).clamp(0.0, limit);
+            let (column, row) = (u as usize, v as usize);
+            let (fx, fy) = (u - column as f32, v - row as f32);
+            let first = row * around.width + column;
+            for channel in 0..out.channels {
+                let plane = around.plane(channel);
+                let pair = |at: usize| plane[at] + fx * (plane[at + 1] - plane[at]);
+                let (above, below) = (pair(first), pair(first + around.width));
+                out.samples[(channel * height + y) * width + x] = above + fy * (below - above);
+            }
+        }
+    }
+
+    fn cut_upright(
+        &self,
+        frame: &Frame<'_>,
+        channels: usize,
+        scratch: &mut CropScratch,
+        out: &mut Planes,
+    ) {
+        let CropScratch { columns, rows, row, plane, .. } = scratch;
         let [width, height] = self.size;
         out.reshape(self.size, channels);
         columns.fill(self.centre[0], self.scale[0], width);
@@ -204,7 +277,7 @@ mod tests {
     fn at_scale_1_pixels_are_copied_and_borders_repeated() {
         let pixels: Vec<u8> = (0..12).map(|k| k * 20).collect();
         let frame = Frame::grey8(&pixels, 4, 3).unwrap();
-        let crop = Crop { centre: [0.0, 1.0], scale: [1.0; 2], size: [5, 3] };
+        let crop = Crop { centre: [0.0, 1.0], scale: [1.0; 2], size: [5, 3], rotation: 0.0 };
         let out = cut(&frame, 1, crop);
         assert_eq!(out.samples[..5], [0.0, 0.0, 0.0, 20.0, 40.0]);
         assert_eq!(out.samples[10..], [160.0, 160.0, 160.0, 180.0, 200.0]);
@@ -222,7 +295,11 @@ mod tests {
         let frame = Frame::rgb32f(&pixels, w, h).unwrap();
         for scale in [0.3, 0.75, 1.0, 1.3, 2.0, 3.7, 5.5, 9.0] {
             let centre = [200.3, 149.6];
-            let out = cut(&frame, 3, Crop { centre, scale: [scale, scale * 1.1], size: [20, 16] });
+            let out = cut(
+                &frame,
+                3,
+                Crop { centre, scale: [scale, scale * 1.1], size: [20, 16], rotation: 0.0 },
+            );
             for channel in 0..3 {
                 for (k, &value) in out.plane(channel).iter().enumerate() {
                     let x = centre[0] + ((k % 20) as f64 - 9.5) * scale;
@@ -238,16 +315,36 @@ mod tests {
     }
 
     #[test]
+    fn a_turned_crop_of_a_ramp_is_a_turned_ramp() {
+        let pixels: Vec<f32> = (0..300 * 300)
+            .map(|k| ((k % 300) as f32 * 0.5 + (k / 300) as f32 * 0.25) / 255.0)
+            .collect();
+        let frame = Frame::grey32f(&pixels, 300, 300).unwrap();
+        for (rotation, ratio) in [(0.4f64, 1.0), (-2.0, 1.0), (1.1, 1.05)] {
+            let (centre, scale) = ([150.2, 149.7], [1.7, 1.7 * ratio]);
+            let crop = Crop { centre, scale, size: [24, 20], rotation };
+            for (k, value) in cut(&frame, 1, crop).samples.into_iter().enumerate() {
+                let [dx, dy] = [(k % 24) as f64 - 11.5, (k / 24) as f64 - 9.5];
+                let (dx, dy) = (dx * scale[0], dy * scale[1]);
+                let x = centre[0] + rotation.cos() * dx - rotation.sin() * dy;
+                let y = centre[1] + rotation.sin() * dx + rotation.cos() * dy;
+                let expected = x * 0.5 + y * 0.25;
+                assert!((f64::from(value) - expected).abs() < 0.1, "{k}: {value} {expected}");
+            }
+        }
+    }
+
+    #[test]
     fn halving_averages_each_pair() {
         let frame = Frame::grey8(&[0, 100, 40, 60, 20, 80, 8, 12], 4, 2).unwrap();
-        let crop = Crop { centre: [1.5, 0.5], scale: [2.0; 2], size: [2, 1] };
+        let crop = Crop { centre: [1.5, 0.5], scale: [2.0; 2], size: [2, 1], rotation: 0.0 };
         assert_eq!(cut(&frame, 1, crop).samples, [50.0, 30.0]);
     }
 
     #[test]
     fn colours_are_those_of_the_frame() {
         let rgb = [10, 20, 30, 40, 50, 60];
-        let crop = Crop { centre: [0.5, 0.0], scale: [1.0; 2], size: [2, 1] };
+        let crop = Crop { centre: [0.5, 0.0], scale: [1.0; 2], size: [2, 1], rotation: 0.0 };
         let frame = Frame::rgb8(&rgb, 2, 1).unwrap();
         assert_eq!(cut(&frame, 3, crop).samples, [10.0, 40.0, 20.0, 50.0, 30.0, 60.0]);
         assert_eq!(cut(&frame.bgr(), 3, crop).samples, [30.0, 60.0, 20.0, 50.0, 10.0, 40.0]);

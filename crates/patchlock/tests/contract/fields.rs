@@ -60,10 +60,11 @@ fn base(group: &str) -> Fields {
         "update_interval": 2, "small_update_interval": 3,
     }));
     if group == "robust" {
-        // The target is lost and found again while it is half hidden.
+        // The target is lost and found again while it is half hidden, and any small rotation is believed.
         let easily_lost = json!({
             "search": 4.0, "jump_ratio": 1.0, "lost_below": 0.7, "lost_drop": 1.0, "lost_after": 2,
             "found_above": 0.3, "trial": 2,
+            "rotation_below": 2.0, "rotation_least": 0.02, "rotation_margin": 0.3,
         });
         given.extend(fields(easily_lost));
     }
@@ -131,7 +132,10 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("scale_label_width", json!(0.15)),
         ("scale_rate", json!(0.1)),
         ("scale_area", json!(300.0)),
-        ("scale_check", json!(0.05)),
+        ("rotation_below", json!(0.1)),
+        ("rotation_least", json!(0.3)),
+        ("rotation_margin", json!(10.0)),
+        ("rotation_rate", json!(0.9)),
         ("memory_rate", json!(0.1)),
         ("sure", json!(2.0)),
         ("jump_ratio", json!(2.5)),
@@ -192,7 +196,8 @@ fn a_parameter_is_used_by_the_methods_that_say_so() {
         let mut given = base(method.name());
         if method == Method::Robust {
             // The patch model learns on all frames, so also while the target is half hidden.
-            given.extend(fields(json!({ "first_frames": 100, "lost_below": 0.0 })));
+            given
+                .extend(fields(json!({ "first_frames": 100, "lost_below": 0.0, "rotate": false })));
         }
         let before = track(&given);
         for parameter in PARAMETERS.iter().filter(|row| !["", method.name()].contains(&row.group)) {
