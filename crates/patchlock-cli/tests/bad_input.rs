@@ -235,6 +235,14 @@ fn unknown_presets_and_settings() {
     fails(configured(unused), 2, &["c.toml: ", "robust, has no use for particles = 300", advice]);
     let unused = "method = \"patchwise\"\nsearch = 4.0";
     fails(configured(unused), 2, &["patchwise, has no use for search = 4.0"]);
+    // The settings of these tests choose the paper's tracker.
+    for word in ["on", "off"] {
+        let unused = bench.track("x").args(["--rotate", word]).assert();
+        let message = "--rotate: the method in use, patchwise, has no use for it";
+        fails(unused, 2, &[message, "leave --rotate out", "--preset robust"]);
+    }
+    let wrong = bench.track("x").args(["--rotate", "maybe"]).assert();
+    fails(wrong, 2, &["maybe", "--rotate", "on, off"]);
     fails(configured("particles = 0"), 2, &["c.toml: ", "particles", "allowed"]);
     fails(bench.track("x").args(["--preset", ""]).assert(), 2, &["no preset \"\""]);
     fails(bench.track("").assert(), 1, &["no file or folder \"\""]);

@@ -81,6 +81,26 @@ fn the_status_is_in_tables_and_summary() {
     wrong.stderr(predicate::str::contains("hide").and(predicate::str::contains("keep, blank")));
 }
 
+#[test]
+fn rotation_is_followed_unless_turned_off() {
+    let bench = Bench::new();
+    let bbox = bench.turning("f", 21);
+    // The difference in height between the upper corners in the last frame.
+    let rise = |settings: &str, options: &[&str]| {
+        fs::write(bench.path("quick.toml"), settings).unwrap();
+        let output = bench.bare("f").args(["--box", &bbox]).args(options).output().unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        let lines: Vec<String> = text.lines().map(str::to_string).collect();
+        column(&lines, "y2")[20] - column(&lines, "y1")[20]
+    };
+    let turned = rise("", &[]);
+    // The width is 48 pixels, and the target turns by 60 degrees.
+    assert!(turned > 24.0, "{turned} pixels");
+    assert_eq!(rise("", &["--rotate", "off"]), 0.0);
+    assert_eq!(rise("rotate = false", &[]), 0.0);
+    assert_eq!(rise("rotate = false", &["--rotate", "on"]), turned);
+}
+
 /// Version 0.1 had no method but the paper's, and no groups.
 #[test]
 fn settings_of_version_0_1_choose_the_paper_s_tracker() {

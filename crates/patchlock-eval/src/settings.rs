@@ -81,6 +81,16 @@ pub enum SettingsError {
         /// The method that the setting belongs to.
         owner: &'static str,
     },
+    /// An option was given that the method in use ignores.
+    #[error("{option}: the method in use, {}, has no use for it", method.name())]
+    UnusedOption {
+        /// The option.
+        option: &'static str,
+        /// The method in use.
+        method: Method,
+        /// The method that the option belongs to.
+        owner: &'static str,
+    },
     /// The configuration as a whole is invalid.
     #[error("{0}")]
     OutOfRange(String),
@@ -117,6 +127,9 @@ impl SettingsError {
                     "method = \"{owner}\" at the beginning of the file chooses the method that uses it"
                 )
             }
+            Self::UnusedOption { option, owner, .. } => {
+                format!("leave {option} out, or choose the method {owner} with --preset {owner}")
+            }
             Self::OutOfRange(_) => {
                 "patchlock config shows every setting with its range".to_string()
             }
@@ -142,22 +155,46 @@ pub fn basis<'a>(preset: &'a str, config: &TrackerConfig) -> &'a str {
     std::iter::once(preset).chain(PRESETS.iter().copied()).find(has_method).unwrap_or(preset)
 }
 
-/// The configuration of a preset, with the overrides of a file and then the seed applied.
+/// Settings that have an option of their own, which takes precedence over a settings file.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Overrides {
+    /// `--seed`: the seed of the random numbers.
+    pub seed: Option<u64>,
+    /// `--rotate`: whether rotation in the frame is followed; only for the method `robust`.
+    pub rotate: Option<bool>,
+}
+
+impl Overrides {
+    fn apply(self, config: &mut TrackerConfig) -> Result<(), SettingsError> {
+        if let Some(seed) = self.seed {
+            config.seed = seed;
+        }
+        if let Some(rotate) = self.rotate {
+            let (method, owner) = (config.method, Method::Robust.name());
+            if method != Method::Robust {
+                return Err(SettingsError::UnusedOption { option: "--rotate", method, owner });
+            }
+            config.robust.rotate = rotate;
+        }
+        Ok(())
+    }
+}
+
+/// The configuration of a preset, with the overrides of a file and then of the options applied.
 ///
 /// # Errors
-/// [`SettingsError`] if the preset is unknown, or the file is unreadable or invalid.
+/// [`SettingsError`] if the preset is unknown, the file is unreadable or invalid, or the method in use ignores
+/// one of the options.
 pub fn resolve(
     name: &str,
     file: Option<&Path>,
-    seed: Option<u64>,
+    options: Overrides,
 ) -> Result<TrackerConfig, SettingsError> {
     let mut config = preset(name)?;
     if let Some(file) = file {
         config = with_file(config, file)?;
     }
-    if let Some(seed) = seed {
-        config.seed = seed;
-    }
+    options.apply(&mut config)?;
     config.validate().map_err(|error| SettingsError::OutOfRange(error.to_string()))?;
     Ok(config)
 }

@@ -9,6 +9,7 @@ use patchlock_eval::bench::job::{self, BenchJobs, Frames, Job};
 use patchlock_eval::bench::plan::{Entrant, MOST_SECONDS, MOST_SEEDS, Options};
 use patchlock_eval::bench::schemes::{Scheme, Start};
 use patchlock_eval::bench::store::{self, Clip, Identity, Series, Written};
+use patchlock_eval::settings::Overrides;
 use patchlock_eval::text;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -40,8 +41,9 @@ impl Store {
         base: &Bound<'_, PyDict>,
         own: &Bound<'_, PyDict>,
     ) -> PyResult<Self> {
-        let common = patchlock_eval::settings::resolve(preset, config.as_deref(), None)
-            .map_err(|error| errors::of_eval(error.into()))?;
+        let common =
+            patchlock_eval::settings::resolve(preset, config.as_deref(), Overrides::default())
+                .map_err(|error| errors::of_eval(error.into()))?;
         let common = settings::changed(common, base)?;
         let configuration = settings::changed(common.clone(), own)?;
         let subject = Identity::patchlock(&configuration, preset);

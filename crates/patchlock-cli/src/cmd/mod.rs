@@ -13,7 +13,7 @@ pub mod trax;
 use std::ops::RangeInclusive;
 
 use anyhow::Result;
-use clap::builder::RangedU64ValueParser;
+use clap::builder::{PossibleValuesParser, RangedU64ValueParser, TypedValueParser};
 use clap::{Parser, Subcommand};
 use patchlock_eval::session::MOST_THREADS;
 
@@ -31,6 +31,16 @@ const PRESETS_SHOWN: &str = "\
 The settings to start from. robust: for videos of your own; the most accurate, notices when the target is \
 lost, and searches for it. paper: the tracker of the paper, to compare with or to see its parts. fast: that \
 one with fewer candidates and patches, for the same purposes in less time";
+
+/// The help of `--rotate`.
+const ROTATE_SHOWN: &str = "\
+Follow rotation in the frame [default: as in the settings, on]. Turn it off where you know that nothing turns \
+in the picture. Only for the method robust";
+
+/// Parses on or off.
+fn on_or_off() -> impl TypedValueParser<Value = bool> {
+    PossibleValuesParser::new(["on", "off"]).map(|word| word == "on")
+}
 
 /// Parses a seed.
 fn seed() -> RangedU64ValueParser {

@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use anyhow::{Error, Result};
 use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args};
-use patchlock_eval::settings;
+use patchlock_eval::settings::{self, Overrides};
 use patchlock_media::{Ahead, FrameRate, Order, Picture};
 
-use super::{PRESETS_SHOWN, SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
+use super::{PRESETS_SHOWN, ROTATE_SHOWN, SEEDS_SHOWN, THREADS_SHOWN, on_or_off, seed, threads};
 use crate::failure::{Failure, interrupted, usage};
 use crate::output::plan::{Opened, Plan};
 use crate::output::row::Lost;
@@ -85,6 +85,9 @@ pub struct TrackArgs {
     /// Seed of the random numbers [default: the seed in the settings]; the same seed gives the same boxes
     #[arg(long, value_name = SEEDS_SHOWN, allow_negative_numbers = true, value_parser = seed())]
     seed: Option<u64>,
+
+    #[arg(long, value_name = "WHETHER", value_parser = on_or_off(), help = ROTATE_SHOWN)]
+    rotate: Option<bool>,
 
     /// Number of threads [default: one per core]; it does not change the boxes
     #[arg(long, value_name = THREADS_SHOWN, allow_negative_numbers = true, value_parser = threads())]
@@ -180,7 +183,8 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let order = args.order();
     order.check().map_err(Failure::from)?;
     let mut targets = args.targets()?;
-    let config = settings::resolve(&args.preset, args.config.as_deref(), args.seed);
+    let options = Overrides { seed: args.seed, rotate: args.rotate };
+    let config = settings::resolve(&args.preset, args.config.as_deref(), options);
     let config = config.map_err(Failure::from)?;
     let settings = Settings::new(&args.preset, &config);
     let plan = args.plan(&targets)?;

@@ -6,9 +6,10 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::Args;
 use patchlock_eval::bench::trax::SEED_VARIABLE;
-use patchlock_eval::{session, settings};
+use patchlock_eval::session;
+use patchlock_eval::settings::{self, Overrides};
 
-use super::{PRESETS_SHOWN, SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
+use super::{PRESETS_SHOWN, ROTATE_SHOWN, SEEDS_SHOWN, THREADS_SHOWN, on_or_off, seed, threads};
 use crate::failure::Failure;
 use crate::trax::{Protocol, Targets, serve};
 
@@ -57,6 +58,9 @@ pub struct TraxArgs {
     )]
     seed: Option<u64>,
 
+    #[arg(long, value_name = "WHETHER", value_parser = on_or_off(), help = ROTATE_SHOWN)]
+    rotate: Option<bool>,
+
     /// Number of threads [default: one per core]; it does not change the boxes
     #[arg(long, value_name = THREADS_SHOWN, allow_negative_numbers = true, value_parser = threads())]
     threads: Option<usize>,
@@ -72,8 +76,9 @@ fn parse_protocol(text: &str) -> Result<Protocol, String> {
 
 /// Serves the client until it quits.
 pub fn run(args: &TraxArgs) -> Result<()> {
-    let config = settings::resolve(&args.preset, args.config.as_deref(), args.seed)
-        .map_err(Failure::from)?;
+    let options = Overrides { seed: args.seed, rotate: args.rotate };
+    let config =
+        settings::resolve(&args.preset, args.config.as_deref(), options).map_err(Failure::from)?;
     let pool = session::pool(args.threads).map_err(Failure::from)?;
     let targets = Targets::new(config, pool)?;
     serve(io::stdin().lock(), io::stdout().lock(), args.protocol, targets)

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use assert_cmd::Command;
 use image::{GrayImage, ImageBuffer, Luma, RgbImage};
 use patchlock_media::{FrameRate, Mp4Writer};
+use patchlock_scene::{KeyPose, Scene, SceneConfig};
 use tempfile::TempDir;
 
 pub const WIDTH: usize = 96;
@@ -69,6 +70,25 @@ impl Bench {
                 RgbImage::from_raw(WIDTH as u32, HEIGHT as u32, film(k, WIDTH, HEIGHT)).unwrap();
             image.save(self.path(name).join(format!("{k}.png"))).unwrap();
         }
+    }
+
+    /// A folder of frames in which the target turns by 60 degrees; returns its box in the first frame.
+    pub fn turning(&self, name: &str, count: usize) -> String {
+        let pose = |frame: usize, degrees: f64| {
+            let (frame, centre) = (frame as f64, [120.0, 90.0]);
+            KeyPose { frame, centre, scale: 1.0, degrees }
+        };
+        let path = vec![pose(0, 0.0), pose(count - 1, 60.0)];
+        let scene = Scene::new(SceneConfig { frames: count, path, ..SceneConfig::simple() });
+        fs::create_dir_all(self.path(name)).unwrap();
+        for k in 0..count {
+            let frame = scene.frame(k);
+            let (width, height) = (frame.width as u32, frame.height as u32);
+            let image = RgbImage::from_raw(width, height, frame.rgb).unwrap();
+            image.save(self.path(name).join(format!("{k}.png"))).unwrap();
+        }
+        let [x, y, w, h] = scene.truth(0).bbox;
+        format!("{x},{y},{w},{h}")
     }
 
     pub fn mp4(&self, name: &str, count: usize) -> PathBuf {

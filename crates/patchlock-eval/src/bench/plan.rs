@@ -6,8 +6,9 @@ use std::time::Duration;
 use super::runner::{self, Failure};
 use super::schemes::Scheme;
 use super::store::{Identity, Series, Store, Task};
+use crate::Error;
 use crate::dataset::{Dataset, Layout, Remark, selection};
-use crate::{Error, settings};
+use crate::settings::{self, Overrides};
 
 /// Upper limit for the number of seeds.
 pub const MOST_SEEDS: u64 = 10_000;
@@ -71,7 +72,7 @@ impl Entrant {
     fn identity(&self) -> Result<(Identity, u64), Error> {
         match self {
             Self::Patchlock { preset, config, .. } => {
-                let config = settings::resolve(preset, config.as_deref(), None)?;
+                let config = settings::resolve(preset, config.as_deref(), Overrides::default())?;
                 Ok((Identity::patchlock(&config, preset), config.seed))
             }
             Self::Program { command, .. } => {
