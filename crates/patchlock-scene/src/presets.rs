@@ -3,31 +3,38 @@
 use crate::config::{KeyLight, KeyPose, Post, SceneConfig, TargetLook};
 
 impl SceneConfig {
-    /// 150 frames of 480 x 360 pixels with all difficulties: the target moves
-    /// by up to four pixels per frame, rotates, shrinks and grows, and passes
-    /// behind a tree that hides nearly half of it; then the scene becomes dark
-    /// and overexposed.
+    /// 210 frames of 480 x 360 pixels with all difficulties: the target moves
+    /// by up to five pixels per frame, turns to the left and back, passes
+    /// behind a tree that hides it completely for more than 20 frames, turns
+    /// to the right and grows; meanwhile the scene becomes dark and
+    /// overexposed.
     pub fn demo() -> Self {
         SceneConfig {
             width: 480,
             height: 360,
-            frames: 150,
+            frames: 210,
             target_size: [80.0, 64.0],
             target_look: TargetLook::Badge,
             path: vec![
                 pose(0.0, [88.0, 236.0], 1.0, 0.0),
-                pose(24.0, [122.0, 184.0], 0.8, -12.0),
-                pose(54.0, [188.0, 170.0], 0.96, -3.0),
-                pose(88.0, [304.0, 192.0], 1.04, 7.0),
-                pose(120.0, [366.0, 164.0], 1.3, 12.0),
-                pose(149.0, [392.0, 206.0], 1.14, 2.0),
+                pose(16.0, [92.0, 214.0], 1.0, 0.0),
+                pose(30.0, [100.0, 194.0], 0.95, -36.0),
+                pose(40.0, [112.0, 186.0], 0.9, -36.0),
+                pose(54.0, [140.0, 182.0], 0.85, 0.0),
+                pose(66.0, [174.0, 186.0], 0.8, 0.0),
+                pose(96.0, [250.0, 198.0], 0.8, 0.0),
+                pose(120.0, [256.0, 206.0], 0.8, 0.0),
+                pose(150.0, [338.0, 186.0], 0.9, 0.0),
+                pose(166.0, [366.0, 166.0], 1.05, 32.0),
+                pose(184.0, [388.0, 156.0], 1.2, 32.0),
+                pose(209.0, [380.0, 206.0], 1.1, 32.0),
             ],
-            post: Some(Post { centre_x: 246.0, width: 36.0 }),
+            post: Some(Post { centre_x: 253.0, width: 90.0 }),
             light: vec![
-                light(94.0, 1.0, 0.0),
-                light(112.0, 0.55, 6.0),
-                light(134.0, 1.25, -4.0),
-                light(149.0, 0.95, 0.0),
+                light(154.0, 1.0, 0.0),
+                light(172.0, 0.55, 6.0),
+                light(194.0, 1.25, -4.0),
+                light(209.0, 0.95, 0.0),
             ],
             sensor_noise: 2.0,
             seed: 7,

@@ -28,7 +28,7 @@ fn mean_level(frame: &SceneFrame) -> f64 {
 fn target_is_drawn_where_and_as_large_as_the_truth_says() {
     let config = SceneConfig { post: None, ..SceneConfig::demo() };
     let scene = Scene::new(config.clone());
-    for k in [0, 13, 24, 60, 61, 97, 126, 149] {
+    for k in [0, 13, 24, 36, 60, 97, 160, 209] {
         let truth = scene.truth(k);
         let (area, centre, angle) = shape(&coverage(&config, k), config.width);
         let off = distance(centre, box_centre(&truth));
@@ -56,14 +56,14 @@ fn hidden_share_is_what_the_trunk_hides() {
 }
 
 #[test]
-fn nearly_half_of_the_demo_target_is_hidden_in_the_middle() {
+fn the_demo_target_is_hidden_completely_in_the_middle() {
     let scene = Scene::demo();
     let hidden: Vec<f64> = (0..scene.len()).map(|k| scene.truth(k).hidden).collect();
-    assert!(hidden[..40].iter().all(|&h| h == 0.0));
-    assert!(hidden[110..].iter().all(|&h| h == 0.0));
-    let half = hidden.iter().filter(|&&h| h > 0.4).count();
-    assert!((10..=20).contains(&half), "{half} frames");
-    assert!(hidden.iter().any(|&h| h > 0.45) && hidden.iter().all(|&h| h < 0.5));
+    assert!(hidden[..66].iter().all(|&h| h == 0.0));
+    assert!(hidden[150..].iter().all(|&h| h == 0.0));
+    let whole = hidden.iter().filter(|&&h| h == 1.0).count();
+    assert!((20..=40).contains(&whole), "{whole} frames");
+    assert!((96..120).all(|k| scene.truth(k).is_absent()));
 }
 
 #[test]
@@ -88,13 +88,13 @@ fn demo_motion_stays_within_its_limits() {
     let truths: Vec<Truth> = (0..scene.len()).map(|k| scene.truth(k)).collect();
     for pair in truths.windows(2) {
         let moved = distance(box_centre(&pair[0]), box_centre(&pair[1]));
-        assert!(moved > 0.1 && moved < 4.0, "{moved} pixels");
-        assert!((pair[1].rotation - pair[0].rotation).to_degrees().abs() < 1.0);
+        assert!(moved > 0.1 && moved < 5.0, "{moved} pixels");
+        assert!((pair[1].rotation - pair[0].rotation).to_degrees().abs() < 4.0);
         assert!((pair[1].scale / pair[0].scale - 1.0).abs() < 0.02);
     }
     let least = truths.iter().map(|t| t.scale).fold(f64::MAX, f64::min);
     let most = truths.iter().map(|t| t.scale).fold(f64::MIN, f64::max);
-    assert_eq!((least, most), (0.8, 1.3));
+    assert!((least - 0.8).abs() + (most - 1.2).abs() < 1e-9, "{least} {most}");
     let inside = |p: [f64; 2]| p[0] > 0.0 && p[0] < 479.0 && p[1] > 0.0 && p[1] < 359.0;
     assert!(truths.iter().flat_map(|t| t.corners).all(inside));
 }
@@ -104,9 +104,9 @@ fn light_changes_the_mean_level_as_configured() {
     let lit = Scene::demo();
     let even = Scene::new(SceneConfig { light: Vec::new(), ..SceneConfig::demo() });
     assert_eq!(lit.frame(30), even.frame(30));
-    assert_eq!(lit.light(112), (0.55, 6.0));
-    assert_eq!(lit.light(134), (1.25, -4.0));
-    for k in [104, 112, 123, 134] {
+    assert_eq!(lit.light(172), (0.55, 6.0));
+    assert_eq!(lit.light(194), (1.25, -4.0));
+    for k in [164, 172, 183, 194] {
         let (gain, offset) = lit.light(k);
         let expected = gain * mean_level(&even.frame(k)) + offset;
         let level = mean_level(&lit.frame(k));

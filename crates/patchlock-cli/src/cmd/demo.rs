@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::Args;
-use patchlock::{BoundingBox, TrackerConfig};
+use patchlock::{BoundingBox, Status, TrackerConfig};
 use patchlock_media::{Error, FrameRate, Mp4Writer, Picture};
 use patchlock_scene::Scene;
 
@@ -13,6 +13,7 @@ use crate::failure::{Failure, failed, interrupted, usage};
 use crate::interrupt;
 use crate::output::chart::Chart;
 use crate::output::draw;
+use crate::output::measured::Loss;
 use crate::output::pending::PendingFile;
 use crate::output::printed::{print, quoted};
 use crate::output::row::Lost;
@@ -90,12 +91,13 @@ fn show(args: &DemoArgs, program: &str) -> Result<()> {
     run.track_all(&mut targets, frames, &progress, |tracked| show.add(&scene, tracked))?;
     progress.finish("");
     let (count, fps) = (run.measured().frames(), run.measured().fps());
+    let losses = run.measured().losses().to_vec();
     if count < scene.len() {
         let message = format!("stopped after {count} frames; nothing was written");
         return Err(interrupted(message).into());
     }
     let overlap = show.finish(&scene, &args.out, run.into_sinks())?;
-    print_summary(program, &args.out, &scene, &overlap, fps);
+    print_summary(program, &args.out, &scene, &(overlap, losses), fps);
     Ok(())
 }
 
@@ -135,8 +137,16 @@ fn begin(out: &Path, scene: &Scene) -> Result<(Run, Show)> {
     let run = Run::new(TrackerConfig::default(), None, false, sinks)?;
     let input = Mp4Writer::new(input, first.width, first.height, FrameRate::DEFAULT, frames)
         .map_err(&write_error)?;
-    let (overlap, score, panels) = (Vec::new(), Vec::new(), Vec::new());
-    Ok((run, Show { input, write_error, overlap, score, moments: moments(scene), panels }))
+    let show = Show {
+        input,
+        write_error,
+        overlap: Vec::new(),
+        score: Vec::new(),
+        moments: moments(scene),
+        away: false,
+        panels: Vec::new(),
+    };
+    Ok((run, show))
 }
 
 /// A frame of the scene.
@@ -153,6 +163,8 @@ struct Show {
     overlap: Vec<f64>,
     score: Vec<f64>,
     moments: Vec<Moment>,
+    /// Whether the target was lost and has not been tracked since.
+    away: bool,
     panels: Vec<Panel>,
 }
 
@@ -164,8 +176,14 @@ impl Show {
         let overlap = target.bbox.overlap(&truth_box(scene, tracked.frame));
         self.overlap.push(overlap);
         self.score.push(target.estimate.score);
-        if let Some(moment) = self.moments.iter().find(|moment| moment.frame == tracked.frame) {
-            self.panels.push(panel(target, tracked, &moment.what, overlap));
+        let status = target.estimate.status;
+        let found = self.away && status == Status::Tracked;
+        self.away = !found && (self.away || status == Status::Lost);
+        let moment = self.moments.iter().find(|moment| moment.frame == tracked.frame);
+        let what = moment.map(|moment| moment.what.as_str()).or(found.then_some("found again"));
+        if let Some(what) = what {
+            let visible = !scene.truth(tracked.frame).is_absent();
+            self.panels.push(panel(target, tracked, what, visible.then_some(overlap)));
         }
         Ok(())
     }
@@ -174,9 +192,9 @@ impl Show {
     fn finish(self, scene: &Scene, out: &Path, sinks: Vec<Box<dyn Sink>>) -> Result<Vec<f64>> {
         let hidden: Vec<f64> = (0..scene.len()).map(|k| scene.truth(k).hidden).collect();
         let subtitle = format!(
-            "mean {:.3}, lowest {:.3}; the box is given in frame 0",
-            mean(&self.overlap),
-            lowest(&self.overlap).1
+            "mean {:.3}, lowest {:.3} where the target is visible; the box is given in frame 0",
+            mean(&visible(scene, &self.overlap)),
+            lowest(&visible(scene, &self.overlap)).1
         );
         let chart = Chart { overlap: &self.overlap, score: &self.score, hidden: &hidden, subtitle };
         let mut strip = Vec::new();
@@ -200,8 +218,9 @@ impl Show {
     }
 }
 
-/// A crop of the frame around the target, annotated like a whole frame.
-fn panel(target: &Seen, tracked: &Tracked<'_>, what: &str, overlap: f64) -> Panel {
+/// A crop of the frame around the target, annotated like a whole frame. There is no overlap where nothing of
+/// the target is visible.
+fn panel(target: &Seen, tracked: &Tracked<'_>, what: &str, overlap: Option<f64>) -> Panel {
     let Tracked { picture, frame, ms, .. } = *tracked;
     let side = PANEL.min(picture.width).min(picture.height);
     let begin = |centre: f64, length: usize| {
@@ -220,7 +239,8 @@ fn panel(target: &Seen, tracked: &Tracked<'_>, what: &str, overlap: f64) -> Pane
         height: side,
         rgb: draw::annotate(&Tracked { frame, ms, targets: &targets, picture: &part }),
         title: what.to_string(),
-        note: format!("overlap {overlap:.2} · score {}", draw::score_label(estimate)),
+        status: estimate.status.to_string().to_uppercase(),
+        note: overlap.map_or_else(String::new, |overlap| format!("overlap {overlap:.2}")),
         mark: draw::colour(estimate),
     }
 }
@@ -266,28 +286,29 @@ struct Moment {
     what: String,
 }
 
-/// The first frame and the frames in which each difficulty is greatest, in temporal order.
+/// The first frame and the frames in which each difficulty is greatest, in temporal order. The middle of the
+/// frames in which the target is hidden completely stands for all of them.
 fn moments(scene: &Scene) -> Vec<Moment> {
     let percent = |share: f64| format!("{:.0} %", 100.0 * share);
     let most = |value: &dyn Fn(usize) -> f64| {
         (1..scene.len()).max_by(|&a, &b| value(a).total_cmp(&value(b))).unwrap_or(0)
     };
-    let smallest = most(&|k| -scene.truth(k).scale);
-    let hidden = most(&|k| scene.truth(k).hidden);
+    let turned = most(&|k| scene.truth(k).rotation.abs());
     let darkest = most(&|k| -scene.light(k).0);
-    let largest = most(&|k| scene.truth(k).scale);
+    let absent: Vec<usize> = (0..scene.len()).filter(|&k| scene.truth(k).is_absent()).collect();
+    let hidden = absent.get(absent.len() / 2).copied();
+    let hidden = hidden.unwrap_or_else(|| most(&|k| scene.truth(k).hidden));
     let turn = |k: usize| format!("{:+.0}°", scene.truth(k).rotation.to_degrees());
     let mut moments = vec![
         Moment { frame: 0, what: "the given box".into() },
         Moment {
-            frame: smallest,
-            what: format!("{} size, {}", percent(scene.truth(smallest).scale), turn(smallest)),
+            frame: turned,
+            what: format!("{} size, {}", percent(scene.truth(turned).scale), turn(turned)),
         },
         Moment { frame: hidden, what: format!("{} hidden", percent(scene.truth(hidden).hidden)) },
-        Moment { frame: darkest, what: format!("{} light", percent(scene.light(darkest).0)) },
         Moment {
-            frame: largest,
-            what: format!("{} size, {}", percent(scene.truth(largest).scale), turn(largest)),
+            frame: darkest,
+            what: format!("{} light, {}", percent(scene.light(darkest).0), turn(darkest)),
         },
     ];
     moments.sort_by_key(|moment| moment.frame);
@@ -295,28 +316,48 @@ fn moments(scene: &Scene) -> Vec<Moment> {
     moments
 }
 
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
+/// The frames in which some of the target is visible, with their overlap.
+fn visible(scene: &Scene, overlap: &[f64]) -> Vec<(usize, f64)> {
+    let all = overlap.iter().copied().enumerate();
+    all.filter(|&(k, _)| !scene.truth(k).is_absent()).collect()
 }
 
-/// The index and value of the smallest value.
-fn lowest(values: &[f64]) -> (usize, f64) {
-    let all = values.iter().copied().enumerate();
+fn mean(values: &[(usize, f64)]) -> f64 {
+    values.iter().map(|(_, value)| value).sum::<f64>() / values.len().max(1) as f64
+}
+
+/// The frame and value of the smallest value.
+fn lowest(values: &[(usize, f64)]) -> (usize, f64) {
+    let all = values.iter().copied();
     all.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0))
 }
 
 /// Prints the results and what to do next.
-fn print_summary(program: &str, out: &Path, scene: &Scene, overlap: &[f64], fps: f64) {
-    let (frame, least) = lowest(overlap);
+fn print_summary(
+    program: &str,
+    out: &Path,
+    scene: &Scene,
+    (overlap, losses): &(Vec<f64>, Vec<Loss>),
+    fps: f64,
+) {
+    let seen = visible(scene, overlap);
+    let (frame, least) = lowest(&seen);
     let BoundingBox { x, y, w, h } = truth_box(scene, 0);
     let command_out = |name: &str| quoted(&out.join(name));
     let mut text = format!(
         "Tracked {} rendered frames at {fps:.1} frames per second.\n\
-         Overlap with the truth: mean {:.3}, lowest {least:.3} (frame {frame}).\n\nIn {}:\n",
+         Overlap with the truth: mean {:.3}, lowest {least:.3} (frame {frame}), in the {} frames in which the \
+         target is visible.\n",
         overlap.len(),
-        mean(overlap),
-        out.display()
+        mean(&seen),
+        seen.len(),
     );
+    for Loss { frame, returned, .. } in losses {
+        let returned =
+            returned.map_or("not found again".to_string(), |k| format!("found in frame {k}"));
+        text += &format!("Lost in frame {frame}, {returned}.\n");
+    }
+    text += &format!("\nIn {}:\n", out.display());
     FILES.iter().for_each(|(name, what)| text += &format!("  {name:<12} {what}\n"));
     text += &format!(
         "\nTo do the same from the video file:\n  \

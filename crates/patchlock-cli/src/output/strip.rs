@@ -3,12 +3,15 @@
 use anyhow::{Context, Result};
 
 use super::canvas::{Area, Canvas};
+use super::text;
 
 const BACKGROUND: [u8; 3] = [18, 22, 28];
 const TITLE: [u8; 3] = [236, 240, 244];
 const NOTE: [u8; 3] = [158, 168, 180];
 const GAP: usize = 14;
 const CAPTION: usize = 68;
+/// Width of the line around a frame.
+const BORDER: usize = 5;
 
 /// One frame of the strip.
 pub struct Panel {
@@ -20,9 +23,11 @@ pub struct Panel {
     pub rgb: Vec<u8>,
     /// First line of the caption.
     pub title: String,
-    /// Second line of the caption.
+    /// First word of the second line of the caption, in the colour of the mark.
+    pub status: String,
+    /// The rest of the second line.
     pub note: String,
-    /// Colour of the mark before the title.
+    /// Colour of the status, of the mark before the caption and of the line around the frame.
     pub mark: [u8; 3],
 }
 
@@ -36,12 +41,22 @@ pub fn draw(panels: &[Panel]) -> Result<Canvas> {
     for panel in panels {
         let frame = Canvas::from_rgb(panel.width, panel.height, &panel.rgb)
             .context("a frame has no pixels")?;
+        let (border, side) = (BORDER as f32, |length: usize| (length + 2 * BORDER) as f32);
+        let around = Area {
+            x: left as f32 - border,
+            y: GAP as f32 - border,
+            w: side(panel.width),
+            h: side(panel.height),
+        };
+        strip.fill(around, panel.mark, 1.0);
         strip.paste(&frame, left, GAP);
         let top = (GAP + panel.height) as f32;
         let x = left as f32;
         strip.fill_round(Area { x, y: top + 14.0, w: 5.0, h: 52.0 }, 2.0, panel.mark, 1.0);
         strip.text(&panel.title, x + 17.0, top + 26.0, 24.0, TITLE);
-        strip.text(&panel.note, x + 17.0, top + 55.0, 18.0, NOTE);
+        strip.text(&panel.status, x + 17.0, top + 55.0, 22.0, panel.mark);
+        let after = x + 17.0 + text::width(&panel.status, 22.0) + 14.0;
+        strip.text(&panel.note, after, top + 55.0, 18.0, NOTE);
         left += panel.width + GAP;
     }
     Ok(strip)

@@ -482,7 +482,7 @@ class Scene:
     It needs no file: `scene[k]` is frame k as an RGB array, and `track` accepts the scene as a source.
 
     Args:
-        name: `"demo"` (150 frames with rotation, occlusion by a tree and changes of light), `"simple"`
+        name: `"demo"` (210 frames with rotation, a tree that hides all of the target, and changes of light), `"simple"`
             (40 frames of slow motion) or `"occluded"` (60 frames with occlusion by a tree).
 
     Raises:

@@ -1,0 +1,40 @@
+//! Tests of `patchlock demo`: it shows a turn, a loss and the return.
+
+mod support;
+
+use std::fs;
+
+use predicates::prelude::*;
+use predicates::str::contains;
+use support::{Bench, column, patchlock};
+
+#[test]
+fn the_demo_shows_a_turn_a_loss_and_the_return() {
+    let bench = Bench::new();
+    let mut demo = patchlock();
+    demo.current_dir(bench.folder.path()).args(["demo", "--quiet", "--out", "d"]);
+    let shown = demo.assert().success();
+    shown.stdout(contains("Lost in frame ").and(contains(", found in frame ")));
+
+    let (boxes, truth) = (bench.lines("d/demo.csv"), bench.lines("d/truth.csv"));
+    let hidden = column(&truth, "hidden");
+    let is_lost = |k: usize| boxes[k + 1].ends_with(",lost");
+    let middle = hidden.iter().position(|&hidden| hidden == 1.0).unwrap() + 15;
+    assert_eq!(hidden[middle], 1.0);
+    assert!(is_lost(middle) && !is_lost(middle - 40) && !is_lost(hidden.len() - 1));
+
+    // The rise of the upper side: the largest turn, and the one after the return.
+    let rises = |lines: &[String]| -> Vec<f64> {
+        let (y1, y2) = (column(lines, "y1"), column(lines, "y2"));
+        y2.iter().zip(y1).map(|(y2, y1)| y2 - y1).collect()
+    };
+    let (found, true_rises) = (rises(&boxes), rises(&truth));
+    for k in [38, 178] {
+        let (found, expected) = (found[k], true_rises[k]);
+        assert!(expected.abs() > 35.0 && (found - expected).abs() < 10.0, "frame {k}: {found}");
+    }
+    let png = fs::read(bench.path("d/strip.png")).unwrap();
+    let strip = image::load_from_memory(&png).unwrap();
+    // Five frames: the first, a turn, the loss, the return and the darkest.
+    assert_eq!(strip.width(), 5 * (320 + 14) + 14);
+}
