@@ -73,6 +73,7 @@ class Settings(TypedDict, total=False):
     jump_least: float
     lost_below: float
     lost_drop: float
+    lost_hidden: float
     lost_after: int
     found_above: float
     trial: int

@@ -190,7 +190,8 @@ parameters! {
         "own measurement" {
             /// Learning rate of the memory, which is the mean of the follower's filters over sure frames.
             memory_rate: f64 = 0.02, number(0.0, 1.0);
-            /// A frame is sure while the memory's response is above this share of its own mean.
+            /// A frame is sure while the memory's response is above this share of what it was on recent frames,
+            /// or of its own mean if that is less.
             sure: f64 = 0.7, number(0.0, 10.0);
             /// The first frames are sure, whatever the memory says.
             first_frames: usize = 10, number(0.0, 10_000.0);
@@ -202,6 +203,8 @@ parameters! {
             lost_below: f64 = 0.4, number(0.0, 10.0);
             /// and below this share of what it was on recent frames,
             lost_drop: f64 = 0.6, number(0.0, 10.0);
+            /// or less than this share is visible of what was visible on sure frames,
+            lost_hidden: f64 = 0.3, number(0.0, 10.0);
             /// for this many frames on end.
             lost_after: usize = 5, number(1.0, 10_000.0);
             /// While lost, a place is found where the memory's response is above this share of its mean.

@@ -12,6 +12,7 @@ mod turn;
 pub(crate) mod view;
 mod visible;
 
+use crate::appearance::visibility::Visibility;
 use crate::config::TrackerConfig;
 use crate::correlation::features::FeatureScratch;
 use crate::correlation::filter::{FilterRules, FilterScratch};
@@ -43,6 +44,8 @@ pub(crate) struct Target {
     phase: Phase,
     /// The running mean of how sure the memory was on recent frames on which the place was known.
     recent: f64,
+    /// The mean visible share on sure frames.
+    seen: f64,
     /// Frames since the first.
     frames: u64,
 }
@@ -81,7 +84,7 @@ impl Target {
         let rotation = Rotation::begin(frame, region, &mut scratch.rotation);
         let visible = Visible::begin(frame, region, config);
         let phase = Phase::Following { doubtful: 0 };
-        let target = Self {
+        let mut target = Self {
             place,
             window,
             follower,
@@ -90,10 +93,12 @@ impl Target {
             visible,
             phase,
             recent: 1.0,
+            seen: 0.0,
             frames: 0,
         };
         let mut estimate = Estimate::empty();
         target.look(frame, scratch, &mut estimate);
+        target.seen = estimate.visibility.as_ref().map_or(0.0, Visibility::share);
         target.finish_estimate(1.0, rules, &mut estimate);
         (target, estimate)
     }
@@ -137,9 +142,10 @@ impl Target {
         self.place.keep_within(frame, self.window.base());
         // How sure that is, and which parts are visible.
         let certainty = self.certainty(frame, scratch);
-        self.advance(certainty, rules);
+        self.look(frame, scratch, estimate);
+        let visible = estimate.visibility.as_ref().map_or(0.0, Visibility::share);
+        self.advance(certainty, visible, rules);
         if !matches!(self.phase, Phase::Lost { .. }) {
-            self.look(frame, scratch, estimate);
             self.learn(frame, certainty, config, scratch, estimate);
         }
         certainty
@@ -161,7 +167,7 @@ impl Target {
         estimate: &Estimate,
     ) {
         let rules = &config.robust;
-        let known = certainty > rules.sure || self.frames <= rules.first_frames as u64;
+        let known = self.is_sure(certainty, rules) || self.frames <= rules.first_frames as u64;
         let sure = known && matches!(self.phase, Phase::Following { .. });
         self.follower.learn(&self.window, certainty, sure, rules, scratch);
         let region = self.place.region(self.window.base());

@@ -44,13 +44,15 @@ pub(crate) struct Saved {
     pub rng: Pcg64,
     pub phase: Phase,
     pub recent: f64,
+    pub seen: f64,
     pub frames: u64,
 }
 
 impl Target {
     /// The target as a snapshot holds it.
     pub fn saved(&self) -> Saved {
-        let Self { place, window, follower, size, rotation, visible, phase, recent, frames } = self;
+        let Self { place, window, follower, size, rotation, visible, phase, recent, seen, frames } =
+            self;
         let pairs = |spectrum: &[Complex32]| spectrum.iter().map(|v| [v.re, v.im]).collect();
         Saved {
             place: *place,
@@ -69,6 +71,7 @@ impl Target {
             rng: visible.rng.clone(),
             phase: *phase,
             recent: *recent,
+            seen: *seen,
             frames: *frames,
         }
     }
@@ -99,8 +102,8 @@ impl Target {
         let rotation = Rotation::restore(saved.rotation)?;
         let model = PatchModel::restore(saved.patches, config.visible_rules());
         let visible = Visible::new(model, saved.rng, &config.patchwise);
-        let Saved { place, phase, recent, frames, .. } = saved;
-        Ok(Self { place, window, follower, size, rotation, visible, phase, recent, frames })
+        let Saved { place, phase, recent, seen, frames, .. } = saved;
+        Ok(Self { place, window, follower, size, rotation, visible, phase, recent, seen, frames })
     }
 }
 
@@ -130,7 +133,10 @@ impl Saved {
                 self.cells <= MAX_CELLS && smooth_side(self.cells as f64) == self.cells,
                 "the number of cells is not one that the tracker uses",
             ),
-            (self.recent.is_finite(), "how sure the memory was is not finite"),
+            (
+                self.recent.is_finite() && self.seen.is_finite(),
+                "how sure the memory was, or how much was visible, is not finite",
+            ),
             (positive(self.memory_mean), "the memory's mean response is not positive"),
         ];
         if let Some((_, reason)) = checks.into_iter().find(|(holds, _)| !holds) {

@@ -24,10 +24,21 @@ pub(crate) enum Phase {
 }
 
 impl Target {
+    /// Whether the memory is so sure of a place that it can learn from it. Appearance that changes slowly makes
+    /// it less sure; it then learns the change.
+    pub fn is_sure(&self, certainty: f64, config: &RobustConfig) -> bool {
+        certainty > config.sure * self.recent.min(1.0)
+    }
+
     /// The next phase, by how sure the memory is of the place at hand.
-    pub fn advance(&mut self, certainty: f64, config: &RobustConfig) {
+    pub fn advance(&mut self, certainty: f64, visible: f64, config: &RobustConfig) {
         // Appearance that changes slowly makes the memory less sure, too, but never suddenly.
-        let unknown = certainty < config.lost_below && certainty < config.lost_drop * self.recent;
+        let sudden = certainty < config.lost_drop * self.recent;
+        let hidden = visible < config.lost_hidden * self.seen;
+        let unknown = certainty < config.lost_below && (sudden || hidden);
+        if self.is_sure(certainty, config) {
+            self.seen += RECENT_RATE * (visible - self.seen);
+        }
         if !unknown {
             self.recent += RECENT_RATE * (certainty - self.recent);
         }

@@ -142,6 +142,7 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("jump_least", json!(5.0)),
         ("lost_below", json!(0.5)),
         ("lost_drop", json!(0.1)),
+        ("lost_hidden", json!(9.0)),
         ("first_frames", json!(0)),
         ("lost_after", json!(4)),
         ("found_above", json!(0.9)),
