@@ -174,7 +174,7 @@ impl Target {
         self.size.update(frame, self.window.planes(), region, &mut scratch.scale);
         self.rotation.learn(frame, region, rules, &mut scratch.rotation);
         if sure && let Some(visibility) = &estimate.visibility {
-            self.visible.learn(self.frames, visibility, config, &mut scratch.visible);
+            self.visible.learn(self.follower.sure, visibility, config, &mut scratch.visible);
         }
     }
 

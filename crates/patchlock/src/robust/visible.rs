@@ -60,17 +60,18 @@ impl Visible {
         self.model.look(&scratch.candidate.samples, &mut scratch.look, out);
     }
 
-    /// Learns the candidate that was looked at last, every few frames, as Sec. 2.5 of the paper says.
+    /// Learns the candidate that was looked at last, on every so many sure frames, as Sec. 2.5 of the paper
+    /// says of all frames; `sure` counts them.
     pub fn learn(
         &mut self,
-        frame: u64,
+        sure: u64,
         visibility: &Visibility,
         config: &TrackerConfig,
         scratch: &mut VisibleScratch,
     ) {
         let VisibleScratch { candidate, learning, .. } = scratch;
         let candidate = candidate.samples.as_slice();
-        let every = |interval: usize| frame.is_multiple_of(interval as u64);
+        let every = |interval: usize| sure.is_multiple_of(interval as u64);
         let step = LearningStep {
             templates: every(config.patchwise.update_interval),
             small_dictionary: every(config.patchwise.small_update_interval),

@@ -62,7 +62,8 @@ fn base(group: &str) -> Fields {
     if group == "robust" {
         // The target is lost and found again while it is half hidden, and any small rotation is believed.
         let easily_lost = json!({
-            "search": 4.0, "jump_ratio": 1.0, "lost_below": 0.7, "lost_drop": 1.0, "lost_after": 2,
+            "search": 4.0, "jump_ratio": 1.0, "sure": 0.95, "lost_below": 0.7, "lost_drop": 0.7,
+            "lost_hidden": 0.4, "lost_after": 2,
             "found_above": 0.3, "trial": 2,
             "rotation_below": 2.0, "rotation_least": 0.02, "rotation_margin": 0.3,
         });
@@ -141,7 +142,7 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("jump_ratio", json!(2.5)),
         ("jump_least", json!(5.0)),
         ("lost_below", json!(0.5)),
-        ("lost_drop", json!(0.1)),
+        ("lost_drop", json!(9.0)),
         ("lost_hidden", json!(9.0)),
         ("first_frames", json!(0)),
         ("lost_after", json!(4)),
