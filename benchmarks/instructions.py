@@ -25,7 +25,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 RECORD = ROOT / "benchmarks/record/instructions.json"
-STAGES = ["warp", "cut", "codes", "dictionary", "update", "learn"]
+STAGES = ["warp", "cut", "codes", "dictionary", "update", "learn", "robust"]
 MARGIN = 0.05
 
 

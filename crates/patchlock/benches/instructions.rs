@@ -24,13 +24,14 @@ fn small() -> PatchGrid {
 }
 
 /// The stages by name.
-const STAGES: [(&str, fn()); 6] = [
+const STAGES: [(&str, fn()); 7] = [
     ("warp", warp_candidates),
     ("cut", cut_a_location),
     ("codes", codes_of_a_location),
     ("dictionary", small_dictionary),
     ("update", update),
     ("learn", learn),
+    ("robust", robust),
 ];
 
 fn main() {
@@ -106,21 +107,29 @@ fn small_dictionary() {
 
 /// An update without learning: frame 4.
 fn update() {
-    frame(4);
+    frame(paper(), &Scene::simple(), 4);
 }
 
 /// An update with a new template, large dictionary and buffer: frame 5.
 fn learn() {
-    frame(5);
+    frame(paper(), &Scene::simple(), 5);
 }
 
-fn frame(number: usize) {
-    let scene = Scene::simple();
-    let frames: Vec<SceneFrame> = (0..=number).map(|k| scene.frame(k)).collect();
+/// A frame of the method `robust`, in colour, with the largest patch. No template is replaced.
+fn robust() {
+    frame(TrackerConfig::default(), &Scene::demo(), 3);
+}
+
+fn paper() -> TrackerConfig {
     let mut config = TrackerConfig::preset("paper").unwrap();
     (config.patchwise.particles, config.patchwise.small_step) = (200, 4);
+    config
+}
+
+fn frame(config: TrackerConfig, scene: &Scene, number: usize) {
+    let frames: Vec<SceneFrame> = (0..=number).map(|k| scene.frame(k)).collect();
     let mut tracker = Tracker::new(config).unwrap();
-    let mut estimate = tracker.init(&view(&frames[0]), truth(&scene)).unwrap();
+    let mut estimate = tracker.init(&view(&frames[0]), truth(scene)).unwrap();
     for frame in &frames[1..number] {
         tracker.update_into(&view(frame), &mut estimate).unwrap();
     }
