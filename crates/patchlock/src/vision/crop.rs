@@ -6,9 +6,14 @@
 
 use super::frame::{Frame, RowTaps};
 use super::geometry::Point;
+use crate::numeric::instructions::Instructions;
+use pulp::{Simd, WithSimd};
 
 /// The maximum number of source pixels, along each axis, that a pixel of the result is averaged from.
 const MAX_SHRINK: f64 = 4.0;
+
+/// Samples behind a row of pixels: a pixel with three samples is read with a fourth.
+const PADDING: usize = 1;
 
 /// An image in planes: one of luma, or three of red, green and blue. White is 255.
 #[derive(Debug, Clone, Default)]
@@ -79,8 +84,9 @@ impl Region {
 pub struct CropScratch {
     columns: Axis,
     rows: Axis,
+    /// Pixels of the frame, averaged along y, and `PADDING`.
     row: Vec<f32>,
-    plane: Vec<f32>,
+    pixels: Vec<f32>,
     /// The upright crop around a turned one.
     around: Planes,
 }
@@ -98,6 +104,7 @@ struct Axis {
 }
 
 impl Axis {
+    #[inline(always)]
     fn fill(&mut self, centre: f64, scale: f64, size: usize) {
         self.step = if scale > MAX_SHRINK { (scale * 2.0 / MAX_SHRINK) as usize } else { 1 };
         let step = self.step as f64;
@@ -127,6 +134,7 @@ impl Axis {
     }
 
     /// The frame pixel with this number, or the nearest that the frame has.
+    #[inline(always)]
     fn pixel(&self, number: usize, length: usize) -> usize {
         let step = self.step as i64;
         let last = (length as i64 - 1).div_euclid(step);
@@ -135,6 +143,7 @@ impl Axis {
     }
 
     /// The first and last numbers that lie inside the frame, if any do.
+    #[inline(always)]
     fn inside(&self, length: usize) -> Option<(usize, usize)> {
         let step = self.step as i64;
         let last = (length as i64 - 1 - (step - 1) / 2).div_euclid(step);
@@ -197,39 +206,63 @@ impl Crop {
         scratch: &mut CropScratch,
         out: &mut Planes,
     ) {
-        let CropScratch { columns, rows, row, plane, .. } = scratch;
-        let [width, height] = self.size;
         out.reshape(self.size, channels);
-        columns.fill(self.centre[0], self.scale[0], width);
-        rows.fill(self.centre[1], self.scale[1], height);
-        for j in 0..height {
-            row.clear();
-            row.resize(columns.count * channels, 0.0);
-            for t in 0..rows.taps {
-                let weight = rows.weights[j * rows.taps + t];
-                if weight != 0.0 {
-                    let y = rows.pixel(rows.first[j] as usize + t, frame.height());
-                    add_row(frame, y, weight, columns, channels, row);
-                }
+        Instructions::default().dispatch(Resample { crop: self, frame, scratch, out });
+    }
+}
+
+/// The resampling, compiled for the instructions in use.
+struct Resample<'a> {
+    crop: &'a Crop,
+    frame: &'a Frame<'a>,
+    scratch: &'a mut CropScratch,
+    out: &'a mut Planes,
+}
+
+impl WithSimd for Resample<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { crop, frame, scratch, out } = self;
+        scratch.columns.fill(crop.centre[0], crop.scale[0], crop.size[0]);
+        scratch.rows.fill(crop.centre[1], crop.scale[1], crop.size[1]);
+        for j in 0..out.height {
+            average_rows(frame, j, out.channels, scratch);
+            let CropScratch { columns, row, pixels, .. } = &mut *scratch;
+            match out.channels {
+                1 => average_columns::<1, 1>(columns, row, pixels),
+                _ => average_columns::<3, 4>(columns, row, pixels),
             }
-            repeat_border(columns, frame.width(), channels, row);
-            for channel in 0..channels {
-                let start = (channel * height + j) * width;
-                let out = &mut out.samples[start..start + width];
-                plane.clear();
-                plane.extend(row.chunks_exact(channels).map(|pixel| pixel[channel]));
-                match columns.taps {
-                    2 => gather::<2>(columns, plane, out),
-                    3 => gather::<3>(columns, plane, out),
-                    4 => gather::<4>(columns, plane, out),
-                    _ => gather::<5>(columns, plane, out),
+            for channel in 0..out.channels {
+                let plane = &mut out.samples[(channel * out.height + j) * out.width..][..out.width];
+                match out.channels {
+                    1 => plane.copy_from_slice(pixels),
+                    _ => part::<4>(pixels, frame.place_of(channel), plane),
                 }
             }
         }
     }
 }
 
+/// The columns of the frame that count, averaged along y for one row of the result.
+#[inline(always)]
+fn average_rows(frame: &Frame<'_>, j: usize, channels: usize, scratch: &mut CropScratch) {
+    let CropScratch { columns, rows, row, .. } = scratch;
+    row.clear();
+    row.resize(columns.count * channels + PADDING, 0.0);
+    for t in 0..rows.taps {
+        let weight = rows.weights[j * rows.taps + t];
+        if weight != 0.0 {
+            let y = rows.pixel(rows.first[j] as usize + t, frame.height());
+            add_row(frame, y, weight, columns, channels, row);
+        }
+    }
+    repeat_border(columns, frame.width(), channels, row);
+}
+
 /// Adds a row of the frame to that part of the buffer that lies inside it.
+#[inline(always)]
 fn add_row(
     frame: &Frame<'_>,
     y: usize,
@@ -245,6 +278,7 @@ fn add_row(
 }
 
 /// Repeats the outermost pixels inside the frame over those outside.
+#[inline(always)]
 fn repeat_border(columns: &Axis, width: usize, channels: usize, row: &mut [f32]) {
     let (first, last) = columns.inside(width).unwrap_or((0, 0));
     for channel in 0..channels {
@@ -254,13 +288,46 @@ fn repeat_border(columns: &Axis, width: usize, channels: usize, row: &mut [f32])
     }
 }
 
-/// One row of one plane of the result.
-fn gather<const TAPS: usize>(columns: &Axis, pixels: &[f32], out: &mut [f32]) {
+/// One row of the result: pixels of `LANES` samples, of which the first `CHANNELS` count.
+#[inline(always)]
+fn average_columns<const CHANNELS: usize, const LANES: usize>(
+    columns: &Axis,
+    row: &[f32],
+    out: &mut Vec<f32>,
+) {
+    out.resize(columns.first.len() * LANES, 0.0);
+    let (out, _) = out.as_chunks_mut::<LANES>();
+    match columns.taps {
+        2 => average_taps::<2, CHANNELS, LANES>(columns, row, out),
+        3 => average_taps::<3, CHANNELS, LANES>(columns, row, out),
+        4 => average_taps::<4, CHANNELS, LANES>(columns, row, out),
+        _ => average_taps::<5, CHANNELS, LANES>(columns, row, out),
+    }
+}
+
+#[inline(always)]
+fn average_taps<const TAPS: usize, const CHANNELS: usize, const LANES: usize>(
+    columns: &Axis,
+    row: &[f32],
+    out: &mut [[f32; LANES]],
+) {
     let (weights, _) = columns.weights.as_chunks::<TAPS>();
     for ((out, &first), weights) in out.iter_mut().zip(&columns.first).zip(weights) {
-        let Some(pixels) = pixels[first as usize..].first_chunk::<TAPS>() else { continue };
-        *out = weights.iter().zip(pixels).map(|(w, v)| w * v).sum();
+        let pixels = &row[first as usize * CHANNELS..][..(TAPS - 1) * CHANNELS + LANES];
+        let mut sum = [0.0; LANES];
+        for (t, weight) in weights.iter().enumerate() {
+            let pixel = &pixels[t * CHANNELS..][..LANES];
+            (0..LANES).for_each(|k| sum[k] += weight * pixel[k]);
+        }
+        *out = sum;
     }
+}
+
+/// One sample of each pixel.
+#[inline(always)]
+fn part<const LANES: usize>(pixels: &[f32], sample: usize, out: &mut [f32]) {
+    let (pixels, _) = pixels.as_chunks::<LANES>();
+    out.iter_mut().zip(pixels).for_each(|(out, pixel)| *out = pixel[sample % LANES]);
 }
 
 #[cfg(test)]

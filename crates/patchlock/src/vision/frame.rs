@@ -8,12 +8,18 @@ use serde::{Deserialize, Serialize};
 /// The maximum magnitude of an `f32` sample: squares and sums of such samples stay finite.
 const MAX_SAMPLE: f32 = 1e6;
 
+/// The weights of red, green and blue in grey.
+const LUMA: [f32; 3] = [0.2989, 0.5870, 0.1140];
+
 /// The type of one channel of a pixel.
 trait Sample: Copy + std::fmt::Debug {
     /// The value of white.
     const WHITE: f32;
 
     fn value(self) -> f32;
+
+    /// The value with white at 255; the same for samples of every type that stand for the same 8 bits.
+    fn level(self) -> f32;
 
     /// Whether the sample is finite and its magnitude is allowed.
     fn is_usable(self) -> bool {
@@ -27,6 +33,10 @@ impl Sample for u8 {
     fn value(self) -> f32 {
         f32::from(self)
     }
+
+    fn level(self) -> f32 {
+        f32::from(self)
+    }
 }
 
 impl Sample for u16 {
@@ -35,6 +45,10 @@ impl Sample for u16 {
     fn value(self) -> f32 {
         f32::from(self)
     }
+
+    fn level(self) -> f32 {
+        f32::from(self) / 257.0
+    }
 }
 
 impl Sample for f32 {
@@ -42,6 +56,10 @@ impl Sample for f32 {
 
     fn value(self) -> f32 {
         self
+    }
+
+    fn level(self) -> f32 {
+        self * 255.0
     }
 
     fn is_usable(self) -> bool {
@@ -227,7 +245,9 @@ impl<'a> Frame<'a> {
     }
 
     /// Adds pixels of row `y`, times `weight`, to `out`: those in columns `from`, `from + step` and so on.
-    /// A pixel is one luma (`out.len()` pixels) or red, green and blue, with white at 255.
+    /// A pixel is one luma (`out.len()` pixels) or the frame's three colours in its own order, with white at
+    /// 255; a grey pixel counts as three equal colours.
+    #[inline(always)]
     pub(crate) fn add_row(&self, y: usize, taps: RowTaps, channels: usize, out: &mut [f32]) {
         match self.samples {
             Samples::U8(samples) => self.add_row_of(samples, y, taps, channels, out),
@@ -236,6 +256,12 @@ impl<'a> Frame<'a> {
         }
     }
 
+    /// The place of red (0), green or blue (2) in a pixel of [`Frame::add_row`].
+    pub(crate) fn place_of(&self, colour: usize) -> usize {
+        if self.colours == Colours::Bgr { 2 - colour } else { colour }
+    }
+
+    #[inline(always)]
     fn add_row_of<S: Sample>(
         &self,
         samples: &[S],
@@ -246,24 +272,28 @@ impl<'a> Frame<'a> {
     ) {
         let own = self.colours.channels();
         let row = &samples[y * self.stride..][..own * self.width][own * taps.from..];
-        let weight = taps.weight * 255.0;
-        if own == channels && taps.step == 1 && self.colours != Colours::Bgr {
-            for (out, sample) in out.iter_mut().zip(row) {
-                *out += weight * (sample.value() / S::WHITE);
-            }
+        let weight = taps.weight;
+        if own == channels && taps.step == 1 {
+            out.iter_mut().zip(row).for_each(|(out, sample)| *out += weight * sample.level());
             return;
         }
         let pixels = row.chunks(own * taps.step);
-        for (out, pixel) in out.chunks_exact_mut(channels).zip(pixels) {
-            let (red, blue) = if self.colours == Colours::Bgr { (2, 0) } else { (0, own - 1) };
-            let rgb = [pixel[red], pixel[own / 2], pixel[blue]];
-            match out {
-                [out] if own == 3 => *out += weight * grey(rgb[0], rgb[1], rgb[2]),
-                [out] => *out += weight * (rgb[0].value() / S::WHITE),
-                _ => out
-                    .iter_mut()
-                    .zip(rgb)
-                    .for_each(|(out, v)| *out += weight * (v.value() / S::WHITE)),
+        match (own, channels) {
+            (3, 3) => {
+                for (out, pixel) in out.as_chunks_mut::<3>().0.iter_mut().zip(pixels) {
+                    (0..3).for_each(|k| out[k] += weight * pixel[k].level());
+                }
+            }
+            (3, _) => {
+                let weights = [0, 1, 2].map(|k| weight * LUMA[self.place_of(k)]);
+                for (out, pixel) in out.iter_mut().zip(pixels) {
+                    *out += (0..3).map(|k| weights[k] * pixel[k].level()).sum::<f32>();
+                }
+            }
+            _ => {
+                for (out, pixel) in out.chunks_exact_mut(channels).zip(pixels) {
+                    out.iter_mut().for_each(|out| *out += weight * pixel[0].level());
+                }
             }
         }
     }
@@ -388,7 +418,7 @@ impl GreyImage {
 }
 
 fn grey<S: Sample>(r: S, g: S, b: S) -> f32 {
-    (0.2989 * r.value() + 0.5870 * g.value() + 0.1140 * b.value()) / S::WHITE
+    (LUMA[0] * r.value() + LUMA[1] * g.value() + LUMA[2] * b.value()) / S::WHITE
 }
 
 #[cfg(test)]
