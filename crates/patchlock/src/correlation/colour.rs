@@ -5,7 +5,9 @@
 //! al. (2009) without a table.
 
 use crate::correlation::fhog::CELL;
+use crate::numeric::instructions::Instructions;
 use crate::vision::crop::Planes;
+use pulp::{Simd, WithSimd};
 use std::f32::consts::TAU;
 use std::sync::LazyLock;
 
@@ -29,51 +31,110 @@ static TABLE: LazyLock<Vec<[f32; CHANNELS]>> = LazyLock::new(|| {
     (0..LEVELS.pow(3)).map(|k| channels(colour(k))).collect()
 });
 
-/// Writes the mean over each cell of the colour channels of a patch with three planes: `CHANNELS` planes of
-/// cells, row by row.
-pub fn colour(patch: &Planes, out: &mut [f32]) {
-    let table = &*TABLE;
-    let (columns, rows) = (patch.width / CELL, patch.height / CELL);
-    let [red, green, blue] = [0, 1, 2].map(|channel| patch.plane(channel));
-    for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
-        let mut sum = [0.0; CHANNELS];
-        for dy in 0..CELL {
-            let start = (y * CELL + dy) * patch.width + x * CELL;
-            let of = |plane: &[f32]| -> [f32; CELL] { std::array::from_fn(|k| plane[start + k]) };
-            let (red, green, blue) = (of(red), of(green), of(blue));
-            for k in 0..CELL {
-                let entry = &table[index([red[k], green[k], blue[k]])];
-                sum.iter_mut().zip(entry).for_each(|(sum, v)| *sum += v);
+/// Buffers of [`colour`] and [`luma`].
+#[derive(Debug, Default)]
+pub struct ColourScratch {
+    /// The places in the table of one row of cells.
+    places: Vec<u32>,
+    luma: Vec<f32>,
+}
+
+/// Writes the mean over each cell of the colour channels of a patch with three planes: cell by cell,
+/// `CHANNELS` values every `stride`.
+pub fn colour(patch: &Planes, scratch: &mut ColourScratch, out: &mut [f32], stride: usize) {
+    let places = &mut scratch.places;
+    Instructions::default().dispatch(Colour { patch, places, out, stride });
+}
+
+/// Writes the mean luma of each cell, from -0.5 to 0.5, one value every `stride`.
+pub fn luma(patch: &Planes, scratch: &mut ColourScratch, out: &mut [f32], stride: usize) {
+    let luma = &mut scratch.luma;
+    Instructions::default().dispatch(Luma { patch, luma, out, stride });
+}
+
+struct Colour<'a> {
+    patch: &'a Planes,
+    places: &'a mut Vec<u32>,
+    out: &'a mut [f32],
+    stride: usize,
+}
+
+impl WithSimd for Colour<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { patch, places, out, stride } = self;
+        let Some(table) = TABLE.first_chunk::<{ LEVELS.pow(3) }>() else { return };
+        let (width, columns) = (patch.width, patch.width / CELL);
+        let length = width * CELL;
+        places.resize(length, 0);
+        for (row, out) in out.chunks_mut(columns * stride).take(patch.height / CELL).enumerate() {
+            let [red, green, blue] =
+                [0, 1, 2].map(|plane| &patch.plane(plane)[row * length..][..length]);
+            for (k, place) in places[..length].iter_mut().enumerate() {
+                *place = index([red[k], green[k], blue[k]]);
             }
-        }
-        for (channel, sum) in sum.into_iter().enumerate() {
-            out[channel * columns * rows + y * columns + x] = sum / (CELL * CELL) as f32;
+            for (x, out) in out.chunks_mut(stride).enumerate() {
+                let (mut eight, mut four) = ([0.0; 8], [0.0; 4]);
+                for row in places.chunks_exact(width) {
+                    let Some(places) = row[x * CELL..].first_chunk::<CELL>() else { continue };
+                    for &place in places {
+                        let entry = &table[place as usize % table.len()];
+                        (0..8).for_each(|k| eight[k] += entry[k]);
+                        (0..4).for_each(|k| four[k] += entry[8 + k]);
+                    }
+                }
+                let mean = |sum: f32| sum / (CELL * CELL) as f32;
+                out[..8].copy_from_slice(&eight.map(mean));
+                out[8..CHANNELS].copy_from_slice(&four.map(mean));
+            }
         }
     }
 }
 
-/// The mean luma of each cell, from -0.5 to 0.5.
-pub fn luma(patch: &Planes, out: &mut [f32]) {
-    let columns = patch.width / CELL;
-    let weights: &[f32] = if patch.channels == 1 { &[1.0] } else { &[0.2989, 0.5870, 0.1140] };
-    for (k, out) in out.iter_mut().enumerate() {
-        let mut sum = 0.0;
-        for (channel, weight) in weights.iter().enumerate() {
-            let plane = patch.plane(channel);
-            for dy in 0..CELL {
-                let start = (k / columns * CELL + dy) * patch.width + k % columns * CELL;
-                sum += weight * plane[start..start + CELL].iter().sum::<f32>();
+struct Luma<'a> {
+    patch: &'a Planes,
+    luma: &'a mut Vec<f32>,
+    out: &'a mut [f32],
+    stride: usize,
+}
+
+impl WithSimd for Luma<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { patch, luma, out, stride } = self;
+        let (width, columns) = (patch.width, patch.width / CELL);
+        let weights: &[f32] = if patch.channels == 1 { &[1.0] } else { &[0.2989, 0.5870, 0.1140] };
+        for (row, out) in out.chunks_mut(columns * stride).take(patch.height / CELL).enumerate() {
+            luma.clear();
+            luma.resize(width, 0.0);
+            for (channel, weight) in weights.iter().enumerate() {
+                let rows = &patch.plane(channel)[row * CELL * width..][..CELL * width];
+                for row in rows.chunks_exact(width) {
+                    luma.iter_mut().zip(row).for_each(|(sum, v)| *sum += weight * v);
+                }
+            }
+            let cells = luma.as_chunks::<CELL>().0;
+            for (out, [a, b, c, d]) in out.iter_mut().step_by(stride).zip(cells) {
+                *out = (a + b + c + d) / (255 * CELL * CELL) as f32 - 0.5;
             }
         }
-        *out = sum / (255 * CELL * CELL) as f32 - 0.5;
     }
 }
 
 /// The place of a colour in the table.
-fn index(rgb: [f32; 3]) -> usize {
-    let [r, g, b] =
-        rgb.map(|v| ((v * (LEVELS as f32 / 256.0)) as i32).clamp(0, LEVELS as i32 - 1) as usize);
-    r + LEVELS * (g + LEVELS * b)
+#[inline(always)]
+fn index(rgb: [f32; 3]) -> u32 {
+    let [r, g, b] = rgb.map(|v| {
+        let level = (v * (LEVELS as f32 / 256.0)).floor().clamp(0.0, (LEVELS - 1) as f32);
+        // As an integer: with 2^23 added, whole numbers are the last bits. Unlike a conversion, that is done
+        // to a vector at a time.
+        (level + 8_388_608.0).to_bits() % LEVELS as u32
+    });
+    r + LEVELS as u32 * (g + LEVELS as u32 * b)
 }
 
 /// The channels of one colour, with white at 255.
@@ -161,16 +222,18 @@ mod tests {
     fn cells_are_means() {
         let samples = (0..3 * 64).map(|k| if k % 8 < 4 { 255.0 } else { 0.0 }).collect();
         let patch = Planes { width: 8, height: 8, channels: 3, samples };
-        let mut out = vec![0.0; CHANNELS * 4];
-        colour(&patch, &mut out);
-        for (channel, cells) in out.chunks(4).enumerate() {
-            let (white, black) = (TABLE[index([255.0; 3])][channel], TABLE[0][channel]);
-            for (value, expected) in cells.iter().zip([white, black, white, black]) {
+        let stride = CHANNELS + 3;
+        let mut out = vec![0.0; stride * 4];
+        colour(&patch, &mut ColourScratch::default(), &mut out, stride);
+        let (white, black) = (TABLE[index([255.0; 3]) as usize], TABLE[0]);
+        for (cell, expected) in out.chunks(stride).zip([white, black, white, black]) {
+            for (value, expected) in cell.iter().zip(expected) {
                 assert!((value - expected).abs() < 1e-6);
             }
+            assert_eq!(cell[CHANNELS..], [0.0; 3]);
         }
-        let mut grey = [0.0; 4];
-        luma(&patch, &mut grey);
-        assert!((grey[0] - 0.4999).abs() < 1e-3 && (grey[1] + 0.5).abs() < 1e-6);
+        let mut grey = [0.0; 8];
+        luma(&patch, &mut ColourScratch::default(), &mut grey, 2);
+        assert!((grey[0] - 0.4999).abs() < 1e-3 && (grey[2] + 0.5).abs() < 1e-6);
     }
 }

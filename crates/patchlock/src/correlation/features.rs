@@ -1,8 +1,10 @@
-//! The features of a patch: gradients, luma and colour per cell, under a window, and their spectra.
+//! The features of a patch: gradients, luma and colour per cell, under a window, and their spectra. The
+//! channels of a cell lie side by side, and so do those of a bin.
 
+use super::batch::{BatchScratch, GROUP};
+use super::colour::{self, ColourScratch, colour, luma};
 use super::fhog::{self, CELL, FhogScratch, fhog};
-use super::fourier::{Complex32, Fourier, FourierScratch};
-use super::{colour, colour::luma};
+use super::fourier::{Complex32, Fourier};
 use crate::vision::crop::Planes;
 
 /// Which features a patch has, and their window.
@@ -17,8 +19,9 @@ pub struct Features {
 #[derive(Debug, Default)]
 pub struct FeatureScratch {
     fhog: FhogScratch,
-    planes: Vec<f32>,
-    fourier: FourierScratch,
+    colour: ColourScratch,
+    cells: Vec<f32>,
+    batch: BatchScratch,
 }
 
 impl Features {
@@ -47,28 +50,57 @@ impl Features {
         self.fourier.side() * CELL
     }
 
-    /// Number of channels.
+    /// Number of channels. It is rounded up to whole groups; the last channels may be zero.
     pub fn channels(&self) -> usize {
+        self.used().next_multiple_of(GROUP)
+    }
+
+    fn used(&self) -> usize {
         fhog::CHANNELS + 1 + if self.colour { colour::CHANNELS } else { 0 }
     }
 
-    /// The spectra of all channels of a patch, one after the other.
+    /// The spectra of all channels of a patch, bin by bin.
     pub fn spectra(&self, patch: &Planes, scratch: &mut FeatureScratch, out: &mut Vec<Complex32>) {
-        let cells = self.window.len();
-        let FeatureScratch { fhog: fhog_scratch, planes, fourier } = scratch;
-        planes.resize(self.channels() * cells, 0.0);
-        let (gradients, rest) = planes.split_at_mut(fhog::CHANNELS * cells);
-        let (grey, colours) = rest.split_at_mut(cells);
-        fhog(patch, fhog_scratch, gradients);
-        luma(patch, grey);
-        if self.colour {
-            colour::colour(patch, colours);
+        let FeatureScratch { fhog: fhog_scratch, colour: colour_scratch, cells, batch } = scratch;
+        let channels = self.channels();
+        cells.resize(self.window.len() * channels, 0.0);
+        for cell in cells.chunks_exact_mut(channels) {
+            cell[self.used()..].fill(0.0);
         }
-        out.resize(self.channels() * self.fourier.bins(), Complex32::ZERO);
-        let spectra = out.chunks_exact_mut(self.fourier.bins());
-        for (plane, spectrum) in planes.chunks_exact_mut(cells).zip(spectra) {
-            plane.iter_mut().zip(&self.window).for_each(|(v, w)| *v *= w);
-            self.fourier.forward(plane, spectrum, fourier);
+        fhog(patch, fhog_scratch, cells, channels);
+        luma(patch, colour_scratch, &mut cells[fhog::CHANNELS..], channels);
+        if self.colour {
+            colour(patch, colour_scratch, &mut cells[fhog::CHANNELS + 1..], channels);
+        }
+        out.resize(self.fourier.bins() * channels, Complex32::ZERO);
+        self.fourier.batch().forward(cells, &self.window, out, batch);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_buffers_held_does_not_matter() {
+        let n = 6;
+        let patch = |channels: usize| {
+            let noise = |k: usize| ((k * 7919 + k * k * 31) % 255) as f32;
+            let (side, samples) = (n * CELL, (0..channels * (n * CELL).pow(2)).map(noise));
+            Planes { width: side, height: side, channels, samples: samples.collect() }
+        };
+        let spectra = |colour: bool, scratch: &mut FeatureScratch| {
+            let mut out = Vec::new();
+            let planes = if colour { 3 } else { 1 };
+            Features::new(n, colour).spectra(&patch(planes), scratch, &mut out);
+            out
+        };
+        let mut scratch = FeatureScratch::default();
+        for colour in [false, true, false] {
+            assert_eq!(
+                spectra(colour, &mut scratch),
+                spectra(colour, &mut FeatureScratch::default())
+            );
         }
     }
 }

@@ -7,7 +7,12 @@
 //! solved per frequency, and `g`, masked; two rounds of the alternating direction method of multipliers bring
 //! them together.
 
+use super::batch::{BatchScratch, Mask};
 use super::fourier::{Complex32, Fourier, FourierScratch};
+use super::lanes::{add, inner};
+use crate::numeric::instructions::Instructions;
+use pulp::{Simd, WithSimd};
+use std::ops::Range;
 
 /// The penalty on the difference of `f` and `g`, for each round.
 const PENALTY: [f32; 2] = [1.0, 0.1];
@@ -17,19 +22,17 @@ const PENALTY: [f32; 2] = [1.0, 0.1];
 pub struct FilterRules {
     /// The spectrum of the label; it is real, as the label is symmetric.
     label: Vec<f32>,
-    /// 1 inside the target, 0 outside; cell by cell.
-    mask: Vec<f32>,
+    /// The cells inside the target.
+    mask: Mask,
 }
 
 /// Buffers of [`FilterRules::learn`].
 #[derive(Debug, Default)]
 pub struct FilterScratch {
     energy: Vec<f32>,
-    step: Vec<Complex32>,
     free: Vec<Complex32>,
     masked: Vec<Complex32>,
-    plane: Vec<f32>,
-    fourier: FourierScratch,
+    batch: BatchScratch,
 }
 
 impl FilterRules {
@@ -47,18 +50,18 @@ impl FilterRules {
         let mut spectrum = vec![Complex32::ZERO; fourier.bins()];
         fourier.forward(&label, &mut spectrum, &mut FourierScratch::default());
         // The target lies in the middle of the patch, and so does the mask.
-        let inside = |k: usize, size: f64| {
-            let from_middle = k as f64 - (n as f64 - 1.0) / 2.0;
-            from_middle.abs() <= (size / 2.0).max(1.0)
+        let inside = |size: f64| -> Range<usize> {
+            let (middle, reach) = ((n as f64 - 1.0) / 2.0, (size / 2.0).max(1.0));
+            let first = (middle - reach).ceil().max(0.0) as usize;
+            first..n - first
         };
-        let mask = (0..n * n)
-            .map(|k| f32::from(u8::from(inside(k % n, size[0]) && inside(k / n, size[1]))))
-            .collect();
-        Self { label: spectrum.iter().map(|value| value.re).collect(), mask }
+        let label = spectrum.iter().map(|value| value.re).collect();
+        Self { label, mask: Mask { x: inside(size[0]), y: inside(size[1]) } }
     }
 
     /// Learns a filter from the spectra of a sample; `filter` holds the one of the frame before, to which the
     /// new one is drawn with the strength `mu`, and takes the new one. With `mu` 0 it may have any content.
+    /// Spectra are bin by bin, the channels of a bin side by side.
     pub fn learn(
         &self,
         fourier: &Fourier,
@@ -67,57 +70,76 @@ impl FilterRules {
         filter: &mut [Complex32],
         scratch: &mut FilterScratch,
     ) {
-        let bins = fourier.bins();
-        let FilterScratch { energy, step, free, masked, plane, fourier: work } = scratch;
-        masked.resize(bins, Complex32::ZERO);
-        plane.resize(self.mask.len(), 0.0);
-        energy.clear();
-        energy.resize(bins, 0.0);
-        for spectrum in sample.chunks_exact(bins) {
-            energy.iter_mut().zip(spectrum).for_each(|(sum, x)| *sum += x.norm_sqr());
+        Instructions::default().dispatch(Learn {
+            rules: self,
+            fourier,
+            sample,
+            mu,
+            filter,
+            scratch,
+        });
+    }
+}
+
+/// The arguments of [`FilterRules::learn`].
+struct Learn<'a> {
+    rules: &'a FilterRules,
+    fourier: &'a Fourier,
+    sample: &'a [Complex32],
+    mu: f32,
+    filter: &'a mut [Complex32],
+    scratch: &'a mut FilterScratch,
+}
+
+impl WithSimd for Learn<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { rules, fourier, sample, mu, filter, scratch } = self;
+        let FilterScratch { energy, free, masked, batch } = scratch;
+        let channels = sample.len() / fourier.bins();
+        energy.resize(fourier.bins(), 0.0);
+        for (energy, x) in energy.iter_mut().zip(sample.chunks_exact(channels)) {
+            *energy = inner(simd, x, x).re;
         }
-        let mut project = |free: &[Complex32], out: &mut [Complex32]| {
-            fourier.inverse(free, plane, work);
-            plane.iter_mut().zip(&self.mask).for_each(|(v, mask)| *v *= mask);
-            fourier.forward(plane, out, work);
-        };
+        masked.resize(sample.len(), Complex32::ZERO);
         // Round 1, with the multiplier at 0: f is drawn to the filter before alone.
         let [first, second] = PENALTY;
-        free.clear();
-        free.extend(filter.iter().map(|p| p * (mu / (mu + first))));
-        self.solve((sample, energy), mu + first, free, step);
+        free.resize(sample.len(), Complex32::ZERO);
+        for (f, p) in free.iter_mut().zip(filter.iter()) {
+            *f = p * (mu / (mu + first));
+        }
+        rules.solve(simd, (sample, energy), mu + first, fourier, free);
+        fourier.batch().mask(free, &rules.mask, masked, batch);
         // Round 2: the multiplier is `first (f - g)`. The right side is built where f is.
         let scale = 1.0 / (mu + second);
-        for (free, filter) in free.chunks_exact_mut(bins).zip(filter.chunks_exact_mut(bins)) {
-            project(free, masked);
-            for ((f, p), g) in free.iter_mut().zip(filter).zip(masked.iter()) {
-                *f = (g * (second + first) - *f * first + *p * mu) * scale;
-            }
+        let [of_f, of_p, of_g] = [-first * scale, mu * scale, (second + first) * scale];
+        for ((f, p), g) in free.iter_mut().zip(filter.iter()).zip(masked.iter()) {
+            *f = *f * of_f + p * of_p + g * of_g;
         }
-        self.solve((sample, energy), mu + second, free, step);
-        for (free, filter) in free.chunks_exact(bins).zip(filter.chunks_exact_mut(bins)) {
-            project(free, filter);
-        }
+        rules.solve(simd, (sample, energy), mu + second, fourier, free);
+        fourier.batch().mask(free, &rules.mask, filter, batch);
     }
+}
 
+impl FilterRules {
     /// Moves `filter` to the minimum of `|<x, f> - y|^2 / 2 + strength * T / 2 |f - filter|^2` for each
     /// frequency, where `T` is the number of cells: a step along the sample, as far as the filter is wrong.
-    fn solve(
+    #[inline(always)]
+    fn solve<S: Simd>(
         &self,
+        simd: S,
         (sample, energy): (&[Complex32], &[f32]),
         strength: f32,
+        fourier: &Fourier,
         filter: &mut [Complex32],
-        step: &mut Vec<Complex32>,
     ) {
-        let (bins, cells) = (energy.len(), self.mask.len() as f32);
-        step.clear();
-        step.extend(self.label.iter().map(|&y| Complex32::new(y, 0.0)));
-        for (x, f) in sample.chunks_exact(bins).zip(filter.chunks_exact(bins)) {
-            step.iter_mut().zip(x.iter().zip(f)).for_each(|(step, (x, f))| *step -= x.conj() * f);
-        }
-        step.iter_mut().zip(energy).for_each(|(step, s)| *step /= s + cells * strength);
-        for (x, f) in sample.chunks_exact(bins).zip(filter.chunks_exact_mut(bins)) {
-            f.iter_mut().zip(x.iter().zip(step.iter())).for_each(|(f, (x, step))| *f += x * step);
+        let (channels, cells) = (sample.len() / energy.len(), fourier.side().pow(2) as f32);
+        let pairs = sample.chunks_exact(channels).zip(filter.chunks_exact_mut(channels));
+        for ((x, f), (y, energy)) in pairs.zip(self.label.iter().zip(energy)) {
+            let step = (y - inner(simd, x, f)) / (energy + cells * strength);
+            add(simd, f, x, step);
         }
     }
 }
@@ -125,10 +147,11 @@ impl FilterRules {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::correlation::batch::GROUP;
     use nalgebra::{Complex, DMatrix, DVector};
 
     const N: usize = 8;
-    const CHANNELS: usize = 3;
+    const CHANNELS: usize = GROUP;
 
     fn noise(count: usize, seed: usize) -> Vec<f32> {
         (0..count)
@@ -136,19 +159,30 @@ mod tests {
             .collect()
     }
 
+    /// The spectra of planes, bin by bin.
     fn spectra(fourier: &Fourier, planes: &[f32]) -> Vec<Complex32> {
-        let mut out = vec![Complex32::ZERO; CHANNELS * fourier.bins()];
-        let pairs = planes.chunks(N * N).zip(out.chunks_mut(fourier.bins()));
-        pairs.for_each(|(plane, out)| fourier.forward(plane, out, &mut FourierScratch::default()));
+        let bins = fourier.bins();
+        let (mut out, mut one) =
+            (vec![Complex32::ZERO; CHANNELS * bins], vec![Complex32::ZERO; bins]);
+        for (channel, plane) in planes.chunks(N * N).enumerate() {
+            fourier.forward(plane, &mut one, &mut FourierScratch::default());
+            (0..bins).for_each(|bin| out[bin * CHANNELS + channel] = one[bin]);
+        }
         out
     }
 
     /// The planes of filters, cell by cell.
     fn planes(fourier: &Fourier, spectra: &[Complex32]) -> Vec<f32> {
         let mut out = vec![0.0; CHANNELS * N * N];
-        let pairs = spectra.chunks(fourier.bins()).zip(out.chunks_mut(N * N));
-        pairs.for_each(|(s, out)| fourier.inverse(s, out, &mut FourierScratch::default()));
+        for (channel, out) in out.chunks_mut(N * N).enumerate() {
+            let one: Vec<_> = spectra.chunks(CHANNELS).map(|bin| bin[channel]).collect();
+            fourier.inverse(&one, out, &mut FourierScratch::default());
+        }
         out
+    }
+
+    fn inside(rules: &FilterRules, cell: usize) -> bool {
+        rules.mask.x.contains(&(cell % N)) && rules.mask.y.contains(&(cell / N % N))
     }
 
     /// Two rounds from their definition in `f64`, as dense systems for each frequency.
@@ -170,7 +204,7 @@ mod tests {
                 let of = |all: &[Complex32]| {
                     DVector::from_iterator(
                         CHANNELS,
-                        (0..CHANNELS).map(|c| wide(all[c * bins + bin])),
+                        (0..CHANNELS).map(|c| wide(all[bin * CHANNELS + c])),
                     )
                 };
                 let (x, y) = (of(sample), Complex::from(f64::from(rules.label[bin])));
@@ -182,14 +216,16 @@ mod tests {
                     + (of(&g) * real(penalty) - of(&h) + of(before) * real(mu)) * real(cells);
                 let solved = left.lu().solve(&right).unwrap();
                 for c in 0..CHANNELS {
-                    f[c * bins + bin] = Complex32::new(solved[c].re as f32, solved[c].im as f32);
+                    f[bin * CHANNELS + c] =
+                        Complex32::new(solved[c].re as f32, solved[c].im as f32);
                 }
             }
             // g is the masked (gamma f + h) / gamma; h grows by gamma (f - g).
             let free: Vec<Complex32> =
                 f.iter().zip(&h).map(|(f, h)| f + h / penalty as f32).collect();
             let mut masked = planes(fourier, &free);
-            masked.iter_mut().enumerate().for_each(|(k, v)| *v *= rules.mask[k % (N * N)]);
+            let outside = masked.iter_mut().enumerate().filter(|(k, _)| !inside(rules, *k));
+            outside.for_each(|(_, v)| *v = 0.0);
             g = spectra(fourier, &masked);
             h.iter_mut()
                 .zip(f.iter().zip(&g))
@@ -216,7 +252,7 @@ mod tests {
                 assert!((a - b).norm() < 1e-5 * largest, "mu {mu}: {a} {b}");
             }
             let outside = planes(&fourier, &filter).into_iter().enumerate();
-            for (k, v) in outside.filter(|(k, _)| rules.mask[k % (N * N)] == 0.0) {
+            for (k, v) in outside.filter(|(k, _)| !inside(&rules, *k)) {
                 assert!(v.abs() < 1e-6, "{k}: {v}");
             }
         }

@@ -1,6 +1,7 @@
 //! Discrete Fourier transforms of real square planes. Spectra hold the half with non-negative horizontal
 //! frequency, column by column: bin `kx * n + ky`, unscaled; the inverse divides by `n * n`.
 
+use super::batch::Batch;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner};
 use std::fmt;
@@ -8,7 +9,7 @@ use std::sync::Arc;
 
 pub use rustfft::num_complex::Complex32;
 
-/// Transforms of planes with side `n`, which must be even.
+/// Transforms of planes with side `n`, which must be even and have no prime factor above 7.
 #[derive(Clone)]
 pub struct Fourier {
     n: usize,
@@ -16,6 +17,7 @@ pub struct Fourier {
     rows_back: Arc<dyn ComplexToReal<f32>>,
     columns: Arc<dyn Fft<f32>>,
     columns_back: Arc<dyn Fft<f32>>,
+    batch: Batch,
 }
 
 impl fmt::Debug for Fourier {
@@ -43,6 +45,7 @@ impl Fourier {
             rows_back: real.plan_fft_inverse(n),
             columns: complex.plan_fft_forward(n),
             columns_back: complex.plan_fft_inverse(n),
+            batch: Batch::new(n),
         }
     }
 
@@ -54,6 +57,11 @@ impl Fourier {
     /// Length of a spectrum.
     pub fn bins(&self) -> usize {
         (self.n / 2 + 1) * self.n
+    }
+
+    /// The same transforms of many planes at once.
+    pub fn batch(&self) -> &Batch {
+        &self.batch
     }
 
     /// The spectrum of a plane.

@@ -1,6 +1,9 @@
 //! The response of a filter to a sample, and the place of its peak between cells.
 
 use super::fourier::{Complex32, Fourier, FourierScratch};
+use super::lanes::inner;
+use crate::numeric::instructions::Instructions;
+use pulp::{Simd, WithSimd};
 use std::f64::consts::TAU;
 
 /// The longest side of a plane.
@@ -24,16 +27,34 @@ pub struct Peak {
     pub value: f64,
 }
 
-impl Response {
-    /// Fills it with the response of a filter to a sample.
-    pub fn fill(&mut self, fourier: &Fourier, filter: &[Complex32], sample: &[Complex32]) {
-        let bins = fourier.bins();
-        self.spectrum.clear();
-        self.spectrum.resize(bins, Complex32::ZERO);
-        for (f, z) in filter.chunks_exact(bins).zip(sample.chunks_exact(bins)) {
-            let pairs = f.iter().zip(z);
-            self.spectrum.iter_mut().zip(pairs).for_each(|(sum, (f, z))| *sum += f.conj() * z);
+/// The sum over the channels.
+struct Sum<'a> {
+    filter: &'a [Complex32],
+    sample: &'a [Complex32],
+    channels: usize,
+    spectrum: &'a mut Vec<Complex32>,
+}
+
+impl WithSimd for Sum<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { filter, sample, channels, spectrum } = self;
+        let bins = filter.chunks_exact(channels).zip(sample.chunks_exact(channels));
+        spectrum.resize(bins.len(), Complex32::ZERO);
+        for (sum, (f, z)) in spectrum.iter_mut().zip(bins) {
+            *sum = inner(simd, f, z);
         }
+    }
+}
+
+impl Response {
+    /// Fills it with the response of a filter to a sample: spectra bin by bin, channels side by side.
+    pub fn fill(&mut self, fourier: &Fourier, filter: &[Complex32], sample: &[Complex32]) {
+        let channels = filter.len() / fourier.bins();
+        let spectrum = &mut self.spectrum;
+        Instructions::default().dispatch(Sum { filter, sample, channels, spectrum });
         self.cells.resize(fourier.side() * fourier.side(), 0.0);
         fourier.inverse(&self.spectrum, &mut self.cells, &mut self.scratch);
     }
@@ -56,14 +77,13 @@ impl Response {
 
     /// The response at a displacement between cells.
     pub fn at(&self, fourier: &Fourier, shift: [f64; 2]) -> f64 {
-        self.expand(fourier.side(), shift).value
+        if shift == [0.0; 2] { f64::from(self.cells[0]) } else { self.expand(fourier, shift).value }
     }
 
     fn climb(&self, fourier: &Fourier, start: Peak) -> Peak {
-        let n = fourier.side();
         let mut shift = start.shift;
         for _ in 0..5 {
-            let series = self.expand(n, shift);
+            let series = self.expand(fourier, shift);
             let [xx, xy, yy] = series.curvature;
             let determinant = xx * yy - xy * xy;
             if xx >= 0.0 || determinant <= 0.0 {
@@ -77,44 +97,81 @@ impl Response {
                 return start;
             }
         }
-        let value = self.expand(n, shift).value;
+        let value = self.expand(fourier, shift).value;
         if value >= start.value { Peak { shift, value } } else { start }
     }
 
     /// The series at a displacement, with its derivatives per cell.
-    fn expand(&self, n: usize, shift: [f64; 2]) -> Series {
-        let mut series = Series::default();
+    fn expand(&self, fourier: &Fourier, shift: [f64; 2]) -> Series {
+        let (n, spectrum) = (fourier.side(), &self.spectrum);
+        Instructions::default().dispatch(Expand { n, spectrum, shift })
+    }
+}
+
+/// The series that a spectrum is, at a displacement.
+struct Expand<'a> {
+    n: usize,
+    spectrum: &'a [Complex32],
+    shift: [f64; 2],
+}
+
+impl WithSimd for Expand<'_> {
+    type Output = Series;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Series {
+        let Self { n, spectrum, shift } = self;
         let step = TAU / n as f64;
-        let mut rows = [(0.0, 0.0); MAX_SIDE];
-        for (ky, row) in rows.iter_mut().enumerate().take(n) {
-            *row = (wrap(ky, n) * step * shift[1]).sin_cos();
-        }
-        for (kx, column) in self.spectrum.chunks_exact(n).enumerate() {
-            // Columns inside stand for themselves and their mirror image.
-            let weight = if kx == 0 || kx == n / 2 { 1.0 } else { 2.0 };
+        let mut waves = [Wave::default(); MAX_SIDE];
+        for (ky, wave) in waves.iter_mut().enumerate().take(n) {
+            let (sin, cos) = (wrap(ky, n) * step * shift[1]).sin_cos();
             // The highest frequency has no sign, so it adds to the value alone.
-            let wx = if kx == n / 2 { 0.0 } else { kx as f64 * step };
-            let (sin_x, cos_x) = (kx as f64 * step * shift[0]).sin_cos();
-            for (value, (&(sin_y, cos_y), ky)) in column.iter().zip(rows.iter().zip(0..n)) {
-                let (re, im) = (f64::from(value.re), f64::from(value.im));
-                let (sin, cos) = (sin_x * cos_y + cos_x * sin_y, cos_x * cos_y - sin_x * sin_y);
-                let real = weight * (re * cos - im * sin);
-                let imaginary = weight * (re * sin + im * cos);
-                let wy = if ky == n / 2 { 0.0 } else { wrap(ky, n) * step };
-                series.value += real;
-                series.slope[0] -= wx * imaginary;
-                series.slope[1] -= wy * imaginary;
-                series.curvature[0] -= wx * wx * real;
-                series.curvature[1] -= wx * wy * real;
-                series.curvature[2] -= wy * wy * real;
-            }
+            *wave =
+                Wave { sin, cos, frequency: if ky == n / 2 { 0.0 } else { wrap(ky, n) * step } };
         }
-        let cells = (n * n) as f64;
-        series.value /= cells;
-        series.slope = series.slope.map(|v| v / cells);
-        series.curvature = series.curvature.map(|v| v / cells);
+        let mut series = Series::default();
+        for (kx, column) in spectrum.chunks_exact(n).enumerate() {
+            // Columns inside stand for themselves and their mirror image.
+            let weight = if kx == 0 || kx == n / 2 { 1.0 } else { 2.0 } / (n * n) as f64;
+            let (sin, cos) = (kx as f64 * step * shift[0]).sin_cos();
+            let w = if kx == n / 2 { 0.0 } else { kx as f64 * step };
+            let [zeroth, first, second] = moments(column, &waves)
+                .map(|[re, im]| [weight * (re * cos - im * sin), weight * (re * sin + im * cos)]);
+            series.value += zeroth[0];
+            series.slope[0] -= w * zeroth[1];
+            series.slope[1] -= first[1];
+            series.curvature[0] -= w * w * zeroth[0];
+            series.curvature[1] -= w * first[0];
+            series.curvature[2] -= second[0];
+        }
         series
     }
+}
+
+/// A frequency along y, per cell, and its wave at the displacement.
+#[derive(Clone, Copy, Default)]
+struct Wave {
+    frequency: f64,
+    sin: f64,
+    cos: f64,
+}
+
+/// The sum of a column's values times their waves, as real and imaginary part; the same with each value times
+/// its frequency, and times its square.
+#[inline(always)]
+fn moments(column: &[Complex32], waves: &[Wave]) -> [[f64; 2]; 3] {
+    let mut sums = [[0.0; 2]; 3];
+    for (value, wave) in column.iter().zip(waves) {
+        let (re, im) = (f64::from(value.re), f64::from(value.im));
+        let turned = [re * wave.cos - im * wave.sin, re * wave.sin + im * wave.cos];
+        for k in 0..2 {
+            let slope = turned[k] * wave.frequency;
+            sums[0][k] += turned[k];
+            sums[1][k] += slope;
+            sums[2][k] += slope * wave.frequency;
+        }
+    }
+    sums
 }
 
 /// The value and derivatives of a response between cells.

@@ -3,8 +3,10 @@
 //! "Robust estimation of similarity transformation for visual object tracking", 2019, Sec. 4; here with a
 //! filter that is learnt like that of [`super::scale`] instead of a phase correlation).
 
+use super::batch::{BatchScratch, GROUP};
 use super::fhog::{self, CELL, FhogScratch, fhog};
 use super::fourier::{Complex32, Fourier, FourierScratch};
+use super::lanes::learn;
 use super::response::Response;
 use crate::vision::crop::{CropScratch, Planes, Region};
 use crate::vision::frame::Frame;
@@ -32,11 +34,17 @@ const LAMBDA: f32 = 0.01;
 /// Standard deviation of the label, in cells.
 const LABEL: f64 = 1.0;
 
+/// Channels of a cell: those of its gradients, and zeros.
+const CHANNELS: usize = fhog::CHANNELS.next_multiple_of(GROUP);
+
 /// A filter over rotation.
 #[derive(Debug, Clone)]
 pub struct RotationFilter {
     fourier: Fourier,
+    /// The conjugate spectrum of the label.
     label: Vec<Complex32>,
+    window: Vec<f32>,
+    /// Bin by bin, the channels side by side.
     numerator: Vec<Complex32>,
     denominator: Vec<f32>,
 }
@@ -56,10 +64,9 @@ pub struct RotationScratch {
     grid: Planes,
     fhog: FhogScratch,
     features: Vec<f32>,
-    plane: Vec<f32>,
     sample: Vec<Complex32>,
     filter: Vec<Complex32>,
-    fourier: FourierScratch,
+    batch: BatchScratch,
     response: Response,
 }
 
@@ -88,9 +95,16 @@ impl RotationFilter {
             (0..CELLS * CELLS).map(|k| (-0.5 * distance(k).powi(2)).exp() as f32).collect();
         let mut label = vec![Complex32::ZERO; fourier.bins()];
         fourier.forward(&plane, &mut label, &mut FourierScratch::default());
-        let numerator = vec![Complex32::ZERO; fhog::CHANNELS * fourier.bins()];
+        label.iter_mut().for_each(|v| *v = v.conj());
+        // The angle is cyclic and needs no window.
+        let along_radius = |k: usize| {
+            let turns = ((k % CELLS) as f32 + 0.5) / CELLS as f32;
+            0.5 - 0.5 * (turns * std::f32::consts::TAU).cos()
+        };
+        let window = (0..CELLS * CELLS).map(along_radius).collect();
+        let numerator = vec![Complex32::ZERO; CHANNELS * fourier.bins()];
         let denominator = vec![0.0; fourier.bins()];
-        Self { fourier, label, numerator, denominator }
+        Self { fourier, label, window, numerator, denominator }
     }
 
     /// What it has learnt.
@@ -122,10 +136,11 @@ impl RotationFilter {
     pub fn find(&self, frame: &Frame<'_>, region: Region, scratch: &mut RotationScratch) -> Turn {
         self.sample(frame, region, scratch);
         let RotationScratch { sample, filter, response, .. } = scratch;
-        filter.clear();
-        for numerator in self.numerator.chunks_exact(self.fourier.bins()) {
-            let pairs = numerator.iter().zip(&self.denominator);
-            filter.extend(pairs.map(|(a, b)| a / (b + LAMBDA)));
+        filter.resize(self.numerator.len(), Complex32::ZERO);
+        let bins = filter.chunks_exact_mut(CHANNELS).zip(self.numerator.chunks_exact(CHANNELS));
+        for ((filter, numerator), b) in bins.zip(&self.denominator) {
+            let scale = 1.0 / (b + LAMBDA);
+            filter.iter_mut().zip(numerator).for_each(|(f, a)| *f = a * scale);
         }
         response.fill(&self.fourier, filter, sample);
         let peak = response.peak(&self.fourier);
@@ -141,39 +156,24 @@ impl RotationFilter {
         scratch: &mut RotationScratch,
     ) {
         self.sample(frame, region, scratch);
-        let bins = self.fourier.bins();
-        self.denominator.iter_mut().for_each(|b| *b *= 1.0 - rate);
-        let rows = self.numerator.chunks_exact_mut(bins).zip(scratch.sample.chunks_exact(bins));
-        for (numerator, sample) in rows {
-            for (k, z) in sample.iter().enumerate() {
-                numerator[k] = numerator[k] * (1.0 - rate) + z * self.label[k].conj() * rate;
-                self.denominator[k] += rate * z.norm_sqr();
-            }
-        }
+        let Self { label, numerator, denominator, .. } = self;
+        learn(label, &scratch.sample, rate, (numerator, denominator));
     }
 
     /// The spectra of the features on the log-polar grid around a region's centre.
     fn sample(&self, frame: &Frame<'_>, region: Region, scratch: &mut RotationScratch) {
-        let RotationScratch { crop, patch, grid, fhog: buffers, features, plane, sample, .. } =
+        let RotationScratch { crop, patch, grid, fhog: buffers, features, sample, batch, .. } =
             scratch;
         let side = REACH * (region.size[0] + region.size[1]) / 2.0;
         let around = Region { size: [side; 2], rotation: 0.0, ..region };
         around.crop([CROP; 2]).cut(frame, 1, crop, patch);
         fill_grid(patch, region.rotation, grid);
-        let cells = grid.samples.len() / (CELL * CELL);
-        features.resize(fhog::CHANNELS * cells, 0.0);
-        fhog(grid, buffers, features);
-        sample.resize(fhog::CHANNELS * self.fourier.bins(), Complex32::ZERO);
-        let spectra = sample.chunks_exact_mut(self.fourier.bins());
-        for (channel, spectrum) in features.chunks_exact(cells).zip(spectra) {
-            plane.clear();
-            // The angle is cyclic and needs no window.
-            for (k, v) in channel[CELLS..][..CELLS * CELLS].iter().enumerate() {
-                let turns = ((k % CELLS) as f32 + 0.5) / CELLS as f32;
-                plane.push(v * (0.5 - 0.5 * (turns * std::f32::consts::TAU).cos()));
-            }
-            self.fourier.forward(plane, spectrum, &mut scratch.fourier);
-        }
+        // The channels that the gradients leave stay zero.
+        features.resize(CHANNELS * grid.samples.len() / (CELL * CELL), 0.0);
+        fhog(grid, buffers, features, CHANNELS);
+        sample.resize(CHANNELS * self.fourier.bins(), Complex32::ZERO);
+        let cells = &features[CELLS * CHANNELS..][..CELLS * CELLS * CHANNELS];
+        self.fourier.batch().forward(cells, &self.window, sample, batch);
     }
 }
 

@@ -7,10 +7,14 @@
 
 use super::fhog::{self, CELL, FhogScratch, fhog};
 use super::fourier::Complex32;
+use super::lanes::{LANES, Octet, Vector, inner, learn};
+use crate::numeric::instructions::Instructions;
 use crate::vision::crop::{CropScratch, Planes, Region};
 use crate::vision::frame::Frame;
+use pulp::{Simd, WithSimd};
 use rustfft::{Fft, FftPlanner};
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 use std::fmt;
 use std::sync::Arc;
 
@@ -39,7 +43,14 @@ pub struct ScaleFilter {
     /// Width and height of the resampled crops.
     model: [usize; 2],
     fft: Arc<dyn Fft<f32>>,
+    /// The conjugate spectrum of the label, as far as it is needed: the other half mirrors it.
     label: Vec<Complex32>,
+    /// The weight of each scale in the signals.
+    window: Vec<f32>,
+    /// Cosines and negative sines, for each bin and each scale of the first half.
+    cosines: Vec<f32>,
+    sines: Vec<f32>,
+    /// The conjugate numerator: bin by bin, the features side by side.
     numerator: Vec<Complex32>,
     denominator: Vec<f32>,
 }
@@ -63,7 +74,12 @@ pub struct ScaleScratch {
     crop: CropScratch,
     patch: Planes,
     fhog: FhogScratch,
+    /// The features of each scale.
     features: Vec<f32>,
+    /// The sums of both features of each pair of scales, and the differences.
+    sums: Vec<Vector>,
+    differences: Vec<Vector>,
+    /// The spectra along scale: bin by bin, the features side by side.
     signals: Vec<Complex32>,
     work: Vec<Complex32>,
     response: Vec<Complex32>,
@@ -95,8 +111,15 @@ impl ScaleFilter {
             .map(|t| Complex32::new((-0.5 * t * t).exp() as f32, 0.0))
             .collect();
         fft.process(&mut label);
-        let (numerator, denominator) = (Vec::new(), Vec::new());
-        Self { rules, model, fft, label, numerator, denominator }
+        let bins = rules.scales / 2 + 1;
+        let label = label[..bins].iter().map(Complex32::conj).collect();
+        let turns = |k: f64| k / rules.scales as f64 * TAU;
+        let window = (0..rules.scales).map(|k| 0.5 - 0.5 * turns(k as f64 + 0.5).cos() as f32);
+        let turned = (0..bins).flat_map(|bin| (0..bins).map(move |k| turns((bin * k) as f64)));
+        let cosines = turned.clone().map(|angle| angle.cos() as f32).collect();
+        let sines = turned.map(|angle| -angle.sin() as f32).collect();
+        let (window, numerator, denominator) = (window.collect(), Vec::new(), Vec::new());
+        Self { rules, model, fft, label, window, cosines, sines, numerator, denominator }
     }
 
     /// What it has learnt.
@@ -116,8 +139,8 @@ impl ScaleFilter {
     ) -> Result<Self, &'static str> {
         let mut filter = Self::untaught(base, rules);
         let SavedScale { numerator, denominator } = saved;
-        let length = filter.features() * rules.scales;
-        if numerator.len() != length || denominator.len() != rules.scales {
+        let bins = filter.label.len();
+        if numerator.len() != filter.features() * bins || denominator.len() != bins {
             return Err("the scale filter does not fit the configuration");
         }
         let positive = |v: &f32| v.is_finite() && *v >= 0.0;
@@ -129,9 +152,10 @@ impl ScaleFilter {
         Ok(filter)
     }
 
-    /// Number of features of a crop.
+    /// Number of features of a crop, rounded up to whole vectors; the last may be zero.
     fn features(&self) -> usize {
-        fhog::CHANNELS * self.model[0] / CELL * (self.model[1] / CELL)
+        let cells = self.model[0] / CELL * (self.model[1] / CELL);
+        (fhog::CHANNELS * cells).next_multiple_of(LANES)
     }
 
     /// The factor by which the size of the target in this region has changed.
@@ -143,16 +167,10 @@ impl ScaleFilter {
         scratch: &mut ScaleScratch,
     ) -> f64 {
         self.signals(frame, channels, region, scratch);
-        let ScaleScratch { signals, work, response, .. } = scratch;
         let scales = self.rules.scales;
-        response.clear();
-        response.resize(scales, Complex32::ZERO);
-        for (a, x) in self.numerator.chunks_exact(scales).zip(signals.chunks_exact(scales)) {
-            response.iter_mut().zip(a.iter().zip(x)).for_each(|(sum, (a, x))| *sum += a * x);
-        }
+        Instructions::default().dispatch(Respond { filter: self, scratch });
+        let ScaleScratch { work, response, .. } = scratch;
         // The inverse transform of v is the conjugate of the transform of its conjugate.
-        let pairs = response.iter_mut().zip(&self.denominator);
-        pairs.for_each(|(r, b)| *r = (*r / (b + LAMBDA)).conj());
         self.fft.process_with_scratch(response, work);
         let at = |k: usize| response[k].re;
         let best = (0..scales).fold(0, |best, k| if at(k) > at(best) { k } else { best });
@@ -187,17 +205,10 @@ impl ScaleFilter {
         scratch: &mut ScaleScratch,
     ) {
         self.signals(frame, channels, region, scratch);
-        let (scales, signals) = (self.rules.scales, &scratch.signals);
-        self.numerator.resize(signals.len(), Complex32::ZERO);
-        self.denominator.resize(scales, 0.0);
-        self.denominator.iter_mut().for_each(|b| *b *= 1.0 - rate);
-        let rows = self.numerator.chunks_exact_mut(scales).zip(signals.chunks_exact(scales));
-        for (numerator, signal) in rows {
-            for (k, x) in signal.iter().enumerate() {
-                numerator[k] = numerator[k] * (1.0 - rate) + self.label[k] * x.conj() * rate;
-                self.denominator[k] += rate * x.norm_sqr();
-            }
-        }
+        self.numerator.resize(scratch.signals.len(), Complex32::ZERO);
+        self.denominator.resize(self.label.len(), 0.0);
+        let Self { label, numerator, denominator, .. } = self;
+        learn(label, &scratch.signals, rate, (numerator, denominator));
     }
 
     /// The spectrum along scale of each feature.
@@ -208,28 +219,149 @@ impl ScaleFilter {
         region: Region,
         scratch: &mut ScaleScratch,
     ) {
-        let ScaleScratch { crop, patch, fhog: fhog_scratch, features, signals, work, .. } = scratch;
-        let scales = self.rules.scales;
-        let length = self.features();
-        features.resize(length, 0.0);
-        signals.resize(length * scales, Complex32::ZERO);
-        work.resize(self.fft.get_inplace_scratch_len(), Complex32::ZERO);
-        for k in 0..scales {
+        let ScaleScratch { crop, patch, fhog: fhog_scratch, features, .. } = scratch;
+        let (scales, length) = (self.rules.scales, self.features());
+        features.resize(length * scales, 0.0);
+        for (k, features) in features.chunks_exact_mut(length).enumerate() {
             let factor = self.rules.step.powf(exponent(k, scales));
             let part = region.scaled(factor).crop(self.model);
             part.cut(frame, channels, crop, patch);
-            fhog(patch, fhog_scratch, features);
-            let turns = (k as f32 + 0.5) / scales as f32;
-            let window = 0.5 - 0.5 * (std::f32::consts::TAU * turns).cos();
-            for (signal, &value) in signals.chunks_exact_mut(scales).zip(features.iter()) {
-                signal[k] = Complex32::new(value * window, 0.0);
+            // No crop reaches the last values.
+            features[length - length % fhog::CHANNELS..].fill(0.0);
+            fhog(patch, fhog_scratch, features, fhog::CHANNELS);
+        }
+        Instructions::default().dispatch(Transform { filter: self, scratch });
+    }
+}
+
+/// The spectra along scale, from their definition with scales taken in pairs.
+struct Transform<'a> {
+    filter: &'a ScaleFilter,
+    scratch: &'a mut ScaleScratch,
+}
+
+impl WithSimd for Transform<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let ScaleScratch { features, sums, differences, signals, .. } = self.scratch;
+        let ScaleFilter { window, cosines, sines, label, .. } = self.filter;
+        let (scales, bins) = (window.len(), label.len());
+        let length = features.len() / scales;
+        sums.resize(bins, Vector::ZERO);
+        differences.resize(bins, Vector::ZERO);
+        signals.resize(length * bins, Complex32::ZERO);
+        for first in (0..length).step_by(LANES) {
+            let at = |k: usize| Vector::load(&features[k * length + first..]) * window[k];
+            sums[0] = at(0);
+            for k in 1..bins {
+                let (one, other) = (at(k), at(scales - k));
+                (sums[k], differences[k]) = (one + other, one - other);
+            }
+            let waves = cosines.chunks_exact(bins).zip(sines.chunks_exact(bins));
+            for (bin, (cosines, sines)) in waves.enumerate() {
+                let value = Octet { re: weighted(sums, cosines), im: weighted(differences, sines) };
+                value.store(&mut signals[bin * length + first..]);
             }
         }
-        self.fft.process_with_scratch(signals, work);
+    }
+}
+
+/// The weighted sum of vectors.
+#[inline(always)]
+fn weighted(values: &[Vector], weights: &[f32]) -> Vector {
+    let mut sum = Vector::ZERO;
+    for (&value, &weight) in values.iter().zip(weights) {
+        sum = sum + value * weight;
+    }
+    sum
+}
+
+/// The conjugate spectrum of the response.
+struct Respond<'a> {
+    filter: &'a ScaleFilter,
+    scratch: &'a mut ScaleScratch,
+}
+
+impl WithSimd for Respond<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let ScaleFilter { rules, label, numerator, denominator, fft, .. } = self.filter;
+        let ScaleScratch { signals, work, response, .. } = self.scratch;
+        let (scales, length) = (rules.scales, signals.len() / label.len());
+        work.resize(fft.get_inplace_scratch_len(), Complex32::ZERO);
+        response.resize(scales, Complex32::ZERO);
+        let bins = numerator.chunks_exact(length).zip(signals.chunks_exact(length));
+        for (k, ((a, x), b)) in bins.zip(denominator).enumerate() {
+            let value = inner(simd, a, x) / (b + LAMBDA);
+            // The signals are real, so the other half mirrors this one.
+            response[k] = value.conj();
+            response[(scales - k) % scales] = if k == 0 { value.conj() } else { value };
+        }
     }
 }
 
 /// The exponent of a scale: 0 in the middle.
 fn exponent(k: usize, scales: usize) -> f64 {
     k as f64 - (scales as f64 - 1.0) / 2.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::correlation::fourier::Complex32;
+
+    const RULES: ScaleRules =
+        ScaleRules { scales: 33, step: 1.02, sigma: 1.4, rate: 0.025, area: 512.0 };
+
+    #[test]
+    fn signals_have_the_spectra_of_their_definition() {
+        for scales in [3, 17, 33] {
+            let rules = ScaleRules { scales, ..RULES };
+            let filter = ScaleFilter::untaught([10.0, 10.0], rules);
+            let (length, mut scratch) = (2 * LANES, ScaleScratch::default());
+            let noise = |k: usize| ((k * 7919 + k * k * 31) % 1009) as f32 / 1009.0;
+            scratch.features = (0..scales * length).map(noise).collect();
+            Transform { filter: &filter, scratch: &mut scratch }.with_simd(pulp::Scalar::new());
+            for feature in 0..length {
+                let mut whole: Vec<Complex32> = (0..scales)
+                    .map(|k| scratch.features[k * length + feature] * filter.window[k])
+                    .map(Complex32::from)
+                    .collect();
+                filter.fft.process(&mut whole);
+                for (bin, expected) in whole[..=scales / 2].iter().enumerate() {
+                    let found = scratch.signals[bin * length + feature];
+                    assert!((found - expected).norm() < 1e-4, "{scales} {feature} {bin}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn it_finds_how_much_a_target_has_grown() {
+        // A blob with a texture that grows with it, in the middle of 120 x 120 pixels.
+        let render = |scale: f64| -> Vec<u8> {
+            let at = |k: usize| (k as f64 - 60.0) / scale;
+            let value = |x: f64, y: f64| {
+                let texture = (x * 0.55).sin() * (y * 0.4).cos() + (x * 0.2 + y * 0.3).sin();
+                let inside = x.abs() < 20.0 && y.abs() < 16.0;
+                if inside { 128.0 + 50.0 * texture } else { 90.0 }
+            };
+            (0..120 * 120).map(|k| value(at(k % 120), at(k / 120)) as u8).collect()
+        };
+        let (first, mut scratch) = (render(1.0), ScaleScratch::default());
+        let frame = Frame::grey8(&first, 120, 120).unwrap();
+        let region = Region { centre: [60.0; 2], size: [40.0, 32.0], rotation: 0.0 };
+        let filter = ScaleFilter::begin(&frame, 1, region, RULES, &mut scratch);
+        for grown in [0.9, 1.0, 1.04, 1.15] {
+            let pixels = render(grown);
+            let frame = Frame::grey8(&pixels, 120, 120).unwrap();
+            let found = filter.find(&frame, 1, region, &mut scratch);
+            // Closer than a step.
+            assert!((found / grown - 1.0).abs() < 0.015, "{grown}: {found}");
+        }
+    }
 }

@@ -101,11 +101,16 @@ struct Axis {
     taps: usize,
     first: Vec<u32>,
     weights: Vec<f32>,
+    /// The largest that a number plus `low` may be.
+    last: i64,
+    /// The first and last numbers that lie inside the frame; both 0 if none do.
+    inside: (usize, usize),
 }
 
 impl Axis {
+    /// Plans `size` result pixels from a frame of this length.
     #[inline(always)]
-    fn fill(&mut self, centre: f64, scale: f64, size: usize) {
+    fn fill(&mut self, length: usize, centre: f64, scale: f64, size: usize) {
         self.step = if scale > MAX_SHRINK { (scale * 2.0 / MAX_SHRINK) as usize } else { 1 };
         let step = self.step as f64;
         let offset = ((self.step - 1) / 2) as f64;
@@ -131,25 +136,20 @@ impl Axis {
                 self.weights.push(weight as f32);
             }
         }
+        let (length, step) = (length as i64, self.step as i64);
+        self.last = (length - 1).div_euclid(step);
+        let first = (-self.low).max(0);
+        let last = (length - 1 - (step - 1) / 2).div_euclid(step) - self.low;
+        let last = last.min(self.count as i64 - 1);
+        self.inside = if first <= last { (first as usize, last as usize) } else { (0, 0) };
     }
 
     /// The frame pixel with this number, or the nearest that the frame has.
     #[inline(always)]
     fn pixel(&self, number: usize, length: usize) -> usize {
         let step = self.step as i64;
-        let last = (length as i64 - 1).div_euclid(step);
-        let pixel = (self.low + number as i64).clamp(0, last) * step + (step - 1) / 2;
+        let pixel = (self.low + number as i64).clamp(0, self.last) * step + (step - 1) / 2;
         (pixel as usize).min(length - 1)
-    }
-
-    /// The first and last numbers that lie inside the frame, if any do.
-    #[inline(always)]
-    fn inside(&self, length: usize) -> Option<(usize, usize)> {
-        let step = self.step as i64;
-        let last = (length as i64 - 1 - (step - 1) / 2).div_euclid(step);
-        let first = (-self.low).max(0);
-        let last = (last - self.low).min(self.count as i64 - 1);
-        (first <= last).then_some((first as usize, last as usize))
     }
 }
 
@@ -225,8 +225,8 @@ impl WithSimd for Resample<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { crop, frame, scratch, out } = self;
-        scratch.columns.fill(crop.centre[0], crop.scale[0], crop.size[0]);
-        scratch.rows.fill(crop.centre[1], crop.scale[1], crop.size[1]);
+        scratch.columns.fill(frame.width(), crop.centre[0], crop.scale[0], crop.size[0]);
+        scratch.rows.fill(frame.height(), crop.centre[1], crop.scale[1], crop.size[1]);
         for j in 0..out.height {
             average_rows(frame, j, out.channels, scratch);
             let CropScratch { columns, row, pixels, .. } = &mut *scratch;
@@ -258,7 +258,7 @@ fn average_rows(frame: &Frame<'_>, j: usize, channels: usize, scratch: &mut Crop
             add_row(frame, y, weight, columns, channels, row);
         }
     }
-    repeat_border(columns, frame.width(), channels, row);
+    repeat_border(columns, channels, row);
 }
 
 /// Adds a row of the frame to that part of the buffer that lies inside it.
@@ -271,7 +271,7 @@ fn add_row(
     channels: usize,
     row: &mut [f32],
 ) {
-    let (first, last) = columns.inside(frame.width()).unwrap_or((0, 0));
+    let (first, last) = columns.inside;
     let from = columns.pixel(first, frame.width());
     let taps = RowTaps { from, step: columns.step, weight };
     frame.add_row(y, taps, channels, &mut row[first * channels..(last + 1) * channels]);
@@ -279,8 +279,8 @@ fn add_row(
 
 /// Repeats the outermost pixels inside the frame over those outside.
 #[inline(always)]
-fn repeat_border(columns: &Axis, width: usize, channels: usize, row: &mut [f32]) {
-    let (first, last) = columns.inside(width).unwrap_or((0, 0));
+fn repeat_border(columns: &Axis, channels: usize, row: &mut [f32]) {
+    let (first, last) = columns.inside;
     for channel in 0..channels {
         let (left, right) = (row[first * channels + channel], row[last * channels + channel]);
         (0..first).for_each(|k| row[k * channels + channel] = left);

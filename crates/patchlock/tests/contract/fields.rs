@@ -122,7 +122,7 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("subspace_vectors", json!(1)),
         ("lambda", json!(0.1)),
         ("guided_radius", json!(0)),
-        ("guided_epsilon", json!(1.0)),
+        ("guided_epsilon", json!(1e-6)),
         ("search", json!(5.0)),
         ("label_width", json!(0.1)),
         ("temporal", json!(5.0)),

@@ -1,0 +1,199 @@
+//! Vectors of eight values, and what is done to all channels of a bin.
+
+use super::fourier::Complex32;
+use crate::numeric::instructions::Instructions;
+use pulp::{Simd, WithSimd};
+use std::array::from_fn;
+use std::ops::{Add, Mul, Sub};
+
+/// Values in a vector.
+pub const LANES: usize = 8;
+
+/// The order of values in a vector: so, one instruction takes the real parts out of eight numbers.
+const ORDER: [usize; LANES] = [0, 1, 4, 5, 2, 3, 6, 7];
+
+/// Eight values, for each of which the same is computed.
+#[derive(Debug, Clone, Copy)]
+pub struct Vector([f32; LANES]);
+
+/// Eight complex numbers.
+#[derive(Debug, Clone, Copy)]
+pub struct Octet {
+    /// Their real parts.
+    pub re: Vector,
+    /// Their imaginary parts.
+    pub im: Vector,
+}
+
+impl Vector {
+    /// Zero.
+    pub const ZERO: Self = Self([0.0; LANES]);
+
+    /// The first values.
+    #[inline(always)]
+    pub fn load(values: &[f32]) -> Self {
+        let Some(values) = values.first_chunk::<LANES>() else { return Self::ZERO };
+        Self(from_fn(|k| values[ORDER[k]]))
+    }
+}
+
+impl Add for Vector {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self(from_fn(|k| self.0[k] + other.0[k]))
+    }
+}
+
+impl Sub for Vector {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self(from_fn(|k| self.0[k] - other.0[k]))
+    }
+}
+
+impl Mul<f32> for Vector {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, factor: f32) -> Self {
+        Self(from_fn(|k| self.0[k] * factor))
+    }
+}
+
+impl Octet {
+    /// Zero.
+    pub const ZERO: Self = Self { re: Vector::ZERO, im: Vector::ZERO };
+
+    /// The first values.
+    #[inline(always)]
+    pub fn load(values: &[Complex32]) -> Self {
+        let Some(values) = values.first_chunk::<LANES>() else { return Self::ZERO };
+        Self {
+            re: Vector(from_fn(|k| values[ORDER[k]].re)),
+            im: Vector(from_fn(|k| values[ORDER[k]].im)),
+        }
+    }
+
+    /// Writes them to the first places.
+    #[inline(always)]
+    pub fn store(self, out: &mut [Complex32]) {
+        let Some(out) = out.first_chunk_mut::<LANES>() else { return };
+        for (k, place) in ORDER.into_iter().enumerate() {
+            out[place] = Complex32::new(self.re.0[k], self.im.0[k]);
+        }
+    }
+
+    /// The conjugates.
+    #[inline(always)]
+    pub fn conj(self) -> Self {
+        Self { re: self.re, im: Vector::ZERO - self.im }
+    }
+
+    /// Multiplied with `-i`.
+    #[inline(always)]
+    pub fn turned(self) -> Self {
+        Self { re: self.im, im: Vector::ZERO - self.re }
+    }
+
+    /// Multiplied with the conjugate of a number.
+    #[inline(always)]
+    pub fn turned_by(self, [re, im]: [f32; 2]) -> Self {
+        Self { re: self.re * re + self.im * im, im: self.im * re - self.re * im }
+    }
+}
+
+impl Add for Octet {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self { re: self.re + other.re, im: self.im + other.im }
+    }
+}
+
+impl Sub for Octet {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self { re: self.re - other.re, im: self.im - other.im }
+    }
+}
+
+impl Mul<f32> for Octet {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, factor: f32) -> Self {
+        Self { re: self.re * factor, im: self.im * factor }
+    }
+}
+
+/// The sum of the products of one sequence, conjugated, with another.
+#[inline(always)]
+pub fn inner<S: Simd>(simd: S, a: &[Complex32], b: &[Complex32]) -> Complex32 {
+    let ((a, a_rest), (b, b_rest)) = (S::as_simd_c32s(a), S::as_simd_c32s(b));
+    let mut sums = simd.splat_c32s(Complex32::ZERO);
+    for (&a, &b) in a.iter().zip(b) {
+        sums = simd.conj_mul_add_e_c32s(a, b, sums);
+    }
+    let mut sum = simd.reduce_sum_c32s(sums);
+    for (a, b) in a_rest.iter().zip(b_rest) {
+        sum += a.conj() * b;
+    }
+    sum
+}
+
+/// Adds to one sequence another, multiplied with a factor.
+#[inline(always)]
+pub fn add<S: Simd>(simd: S, out: &mut [Complex32], values: &[Complex32], factor: Complex32) {
+    let ((out, out_rest), (values, rest)) = (S::as_mut_simd_c32s(out), S::as_simd_c32s(values));
+    let factors = simd.splat_c32s(factor);
+    for (out, &value) in out.iter_mut().zip(values) {
+        *out = simd.mul_add_e_c32s(value, factors, *out);
+    }
+    for (out, value) in out_rest.iter_mut().zip(rest) {
+        *out += value * factor;
+    }
+}
+
+/// Learns spectra, bin by bin with the channels side by side, at a rate: the running means of them times the
+/// label, and of their energies. A filter is the quotient of both.
+pub fn learn(
+    label: &[Complex32],
+    spectra: &[Complex32],
+    rate: f32,
+    (numerator, denominator): (&mut [Complex32], &mut [f32]),
+) {
+    Instructions::default().dispatch(Learn { label, spectra, rate, numerator, denominator });
+}
+
+struct Learn<'a> {
+    label: &'a [Complex32],
+    spectra: &'a [Complex32],
+    rate: f32,
+    numerator: &'a mut [Complex32],
+    denominator: &'a mut [f32],
+}
+
+impl WithSimd for Learn<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { label, spectra, rate, numerator, denominator } = self;
+        let channels = spectra.len() / label.len();
+        let bins = numerator.chunks_exact_mut(channels).zip(spectra.chunks_exact(channels));
+        for ((a, x), (b, label)) in bins.zip(denominator.iter_mut().zip(label)) {
+            for a in a.iter_mut() {
+                *a *= 1.0 - rate;
+            }
+            add(simd, a, x, label * rate);
+            *b = *b * (1.0 - rate) + rate * inner(simd, x, x).re;
+        }
+    }
+}
