@@ -183,7 +183,7 @@ impl Overrides {
 /// The configuration of a preset, with the overrides of a file and then of the options applied.
 ///
 /// # Errors
-/// [`SettingsError`] if the preset is unknown, the file is unreadable or invalid, or the method in use ignores
+/// [`SettingsError`] if the preset is unknown, the file cannot be read or is invalid, or the method ignores
 /// one of the options.
 pub fn resolve(
     name: &str,

@@ -190,8 +190,8 @@ parameters! {
         "own measurement" {
             /// Learning rate of the memory, which is the mean of the follower's filters over sure frames.
             memory_rate: f64 = 0.02, number(0.0, 1.0);
-            /// A frame is sure while the memory's response is above this share of what it was on recent frames,
-            /// or of its own mean if that is less.
+            /// A frame is sure while the memory's response is above this share of what it was on recent
+            /// frames, or of its own mean if that is less.
             sure: f64 = 0.7, number(0.0, 10.0);
             /// The first frames are sure, whatever the memory says.
             first_frames: usize = 10, number(0.0, 10_000.0);

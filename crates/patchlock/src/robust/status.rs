@@ -24,8 +24,8 @@ pub(crate) enum Phase {
 }
 
 impl Target {
-    /// Whether the memory is so sure of a place that it can learn from it. Appearance that changes slowly makes
-    /// it less sure; it then learns the change.
+    /// Whether the memory is so sure of a place that it can learn from it. Appearance that changes slowly
+    /// makes it less sure; it then learns the change.
     pub fn is_sure(&self, certainty: f64, config: &RobustConfig) -> bool {
         certainty > config.sure * self.recent.min(1.0)
     }

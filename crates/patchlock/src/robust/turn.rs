@@ -86,7 +86,7 @@ impl Rotation {
         }
     }
 
-    /// The rotation that the filter measures in this region, if that is clear and at least as large as counts.
+    /// The rotation that the filter measures in this region, if that is clear and large enough to count.
     fn measure(
         &mut self,
         frame: &Frame<'_>,

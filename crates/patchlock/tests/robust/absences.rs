@@ -5,7 +5,7 @@ use patchlock::{Estimate, Status};
 use patchlock_scene::{Absences, Scene, SceneConfig, Truth};
 use std::ops::Range;
 
-/// The first two. Behind the post, not every other seed keeps the bounds: some trunks are taken for the target.
+/// The first two. Behind the post, not every other seed keeps the bounds: some trunks pass for the target.
 const SEEDS: [u64; 2] = [1, 2];
 
 /// The target turns by up to this many degrees on its way.

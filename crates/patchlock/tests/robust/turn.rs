@@ -7,7 +7,7 @@ use patchlock_scene::{Absences, KeyPose, Scene, SceneConfig};
 /// Degrees per frame. Half as fast, rotation is partly learnt instead of followed.
 const SPEEDS: [f64; 2] = [2.0, -4.0];
 
-/// The outline is never off by this many degrees: a rotation counts from 10 degrees on (`rotation_least`), and
+/// The outline is never off by so many degrees: a rotation counts from 10 degrees on (`rotation_least`), and
 /// the target turns on until it is believed.
 const MOST_OFF: f64 = 15.0;
 
