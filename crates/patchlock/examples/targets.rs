@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = Scene::demo();
     let frames: Vec<SceneFrame> = (0..FRAMES + 2).map(|k| scene.frame(k)).collect();
     println!(
-        "| targets | ms a frame | ms a target | CPU ms a target | MB |\n|---|---|---|---|---|"
+        "| targets | ms per frame | ms per target | CPU ms per target | MB |\n|---|---|---|---|---|"
     );
     for count in counts {
         let boxes = boxes(&scene, count);

@@ -1,7 +1,7 @@
 //! Input data of the benchmarks: a rendered scene, processed with the paper's settings.
 
 use patchlock::appearance::{buffer, templates};
-use patchlock::motion::model::Motion;
+use patchlock::motion::model::{Limits, Motion};
 use patchlock::patchwise::particles::Particles;
 use patchlock::sparse::codes::CodeRules;
 use patchlock::sparse::dictionary::Dictionary;
@@ -31,7 +31,8 @@ impl Bench {
         let mut image = GreyImage::default();
         image.fill(&view(&scene.frame(0))).unwrap();
         let state = first_state(&scene);
-        let motion = Motion { sigma: [6.0, 6.0, 0.02, 0.002, 0.002, 0.0] };
+        let limits = Limits::new([image.width(), image.height()], SIDE);
+        let motion = Motion { sigma: [6.0, 6.0, 0.02, 0.002, 0.002, 0.0], limits };
         let mut drawn = Particles::default();
         drawn.draw(PARTICLES, &state, &motion, &mut Pcg64::new(7, 1));
         let templates = templates::shifts(10)

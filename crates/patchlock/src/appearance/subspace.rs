@@ -20,6 +20,11 @@ const NOISE: f64 = 1e-20;
 /// No entry of the mean or the basis is larger, because the vectors have norm 1; includes rounding errors.
 const MAX_ENTRY: f64 = 1.001;
 
+/// The squared singular values sum to at most this many times the weight. A batch of `m` unit vectors adds at
+/// most `m` around its mean, and `n m / (n + m) < m` times the squared distance of the means, which is at
+/// most 4; both sums then decay at least as fast as the weight.
+const MAX_SQUARE_PER_WEIGHT: f64 = 5.0;
+
 /// More vectors than any video has frames.
 const MAX_WEIGHT: f64 = 1e15;
 
@@ -76,8 +81,7 @@ impl Subspace {
     /// Whether this can be the subspace of vectors of length `dim`.
     pub fn fits(&self, dim: usize) -> bool {
         let entries = self.mean.iter().chain(&self.basis);
-        // The squared values sum to at most the number of vectors, which is the weight.
-        let max_square = self.weight * MAX_ENTRY;
+        let max_square = self.weight * MAX_SQUARE_PER_WEIGHT * MAX_ENTRY;
         self.mean.len() == dim
             && self.basis.len() == dim * self.values.len()
             && self.values.len() <= dim
@@ -206,6 +210,23 @@ mod tests {
         subspace.add(&one, &SubspaceRules { forgetting: 0.5, ..ALL }, &mut scratch);
         assert!(subspace.values()[0] < before[0]);
         assert!(!subspace.fits(29));
+    }
+
+    #[test]
+    fn a_jump_of_the_mean_fits_whatever_is_forgotten() {
+        let unit = |k: usize| (0..30).map(|i| f32::from(u8::from(i == k))).collect::<Vec<f32>>();
+        let opposite: Vec<f32> = unit(0).into_iter().map(|v| -v).collect();
+        for next in [unit(1), opposite] {
+            for forgetting in [0.01, 0.1, 0.5, 0.8, 1.0] {
+                let (mut subspace, mut scratch) = (Subspace::default(), Scratch::default());
+                let rules = SubspaceRules { forgetting, ..ALL };
+                subspace.add(&vec![unit(0); 10], &rules, &mut scratch);
+                for _ in 0..5 {
+                    subspace.add(std::slice::from_ref(&next), &rules, &mut scratch);
+                    assert!(subspace.fits(30), "{forgetting}: {:?}", subspace.values());
+                }
+            }
+        }
     }
 
     #[test]

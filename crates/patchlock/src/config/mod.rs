@@ -15,7 +15,7 @@ use crate::appearance::model::PatchRules;
 use crate::appearance::scale::ScaleRules;
 use crate::appearance::subspace::SubspaceRules;
 use crate::appearance::update::TemplateRules;
-use crate::motion::model::Motion;
+use crate::motion::model::{Limits, Motion};
 use crate::sparse::codes::{CodeRules, MAX_ATOMS};
 use crate::sparse::dictionary::MAX_DICTIONARY;
 use crate::vision::patches::PatchGrid;
@@ -345,9 +345,10 @@ impl PatchwiseConfig {
         }
     }
 
-    /// The motion model.
-    pub(crate) fn motion(&self) -> Motion {
+    /// The motion model in frames of this width and height.
+    pub(crate) fn motion(&self, frame: [usize; 2]) -> Motion {
         Motion {
+            limits: Limits::new(frame, self.template_side),
             sigma: [
                 self.sigma_x,
                 self.sigma_y,

@@ -8,19 +8,49 @@ use rand_pcg::Pcg64;
 /// this number would never be reached.
 const MAX_REDRAWS: usize = 100;
 
-/// Standard deviations of the six numbers of a state.
+/// A drawn target's sides, and the distances of its centre from the frame's first row and column, are at most
+/// this many times the larger side of the frame.
+const MAX_FRAMES: f64 = 10.0;
+
+/// How states move.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
-    /// Of x and y (pixels), scale, rotation (radians), aspect, and skew (radians).
+    /// Standard deviations of x and y (pixels), scale, rotation (radians), aspect, and skew (radians).
     pub sigma: [f64; 6],
+    /// What is never drawn.
+    pub limits: Limits,
+}
+
+/// The largest target, and the centre that is furthest away.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    template_side: usize,
+    pixels: f64,
+}
+
+impl Limits {
+    /// The limits in frames of this width and height, for templates of this side in samples.
+    pub fn new(frame: [usize; 2], template_side: usize) -> Self {
+        Self { template_side, pixels: MAX_FRAMES * frame[0].max(frame[1]) as f64 }
+    }
+
+    /// Whether a state drawn around `last` is within the limits. What was beyond them before, because the
+    /// first box was, may stay where it is or come closer.
+    fn hold(&self, state: &State, last: &State) -> bool {
+        let sizes = |state: &State| {
+            let (width, height) = state.size(self.template_side);
+            [width, height, state.x.abs(), state.y.abs()]
+        };
+        sizes(state).iter().zip(sizes(last)).all(|(new, old)| *new <= old.max(self.pixels))
+    }
 }
 
 impl Motion {
-    /// Draws a state around `last`. A state that is not valid is drawn again.
+    /// Draws a state around `last`. A state that is not valid or beyond the limits is drawn again.
     pub fn draw(&self, last: &State, rng: &mut Pcg64) -> State {
         for _ in 0..MAX_REDRAWS {
             let state = self.draw_once(last, rng);
-            if state.is_valid() {
+            if state.is_valid() && self.limits.hold(&state, last) {
                 return state;
             }
         }

@@ -75,7 +75,8 @@ impl Target {
     ) {
         let Scratch { particles, weighed, learning, .. } = scratch;
         // Particles and their candidates (Sec. 2, Eq. 22).
-        particles.draw(config.particles, &self.state, &config.motion(), &mut self.rng);
+        let motion = config.motion([image.width(), image.height()]);
+        particles.draw(config.particles, &self.state, &motion, &mut self.rng);
         particles.warp(image, &config.patch_rules());
         // Patches, joint codes, pooling, weights, likelihoods (Sec. 2.1 to 2.4).
         let candidates = Candidates { samples: particles.candidates(), order: particles.order() };

@@ -95,10 +95,15 @@ pub fn most_likely(likelihoods: &[f64]) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::motion::model::Limits;
 
     const LAST: State =
         State { x: 100.0, y: 50.0, scale: 1.2, rotation: 0.1, aspect: 0.8, skew: 0.0 };
-    const PAPER: Motion = Motion { sigma: [6.0, 6.0, 0.02, 0.002, 0.002, 0.0] };
+    const SIGMA: [f64; 6] = [6.0, 6.0, 0.02, 0.002, 0.002, 0.0];
+
+    fn motion(sigma: [f64; 6]) -> Motion {
+        Motion { sigma, limits: Limits::new([320, 240], 32) }
+    }
 
     fn particles(motion: &Motion, last: &State, count: usize, seed: u128) -> Vec<State> {
         let mut particles = Vec::new();
@@ -108,7 +113,7 @@ mod tests {
 
     #[test]
     fn spread_is_the_motions() {
-        let drawn = particles(&PAPER, &LAST, 20_000, 7);
+        let drawn = particles(&motion(SIGMA), &LAST, 20_000, 7);
         let n = drawn.len() as f64;
         type Pick = fn(&State) -> f64;
         let fields: [(Pick, f64, f64); 6] = [
@@ -131,15 +136,33 @@ mod tests {
     #[test]
     fn impossible_shapes_are_drawn_again() {
         let thin = State { scale: 0.01, ..LAST };
-        assert!(particles(&PAPER, &thin, 1000, 1).iter().all(State::is_valid));
-        let huge = Motion { sigma: [1e308; 6] };
+        assert!(particles(&motion(SIGMA), &thin, 1000, 1).iter().all(State::is_valid));
+        let huge = motion([1e308; 6]);
         assert!(particles(&huge, &LAST, 100, 1).iter().all(State::is_valid));
+    }
+
+    #[test]
+    fn nothing_far_beyond_the_frame_is_drawn() {
+        let wild = motion([1000.0, 1000.0, 10.0, 1.0, 10.0, 1.0]);
+        let mut last = LAST;
+        for seed in 0..50 {
+            for state in particles(&wild, &last, 100, seed) {
+                let (width, height) = state.size(32);
+                assert!([width, height, state.x.abs(), state.y.abs()].iter().all(|v| *v <= 3200.0));
+                last = state;
+            }
+        }
+        // A first box beyond the limits does not grow, and can be followed.
+        let large = State { scale: 200.0, ..LAST };
+        let drawn = particles(&wild, &large, 1000, 1);
+        assert!(drawn.iter().all(|state| state.size(32).0 <= 6400.0));
+        assert!(drawn.iter().any(|state| state != &large));
     }
 
     #[test]
     fn arranged_particles_are_all_there_and_near_their_neighbours() {
         for (count, parts) in [(650, 11), (650, 1), (7, 60), (1, 1), (0, 0)] {
-            let (drawn, mut order) = (particles(&PAPER, &LAST, count, 5), Vec::new());
+            let (drawn, mut order) = (particles(&motion(SIGMA), &LAST, count, 5), Vec::new());
             arrange(&drawn, parts, &mut order);
             let mut numbers = order.clone();
             numbers.sort_unstable();

@@ -10,6 +10,9 @@ use crate::vision::frame::Frame;
 /// Frames for which the memory must know better before it is believed.
 const JUMP_AFTER: u32 = 2;
 
+/// The smallest mean of the memory's response: frames without texture give no response at all.
+const LEAST_MEAN: f64 = 1e-9;
+
 /// The filter that follows the target and the one that remembers it.
 #[derive(Debug)]
 pub(crate) struct Follower {
@@ -41,7 +44,7 @@ impl Follower {
         window.sample(frame, place, scratch);
         rules.learn(fourier, &scratch.sample, 0.0, &mut filter, &mut scratch.filter);
         scratch.memory.fill(fourier, &filter, &scratch.sample);
-        let mean = scratch.memory.at(fourier, [0.0; 2]).max(f64::MIN_POSITIVE);
+        let mean = scratch.memory.at(fourier, [0.0; 2]).max(LEAST_MEAN);
         Self { rules, memory: filter.clone(), filter, mean, sure: 0, elsewhere: 0 }
     }
 
@@ -72,7 +75,7 @@ impl Follower {
             pairs.for_each(|(memory, filter)| *memory = *memory * (1.0 - rate) + filter * rate);
             // The response to the frame that the filter was learnt from is no measure of later ones.
             let rate = config.memory_rate.max(1.0 / self.sure as f64);
-            self.mean *= 1.0 + rate * (certainty - 1.0);
+            self.mean = (self.mean * (1.0 + rate * (certainty - 1.0))).max(LEAST_MEAN);
         }
     }
 }

@@ -6,6 +6,7 @@ mod bad_frames;
 mod boxes;
 mod fields;
 mod following;
+mod histories;
 mod methods;
 mod multi;
 mod same_boxes;
