@@ -1,12 +1,41 @@
-//! Lists folders and takes file names apart.
+//! Reads text files, lists folders and takes file names apart.
 
-use std::fs;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 use patchlock_media::image_file::is_image;
 use patchlock_media::natural_order;
 
 use crate::Error;
+
+/// The longest text file that is read, in bytes.
+pub const MAX_FILE_BYTES: u64 = 1 << 30;
+
+/// The content of a text file.
+///
+/// # Errors
+/// As [`fs::read`]; what is not a file (a pipe, a device, a folder) or is longer than [`MAX_FILE_BYTES`] is
+/// refused before anything is read: it may never end.
+pub fn read(path: &Path) -> io::Result<Vec<u8>> {
+    let refused = |reason: &str| Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
+    // Opening a pipe waits for somebody to write to it, so this is asked before.
+    let about = fs::metadata(path)?;
+    if about.is_dir() {
+        return Err(io::ErrorKind::IsADirectory.into());
+    }
+    if !about.is_file() {
+        return refused("it is a pipe or a device; save its content to a file and name that");
+    }
+    let mut bytes = Vec::new();
+    if about.len() <= MAX_FILE_BYTES {
+        fs::File::open(path)?.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes)?;
+    }
+    match about.len().max(bytes.len() as u64) <= MAX_FILE_BYTES {
+        true => Ok(bytes),
+        false => refused("it is longer than 1 GiB"),
+    }
+}
 
 /// The entries of a folder in natural order, without hidden ones (leading dot).
 pub fn entries(folder: &Path) -> Result<Vec<PathBuf>, Error> {
@@ -50,4 +79,42 @@ pub fn number_of(path: &Path) -> Option<u64> {
     let stem = stem_of(path);
     let digits = stem.len() - stem.trim_end_matches(|c: char| c.is_ascii_digit()).len();
     stem[stem.len() - digits..].parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_files_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.txt");
+        fs::write(&file, "1,2,3,4").unwrap();
+        assert_eq!(read(&file).unwrap(), b"1,2,3,4");
+        assert_eq!(read(folder.path()).unwrap_err().kind(), io::ErrorKind::IsADirectory);
+        assert_eq!(read(&folder.path().join("b")).unwrap_err().kind(), io::ErrorKind::NotFound);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn pipes_and_devices_are_refused_at_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+        assert!(made.unwrap().success());
+        for path in [Path::new("/dev/zero"), Path::new("/dev/null"), &pipe] {
+            let error = read(path).unwrap_err().to_string();
+            assert!(error.contains("a pipe or a device; save its content to a file"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_file_that_is_too_long_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("long.txt");
+        // No block of it is stored.
+        fs::File::create(&path).unwrap().set_len(MAX_FILE_BYTES + 1).unwrap();
+        let error = read(&path).unwrap_err().to_string();
+        assert_eq!(error, "it is longer than 1 GiB");
+    }
 }

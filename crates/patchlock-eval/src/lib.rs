@@ -19,7 +19,7 @@ pub mod compare;
 pub mod dataset;
 pub mod error;
 pub mod export;
-mod files;
+pub mod files;
 pub mod many_targets;
 pub mod metrics;
 pub mod names;

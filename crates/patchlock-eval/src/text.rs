@@ -4,12 +4,15 @@
 //! mark, UTF-16, and any kind of line end. Anything unusual is recorded. A line that is not understood is an
 //! error that names the line; lines are never skipped.
 
-use std::fs;
 use std::path::Path;
 
 use patchlock::BoundingBox;
 
-use crate::Error;
+use crate::{Error, files};
+
+/// The largest distance of a coordinate from the frame's first pixel, and the longest side of a box, in
+/// pixels.
+pub const MAX_COORDINATE: f64 = 1e9;
 
 /// The numbers of a file.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -25,7 +28,7 @@ pub struct Table {
 /// # Errors
 /// [`Error::Read`]; [`Error::Line`] for a line that is empty or has something other than numbers.
 pub fn read(path: &Path) -> Result<Table, Error> {
-    let bytes = fs::read(path).map_err(|error| Error::read(path, error))?;
+    let bytes = files::read(path).map_err(|error| Error::read(path, error))?;
     let (text, notes) = decode(&bytes);
     let mut rows = Vec::new();
     for (k, line) in text.trim_end().lines().enumerate() {
@@ -121,15 +124,26 @@ pub fn region(row: &[f64], origin: f64) -> Result<Option<BoundingBox>, String> {
             count => Err(format!("{count} numbers, where a box has 4")),
         };
     }
-    if let Some(value) = row.iter().find(|value| value.is_infinite()) {
-        return Err(format!("{value} is not a valid coordinate"));
-    }
+    row.iter().try_for_each(|value| coordinate(*value))?;
     match row {
         [x, y, w, h] => Ok(Some(BoundingBox { x: x - origin, y: y - origin, w: *w, h: *h })),
         points if points.len() >= 6 && points.len().is_multiple_of(2) => {
             Ok(Some(bounding_box(points, origin)))
         }
         _ => Err(format!("{} numbers, where a box has 4 and a polygon 6, 8 or more", row.len())),
+    }
+}
+
+/// Checks one number of a box.
+///
+/// # Errors
+/// What is wrong with it: it must be finite and at most [`MAX_COORDINATE`], positive or negative.
+pub fn coordinate(value: f64) -> Result<(), String> {
+    match value.abs() <= MAX_COORDINATE {
+        true => Ok(()),
+        false => Err(format!(
+            "{value:e} is not a coordinate; allowed: -{MAX_COORDINATE:e} to {MAX_COORDINATE:e}"
+        )),
     }
 }
 
@@ -187,6 +201,9 @@ mod tests {
         let polygon = [10.0, 60.0, 40.0, 20.0, 25.0, 20.0, 12.0, 30.0];
         assert_eq!(region(&polygon, 1.0), Ok(Some(bbox)));
         assert_eq!(region(&[f64::NAN, 1.0, 2.0, 3.0], 1.0), Ok(None));
+        assert!(region(&[-1e9, 1e9, 1e9, 1e9], 1.0).is_ok());
+        let error = region(&[1.0, -1e308, 3.0, 4.0], 1.0).unwrap_err();
+        assert_eq!(error, "-1e308 is not a coordinate; allowed: -1e9 to 1e9");
         for bad in [&[1.0, 2.0, 3.0][..], &[1.0; 5], &[1.0, 2.0, f64::INFINITY, 4.0], &[]] {
             assert!(region(bad, 1.0).is_err(), "{bad:?}");
         }

@@ -48,7 +48,7 @@ fn invalid_lines() {
         ("3,4,5", "line 2: 3 numbers, where a box has 4"),
         ("3,4,,6", "line 2: field 3 is empty"),
         ("3,4,five,6", "line 2: \"five\" is not a number"),
-        ("3,4,inf,6", "line 2: inf is not a valid coordinate"),
+        ("3,4,inf,6", "line 2: inf is not a coordinate; allowed: -1e9 to 1e9"),
         ("3;4;5;6", "line 2: \"3;4;5;6\" is not a number"),
     ] {
         let folder = otb(1..=3, format!("3,4,5,6\n{line}\n3,4,5,6\n"));

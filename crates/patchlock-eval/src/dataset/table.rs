@@ -1,11 +1,10 @@
 //! The table of the OTB sequences: which frames count, and the attributes of each target.
 
-use std::fs;
 use std::path::Path;
 
 use super::Dataset;
 use super::frames::Range;
-use crate::{Error, names, text};
+use crate::{Error, files, names, text};
 
 /// Short names and meanings of the attributes of OTB, in its order.
 pub const OTB_ATTRIBUTES: [(&str, &str); 11] = [
@@ -80,7 +79,7 @@ fn user_table(root: &Path) -> Result<Vec<(String, Vec<String>)>, Error> {
     let Some(path) = candidates.into_iter().flatten().find(|path| path.is_file()) else {
         return Ok(Vec::new());
     };
-    let bytes = fs::read(&path).map_err(|error| Error::read(&path, error))?;
+    let bytes = files::read(&path).map_err(|error| Error::read(&path, error))?;
     let (text, _) = text::decode(&bytes);
     let mut lines = text.lines().map(|line| line.split(',').map(str::trim).collect::<Vec<_>>());
     let header = lines.next().unwrap_or_default();

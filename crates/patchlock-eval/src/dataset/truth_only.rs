@@ -1,6 +1,5 @@
 //! Reads a folder of text files of boxes, one file per target.
 
-use std::fs;
 use std::path::Path;
 
 use super::{Builder, Dataset, Layout, truth};
@@ -27,7 +26,7 @@ pub fn read(root: &Path) -> Result<Option<Dataset>, Error> {
 
 /// Whether a file starts like a list of boxes, unlike a readme.
 fn starts_with_numbers(file: &Path) -> Result<bool, Error> {
-    let bytes = fs::read(file).map_err(|error| Error::read(file, error))?;
+    let bytes = files::read(file).map_err(|error| Error::read(file, error))?;
     let (text, _) = text::decode(&bytes);
     Ok(text.lines().next().is_some_and(|line| text::numbers(line).is_ok()))
 }

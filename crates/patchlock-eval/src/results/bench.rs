@@ -2,14 +2,13 @@
 //! results.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs;
 use std::path::Path;
 
 use super::{Layout, Results, Run, boxes};
 use crate::bench::schemes::{self, Scheme};
 use crate::bench::store::{self, MANIFEST, Manifest, RunManifest};
 use crate::dataset::Dataset;
-use crate::files::{ends_with, entries};
+use crate::files::{self, ends_with, entries};
 use crate::{Error, names, text};
 
 /// Reads a tracker's folder.
@@ -126,7 +125,7 @@ fn read_run(
         path: file.with_extension("json"),
         reason: reason.to_string(),
     };
-    let bytes = fs::read(file).map_err(|error| Error::read(file, error))?;
+    let bytes = files::read(file).map_err(|error| Error::read(file, error))?;
     if store::sha256(&bytes) != manifest.boxes_sha256 {
         return Err(wrong("the hash of the boxes beside it does not match"));
     }

@@ -174,7 +174,7 @@ impl Store {
         let Ok(manifest) = read_json::<RunManifest>(&stem.with_extension("json")) else {
             return Ok(false);
         };
-        let Ok(text) = fs::read(stem.with_extension("txt")) else { return Ok(false) };
+        let Ok(text) = crate::files::read(&stem.with_extension("txt")) else { return Ok(false) };
         if sha256(&text) != manifest.boxes_sha256 || manifest.configuration_hash != self.hash {
             return Ok(false);
         }
