@@ -17,6 +17,11 @@ import os, sys, time
 mode = sys.argv[1]
 say = lambda text: print(text, flush=True)
 if mode == "mute": time.sleep(600)
+if mode == "endless":
+    while True: sys.stdout.write("x" * 65536)
+if mode == "flood":
+    while True: sys.stdout.write("nothing\n" * 1000)
+if mode == "long": say("@@TRAX:hello " + "x" * 100000)
 if mode == "chatter": say("loading weights")
 region = "polygon" if mode == "polygon" else "rectangle"
 version = {"new": 5, "four": 4}.get(mode, 3)
@@ -118,6 +123,9 @@ fn errors_are_reported_for_each_run() {
         ),
         ("nonsense", "invalid region \"here\": \"here\" is not a number"),
         ("babble", "sent the message banana instead of state"),
+        ("endless", "the tracker did not send hello within 2 s"),
+        ("flood", "the tracker did not send hello within 2 s"),
+        ("long", "the tracker sent a message of more than 65536 bytes"),
         ("quit", "the tracker quit: no more ideas"),
         ("new", "speaks version 5 of TraX"),
     ] {

@@ -11,6 +11,9 @@ use super::Protocol;
 /// The longest accepted line, in bytes: enough for a colour image of 8000 x 6000 pixels.
 const LONGEST_LINE: u64 = 200_000_000;
 
+/// The most targets that a client can begin before a frame.
+const MOST_TARGETS: usize = 10_000;
+
 /// A request of the client.
 #[derive(Debug, PartialEq)]
 pub enum Request {
@@ -61,6 +64,9 @@ impl<R: BufRead> Requests<R> {
                 ("initialize", Protocol::Four, []) => {
                     reset = true;
                     begin.clear();
+                }
+                ("initialize", Protocol::Four, [_]) if begin.len() == MOST_TARGETS => {
+                    return Err(format!("more than {MOST_TARGETS} targets begin before a frame"));
                 }
                 ("initialize", Protocol::Four, [region]) => begin.push(target(region)?),
                 (name, protocol, arguments) => {
@@ -160,6 +166,20 @@ mod tests {
             frame(true, &[region(4.0)], "/3"),
         ];
         assert_eq!(requests(Protocol::Four, text), expected);
+    }
+
+    /// A client that sends no line end, or no frame, does not fill the memory.
+    #[test]
+    fn endless_requests_are_refused() {
+        let endless = std::io::BufReader::new(std::io::repeat(b'x'));
+        let error = Requests::new(endless, Protocol::Four).next().unwrap_err();
+        assert_eq!(error, "a message has more than 200000000 bytes");
+        let text = "@@TRAX:initialize 1,2,3,4\n".repeat(MOST_TARGETS + 1);
+        let error = requests(Protocol::Four, &text).pop().unwrap().unwrap_err();
+        assert_eq!(error, "more than 10000 targets begin before a frame");
+        let far = "@@TRAX:initialize 1e308,2,3,4\n";
+        let error = requests(Protocol::Four, far).pop().unwrap().unwrap_err();
+        assert!(error.contains("1e308 is not a coordinate"), "{error}");
     }
 
     #[test]

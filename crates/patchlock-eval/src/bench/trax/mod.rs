@@ -20,7 +20,7 @@ use crate::session;
 use crate::trax::image::{self, Image};
 use crate::trax::message::Message;
 use crate::trax::region::{POLYGON, RECTANGLE, Region};
-use process::{NoLine, Process};
+use process::{MAX_LINE_BYTES, NoLine, Process};
 
 /// The newest supported version of the protocol. Versions 1 to 3 do not differ in anything used here.
 const NEWEST_VERSION: u32 = 4;
@@ -55,7 +55,7 @@ impl Trax {
         if hello.name != "hello" {
             return Err(subject(format!(
                 "the tracker sent the message {} instead of hello",
-                hello.name
+                shortened(&hello.name)
             )));
         }
         let capabilities = capabilities(&hello).map_err(subject)?;
@@ -72,21 +72,34 @@ impl Trax {
         match (state.name.as_str(), state.arguments.first()) {
             ("state", Some(region)) => {
                 let region = Region::parse(region)
-                    .map_err(|reason| error(format!("invalid region \"{region}\": {reason}")))?;
+                    .map_err(|reason| format!("invalid region \"{}\": {reason}", shortened(region)))
+                    .map_err(error)?;
                 Ok(Answer::of_box(region.bbox(), seconds))
             }
             ("state", None) => Err(error("the message state has no region".to_string())),
             ("quit", _) => Err(error(format!("the tracker quit{}", reason_of(&state)))),
-            (other, _) => {
-                Err(error(format!("the tracker sent the message {other} instead of state")))
-            }
+            (other, _) => Err(error(format!(
+                "the tracker sent the message {} instead of state",
+                shortened(other)
+            ))),
         }
     }
 }
 
 /// The reason that a tracker gives for quitting, if any.
 fn reason_of(quit: &Message) -> String {
-    quit.get("trax.reason").map(|reason| format!(": {reason}")).unwrap_or_default()
+    quit.get("trax.reason").map(|reason| format!(": {}", shortened(reason))).unwrap_or_default()
+}
+
+/// The beginning of what a program sent, for a message on one line.
+fn shortened(text: &str) -> String {
+    const KEPT: usize = 200;
+    let plain = text.chars().map(|c| if c.is_control() { ' ' } else { c });
+    if text.chars().count() > KEPT {
+        plain.take(KEPT).chain("...".chars()).collect()
+    } else {
+        plain.collect()
+    }
 }
 
 /// Waits for the next message; lines that are not messages are skipped. `what` is the expected message.
@@ -95,13 +108,16 @@ fn next(process: &mut Process, what: &str) -> Result<Message, String> {
     match line {
         Ok(line) => match Message::parse(&line) {
             Some(Ok(message)) => Ok(message),
-            Some(Err(reason)) => Err(format!("invalid message \"{line}\": {reason}")),
+            Some(Err(reason)) => Err(format!("invalid message \"{}\": {reason}", shortened(&line))),
             None => Err(format!("not a message: {line}")),
         },
         Err(NoLine::TimedOut(seconds)) => Err(format!(
             "the tracker did not send {what} within {seconds} s{}",
             process.recent_output()
         )),
+        Err(NoLine::TooLong) => {
+            Err(format!("the tracker sent a message of more than {MAX_LINE_BYTES} bytes"))
+        }
         Err(NoLine::Exited(status)) => Err(format!(
             "the tracker exited ({status}) without sending {what}{}",
             process.recent_output()

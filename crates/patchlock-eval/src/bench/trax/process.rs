@@ -7,10 +7,10 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Longer lines are split.
-const MAX_LINE_BYTES: u64 = 1 << 20;
+/// The longest line that is kept, in bytes; the rest of a longer one is dropped.
+pub const MAX_LINE_BYTES: u64 = 1 << 16;
 /// Capacity of the queue of lines; a program that writes more has to wait.
-const QUEUED_LINES: usize = 1000;
+const QUEUED_LINES: usize = 100;
 /// Characters of other output that are kept for error messages.
 const KEPT_OUTPUT: usize = 400;
 /// Time limit for exiting.
@@ -23,13 +23,22 @@ pub enum NoLine {
     TimedOut(f64),
     /// The program exited, with its exit status in words.
     Exited(String),
+    /// The line is longer than [`MAX_LINE_BYTES`].
+    TooLong,
+}
+
+/// A line of the program's output.
+struct Line {
+    text: String,
+    /// Whether it ended within [`MAX_LINE_BYTES`].
+    whole: bool,
 }
 
 /// A running program.
 pub struct Process {
     child: Child,
     stdin: Option<ChildStdin>,
-    lines: Receiver<String>,
+    lines: Receiver<Line>,
     output: Arc<Mutex<String>>,
     timeout: Duration,
 }
@@ -54,7 +63,7 @@ impl Process {
         }
         if let Some(stderr) = child.stderr.take() {
             let output = Arc::clone(&output);
-            thread::spawn(move || each_line(stderr, |line| remember(&output, &line)));
+            thread::spawn(move || each_line(stderr, |line| remember(&output, &line.text)));
         }
         let stdin = child.stdin.take();
         Ok(Self { child, stdin, lines, output, timeout })
@@ -76,10 +85,15 @@ impl Process {
     pub fn next(&mut self, wanted: impl Fn(&str) -> bool) -> Result<String, NoLine> {
         let end = Instant::now() + self.timeout;
         loop {
+            // A program that never stops writing other lines has no more time than a silent one.
             let left = end.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Err(NoLine::TimedOut(self.timeout.as_secs_f64()));
+            }
             match self.lines.recv_timeout(left) {
-                Ok(line) if wanted(&line) => return Ok(line),
-                Ok(line) => drop(remember(&self.output, &line)),
+                Ok(line) if !wanted(&line.text) => drop(remember(&self.output, &line.text)),
+                Ok(line) if line.whole => return Ok(line.text),
+                Ok(_) => return Err(NoLine::TooLong),
                 Err(RecvTimeoutError::Timeout) => {
                     return Err(NoLine::TimedOut(self.timeout.as_secs_f64()));
                 }
@@ -129,18 +143,19 @@ fn wait(child: &mut Child, timeout: Duration) -> Option<String> {
 
 /// Passes lines to `take` until the end of the stream or until `take` returns false. Invalid UTF-8 is
 /// replaced.
-fn each_line(stream: impl Read, mut take: impl FnMut(String) -> bool) {
+fn each_line(stream: impl Read, mut take: impl FnMut(Line) -> bool) {
     let mut reader = BufReader::new(stream);
+    let mut bytes = Vec::new();
     loop {
-        let mut line = Vec::new();
-        match reader.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut line) {
-            Ok(1..) => {
-                let text = String::from_utf8_lossy(&line);
-                if !take(text.trim_end_matches(['\n', '\r']).to_string()) {
-                    return;
-                }
-            }
-            Ok(0) | Err(_) => return,
+        bytes.clear();
+        let read = reader.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut bytes);
+        if !matches!(read, Ok(1..)) {
+            return;
+        }
+        let whole = bytes.ends_with(b"\n") || (bytes.len() as u64) < MAX_LINE_BYTES;
+        let text = String::from_utf8_lossy(&bytes).trim_end_matches(['\n', '\r']).to_string();
+        if !take(Line { text, whole }) || !(whole || reader.skip_until(b'\n').is_ok()) {
+            return;
         }
     }
 }
