@@ -100,14 +100,7 @@ fn every_plot_has_svg_png_and_csv_with_the_scores() {
     let report = report(&board, &truth, &[]).unwrap();
     let rasteriser = Rasteriser::new();
     let names: Vec<&str> = report.plots.iter().map(|plot| plot.name.as_str()).collect();
-    for name in [
-        "precision",
-        "success",
-        "normalised_precision",
-        "precision_DEF",
-        "success_MB",
-        "overlap_Mine",
-    ] {
+    for name in ["precision", "success", "normalised_precision", "precision_BC", "overlap_Mine"] {
         assert!(names.contains(&name), "{name} is not in {names:?}");
     }
     for plot in &report.plots {
@@ -125,14 +118,63 @@ fn every_plot_has_svg_png_and_csv_with_the_scores() {
         let dp: f64 = plot(&report, "precision").table[21][column].parse().unwrap();
         assert!((dp - tracker.overall.dp20.mean).abs() < 1e-6, "{}", tracker.name);
     }
-    // Of the three targets, only Deer has motion blur.
-    let deer = &board.trackers.iter().find(|t| t.name == "loser").unwrap().targets;
-    let deer = deer.iter().find(|target| target.target == "Deer").unwrap();
-    let of_blur = plot(&report, "success_MB");
-    let column = of_blur.table[0].iter().position(|name| name == "loser").unwrap();
-    let half: f64 = of_blur.table[11][column].parse().unwrap();
-    assert!((half - deer.seeds[0].curves.success50()).abs() < 1e-6);
-    assert!(of_blur.title.ends_with("(1)"), "{}", of_blur.title);
+    // Deer and Crossing have a cluttered background; only Deer has motion blur, which then has no plot.
+    let loser = &board.trackers.iter().find(|t| t.name == "loser").unwrap().targets;
+    let both = loser.iter().filter(|target| target.target != "Mine");
+    let both: Vec<f64> = both.map(|target| target.seeds[0].curves.success50()).collect();
+    let of_clutter = plot(&report, "success_BC");
+    let column = of_clutter.table[0].iter().position(|name| name == "loser").unwrap();
+    let half: f64 = of_clutter.table[11][column].parse().unwrap();
+    assert!((half - both.iter().sum::<f64>() / 2.0).abs() < 1e-6);
+    assert!(of_clutter.title.ends_with("(2)"), "{}", of_clutter.title);
+    assert!(!names.contains(&"success_MB") && !names.contains(&"precision_DEF"));
+    let attributes = &report.tables.iter().find(|(name, _)| name == "attributes").unwrap().1;
+    assert!(attributes.iter().any(|row| row[1] == "MB"), "the table has all of them");
+}
+
+/// Names come from folders and files of strangers.
+#[test]
+fn names_inject_nothing_into_page_pictures_tables_and_paths() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut truth = dataset(&folder.path().join("data"));
+    scored(&folder.path().join("results"), &truth);
+    let mut results = results::read_all(&[folder.path().join("results")], &truth).unwrap();
+    let long = "n".repeat(300);
+    let trackers = ["=HYPERLINK(\"x\")", "<img src=1 onerror=alert(1)>\u{1b}[31m", &long];
+    for (results, name) in results.iter_mut().zip(trackers) {
+        results.name = name.to_string();
+    }
+    let targets = ["</text><script>alert(1)</script>", "../../\u{7}\nup", &format!("{long}2")];
+    for (old, new) in ALL.iter().zip(targets) {
+        let sequence = truth.sequences.iter_mut().find(|sequence| sequence.name == *old).unwrap();
+        sequence.name = new.to_string();
+        sequence.attributes = vec!["@SUM(A1)<b>".to_string()];
+        let runs = results.iter_mut().flat_map(|results| &mut results.runs);
+        runs.filter(|run| run.target == *old).for_each(|run| run.target = new.to_string());
+    }
+    let board = score::scoreboard(&results, &truth, &Protocol::otb());
+    let report = report(&board, &truth, &[]).unwrap();
+    for markup in ["<img", "<script>alert", "(A1)<b>", "\u{1b}", "\u{7}"] {
+        assert!(!report.html.contains(markup), "{markup}");
+    }
+    assert!(report.html.contains("&lt;img src=1 onerror"));
+    let rasteriser = Rasteriser::new();
+    for plot in &report.plots {
+        let usual = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_');
+        assert!(plot.name.chars().all(usual) && plot.name.len() <= 100, "{}", plot.name);
+        assert!(!plot.name.starts_with('.'), "{}", plot.name);
+        plot.png(&rasteriser).unwrap_or_else(|error| panic!("{}: {error}", plot.name));
+    }
+    let names: std::collections::BTreeSet<&str> =
+        report.plots.iter().map(|plot| plot.name.as_str()).collect();
+    assert_eq!(names.len(), report.plots.len(), "each plot has files of its own");
+    let tables = report.tables.iter().map(|(_, table)| report::csv(table));
+    for table in tables.chain(report.plots.iter().map(Plot::csv)) {
+        for cell in table.split([',', '\n']).map(|cell| cell.trim_start_matches('"')) {
+            let is_text = !cell.is_empty() && cell.parse::<f64>().is_err();
+            assert!(!(is_text && cell.starts_with(['=', '+', '-', '@'])), "{cell}");
+        }
+    }
 }
 
 #[test]

@@ -18,6 +18,7 @@ pub use plots::{Plot, csv};
 pub use svg::{FAMILY, FONT, Rasteriser};
 
 use crate::Error;
+use crate::bench::store::sha256;
 use crate::compare::{DRAWS, Draws, MIN_TARGETS, holm};
 use crate::dataset::{Dataset, OTB_ATTRIBUTES};
 use crate::metrics::Curves;
@@ -229,7 +230,7 @@ fn curve_plot(
     .plot()
 }
 
-/// The plots of one attribute.
+/// The plots of one attribute that several targets have.
 struct AttributePlots {
     /// Short name.
     short: String,
@@ -246,6 +247,9 @@ fn attribute_plots(
     for (short, name) in attributes_of(comparison) {
         let has = |target: &&&TargetScore| target.attributes.contains(&short);
         let count = comparison.about().targets.iter().filter(has).count();
+        if count < 2 {
+            continue; // the plot of the target itself shows more
+        }
         let on = |tracker| -> Option<(&ComparedTracker, Summary)> {
             let tracker: &ComparedTracker = tracker;
             let own = tracker.targets.iter().filter(has).copied();
@@ -306,9 +310,20 @@ fn interval_plot(comparison: &Comparison, draws: &Draws) -> Option<Plot> {
     (!plot.rows.is_empty()).then(|| plot.plot())
 }
 
-/// A name with all characters replaced that are unusual in file names.
+/// A name with all characters replaced that are unusual in file names. A long one is cut, and then ends with
+/// a hash of the whole.
 fn file_name(name: &str) -> String {
-    name.chars()
-        .map(|c| if c.is_alphanumeric() || matches!(c, '.' | '-' | '_') { c } else { '_' })
-        .collect()
+    const LONGEST: usize = 60;
+    let usual = |c: char| c.is_alphanumeric() || matches!(c, '.' | '-' | '_');
+    let mut plain: String = name.chars().map(|c| if usual(c) { c } else { '_' }).collect();
+    if plain.chars().count() > LONGEST {
+        let hash = sha256(name.as_bytes());
+        plain = plain
+            .chars()
+            .take(LONGEST - 9)
+            .chain("-".chars())
+            .chain(hash.chars().take(8))
+            .collect();
+    }
+    plain
 }

@@ -305,5 +305,8 @@ pub fn render(parts: &Parts) -> Result<String, Error> {
         hit => HIT_OVERLAP,
         shortest => MIN_FRAMES,
     };
-    environment.get_template("page.html").and_then(|page| page.render(values)).map_err(broken)
+    let page = environment.get_template("page.html").and_then(|page| page.render(values));
+    // Names may have control characters, which HTML forbids.
+    let page = page.map_err(broken)?;
+    Ok(page.replace(|c: char| c.is_control() && c != '\n', " "))
 }

@@ -22,6 +22,9 @@ pub const PNG_SCALE: f32 = 2.0;
 /// Width of a character relative to the font size.
 const CHARACTER: f64 = 0.602;
 
+/// The smallest size of a long name, relative to that of others.
+const SMALLEST_NAME: f64 = 0.6;
+
 /// The style of an SVG file, on white.
 const STYLE: &str = ".paper{fill:#ffffff}.ink{fill:#1c2530}.soft{fill:#566273}.faint{fill:#eef1f4}\
 .grid{stroke:#dfe4ea}.axis{stroke:#8a95a3}.other{stroke:#c9d0d8}.failed{fill:#f3d3c4}\
@@ -62,6 +65,22 @@ impl Svg {
         self.put(format_args!(
             "<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\"{anchor} \
              xml:space=\"preserve\">{text}</text>"
+        ));
+    }
+
+    /// Appends a name in the colour `ink`, from `x` to at most `x + room`: smaller if it is long, and
+    /// shortened where that is not enough. A shortened name has the whole one as its tooltip.
+    pub fn name(&mut self, [x, y]: [f64; 2], size: f64, room: f64, name: &str) {
+        let size = (size * room / width(name, size).max(1.0)).clamp(size * SMALLEST_NAME, size);
+        let shown = shorten(name, (room / (size * CHARACTER) + 1e-9) as usize);
+        let tooltip = match shown == name {
+            true => String::new(),
+            false => format!("<title>{}</title>", escape(name)),
+        };
+        self.put(format_args!(
+            "<text class=\"ink\" x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size:.1}\" \
+             xml:space=\"preserve\">{tooltip}{}</text>",
+            escape(&shown)
         ));
     }
 
@@ -205,6 +224,21 @@ mod tests {
     #[test]
     fn invalid_svg_is_an_error() {
         assert!(matches!(Rasteriser::new().png("<svg"), Err(Error::Picture { .. })));
+    }
+
+    #[test]
+    fn long_names_are_small_before_they_are_shortened() {
+        let drawn = |name: &str| {
+            let mut svg = Svg::default();
+            svg.name([0.0, 0.0], 10.0, 120.4, name);
+            svg.body
+        };
+        assert!(drawn(&"n".repeat(20)).contains("font-size=\"10.0\""));
+        let long = "n".repeat(33);
+        assert!(drawn(&long).contains("font-size=\"6.1\"") && drawn(&long).contains(&long));
+        let longer = drawn(&"n".repeat(300));
+        assert!(longer.contains(&format!("<title>{}</title>", "n".repeat(300))), "{longer}");
+        assert!(longer.contains(&format!(">{}…{}</text>", "n".repeat(16), "n".repeat(16))));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::Axis;
 use crate::report::palette::Look;
-use crate::report::svg::{Anchor, Svg, escape, shorten};
+use crate::report::svg::{Anchor, Svg, escape};
 
 const LEFT: f64 = 58.0;
 const TOP: f64 = 54.0;
@@ -11,9 +11,10 @@ const BOTTOM: f64 = 52.0;
 const AREA: [f64; 2] = [400.0, 330.0];
 /// Space between this area and the legend.
 const GAP: f64 = 22.0;
-const LEGEND: f64 = 236.0;
+const LEGEND: f64 = 256.0;
 const ROW: f64 = 21.0;
-const NAME_LETTERS: usize = 15;
+/// Room for a name in the legend, between its line and its score.
+const NAME_WIDTH: f64 = LEGEND - 70.0 - 64.0;
 
 /// A tracker in the legend.
 pub struct Entry<'a> {
@@ -116,13 +117,7 @@ impl Chart<'_> {
                 &[[left + 28.0, y - 4.5], [left + 62.0, y - 4.5]],
                 entry.name,
             );
-            svg.text(
-                [left + 70.0, y],
-                13.0,
-                "ink",
-                Anchor::Start,
-                &shorten(entry.name, NAME_LETTERS),
-            );
+            svg.name([left + 70.0, y], 13.0, NAME_WIDTH, entry.name);
             svg.text(
                 [left + LEGEND - 8.0, y],
                 13.0,

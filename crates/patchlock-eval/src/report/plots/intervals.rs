@@ -2,7 +2,7 @@
 
 use super::{Axis, Plot};
 use crate::compare::Difference;
-use crate::report::svg::{Anchor, Svg, shorten, width};
+use crate::report::svg::{Anchor, Svg, width};
 
 const TOP: f64 = 74.0;
 const ROW: f64 = 24.0;
@@ -10,7 +10,6 @@ const NAME_WIDTH: f64 = 150.0;
 const PANEL: f64 = 210.0;
 /// Width of the numbers beside a panel.
 const NUMBERS: f64 = 240.0;
-const NAME_LETTERS: usize = 17;
 
 /// The differences from one other tracker.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,7 +49,7 @@ impl Intervals<'_> {
             if k % 2 == 0 {
                 svg.rect("faint", [8.0, y - ROW / 2.0], [size[0] - 16.0, ROW]);
             }
-            svg.text([16.0, y + 4.5], 13.0, "ink", Anchor::Start, &shorten(row.name, NAME_LETTERS));
+            svg.name([16.0, y + 4.5], 13.0, NAME_WIDTH - 12.0, row.name);
         }
         for (m, measure) in self.measures.iter().enumerate() {
             self.panel(&mut svg, m, measure, 16.0 + NAME_WIDTH + m as f64 * (PANEL + NUMBERS));

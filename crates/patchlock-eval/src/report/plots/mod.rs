@@ -51,11 +51,18 @@ impl Plot {
     }
 }
 
-/// Formats rows as CSV. Cells with commas, quotes or line breaks are quoted.
+/// Formats rows as CSV. Cells with commas, quotes or line breaks are quoted. A text that a spreadsheet would
+/// take for a formula has an apostrophe before it.
 pub fn csv(table: &[Vec<String>]) -> String {
-    let cell = |cell: &String| match cell.contains(['"', ',', '\n', '\r']) {
-        true => format!("\"{}\"", cell.replace('"', "\"\"")),
-        false => cell.clone(),
+    let is_formula = |cell: &str| {
+        cell.starts_with(['=', '+', '-', '@', '\t', '\r']) && cell.parse::<f64>().is_err()
+    };
+    let cell = |cell: &String| {
+        let text = if is_formula(cell) { format!("'{cell}") } else { cell.clone() };
+        match text.contains(['"', ',', '\n', '\r']) {
+            true => format!("\"{}\"", text.replace('"', "\"\"")),
+            false => text,
+        }
     };
     let row = |row: &Vec<String>| row.iter().map(cell).collect::<Vec<_>>().join(",") + "\n";
     table.iter().map(row).collect()
@@ -84,6 +91,8 @@ mod tests {
     fn cells_with_special_characters_are_quoted() {
         let table = [vec!["a,b".to_string(), "say \"x\"".to_string(), "c".to_string()]];
         assert_eq!(csv(&table), "\"a,b\",\"say \"\"x\"\"\",c\n");
+        let table = [["=1+1", "-x", "-0.5", "@A1,2"].map(str::to_string).to_vec()];
+        assert_eq!(csv(&table), "'=1+1,'-x,-0.5,\"'@A1,2\"\n");
     }
 
     #[test]

@@ -10,7 +10,7 @@ const RIGHT: f64 = 24.0;
 const TOP: f64 = 54.0;
 const BOTTOM: f64 = 52.0;
 const FONT_SIZE: f64 = 12.5;
-const NAME_LETTERS: usize = 18;
+const NAME_LETTERS: usize = 40;
 const RADIUS: f64 = 5.0;
 
 /// The point of one tracker.
@@ -79,10 +79,22 @@ impl Speed<'_> {
             svg.text([LEFT - 8.0, y.at(value) + 4.0], 12.0, "soft", Anchor::End, &label);
         }
         for power in low as i32..=high as i32 {
-            let at = x.at(f64::from(power));
-            svg.line("grid", [at, bottom], [at, TOP]);
-            let label = format!("{}", 10_f64.powi(power));
-            svg.text([at, bottom + 18.0], 12.0, "soft", Anchor::Middle, &label);
+            for times in 1..10 {
+                let value = f64::from(times) * 10_f64.powi(power);
+                let at = x.at(value.log10());
+                if at > right + 0.5 {
+                    break;
+                }
+                // Every number has a mark, and 1, 2 and 5 have a line and a label.
+                let labelled = matches!(times, 1 | 2 | 5);
+                let end = if labelled { TOP } else { bottom + 5.0 };
+                svg.line(if labelled { "grid" } else { "axis" }, [at, bottom], [at, end]);
+                if labelled {
+                    svg.line("axis", [at, bottom], [at, bottom + 5.0]);
+                    let label = format!("{}", (value * 1e6).round() / 1e6);
+                    svg.text([at, bottom + 18.0], 12.0, "soft", Anchor::Middle, &label);
+                }
+            }
         }
         svg.line("axis", [LEFT, bottom], [right, bottom]);
         let middle = (LEFT + right) / 2.0;
@@ -157,6 +169,9 @@ mod tests {
     fn a_single_speed_still_has_an_axis() {
         let point = Point { name: "a", fps: 10.0, auc: 0.4, look: Look::FIRST };
         let svg = Speed { title: "t".into(), points: vec![point] }.plot().svg();
-        assert!(svg.contains(">10</text>") && svg.contains(">100</text>") && !svg.contains("NaN"));
+        for label in [">10</text>", ">20</text>", ">50</text>", ">100</text>"] {
+            assert!(svg.contains(label), "{label}");
+        }
+        assert!(!svg.contains(">200</text>") && !svg.contains("NaN"));
     }
 }

@@ -8,7 +8,7 @@ use patchlock::Status;
 
 use super::{Axis, Plot};
 use crate::report::palette::{self, Look};
-use crate::report::svg::{Anchor, Svg, shorten, width};
+use crate::report::svg::{Anchor, Svg, width};
 
 const LEFT: f64 = 136.0;
 const WIDTH: f64 = 640.0;
@@ -22,7 +22,6 @@ const STRIP: f64 = 17.0;
 const KEY: f64 = 196.0;
 /// Height of the strip of the status, with the space above it.
 const STATUS: f64 = 18.0;
-const NAME_LETTERS: usize = 15;
 /// Longer sequences are binned to at most this number of means.
 const MAX_POINTS: usize = 640;
 
@@ -197,7 +196,7 @@ fn band(svg: &mut Svg, x: Axis, y: Axis, look: Look, range: &[Option<[f64; 2]>])
 /// Draws the strip of a tracker: its name, overlaps as colours, and the AUC.
 fn strip(svg: &mut Svg, x: Axis, top: f64, track: &Track) {
     let (middle, height) = (top + STRIP / 2.0, STRIP - 4.0);
-    svg.text([12.0, middle + 4.0], 11.5, "ink", Anchor::Start, &shorten(track.name, NAME_LETTERS));
+    svg.name([12.0, middle + 4.0], 11.5, LEFT - 20.0, track.name);
     svg.rect("none", [LEFT, top + 2.0], [WIDTH, height]);
     let level = |values: &[f64]| palette::level(values.iter().sum::<f64>() / values.len() as f64);
     let runs = class_runs(&track.mean, level);
