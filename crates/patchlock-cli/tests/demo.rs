@@ -18,7 +18,7 @@ fn the_demo_shows_a_turn_a_loss_and_the_return() {
 
     let (boxes, truth) = (bench.lines("d/demo.csv"), bench.lines("d/truth.csv"));
     let hidden = column(&truth, "hidden");
-    let is_lost = |k: usize| boxes[k + 1].ends_with(",lost");
+    let is_lost = |k: usize| boxes[k + 1].contains(",lost,");
     let middle = hidden.iter().position(|&hidden| hidden == 1.0).unwrap() + 15;
     assert_eq!(hidden[middle], 1.0);
     assert!(is_lost(middle) && !is_lost(middle - 40) && !is_lost(hidden.len() - 1));

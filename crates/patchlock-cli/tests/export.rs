@@ -52,11 +52,12 @@ fn every_format_is_written() {
     let bench = Bench::new();
     bench.images("f", 2);
     bench.track("f").args(["--save", "a.csv"]).assert().success();
-    let files = ["mot", "coco", "cvat"];
-    for format in ["mot", "coco", "cvat", "yolo", "lasot", "got10k"] {
+    let files = ["mot", "coco", "cvat", "label-studio"];
+    for format in ["mot", "coco", "cvat", "yolo", "voc", "label-studio", "lasot", "got10k"] {
         let out = format!("out.{format}");
         let mut args = vec!["a.csv", "--format", format, "--out", &out, "--label", "card"];
-        if format != "mot" {
+        // The size of the frames is in the table.
+        if !files.contains(&format) {
             args.extend(["--images", "f"]);
         }
         export(&bench, &args).success();
@@ -75,13 +76,20 @@ fn errors_name_their_cause() {
     let bench = Bench::new();
     bench.images("f", 2);
     bench.track("f").args(["--save", "a.csv"]).assert().success();
-    let cases: [(&[&str], i32, &str); 6] = [
+    std::fs::write(bench.path("b.txt"), "1,2,3,4\n").unwrap();
+    let cases: [(&[&str], i32, &str); 8] = [
         (
-            &["a.csv", "--format", "voc", "--out", "x"],
+            &["a.csv", "--format", "vot", "--out", "x"],
             2,
-            "there is no format voc; the formats are mot, ",
+            "there is no format vot; the formats are mot, ",
         ),
-        (&["a.csv", "--format", "coco", "--out", "x"], 2, "needs the frame size"),
+        (&["b.txt", "--format", "coco", "--out", "x"], 2, "needs the frame size"),
+        (
+            &["a.csv", "--format", "coco", "--out", "x", "--size", "4x3"],
+            2,
+            "the size as given is 4 x 3, but in the file of the track it is 96 x 72",
+        ),
+        (&["a.csv", "--format", "mot", "--out", "x", "--keyframes", "5"], 2, "no key frames"),
         (&["a.csv", "--format", "coco", "--out", "x", "--size", "4by3"], 2, "4by3 is not a size"),
         (&["a.xls", "--format", "mot", "--out", "x"], 2, ".csv, .jsonl or .txt"),
         (&["no.csv", "--format", "mot", "--out", "x"], 1, "cannot read no.csv"),

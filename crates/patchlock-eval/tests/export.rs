@@ -188,7 +188,14 @@ fn benchmarks_flag_a_lost_target() {
 
 fn options(format: Format) -> Options {
     let size = format.needs_size().then_some((40, 30));
-    Options { format, name: "film".into(), label: "toy car".into(), size, images: None }
+    Options {
+        format,
+        name: "film".into(),
+        label: "toy car".into(),
+        size,
+        images: None,
+        key_frames: 1,
+    }
 }
 
 fn text(path: impl AsRef<Path>) -> String {
@@ -369,16 +376,23 @@ fn inconsistent_options_are_errors_and_nothing_is_written() {
     let rejected = [
         (Options { size: None, ..coco.clone() }, "coco needs the frame size"),
         (Options { size: Some((0, 30)), ..coco.clone() }, "the size is 0 x 30"),
-        (Options { size: Some((41, 30)), images: Some(images), ..coco.clone() }, "has 40 x 30"),
+        (
+            Options { size: Some((41, 30)), images: Some(images), ..coco.clone() },
+            "the size as given is 41 x 30, but of the images it is 40 x 30",
+        ),
         (
             Options { images: Some(short), ..coco.clone() },
             "extends to frame 6, counted from 0, but",
         ),
         (
             Options { images: Some(workspace.path("no")), ..coco.clone() },
-            "is not a folder of images",
+            "is neither a folder of images nor a video",
         ),
-        (Options { size: Some((4, 3)), ..options(Format::Mot) }, "mot does not use a frame size"),
+        (Options { key_frames: 0, ..options(Format::Cvat) }, "every 0th frame"),
+        (
+            Options { key_frames: 9, ..coco.clone() },
+            "every 9th frame cannot be a key frame of coco",
+        ),
         (
             Options { images: Some(workspace.path("x")), ..options(Format::Mot) },
             "does not use images",
@@ -391,7 +405,146 @@ fn inconsistent_options_are_errors_and_nothing_is_written() {
         assert!(error.contains(message), "{error}");
         assert_eq!(fs::read_dir(workspace.folder.path()).unwrap().count(), 2, "{message}");
     }
-    assert!(Format::named("voc").unwrap_err().to_string().contains("mot, coco, cvat, yolo"));
+    assert!(Format::named("vot").unwrap_err().to_string().contains("mot, coco, cvat, yolo, voc"));
+}
+
+#[test]
+fn a_size_that_is_not_needed_is_ignored() {
+    let workspace = Workspace::new();
+    let (_, out) =
+        workspace.export(&Options { size: Some((4, 3)), ..options(Format::Mot) }).unwrap();
+    assert_eq!(text(out), exported_text(Format::Mot));
+}
+
+/// A target that moves by a pixel per frame from 0 to 30, is half hidden in 12 to 14, and is lost in 21 to
+/// 24.
+fn long_track() -> Track {
+    let entry = |frame: usize| {
+        let bbox = BoundingBox { x: frame as f64, y: 5.0, w: 4.0, h: 3.0 };
+        let hidden = (12..=14).contains(&frame);
+        let lost = (21..=24).contains(&frame);
+        let status = if lost { Status::Lost } else { Status::Tracked };
+        let score = Some(if hidden { 0.25 } else { 1.0 });
+        Entry { frame, id: 1, bbox: Some(bbox), score, corners: None, status: Some(status) }
+    };
+    Track::new((0..=30).map(entry).collect()).unwrap()
+}
+
+#[test]
+fn key_frames_are_sparse_and_keep_every_change() {
+    let workspace = Workspace::new();
+    let out = workspace.path("a.xml");
+    let sparse = Options { key_frames: 10, ..options(Format::Cvat) };
+    export::write(&long_track(), &sparse, &out, false).unwrap();
+    let written = text(&out);
+    let value = |line: &str, name: &str| -> usize {
+        let (_, rest) = line.split_once(&format!(" {name}=\"")).unwrap();
+        rest.split('"').next().unwrap().parse().unwrap()
+    };
+    let boxes: Vec<[usize; 3]> = written
+        .lines()
+        .filter(|line| line.contains("<box "))
+        .map(|line| ["frame", "outside", "occluded"].map(|name| value(line, name)))
+        .collect();
+    let expected = [
+        [0, 0, 0],
+        [10, 0, 0],
+        [12, 0, 1],
+        [15, 0, 0],
+        [20, 0, 0],
+        [21, 1, 0],
+        [25, 0, 0],
+        [30, 0, 0],
+    ];
+    assert_eq!(boxes, expected);
+}
+
+#[test]
+fn label_studio_has_percent_and_stretches() {
+    let workspace = Workspace::new();
+    let out = workspace.path("a.json");
+    let sparse = Options { key_frames: 10, ..options(Format::LabelStudio) };
+    export::write(&long_track(), &sparse, &out, false).unwrap();
+    let tasks: Value = serde_json::from_str(&text(&out)).unwrap();
+    assert_eq!(tasks[0]["data"]["video"], "film");
+    let region = &tasks[0]["predictions"][0]["result"][0];
+    assert_eq!(
+        (&region["type"], &region["value"]["labels"][0]),
+        (&"videorectangle".into(), &"toy car".into())
+    );
+    assert_eq!(region["value"]["framesCount"], 31);
+    let keys = region["value"]["sequence"].as_array().unwrap();
+    let frames: Vec<(u64, bool)> = keys
+        .iter()
+        .map(|key| (key["frame"].as_u64().unwrap(), key["enabled"].as_bool().unwrap()))
+        .collect();
+    assert_eq!(frames, [(1, true), (11, true), (21, false), (26, true), (31, false)]);
+    let [x, y, w, h] = ["x", "y", "width", "height"].map(|name| keys[1][name].as_f64().unwrap());
+    assert_eq!([x, y, w, h], [25.0, 16.6667, 10.0, 10.0]);
+}
+
+#[test]
+fn voc_counts_from_one_and_clips() {
+    let workspace = Workspace::new();
+    let images = workspace.images();
+    let (files, out) =
+        workspace.export(&Options { images: Some(images), ..options(Format::Voc) }).unwrap();
+    assert_eq!(files, 1 + 2 * 4);
+    assert_eq!(text(out.join("ImageSets/Main/trainval.txt")), "0\n2\n4\n6\n");
+    let first = text(out.join("Annotations/0.xml"));
+    for part in [
+        "<filename>0.jpg</filename>",
+        "<width>40</width>\n    <height>30</height>",
+        "<name>toy car</name>",
+        "<xmin>11</xmin>\n      <ymin>6</ymin>\n      <xmax>30</xmax>\n      <ymax>15</ymax>",
+        "<truncated>0</truncated>\n    <occluded>0</occluded>",
+    ] {
+        assert!(first.contains(part), "{part}: {first}");
+    }
+    let second = text(out.join("Annotations/2.xml"));
+    assert_eq!(second.matches("<object>").count(), 2);
+    assert!(second.contains("<occluded>1</occluded>"));
+    // The box covers -4..4 and 27..33.1 of a frame of 40 x 30.
+    let third = text(out.join("Annotations/4.xml"));
+    let sides =
+        "<xmin>1</xmin>\n      <ymin>28</ymin>\n      <xmax>4</xmax>\n      <ymax>30</ymax>";
+    assert!(third.contains(sides) && third.contains("<truncated>1</truncated>"), "{third}");
+    assert!(image::open(out.join("JPEGImages/6.jpg")).is_ok());
+    for names in lost_exports(Format::Voc, |out| text(out.join("ImageSets/Main/trainval.txt"))) {
+        assert_eq!(names, [0, 1, 4, 5].map(|k| format!("frame_{k:06}\n")).concat());
+    }
+}
+
+#[test]
+fn frames_of_a_video_are_saved_as_images() {
+    let workspace = Workspace::new();
+    let video = workspace.path("film.y4m");
+    let mut bytes = b"YUV4MPEG2 W40 H30 F25:1 Ip A1:1 C420jpeg\n".to_vec();
+    for k in 0..7u8 {
+        bytes.extend(b"FRAME\n");
+        bytes.extend(vec![30 * k; 40 * 30]);
+        bytes.extend(vec![128; 2 * 20 * 15]);
+    }
+    fs::write(&video, &bytes).unwrap();
+    let with_video =
+        |format| Options { size: None, images: Some(video.clone()), ..options(format) };
+    for (format, image) in [
+        (Format::Yolo, "images/train/frame_000004.jpg"),
+        (Format::Voc, "JPEGImages/frame_000004.jpg"),
+        // The fourth frame of target 1 is frame 6; the frames of target 3, which come later, begin before it.
+        (Format::Got10k, "film_000003/00000002.jpg"),
+        (Format::Lasot, "toy car/toy car-3/img/00000002.jpg"),
+    ] {
+        let out = workspace.path(format.name());
+        export::write(&track(), &with_video(format), &out, false).unwrap();
+        let red = image::open(out.join(image)).unwrap().to_rgb8().get_pixel(20, 15)[0];
+        assert!(red.abs_diff(120) < 6, "{}: {red}", format.name());
+    }
+    fs::write(&video, &bytes[..bytes.len() - 1900]).unwrap();
+    let out = workspace.path("short");
+    let error = export::write(&track(), &with_video(Format::Yolo), &out, false).unwrap_err();
+    assert!(error.to_string().contains("frame 6"), "{error}");
+    assert!(!out.exists());
 }
 
 #[test]

@@ -32,10 +32,11 @@ pub fn export(
     images: Option<PathBuf>,
     label: String,
     name: String,
+    key_frames: usize,
     overwrite: bool,
 ) -> PyResult<usize> {
     let format = Format::named(format).map_err(|error| to_python(&error))?;
-    let options = Options { format, name, label, size, images };
+    let options = Options { format, name, label, size, images, key_frames };
     let track = match track {
         Source::File(path) => Err(path),
         Source::Rows(rows) => Ok(rows.into_iter().map(entry).collect::<PyResult<Vec<_>>>()?),

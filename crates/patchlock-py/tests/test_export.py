@@ -110,10 +110,10 @@ def test_the_command_writes_the_same_from_a_table(tmp_path, format):
 @pytest.mark.parametrize(
     ("options", "error", "says"),
     [
-        ({"format": "voc"}, ValueError, "no format voc; the formats are mot, coco"),
+        ({"format": "vot"}, ValueError, "no format vot; the formats are mot, coco"),
         ({"format": "coco"}, ValueError, "needs the frame size"),
         ({"format": "coco", "size": (0, 5)}, ValueError, "0 x 5"),
-        ({"format": "mot", "size": (4, 3)}, ValueError, "does not use a frame size"),
+        ({"format": "mot", "key_frames": 5}, ValueError, "no key frames"),
         ({"format": "mot", "label": "a/b"}, ValueError, "the label is"),
         ({"track": []}, ValueError, "no boxes"),
         ({"track": [FRAMES[0], FRAMES[0]]}, ValueError, "target 1 appears twice in frame 0"),

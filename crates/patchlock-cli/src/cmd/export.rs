@@ -12,24 +12,27 @@ const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock export track.csv --format mot --out track.txt
       a text file in the format of MOTChallenge, for TrackEval and motmetrics
-  patchlock export track.csv --format cvat --size 1280x720 --label car --out track.xml
+  patchlock export track.csv --format cvat --keyframes 10 --label car --out track.xml
       to correct the track in CVAT: Upload annotations, CVAT 1.1
-  patchlock export track.csv --format yolo --images frames/ --out dataset
-      a folder to train a detector on, with copies of the frames
+  patchlock export track.csv --format yolo --images video.mp4 --out dataset
+      a folder to train a detector on, with the frames of the video as images
 
 FORMATS:
   mot     a text file: frame,id,left,top,width,height,confidence (the score),-1,-1,-1; counted from 1
   coco    a JSON file: COCO with videos, tracks and track_id; the rotated outline is the segmentation
   cvat    an XML file: CVAT for video 1.1; targets with a score below 0.5 are marked as occluded
   yolo    a folder: data.yaml and labels/train; boxes are clipped to the frame, ids are lost
+  voc     a folder: Annotations and JPEGImages, Pascal VOC; boxes are clipped to the frame, ids are lost
+  label-studio  a JSON file: a task with a prediction, for VideoRectangle
   lasot   a folder: <label>/<label>-<id>/groundtruth.txt for each target, with its flags
   got10k  a folder: <name>_<id>/groundtruth.txt for each target, with its labels; and list.txt
 
 Frames in which a target is lost (column status) are marked: in mot by confidence 0, in coco by the attribute
-status, in cvat as outside, in lasot as full occlusion, in got10k as absence. In yolo these frames are left
-out. If the row has no box either, there is no line in mot and no annotation in coco.";
+status, in cvat as outside, in label-studio by the end of a stretch, in lasot as full occlusion, in got10k as
+absence. In yolo and voc these frames are left out. If the row has no box either, there is no line in mot and
+no annotation in coco.";
 
-/// Converts a track for other tools: MOT, COCO, CVAT, YOLO, LaSOT, GOT-10k
+/// Converts a track for other tools: MOT, COCO, CVAT, YOLO, VOC, Label Studio, LaSOT, GOT-10k
 ///
 /// TRACK is a table saved by patchlock track, .csv or .jsonl, of one target or many; or a .txt file with one
 /// box per line, counted from 1, as track and bench save it. Output is written completely or not at all.
@@ -39,22 +42,28 @@ pub struct ExportArgs {
     /// The track: .csv, .jsonl or .txt
     track: PathBuf,
 
-    /// mot, coco, cvat, yolo, lasot or got10k
+    /// mot, coco, cvat, yolo, voc, label-studio, lasot or got10k
     #[arg(long, value_name = "NAME")]
     format: String,
 
-    /// The file to write for mot, coco and cvat; the folder to create for yolo, lasot and got10k
+    /// The file to write for mot, coco, cvat and label-studio; the folder to create for the others
     #[arg(long, value_name = "PATH")]
     out: PathBuf,
 
-    /// Width and height of the frames in pixels; required for coco, cvat, yolo and got10k without --images
+    /// Width and height of the frames in pixels [default: that of the images, or in TRACK]. mot and lasot
+    /// need none
     #[arg(long, value_name = "WxH")]
     size: Option<String>,
 
-    /// Folder of all frames that were tracked: yolo, lasot and got10k copy those in the track, coco refers to
-    /// them by name
-    #[arg(long, value_name = "DIR")]
+    /// The folder of all frames that were tracked, or the video: yolo, voc, lasot and got10k copy those in
+    /// the track, coco refers to them by name
+    #[arg(long, value_name = "PATH")]
     images: Option<PathBuf>,
+
+    /// Make only every Nth tracked frame a key frame, besides those where something changes; for cvat and
+    /// label-studio, which interpolate between them
+    #[arg(long, value_name = "N", default_value = "1")]
+    keyframes: usize,
 
     /// Class of the targets
     #[arg(long, value_name = "NAME", default_value = "target")]
@@ -77,6 +86,7 @@ pub fn run(args: &ExportArgs) -> Result<()> {
         label: args.label.clone(),
         size: args.size.as_deref().map(parse_size).transpose()?,
         images: args.images.clone(),
+        key_frames: args.keyframes,
     };
     let track = Track::read(&args.track).map_err(Failure::from)?;
     let files =

@@ -4,7 +4,7 @@ use clap::ValueEnum;
 use patchlock::{BoundingBox, Status, Visibility, VisibilityMap};
 use serde::Serialize;
 
-use super::Seen;
+use super::{Seen, Tracked};
 
 /// What a table has as the position of a lost target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -57,11 +57,16 @@ pub struct Row {
     pub ms: f64,
     /// Whether the target is followed.
     pub status: Status,
+    /// Width of the frame in pixels.
+    pub frame_w: usize,
+    /// Height of the frame in pixels.
+    pub frame_h: usize,
 }
 
 impl Row {
-    /// The row of a target in the frame with this number, which took `ms` milliseconds.
-    pub fn new(frame: usize, ms: f64, seen: &Seen, lost: Lost) -> Self {
+    /// The row of a target in this frame.
+    pub fn new(tracked: &Tracked<'_>, seen: &Seen, lost: Lost) -> Self {
+        let Tracked { frame, ms, picture, .. } = *tracked;
         let Seen { id, bbox, estimate } = seen;
         let known = lost == Lost::Keep || estimate.status != Status::Lost;
         let position = |value: f64| known.then(|| rounded(value));
@@ -92,6 +97,8 @@ impl Row {
             y4,
             ms: (ms * 1e3).round() / 1e3,
             status: estimate.status,
+            frame_w: picture.width,
+            frame_h: picture.height,
         }
     }
 }

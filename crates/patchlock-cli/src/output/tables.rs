@@ -32,7 +32,7 @@ impl Format {
             "jsonl" => Ok(Self::Jsonl),
             "txt" => Ok(Self::Txt),
             _ => Err(usage(format!(
-                "--save {}: the name must end in one of .csv, .jsonl, .txt",
+                "--save {}: unknown extension; use .csv, .jsonl or .txt",
                 path.display()
             ))
             .hint(
@@ -59,8 +59,8 @@ impl<W: Write> Table<W> {
     /// Adds the rows of a frame and flushes each, so that a full disk is noticed immediately and the reader
     /// of a pipe need not wait.
     pub fn add(&mut self, tracked: &Tracked<'_>) -> io::Result<()> {
-        let Tracked { frame, ms, targets, .. } = *tracked;
-        targets.iter().try_for_each(|seen| self.row(&Row::new(frame, ms, seen, self.lost)))
+        let lost = self.lost;
+        tracked.targets.iter().try_for_each(|seen| self.row(&Row::new(tracked, seen, lost)))
     }
 
     fn row(&mut self, row: &Row) -> io::Result<()> {
@@ -169,9 +169,10 @@ mod tests {
     fn csv_has_exactly_these_columns() {
         assert_eq!(
             written(Format::Csv, Lost::Keep, FOUND),
-            "frame,x,y,w,h,score,visible_large,visible_small,x1,y1,x2,y2,x3,y3,x4,y4,ms,status\n\
-             4,10.5,0.0,30.0,20.25,0.5,1.0,0.25,1.0,2.0,3.0,4.0,5.0,6.0,7.0,8.0,12.5,tracked\n\
-             6,10.5,0.0,30.0,20.25,0.5,1.0,0.25,1.0,2.0,3.0,4.0,5.0,6.0,7.0,8.0,12.5,uncertain\n"
+            "frame,x,y,w,h,score,visible_large,visible_small,x1,y1,x2,y2,x3,y3,x4,y4,ms,status,\
+             frame_w,frame_h\n\
+             4,10.5,0.0,30.0,20.25,0.5,1.0,0.25,1.0,2.0,3.0,4.0,5.0,6.0,7.0,8.0,12.5,tracked,1280,960\n\
+             6,10.5,0.0,30.0,20.25,0.5,1.0,0.25,1.0,2.0,3.0,4.0,5.0,6.0,7.0,8.0,12.5,uncertain,1280,960\n"
         );
     }
 
@@ -198,16 +199,20 @@ mod tests {
             let text = written(format, lost, statuses);
             text.lines().last().expect("rows").to_string()
         };
-        let kept = "6,10.5,0.0,30.0,20.25,0.5,1.0,0.25,1.0,2.0,3.0,4.0,5.0,6.0,7.0,8.0,12.5,lost";
+        let kept =
+            "6,10.5,0.0,30.0,20.25,0.5,1.0,0.25,1.0,2.0,3.0,4.0,5.0,6.0,7.0,8.0,12.5,lost,1280,960";
         assert_eq!(last(Format::Csv, Lost::Keep, LOST), kept);
-        assert_eq!(last(Format::Csv, Lost::Blank, LOST), "6,,,,,0.5,1.0,0.25,,,,,,,,,12.5,lost");
+        assert_eq!(
+            last(Format::Csv, Lost::Blank, LOST),
+            "6,,,,,0.5,1.0,0.25,,,,,,,,,12.5,lost,1280,960"
+        );
         assert_eq!(last(Format::Txt, Lost::Blank, LOST), "NaN,NaN,NaN,NaN");
         let row = last(Format::Jsonl, Lost::Blank, LOST);
         assert!(
             row.starts_with("{\"frame\":6,\"x\":null,") && row.contains("\"y4\":null,"),
             "{row}"
         );
-        assert!(row.ends_with("\"status\":\"lost\"}"), "{row}");
+        assert!(row.ends_with("\"status\":\"lost\",\"frame_w\":1280,\"frame_h\":960}"), "{row}");
         for format in [Format::Csv, Format::Jsonl, Format::Txt] {
             let blank = written(format, Lost::Blank, FOUND);
             assert_eq!(blank, written(format, Lost::Keep, FOUND), "none is lost");
@@ -217,7 +222,7 @@ mod tests {
     #[test]
     fn unknown_extensions_are_refused_with_the_known_ones() {
         let error = Format::of(Path::new("a.xlsx")).expect_err("unknown");
-        assert!(error.to_string().contains(".csv, .jsonl, .txt"));
+        assert!(error.to_string().contains(".csv, .jsonl or .txt"));
         assert_eq!(Format::of(Path::new("A.CSV")).expect("known"), Format::Csv);
     }
 }

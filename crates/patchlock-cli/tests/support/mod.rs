@@ -15,8 +15,8 @@ use tempfile::TempDir;
 pub const WIDTH: usize = 96;
 pub const HEIGHT: usize = 72;
 pub const BOX: &str = "20,18,32,28";
-pub const COLUMNS: &str =
-    "frame,x,y,w,h,score,visible_large,visible_small,x1,y1,x2,y2,x3,y3,x4,y4,ms,status";
+pub const COLUMNS: &str = "frame,x,y,w,h,score,visible_large,visible_small,x1,y1,x2,y2,x3,y3,x4,y4,ms,status,\
+     frame_w,frame_h";
 
 /// A temporary folder for one test.
 pub struct Bench {

@@ -11,34 +11,33 @@ use crate::{Error, files};
 pub struct Frames {
     /// Width and height in pixels; 0 if the format does not need them.
     pub size: (usize, usize),
-    /// The images, in natural order; empty if no folder was given.
-    files: Vec<PathBuf>,
+    images: Images,
+}
+
+/// Where the pixels of the frames are.
+enum Images {
+    None,
+    /// The images of a folder, in natural order.
+    Files(Vec<PathBuf>),
+    /// A video.
+    Video(PathBuf),
 }
 
 impl Frames {
     /// Lists the images and checks the options against the track and the images.
     pub fn new(track: &Track, options: &Options) -> Result<Self, Error> {
         let format = options.format;
-        if options.size.is_some() && !format.needs_size() {
-            return Err(invalid(format!("the format {} does not use a frame size", format.name())));
-        }
         if options.images.is_some() && !format.needs_size() && !format.holds_frames() {
             return Err(invalid(format!("the format {} does not use images", format.name())));
         }
-        let files = match &options.images {
-            Some(folder) => images_in(folder, track)?,
-            None => Vec::new(),
+        let images = match &options.images {
+            Some(video) if video.is_file() => Images::Video(video.clone()),
+            Some(folder) => Images::Files(images_in(folder, track)?),
+            None => Images::None,
         };
-        let size = match (options.size, files.first()) {
-            _ if !format.needs_size() => (0, 0),
-            (Some(size), None) => size,
-            (given, Some(first)) => checked_size(given, first)?,
-            (None, None) => {
-                return Err(invalid(format!(
-                    "the format {} needs the frame size: give it, or the folder of the images",
-                    format.name()
-                )));
-            }
+        let size = match format.needs_size() {
+            true => size(track, options, &images)?,
+            false => (0, 0),
         };
         if format.needs_size() && (size.0 == 0 || size.1 == 0) {
             return Err(invalid(format!(
@@ -46,29 +45,35 @@ impl Frames {
                 size.0, size.1
             )));
         }
-        Ok(Self { size, files })
+        Ok(Self { size, images })
     }
 
     /// The file name of a frame: that of its image, or one made from its index.
     pub fn name(&self, frame: usize) -> String {
-        match self.files.get(frame) {
-            Some(file) => files::name_of(file),
-            None => format!("frame_{frame:06}.jpg"),
+        match &self.images {
+            Images::Files(files) => files::name_of(&files[frame]),
+            Images::None | Images::Video(_) => format!("frame_{frame:06}.jpg"),
         }
     }
 
-    /// A copy of the frame's image at this path, if there is an image.
+    /// A copy of the frame's image at this path, or the frame of a video as JPEG, if there is one.
     pub fn copy(&self, frame: usize, path: PathBuf) -> Option<Item> {
-        let file = self.files.get(frame)?.clone();
-        Some(Item { path, content: Content::Copy(file) })
+        let content = match &self.images {
+            Images::None => return None,
+            Images::Files(files) => Content::Copy(files[frame].clone()),
+            Images::Video(video) => Content::Frame(video.clone(), frame),
+        };
+        Some(Item { path, content })
     }
 
-    /// The frame's image as JPEG: copied if it is a JPEG already, converted otherwise.
+    /// The frame's image as JPEG, if there is one: copied if it is a JPEG already, converted otherwise.
     pub fn jpeg(&self, frame: usize, path: PathBuf) -> Option<Item> {
-        let file = self.files.get(frame)?.clone();
-        let is_jpeg = files::ends_with(&file, "jpg") || files::ends_with(&file, "jpeg");
-        let content = if is_jpeg { Content::Copy(file) } else { Content::Jpeg(file) };
-        Some(Item { path, content })
+        let is_jpeg = |file: &Path| files::ends_with(file, "jpg") || files::ends_with(file, "jpeg");
+        let item = self.copy(frame, path)?;
+        Some(match item.content {
+            Content::Copy(file) if !is_jpeg(&file) => Item { content: Content::Jpeg(file), ..item },
+            content => Item { content, ..item },
+        })
     }
 }
 
@@ -78,7 +83,10 @@ fn invalid(reason: String) -> Error {
 
 fn images_in(folder: &Path, track: &Track) -> Result<Vec<PathBuf>, Error> {
     if !folder.is_dir() {
-        return Err(invalid(format!("{} is not a folder of images", folder.display())));
+        return Err(invalid(format!(
+            "{} is neither a folder of images nor a video",
+            folder.display()
+        )));
     }
     let files = files::images(folder)?;
     match track.frames().last() {
@@ -91,18 +99,41 @@ fn images_in(folder: &Path, track: &Track) -> Result<Vec<PathBuf>, Error> {
     }
 }
 
-fn checked_size(given: Option<(usize, usize)>, first: &Path) -> Result<(usize, usize), Error> {
-    let own = image_file::size(first)
-        .map_err(|error| Error::Frame { path: first.to_path_buf(), reason: error.to_string() })?;
-    match given {
-        Some(given) if given != own => Err(invalid(format!(
-            "the size is given as {} x {}, but {} has {} x {}",
-            given.0,
-            given.1,
-            first.display(),
-            own.0,
-            own.1
+/// The size of the frames: as given, of the images, or as the file of the track has it. They must agree.
+fn size(track: &Track, options: &Options, images: &Images) -> Result<(usize, usize), Error> {
+    let of_images = match images {
+        Images::None => None,
+        Images::Files(files) => files.first().map(|first| size_of_image(first)).transpose()?,
+        Images::Video(video) => Some(size_of_video(video)?),
+    };
+    let known = [
+        ("as given", options.size),
+        ("of the images", of_images),
+        ("in the file of the track", track.size()),
+    ];
+    let mut known = known.into_iter().filter_map(|(place, size)| Some((place, size?)));
+    let Some((place, size)) = known.next() else {
+        return Err(invalid(format!(
+            "the format {} needs the frame size: give it, or the images",
+            options.format.name()
+        )));
+    };
+    match known.find(|(_, other)| *other != size) {
+        Some((other_place, other)) => Err(invalid(format!(
+            "the size {place} is {} x {}, but {other_place} it is {} x {}",
+            size.0, size.1, other.0, other.1
         ))),
-        _ => Ok(own),
+        None => Ok(size),
     }
+}
+
+fn size_of_image(file: &Path) -> Result<(usize, usize), Error> {
+    image_file::size(file)
+        .map_err(|error| Error::Frame { path: file.to_path_buf(), reason: error.to_string() })
+}
+
+fn size_of_video(video: &Path) -> Result<(usize, usize), Error> {
+    let first = patchlock_media::open(&video.to_string_lossy(), false)?.frame(0)?;
+    let first = first.ok_or_else(|| invalid(format!("{} has no frames", video.display())))?;
+    Ok((first.width, first.height))
 }

@@ -2,17 +2,20 @@
 //! which generates the text of its files from a [`Track`]; [`write()`] writes them, all or none.
 //!
 //! A box covers the pixels from `x` to `x + w - 1`. In tools whose pixel `k` covers `k` to `k + 1` it has the
-//! same numbers: COCO, CVAT, YOLO and GOT-10k count from 0. MOT and LaSOT count from 1.
+//! same numbers: COCO, CVAT, YOLO, Label Studio and GOT-10k count from 0. MOT, VOC and LaSOT count from 1.
 
 mod coco;
 mod cvat;
 mod frames;
 mod got10k;
+mod label_studio;
 mod lasot;
 mod mot;
 mod output;
 mod sequence;
 mod track;
+mod voc;
+mod xml;
 mod yolo;
 
 use std::path::{Path, PathBuf};
@@ -37,6 +40,11 @@ pub enum Format {
     /// width height`, relative to the frame and clipped to it. Targets are not told apart. Frames in which
     /// one is lost are left out.
     Yolo,
+    /// Pascal VOC: a folder with `Annotations`, one XML file per frame, and `JPEGImages`. Boxes are clipped
+    /// to the frame. Frames in which a target is lost are left out.
+    Voc,
+    /// Label Studio: a JSON file with one task, whose predictions are regions of the video.
+    LabelStudio,
     /// One folder `<label>/<label>-<id>` per target, with `groundtruth.txt`, `full_occlusion.txt` and
     /// `out_of_view.txt`. A lost target counts as fully occluded.
     Lasot,
@@ -47,8 +55,16 @@ pub enum Format {
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 6] =
-        [Self::Mot, Self::Coco, Self::Cvat, Self::Yolo, Self::Lasot, Self::Got10k];
+    pub const ALL: [Self; 8] = [
+        Self::Mot,
+        Self::Coco,
+        Self::Cvat,
+        Self::Yolo,
+        Self::Voc,
+        Self::LabelStudio,
+        Self::Lasot,
+        Self::Got10k,
+    ];
 
     /// The name on the command line.
     pub fn name(self) -> &'static str {
@@ -57,6 +73,8 @@ impl Format {
             Self::Coco => "coco",
             Self::Cvat => "cvat",
             Self::Yolo => "yolo",
+            Self::Voc => "voc",
+            Self::LabelStudio => "label-studio",
             Self::Lasot => "lasot",
             Self::Got10k => "got10k",
         }
@@ -75,12 +93,22 @@ impl Format {
 
     /// Whether the format needs the frame size.
     pub fn needs_size(self) -> bool {
-        matches!(self, Self::Coco | Self::Cvat | Self::Yolo | Self::Got10k)
+        !matches!(self, Self::Mot | Self::Lasot)
     }
 
     /// Whether the format includes the frames, which are copied if there are any.
     pub fn holds_frames(self) -> bool {
-        matches!(self, Self::Yolo | Self::Lasot | Self::Got10k)
+        matches!(self, Self::Yolo | Self::Voc | Self::Lasot | Self::Got10k)
+    }
+
+    /// Whether the format is a single file, as opposed to a folder.
+    pub fn is_file(self) -> bool {
+        matches!(self, Self::Mot | Self::Coco | Self::Cvat | Self::LabelStudio)
+    }
+
+    /// Whether the format has key frames, between which the tool interpolates.
+    pub fn has_key_frames(self) -> bool {
+        matches!(self, Self::Cvat | Self::LabelStudio)
     }
 }
 
@@ -93,12 +121,15 @@ pub struct Options {
     pub name: String,
     /// Class of the targets, such as `car`; the same for all of them.
     pub label: String,
-    /// Width and height of the frames in pixels; `None` to use that of `images`, or if the format does not
-    /// need it.
+    /// Width and height of the frames in pixels; `None` to use that of `images` or of the track. Formats that
+    /// need no size ignore it.
     pub size: Option<(usize, usize)>,
-    /// The folder of the frames; frame 0 of the track is its first image in natural order. Some formats refer
-    /// to the images by name, others get copies.
+    /// The folder of the frames, or the video; frame 0 of the track is the first image in natural order. Some
+    /// formats refer to the images by name, others get copies; frames of a video are saved as JPEG.
     pub images: Option<PathBuf>,
+    /// Only every so many-th tracked frame is a key frame, besides the first and last of each stretch; the
+    /// tool interpolates between them. 1 makes all frames key frames.
+    pub key_frames: usize,
 }
 
 /// One file of an export.
@@ -116,6 +147,8 @@ enum Content {
     Copy(PathBuf),
     /// This image converted to JPEG, for formats that allow nothing else.
     Jpeg(PathBuf),
+    /// A frame of this video, as JPEG.
+    Frame(PathBuf, usize),
 }
 
 impl Item {
@@ -136,6 +169,7 @@ struct Job<'a> {
     name: &'a str,
     label: &'a str,
     frames: Frames,
+    key_frames: usize,
 }
 
 /// Writes a track to a file, or to a folder that does not exist yet or is empty. If an error occurs, nothing
@@ -152,18 +186,25 @@ pub fn write(
 ) -> Result<usize, Error> {
     check_word("label", &options.label)?;
     check_word("name", &options.name)?;
-    output::check(
-        out,
-        matches!(options.format, Format::Mot | Format::Coco | Format::Cvat),
-        overwrite,
-    )?;
+    let (format, key_frames) = (options.format, options.key_frames);
+    if key_frames == 0 || (key_frames > 1 && !format.has_key_frames()) {
+        let reason = format!(
+            "every {key_frames}th frame cannot be a key frame of {}: cvat and label-studio take a number \
+             from 1, the other formats have no key frames",
+            format.name()
+        );
+        return Err(Error::Export(reason));
+    }
+    output::check(out, format.is_file(), overwrite)?;
     let frames = Frames::new(track, options)?;
-    let job = Job { track, name: &options.name, label: &options.label, frames };
+    let job = Job { track, name: &options.name, label: &options.label, frames, key_frames };
     let files = match options.format {
         Format::Mot => Files::One(mot::text(&job)),
         Format::Coco => Files::One(coco::text(&job)),
         Format::Cvat => Files::One(cvat::text(&job)),
         Format::Yolo => Files::Folder(yolo::items(&job)),
+        Format::Voc => Files::Folder(voc::items(&job)),
+        Format::LabelStudio => Files::One(label_studio::text(&job)),
         Format::Lasot => Files::Folder(lasot::items(&job)),
         Format::Got10k => Files::Folder(got10k::items(&job)),
     };

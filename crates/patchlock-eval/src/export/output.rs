@@ -6,7 +6,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use image::codecs::jpeg::JpegEncoder;
-use patchlock_media::image_file;
+use patchlock_media::{FrameSource, Picture, image_file};
 
 use super::{Content, Item};
 use crate::Error;
@@ -62,12 +62,13 @@ pub fn write_folder(out: &Path, items: &[Item]) -> Result<(), Error> {
     let folder = with_permissions(tempfile::Builder::new().prefix(PREFIX), 0o777)
         .tempdir_in(parent(out))
         .map_err(cannot)?;
+    let mut video = None;
     for item in items {
         let path = folder.path().join(&item.path);
         if let Some(parent) = path.parent() {
             fs::create_dir_all(parent).map_err(cannot)?;
         }
-        write_item(&path, &item.content)?;
+        write_item(&path, &item.content, &mut video)?;
     }
     // On Unix, renaming replaces an empty folder; elsewhere it has to be removed first.
     if out.is_dir() {
@@ -95,19 +96,47 @@ fn with_permissions<'a, 'b>(
     }
 }
 
-fn write_item(path: &Path, content: &Content) -> Result<(), Error> {
+fn write_item(path: &Path, content: &Content, video: &mut Option<Video>) -> Result<(), Error> {
     match content {
         Content::Text(text) => fs::write(path, text).map_err(|error| Error::write(path, error)),
         Content::Copy(from) => {
             fs::copy(from, path).map(drop).map_err(|error| Error::read(from, error))
         }
-        Content::Jpeg(from) => write_jpeg(path, from),
+        Content::Jpeg(from) => {
+            let picture = image_file::load(from).map_err(|error| Error::Frame {
+                path: from.to_path_buf(),
+                reason: error.to_string(),
+            })?;
+            write_jpeg(path, &picture)
+        }
+        Content::Frame(from, index) => write_jpeg(path, &frame_of(from, *index, video)?),
     }
 }
 
-fn write_jpeg(path: &Path, from: &Path) -> Result<(), Error> {
-    let picture = image_file::load(from)
-        .map_err(|error| Error::Frame { path: from.to_path_buf(), reason: error.to_string() })?;
+/// A video, and the number of the next frame that can be read from it.
+struct Video {
+    source: Box<dyn FrameSource>,
+    next: usize,
+}
+
+/// The frame of a video. It is opened anew for a frame that was passed.
+fn frame_of(from: &Path, index: usize, video: &mut Option<Video>) -> Result<Picture, Error> {
+    let mut open = match video.take().filter(|video| video.next <= index) {
+        Some(open) => open,
+        None => Video { source: patchlock_media::open(&from.to_string_lossy(), false)?, next: 0 },
+    };
+    let picture = open.source.frame(index)?.ok_or_else(|| {
+        Error::Export(format!(
+            "the track has boxes in frame {index}, counted from 0, but {} ends before it",
+            from.display()
+        ))
+    })?;
+    open.next = index + 1;
+    *video = Some(open);
+    Ok(picture)
+}
+
+fn write_jpeg(path: &Path, picture: &Picture) -> Result<(), Error> {
     let file = fs::File::create(path).map_err(|error| Error::write(path, error))?;
     let mut out = std::io::BufWriter::new(file);
     let (width, height) = (picture.width as u32, picture.height as u32);

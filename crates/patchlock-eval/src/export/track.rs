@@ -2,13 +2,12 @@
 //! text with one box per line.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::Path;
 
 use patchlock::{BoundingBox, Status};
 use serde::{Deserialize, Deserializer};
 
-use crate::files::ends_with;
+use crate::files::{self, ends_with};
 use crate::{Error, text};
 
 /// One target in one frame.
@@ -40,6 +39,7 @@ impl Entry {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Track {
     entries: Vec<Entry>,
+    size: Option<(usize, usize)>,
 }
 
 /// A row of a table, read by column names. Other columns are ignored. Position cells may be empty, but the
@@ -66,6 +66,25 @@ struct Row {
     x4: Option<f64>,
     y4: Option<f64>,
     status: Option<Status>,
+    frame_w: Option<usize>,
+    frame_h: Option<usize>,
+}
+
+/// An entry and, if the table has it, the size of its frame.
+#[derive(Deserialize)]
+#[serde(try_from = "Row")]
+struct Line {
+    entry: Entry,
+    size: Option<(usize, usize)>,
+}
+
+impl TryFrom<Row> for Line {
+    type Error = &'static str;
+
+    fn try_from(row: Row) -> Result<Self, Self::Error> {
+        let size = row.frame_w.zip(row.frame_h);
+        Ok(Self { entry: row.try_into()?, size })
+    }
 }
 
 /// A cell that may be empty, of a column that may not be missing.
@@ -121,7 +140,7 @@ impl Track {
                 "target {} appears twice in frame {}",
                 entry.id, entry.frame
             ))),
-            _ => Ok(Self { entries }),
+            _ => Ok(Self { entries, size: None }),
         }
     }
 
@@ -133,19 +152,26 @@ impl Track {
     /// # Errors
     /// [`Error::Read`]; [`Error::Line`]; as [`Track::new`].
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let entries = if ends_with(path, "csv") {
+        let lines = if ends_with(path, "csv") {
             read_csv(path)?
         } else if ends_with(path, "jsonl") {
             read_jsonl(path)?
         } else if ends_with(path, "txt") {
-            read_txt(path)?
+            return Self::new(read_txt(path)?);
         } else {
             return Err(Error::Export(format!(
                 "{}: unknown extension; use .csv, .jsonl or .txt",
                 path.display()
             )));
         };
-        Self::new(entries)
+        let size = one_size(lines.iter().map(|line| line.size), path)?;
+        let entries = lines.into_iter().map(|line| line.entry).collect();
+        Ok(Self { size, ..Self::new(entries)? })
+    }
+
+    /// Width and height of the frames in pixels, if the file has them.
+    pub fn size(&self) -> Option<(usize, usize)> {
+        self.size
     }
 
     /// All entries, ordered by frame, then by target.
@@ -169,39 +195,57 @@ impl Track {
     }
 }
 
+/// The size that all lines have; `None` if they have none.
+fn one_size(
+    mut sizes: impl Iterator<Item = Option<(usize, usize)>>,
+    path: &Path,
+) -> Result<Option<(usize, usize)>, Error> {
+    let Some(first) = sizes.next() else { return Ok(None) };
+    match sizes.find(|size| *size != first) {
+        Some(_) => Err(Error::Export(format!(
+            "{}: the lines differ in frame_w and frame_h, the size of the frame",
+            path.display()
+        ))),
+        None => Ok(first),
+    }
+}
+
 /// Checks an entry; the error says what is wrong.
 fn check(entry: &Entry) -> Result<(), String> {
-    if let Some(BoundingBox { x, y, w, h }) = entry.bbox
-        && (![x, y, w, h].iter().all(|value| value.is_finite()) || w <= 0.0 || h <= 0.0)
-    {
-        return Err(format!(
-            "the box is {x},{y},{w},{h}; all values must be finite, width and height greater than 0"
-        ));
+    if let Some(BoundingBox { x, y, w, h }) = entry.bbox {
+        [x, y, w, h].into_iter().try_for_each(text::coordinate)?;
+        if w <= 0.0 || h <= 0.0 {
+            return Err(format!(
+                "the box is {x},{y},{w},{h}; width and height must be greater than 0"
+            ));
+        }
     }
     if let Some(score) = entry.score.filter(|score| !(0.0..=1.0).contains(score)) {
         return Err(format!("the score is {score}; it must be from 0 to 1"));
     }
-    match entry.corners {
-        Some(corners) if !corners.as_flattened().iter().all(|value| value.is_finite()) => {
-            Err(format!("the corners are {corners:?}; all values must be finite"))
-        }
-        _ => Ok(()),
-    }
+    entry.corners.iter().flatten().flatten().try_for_each(|value| text::coordinate(*value))
 }
 
 fn line(path: &Path, line: usize, reason: impl ToString) -> Error {
     Error::Line { path: path.to_path_buf(), line, reason: reason.to_string() }
 }
 
-fn read_csv(path: &Path) -> Result<Vec<Entry>, Error> {
-    let bytes = fs::read(path).map_err(|error| Error::read(path, error))?;
+fn read_csv(path: &Path) -> Result<Vec<Line>, Error> {
+    let bytes = files::read(path).map_err(|error| Error::read(path, error))?;
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(&bytes[..]);
     let mut entries = Vec::new();
-    for entry in reader.deserialize() {
-        entries.push(entry.map_err(|error: csv::Error| {
+    let headers = reader.headers().cloned().map_err(|error| line(path, 1, csv_reason(&error)))?;
+    for record in reader.into_records() {
+        let entry = record.and_then(|record| {
+            let number = record.position().map_or(1, |position| position.line() as usize);
+            record.deserialize(Some(&headers)).map(|entry| (number, entry))
+        });
+        let (number, read): (usize, Line) = entry.map_err(|error: csv::Error| {
             let number = error.position().map_or(1, |position| position.line() as usize);
             line(path, number, csv_reason(&error))
-        })?);
+        })?;
+        check(&read.entry).map_err(|reason| line(path, number, reason))?;
+        entries.push(read);
     }
     Ok(entries)
 }
@@ -214,11 +258,14 @@ fn csv_reason(error: &csv::Error) -> String {
     }
 }
 
-fn read_jsonl(path: &Path) -> Result<Vec<Entry>, Error> {
-    let text = fs::read_to_string(path).map_err(|error| Error::read(path, error))?;
+fn read_jsonl(path: &Path) -> Result<Vec<Line>, Error> {
+    let bytes = files::read(path).map_err(|error| Error::read(path, error))?;
+    let (text, _) = text::decode(&bytes);
     let rows = text.lines().enumerate().filter(|(_, text)| !text.trim().is_empty());
     let entry = |(k, text): (usize, &str)| {
-        serde_json::from_str(text).map_err(|error| line(path, k + 1, error))
+        let read: Line = serde_json::from_str(text).map_err(|error| line(path, k + 1, error))?;
+        check(&read.entry).map_err(|reason| line(path, k + 1, reason))?;
+        Ok(read)
     };
     rows.map(entry).collect()
 }
@@ -235,6 +282,7 @@ fn read_txt(path: &Path) -> Result<Vec<Entry>, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     fn read(name: &str, text: &str) -> Result<Track, String> {
         let folder = tempfile::tempdir().unwrap();
@@ -287,6 +335,18 @@ mod tests {
     }
 
     #[test]
+    fn the_size_of_the_frames_is_read() {
+        let csv = "frame,x,y,w,h,frame_w,frame_h\n0,1,2,3,4,64,48\n1,1,2,3,4,64,48\n";
+        assert_eq!(read("a.csv", csv).unwrap().size(), Some((64, 48)));
+        let json = "{\"frame\":0,\"x\":1,\"y\":1,\"w\":3,\"h\":2,\"frame_w\":64,\"frame_h\":48}\n";
+        assert_eq!(read("a.jsonl", json).unwrap().size(), Some((64, 48)));
+        assert_eq!(read("a.csv", "frame,x,y,w,h\n0,1,2,3,4\n").unwrap().size(), None);
+        assert_eq!(read("a.txt", "1,2,3,4\n").unwrap().size(), None);
+        let error = read("a.csv", &csv.replace("1,1,2,3,4,64", "1,1,2,3,4,65")).unwrap_err();
+        assert!(error.contains("the lines differ in frame_w and frame_h"), "{error}");
+    }
+
+    #[test]
     fn errors_name_the_file_and_line() {
         let error = |name: &str, text: &str| read(name, text).unwrap_err();
         assert!(error("a.csv", "frame,x,y,w,h\n0,1,2,3,4\n1,1,2,x,4\n").contains("a.csv, line 3"));
@@ -304,6 +364,22 @@ mod tests {
         let twice = error("a.csv", "frame,id,x,y,w,h\n5,2,1,2,3,4\n5,2,1,2,3,4\n");
         assert_eq!(twice, "cannot export: target 2 appears twice in frame 5");
         assert!(error("a.csv", "frame,x,y,w,h\n0,1,2,0,4\n").contains("the box is 1,2,0,4"));
+        let too_far = [
+            ("a.csv", "frame,id,x,y,w,h,score\n0,,1,10,16,12,0.5\n1,,-1e308,10,16,12,0.5\n"),
+            ("a.csv", "frame,x,y,w,h\n0,1,2,3,4\n1,1e308,10,16,12\n"),
+            ("a.txt", "1,2,3,4\n10,1e308,16,12\n"),
+            (
+                "a.jsonl",
+                "{\"frame\":0,\"x\":1,\"y\":1,\"w\":3,\"h\":2}\n\
+                         {\"frame\":1,\"x\":1,\"y\":1,\"w\":1e308,\"h\":2}\n",
+            ),
+        ];
+        for (name, text) in too_far {
+            let error = error(name, text);
+            let line = 2 + usize::from(name == "a.csv");
+            assert!(error.contains(&format!("{name}, line {line}: ")), "{error}");
+            assert!(error.contains("is not a coordinate; allowed: -1e9 to 1e9"), "{error}");
+        }
         assert!(error("a.csv", "frame,x,y,w,h,score\n0,1,2,3,4,7\n").contains("the score is 7"));
     }
 }

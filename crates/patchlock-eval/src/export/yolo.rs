@@ -50,7 +50,7 @@ fn labels(entries: &[Entry], (width, height): (usize, usize)) -> Option<String> 
 }
 
 /// Left, top, right and bottom of the part inside the frame; `None` if nothing is inside.
-fn clipped(bbox: &BoundingBox, width: f64, height: f64) -> Option<[f64; 4]> {
+pub fn clipped(bbox: &BoundingBox, width: f64, height: f64) -> Option<[f64; 4]> {
     let (left, right) = (bbox.x.max(0.0), (bbox.x + bbox.w).min(width));
     let (top, bottom) = (bbox.y.max(0.0), (bbox.y + bbox.h).min(height));
     (left < right && top < bottom).then_some([left, top, right, bottom])

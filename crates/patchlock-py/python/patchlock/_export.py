@@ -12,13 +12,14 @@ from patchlock._patchlock import Estimate, _export
 
 def export(
     track: str | os.PathLike[str] | Iterable[Estimate] | Iterable[Mapping[int, Estimate]],
-    format: Literal["mot", "coco", "cvat", "yolo", "lasot", "got10k"],
+    format: Literal["mot", "coco", "cvat", "yolo", "voc", "label-studio", "lasot", "got10k"],
     out: str | os.PathLike[str],
     *,
     size: tuple[int, int] | None = None,
     images: str | os.PathLike[str] | None = None,
     label: str = "target",
     name: str | None = None,
+    key_frames: int = 1,
     overwrite: bool = False,
 ) -> int:
     """Writes a track in the format of another tool.
@@ -31,13 +32,15 @@ def export(
     | `"coco"` | a JSON file: COCO with videos, tracks and rotated outlines | pycocotools |
     | `"cvat"` | an XML file: CVAT for video 1.1, to correct a track by hand | CVAT |
     | `"yolo"` | a folder: `data.yaml`, `labels/train`; target ids are lost | detectors |
+    | `"voc"` | a folder: Pascal VOC, `Annotations` and `JPEGImages`; target ids are lost | detectors |
+    | `"label-studio"` | a JSON file: a task with a prediction | Label Studio |
     | `"lasot"`, `"got10k"` | one folder per target, as in these benchmarks | their toolkits |
 
     Frames and positions in `"mot"` count from 1. The outlines in `"coco"` are the segmentation.
 
     Frames in which a target is lost are marked: in `"mot"` by confidence 0, in `"coco"` by the attribute
-    `status`, in `"cvat"` as outside, in `"lasot"` as full occlusion, in `"got10k"` as absence. `"yolo"` has
-    no such mark, so these frames are left out.
+    `status`, in `"cvat"` as outside, in `"label-studio"` by the end of a stretch, in `"lasot"` as full
+    occlusion, in `"got10k"` as absence. `"yolo"` and `"voc"` have no such mark, so these frames are left out.
 
     Args:
         track: Estimates of one target, as `track` and `Tracker` return them; or of many targets, one
@@ -45,12 +48,14 @@ def export(
             command `patchlock track`. `Estimate.frame` is the frame number.
         format: The name of the format.
         out: The file or folder to create. A folder must be empty or not exist yet.
-        size: Width and height of the frames in pixels. Required for coco, cvat, yolo and got10k, unless
-            `images` is given.
-        images: The folder of all frames that were tracked. yolo, lasot and got10k copy those in the track;
-            coco refers to them by name.
+        size: Width and height of the frames in pixels. All formats but mot and lasot need it, unless `images`
+            is given or `track` is a table that has it.
+        images: The folder of all frames that were tracked, or the video. yolo, voc, lasot and got10k copy
+            those in the track; coco refers to them by name.
         label: The class of the targets.
         name: Name of the video; `None` for the name of the table or of `out`.
+        key_frames: Make only every so many-th tracked frame a key frame, besides those where something
+            changes; for cvat and label-studio, which interpolate between them.
         overwrite: Replace an existing file. A folder that is not empty is never replaced.
 
     Returns:
@@ -66,7 +71,8 @@ def export(
     else:
         source = [_row(number, estimate) for frame in track for number, estimate in _targets(frame)]
         stem = Path(out).stem
-    return _export(source, format, out, size, images, label, stem if name is None else name, overwrite)
+    named = stem if name is None else name
+    return _export(source, format, out, size, images, label, named, key_frames, overwrite)
 
 
 _Row = tuple[int, int, tuple[float, float, float, float], float, list[list[float]], str]
