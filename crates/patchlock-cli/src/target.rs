@@ -1,16 +1,15 @@
-//! Parses the first box, from `--box` or from the first line of a truth file.
+//! Parses the first box, from `--box` or from a truth file.
 
-use std::fs;
 use std::path::Path;
 
 use patchlock::BoundingBox;
 use patchlock_eval::start_box::SYNTAX;
-use patchlock_eval::text;
+use patchlock_eval::{files, text};
 
 use crate::failure::{Failure, failed, named, usage};
 
-const FIRST_LINE: &str =
-    "the first line must be X,Y,W,H, counted from 1, with commas, tabs or spaces";
+const LINE: &str = "the line of the first tracked frame must be X,Y,W,H, counted from 1, with commas, tabs \
+                    or spaces";
 
 /// Parses `X,Y,W,H`, 0-based.
 pub fn parse(given: &str) -> Result<BoundingBox, Failure> {
@@ -21,35 +20,58 @@ pub fn parse(given: &str) -> Result<BoundingBox, Failure> {
     checked(numbers, &format!("--box {given}")).map_err(bad)
 }
 
-/// Reads the first line of a truth file, 1-based, with commas, tabs or spaces between the numbers.
-pub fn from_file(file: &Path) -> Result<BoundingBox, Failure> {
-    let name = format!("--box-from {}", file.display());
-    let bad = |message: String| usage(message).hint(FIRST_LINE);
-    let bytes = fs::read(file).map_err(|error| {
-        failed(format!("{name}: cannot read it: {error}"))
-            .hint("name a text file whose first line is X,Y,W,H, counted from 1")
-    })?;
-    let (text, _) = text::decode(&bytes);
-    let line = text.lines().next().unwrap_or("").trim();
-    let name = format!("{name}: its first line, \"{}\"", shortened(line));
-    let [x, y, w, h] =
-        four_numbers(line).ok_or_else(|| bad(format!("{name}, is not four numbers")))?;
-    checked([x - 1.0, y - 1.0, w, h], &name).map_err(bad)
+/// A truth file: one line for each frame of the source, 1-based, with commas, tabs or spaces between the
+/// numbers.
+pub struct Truth {
+    name: String,
+    text: String,
+}
+
+impl Truth {
+    /// Reads the file.
+    pub fn read(file: &Path) -> Result<Self, Failure> {
+        let name = format!("--box-from {}", file.display());
+        let bytes = files::read(file).map_err(|error| {
+            failed(format!("{name}: cannot read it: {error}"))
+                .hint("name a text file with a line X,Y,W,H for each frame, counted from 1")
+        })?;
+        Ok(Self { name, text: text::decode(&bytes).0 })
+    }
+
+    /// The box in this frame. If the file has only one line, that is the box, whatever the frame.
+    pub fn at(&self, frame: usize) -> Result<BoundingBox, Failure> {
+        let lines: Vec<&str> = self.text.trim_end().lines().collect();
+        let k = if lines.len() == 1 { 0 } else { frame };
+        let Some(line) = lines.get(k).map(|line| line.trim()) else {
+            return Err(usage(format!(
+                "{}: there is no line for frame {frame}: it has {} lines",
+                self.name,
+                lines.len()
+            ))
+            .hint("the file needs one line for each frame of the source, or a single one"));
+        };
+        let name = format!("{}, line {}: \"{}\"", self.name, k + 1, shortened(line));
+        let bad = |message: String| usage(message).hint(LINE);
+        let row = text::numbers(line).map_err(|reason| bad(format!("{name}: {reason}")))?;
+        match text::region(&row, 1.0).map_err(|reason| bad(format!("{name}: {reason}")))? {
+            Some(BoundingBox { x, y, w, h }) => checked([x, y, w, h], &name).map_err(bad),
+            None => Err(bad(format!("{name}: there is no box in frame {frame}"))),
+        }
+    }
 }
 
 fn shortened(line: &str) -> String {
     line.chars().take(40).collect()
 }
 
-fn four_numbers(line: &str) -> Option<[f64; 4]> {
-    text::numbers(line).ok()?.try_into().ok()
+fn four_numbers(given: &str) -> Option<[f64; 4]> {
+    text::numbers(given).ok()?.try_into().ok()
 }
 
 /// The box with these numbers, or why they are not a box. `name` tells the user where they come from.
 pub fn checked([x, y, w, h]: [f64; 4], name: &str) -> Result<BoundingBox, String> {
-    if ![x, y, w, h].iter().all(|value| value.is_finite()) {
-        return Err(format!("{name}: all four numbers must be finite"));
-    }
+    let numbers = [x, y, w, h].into_iter();
+    { numbers }.try_for_each(text::coordinate).map_err(|reason| format!("{name}: {reason}"))?;
     if w < 1.0 || h < 1.0 {
         return Err(format!("{name}: width {w} and height {h} must be at least 1 pixel"));
     }
@@ -95,11 +117,17 @@ mod tests {
             "\u{feff}11,21,30,40",
         ] {
             let file = folder.path().join("truth.txt");
-            fs::write(&file, format!("{line}\n99,99,99,99\n")).expect("writes");
-            assert_eq!(
-                from_file(&file).expect(line),
-                BoundingBox { x: 10.0, y: 20.0, w: 30.0, h: 40.0 }
-            );
+            std::fs::write(&file, format!("{line}\n5,6,7,8\nNaN,NaN,NaN,NaN\n")).expect("writes");
+            let truth = Truth::read(&file).expect("reads");
+            let bbox = BoundingBox { x: 10.0, y: 20.0, w: 30.0, h: 40.0 };
+            assert_eq!(truth.at(0).expect(line), bbox);
+            assert_eq!(truth.at(1).expect("the line of the frame").w, 7.0);
+            let error = |frame| truth.at(frame).expect_err("no box").to_string();
+            assert!(error(2).contains("line 3") && error(2).contains("no box in frame 2"));
+            assert!(error(3).contains("no line for frame 3: it has 3 lines"), "{}", error(3));
+            std::fs::write(&file, line).expect("writes");
+            let single = Truth::read(&file).expect("reads");
+            assert_eq!(single.at(100).expect("the only line"), bbox);
         }
     }
 }

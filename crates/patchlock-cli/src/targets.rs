@@ -2,11 +2,10 @@
 //! `--boxes`.
 
 use std::collections::BTreeSet;
-use std::fs;
 use std::path::Path;
 
 use patchlock::BoundingBox;
-use patchlock_eval::start_box;
+use patchlock_eval::{files, start_box};
 use patchlock_media::{Order, Picture};
 use serde::Deserialize;
 
@@ -58,20 +57,23 @@ impl Targets {
     /// Reads a CSV file of targets that start and end at any frame.
     pub fn from_table(file: &Path) -> Result<Self, Failure> {
         let name = format!("--boxes {}", file.display());
-        let bytes = fs::read(file)
+        let bytes = files::read(file)
             .map_err(|error| failed(format!("{name}: cannot read it: {error}")).hint(TABLE))?;
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(&bytes[..]);
         let mut events = Vec::new();
         let mut seen = BTreeSet::new();
-        for line in reader.deserialize() {
-            let line: Line =
-                line.map_err(|error: csv::Error| usage(format!("{name}: {error}")).hint(TABLE))?;
+        let wrong = |error: csv::Error| usage(format!("{name}: {error}")).hint(TABLE);
+        let headers = reader.headers().cloned().map_err(wrong)?;
+        for record in reader.into_records() {
+            let record = record.map_err(wrong)?;
+            let number = record.position().map_or(1, csv::Position::line);
+            let line: Line = record.deserialize(Some(&headers)).map_err(wrong)?;
             if !seen.insert((line.frame, line.id)) {
                 let twice =
                     format!("{name}: target {} is given twice in frame {}", line.id, line.frame);
                 return Err(usage(twice).hint(TABLE));
             }
-            events.push(event(&line, &name)?);
+            events.push(event(&line, &format!("{name}, line {number}"))?);
         }
         if events.is_empty() {
             return Err(usage(format!("{name}: the file has no target")).hint(TABLE));
@@ -148,6 +150,7 @@ fn event(line: &Line, name: &str) -> Result<Event, Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     fn table(text: &str) -> Result<Targets, String> {
         let folder = tempfile::tempdir().unwrap();
@@ -188,6 +191,8 @@ mod tests {
         assert!(said("frame,id,x,y,w,h\n0,1,1,2,x,4\n").contains("line: 2"));
         assert!(said("frame,id,x,y,w,h\n0,1,1,2,,4\n").contains("an incomplete box"));
         assert!(said("frame,id,x,y,w,h\n0,1,1,2,0,4\n").contains("at least 1 pixel"));
+        let far = said("frame,id,x,y,w,h\n0,1,1,2,3,4\n9,1,1,1e308,3,4\n");
+        assert!(far.contains("line 3: target 1 in frame 9: 1e308 is not a coordinate"), "{far}");
         assert!(said("frame,id,x,y,w,h\n3,1,1,2,3,4\n3,1,1,2,3,4\n").contains("twice in frame 3"));
     }
 

@@ -166,11 +166,15 @@ fn a_box_that_does_not_fit() {
     );
     bench.bare("f").assert().code(2).stderr(predicate::str::contains("--box"));
     fails(boxed("10,10,200000,10"), 2, &["10,10,200000,10", "1 to 100000 pixels"]);
-    fails(boxed("1e300,10,20,20"), 2, &["the box 1e300,10,20,20 does not fit"]);
+    fails(
+        boxed("1e300,10,20,20"),
+        2,
+        &["--box 1e300,10,20,20: 1e300 is not a coordinate; allowed: -1e9 to 1e9"],
+    );
     for bad in ["NaN,1,20,20", "5,5,0,20"] {
         fs::write(bench.path("t.txt"), bad).unwrap();
         let result = bench.bare("f").args(["--box-from", "t.txt"]).assert();
-        fails(result, 2, &["t.txt", bad, "hint: the first line must be", "from 1"]);
+        fails(result, 2, &["t.txt", bad, "hint: the line of the first tracked frame", "from 1"]);
     }
 }
 
@@ -256,8 +260,8 @@ fn outputs_that_cannot_be_written() {
     bench.images("f", 2);
     let saved = |name: &str| bench.track("f").args(["--save", name]).assert();
     fails(saved("no/such/a.csv"), 1, &["no/such", "hint: mkdir"]);
-    fails(saved("a.xlsx"), 2, &["a.xlsx", ".csv, .jsonl, .txt"]);
-    fails(saved("noend"), 2, &[".csv, .jsonl, .txt"]);
+    fails(saved("a.xlsx"), 2, &["a.xlsx", ".csv, .jsonl or .txt"]);
+    fails(saved("noend"), 2, &[".csv, .jsonl or .txt"]);
     fails(bench.track("f").args(["--video", "a.avi"]).assert(), 2, &["a.avi", "mp4"]);
     fs::write(bench.path("a.csv"), "old").unwrap();
     fails(saved("a.csv"), 2, &["a.csv already exists", "--overwrite"]);
@@ -402,4 +406,29 @@ fn bad_streams() {
     let result = bench.track("-").args(["--save", "a.csv"]).write_stdin(cut).assert();
     fails(result, 1, &["frame 2", "truncated", "note: the 2 frames"]);
     assert_eq!(bench.lines("a.csv").len(), 3);
+}
+
+/// What is no file may never end, or never begin.
+#[cfg(unix)]
+#[test]
+fn pipes_and_devices_are_refused_where_a_text_file_is_expected() {
+    let bench = Bench::new();
+    bench.images("f", 2);
+    let pipe = bench.path("pipe");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    for file in ["/dev/zero", "pipe"] {
+        for option in ["--box-from", "--boxes"] {
+            let result = bench.bare("f").args([option, file]).assert();
+            fails(result, 1, &[file, "a pipe or a device", "hint: "]);
+        }
+        let mut track = patchlock();
+        track.current_dir(bench.folder.path()).args(["track", "f", "--box", "20,18,32,28"]);
+        let result = track.args(["--config", file]).assert();
+        fails(result, 1, &[file, "a pipe or a device", "hint: "]);
+    }
+    std::os::unix::fs::symlink("/dev/zero", bench.path("zero.csv")).unwrap();
+    let mut export = patchlock();
+    export.current_dir(bench.folder.path());
+    let args = ["export", "zero.csv", "--format", "mot", "--out", "a.txt"];
+    fails(export.args(args).assert(), 1, &["zero.csv", "a pipe or a device", "hint: "]);
 }

@@ -69,8 +69,8 @@ fn the_status_is_in_tables_and_summary() {
         ["--save", "a.csv", "--save", "a.jsonl", "--summary", "a.json", "--lost", "blank"];
     bench.track("f").args(outputs).assert().success();
     let lines = bench.lines("a.csv");
-    assert!(lines[1..].iter().all(|line| line.ends_with(",uncertain")), "{lines:?}");
-    assert!(bench.lines("a.jsonl")[2].ends_with("\"status\":\"uncertain\"}"));
+    assert!(lines[1..].iter().all(|line| line.ends_with(",uncertain,96,72")), "{lines:?}");
+    assert!(bench.lines("a.jsonl")[2].contains("\"status\":\"uncertain\","));
     let summary = fs::read(bench.path("a.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_slice(&summary).unwrap();
     let counts = ["frames_tracked", "frames_uncertain", "frames_lost"].map(|name| &summary[name]);
@@ -398,4 +398,66 @@ fn a_second_ctrl_c_keeps_the_tables_and_removes_partial_files() {
     assert_eq!((bench.lines("a.csv").len(), bench.lines("a.txt").len()), (2, 1));
     assert!(!bench.path("a.mp4").exists() && !bench.path("a.json").exists());
     assert_eq!(bench.leftovers(), Vec::<std::path::PathBuf>::new());
+}
+
+#[test]
+fn the_box_of_a_truth_file_is_that_of_the_first_tracked_frame() {
+    let bench = Bench::new();
+    bench.images("f", 6);
+    let truth: String = (0..6).map(|k| format!("{},19,32,28\n", 21 + 2 * k)).collect();
+    fs::write(bench.path("truth.txt"), truth).unwrap();
+    let first = |args: &[&str]| {
+        let output = bench.bare("f").args(["--box-from", "truth.txt"]).args(args).output().unwrap();
+        String::from_utf8(output.stdout).unwrap().lines().nth(1).unwrap_or_default().to_string()
+    };
+    assert!(first(&[]).starts_with("0,20.0,18.0,"));
+    assert!(first(&["--start", "3"]).starts_with("3,26.0,18.0,"));
+    assert!(first(&["--reverse"]).starts_with("5,30.0,18.0,"));
+    assert!(first(&["--reverse", "--stride", "2"]).starts_with("4,28.0,18.0,"));
+    fs::write(bench.path("truth.txt"), "21,19,32,28\n23,19,32,28\n").unwrap();
+    let args = ["--box-from", "truth.txt", "--start", "3"];
+    let error = "truth.txt: there is no line for frame 3: it has 2 lines";
+    bench.bare("f").args(args).assert().code(2).stderr(predicate::str::contains(error));
+    // A single line is the box itself.
+    fs::write(bench.path("truth.txt"), "21,19,32,28\n").unwrap();
+    assert!(first(&["--start", "3"]).starts_with("3,20.0,18.0,"));
+}
+
+#[test]
+fn single_settings_are_changed_on_the_command_line() {
+    let bench = Bench::new();
+    bench.images("f", 3);
+    fs::write(bench.path("my.toml"), "method = \"patchwise\"\nparticles = 25\nsigma_x = 3.0\n")
+        .unwrap();
+    let track = |args: &[&str]| {
+        let mut command = support::patchlock();
+        command.current_dir(bench.folder.path()).args(["track", "f", "--box", "20,18,32,28"]);
+        command.args(args);
+        command
+    };
+    let table = |args: &[&str]| {
+        let output = track(args).output().unwrap();
+        assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8(output.stdout).unwrap();
+        let boxes = |line: &str| line.split(',').take(5).collect::<Vec<_>>().join(",");
+        text.lines().map(boxes).collect::<Vec<_>>()
+    };
+    let file = table(&["--config", "my.toml"]);
+    let given =
+        table(&["--preset", "paper", "--set", "particles=25", "--set", "patchwise.sigma_x = 3"]);
+    assert_eq!(given, file);
+    let other = table(&["--config", "my.toml", "--set", "sigma_x=12", "--set", "gamma=one"]);
+    assert_ne!(other, file, "--set takes precedence over the file");
+    table(&["--set", "search=4", "--set", "rotate=false"]);
+    for (set, said) in [
+        ("serch=4", "--set: there is no setting serch"),
+        ("search=99", "--set: configuration field `search` is 99.0; allowed: 1.5 to 20"),
+        ("search=wide", "--set: search = \"wide\" has the wrong type"),
+        ("particles=9", "--set: the method in use, robust, has no use for particles = 9"),
+        ("search", "--set search: not of the form NAME=VALUE"),
+        ("=4", "--set =4: not of the form NAME=VALUE"),
+    ] {
+        let error = track(&["--set", set]).assert().code(2);
+        error.stderr(predicate::str::contains(said)).stderr(predicate::str::contains("hint: "));
+    }
 }

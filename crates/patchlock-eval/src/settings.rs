@@ -1,10 +1,11 @@
 //! Resolves a preset, a TOML file of overrides and a seed to a validated configuration.
 
+use std::io;
 use std::path::{Path, PathBuf};
-use std::{fs, io};
 
 use patchlock::{Method, PARAMETERS, PRESETS, Parameter, Range, TrackerConfig};
 
+use crate::files;
 use crate::names::near_matches;
 
 /// Invalid settings.
@@ -81,6 +82,12 @@ pub enum SettingsError {
         /// The method that the setting belongs to.
         owner: &'static str,
     },
+    /// A setting on the command line is not of the form `NAME=VALUE`.
+    #[error("--set {given}: not of the form NAME=VALUE")]
+    Assignment {
+        /// The text as given.
+        given: String,
+    },
     /// An option was given that the method in use ignores.
     #[error("{option}: the method in use, {}, has no use for it", method.name())]
     UnusedOption {
@@ -122,10 +129,16 @@ impl SettingsError {
                 format!("did you mean {}? patchlock config shows all settings", near.join(" or "))
             }
             Self::Value { name, allowed, .. } => format!("{name} takes: {allowed}"),
+            Self::Unused { owner, file, .. } if file == Path::new(SET) => {
+                format!("--set method={owner} chooses the method that uses it")
+            }
             Self::Unused { owner, .. } => {
                 format!(
                     "method = \"{owner}\" at the beginning of the file chooses the method that uses it"
                 )
+            }
+            Self::Assignment { .. } => {
+                "such as --set search=7; patchlock config shows all settings".to_string()
             }
             Self::UnusedOption { option, owner, .. } => {
                 format!("leave {option} out, or choose the method {owner} with --preset {owner}")
@@ -155,17 +168,24 @@ pub fn basis<'a>(preset: &'a str, config: &TrackerConfig) -> &'a str {
     std::iter::once(preset).chain(PRESETS.iter().copied()).find(has_method).unwrap_or(preset)
 }
 
-/// Settings that have an option of their own, which takes precedence over a settings file.
+/// Settings given on the command line, which take precedence over a settings file.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Overrides {
+pub struct Overrides<'a> {
+    /// `--set`: any settings, as `NAME=VALUE`; the other options take precedence over them.
+    pub set: &'a [String],
     /// `--seed`: the seed of the random numbers.
     pub seed: Option<u64>,
     /// `--rotate`: whether rotation in the frame is followed; only for the method `robust`.
     pub rotate: Option<bool>,
 }
 
-impl Overrides {
+impl Overrides<'_> {
     fn apply(self, config: &mut TrackerConfig) -> Result<(), SettingsError> {
+        if !self.set.is_empty() {
+            *config = apply(config.clone(), assignments(self.set)?, Path::new(SET))?;
+            let out_of_range = |error| SettingsError::OutOfRange(format!("{SET}: {error}"));
+            config.validate().map_err(out_of_range)?;
+        }
         if let Some(seed) = self.seed {
             config.seed = seed;
         }
@@ -180,6 +200,35 @@ impl Overrides {
     }
 }
 
+/// The option that changes single settings; errors name it in place of a file.
+const SET: &str = "--set";
+
+/// The table that a settings file with these assignments would hold. Words need no quotes.
+fn assignments(given: &[String]) -> Result<toml::Table, SettingsError> {
+    let mut table = toml::Table::new();
+    for assignment in given {
+        let (name, value) = assignment
+            .split_once('=')
+            .map(|(name, value)| (name.trim(), value.trim()))
+            .filter(|(name, value)| !name.is_empty() && !value.is_empty())
+            .ok_or_else(|| SettingsError::Assignment { given: assignment.clone() })?;
+        let read: Result<toml::Table, _> = format!("value = {value}").parse();
+        let read = read.ok().filter(|table| table.len() == 1).and_then(|mut t| t.remove("value"));
+        let value = read.unwrap_or_else(|| toml::Value::String(value.to_string()));
+        // A group may be named, as in patchwise.particles.
+        let name = match name.split_once('.') {
+            Some((group, name))
+                if PARAMETERS.iter().any(|row| (row.group, row.name) == (group, name)) =>
+            {
+                name
+            }
+            _ => name,
+        };
+        table.insert(name.to_string(), value);
+    }
+    Ok(table)
+}
+
 /// The configuration of a preset, with the overrides of a file and then of the options applied.
 ///
 /// # Errors
@@ -188,7 +237,7 @@ impl Overrides {
 pub fn resolve(
     name: &str,
     file: Option<&Path>,
-    options: Overrides,
+    options: Overrides<'_>,
 ) -> Result<TrackerConfig, SettingsError> {
     let mut config = preset(name)?;
     if let Some(file) = file {
@@ -200,8 +249,10 @@ pub fn resolve(
 }
 
 fn with_file(config: TrackerConfig, file: &Path) -> Result<TrackerConfig, SettingsError> {
-    let text = fs::read_to_string(file)
-        .map_err(|reason| SettingsError::Unreadable { file: file.to_path_buf(), reason })?;
+    let unreadable = |reason| SettingsError::Unreadable { file: file.to_path_buf(), reason };
+    let bytes = files::read(file).map_err(unreadable)?;
+    let text =
+        String::from_utf8(bytes).map_err(|_| unreadable(io::ErrorKind::InvalidData.into()))?;
     let changes: toml::Table = text.parse().map_err(|error: toml::de::Error| {
         let line = error
             .span()

@@ -5,8 +5,10 @@ pub mod config;
 pub mod dataset;
 pub mod demo;
 pub mod export;
+pub mod frame;
 pub mod report;
 pub mod score;
+pub mod shell;
 pub mod track;
 pub mod trax;
 
@@ -14,7 +16,7 @@ use std::ops::RangeInclusive;
 
 use anyhow::Result;
 use clap::builder::{PossibleValuesParser, RangedU64ValueParser, TypedValueParser};
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use patchlock_eval::session::MOST_THREADS;
 
 /// Valid seeds. Every file format represents whole numbers up to the maximum exactly.
@@ -85,6 +87,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Track(Box<track::TrackArgs>),
+    Frame(frame::FrameArgs),
     Export(Box<export::ExportArgs>),
     Demo(demo::DemoArgs),
     Config(config::ConfigArgs),
@@ -93,6 +96,8 @@ enum Command {
     Score(score::ScoreArgs),
     Report(Box<report::ReportArgs>),
     Trax(trax::TraxArgs),
+    Completions(shell::CompletionsArgs),
+    Man(shell::ManArgs),
 }
 
 impl Cli {
@@ -100,6 +105,7 @@ impl Cli {
     pub fn run(self, program: &str) -> Result<()> {
         match self.command {
             Command::Track(args) => track::run(&args),
+            Command::Frame(args) => frame::run(&args),
             Command::Export(args) => export::run(&args),
             Command::Demo(args) => demo::run(&args, program),
             Command::Config(args) => config::run(&args),
@@ -108,6 +114,8 @@ impl Cli {
             Command::Score(args) => score::run(&args),
             Command::Report(args) => report::run(&args),
             Command::Trax(args) => trax::run(&args),
+            Command::Completions(args) => shell::completions(&args, Self::command()),
+            Command::Man(args) => shell::man(&args, Self::command()),
         }
     }
 }

@@ -10,14 +10,15 @@ use patchlock_media::{Ahead, FrameRate, Order, Picture};
 
 use super::{PRESETS_SHOWN, ROTATE_SHOWN, SEEDS_SHOWN, THREADS_SHOWN, on_or_off, seed, threads};
 use crate::failure::{Failure, interrupted, usage};
+use crate::interrupt;
 use crate::output::plan::{Opened, Plan};
 use crate::output::row::Lost;
 use crate::output::summary::{Settings, Summary};
 use crate::output::tables::{Format, PipeClosed};
 use crate::progress::Progress;
 use crate::run::Run;
+use crate::target::{self, Truth};
 use crate::targets::Targets;
-use crate::{interrupt, target};
 
 const EXAMPLES: &str = "\
 EXAMPLES:
@@ -66,7 +67,8 @@ pub struct TrackArgs {
     #[arg(long = "box", id = "bbox", value_name = "X,Y,W,H", allow_hyphen_values = true)]
     bbox: Vec<String>,
 
-    /// Take the box from the first line of a truth file, which counts from 1 (commas, tabs or spaces)
+    /// Take the box from a truth file, which counts from 1 (commas, tabs or spaces): from the line of the
+    /// first tracked frame, or from its only line
     #[arg(long, value_name = "FILE")]
     box_from: Option<PathBuf>,
 
@@ -81,6 +83,10 @@ pub struct TrackArgs {
     /// Settings that differ from the preset, as TOML; see patchlock config
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
+
+    /// Change one setting, such as search=7; may be repeated. It takes precedence over --config
+    #[arg(long, value_name = "NAME=VALUE")]
+    set: Vec<String>,
 
     /// Seed of the random numbers [default: the seed in the settings]; the same seed gives the same boxes
     #[arg(long, value_name = SEEDS_SHOWN, allow_negative_numbers = true, value_parser = seed())]
@@ -149,20 +155,25 @@ impl TrackArgs {
         Order { start: self.start, end: self.end, stride: self.stride, reverse: self.reverse }
     }
 
-    fn targets(&self) -> Result<Targets, Failure> {
+    fn start(&self) -> Result<Start, Failure> {
         if let Some(file) = &self.boxes {
-            return Targets::from_table(file);
+            return Targets::from_table(file).map(Start::Known);
         }
-        let boxes = match &self.box_from {
-            Some(file) => vec![target::from_file(file)?],
-            None => self.bbox.iter().map(|text| target::parse(text)).collect::<Result<_, _>>()?,
-        };
-        Ok(Targets::in_first_frame(&boxes))
+        if let Some(file) = &self.box_from {
+            let truth = Truth::read(file)?;
+            if !self.reverse {
+                truth.at(self.start)?; // an error before the source is opened
+            }
+            return Ok(Start::Line(truth));
+        }
+        let boxes: Result<Vec<_>, _> = self.bbox.iter().map(|text| target::parse(text)).collect();
+        Ok(Start::Known(Targets::in_first_frame(&boxes?)))
     }
 
-    fn plan(&self, targets: &Targets) -> Result<Plan> {
+    fn plan(&self, start: &Start) -> Result<Plan> {
         let text = |file: &&PathBuf| matches!(Format::of(file), Ok(Format::Txt));
-        if let Some(file) = self.save.iter().find(text).filter(|_| targets.many) {
+        let many = matches!(start, Start::Known(targets) if targets.many);
+        if let Some(file) = self.save.iter().find(text).filter(|_| many) {
             let message = format!("--save {}: a .txt file holds one target", file.display());
             return Err(usage(message).hint(".csv and .jsonl files hold many").into());
         }
@@ -178,24 +189,43 @@ impl TrackArgs {
     }
 }
 
+/// Where the targets come from.
+enum Start {
+    Known(Targets),
+    /// The line of the first tracked frame.
+    Line(Truth),
+}
+
+impl Start {
+    /// The targets of a run that begins at this frame.
+    fn targets(self, first: usize) -> Result<Targets, Failure> {
+        match self {
+            Self::Known(targets) => Ok(targets),
+            Self::Line(truth) => Ok(Targets::in_first_frame(&[truth.at(first)?])),
+        }
+    }
+}
+
 /// Tracks the targets and writes the outputs.
 pub fn run(args: &TrackArgs) -> Result<()> {
     let order = args.order();
     order.check().map_err(Failure::from)?;
-    let mut targets = args.targets()?;
-    let options = Overrides { seed: args.seed, rotate: args.rotate };
+    let start = args.start()?;
+    let options = Overrides { seed: args.seed, rotate: args.rotate, set: &args.set };
     let config = settings::resolve(&args.preset, args.config.as_deref(), options);
     let config = config.map_err(Failure::from)?;
     let settings = Settings::new(&args.preset, &config);
-    let plan = args.plan(&targets)?;
+    let plan = args.plan(&start)?;
 
     let source = patchlock_media::open(&args.source, args.reverse).map_err(Failure::from)?;
     let rate = source.rate();
     let length = source.length();
     let expected = order.count(length);
+    let mut indices = order.indices(length).map_err(Failure::from)?.peekable();
+    let mut targets = start.targets(indices.peek().copied().unwrap_or(order.start))?;
     targets.check(&order, length)?;
     interrupt::listen()?;
-    let mut frames = Ahead::start(source, order.indices(length).map_err(Failure::from)?);
+    let mut frames = Ahead::start(source, Box::new(indices));
     let Some(first) = next(&mut frames)? else { return Err(nothing_to_track(&order)) };
     targets.check_boxes(first.0, &first.1)?;
 

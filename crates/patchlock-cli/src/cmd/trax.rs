@@ -76,7 +76,7 @@ fn parse_protocol(text: &str) -> Result<Protocol, String> {
 
 /// Serves the client until it quits.
 pub fn run(args: &TraxArgs) -> Result<()> {
-    let options = Overrides { seed: args.seed, rotate: args.rotate };
+    let options = Overrides { seed: args.seed, rotate: args.rotate, set: &[] };
     let config =
         settings::resolve(&args.preset, args.config.as_deref(), options).map_err(Failure::from)?;
     let pool = session::pool(args.threads).map_err(Failure::from)?;

@@ -17,7 +17,25 @@ pub struct Measured {
     losses: Vec<Loss>,
     /// For each target that is lost, its entry in `losses`.
     lost: BTreeMap<Option<u64>, usize>,
+    /// For each target, the score of each frame in which it was not lost.
+    scores: BTreeMap<Option<u64>, Vec<(usize, f32)>>,
 }
+
+/// A stretch of frames in which a target was not lost, but its score was low.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Low {
+    /// The target's id; `None` if the run has a single target.
+    pub id: Option<u64>,
+    /// The first frame, in the order of tracking.
+    pub first: usize,
+    /// The last frame.
+    pub last: usize,
+    /// The lowest score.
+    pub lowest: f64,
+}
+
+/// Shorter stretches of low scores are not reported, in tracked frames.
+const LOW_FRAMES: usize = 10;
 
 /// A stretch of frames in which a target was lost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,6 +62,10 @@ impl Measured {
             self.targets.insert(seen.id);
             self.statuses[seen.estimate.status as usize] += 1;
             let is_lost = seen.estimate.status == Status::Lost;
+            if !is_lost {
+                let scores = self.scores.entry(seen.id).or_default();
+                scores.push((frame, seen.estimate.score as f32));
+            }
             if is_lost && !self.lost.contains_key(&seen.id) {
                 self.lost.insert(seen.id, self.losses.len());
                 self.losses.push(Loss { id: seen.id, frame, returned: None });
@@ -77,6 +99,27 @@ impl Measured {
     /// Number of frames with this status, all targets together.
     pub fn count(&self, status: Status) -> usize {
         self.statuses[status as usize]
+    }
+
+    /// The stretches of at least ten frames with a low score: below one half, if the score is a probability,
+    /// and otherwise below half of the target's median score.
+    pub fn low_scores(&self, is_probability: bool) -> Vec<Low> {
+        let mut all = Vec::new();
+        for (&id, scores) in &self.scores {
+            let mut sorted: Vec<f32> = scores.iter().map(|(_, score)| *score).collect();
+            sorted.sort_by(f32::total_cmp);
+            let median = sorted[sorted.len() / 2];
+            let limit = if is_probability { 0.5 } else { 0.5 * median };
+            let runs = scores.chunk_by(|a, b| (a.1 < limit) == (b.1 < limit));
+            let low = runs.filter(|run| run[0].1 < limit && run.len() >= LOW_FRAMES);
+            all.extend(low.map(|run| Low {
+                id,
+                first: run[0].0,
+                last: run[run.len() - 1].0,
+                lowest: f64::from(run.iter().map(|(_, score)| *score).fold(f32::MAX, f32::min)),
+            }));
+        }
+        all
     }
 
     /// All losses, in the order in which they began.
@@ -121,5 +164,30 @@ mod tests {
             (measured.frames(), measured.targets(), measured.count(Status::Lost)),
             (4, 2, 3)
         );
+    }
+
+    #[test]
+    fn long_stretches_of_low_scores_are_found() {
+        let mut measured = Measured::default();
+        for frame in 0..60 {
+            let low = (10..19).contains(&frame) || (30..40).contains(&frame);
+            let mut seen = example::seen(Status::Tracked);
+            seen.estimate.score = if low { 0.25 } else { 0.75 };
+            measured.add(frame, &[seen], 4.0);
+        }
+        // Nine frames are too few.
+        let low = Low { id: seen_id(), first: 30, last: 39, lowest: 0.25 };
+        assert_eq!(measured.low_scores(true), [low]);
+        // Relative to the median of .75, a quarter is low, and more than three eighths is not.
+        assert_eq!(measured.low_scores(false), [low]);
+        let mut even = Measured::default();
+        let mut seen = example::seen(Status::Tracked);
+        seen.estimate.score = 0.4;
+        (0..60).for_each(|frame| even.add(frame, std::slice::from_ref(&seen), 4.0));
+        assert_eq!((even.low_scores(true).len(), even.low_scores(false).len()), (1, 0));
+    }
+
+    fn seen_id() -> Option<u64> {
+        example::seen(Status::Tracked).id
     }
 }

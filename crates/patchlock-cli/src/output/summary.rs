@@ -9,7 +9,7 @@ use patchlock_eval::settings::basis;
 use patchlock_media::FrameRate;
 use serde::Serialize;
 
-use super::measured::{Loss, Measured};
+use super::measured::{Loss, Low, Measured};
 use super::pending::PendingFile;
 
 /// The most losses that are shown on the screen.
@@ -30,6 +30,8 @@ pub struct Summary {
     pub frames_lost: usize,
     /// Each loss, in the order in which they began.
     pub losses: Vec<TimedLoss>,
+    /// Each stretch of at least ten frames in which a target was not lost but its score stayed low.
+    pub low_scores: Vec<LowScore>,
     /// Frames per second of the tracker alone: includes the first frame, but not decoding and writing.
     pub tracking_fps: f64,
     /// Median time per frame in milliseconds.
@@ -61,6 +63,28 @@ impl Settings {
     pub fn new(preset: &str, config: &TrackerConfig) -> Self {
         let preset = basis(preset, config).to_string();
         Self { method: config.method, preset, seed: config.seed }
+    }
+}
+
+/// A stretch of frames in which the score of a target stayed low: below one half with the method `robust`,
+/// whose score is a probability, and below half of the target's median score with `patchwise`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LowScore {
+    /// The target's id; with a single target there is no such field.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub id: Option<u64>,
+    /// The first of the frames, in the order of tracking.
+    pub first_frame: usize,
+    /// The last of the frames.
+    pub last_frame: usize,
+    /// The lowest score.
+    pub lowest: f64,
+}
+
+impl LowScore {
+    fn new(low: &Low) -> Self {
+        let Low { id, first, last, lowest } = *low;
+        Self { id, first_frame: first, last_frame: last, lowest: round(lowest) }
     }
 }
 
@@ -113,6 +137,10 @@ impl Summary {
             frames_uncertain: run.count(Status::Uncertain),
             frames_lost: run.count(Status::Lost),
             losses: run.losses().iter().map(|loss| TimedLoss::new(loss, rate)).collect(),
+            low_scores: {
+                let low = run.low_scores(settings.method == Method::Robust);
+                low.iter().map(LowScore::new).collect()
+            },
             tracking_fps: round(run.fps()),
             ms_median: round(quantile(&sorted, 0.5)),
             ms_p95: round(quantile(&sorted, 0.95)),
@@ -133,16 +161,37 @@ impl Summary {
 /// The lines for the screen.
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { frames, tracking_fps, frames_uncertain, frames_lost, losses, .. } = self;
+        let Self {
+            frames, tracking_fps, frames_uncertain, frames_lost, losses, low_scores, ..
+        } = self;
         write!(f, "tracked {frames} frames at {tracking_fps:.1} frames per second")?;
         if frames_uncertain + frames_lost > 0 {
             write!(f, "; uncertain in {frames_uncertain}, lost in {frames_lost}")?;
         }
-        losses.iter().take(SHOWN).try_for_each(|loss| write!(f, "\n{loss}"))?;
-        match losses.len().saturating_sub(SHOWN) {
-            0 => Ok(()),
-            more => write!(f, "\nand {more} more; --summary lists all"),
+        lines(f, losses)?;
+        lines(f, low_scores)
+    }
+}
+
+/// The first of these, one per line.
+fn lines(f: &mut fmt::Formatter<'_>, all: &[impl fmt::Display]) -> fmt::Result {
+    all.iter().take(SHOWN).try_for_each(|one| write!(f, "\n{one}"))?;
+    match all.len().saturating_sub(SHOWN) {
+        0 => Ok(()),
+        more => write!(f, "\nand {more} more; --summary lists all"),
+    }
+}
+
+impl fmt::Display for LowScore {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { id, first_frame, last_frame, lowest } = self;
+        if let Some(id) = id {
+            write!(f, "target {id} ")?;
         }
+        write!(
+            f,
+            "low score from frame {first_frame} to {last_frame}, down to {lowest:.2}: check the box there"
+        )
     }
 }
 
@@ -228,6 +277,23 @@ mod tests {
             "id": 4, "lost_frame": 10, "lost_seconds": null, "return_frame": 13, "return_seconds": null,
         });
         assert_eq!(unknown["losses"][0], loss);
+    }
+
+    #[test]
+    fn stretches_of_low_scores_are_shown_and_listed() {
+        let mut run = Measured::default();
+        for frame in 0..40 {
+            let mut seen = example::seen(Status::Tracked);
+            seen.estimate.score = if frame < 25 { 0.9 } else { 0.25 };
+            run.add(frame, &[seen], 10.0);
+        }
+        let summary = summary(&run, None);
+        let text = summary.to_string();
+        let expected = "\nlow score from frame 25 to 39, down to 0.25: check the box there";
+        assert!(text.ends_with(expected), "{text}");
+        let json = serde_json::to_value(summary).expect("JSON");
+        let listed = serde_json::json!([{ "first_frame": 25, "last_frame": 39, "lowest": 0.25 }]);
+        assert_eq!(json["low_scores"], listed);
     }
 
     #[test]

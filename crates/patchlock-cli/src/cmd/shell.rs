@@ -1,0 +1,71 @@
+//! `patchlock completions` and `patchlock man`: what a shell and `man` need, made from the help.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use clap::{Args, Command};
+use clap_complete::Shell;
+
+use crate::failure::usage;
+use crate::output::printed::print;
+
+const COMPLETIONS: &str = "\
+EXAMPLES:
+  patchlock completions bash > ~/.local/share/bash-completion/completions/patchlock
+  patchlock completions zsh > ~/.zfunc/_patchlock
+      the folder must be in fpath, before compinit
+  patchlock completions fish > ~/.config/fish/completions/patchlock.fish";
+
+const MAN: &str = "\
+EXAMPLES:
+  patchlock man | man -l -
+      shows the manual page
+  patchlock man --out ~/.local/share/man/man1
+      writes one page for the program and one for each command: man patchlock-track";
+
+/// Prints the completions of the command line for a shell
+#[derive(Debug, Args)]
+#[command(after_help = COMPLETIONS)]
+pub struct CompletionsArgs {
+    /// The shell
+    #[arg(value_enum)]
+    shell: Shell,
+}
+
+/// Prints the manual page, or writes those of all commands
+#[derive(Debug, Args)]
+#[command(after_help = MAN)]
+pub struct ManArgs {
+    /// An existing folder for the pages of the program and of each command; files of the same names are
+    /// replaced
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Prints the completions.
+pub fn completions(args: &CompletionsArgs, mut command: Command) -> Result<()> {
+    let mut text = Vec::new();
+    clap_complete::generate(args.shell, &mut command, "patchlock", &mut text);
+    Ok(print(&String::from_utf8(text)?)?)
+}
+
+/// Prints or writes manual pages.
+pub fn man(args: &ManArgs, command: Command) -> Result<()> {
+    match &args.out {
+        Some(folder) => pages(folder, command),
+        None => {
+            let mut text = Vec::new();
+            clap_mangen::Man::new(command).render(&mut text)?;
+            Ok(print(&String::from_utf8(text)?)?)
+        }
+    }
+}
+
+fn pages(folder: &Path, command: Command) -> Result<()> {
+    if !folder.is_dir() {
+        let message = format!("--out {}: there is no such folder", folder.display());
+        return Err(usage(message).hint("mkdir -p creates it").into());
+    }
+    clap_mangen::generate_to(command.disable_help_subcommand(true), folder)
+        .with_context(|| format!("cannot write to {}", folder.display()))
+}

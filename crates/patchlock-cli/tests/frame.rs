@@ -1,0 +1,85 @@
+//! `patchlock frame` saves a frame, and the pages and completions cover every command.
+
+mod support;
+
+use std::fs;
+
+use predicates::prelude::*;
+use predicates::str::contains;
+use support::{Bench, patchlock};
+
+fn frame(bench: &Bench, args: &[&str]) -> assert_cmd::assert::Assert {
+    patchlock().current_dir(bench.folder.path()).arg("frame").args(args).assert()
+}
+
+#[test]
+fn a_frame_is_saved_as_it_is_or_with_a_grid() {
+    let bench = Bench::new();
+    bench.images("f", 4);
+    frame(&bench, &["f", "--at", "2", "--out", "plain.png"])
+        .success()
+        .stdout("")
+        .stderr(contains("plain.png: frame 2, 96 x 72 pixels"));
+    let rgb = |name: &str| image::open(bench.path(name)).unwrap().to_rgb8();
+    assert_eq!(rgb("plain.png"), rgb("f/2.png"));
+    frame(&bench, &["f", "--grid"]).success();
+    let (grid, plain) = (rgb("frame_000000.png"), rgb("f/0.png"));
+    assert_eq!(grid.dimensions(), plain.dimensions());
+    let changed =
+        |x: u32| (0..72).filter(|&y| grid.get_pixel(x, y) != plain.get_pixel(x, y)).count();
+    // A line every 10 pixels: all of column 50 is drawn on, little of column 55.
+    assert!(changed(50) > 60 && changed(55) < 40, "{} {}", changed(50), changed(55));
+}
+
+#[test]
+fn errors_say_what_to_do() {
+    let bench = Bench::new();
+    bench.images("f", 2);
+    frame(&bench, &["f", "--at", "2"]).code(2).stderr(contains("2 frames"));
+    frame(&bench, &["f", "--out", "a.jpg"]).code(2).stderr(contains("unknown extension; use .png"));
+    frame(&bench, &["f"]).success();
+    frame(&bench, &["f"]).code(2).stderr(contains("already exists").and(contains("--overwrite")));
+    frame(&bench, &["f", "--overwrite"]).success();
+    frame(&bench, &["nowhere.mp4", "--out", "b.png"]).code(1).stderr(contains("nowhere.mp4"));
+}
+
+const COMMANDS: [&str; 12] = [
+    "track",
+    "frame",
+    "export",
+    "demo",
+    "config",
+    "dataset",
+    "bench",
+    "score",
+    "report",
+    "trax",
+    "completions",
+    "man",
+];
+
+#[test]
+fn every_shell_has_completions() {
+    for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
+        let output = patchlock().args(["completions", shell]).output().unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        for word in COMMANDS.into_iter().chain(["overwrite", "box-from"]) {
+            assert!(text.contains(word), "{shell}: {word}");
+        }
+    }
+    patchlock().args(["completions", "cmd"]).assert().code(2).stderr(contains("bash"));
+}
+
+#[test]
+fn every_command_has_a_manual_page() {
+    let output = patchlock().arg("man").output().unwrap();
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains(".TH patchlock 1") && text.contains("EXIT CODES"), "{text}");
+    let folder = tempfile::tempdir().unwrap();
+    patchlock().args(["man", "--out"]).arg(folder.path()).assert().success();
+    for command in COMMANDS {
+        let page = folder.path().join(format!("patchlock-{command}.1"));
+        assert!(fs::read_to_string(page).unwrap().contains("EXAMPLES"), "{command}");
+    }
+    patchlock().args(["man", "--out", "no/folder"]).assert().code(2).stderr(contains("no/folder"));
+}
