@@ -30,12 +30,15 @@ pub struct Store {
 #[pymethods]
 impl Store {
     /// Opens the folder `name` in `out` for clips. For clips with their own settings the folder is
-    /// `name-<first digits of the settings' hash>`.
+    /// `name-<first digits of the settings' hash>`; so it is for all clips if `base` changes settings and the
+    /// user has not chosen the name.
     #[new]
-    #[pyo3(signature = (out, name, *, preset, config, base, own))]
+    #[pyo3(signature = (out, name, *, chosen, preset, config, base, own))]
+    #[expect(clippy::too_many_arguments, reason = "Python calls it with keywords")]
     fn new(
         out: PathBuf,
         name: &str,
+        chosen: bool,
         preset: &str,
         config: Option<PathBuf>,
         base: &Bound<'_, PyDict>,
@@ -44,10 +47,13 @@ impl Store {
         let common =
             patchlock_eval::settings::resolve(preset, config.as_deref(), Overrides::default())
                 .map_err(|error| errors::of_eval(error.into()))?;
-        let common = settings::changed(common, base)?;
-        let configuration = settings::changed(common.clone(), own)?;
+        let named = match chosen {
+            true => settings::changed(common.clone(), base)?,
+            false => common.clone(),
+        };
+        let configuration = settings::changed(settings::changed(common, base)?, own)?;
         let subject = Identity::patchlock(&configuration, preset);
-        let tracker = match Identity::patchlock(&common, preset) == subject {
+        let tracker = match Identity::patchlock(&named, preset) == subject {
             true => name.to_string(),
             false => format!("{name}-{}", &subject.hash()[..8]),
         };

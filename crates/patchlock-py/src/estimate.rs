@@ -17,6 +17,21 @@ type Reduced<'py> = (
 );
 
 /// Where the target is in one frame, how certain that is, and how much of it is visible.
+///
+/// Two estimates are equal if all fields except `ms` are equal. Pickling keeps every field.
+///
+/// Args:
+///     box: Left, top, width, height in pixels, counted from 0.
+///     corners: Corners of the rotated outline, shape (4, 2).
+///     score: How certain the tracker is, 0 to 1.
+///     status: `"tracked"`, `"uncertain"` or `"lost"`.
+///     occlusion: Maps of the hidden patches, large and small; `None` if the method does not know.
+///     frame: Number of the frame.
+///     ms: Milliseconds that the tracker took for the frame.
+///
+/// Raises:
+///     TypeError: An argument has the wrong type.
+///     ValueError: The status is unknown, or the number of corners is not 4.
 #[pyclass(frozen, module = "patchlock")]
 pub struct Estimate {
     frame: u64,
@@ -88,7 +103,8 @@ impl Estimate {
 
     /// How certain the tracker is, 0 to 1.
     ///
-    /// With the method `patchwise` it is the visible share of the target: the mean over both scales.
+    /// With the method `robust` it is an estimate of the probability that the box overlaps the target by at
+    /// least half, with `patchwise` the visible share of the target: the mean over both scales.
     #[getter]
     fn score(&self) -> f64 {
         self.inner.score

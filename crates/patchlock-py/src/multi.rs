@@ -1,5 +1,6 @@
 //! The Python class `MultiTracker`.
 
+use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use patchlock::{Error, Frame, MultiSnapshot, TargetId};
@@ -18,6 +19,26 @@ use crate::threads::Threads;
 type Reduced<'py> = (Bound<'py, PyAny>, (Bound<'py, PyBytes>, Option<usize>, &'static str, u64));
 
 /// Follows many targets through the frames of a video.
+///
+/// Each target gets the boxes that a `Tracker` of its own would give. Targets can be added and removed at any
+/// frame. Each frame is converted once for all targets, and all threads work on all targets. To add targets
+/// on a frame where others are already tracked, call `update` first and then `add`.
+///
+/// Frames, threads, pickling and copying work as for `Tracker`. All targets share the same settings.
+///
+/// Args:
+///     preset: The preset to start from; `PRESETS` lists the names.
+///     config: A TOML file with settings that differ from the preset, as `patchlock config` writes it.
+///     threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool that all
+///         such trackers of the process share. The number does not change the boxes.
+///     channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV. PIL images carry their
+///         own order.
+///     **overrides: Settings that differ from the preset; `parameters()` lists all of them.
+///
+/// Raises:
+///     TypeError: There is no such setting, or its value has the wrong type.
+///     ValueError: A setting is out of range, or the file is invalid.
+///     OSError: The file can't be read.
 #[pyclass(frozen, module = "patchlock")]
 pub struct MultiTracker {
     run: Mutex<Run>,
@@ -77,19 +98,30 @@ fn of_targets(error: Error) -> PyErr {
 #[pymethods]
 impl MultiTracker {
     #[new]
-    #[pyo3(signature = (preset = "robust", *, threads = None, channels = "rgb", **overrides))]
+    #[pyo3(signature = (
+        preset = "robust", *, config = None, threads = None, channels = "rgb", **overrides
+    ))]
     fn new(
         preset: &str,
+        config: Option<PathBuf>,
         threads: Option<usize>,
         channels: &str,
         overrides: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let config = settings::resolve(preset, overrides)?;
+        let config = settings::resolve(preset, config.as_deref(), overrides)?;
         let tracker = patchlock::MultiTracker::new(config).map_err(of_targets)?;
         Ok(Self::with(tracker, 0, Threads::new(threads)?, Channels::parse(channels)?))
     }
 
     /// Adds the target in this box of this frame; returns its id and first estimate.
+    ///
+    /// Ids count from 1 and are never reused.
+    ///
+    /// Raises:
+    ///     TypeError: The frame is neither an array of a supported type nor an image, or the box does not
+    ///         hold numbers.
+    ///     ValueError: The box is invalid, or the frame's size differs from earlier frames'. The tracker is
+    ///         unchanged.
     #[pyo3(signature = (frame, r#box))]
     fn add(
         &self,
@@ -104,6 +136,13 @@ impl MultiTracker {
     }
 
     /// Restarts an existing target on a box of this frame.
+    ///
+    /// Use it to correct a track by hand, or after the target was lost.
+    ///
+    /// Raises:
+    ///     KeyError: There is no target with this id.
+    ///     TypeError: As for `add`.
+    ///     ValueError: As for `add`.
     #[pyo3(signature = (id, frame, r#box))]
     fn reinit(
         &self,
@@ -119,11 +158,21 @@ impl MultiTracker {
     }
 
     /// Removes a target.
+    ///
+    /// Raises:
+    ///     KeyError: There is no target with this id.
     fn remove(&self, py: Python<'_>, id: u64) -> PyResult<()> {
         py.detach(|| self.run().tracker.remove(TargetId::from(id))).map_err(of_targets)
     }
 
     /// Finds all targets in the next frame and learns from it; returns an estimate for each id.
+    ///
+    /// `Estimate.ms` is the time for all targets together.
+    ///
+    /// Raises:
+    ///     TypeError: The frame is neither an array of a supported type nor an image.
+    ///     ValueError: The frame has an invalid shape, or its size differs from earlier frames'. All targets
+    ///         are unchanged.
     fn update<'py>(
         &self,
         py: Python<'py>,
@@ -178,6 +227,15 @@ impl MultiTracker {
     }
 
     /// Restores a tracker from a snapshot.
+    ///
+    /// Args:
+    ///     snapshot: What `snapshot` returned.
+    ///     threads: As for the constructor.
+    ///     channels: As for the constructor.
+    ///     frame: Number of calls of `update` before the snapshot was taken.
+    ///
+    /// Raises:
+    ///     ValueError: This is not a snapshot, or its parts are inconsistent.
     #[classmethod]
     #[pyo3(signature = (snapshot, *, threads = None, channels = "rgb", frame = 0))]
     fn restore(

@@ -7,6 +7,15 @@ use pyo3::prelude::*;
 use crate::estimate;
 
 /// A short rendered video whose true boxes are known.
+///
+/// It needs no file: `scene[k]` is frame k as an RGB array, and `track` accepts the scene as a source.
+///
+/// Args:
+///     name: `"demo"` (210 frames with rotation, a tree that hides all of the target, and changes of light),
+///         `"simple"` (40 frames of slow motion) or `"occluded"` (60 frames with occlusion by a tree).
+///
+/// Raises:
+///     ValueError: There is no scene with this name.
 #[pyclass(frozen, module = "patchlock")]
 pub struct Scene {
     name: &'static str,

@@ -1,7 +1,10 @@
 //! Builds a validated configuration from a preset and keyword arguments.
 
+use std::path::Path;
+
 use patchlock::{Error, Method, PARAMETERS, Parameter, Range, TrackerConfig};
 use patchlock_eval::names::near_matches;
+use patchlock_eval::settings::Overrides;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
@@ -9,9 +12,17 @@ use serde_json::{Map, Value};
 
 use crate::errors;
 
-/// A preset with some settings changed.
-pub fn resolve(preset: &str, overrides: Option<&Bound<'_, PyDict>>) -> PyResult<TrackerConfig> {
-    let config = TrackerConfig::preset(preset).map_err(errors::of_tracker)?;
+/// A preset with the settings of a TOML file and then some others changed.
+pub fn resolve(
+    preset: &str,
+    file: Option<&Path>,
+    overrides: Option<&Bound<'_, PyDict>>,
+) -> PyResult<TrackerConfig> {
+    let config = match file {
+        None => TrackerConfig::preset(preset).map_err(errors::of_tracker)?,
+        Some(_) => patchlock_eval::settings::resolve(preset, file, Overrides::default())
+            .map_err(|error| errors::of_eval(error.into()))?,
+    };
     match overrides {
         Some(overrides) => changed(config, overrides),
         None => Ok(config),

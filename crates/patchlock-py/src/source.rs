@@ -13,6 +13,22 @@ use pyo3::prelude::*;
 use crate::errors;
 
 /// Iterates over the frames of a source with their numbers, decoding ahead on a thread.
+///
+/// It yields pairs of a frame number and an array of shape (height, width) or (height, width, 3) in RGB
+/// order, uint8 or uint16 as in the source.
+///
+/// Args:
+///     source: Any source that the command accepts: a folder of images, a pattern such as
+///         `"img/%04d.jpg"`, a glob, an MP4 (H.264) or Y4M file, any other video if `ffmpeg` is installed, or
+///         `"-"` for Y4M on standard input.
+///     start: Number of the first frame of the range.
+///     end: Number of the first frame after the range; `None` for the end of the source.
+///     stride: Take every `stride`-th frame.
+///     reverse: Go from the last frame of the range to the first.
+///
+/// Raises:
+///     ValueError: The range contains no frame.
+///     OSError: The source can't be read; `FileNotFoundError` if it does not exist.
 #[pyclass(frozen, module = "patchlock")]
 pub struct Frames {
     ahead: Mutex<Ahead>,

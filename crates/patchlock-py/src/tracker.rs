@@ -1,5 +1,6 @@
 //! The Python class `Tracker`.
 
+use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use patchlock::{Error, Frame, Snapshot};
@@ -19,6 +20,30 @@ use crate::threads::Threads;
 type Reduced<'py> = (Bound<'py, PyAny>, (Bound<'py, PyBytes>, Option<usize>, &'static str, u64));
 
 /// Follows one target through the frames of a video.
+///
+/// Frames are grey or colour arrays of uint8, uint16 or float32 with the shape (height, width) or
+/// (height, width, 3), or PIL images. Crops, frames with padding between rows and frames with reversed
+/// channels are read in place; arrays with other strides are copied. An array must not be modified while a
+/// call is using it.
+///
+/// Each call releases the GIL, so trackers can run in parallel on several Python threads. One tracker
+/// processes one call at a time; a second thread waits. A tracker can be pickled or copied between two
+/// frames; the copy gives the same boxes.
+///
+/// Args:
+///     preset: The preset to start from; `PRESETS` lists the names.
+///     config: A TOML file with settings that differ from the preset, as `patchlock config` writes it.
+///     threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool that all
+///         such trackers of the process share. The number does not change the boxes.
+///     channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV. PIL images carry their
+///         own order.
+///     **overrides: Settings that differ from the preset and the file, such as `seed=3`. `parameters()` lists
+///         all settings; `lambda` is written `lambda_`.
+///
+/// Raises:
+///     TypeError: There is no such setting, or its value has the wrong type.
+///     ValueError: A setting is out of range, or the file is invalid.
+///     OSError: The file can't be read.
 #[pyclass(frozen, module = "patchlock")]
 pub struct Tracker {
     run: Mutex<Run>,
@@ -70,14 +95,17 @@ impl Tracker {
 #[pymethods]
 impl Tracker {
     #[new]
-    #[pyo3(signature = (preset = "robust", *, threads = None, channels = "rgb", **overrides))]
+    #[pyo3(signature = (
+        preset = "robust", *, config = None, threads = None, channels = "rgb", **overrides
+    ))]
     fn new(
         preset: &str,
+        config: Option<PathBuf>,
         threads: Option<usize>,
         channels: &str,
         overrides: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let config = settings::resolve(preset, overrides)?;
+        let config = settings::resolve(preset, config.as_deref(), overrides)?;
         let tracker = patchlock::Tracker::new(config).map_err(errors::of_tracker)?;
         Ok(Self::with(tracker, 0, Threads::new(threads)?, Channels::parse(channels)?))
     }
@@ -85,6 +113,16 @@ impl Tracker {
     /// Starts tracking the target in this box of this frame.
     ///
     /// If the tracker already has a target, it is forgotten.
+    ///
+    /// Args:
+    ///     frame: The first frame.
+    ///     box: Left, top, width, height in pixels, counted from 0; may be fractional and partly outside the
+    ///         frame. Width and height must be at least 1.
+    ///
+    /// Raises:
+    ///     TypeError: The frame is neither an array of a supported type nor an image, or the box does not
+    ///         hold numbers.
+    ///     ValueError: The shape of the frame or the box is invalid. The tracker is unchanged.
     #[pyo3(signature = (frame, r#box))]
     fn init(
         &self,
@@ -101,6 +139,12 @@ impl Tracker {
     }
 
     /// Finds the target in the next frame and learns from it.
+    ///
+    /// Raises:
+    ///     RuntimeError: `init` has not been called.
+    ///     TypeError: The frame is neither an array of a supported type nor an image.
+    ///     ValueError: The frame has an invalid shape, or its size differs from the first frame's. The
+    ///         tracker is unchanged.
     fn update(&self, py: Python<'_>, frame: &Bound<'_, PyAny>) -> PyResult<Estimate> {
         self.step(py, frame, |run, frame| {
             let estimate = run.tracker.update(frame)?;
@@ -113,6 +157,15 @@ impl Tracker {
     ///
     /// The estimate is the same, but it takes longer: the method `patchwise` evaluates every particle
     /// completely, and the method `robust` computes its responses to the estimate again.
+    ///
+    /// Returns:
+    ///     The estimate and an `Observation`, or with the method `robust` a `RobustObservation`.
+    ///
+    /// Raises:
+    ///     RuntimeError: `init` has not been called.
+    ///     TypeError: The frame is neither an array of a supported type nor an image.
+    ///     ValueError: The frame has an invalid shape, or its size differs from the first frame's. The
+    ///         tracker is unchanged.
     fn update_observed(
         &self,
         py: Python<'_>,
@@ -154,6 +207,15 @@ impl Tracker {
     }
 
     /// Restores a tracker from a snapshot.
+    ///
+    /// Args:
+    ///     snapshot: What `snapshot` returned.
+    ///     threads: As for the constructor.
+    ///     channels: As for the constructor.
+    ///     frame: Number of frames since `init` when the snapshot was taken.
+    ///
+    /// Raises:
+    ///     ValueError: This is not a snapshot, or its parts are inconsistent.
     #[classmethod]
     #[pyo3(signature = (snapshot, *, threads = None, channels = "rgb", frame = 0))]
     fn restore(

@@ -30,7 +30,7 @@ def test_stubs_and_module_have_the_same_documentation():
         there = _patchlock
         for part in name.split("."):
             there = getattr(there, part)
-        assert text.splitlines()[0] == (there.__doc__ or "").splitlines()[0], name
+        assert text == inspect.cleandoc(there.__doc__ or ""), name
 
 
 def test_everything_public_is_documented():

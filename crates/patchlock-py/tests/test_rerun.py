@@ -149,5 +149,5 @@ def test_inconsistent_arguments_are_refused(scene, film, monkeypatch):
         patchlock.rerun.log({1: first, 2: second})
     # None in sys.modules makes the import fail, as if the package were not installed.
     monkeypatch.setitem(sys.modules, "rerun", None)
-    with pytest.raises(ImportError, match=r'pip install "patchlock\[rerun\]"'):
+    with pytest.raises(ImportError, match=r'pip install rerun-sdk'):
         patchlock.rerun.log(first)

@@ -57,8 +57,13 @@ def command(source, box, *options) -> pd.DataFrame:
     return pd.DataFrame([json.loads(line) for line in saved.read_text().splitlines()]).set_index("frame")
 
 
+SIZE = ["frame_w", "frame_h"]
+"""The columns of the command's table that an estimate does not know."""
+
+
 def same(table: pd.DataFrame, expected: pd.DataFrame) -> None:
     """The tables are equal to the six decimal places that the command writes."""
+    expected = expected.drop(columns=SIZE)
     assert list(table.columns) == list(expected.columns)
     both = (table.drop(columns="ms"), expected.drop(columns="ms"))
     pd.testing.assert_frame_equal(both[0].round(6), both[1], check_exact=True, check_index_type=False)
@@ -125,9 +130,29 @@ def test_the_table_has_the_columns_of_the_command(film, scene):
     assert to_dataframe([]).empty
 
 
-def test_the_progress_bar_is_shown_on_request(film, scene, capfd):
+def test_a_settings_file_gives_the_boxes_of_the_command(folder, scene, tmp_path):
+    box = scene.truth(0)
+    config = tmp_path / "my.toml"
+    config.write_text(TOML)
+    table = to_dataframe(track(folder, box, config=config))
+    same(table, command(folder, box))
+    # Keywords take precedence over the file.
+    other = to_dataframe(track(folder, box, config=str(config), sigma_x=12))
+    assert not other["x"].equals(table["x"])
+    assert patchlock.Tracker(config=config, seed=7).config["seed"] == 7
+    assert patchlock.MultiTracker(config=config).config["particles"] == QUICK["particles"]
+    config.write_text("particels = 9\n")
+    with pytest.raises(ValueError, match="my.toml: there is no setting particels"):
+        patchlock.Tracker(config=config)
+    with pytest.raises(OSError, match="cannot read the configuration"):
+        patchlock.Tracker(config=tmp_path / "none.toml")
+
+
+def test_the_progress_bar_is_shown_on_request(film, scene, capfd, monkeypatch):
+    # Also on a terminal there is none unless it is asked for: it would mix with what the loop prints.
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
     list(track(film, scene.truth(0), **QUICK))
-    assert capfd.readouterr().err == "", "no terminal, no bar"
+    assert capfd.readouterr().err == ""
     list(track(film, scene.truth(0), progress=True, **QUICK))
     assert "12/12" in capfd.readouterr().err
     list(track((f for f in film), scene.truth(0), progress=False, **QUICK))

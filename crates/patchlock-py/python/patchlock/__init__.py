@@ -5,7 +5,17 @@ is and which parts of the target are hidden.
 
 `track` tracks through a video, a folder of images or any sequence of frames. `Tracker` takes frames one by
 one. `MultiTracker` follows many targets. `export` writes tracks in the formats of other tools.
-"""
+
+A frame (`FrameLike`) is a numpy array of shape (height, width), grey, or (height, width, 3), colour, of
+uint8, uint16 or float32; or a PIL image. float32 samples are usually from 0 to 1, but other ranges work too.
+Colour is red, green, blue unless `channels="bgr"` says otherwise.
+
+A box (`BoxLike`) is four numbers: left, top, width and height in pixels, counted from 0; fractions are
+allowed.
+
+A value that is not allowed raises `ValueError`, a value of the wrong type or an unknown setting `TypeError`,
+a file that can't be read `OSError`, and `update` before `init` `RuntimeError`. The message says what is
+allowed. A tracker is unchanged by a call that fails. """
 
 from patchlock import rerun
 from patchlock._export import export

@@ -51,22 +51,25 @@ class Tracker:
 
     Args:
         preset: The preset to start from; `PRESETS` lists the names.
+        config: A TOML file with settings that differ from the preset, as `patchlock config` writes it.
         threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool that all
             such trackers of the process share. The number does not change the boxes.
         channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV. PIL images carry their
             own order.
-        **overrides: Settings that differ from the preset, such as `seed=3`. `parameters()` lists all
-            settings; `lambda` is written `lambda_`.
+        **overrides: Settings that differ from the preset and the file, such as `seed=3`. `parameters()` lists
+            all settings; `lambda` is written `lambda_`.
 
     Raises:
         TypeError: There is no such setting, or its value has the wrong type.
-        ValueError: A setting is out of range.
+        ValueError: A setting is out of range, or the file is invalid.
+        OSError: The file can't be read.
     """
 
     def __new__(
         cls,
         preset: str = "robust",
         *,
+        config: str | os.PathLike[str] | None = None,
         threads: int | None = None,
         channels: Literal["rgb", "bgr"] = "rgb",
         **overrides: Unpack[Settings],
@@ -166,6 +169,7 @@ class MultiTracker:
 
     Args:
         preset: The preset to start from; `PRESETS` lists the names.
+        config: A TOML file with settings that differ from the preset, as `patchlock config` writes it.
         threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool that all
             such trackers of the process share. The number does not change the boxes.
         channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV. PIL images carry their
@@ -174,13 +178,15 @@ class MultiTracker:
 
     Raises:
         TypeError: There is no such setting, or its value has the wrong type.
-        ValueError: A setting is out of range.
+        ValueError: A setting is out of range, or the file is invalid.
+        OSError: The file can't be read.
     """
 
     def __new__(
         cls,
         preset: str = "robust",
         *,
+        config: str | os.PathLike[str] | None = None,
         threads: int | None = None,
         channels: Literal["rgb", "bgr"] = "rgb",
         **overrides: Unpack[Settings],
@@ -482,8 +488,8 @@ class Scene:
     It needs no file: `scene[k]` is frame k as an RGB array, and `track` accepts the scene as a source.
 
     Args:
-        name: `"demo"` (210 frames with rotation, a tree that hides all of the target, and changes of light), `"simple"`
-            (40 frames of slow motion) or `"occluded"` (60 frames with occlusion by a tree).
+        name: `"demo"` (210 frames with rotation, a tree that hides all of the target, and changes of light),
+            `"simple"` (40 frames of slow motion) or `"occluded"` (60 frames with occlusion by a tree).
 
     Raises:
         ValueError: There is no scene with this name.
@@ -507,6 +513,7 @@ class Store:
         out: str | os.PathLike[str],
         name: str,
         *,
+        chosen: bool,
         preset: str,
         config: str | os.PathLike[str] | None,
         base: dict[str, Any],
@@ -592,6 +599,7 @@ def _export(
     images: str | os.PathLike[str] | None,
     label: str,
     name: str,
+    key_frames: int,
     overwrite: bool,
 ) -> int:
     """Writes a track in another format; returns the number of files written."""

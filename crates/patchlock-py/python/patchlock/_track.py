@@ -24,13 +24,14 @@ def track(
     box: BoxLike,
     *,
     preset: str = "robust",
+    config: str | os.PathLike[str] | None = None,
     start: int = 0,
     end: int | None = None,
     stride: int = 1,
     reverse: bool = False,
     threads: int | None = None,
     channels: Literal["rgb", "bgr"] = "rgb",
-    progress: bool | None = None,
+    progress: bool | None = False,
     **overrides: Unpack[Settings],
 ) -> Iterator[Estimate]:
     """Tracks a target through a video and yields one estimate per frame.
@@ -43,6 +44,7 @@ def track(
             generator, an array whose first axis is time.
         box: The target in the first tracked frame: x, y, w, h in pixels, counted from 0.
         preset: The preset to start from.
+        config: A TOML file with settings that differ from the preset, as `patchlock config` writes it.
         start: Number of the first frame of the range.
         end: Number of the first frame after the range; `None` for the end of the source.
         stride: Take every `stride`-th frame.
@@ -50,8 +52,10 @@ def track(
             the name of a source, or a sequence.
         threads: Number of threads; `None` means one per core. The number does not change the boxes.
         channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV.
-        progress: Whether to show a `tqdm` progress bar; `None` shows it only on a terminal.
-        **overrides: Settings that differ from the preset, such as `seed=3`; `parameters()` lists all of them.
+        progress: Whether to show a `tqdm` progress bar; `None` shows it where standard error is a
+            terminal.
+        **overrides: Settings that differ from the preset and the file, such as `seed=3`; `parameters()` lists
+            all of them.
 
     Yields:
         The estimates, starting with the frame of the box. `Estimate.frame` is the frame's number in the
@@ -64,10 +68,10 @@ def track(
     """
     if isinstance(source, (str, os.PathLike)):
         # Frames are decoded to RGB.
-        tracker = Tracker(preset, threads=threads, **overrides)
+        tracker = Tracker(preset, config=config, threads=threads, **overrides)
         files = Frames(source, start=start, end=end, stride=stride, reverse=reverse)
         return _follow(tracker, files, files.count, box, progress)
-    tracker = Tracker(preset, threads=threads, channels=channels, **overrides)
+    tracker = Tracker(preset, config=config, threads=threads, channels=channels, **overrides)
     numbered, count = _numbered(source, _range(start, end, stride), reverse)
     return _follow(tracker, numbered, count, box, progress)
 
@@ -127,7 +131,7 @@ def _follow(
 def to_dataframe(estimates: Iterable[Estimate]) -> pd.DataFrame:
     """Converts estimates to a pandas table, indexed by frame.
 
-    The columns are those of `patchlock track --save`. Needs pandas: `pip install "patchlock[pandas]"`.
+    The columns are those of `patchlock track --save`. Needs pandas: `pip install pandas`.
 
     Raises:
         ImportError: pandas is not installed.
@@ -135,6 +139,6 @@ def to_dataframe(estimates: Iterable[Estimate]) -> pd.DataFrame:
     try:
         import pandas as pd
     except ImportError as error:
-        raise ImportError('to_dataframe needs pandas: pip install "patchlock[pandas]"') from error
+        raise ImportError('to_dataframe needs pandas: pip install pandas') from error
     rows: list[dict[str, Any]] = [estimate.to_dict() for estimate in estimates]
     return pd.DataFrame(rows).set_index("frame") if rows else pd.DataFrame()

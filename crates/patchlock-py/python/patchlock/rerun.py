@@ -1,4 +1,4 @@
-"""Shows the inside of the tracker in the rerun viewer: `pip install "patchlock[rerun]"`.
+"""Shows the inside of the tracker in the rerun viewer: `pip install rerun-sdk`.
 
 ```python
 import patchlock
@@ -98,7 +98,7 @@ def log(
     try:
         import rerun as rr
     except ImportError as error:
-        raise ImportError('patchlock.rerun needs the rerun SDK: pip install "patchlock[rerun]"') from error
+        raise ImportError('patchlock.rerun needs the rerun SDK: pip install rerun-sdk') from error
     for number in numbers:
         rr.set_time(timeline, sequence=number, recording=recording)
         if frame is not None:

@@ -57,8 +57,11 @@ def test_invalid_manifests_are_refused(tmp_path: Path, text: str, said: str) -> 
 
 
 def test_other_files_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(ManifestError, match=r"end in \.csv, \.jsonl"):
+    with pytest.raises(ManifestError, match=r"unknown extension; use \.csv, \.jsonl"):
         read(tmp_path / "clips.txt")
+    (tmp_path / "zero.csv").symlink_to("/dev/zero")
+    with pytest.raises(ManifestError, match="is a folder, a pipe or a device"):
+        read(tmp_path / "zero.csv")
     (tmp_path / "a.jsonl").write_text('{"source": "a"}\nno json\n')
     with pytest.raises(ManifestError, match="line 2, is not JSON"):
         read(tmp_path / "a.jsonl")

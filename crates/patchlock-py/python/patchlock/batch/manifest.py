@@ -128,7 +128,9 @@ def read(manifest: str | os.PathLike[str] | Iterable[Clip]) -> list[Row]:
         readers = {".csv": _lines_of_csv, ".jsonl": _lines_of_json, ".ndjson": _lines_of_json}
         reader = readers.get(path.suffix.lower())
         if reader is None:
-            raise ManifestError(f"{path}: the name of a manifest must end in {', '.join(readers)}")
+            raise ManifestError(f"{path}: unknown extension; use {', '.join(readers)}")
+        if path.exists() and not path.is_file():
+            raise ManifestError(f"{path} is a folder, a pipe or a device; a manifest is a file")
         rows = [_row(number, fields, path) for number, fields in reader(path)]
     else:
         rows = list(manifest)

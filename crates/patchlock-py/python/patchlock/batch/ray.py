@@ -1,4 +1,4 @@
-"""The engine for many machines: an existing Ray cluster. Ray is an extra, `pip install "patchlock[ray]"`."""
+"""The engine for many machines: an existing Ray cluster. Ray is an extra: `pip install ray`."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Ray:
         try:
             import ray
         except ImportError as error:
-            raise ImportError('the engine "ray" needs Ray: pip install "patchlock[ray]"') from error
+            raise ImportError('the engine "ray" needs Ray: pip install ray') from error
         self._ray = ray
         self._address = address or "auto"
         self._threads = threads

@@ -59,8 +59,9 @@ def run(
         threads: Threads of each run. 1 gives the most frames per second over all clips.
         preset: The preset to start from.
         config: A TOML file with settings that differ from the preset.
-        name: Name of the results; by default that of the settings file, or of the preset. The results of
-            clips with their own settings go to separate folders, named after the hash of the settings.
+        name: Name of the results; by default that of the settings file, or of the preset, followed by a hash
+            of the settings if `overrides` change any. The results of clips with their own settings go to
+            separate folders, whose names end in such a hash too.
         retries: How often a clip is retried if its process or machine died.
         progress: Whether to show a `tqdm` progress bar; `None` shows it only on a terminal.
         **overrides: Settings that differ, such as `particles=200`.
@@ -187,6 +188,7 @@ class _Stores:
         self._name = name or (Path(config).stem if config is not None else preset)
         if not self._name or self._name.startswith(".") or "/" in self._name or "\\" in self._name:
             raise ManifestError(f"name is {self._name!r}, which is not a valid name of a folder")
+        self._chosen = bool(name)
         self._base = dict(overrides)
         self._open: dict[str, Store] = {}
         self.of({})  # reports invalid common settings here rather than once per clip
@@ -198,6 +200,7 @@ class _Stores:
             self._open[key] = _patchlock.Store(
                 self._out,
                 self._name,
+                chosen=self._chosen,
                 preset=self._preset,
                 config=self._config,
                 base=self._base,

@@ -1,4 +1,4 @@
-"""A tracker for the experiments of the got10k toolkit: `pip install patchlock[got10k]`.
+"""A tracker for the experiments of the got10k toolkit: `pip install got10k`.
 
 ```python
 from got10k.experiments import ExperimentOTB
@@ -29,7 +29,7 @@ try:
     from got10k.trackers import Tracker as _Got10kTracker
 except ImportError as _error:
     raise ImportError(
-        f"patchlock.toolkits.got10k needs the got10k toolkit ({_error}): pip install 'patchlock[got10k]'"
+        f"patchlock.toolkits.got10k needs the got10k toolkit ({_error}): pip install got10k"
     ) from _error
 
 __all__ = ["PatchlockTracker"]

@@ -1,4 +1,4 @@
-"""Registers Patchlock with the VOT toolkit: `pip install patchlock[vot]`.
+"""Registers Patchlock with the VOT toolkit: `pip install vot-toolkit`.
 
 ```sh
 python -m patchlock.toolkits.vot > trackers.ini    # in the workspace
