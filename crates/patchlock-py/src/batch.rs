@@ -34,7 +34,6 @@ impl Store {
     /// user has not chosen the name.
     #[new]
     #[pyo3(signature = (out, name, *, chosen, preset, config, base, own))]
-    #[expect(clippy::too_many_arguments, reason = "Python calls it with keywords")]
     fn new(
         out: PathBuf,
         name: &str,
