@@ -200,7 +200,9 @@ fn invalid_options_are_refused() {
     usage(&["--sequences", "A", "--attributes", "OCC"], "no target is selected");
     usage(&["--shard", "3/2"], "I from 1 to N");
     usage(&["--protocol", "abc"], "ope, tre and sre");
-    usage(&["--name", "a/b"], "folder name");
+    for name in ["a/b", "a\u{1b}[31m", &"n".repeat(300)] {
+        usage(&["--name", name], "folder name");
+    }
     usage(&["--seeds", "0"], "0");
     benchmark.bench("out", &["--attributes", "occ"]).assert().success();
     assert_eq!(

@@ -35,7 +35,13 @@ fn a_frame_is_saved_as_it_is_or_with_a_grid() {
 fn errors_say_what_to_do() {
     let bench = Bench::new();
     bench.images("f", 2);
-    frame(&bench, &["f", "--at", "2"]).code(2).stderr(contains("2 frames"));
+    frame(&bench, &["f", "--at", "2"])
+        .code(2)
+        .stderr(contains("--at 2 is beyond the end: the source has 2 frames"));
+    let y4m = support::y4m(3);
+    let mut stream = patchlock();
+    stream.current_dir(bench.folder.path()).args(["frame", "-", "--at", "3", "--out", "s.png"]);
+    stream.write_stdin(y4m).assert().code(2).stderr(contains("--at 3 is beyond the end"));
     frame(&bench, &["f", "--out", "a.jpg"]).code(2).stderr(contains("unknown extension; use .png"));
     frame(&bench, &["f"]).success();
     frame(&bench, &["f"]).code(2).stderr(contains("already exists").and(contains("--overwrite")));

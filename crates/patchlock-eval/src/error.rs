@@ -153,7 +153,7 @@ pub enum Error {
     #[error("--cmd {0}: not a valid command line")]
     CommandLine(String),
     /// The name of a folder of results is invalid.
-    #[error("--name {0}: not a valid folder name")]
+    #[error("--name {0:?}: not a valid folder name")]
     FolderName(String),
     /// A selection of targets is invalid.
     #[error(transparent)]
@@ -243,7 +243,7 @@ impl Error {
                 "name the folder of the sequences; patchlock dataset DIR shows what was detected"
             }
             Self::CommandLine(_) => "quote it as in a shell: --cmd \"python3 'my tracker.py'\"",
-            Self::FolderName(_) => "use letters, digits, - and _",
+            Self::FolderName(_) => "use letters, digits, - and _, at most 200 of them",
             Self::Selection(_)
             | Self::Settings(_)
             | Self::Media(_)

@@ -13,6 +13,14 @@ pub fn same(a: &str, b: &str) -> bool {
     key(a) == key(b)
 }
 
+/// Whether a name can be that of a folder of results everywhere: not empty, at most 200 bytes, no slashes or
+/// control characters, no dot at the start.
+pub fn is_folder_name(name: &str) -> bool {
+    const LONGEST: usize = 200;
+    let forbidden = |c: char| c.is_control() || matches!(c, '/' | '\\');
+    (1..=LONGEST).contains(&name.len()) && !name.starts_with('.') && !name.contains(forbidden)
+}
+
 /// The first five of a list of names, for a message: `a, b, c, d, e and 4 more`.
 pub fn some_of<S: AsRef<str>>(names: &[S]) -> String {
     const SHOWN: usize = 5;
@@ -47,6 +55,13 @@ mod tests {
     fn case_and_separators_are_ignored() {
         assert!(same("Jogging.2", "jogging-2") && same("FaceOcc1", "faceocc1"));
         assert!(!same("Jogging.2", "Jogging.1") && !same("Walking2", "Walking.2"));
+    }
+
+    #[test]
+    fn names_of_folders_hold_nothing_odd() {
+        assert!(["robust", "a b", "=1+1", "<b>", &"n".repeat(200)].into_iter().all(is_folder_name));
+        let odd = ["", ".", "..", ".a", "a/b", "a\\b", "a\n", "a\u{1b}[31m", &"n".repeat(201)];
+        assert!(!odd.into_iter().any(is_folder_name));
     }
 
     #[test]

@@ -40,6 +40,22 @@ def video(tmp_path_factory) -> Path:
 def test_the_code_of_a_page_runs(page, video, tmp_path, monkeypatch):
     (tmp_path / "video.mp4").write_bytes(video.read_bytes())
     monkeypatch.chdir(tmp_path)
+    run(page)
+
+
+def test_pages_can_be_followed_one_after_the_other_in_one_folder(video, tmp_path, monkeypatch):
+    """The pages that store results do so beside each other."""
+    (tmp_path / "video.mp4").write_bytes(video.read_bytes())
+    monkeypatch.chdir(tmp_path)
+    for page in ("many-clips", "benchmark"):
+        run(ROOT / "docs" / f"{page}.md")
+    # Also where the folder is that of the command at the top of the page.
+    command = [sys.executable, "-m", "patchlock", "bench", "mine", "--out", "out", "--quiet"]
+    subprocess.run(command, check=True)
+
+
+def run(page: Path) -> None:
+    """Runs the code of a page in the working directory."""
     text = page.read_text()
     names = {"__name__": "page"}
     for match in CODE.finditer(text):

@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 use patchlock_media::{Ahead, Order, Picture};
 
-use crate::failure::{Failure, failed, usage};
+use crate::failure::{Failure, usage};
 use crate::output::canvas::{Area, Canvas};
 use crate::output::pending::{self, PendingFile};
 use crate::output::text;
@@ -70,12 +70,18 @@ pub fn run(args: &FrameArgs) -> Result<()> {
 
 fn read(source: &str, at: usize) -> Result<Picture, Failure> {
     let source = patchlock_media::open(source, false)?;
+    if let Some(length) = source.length().filter(|length| at >= *length) {
+        return Err(usage(format!("--at {at} is beyond the end: the source has {length} frames"))
+            .hint("frames count from 0"));
+    }
     let order = Order { start: at, end: at.checked_add(1), stride: 1, reverse: false };
     let indices = order.indices(source.length())?;
     match Ahead::start(source, indices).next() {
         Some(frame) => Ok(frame?.1),
-        None => Err(failed(format!("--at {at} is beyond the end of the source"))
-            .hint("frames count from 0")),
+        None => {
+            Err(usage(format!("--at {at} is beyond the end of the source"))
+                .hint("frames count from 0"))
+        }
     }
 }
 

@@ -6,9 +6,9 @@ use std::time::Duration;
 use super::runner::{self, Failure};
 use super::schemes::Scheme;
 use super::store::{Identity, Series, Store, Task};
-use crate::Error;
 use crate::dataset::{Dataset, Layout, Remark, selection};
 use crate::settings::{self, Overrides};
+use crate::{Error, names};
 
 /// Upper limit for the number of seeds.
 pub const MOST_SEEDS: u64 = 10_000;
@@ -92,8 +92,7 @@ impl Entrant {
                 stem.map_or_else(|| preset.clone(), |stem| stem.to_string_lossy().into_owned())
             }
         };
-        let is_plain = !name.is_empty() && !name.starts_with('.') && !name.contains(['/', '\\']);
-        if is_plain { Ok(name) } else { Err(Error::FolderName(name)) }
+        if names::is_folder_name(&name) { Ok(name) } else { Err(Error::FolderName(name)) }
     }
 }
 

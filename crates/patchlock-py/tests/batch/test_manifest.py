@@ -94,6 +94,8 @@ def test_invalid_lines_are_reported_with_their_name(tmp_path: Path, line: str, s
         ({"box": (1, 2, float("nan"), 4)}, "four finite numbers"),
         ({"box": (1, 2, 3, 4), "name": "a/b"}, "folder of results"),
         ({"box": (1, 2, 3, 4), "name": ".a"}, "folder of results"),
+        ({"box": (1, 2, 3, 4), "name": "a\x1b[31m"}, "folder of results"),
+        ({"box": (1, 2, 3, 4), "name": "n" * 300}, "longer than 200 bytes"),
         ({"box": (1, 2, 3, 4), "source": "-"}, "standard input"),
         ({"box": (1, 2, 3, 4), "start": 5, "end": 5}, "no frame"),
         ({"box": (1, 2, 3, 4), "stride": 0}, "no frame"),

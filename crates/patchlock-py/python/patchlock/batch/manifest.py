@@ -94,15 +94,21 @@ class Clip:
         """
         if str(self.source) == "-":
             raise ClipError("the source is standard input, which worker processes can't read")
-        if re.search(r"[/\\]", self.name) or self.name.startswith("."):
+        if not is_folder_name(self.name):
             raise ClipError(
-                f"name is {self.name!r}, which is not a valid name of a folder of results: "
-                "it must not contain / or \\ or start with a dot"
+                f"name is {self.name!r}, which is not a valid name of a folder of results: it must not "
+                "contain /, \\ or control characters, start with a dot, or be longer than 200 bytes"
             )
         if self.start < 0 or self.stride < 1 or (self.end is not None and self.end <= self.start):
             raise ClipError(f"start={self.start}, end={self.end} and stride={self.stride} select no frame")
         if self.seed is not None and self.seed < 0:
             raise ClipError(f"seed is {self.seed}; it must be 0 or more")
+
+
+def is_folder_name(name: str) -> bool:
+    """Whether a name can be that of a folder of results everywhere."""
+    odd = re.search(r"[/\\\x00-\x1f\x7f-\x9f]", name) is not None
+    return 0 < len(name.encode(errors="replace")) <= 200 and not odd and not name.startswith(".")
 
 
 @dataclass(frozen=True)

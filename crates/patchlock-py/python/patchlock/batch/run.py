@@ -14,7 +14,7 @@ from tqdm import tqdm
 from patchlock import _patchlock
 from patchlock.batch.engine import Engine, drive
 from patchlock.batch.local import Local
-from patchlock.batch.manifest import Clip, ManifestError, Row, Unreadable, read
+from patchlock.batch.manifest import Clip, ManifestError, Row, Unreadable, is_folder_name, read
 from patchlock.batch.summary import Failure, Summary
 from patchlock.batch.task import Failed, Task
 
@@ -186,7 +186,7 @@ class _Stores:
     ) -> None:
         self._out, self._preset, self._config = out, preset, config
         self._name = name or (Path(config).stem if config is not None else preset)
-        if not self._name or self._name.startswith(".") or "/" in self._name or "\\" in self._name:
+        if not is_folder_name(self._name):
             raise ManifestError(f"name is {self._name!r}, which is not a valid name of a folder")
         self._chosen = bool(name)
         self._base = dict(overrides)
