@@ -13,4 +13,9 @@ if ! "$venv/bin/pip" install --quiet --disable-pip-version-check "patchlock[docs
 fi
 # The notebooks use the first python in the PATH.
 PATH=$venv/bin:$PATH NO_MKDOCS_2_WARNING=1 mkdocs build --quiet --strict
+# Opened as files, pages that link to a folder would show its listing.
+if grep -rnoE 'href="([^":#]*/|\.|\.\.)"' target/site --include='*.html'; then
+    echo "these links lead to folders"
+    exit 1
+fi
 echo "built the documentation in target/site"

@@ -36,8 +36,8 @@ one with fewer candidates and patches, for the same purposes in less time";
 
 /// The help of `--rotate`.
 const ROTATE_SHOWN: &str = "\
-Follow rotation in the frame [default: as in the settings, on]. Turn it off where you know that nothing turns \
-in the picture. Only for the method robust";
+Follow rotation in the frame [default: as in the settings, on]. Turn it off where you know that nothing \
+turns in the picture. Only for the method robust";
 
 /// Parses on or off.
 fn on_or_off() -> impl TypedValueParser<Value = bool> {
