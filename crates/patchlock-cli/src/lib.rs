@@ -24,6 +24,7 @@ use clap::Parser;
 /// It does not exit the process, so that the Python package can call it. The only exception is a second
 /// Ctrl-C; see [`interrupt`].
 pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
+    patchlock_media::silence_decoders();
     let args: Vec<OsString> = args.into_iter().collect();
     let program = args.first().map_or("patchlock".into(), |name| name.to_string_lossy());
     let code = match cmd::Cli::try_parse_from(&args) {

@@ -94,6 +94,31 @@ fn mp4_cut_in_the_middle_keeps_what_was_tracked() {
 }
 
 #[test]
+fn frames_with_too_many_pixels() {
+    let bench = Bench::new();
+    bench.mp4("v.mp4", 3);
+    let few = bench.track("v.mp4").args(["--max-pixels", "100"]).assert();
+    fails(
+        few,
+        1,
+        &["cannot read v.mp4", "are more than the 100 that are accepted", "hint: if that"],
+    );
+    bench.track("v.mp4").args(["--max-pixels", "1000000"]).assert().success();
+    bench.images("f", 2);
+    let few = bench.track("f").args(["--max-pixels", "100"]).assert();
+    fails(few, 1, &["cannot read frame 0", "are more than the 100 that are accepted"]);
+    let none = bench.track("f").args(["--max-pixels", "0"]).assert();
+    fails(none, 2, &["--max-pixels"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_device_as_source() {
+    let bench = Bench::new();
+    fails(bench.track("/dev/zero").assert(), 1, &["/dev/zero is a pipe or a device", "hint: "]);
+}
+
+#[test]
 fn mp4_without_its_index() {
     let bench = Bench::new();
     let video = bench.mp4("v.mp4", 3);

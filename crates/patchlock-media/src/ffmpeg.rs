@@ -1,10 +1,12 @@
 //! Decodes all other video formats with an `ffmpeg` process, whose Y4M output is read through a pipe.
 
-use std::io::{self, BufRead, BufReader, Read};
+use std::ffi::OsString;
+use std::io::{self, BufReader, Read};
 use std::path::Path;
 use std::process::{Child, ChildStderr, ChildStdout, Command, Stdio};
 use std::thread::{self, JoinHandle};
 
+use crate::limits::Limits;
 use crate::{Error, FrameSource, y4m};
 
 /// The option for "every frame exactly once", as spelled by new and by old versions of ffmpeg.
@@ -12,17 +14,27 @@ const EVERY_FRAME_ONCE: [[&str; 2]; 2] = [["-fps_mode", "passthrough"], ["-vsync
 
 /// Opens a video with ffmpeg. `reason` explains why ffmpeg is needed, for the message if it is missing: a
 /// predicate of which the file is the subject, such as `holds VP9 video`.
-pub fn open(path: &Path, reason: &str, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
+pub fn open(
+    path: &Path,
+    reason: &str,
+    reverse: bool,
+    limits: Limits,
+) -> Result<Box<dyn FrameSource>, Error> {
     let mut last_error = None;
     for sync in EVERY_FRAME_ONCE {
-        let Some(mut child) = spawn(path, sync, reason)? else { continue };
+        let Some(mut child) = spawn(path, sync, reason, limits)? else { continue };
         let (Some(output), Some(errors)) = (child.stdout.take(), child.stderr.take()) else {
             continue;
         };
         let messages = thread::spawn(move || messages(errors));
         let pipe = Pipe { child, output, messages: Some(messages) };
-        match y4m::open_stream(pipe, &path.display().to_string(), reverse) {
+        match y4m::open_stream(pipe, &path.display().to_string(), reverse, limits) {
             Ok(frames) => return Ok(frames),
+            Err(error) if error.to_string().contains("max pixel count") => {
+                let message = format!("{}: its frames have too many pixels", path.display());
+                let hint = format!("--max-pixels accepts more than {}", limits.pixels);
+                return Err(Error::source(message, hint));
+            }
             Err(error) => {
                 let old_version = error.to_string().contains("fps_mode");
                 last_error = Some(error);
@@ -37,10 +49,21 @@ pub fn open(path: &Path, reason: &str, reverse: bool) -> Result<Box<dyn FrameSou
 }
 
 /// Starts ffmpeg. `-xerror` is not used: it also rejects intact videos with unevenly spaced frames.
-fn spawn(path: &Path, sync: [&str; 2], reason: &str) -> Result<Option<Child>, Error> {
+fn spawn(
+    path: &Path,
+    sync: [&str; 2],
+    reason: &str,
+    limits: Limits,
+) -> Result<Option<Child>, Error> {
+    // A file may name others, on other machines too: ffmpeg must not follow that. The prefix keeps it from
+    // taking a part of the name for a protocol.
+    let mut input = OsString::from("file:");
+    input.push(path);
     let started = Command::new("ffmpeg")
-        .args(["-v", "error", "-nostdin", "-i"])
-        .arg(path)
+        .args(["-v", "error", "-nostdin", "-protocol_whitelist", "file", "-max_pixels"])
+        .arg(limits.pixels.to_string())
+        .arg("-i")
+        .arg(input)
         .args(["-map", "0:v:0"])
         .args(sync)
         .args(["-pix_fmt", "yuv444p", "-strict", "-1", "-f", "yuv4mpegpipe", "-"])
@@ -65,8 +88,9 @@ fn spawn(path: &Path, sync: [&str; 2], reason: &str) -> Result<Option<Child>, Er
 /// last line. Empty if ffmpeg wrote nothing.
 fn messages(errors: ChildStderr) -> String {
     let (mut first, mut last) = (None, None);
-    for line in BufReader::new(errors).split(b'\n').map_while(Result::ok) {
-        let line = without_address(&String::from_utf8_lossy(&line));
+    let mut errors = BufReader::new(errors);
+    while let Some(line) = y4m::piece_of_line(&mut errors).ok().flatten() {
+        let line = without_address(&line);
         if !line.is_empty() {
             *if first.is_none() { &mut first } else { &mut last } = Some(line);
         }

@@ -1,11 +1,13 @@
 //! Reads single image files.
 
-use std::fs;
-use std::io::Cursor;
+use std::fs::{self, File};
+use std::io::{BufReader, Cursor, Read};
 use std::path::Path;
 
-use image::{DynamicImage, ImageReader};
+use image::{DynamicImage, ImageDecoder, ImageReader};
 
+use crate::guard::{self, Panicked};
+use crate::limits::{self, Limits, TooLarge};
 use crate::{Picture, Pixels};
 
 /// Extensions of image files, in lower case.
@@ -29,6 +31,12 @@ pub enum LoadError {
     /// The image data are truncated.
     #[error("the image data are truncated")]
     Cut,
+    /// The decoder failed on the data.
+    #[error("{0}")]
+    Panicked(#[from] Panicked),
+    /// The image has more pixels than are accepted.
+    #[error("{0}")]
+    TooLarge(#[from] TooLarge),
 }
 
 /// Whether the extension of a path is one of [`EXTENSIONS`], in any case.
@@ -42,9 +50,16 @@ pub fn is_image(path: &Path) -> bool {
 /// # Errors
 /// [`LoadError`]. Damage to the pixel data is not detected.
 pub fn size(file: &Path) -> Result<(usize, usize), LoadError> {
-    let reader = ImageReader::open(file)?.with_guessed_format()?;
-    let (width, height) = reader.into_dimensions()?;
+    check_kind(file)?;
+    let reader = ImageReader::new(BufReader::new(File::open(file)?)).with_guessed_format()?;
+    let (width, height) = guard::decoding(|| reader.into_dimensions())??;
     Ok((width as usize, height as usize))
+}
+
+/// Refuses what is not a file, before anything waits for its data.
+fn check_kind(file: &Path) -> Result<(), LoadError> {
+    let kind = fs::metadata(file)?.file_type();
+    if kind.is_file() || kind.is_dir() { Ok(()) } else { Err(LoadError::Endless) }
 }
 
 /// Reads an image and keeps its bit depth. Orientation tags are not applied: frames are used as stored.
@@ -52,11 +67,19 @@ pub fn size(file: &Path) -> Result<(usize, usize), LoadError> {
 /// # Errors
 /// [`LoadError`].
 pub fn load(file: &Path) -> Result<Picture, LoadError> {
-    let kind = fs::metadata(file)?.file_type();
-    if !kind.is_file() && !kind.is_dir() {
-        return Err(LoadError::Endless);
-    }
-    decode(&fs::read(file)?)
+    load_within(file, Limits::default())
+}
+
+/// Reads an image as [`load`] does, with other limits.
+///
+/// # Errors
+/// [`LoadError`].
+pub fn load_within(file: &Path, limits: Limits) -> Result<Picture, LoadError> {
+    check_kind(file)?;
+    let mut bytes = Vec::new();
+    let most = limits::image_bytes(limits.pixels as u64);
+    File::open(file)?.take(most).read_to_end(&mut bytes)?;
+    decode_within(&bytes, limits)
 }
 
 /// Decodes the bytes of an image file, as [`load`] does.
@@ -64,12 +87,28 @@ pub fn load(file: &Path) -> Result<Picture, LoadError> {
 /// # Errors
 /// [`LoadError`].
 pub fn decode(bytes: &[u8]) -> Result<Picture, LoadError> {
+    decode_within(bytes, Limits::default())
+}
+
+fn decode_within(bytes: &[u8], limits: Limits) -> Result<Picture, LoadError> {
+    guard::decoding(|| decode_unguarded(bytes, limits))?
+}
+
+fn decode_unguarded(bytes: &[u8], limits: Limits) -> Result<Picture, LoadError> {
     if bytes.is_empty() {
         return Err(LoadError::Empty);
     }
-    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
+    let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
     let is_jpeg = reader.format() == Some(image::ImageFormat::Jpeg);
-    let image = reader.decode()?;
+    let mut within = image::Limits::default();
+    within.max_alloc = Some(limits::image_bytes(limits.pixels as u64));
+    reader.limits(within.clone());
+    let mut decoder = reader.into_decoder()?;
+    let (width, height) = decoder.dimensions();
+    limits.check(width as usize, height as usize)?;
+    within.reserve(decoder.total_bytes())?;
+    decoder.set_limits(within)?;
+    let image = DynamicImage::from_decoder(decoder)?;
     if is_jpeg && !jpeg_is_complete(bytes) {
         return Err(LoadError::Cut);
     }

@@ -3,12 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use crate::image_file::{self, EXTENSIONS, is_image};
+use crate::image_file::{self, EXTENSIONS, LoadError, is_image};
+use crate::limits::Limits;
 use crate::{Error, FrameRate, FrameSource, Picture, natural_order};
 
 /// A list of image files, one per frame.
 pub struct ImageSequence {
     files: Vec<PathBuf>,
+    limits: Limits,
 }
 
 impl ImageSequence {
@@ -57,7 +59,12 @@ impl ImageSequence {
 
     /// A sequence of a single image.
     pub fn single(file: &Path) -> Self {
-        Self { files: vec![file.to_path_buf()] }
+        Self { files: vec![file.to_path_buf()], limits: Limits::default() }
+    }
+
+    /// The same sequence with other limits.
+    pub fn within(self, limits: Limits) -> Self {
+        Self { limits, ..self }
     }
 
     fn sorted(mut files: Vec<PathBuf>, none: impl Fn() -> Error) -> Result<Self, Error> {
@@ -65,7 +72,7 @@ impl ImageSequence {
             return Err(none());
         }
         files.sort_by(|a, b| natural_order::compare(&a.to_string_lossy(), &b.to_string_lossy()));
-        Ok(Self { files })
+        Ok(Self { files, limits: Limits::default() })
     }
 }
 
@@ -80,11 +87,12 @@ impl FrameSource for ImageSequence {
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
         let Some(file) = self.files.get(index) else { return Ok(None) };
-        image_file::load(file).map(Some).map_err(|error| {
-            Error::source(
-                format!("cannot read frame {index}, {}: {error}", file.display()),
-                "replace or remove that file; the frames tracked before it are kept",
-            )
+        image_file::load_within(file, self.limits).map(Some).map_err(|error| {
+            let hint = match &error {
+                LoadError::TooLarge(size) => size.hint(),
+                _ => "replace or remove that file; the frames tracked before it are kept".into(),
+            };
+            Error::source(format!("cannot read frame {index}, {}: {error}", file.display()), hint)
         })
     }
 }

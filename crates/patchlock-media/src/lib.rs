@@ -5,6 +5,9 @@
 //! frames to use, and [`Ahead`] decodes them on a separate thread. A decoded frame is a [`Picture`].
 //! [`Mp4Writer`] writes frames as a video, and [`image_file`] reads single images.
 //!
+//! Files are not trusted: [`Limits`] says what they may claim, and a decoder that fails on damaged data gives
+//! an [`Error`].
+//!
 //! This crate does not print, read the clock, end the process or handle Ctrl-C. A caller that can be
 //! interrupted passes a check to [`Ahead::next_unless`].
 
@@ -12,9 +15,12 @@ mod ahead;
 pub mod colour;
 mod error;
 mod ffmpeg;
-mod h264_sps;
+mod guard;
+mod h264;
 pub mod image_file;
 mod image_sequence;
+mod limits;
+mod mp4_index;
 mod mp4_reader;
 mod mp4_writer;
 pub mod natural_order;
@@ -25,7 +31,9 @@ mod y4m;
 
 pub use ahead::{Ahead, Next};
 pub use error::{Error, without_path};
+pub use guard::{Panicked, silence_decoders};
+pub use limits::{Limits, TooLarge};
 pub use mp4_writer::Mp4Writer;
 pub use order::Order;
 pub use picture::{Picture, Pixels};
-pub use source::{FrameRate, FrameSource, open};
+pub use source::{FrameRate, FrameSource, open, open_within};

@@ -2,28 +2,26 @@
 //! may differ from the order in which they are stored. Rotation tags and edit lists are ignored.
 
 use std::collections::BTreeMap;
-use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use rusty_h264::{DecodeError, Decoder, YuvFrame};
-use shiguredo_mp4::TrackKind;
 use shiguredo_mp4::boxes::{Avc1Box, SampleEntry};
-use shiguredo_mp4::demux::{Input, Mp4FileDemuxer};
 
 use crate::colour::{self, Colour, Matrix, Planes};
-use crate::h264_sps::{self, StreamInfo};
-use crate::{Error, FrameRate, FrameSource, Picture};
+use crate::h264::{self, StreamInfo};
+use crate::limits::{self, Limits, TooLarge};
+use crate::mp4_index::{self, Sample, Track};
+use crate::{Error, FrameRate, FrameSource, Picture, guard};
 
-/// Frames kept when reading backwards. A longer group of pictures is decoded once per window of this size.
+/// Frames kept when reading backwards, if they are not too large. A longer group of pictures is decoded once
+/// per window of this size.
 const BACKWARD_WINDOW: usize = 64;
 /// Number of pictures decoded on opening to check that the decoder supports the video. By then, an encoder
 /// has usually used all of its tools.
 const PROBED_PICTURES: usize = 8;
 const START_CODE: [u8; 4] = [0, 0, 0, 1];
-const DAMAGED: Fault = Fault::Data("the data are damaged");
 
 /// Why a file cannot be read by this decoder.
 pub enum OpenError {
@@ -40,38 +38,72 @@ enum Fault {
     #[error("{0}")]
     Decoder(#[from] DecodeError),
     #[error("{0}")]
+    Panicked(#[from] guard::Panicked),
+    #[error("{0}")]
     File(#[from] io::Error),
     #[error("{0}")]
     Data(&'static str),
-    #[error("the file is truncated: {0}")]
-    TooShort(io::Error),
+    #[error("it holds {0}")]
+    Kind(String),
+    #[error("{0}")]
+    TooLarge(#[from] TooLarge),
 }
 
-/// One stored picture.
-struct Sample {
-    offset: u64,
-    size: usize,
-    keyframe: bool,
-    /// Index in presentation order.
-    shown: usize,
+const DAMAGED: Fault = Fault::Data("the data are damaged");
+const TRUNCATED: Fault = Fault::Data("the file is truncated");
+
+/// The pictures of a track in the two orders that a reader needs.
+struct Pictures {
+    /// In storage order, which is the decoding order.
+    samples: Vec<Sample>,
+    /// Of each sample, its index in presentation order.
+    shown: Vec<usize>,
+    /// Maps an index in presentation order to an index in `samples`.
+    stored: Vec<usize>,
+    /// The samples from which all frames of their own and of later indices can be decoded; both their indices
+    /// in `samples` and in presentation order rise.
+    entrances: Vec<usize>,
+}
+
+impl Pictures {
+    fn new(samples: Vec<Sample>) -> Self {
+        let mut stored: Vec<usize> = (0..samples.len()).collect();
+        stored.sort_by_key(|&k| samples[k].time); // stable: equal times keep the stored order
+        let mut shown = vec![0; stored.len()];
+        stored.iter().enumerate().for_each(|(number, &k)| shown[k] = number);
+        let mut entrances = Vec::new();
+        for at in (0..samples.len()).filter(|&k| samples[k].keyframe) {
+            while entrances.pop_if(|earlier: &mut usize| shown[*earlier] >= shown[at]).is_some() {}
+            entrances.push(at);
+        }
+        Self { samples, shown, stored, entrances }
+    }
+
+    /// The last sample from which a decoder can reach a frame.
+    fn entrance(&self, index: usize) -> usize {
+        let goal = self.stored[index];
+        let behind = self.entrances.partition_point(|&k| k <= goal && self.shown[k] <= index);
+        behind.checked_sub(1).map_or(0, |at| self.entrances[at])
+    }
 }
 
 /// An MP4 file with H.264 video.
 pub struct Mp4 {
     file: File,
+    bytes: u64,
     name: String,
-    /// In storage order, which is the decoding order.
-    samples: Vec<Sample>,
-    /// Maps an index in presentation order to an index in `samples`.
-    stored: Vec<usize>,
+    limits: Limits,
+    pictures: Pictures,
     rate: Option<FrameRate>,
     headers: Vec<u8>,
     length_bytes: usize,
+    /// Of the last parameter set that was read.
     info: StreamInfo,
     decoder: Decoder,
     next: usize,
     last_wanted: usize,
-    ready: BTreeMap<usize, YuvFrame>,
+    /// Decoded frames that are shown later, with the parameters of their stream.
+    ready: BTreeMap<usize, (YuvFrame, StreamInfo)>,
 }
 
 /// Whether the first bytes of a file look like an MP4 or QuickTime container.
@@ -82,31 +114,46 @@ pub fn looks_like_mp4(head: &[u8]) -> bool {
 
 impl Mp4 {
     /// Opens a file and reads its index.
-    pub fn open(path: &Path) -> Result<Self, OpenError> {
+    pub fn open(path: &Path, limits: Limits) -> Result<Self, OpenError> {
         let name = path.display().to_string();
         let broken = |reason: String| {
             let hint = "the file may be truncated or still being written: copy it again";
             OpenError::Broken(Error::source(format!("cannot read {name}: {reason}"), hint))
         };
         let mut file = File::open(path).map_err(|error| broken(error.to_string()))?;
-        let mut demuxer = demux(&mut file).map_err(broken)?;
-        let Some((entry, raw)) = video_samples(&mut demuxer).map_err(broken)? else {
+        let bytes = file.metadata().map_err(|error| broken(error.to_string()))?.len();
+        let Some(track) = mp4_index::read(&mut file, bytes).map_err(broken)? else {
             let message = format!("there is no video in {name}, only audio or other data");
             return Err(OpenError::Broken(Error::source(message, "name a file with a video")));
         };
-        let avc = match entry {
+        if track.fragmented {
+            return Err(OpenError::Codec("a fragmented video".into()));
+        }
+        if track.samples.is_empty() {
+            return Err(broken("its video has no frames".into()));
+        }
+        let rate = rate(&track);
+        let avc = match track.entry {
             Some(SampleEntry::Avc1(avc)) => avc,
-            None => return Err(OpenError::Codec("a fragmented or empty video".into())),
+            None => return Err(OpenError::Codec("a video in several encodings".into())),
             Some(other) => return Err(OpenError::Codec(format!("{} video", codec_name(&other)))),
         };
-        let info = supported(&avc)?;
-        let (samples, stored) = presentation_order(&raw);
+        let headers = parameter_sets(&avc).map_err(broken)?;
+        let info = stream_info(&headers, &limits).map_err(|fault| match fault {
+            Fault::Kind(codec) => OpenError::Codec(codec),
+            Fault::TooLarge(size) => OpenError::Broken(size.of(&name)),
+            other => broken(other.to_string()),
+        })?;
+        let Some(info) = info else {
+            return Err(OpenError::Codec("H.264 without a parameter set".into()));
+        };
         let mut video = Self {
             file,
-            samples,
-            stored,
-            rate: raw.rate,
-            headers: parameter_sets(&avc),
+            bytes,
+            limits,
+            pictures: Pictures::new(track.samples),
+            rate,
+            headers,
             length_bytes: usize::from(avc.avcc_box.length_size_minus_one.get()) + 1,
             info,
             decoder: Decoder::new(),
@@ -125,11 +172,10 @@ impl Mp4 {
     /// it is reported when the picture is read.
     fn unsupported_tool(&mut self) -> Option<&'static str> {
         let mut decoder = Decoder::new();
-        for at in 0..self.samples.len().min(PROBED_PICTURES) {
+        let probed = (limits::PROBED_PIXELS / self.info.pixels()).clamp(1, PROBED_PICTURES);
+        for at in 0..self.pictures.samples.len().min(probed) {
             let data = self.read_sample(at).ok()?;
-            // The decoder may panic on damaged data; the thread that decodes ahead reports that later.
-            let decoded = catch_unwind(AssertUnwindSafe(|| decoder.decode(&data)));
-            match decoded.ok()? {
+            match guard::decoding(|| decoder.decode(&data)).ok()? {
                 Err(DecodeError::Unsupported(tool)) => return Some(tool),
                 Err(_) => return None,
                 Ok(_) => {}
@@ -140,61 +186,94 @@ impl Mp4 {
 
     /// Moves the decoder to the position from which the wanted frame takes the least decoding.
     fn seek_for(&mut self, index: usize) {
-        let goal = self.stored[index];
-        let keyframe =
-            (0..=goal).rev().find(|&k| self.samples[k].keyframe && self.samples[k].shown <= index);
-        let keyframe = keyframe.unwrap_or(0);
-        if goal < self.next || keyframe > self.next {
+        let goal = self.pictures.stored[index];
+        let entrance = self.pictures.entrance(index);
+        if goal < self.next || entrance > self.next {
             self.decoder = Decoder::new();
-            self.next = keyframe;
+            self.next = entrance;
         }
     }
 
-    fn decode_until(&mut self, index: usize, keep_from: usize) -> Result<YuvFrame, Fault> {
+    fn decode_until(&mut self, index: usize, keep_from: usize) -> Result<(), Fault> {
         self.ready = self.ready.split_off(&keep_from);
+        let held = self.limits.held_frames(self.info.pixels(), limits::REFERENCES);
+        let held = held + index - keep_from;
         while !self.ready.contains_key(&index) {
-            if self.next > self.stored[index] {
+            if self.next > self.pictures.stored[index] {
                 return Err(Fault::Data("the data hold no picture"));
             }
-            let sample = &self.samples[self.next];
-            let shown = sample.shown;
+            let shown = self.pictures.shown[self.next];
             let data = self.read_sample(self.next)?;
             self.next += 1;
-            let frame = self.decoder.decode(&data)?;
-            if let Some(frame) = frame
-                && shown >= keep_from
-            {
-                self.ready.insert(shown, frame);
+            let Some(frame) = self.decode(&data)? else { continue };
+            if shown < keep_from {
+                continue;
+            }
+            if self.ready.len() > held {
+                return Err(Fault::Data(
+                    "too many frames are stored before those shown before them",
+                ));
+            }
+            self.ready.insert(shown, (frame, self.info));
+        }
+        Ok(())
+    }
+
+    /// Decodes the data of a picture. After a panic of the decoder, the next picture is decoded by a new one.
+    fn decode(&mut self, data: &[u8]) -> Result<Option<YuvFrame>, Fault> {
+        let decoder = &mut self.decoder;
+        match guard::decoding(|| decoder.decode(data)) {
+            Ok(frame) => Ok(frame?),
+            Err(panicked) => {
+                self.decoder = Decoder::new();
+                Err(panicked.into())
             }
         }
-        self.ready.remove(&index).ok_or(Fault::Data("the data hold no picture"))
     }
 
     /// Reads a stored picture and replaces the lengths of its NAL units by start codes, as the decoder
     /// expects.
     fn read_sample(&mut self, at: usize) -> Result<Vec<u8>, Fault> {
-        let sample = &self.samples[at];
-        let end = sample.offset.checked_add(sample.size as u64);
-        if end.is_none_or(|end| self.file.metadata().is_ok_and(|file| file.len() < end)) {
-            return Err(Fault::Data("the file is truncated"));
+        let Sample { offset, size, keyframe, .. } = self.pictures.samples[at];
+        let size = size as usize;
+        if size > limits::COMPRESSED_BYTES {
+            return Err(Fault::Data("it has more bytes than a frame may have"));
         }
-        let mut data = vec![0; sample.size];
-        self.file.seek(SeekFrom::Start(sample.offset))?;
-        self.file.read_exact(&mut data).map_err(Fault::TooShort)?;
-        let mut stream = if sample.keyframe || at == 0 { self.headers.clone() } else { Vec::new() };
+        if offset.saturating_add(size as u64) > self.bytes {
+            return Err(TRUNCATED);
+        }
+        let mut data = vec![0; size];
+        self.file.seek(SeekFrom::Start(offset))?;
+        self.file.read_exact(&mut data)?;
+        let mut stream = if keyframe || at == 0 { self.headers.clone() } else { Vec::new() };
         let mut rest = data.as_slice();
         while !rest.is_empty() {
             let (length, after) = rest.split_at_checked(self.length_bytes).ok_or(DAMAGED)?;
             let length = length.iter().fold(0_usize, |value, &byte| value << 8 | usize::from(byte));
             let (unit, after) = after.split_at_checked(length).ok_or(DAMAGED)?;
-            stream.extend(START_CODE);
-            stream.extend(unit);
+            if !unit.is_empty() {
+                stream.extend(START_CODE);
+                stream.extend(unit);
+            }
             rest = after;
         }
+        self.check(&stream)?;
         Ok(stream)
     }
 
-    fn picture(&self, frame: &YuvFrame) -> Picture {
+    /// Checks what a stored picture would make the decoder do. It may hold parameter sets of its own.
+    fn check(&mut self, stream: &[u8]) -> Result<(), Fault> {
+        let pictures = h264::units(stream).filter(|unit| h264::begins_picture(unit)).count();
+        if pictures > limits::PICTURES_PER_SAMPLE {
+            return Err(DAMAGED);
+        }
+        if let Some(info) = stream_info(stream, &self.limits)? {
+            self.info = info;
+        }
+        Ok(())
+    }
+
+    fn picture(&self, frame: &YuvFrame, info: &StreamInfo) -> Picture {
         let planes = Planes {
             width: frame.width,
             height: frame.height,
@@ -205,21 +284,21 @@ impl Mp4 {
         };
         // If the file does not specify a matrix, BT.601 is used even for high definition: both trackers
         // mostly use luma.
-        let matrix = if self.info.matrix == 1 { Matrix::Bt709 } else { Matrix::Bt601 };
-        let rgb = colour::to_rgb(&planes, Colour { matrix, full_range: self.info.full_range });
-        let (left, top) = (self.info.crop_left, self.info.crop_top);
-        let (width, height) = (frame.width.saturating_sub(left), frame.height.saturating_sub(top));
-        if (left, top) == (0, 0) {
-            return Picture::rgb(width, height, rgb);
+        let matrix = if info.matrix == 1 { Matrix::Bt709 } else { Matrix::Bt601 };
+        let rgb = colour::to_rgb(&planes, Colour { matrix, full_range: info.full_range });
+        let (left, top) = (info.crop_left, info.crop_top);
+        if (left, top) == (0, 0) || left >= frame.width || top >= frame.height {
+            return Picture::rgb(frame.width, frame.height, rgb);
         }
         let rows = rgb.chunks_exact(frame.width * 3).skip(top);
-        Picture::rgb(width, height, rows.flat_map(|row| &row[left * 3..]).copied().collect())
+        let rgb = rows.flat_map(|row| &row[left * 3..]).copied().collect();
+        Picture::rgb(frame.width - left, frame.height - top, rgb)
     }
 }
 
 impl FrameSource for Mp4 {
     fn length(&self) -> Option<usize> {
-        Some(self.samples.len())
+        Some(self.pictures.samples.len())
     }
 
     fn rate(&self) -> Option<FrameRate> {
@@ -227,93 +306,44 @@ impl FrameSource for Mp4 {
     }
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
-        if index >= self.samples.len() {
+        if index >= self.pictures.samples.len() {
             return Ok(None);
         }
         let backwards = index < self.last_wanted;
         self.last_wanted = index;
-        let keep_from = if backwards { index.saturating_sub(BACKWARD_WINDOW) } else { index };
+        let window = self.limits.held_frames(self.info.pixels(), BACKWARD_WINDOW);
+        let keep_from = if backwards { index.saturating_sub(window) } else { index };
         if !self.ready.contains_key(&index) {
             self.seek_for(index);
         }
-        let frame = self.decode_until(index, keep_from).map_err(|fault| {
+        self.decode_until(index, keep_from).map_err(|fault| {
             let message = format!("cannot decode frame {index} of {}: {fault}", self.name);
             Error::source(message, advice(&fault))
         })?;
-        Ok(Some(self.picture(&frame)))
+        Ok(self.ready.remove(&index).map(|(frame, info)| self.picture(&frame, &info)))
     }
 }
 
 /// A hint for a frame that cannot be decoded.
-fn advice(fault: &Fault) -> &'static str {
+fn advice(fault: &Fault) -> String {
     match fault {
-        Fault::Decoder(DecodeError::Unsupported(_)) => {
+        Fault::Decoder(DecodeError::Unsupported(_)) | Fault::Kind(_) => {
             "the frames tracked before it are kept; to convert the video: \
              ffmpeg -i IN -c:v libx264 -pix_fmt yuv420p OUT.mp4"
+                .into()
         }
+        Fault::TooLarge(size) => size.hint(),
         _ => {
             "the frames tracked before it are kept; skip it with --end before it and --start after it"
+                .into()
         }
     }
-}
-
-/// Feeds the container's index to the demultiplexer, in the pieces that it requests. The error is the reason
-/// why the index cannot be read.
-fn demux(file: &mut File) -> Result<Mp4FileDemuxer, String> {
-    let unreadable = |error: io::Error| error.to_string();
-    let size = file.metadata().map_err(unreadable)?.len();
-    let mut demuxer = Mp4FileDemuxer::new();
-    while let Some(wanted) = demuxer.required_input() {
-        if wanted.position >= size {
-            return Err("the file has no index (moov box)".to_string());
-        }
-        let rest = size - wanted.position;
-        let count = wanted.size.map_or(rest, |count| rest.min(count as u64));
-        let mut data = vec![0; usize::try_from(count).map_err(damaged_index)?];
-        file.seek(SeekFrom::Start(wanted.position)).map_err(unreadable)?;
-        file.read_exact(&mut data).map_err(unreadable)?;
-        demuxer.handle_input(Input { position: wanted.position, data: &data });
-    }
-    demuxer.tracks().map_err(damaged_index)?;
-    Ok(demuxer)
-}
-
-fn damaged_index(error: impl Display) -> String {
-    format!("the index is damaged: {error}")
-}
-
-/// The stored pictures as the container lists them.
-struct RawSamples {
-    list: Vec<(u64, usize, bool, i64)>, // offset, size, keyframe, presentation time
-    rate: Option<FrameRate>,
-}
-
-/// The codec and the pictures of the first video track; `None` if the file has no video.
-fn video_samples(
-    demuxer: &mut Mp4FileDemuxer,
-) -> Result<Option<(Option<SampleEntry>, RawSamples)>, String> {
-    let tracks = demuxer.tracks().map_err(damaged_index)?;
-    let Some(video) = tracks.iter().find(|track| track.kind == TrackKind::Video) else {
-        return Ok(None);
-    };
-    let (id, timescale) = (video.track_id, video.timescale.get());
-    let (mut entry, mut list, mut duration) = (None, Vec::new(), 0_u64);
-    while let Some(sample) = demuxer.next_sample().map_err(damaged_index)? {
-        if sample.track.track_id != id {
-            continue;
-        }
-        entry = entry.or_else(|| sample.sample_entry.cloned());
-        let shown = i64::try_from(sample.timestamp).map_err(damaged_index)?
-            + sample.composition_time_offset.unwrap_or(0);
-        duration += u64::from(sample.duration);
-        list.push((sample.data_offset, sample.data_size, sample.keyframe, shown));
-    }
-    let rate = rate(list.len() as u64 * u64::from(timescale), duration);
-    Ok(Some((entry, RawSamples { list, rate })))
 }
 
 /// The frame rate in lowest terms; `None` if it is not a valid rate.
-fn rate(frames: u64, seconds: u64) -> Option<FrameRate> {
+fn rate(track: &Track) -> Option<FrameRate> {
+    let (frames, seconds) =
+        (track.samples.len() as u64 * u64::from(track.timescale), track.duration);
     let (mut a, mut b) = (frames, seconds);
     while b > 0 {
         (a, b) = (b, a % b);
@@ -321,40 +351,48 @@ fn rate(frames: u64, seconds: u64) -> Option<FrameRate> {
     FrameRate::new(u32::try_from(frames.checked_div(a)?).ok()?, u32::try_from(seconds / a).ok()?)
 }
 
-/// The samples with their presentation indices, and for each presentation index the sample's index.
-fn presentation_order(raw: &RawSamples) -> (Vec<Sample>, Vec<usize>) {
-    let mut stored: Vec<usize> = (0..raw.list.len()).collect();
-    stored.sort_by_key(|&k| raw.list[k].3); // stable: equal times keep the stored order
-    let mut shown = vec![0; stored.len()];
-    stored.iter().enumerate().for_each(|(number, &k)| shown[k] = number);
-    let samples = raw.list.iter().zip(shown);
-    let samples = samples
-        .map(|(&(offset, size, keyframe, _), shown)| Sample { offset, size, keyframe, shown })
-        .collect();
-    (samples, stored)
+/// The last parameter set in a stream. All are checked, since pictures may use any of them.
+fn stream_info(stream: &[u8], limits: &Limits) -> Result<Option<StreamInfo>, Fault> {
+    let sets = h264::units(stream).filter(|u| h264::unit_type(u) == Some(h264::PARAMETER_SET));
+    let mut last = None;
+    for set in sets {
+        let Some(info) = h264::parse(set) else {
+            return Err(Fault::Kind("H.264 without a readable parameter set".into()));
+        };
+        supported(&info, limits)?;
+        last = Some(info);
+    }
+    Ok(last)
 }
 
-/// Checks that the decoder supports this kind of H.264.
-fn supported(avc: &Avc1Box) -> Result<StreamInfo, OpenError> {
-    let info = avc.avcc_box.sps_list.first().and_then(|set| h264_sps::parse(set));
-    let Some(info) = info else {
-        return Err(OpenError::Codec("H.264 without a readable parameter set".into()));
-    };
+/// Checks that the decoder supports this kind of H.264, and that it needs no more memory than it may.
+fn supported(info: &StreamInfo, limits: &Limits) -> Result<(), Fault> {
+    let kind = |what: String| Err(Fault::Kind(what));
     if info.chroma_format != 1 {
-        return Err(OpenError::Codec("H.264 that is not 4:2:0".into()));
+        return kind("H.264 that is not 4:2:0".into());
     }
     if info.bit_depth != 8 {
-        return Err(OpenError::Codec(format!("{}-bit H.264", info.bit_depth)));
+        return kind(format!("{}-bit H.264", info.bit_depth));
     }
     if info.mixed_interlace {
-        return Err(OpenError::Codec("interlaced H.264".into()));
+        return kind("interlaced H.264".into());
     }
-    Ok(info)
+    limits.check(info.width, info.height)?;
+    if info.references > limits.held_frames(info.pixels(), limits::REFERENCES) {
+        let StreamInfo { width, height, references, .. } = info;
+        return kind(format!("H.264 with {references} references of {width} x {height} pixels"));
+    }
+    Ok(())
 }
 
-fn parameter_sets(avc: &Avc1Box) -> Vec<u8> {
+/// The parameter sets outside the pictures, each after a start code.
+fn parameter_sets(avc: &Avc1Box) -> Result<Vec<u8>, String> {
     let sets = avc.avcc_box.sps_list.iter().chain(&avc.avcc_box.pps_list);
-    sets.flat_map(|set| START_CODE.iter().chain(set)).copied().collect()
+    let sets: Vec<u8> = sets.flat_map(|set| START_CODE.iter().chain(set)).copied().collect();
+    if sets.len() > limits::PARAMETER_SET_BYTES {
+        return Err(format!("{} bytes of parameter sets are not accepted", sets.len()));
+    }
+    Ok(sets)
 }
 
 fn codec_name(entry: &SampleEntry) -> String {

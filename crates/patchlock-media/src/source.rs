@@ -5,8 +5,9 @@ use std::io::Read;
 use std::path::Path;
 
 use crate::image_sequence::{ImageSequence, Pattern};
+use crate::limits::Limits;
 use crate::mp4_reader::{self, Mp4};
-use crate::{Error, Picture, ffmpeg, image_file, y4m};
+use crate::{Error, Picture, ffmpeg, guard, image_file, y4m};
 
 /// Frames per second, as a fraction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,22 +52,68 @@ pub trait FrameSource: Send {
 /// # Errors
 /// [`Error::Source`] if there is no such source or it cannot be opened.
 pub fn open(name: &str, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
+    open_within(name, reverse, Limits::default())
+}
+
+/// Opens a source as [`open`] does, with other limits on what a file may claim.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_within(
+    name: &str,
+    reverse: bool,
+    limits: Limits,
+) -> Result<Box<dyn FrameSource>, Error> {
+    let opened = guard::decoding(|| open_unguarded(name, reverse, limits));
+    let source =
+        opened.map_err(|panicked| Error::plain(format!("cannot read {name}: {panicked}")))?;
+    Ok(Box::new(Guarded { source: source?, name: name.to_string() }))
+}
+
+/// A source whose decoder may panic.
+struct Guarded {
+    source: Box<dyn FrameSource>,
+    name: String,
+}
+
+impl FrameSource for Guarded {
+    fn length(&self) -> Option<usize> {
+        self.source.length()
+    }
+
+    fn rate(&self) -> Option<FrameRate> {
+        self.source.rate()
+    }
+
+    fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
+        guard::decoding(|| self.source.frame(index)).unwrap_or_else(|panicked| {
+            let message = format!("cannot read frame {index} of {}: {panicked}", self.name);
+            Err(Error::source(message, "the frames tracked before it are kept"))
+        })
+    }
+}
+
+fn open_unguarded(
+    name: &str,
+    reverse: bool,
+    limits: Limits,
+) -> Result<Box<dyn FrameSource>, Error> {
     if name == "-" {
-        return y4m::open_stream(std::io::stdin(), "standard input", reverse);
+        return y4m::open_stream(std::io::stdin(), "standard input", reverse, limits);
     }
     let path = Path::new(name);
     // An existing file or folder takes precedence over a pattern or glob of the same name.
     if path.is_dir() {
-        return Ok(Box::new(ImageSequence::folder(path)?));
+        return Ok(Box::new(ImageSequence::folder(path)?.within(limits)));
     }
     if path.exists() {
-        return open_file(path, reverse);
+        return open_file(path, reverse, limits);
     }
     if let Some(pattern) = Pattern::parse(name) {
-        return Ok(Box::new(ImageSequence::pattern(name, &pattern)?));
+        return Ok(Box::new(ImageSequence::pattern(name, &pattern)?.within(limits)));
     }
     if name.contains(['*', '?', '[']) {
-        return Ok(Box::new(ImageSequence::glob(name)?));
+        return Ok(Box::new(ImageSequence::glob(name)?.within(limits)));
     }
     let shown = if name.is_empty() { "\"\"" } else { name };
     Err(Error::source(
@@ -76,7 +123,14 @@ pub fn open(name: &str, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
     ))
 }
 
-fn open_file(path: &Path, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
+fn open_file(path: &Path, reverse: bool, limits: Limits) -> Result<Box<dyn FrameSource>, Error> {
+    // Opening a pipe could wait for ever, and a device may never end.
+    if path.metadata().is_ok_and(|found| !found.is_file()) {
+        return Err(Error::source(
+            format!("{} is a pipe or a device, not a file", path.display()),
+            "a program can write Y4M to standard input: PROGRAM | patchlock track - ...",
+        ));
+    }
     let mut head = Vec::new();
     let file =
         File::open(path).map_err(Error::because(format!("cannot open {}", path.display())))?;
@@ -87,18 +141,18 @@ fn open_file(path: &Path, reverse: bool) -> Result<Box<dyn FrameSource>, Error> 
         return Err(Error::plain(format!("{} is empty", path.display())));
     }
     if head.starts_with(y4m::MAGIC) {
-        return Ok(Box::new(y4m::Y4mFile::open(path)?));
+        return Ok(Box::new(y4m::Y4mFile::open(path, limits)?));
     }
     if image_file::is_image(path) {
-        return Ok(Box::new(ImageSequence::single(path)));
+        return Ok(Box::new(ImageSequence::single(path).within(limits)));
     }
     if !mp4_reader::looks_like_mp4(&head) {
-        return ffmpeg::open(path, "is not an image, MP4 or Y4M file", reverse);
+        return ffmpeg::open(path, "is not an image, MP4 or Y4M file", reverse, limits);
     }
-    match Mp4::open(path) {
+    match Mp4::open(path, limits) {
         Ok(video) => Ok(Box::new(video)),
         Err(mp4_reader::OpenError::Codec(codec)) => {
-            ffmpeg::open(path, &format!("holds {codec}"), reverse)
+            ffmpeg::open(path, &format!("holds {codec}"), reverse, limits)
         }
         Err(mp4_reader::OpenError::Broken(error)) => Err(error),
     }

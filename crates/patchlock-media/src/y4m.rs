@@ -5,12 +5,11 @@ use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use crate::colour::{self, Colour, Planes};
+use crate::limits::{self, Limits};
 use crate::{Error, FrameRate, FrameSource, Picture, Pixels, without_path};
 
 /// The first bytes of every Y4M stream.
 pub const MAGIC: &[u8] = b"YUV4MPEG2";
-/// Upper limit for a header line, so that a file without line ends does not fill the memory.
-const MAX_LINE_BYTES: u64 = 1024;
 
 /// The parsed header line.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,7 +42,7 @@ impl Header {
                 _ => {} // interlacing, aspect ratio and comments are not used
             }
         }
-        let allowed = 1..=32_768;
+        let allowed = 1..=limits::SIDE;
         if !allowed.contains(&header.width) || !allowed.contains(&header.height) {
             return Err(format!(
                 "the Y4M header has an invalid size of {} x {}",
@@ -106,22 +105,38 @@ fn parse_chroma(value: &str) -> Result<Option<(usize, usize)>, String> {
 
 /// Reads a line without its line end. An empty string means the end of the data.
 fn read_line(input: &mut impl BufRead) -> io::Result<String> {
-    let mut line = Vec::new();
-    input.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut line)?;
-    if line.pop_if(|last| *last == b'\n').is_none() && line.len() as u64 == MAX_LINE_BYTES {
+    let line = piece_of_line(input)?.unwrap_or_default();
+    if line.len() as u64 >= limits::LINE_BYTES {
         return Err(io::Error::other("a header line is too long"));
     }
-    Ok(String::from_utf8_lossy(&line).into_owned())
+    Ok(line)
 }
 
-fn read_header(input: &mut impl BufRead, name: &str) -> Result<Header, Error> {
+/// Reads a line without its line end, or the next part of one that is too long; `None` at the end.
+pub fn piece_of_line(input: &mut impl BufRead) -> io::Result<Option<String>> {
+    let mut line = Vec::new();
+    let count = input.by_ref().take(limits::LINE_BYTES).read_until(b'\n', &mut line)?;
+    line.pop_if(|last| *last == b'\n');
+    Ok((count > 0).then(|| String::from_utf8_lossy(&line).into_owned()))
+}
+
+fn read_header(input: &mut impl BufRead, name: &str, limits: Limits) -> Result<Header, Error> {
     let line = read_line(input).map_err(|error| error.to_string());
-    line.and_then(|line| Header::parse(&line)).map_err(|reason| {
+    let header = line.and_then(|line| Header::parse(&line)).map_err(|reason| {
         Error::source(
             format!("cannot read {name}: {reason}"),
             "this writes a supported stream: ffmpeg -i IN -f yuv4mpegpipe -pix_fmt yuv420p -",
         )
-    })
+    })?;
+    limits.check(header.width, header.height).map_err(|size| size.of(name))?;
+    Ok(header)
+}
+
+/// Reads the samples of a frame. Memory is taken as the data come, not as the header claims.
+fn read_samples(input: &mut impl Read, count: usize) -> Result<Vec<u8>, String> {
+    let mut data = Vec::new();
+    input.take(count as u64).read_to_end(&mut data).map_err(|error| error.to_string())?;
+    if data.len() < count { Err("the data are truncated".to_string()) } else { Ok(data) }
 }
 
 fn damaged(name: &str, index: usize, what: &str) -> Error {
@@ -137,13 +152,14 @@ pub fn open_stream(
     input: impl Read + Send + 'static,
     name: &str,
     reverse: bool,
+    limits: Limits,
 ) -> Result<Box<dyn FrameSource>, Error> {
     let mut input = BufReader::new(input);
     if !reverse {
-        let header = read_header(&mut input, name)?;
+        let header = read_header(&mut input, name, limits)?;
         return Ok(Box::new(Y4mStream { input, header, name: name.to_string(), next: 0 }));
     }
-    Ok(Box::new(Y4mFile::index(spool(&mut input, name)?, name)?))
+    Ok(Box::new(Y4mFile::index(spool(&mut input, name)?, name, limits)?))
 }
 
 /// Copies a stream to an unnamed temporary file, which is removed when it is closed.
@@ -198,11 +214,8 @@ impl<R: Read> Y4mStream<R> {
         if !line.starts_with("FRAME") {
             return Err(damaged(&self.name, index, "the frame's header is missing"));
         }
-        let mut data = vec![0; self.header.frame_bytes()];
-        self.input.read_exact(&mut data).map_err(|error| match error.kind() {
-            io::ErrorKind::UnexpectedEof => damaged(&self.name, index, "the data are truncated"),
-            _ => damaged(&self.name, index, &error.to_string()),
-        })?;
+        let data = read_samples(&mut self.input, self.header.frame_bytes())
+            .map_err(|reason| damaged(&self.name, index, &reason))?;
         self.next += 1;
         Ok(Some(data))
     }
@@ -239,17 +252,17 @@ pub struct Y4mFile {
 
 impl Y4mFile {
     /// Opens a file and indexes its frames.
-    pub fn open(path: &Path) -> Result<Self, Error> {
+    pub fn open(path: &Path, limits: Limits) -> Result<Self, Error> {
         let name = path.display().to_string();
         let file = File::open(path).map_err(Error::because(format!("cannot open {name}")))?;
-        Self::index(file, &name)
+        Self::index(file, &name, limits)
     }
 
-    fn index(file: File, name: &str) -> Result<Self, Error> {
+    fn index(file: File, name: &str, limits: Limits) -> Result<Self, Error> {
         let cannot = |error: io::Error| Error::plain(format!("cannot read {name}: {error}"));
         let size = file.metadata().map_err(cannot)?.len();
         let mut input = BufReader::new(file);
-        let header = read_header(&mut input, name)?;
+        let header = read_header(&mut input, name, limits)?;
         let mut offsets = Vec::new();
         while input.stream_position().map_err(cannot)? < size {
             let line = read_line(&mut input)
@@ -276,10 +289,10 @@ impl FrameSource for Y4mFile {
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
         let Some(&offset) = self.offsets.get(index) else { return Ok(None) };
-        let mut data = vec![0; self.header.frame_bytes()];
-        let read =
-            self.file.seek(SeekFrom::Start(offset)).and_then(|_| self.file.read_exact(&mut data));
-        read.map_err(|_| damaged(&self.name, index, "the data are truncated"))?;
+        let sought = self.file.seek(SeekFrom::Start(offset)).map_err(|error| error.to_string());
+        let data = sought
+            .and_then(|_| read_samples(&mut self.file, self.header.frame_bytes()))
+            .map_err(|reason| damaged(&self.name, index, &reason))?;
         Ok(Some(self.header.picture(&data)))
     }
 }
@@ -298,10 +311,26 @@ mod tests {
         data
     }
 
+    fn stream_of(data: Vec<u8>, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
+        open_stream(io::Cursor::new(data), "s", reverse, Limits::default())
+    }
+
+    #[test]
+    fn a_header_that_claims_too_much_is_refused_before_memory_is_taken() {
+        for reverse in [false, true] {
+            let open = |text: &str| stream_of(text.into(), reverse);
+            let error = open("YUV4MPEG2 W32768 H32768\nFRAME\n").err().expect("too large");
+            assert!(error.to_string().contains("32768 x 32768 pixels"), "{error}");
+            assert!(error.hint().expect("a hint").contains("--max-pixels 1073741824"));
+            let mut source = open("YUV4MPEG2 W6000 H6000\nFRAME\n").expect("as large as allowed");
+            assert!(source.frame(0).expect_err("no data").to_string().contains("truncated"));
+        }
+    }
+
     #[test]
     fn a_stream_and_its_temporary_copy_agree() {
-        let mut forwards = open_stream(std::io::Cursor::new(stream(5)), "s", false).expect("opens");
-        let mut backwards = open_stream(std::io::Cursor::new(stream(5)), "s", true).expect("opens");
+        let mut forwards = stream_of(stream(5), false).expect("opens");
+        let mut backwards = stream_of(stream(5), true).expect("opens");
         assert_eq!((forwards.length(), backwards.length()), (None, Some(5)));
         assert_eq!(forwards.rate(), FrameRate::new(25, 1));
         let rising: Vec<_> = [0, 2, 4].map(|k| forwards.frame(k).expect("reads")).into();
@@ -316,8 +345,7 @@ mod tests {
         let mut data = stream(3);
         data.truncate(data.len() - 5);
         for reverse in [false, true] {
-            let mut source =
-                open_stream(std::io::Cursor::new(data.clone()), "s", reverse).expect("opens");
+            let mut source = stream_of(data.clone(), reverse).expect("opens");
             assert!(source.frame(1).expect("whole").is_some());
             let error = source.frame(2).expect_err("cut");
             assert!(error.to_string().contains("frame 2"), "{error}");

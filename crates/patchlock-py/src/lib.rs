@@ -22,6 +22,7 @@ use pyo3::prelude::*;
 /// The Rust part of the package `patchlock`.
 #[pymodule]
 fn _patchlock(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    patchlock_media::silence_decoders();
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("PRESETS", patchlock::PRESETS)?;
     module.add_class::<tracker::Tracker>()?;

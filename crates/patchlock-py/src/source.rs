@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use numpy::ndarray::{Array2, Array3};
 use numpy::{Element, IntoPyArray};
-use patchlock_media::{Ahead, Error, Next, Order, Picture, Pixels};
+use patchlock_media::{Ahead, Error, Limits, Next, Order, Picture, Pixels, open_within};
 use pyo3::exceptions::{PyFileNotFoundError, PyValueError};
 use pyo3::prelude::*;
 
@@ -39,7 +39,9 @@ pub struct Frames {
 #[pymethods]
 impl Frames {
     #[new]
-    #[pyo3(signature = (source, *, start = 0, end = None, stride = 1, reverse = false))]
+    #[pyo3(signature = (
+        source, *, start = 0, end = None, stride = 1, reverse = false, max_pixels = Limits::DEFAULT_PIXELS
+    ))]
     fn new(
         py: Python<'_>,
         source: PathBuf,
@@ -47,11 +49,13 @@ impl Frames {
         end: Option<usize>,
         stride: usize,
         reverse: bool,
+        max_pixels: usize,
     ) -> PyResult<Self> {
         let order = Order { start, end, stride, reverse };
         let opened = py.detach(|| -> Result<Self, Error> {
             order.check()?;
-            let opened = patchlock_media::open(&source.to_string_lossy(), reverse)?;
+            let opened =
+                open_within(&source.to_string_lossy(), reverse, Limits { pixels: max_pixels })?;
             let (length, rate) = (opened.length(), opened.rate());
             let indices = order.indices(length)?;
             Ok(Self {

@@ -137,3 +137,11 @@ def test_large_frames_are_not_copied(part):
 def test_invalid_frames_are_refused(frame, error, says):
     with pytest.raises(error, match=says):
         patchlock.Tracker().init(frame, (1, 1, 5, 5))
+
+
+def test_a_file_with_too_many_pixels_is_refused(tmp_path):
+    Image.new("RGB", (60, 50)).save(tmp_path / "0.png")
+    with pytest.raises(OSError, match="60 x 50 pixels are more than the 2999 that are accepted"):
+        next(patchlock.Frames(tmp_path, max_pixels=2999))
+    number, frame = next(patchlock.Frames(tmp_path, max_pixels=3000))
+    assert (number, frame.shape) == (0, (50, 60, 3))

@@ -6,7 +6,7 @@ use anyhow::{Error, Result};
 use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args};
 use patchlock_eval::settings::{self, Overrides};
-use patchlock_media::{Ahead, FrameRate, Order, Picture};
+use patchlock_media::{Ahead, FrameRate, Limits, Order, Picture};
 
 use super::{PRESETS_SHOWN, ROTATE_SHOWN, SEEDS_SHOWN, THREADS_SHOWN, on_or_off, seed, threads};
 use crate::failure::{Failure, interrupted, usage};
@@ -141,6 +141,17 @@ pub struct TrackArgs {
     #[arg(long, value_name = "FILE.json")]
     summary: Option<PathBuf>,
 
+    /// Most pixels of a frame, width times height. A source that claims more is refused before memory is
+    /// taken for it
+    #[arg(
+        long,
+        value_name = "1..",
+        default_value_t = Limits::DEFAULT_PIXELS,
+        allow_negative_numbers = true,
+        value_parser = RangedU64ValueParser::<usize>::new().range(1..)
+    )]
+    max_pixels: usize,
+
     /// No progress bar; it is also hidden if the CSV table goes to the terminal
     #[arg(long, short)]
     quiet: bool,
@@ -217,7 +228,9 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let settings = Settings::new(&args.preset, &config);
     let plan = args.plan(&start)?;
 
-    let source = patchlock_media::open(&args.source, args.reverse).map_err(Failure::from)?;
+    let limits = Limits { pixels: args.max_pixels };
+    let source = patchlock_media::open_within(&args.source, args.reverse, limits);
+    let source = source.map_err(Failure::from)?;
     let rate = source.rate();
     let length = source.length();
     let expected = order.count(length);

@@ -455,6 +455,8 @@ class Frames:
         end: Number of the first frame after the range; `None` for the end of the source.
         stride: Take every `stride`-th frame.
         reverse: Go from the last frame of the range to the first.
+        max_pixels: Most pixels of a frame, width times height. A source that claims more is refused before
+            memory is taken for it.
 
     Raises:
         ValueError: The range contains no frame.
@@ -469,6 +471,7 @@ class Frames:
         end: int | None = None,
         stride: int = 1,
         reverse: bool = False,
+        max_pixels: int = 36_000_000,
     ) -> Self: ...
     @property
     def count(self) -> int | None:

@@ -31,6 +31,7 @@ def track(
     reverse: bool = False,
     threads: int | None = None,
     channels: Literal["rgb", "bgr"] = "rgb",
+    max_pixels: int = 36_000_000,
     progress: bool | None = False,
     **overrides: Unpack[Settings],
 ) -> Iterator[Estimate]:
@@ -52,6 +53,8 @@ def track(
             the name of a source, or a sequence.
         threads: Number of threads; `None` means one per core. The number does not change the boxes.
         channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV.
+        max_pixels: Most pixels of a frame of a named source, width times height. A source that claims more is
+            refused before memory is taken for it.
         progress: Whether to show a `tqdm` progress bar; `None` shows it where standard error is a
             terminal.
         **overrides: Settings that differ from the preset and the file, such as `seed=3`; `parameters()` lists
@@ -69,7 +72,9 @@ def track(
     if isinstance(source, (str, os.PathLike)):
         # Frames are decoded to RGB.
         tracker = Tracker(preset, config=config, threads=threads, **overrides)
-        files = Frames(source, start=start, end=end, stride=stride, reverse=reverse)
+        files = Frames(
+            source, start=start, end=end, stride=stride, reverse=reverse, max_pixels=max_pixels
+        )
         return _follow(tracker, files, files.count, box, progress)
     tracker = Tracker(preset, config=config, threads=threads, channels=channels, **overrides)
     numbered, count = _numbered(source, _range(start, end, stride), reverse)

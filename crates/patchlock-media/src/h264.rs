@@ -1,6 +1,43 @@
 //! Parses the H.264 sequence parameter set (Rec. H.264, 7.3.2.1.1 and annex E) for what the decoder library
-//! does not report: whether it can decode the stream at all, the crop at the left and top, and the colour
-//! encoding.
+//! does not report: whether it can decode the stream at all, what memory it would need, the crop at the left
+//! and top, and the colour encoding.
+
+use std::iter;
+
+/// Type of the NAL units that hold a sequence parameter set.
+pub const PARAMETER_SET: u8 = 7;
+/// Types of the NAL units that hold a part of a picture.
+pub const SLICES: [u8; 2] = [1, IDR_SLICE];
+/// Type of the NAL units of a picture from which a decoder can always start.
+pub const IDR_SLICE: u8 = 5;
+/// Side of a macroblock in pixels.
+const MACROBLOCK: usize = 16;
+
+/// The NAL units of a stream in which each follows a start code, divided as decoders do: a start code within
+/// a unit also begins a unit.
+pub fn units(stream: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut rest = after_start_code(stream);
+    iter::from_fn(move || {
+        let unit = rest?;
+        rest = after_start_code(unit);
+        Some(&unit[..unit.len() - rest.map_or(0, |rest| rest.len() + 3)])
+    })
+}
+
+fn after_start_code(data: &[u8]) -> Option<&[u8]> {
+    data.windows(3).position(|three| three == [0, 0, 1]).map(|at| &data[at + 3..])
+}
+
+/// The type of a NAL unit; `None` if it is empty.
+pub fn unit_type(unit: &[u8]) -> Option<u8> {
+    unit.first().map(|header| header & 31)
+}
+
+/// Whether a NAL unit begins a picture, which is so if its first macroblock is number 0.
+pub fn begins_picture(unit: &[u8]) -> bool {
+    unit_type(unit).is_some_and(|kind| SLICES.contains(&kind))
+        && unit.get(1).is_some_and(|byte| byte & 0x80 != 0)
+}
 
 /// Properties of a stream that must be known before it is decoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -11,6 +48,12 @@ pub struct StreamInfo {
     pub bit_depth: u32,
     /// Whether a picture may mix interlaced and progressive macroblocks.
     pub mixed_interlace: bool,
+    /// Number of pictures that later ones may refer to.
+    pub references: usize,
+    /// Width of the coded picture in pixels, before the crop.
+    pub width: usize,
+    /// Height of the coded picture in pixels, before the crop.
+    pub height: usize,
     /// Luma pixels to crop at the left.
     pub crop_left: usize,
     /// Luma rows to crop at the top.
@@ -21,7 +64,15 @@ pub struct StreamInfo {
     pub matrix: u32,
 }
 
-/// Parses a sequence parameter set NAL unit, header byte included. `None` if it is truncated.
+impl StreamInfo {
+    /// Pixels of the coded picture; at least one.
+    pub fn pixels(&self) -> usize {
+        self.width.saturating_mul(self.height).max(1)
+    }
+}
+
+/// Parses a sequence parameter set NAL unit, header byte included. `None` if it is truncated, or crops more
+/// than there is.
 pub fn parse(nal: &[u8]) -> Option<StreamInfo> {
     let rbsp = without_emulation_prevention(nal.get(1..)?);
     let mut bits = Bits { data: &rbsp, at: 0 };
@@ -34,20 +85,24 @@ pub fn parse(nal: &[u8]) -> Option<StreamInfo> {
         high_profile(&mut bits, &mut info)?;
     }
     picture_order(&mut bits)?;
-    bits.ue()?; // reference frames
+    info.references = bits.ue()? as usize;
     bits.take(1)?; // gaps allowed
-    bits.ue()?; // width in macroblocks
-    bits.ue()?; // height in map units
+    info.width = (bits.ue()? as usize + 1) * MACROBLOCK;
+    let map_units = bits.ue()? as usize + 1;
     let frames_only = bits.flag()?;
+    info.height = map_units * if frames_only { 1 } else { 2 } * MACROBLOCK;
     info.mixed_interlace = !frames_only && bits.flag()?;
     bits.take(1)?; // direct 8x8 inference
     if bits.flag()? {
         let unit_y = if info.chroma_format == 1 { 2 } else { 1 } * if frames_only { 1 } else { 2 };
         let unit_x = if matches!(info.chroma_format, 1 | 2) { 2 } else { 1 };
         info.crop_left = bits.ue()? as usize * unit_x;
-        bits.ue()?; // the decoder crops right and bottom itself
+        let right = bits.ue()? as usize * unit_x; // the decoder crops right and bottom itself
         info.crop_top = bits.ue()? as usize * unit_y;
-        bits.ue()?;
+        let bottom = bits.ue()? as usize * unit_y;
+        if info.crop_left + right >= info.width || info.crop_top + bottom >= info.height {
+            return None;
+        }
     }
     if bits.flag()? {
         // A parameter set may end within the optional VUI; what was read so far is still valid.
@@ -180,25 +235,13 @@ impl Bits<'_> {
 }
 
 #[cfg(test)]
+#[path = "../tests/support/bits.rs"]
+mod bits;
+
+#[cfg(test)]
 mod tests {
+    use super::bits::{pack, ue};
     use super::*;
-
-    /// Packs (value, bits) pairs, most significant bit first.
-    fn pack(fields: &[(u32, usize)]) -> Vec<u8> {
-        let bits: Vec<u8> = fields
-            .iter()
-            .flat_map(|&(v, n)| (0..n).rev().map(move |k| (v >> k & 1) as u8))
-            .collect();
-        bits.chunks(8)
-            .map(|c| c.iter().enumerate().fold(0, |byte, (k, b)| byte | b << (7 - k)))
-            .collect()
-    }
-
-    /// `ue(v)` as a (value, bits) pair: v + 1, in twice its bit length minus one bits.
-    fn ue(value: u32) -> (u32, usize) {
-        let code = value + 1;
-        (code, 2 * (32 - code.leading_zeros() as usize) - 1)
-    }
 
     #[test]
     fn reads_crop_range_and_matrix() {
@@ -238,6 +281,30 @@ mod tests {
         assert!(info.full_range);
         assert_eq!(info.matrix, 1);
         assert_eq!((info.chroma_format, info.bit_depth), (1, 8));
+        assert_eq!((info.width, info.height, info.references), (320, 240, 1));
+    }
+
+    #[test]
+    fn a_crop_that_leaves_nothing_is_refused() {
+        let set = |right: u32| {
+            let size = [ue(0), ue(0), ue(2), ue(1), (0, 1), ue(0), ue(0), (1, 1), (1, 1)];
+            let crop = [(1, 1), ue(1), ue(right), ue(0), ue(0), (0, 1)];
+            let fields = [&[(0x67, 8), (77, 8), (0, 8), (30, 8)], &size[..], &crop].concat();
+            parse(&pack(&fields))
+        };
+        assert_eq!(set(5).expect("4 columns are left").crop_left, 2);
+        assert_eq!(set(7), None, "16 columns less 2 and 14");
+        assert_eq!(set(1 << 30), None);
+    }
+
+    #[test]
+    fn units_are_divided_at_every_start_code() {
+        let stream = [9, 0, 0, 0, 1, 0x65, 0x88, 1, 0, 0, 1, 0x67, 0, 0, 1];
+        let found: Vec<&[u8]> = units(&stream).collect();
+        assert_eq!(found, [&[0x65, 0x88, 1][..], &[0x67], &[]]);
+        assert_eq!(unit_type(found[1]), Some(PARAMETER_SET));
+        assert!(begins_picture(found[0]) && !begins_picture(found[1]) && !begins_picture(&[0x41]));
+        assert_eq!(units(&[1, 2]).count(), 0);
     }
 
     #[test]

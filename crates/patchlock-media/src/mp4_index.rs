@@ -1,0 +1,240 @@
+//! Reads the index (`moov` box) of an MP4 file: where the pictures of the video track are, and when each is
+//! shown. No count is believed before the bytes behind it were seen.
+
+use std::fs::File;
+use std::io::{self, Read, Seek, SeekFrom};
+
+use shiguredo_mp4::boxes::{
+    HdlrBox, MoovBox, MvexBox, SampleEntry, StblBox, StcoBox, StszBox, TrakBox,
+};
+use shiguredo_mp4::{BoxHeader, BoxType, Decode, Either};
+
+use crate::limits;
+
+/// The reason if one table of the index has fewer entries than another.
+const TABLES_DISAGREE: &str = "the index is damaged: its tables do not fit each other";
+
+/// One stored picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sample {
+    /// Where its data begin in the file.
+    pub offset: u64,
+    /// Bytes of data.
+    pub size: u32,
+    /// Whether a decoder can start here.
+    pub keyframe: bool,
+    /// When it is shown, in ticks of the track.
+    pub time: i64,
+}
+
+/// The video track of a file.
+pub struct Track {
+    /// How the pictures are encoded; `None` if they are encoded in several ways, or there is none.
+    pub entry: Option<SampleEntry>,
+    /// The pictures as they are stored, which is the order of decoding.
+    pub samples: Vec<Sample>,
+    /// Whether further pictures are in fragments, which this index does not list.
+    pub fragmented: bool,
+    /// Ticks per second.
+    pub timescale: u32,
+    /// Ticks that all pictures take together.
+    pub duration: u64,
+}
+
+/// Reads the first video track of a file of `bytes` bytes; `None` if it has none. The error is the reason why
+/// the index cannot be read.
+pub fn read(file: &mut File, bytes: u64) -> Result<Option<Track>, String> {
+    let moov = find_index(file, bytes)?;
+    let (mut video, mut broken, mut fragmented) = (None, None, false);
+    for found in Boxes(&moov) {
+        let (kind, whole) = found?;
+        match kind {
+            TrakBox::TYPE if video.is_none() => match TrakBox::decode(whole) {
+                Ok((track, _)) => video = is_video(&track).then_some(track),
+                // This matters only if the video is not in another track.
+                Err(error) => broken = Some(damaged(error)),
+            },
+            MvexBox::TYPE => fragmented = true,
+            _ => {}
+        }
+    }
+    match (video, broken) {
+        (Some(track), _) => Track::new(track, fragmented, bytes).map(Some),
+        (None, Some(error)) => Err(error),
+        (None, None) => Ok(None),
+    }
+}
+
+fn is_video(track: &TrakBox) -> bool {
+    track.mdia_box.hdlr_box.handler_type == HdlrBox::HANDLER_TYPE_VIDE
+}
+
+fn damaged(error: shiguredo_mp4::Error) -> String {
+    let place = error.box_type.map_or(String::new(), |kind| format!(" (in the box {kind})"));
+    format!("the index is damaged: {}{place}", error.reason)
+}
+
+/// The content of the `moov` box.
+fn find_index(file: &mut File, bytes: u64) -> Result<Vec<u8>, String> {
+    let unreadable = |error: io::Error| error.to_string();
+    let mut at = 0;
+    while at < bytes {
+        let mut head = Vec::new();
+        file.seek(SeekFrom::Start(at)).map_err(unreadable)?;
+        file.take(BoxHeader::MAX_SIZE as u64).read_to_end(&mut head).map_err(unreadable)?;
+        let (header, header_bytes) = BoxHeader::decode(&head).map_err(damaged)?;
+        let size = match header.box_size.get() {
+            0 => bytes - at, // the last box may leave its size open
+            size => size,
+        };
+        if header.box_type == MoovBox::TYPE {
+            if size > bytes - at {
+                return Err("the file is truncated within its index (moov box)".to_string());
+            }
+            if size > limits::INDEX_BYTES {
+                return Err(format!("an index (moov box) of {size} bytes is not accepted"));
+            }
+            let mut moov = Vec::new();
+            file.seek(SeekFrom::Start(at + header_bytes as u64)).map_err(unreadable)?;
+            let rest = size.saturating_sub(header_bytes as u64);
+            file.take(rest).read_to_end(&mut moov).map_err(unreadable)?;
+            return Ok(moov);
+        }
+        at = at.saturating_add(size.max(header_bytes as u64));
+    }
+    Err("the file has no index (moov box)".to_string())
+}
+
+/// Iterates over the boxes in some data: the type and all bytes of each.
+struct Boxes<'a>(&'a [u8]);
+
+impl<'a> Iterator for Boxes<'a> {
+    type Item = Result<(BoxType, &'a [u8]), String>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.0.is_empty() {
+            return None;
+        }
+        let data = std::mem::take(&mut self.0);
+        Some(BoxHeader::decode_header_and_payload(data).map_err(damaged).map(|(header, _)| {
+            let size = match header.box_size.get() {
+                0 => data.len(),
+                size => size as usize, // at most the length of the data, as was just checked
+            };
+            let (whole, rest) = data.split_at(size);
+            self.0 = rest;
+            (header.box_type, whole)
+        }))
+    }
+}
+
+impl Track {
+    fn new(track: TrakBox, fragmented: bool, bytes: u64) -> Result<Self, String> {
+        let timescale = track.mdia_box.mdhd_box.timescale.get();
+        let mut table = track.mdia_box.minf_box.stbl_box;
+        let (mut samples, entry) = places(&table, bytes)?;
+        let duration = times(&table, &mut samples)?;
+        mark_keyframes(&table, &mut samples);
+        let entry = entry.filter(|&entry| entry < table.stsd_box.entries.len());
+        let entry = entry.map(|entry| table.stsd_box.entries.swap_remove(entry));
+        Ok(Self { entry, samples, fragmented, timescale, duration })
+    }
+}
+
+/// The places of all samples in the file, and which sample entry describes them, if it is one for all.
+fn places(table: &StblBox, bytes: u64) -> Result<(Vec<Sample>, Option<usize>), String> {
+    let count = match &table.stsz_box {
+        StszBox::Fixed { sample_count, .. } => *sample_count as usize,
+        StszBox::Variable { entry_sizes } => entry_sizes.len(),
+    };
+    if count as u64 > limits::frames(bytes) {
+        return Err(format!(
+            "the index is damaged: it claims {count} frames, which a file of {bytes} bytes cannot hold"
+        ));
+    }
+    let size = |k: usize| match &table.stsz_box {
+        StszBox::Fixed { sample_size, .. } => sample_size.get(),
+        StszBox::Variable { entry_sizes } => entry_sizes[k],
+    };
+    let mut samples = Vec::with_capacity(count);
+    let mut runs = table.stsc_box.entries.iter().peekable();
+    let (mut run, mut entries) = (None, (None, false));
+    for (chunk, start) in (1..).zip(chunk_offsets(table)) {
+        while let Some(next) = runs.next_if(|next| next.first_chunk.get() <= chunk) {
+            run = Some(next);
+        }
+        let Some(run) = run.filter(|_| samples.len() < count) else { break };
+        let entry = run.sample_description_index.get() as usize - 1;
+        entries = (entries.0.or(Some(entry)), entries.1 || entries.0.is_some_and(|e| e != entry));
+        let mut offset = start;
+        for _ in 0..(run.sample_per_chunk as usize).min(count - samples.len()) {
+            let size = size(samples.len());
+            samples.push(Sample { offset, size, keyframe: false, time: 0 });
+            offset = offset.saturating_add(u64::from(size));
+        }
+    }
+    if samples.len() < count {
+        return Err(TABLES_DISAGREE.to_string());
+    }
+    check_overlap(&samples, bytes)?;
+    Ok((samples, entries.0.filter(|_| !entries.1)))
+}
+
+fn chunk_offsets(table: &StblBox) -> Box<dyn Iterator<Item = u64> + '_> {
+    match &table.stco_or_co64_box {
+        Either::A(StcoBox { chunk_offsets }) => {
+            Box::new(chunk_offsets.iter().map(|&at| u64::from(at)))
+        }
+        Either::B(long) => Box::new(long.chunk_offsets.iter().copied()),
+    }
+}
+
+/// Samples have their own bytes: otherwise a small file could claim any amount of data. Those beyond the end
+/// of a truncated file do not count.
+fn check_overlap(samples: &[Sample], bytes: u64) -> Result<(), String> {
+    let inside = samples.iter().filter(|s| s.offset.saturating_add(u64::from(s.size)) <= bytes);
+    if inside.map(|sample| u64::from(sample.size)).sum::<u64>() > bytes {
+        return Err("the index is damaged: its frames overlap in the file".to_string());
+    }
+    Ok(())
+}
+
+/// Fills in when the samples are shown, and returns the ticks that they take together.
+fn times(table: &StblBox, samples: &mut [Sample]) -> Result<u64, String> {
+    let mut rest = samples.iter_mut();
+    let mut decoded = 0_u64;
+    for run in &table.stts_box.entries {
+        for sample in rest.by_ref().take(run.sample_count as usize) {
+            sample.time = i64::try_from(decoded).map_err(|_| TABLES_DISAGREE)?;
+            decoded += u64::from(run.sample_delta);
+        }
+    }
+    if rest.next().is_some() {
+        return Err(TABLES_DISAGREE.to_string());
+    }
+    if let Some(offsets) = &table.ctts_box {
+        let mut rest = samples.iter_mut();
+        for run in &offsets.entries {
+            for sample in rest.by_ref().take(run.sample_count as usize) {
+                sample.time = sample.time.saturating_add(run.sample_offset);
+            }
+        }
+        if rest.next().is_some() {
+            return Err(TABLES_DISAGREE.to_string());
+        }
+    }
+    Ok(decoded)
+}
+
+/// Without a table of keyframes, all samples are keyframes.
+fn mark_keyframes(table: &StblBox, samples: &mut [Sample]) {
+    let Some(keyframes) = &table.stss_box else {
+        samples.iter_mut().for_each(|sample| sample.keyframe = true);
+        return;
+    };
+    for number in &keyframes.sample_numbers {
+        if let Some(sample) = samples.get_mut(number.get() as usize - 1) {
+            sample.keyframe = true;
+        }
+    }
+}

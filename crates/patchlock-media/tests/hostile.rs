@@ -1,0 +1,320 @@
+//! Files that claim more than they hold, or are damaged: reading them ends with an error, soon and with
+//! little memory, and never with a panic.
+
+mod support;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::sync::{Mutex, MutexGuard};
+use std::time::{Duration, Instant};
+
+use patchlock_media::{FrameSource, Limits, image_file, open, open_within};
+use support::bits::ue;
+use support::{boxed, change, parameter_set, put, small_mp4, with_parameter_set};
+
+const TABLES: &str = "moov/trak/mdia/minf/stbl";
+
+/// Counts the bytes in use, to know the most that a file takes.
+struct Counting;
+
+static IN_USE: AtomicUsize = AtomicUsize::new(0);
+static MOST: AtomicUsize = AtomicUsize::new(0);
+/// The tests run one after another: each counts the memory of the process.
+static ALONE: Mutex<()> = Mutex::new(());
+
+// SAFETY: all calls go to the system's allocator unchanged.
+#[allow(unsafe_code)]
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        let now = IN_USE.fetch_add(layout.size(), Relaxed) + layout.size();
+        MOST.fetch_max(now, Relaxed);
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        IN_USE.fetch_sub(layout.size(), Relaxed);
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn alone() -> MutexGuard<'static, ()> {
+    patchlock_media::silence_decoders();
+    ALONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+/// Opens a file with these bytes and reads up to ten frames of it. Returns the first error, the time and the
+/// most memory.
+fn read(bytes: &[u8], extension: &str, reverse: bool) -> (Option<String>, Duration, usize) {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join(format!("v.{extension}"));
+    fs::write(&file, bytes).unwrap();
+    MOST.store(IN_USE.load(Relaxed), Relaxed);
+    let (before, start) = (IN_USE.load(Relaxed), Instant::now());
+    let error = open(file.to_str().unwrap(), reverse)
+        .map_err(|error| error.to_string())
+        .and_then(|mut source| ten_frames(&mut *source, reverse));
+    (error.err(), start.elapsed(), MOST.load(Relaxed) - before)
+}
+
+fn ten_frames(source: &mut dyn FrameSource, reverse: bool) -> Result<(), String> {
+    let length = source.length().unwrap_or(10);
+    for k in 0..length.min(10) {
+        let index = if reverse { length - 1 - k } else { k };
+        source.frame(index).map_err(|error| error.to_string())?;
+    }
+    Ok(())
+}
+
+/// The error of a file that must be refused at once, without memory for what it claims.
+fn refused(bytes: &[u8], extension: &str) -> String {
+    let (error, time, memory) = read(bytes, extension, false);
+    assert!(time < Duration::from_secs(2), "took {time:?}");
+    assert!(memory < 8 << 20, "took {memory} bytes");
+    error.expect("the file is refused")
+}
+
+/// A table that claims `count` samples: all with this size, delta and entry.
+fn claim(file: &[u8], path: &str, count: u32) -> Vec<u8> {
+    let stbl = |name: &str| format!("{path}/{name}");
+    let file = change(file, &stbl("stts"), &|table| {
+        *table = [0, 1, count, 1].iter().flat_map(|v: &u32| v.to_be_bytes()).collect();
+    });
+    let file = change(&file, &stbl("stsc"), &|table| {
+        *table = [0, 1, 1, count, 1].iter().flat_map(|v: &u32| v.to_be_bytes()).collect();
+    });
+    change(&file, &stbl("stsz"), &|table| {
+        *table = [0, 1, count].iter().flat_map(|v: &u32| v.to_be_bytes()).collect();
+    })
+}
+
+#[test]
+fn a_sample_table_is_not_believed() {
+    let _alone = alone();
+    for count in [1000, 60_000_000, u32::MAX] {
+        let error = refused(&claim(&small_mp4(64, 48, 5), TABLES, count), "mp4");
+        assert!(error.contains(&format!("claims {count} frames")), "{error}");
+    }
+    let more_chunks = change(&small_mp4(64, 48, 5), &format!("{TABLES}/stsz"), &|table| {
+        put(table, 8, 6);
+        table.extend([0; 4]);
+    });
+    let error = refused(&more_chunks, "mp4");
+    assert!(error.contains("its tables do not fit each other"), "{error}");
+    let endless = change(&small_mp4(64, 48, 5), &format!("{TABLES}/stsz"), &|table| {
+        put(table, 8, u32::MAX);
+    });
+    assert!(refused(&endless, "mp4").contains("the index is damaged"));
+}
+
+#[test]
+fn another_track_is_not_believed_either() {
+    let _alone = alone();
+    let plain = small_mp4(64, 48, 5);
+    let claiming = claim(&plain, TABLES, u32::MAX);
+    let at = claiming.windows(4).position(|four| four == b"trak").unwrap() - 4;
+    let size = u32::from_be_bytes(claiming[at..at + 4].try_into().unwrap()) as usize;
+    let second = &claiming[at..at + size];
+    let file = change(&plain, "moov", &|content| content.extend(second));
+    let (error, time, memory) = read(&file, "mp4", false);
+    assert_eq!(error, None, "the first track is whole");
+    assert!(time < Duration::from_secs(2) && memory < 8 << 20, "{time:?}, {memory} bytes");
+}
+
+#[test]
+fn samples_that_share_their_bytes_are_refused() {
+    let _alone = alone();
+    let plain = small_mp4(64, 48, 5);
+    let file = change(&plain, &format!("{TABLES}/stsz"), &|table| {
+        for k in 0..5 {
+            put(table, 12 + 4 * k, plain.len() as u32 / 2);
+        }
+    });
+    let file = change(&file, &format!("{TABLES}/stsc"), &|table| put(table, 12, 1));
+    let file = change(&file, &format!("{TABLES}/stco"), &|table| {
+        put(table, 4, 5);
+        table.truncate(8);
+        table.extend([40_u32; 5].iter().flat_map(|at| at.to_be_bytes()));
+    });
+    assert!(refused(&file, "mp4").contains("overlap"), "{}", refused(&file, "mp4"));
+}
+
+#[test]
+fn frames_of_too_many_pixels_are_refused_before_they_are_decoded() {
+    let _alone = alone();
+    let plain = small_mp4(64, 48, 3);
+    let error = refused(&with_parameter_set(&plain, &parameter_set(1000, 500, 1, &[])), "mp4");
+    assert!(error.contains("16000 x 8000 pixels are more than the 36000000"), "{error}");
+    // What this decoder does not take is left to ffmpeg, if that is there.
+    let left = |set: &[u8], words: &str| {
+        let error = refused(&with_parameter_set(&plain, set), "mp4");
+        assert!(error.contains(words) || error.contains("ffmpeg"), "{error}");
+    };
+    left(&parameter_set(512, 270, 6, &[]), "6 references of 8192 x 4320 pixels");
+    left(&parameter_set(4, 3, 4_000_000, &[]), "4000000 references");
+    let crop = [(1, 1), ue(1 << 30), ue(1 << 30), ue(0), ue(0), (0, 1)];
+    left(&parameter_set(4, 3, 1, &crop), "without a readable parameter set");
+}
+
+/// The parameter set is in the data of the second frame, behind a start code within another unit.
+#[test]
+fn a_parameter_set_within_a_frame_is_checked_too() {
+    let _alone = alone();
+    let mut unit = vec![6, 0, 0, 1];
+    unit.extend(parameter_set(1000, 500, 1, &[]));
+    let data = [&(unit.len() as u32).to_be_bytes()[..], &unit].concat();
+    let plain = small_mp4(64, 48, 3);
+    let at = plain.len() as u32 + 8;
+    let file = change(&plain, &format!("{TABLES}/stsz"), &|t| put(t, 16, data.len() as u32));
+    let file = change(&file, &format!("{TABLES}/stsc"), &|table| {
+        *table =
+            [0, 3, 1, 1, 1, 2, 1, 1, 3, 1, 1].iter().flat_map(|v: &u32| v.to_be_bytes()).collect();
+    });
+    let mut file = change(&file, &format!("{TABLES}/stco"), &|table| {
+        let first = u32::from_be_bytes(table[8..12].try_into().unwrap());
+        put(table, 4, 3);
+        table.truncate(8);
+        table.extend([first, at, first].iter().flat_map(|at| at.to_be_bytes()));
+    });
+    // The tables have grown by 32 bytes.
+    let grown = file.len() as u32 - plain.len() as u32;
+    file = change(&file, &format!("{TABLES}/stco"), &|table| put(table, 12, at + grown));
+    file.extend(boxed("mdat", &data));
+    let error = refused(&file, "mp4");
+    assert!(error.contains("frame 1 of") && error.contains("16000 x 8000"), "{error}");
+}
+
+#[test]
+fn more_pixels_are_accepted_if_the_user_says_so() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("v.mp4");
+    fs::write(&file, small_mp4(64, 48, 3)).unwrap();
+    let open = |pixels| open_within(file.to_str().unwrap(), false, Limits { pixels });
+    let error = open(64 * 48 - 1).err().expect("one pixel too many");
+    assert!(error.hint().unwrap().contains("--max-pixels 3072"), "{error}");
+    assert!(open(64 * 48).is_ok());
+}
+
+#[test]
+fn headers_of_images_and_y4m_are_not_believed() {
+    let _alone = alone();
+    let mut png = b"\x89PNG\r\n\x1a\n".to_vec();
+    let header = [&30_000_u32.to_be_bytes()[..], &30_000_u32.to_be_bytes(), &[8, 2, 0, 0, 0]];
+    png.extend([0, 0, 0, 13].iter().chain(b"IHDR").chain(&header.concat()));
+    png.extend(0xf1dd_4a5c_u32.to_be_bytes());
+    assert!(!refused(&png, "png").is_empty());
+    let mut bmp = b"BM\0\0\0\0\0\0\0\0\x36\0\0\0\x28\0\0\0".to_vec();
+    bmp.extend([30_000_u32, 30_000].iter().flat_map(|side| side.to_le_bytes()));
+    bmp.extend([1, 0, 24, 0].iter().chain(&[0; 24]));
+    let error = refused(&bmp, "bmp");
+    assert!(error.contains("30000 x 30000 pixels are more than"), "{error}");
+    let error = refused(b"YUV4MPEG2 W30000 H30000\nFRAME\n", "y4m");
+    assert!(error.contains("30000 x 30000 pixels are more than"), "{error}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_or_a_device_is_refused_without_reading_it() {
+    let _alone = alone();
+    for name in ["/dev/zero", "/dev/null"].into_iter().filter(|name| Path::new(name).exists()) {
+        let error = open(name, false).err().expect("a device");
+        assert!(error.to_string().contains("is a pipe or a device"), "{error}");
+        assert!(error.hint().is_some_and(|hint| hint.contains("track -")));
+        let error = image_file::size(Path::new(name)).unwrap_err();
+        assert!(error.to_string().contains("a pipe or a device"), "{error}");
+        assert!(image_file::load(Path::new(name)).is_err());
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("p.mp4");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status();
+    if !made.is_ok_and(|status| status.success()) {
+        return println!("skipped the named pipe: there is no mkfifo");
+    }
+    let error = open(pipe.to_str().unwrap(), false).err().expect("a pipe nobody writes to");
+    assert!(error.to_string().contains("is a pipe or a device"), "{error}");
+    let image = folder.path().join("0001.png");
+    fs::rename(&pipe, &image).unwrap();
+    let mut frames = open(folder.path().to_str().unwrap(), false).unwrap();
+    let error = frames.frame(0).unwrap_err();
+    assert!(error.to_string().contains("it is a pipe or a device"), "{error}");
+}
+
+/// A small generator with a fixed stream (splitmix64).
+struct Draws(u64);
+
+impl Draws {
+    fn next(&mut self, below: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (z ^ z >> 31) as usize % below
+    }
+}
+
+/// A few changes of bytes, mostly in the index, and sometimes a cut or a repeated part.
+fn mutated(file: &[u8], draws: &mut Draws) -> Vec<u8> {
+    const VALUES: [u8; 6] = [0, 1, 0x7f, 0x80, 0xff, 3];
+    let index = file.windows(4).position(|four| four == b"moov").unwrap();
+    let mut file = file.to_vec();
+    for _ in 0..1 + draws.next(4) {
+        let from = if draws.next(3) > 0 { index } else { 0 };
+        let at = from + draws.next(file.len() - from);
+        match draws.next(12) {
+            0 => file.truncate(at.max(index)),
+            1 => {
+                let part = file[at..(at + draws.next(64)).min(file.len())].to_vec();
+                let to = draws.next(file.len());
+                file.splice(to..to, part);
+            }
+            2..5 => file[at] ^= 1 << draws.next(8),
+            5..9 => file[at] = VALUES[draws.next(VALUES.len())],
+            _ => file[at] = draws.next(256) as u8,
+        }
+        if file.len() <= index {
+            break;
+        }
+    }
+    file
+}
+
+/// Our own code must not panic: a panic of the decoder library is caught where it is called, so a message
+/// from further out is one of ours.
+#[test]
+fn mutated_files_give_errors_and_no_panic() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("v.mp4");
+    let bframes = fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bframes.mp4"));
+    let originals = [small_mp4(64, 48, 6), bframes.unwrap()];
+    let mut draws = Draws(7);
+    let (start, before) = (Instant::now(), IN_USE.load(Relaxed));
+    MOST.store(before, Relaxed);
+    let (mut tried, mut whole) = (0, 0);
+    while tried < 4000 && start.elapsed() < Duration::from_secs(30) {
+        fs::write(&file, mutated(&originals[tried % 2], &mut draws)).unwrap();
+        tried += 1;
+        let reverse = tried % 3 == 0;
+        let read = open(file.to_str().unwrap(), reverse)
+            .map_err(|error| error.to_string())
+            .and_then(|mut source| ten_frames(&mut *source, reverse));
+        match read {
+            Ok(()) => whole += 1,
+            Err(error) => {
+                let panicked = error.contains("the decoder failed");
+                let where_called = error.starts_with("cannot decode frame");
+                assert!(!panicked || where_called, "{tried}: {error}");
+            }
+        }
+    }
+    let memory = MOST.load(Relaxed) - before;
+    println!("{tried} files, {whole} without an error, {:?}, {memory} bytes", start.elapsed());
+    assert!(tried >= 1000, "only {tried} files in {:?}", start.elapsed());
+    assert!(whole > tried / 10 && whole < tried, "the mutations do too much or too little");
+    assert!(memory < 1 << 30, "{memory} bytes");
+}
