@@ -4,11 +4,12 @@ use std::fs::{self, File};
 use std::io::{BufReader, Cursor, Read};
 use std::path::Path;
 
+use image::metadata::Orientation;
 use image::{DynamicImage, ImageDecoder, ImageReader};
 
 use crate::guard::{self, Panicked};
 use crate::limits::{self, Limits, TooLarge};
-use crate::{Picture, Pixels};
+use crate::{Picture, Pixels, orientation};
 
 /// Extensions of image files, in lower case.
 pub const EXTENSIONS: &[&str] = &["jpg", "jpeg", "png", "tif", "tiff", "bmp", "webp"];
@@ -45,15 +46,24 @@ pub fn is_image(path: &Path) -> bool {
     EXTENSIONS.iter().any(|known| known.eq_ignore_ascii_case(extension))
 }
 
-/// Width and height in pixels, read from the header of the file alone.
+/// Width and height in pixels of what [`load`] gives, read from the header of the file alone.
 ///
 /// # Errors
 /// [`LoadError`]. Damage to the pixel data is not detected.
 pub fn size(file: &Path) -> Result<(usize, usize), LoadError> {
     check_kind(file)?;
     let reader = ImageReader::new(BufReader::new(File::open(file)?)).with_guessed_format()?;
-    let (width, height) = guard::decoding(|| reader.into_dimensions())??;
-    Ok((width as usize, height as usize))
+    let (width, height, orientation) = guard::decoding(|| -> Result<_, LoadError> {
+        let mut decoder = reader.into_decoder()?;
+        let (width, height) = decoder.dimensions();
+        Ok((width as usize, height as usize, orientation_of(&mut decoder)))
+    })??;
+    Ok(if orientation::swaps_sides(orientation) { (height, width) } else { (width, height) })
+}
+
+/// How the image says that it is to be turned; a damaged tag counts as none.
+fn orientation_of(decoder: &mut impl ImageDecoder) -> Orientation {
+    decoder.orientation().unwrap_or(Orientation::NoTransforms)
 }
 
 /// Refuses what is not a file, before anything waits for its data.
@@ -62,7 +72,7 @@ fn check_kind(file: &Path) -> Result<(), LoadError> {
     if kind.is_file() || kind.is_dir() { Ok(()) } else { Err(LoadError::Endless) }
 }
 
-/// Reads an image and keeps its bit depth. Orientation tags are not applied: frames are used as stored.
+/// Reads an image and keeps its bit depth. It is turned as its orientation tag (EXIF) says.
 ///
 /// # Errors
 /// [`LoadError`].
@@ -108,7 +118,9 @@ fn decode_unguarded(bytes: &[u8], limits: Limits) -> Result<Picture, LoadError> 
     limits.check(width as usize, height as usize)?;
     within.reserve(decoder.total_bytes())?;
     decoder.set_limits(within)?;
-    let image = DynamicImage::from_decoder(decoder)?;
+    let orientation = orientation_of(&mut decoder);
+    let mut image = DynamicImage::from_decoder(decoder)?;
+    image.apply_orientation(orientation);
     if is_jpeg && !jpeg_is_complete(bytes) {
         return Err(LoadError::Cut);
     }

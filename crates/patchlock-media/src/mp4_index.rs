@@ -4,12 +4,13 @@
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
+use image::metadata::Orientation;
 use shiguredo_mp4::boxes::{
-    HdlrBox, MoovBox, MvexBox, SampleEntry, StblBox, StcoBox, StszBox, TrakBox,
+    ElstEntry, HdlrBox, MoovBox, MvexBox, MvhdBox, SampleEntry, StblBox, StcoBox, StszBox, TrakBox,
 };
 use shiguredo_mp4::{BoxHeader, BoxType, Decode, Either};
 
-use crate::limits;
+use crate::{limits, orientation};
 
 /// The reason if one table of the index has fewer entries than another.
 const TABLES_DISAGREE: &str = "the index is damaged: its tables do not fit each other";
@@ -39,13 +40,19 @@ pub struct Track {
     pub timescale: u32,
     /// Ticks that all pictures take together.
     pub duration: u64,
+    /// How the pictures are turned before they are shown.
+    pub orientation: Orientation,
+    /// Which part of the track is shown when; empty for all of it.
+    pub edits: Vec<ElstEntry>,
+    /// Ticks per second of the durations of edits.
+    pub movie_timescale: u32,
 }
 
 /// Reads the first video track of a file of `bytes` bytes; `None` if it has none. The error is the reason why
 /// the index cannot be read.
 pub fn read(file: &mut File, bytes: u64) -> Result<Option<Track>, String> {
     let moov = find_index(file, bytes)?;
-    let (mut video, mut broken, mut fragmented) = (None, None, false);
+    let (mut video, mut broken, mut fragmented, mut movie) = (None, None, false, None);
     for found in Boxes(&moov) {
         let (kind, whole) = found?;
         match kind {
@@ -55,11 +62,15 @@ pub fn read(file: &mut File, bytes: u64) -> Result<Option<Track>, String> {
                 Err(error) => broken = Some(damaged(error)),
             },
             MvexBox::TYPE => fragmented = true,
+            MvhdBox::TYPE => movie = Some(MvhdBox::decode(whole).map_err(damaged)?.0),
             _ => {}
         }
     }
+    let Some(movie) = movie else {
+        return Err("the index is damaged: it has no header (mvhd box)".to_string());
+    };
     match (video, broken) {
-        (Some(track), _) => Track::new(track, fragmented, bytes).map(Some),
+        (Some(track), _) => Track::new(track, &movie, fragmented, bytes).map(Some),
         (None, Some(error)) => Err(error),
         (None, None) => Ok(None),
     }
@@ -129,7 +140,9 @@ impl<'a> Iterator for Boxes<'a> {
 }
 
 impl Track {
-    fn new(track: TrakBox, fragmented: bool, bytes: u64) -> Result<Self, String> {
+    fn new(track: TrakBox, movie: &MvhdBox, fragmented: bool, bytes: u64) -> Result<Self, String> {
+        let orientation = orientation::of_matrices(&track.tkhd_box.matrix, &movie.matrix);
+        let edits = track.edts_box.and_then(|edits| edits.elst_box);
         let timescale = track.mdia_box.mdhd_box.timescale.get();
         let mut table = track.mdia_box.minf_box.stbl_box;
         let (mut samples, entry) = places(&table, bytes)?;
@@ -137,7 +150,16 @@ impl Track {
         mark_keyframes(&table, &mut samples);
         let entry = entry.filter(|&entry| entry < table.stsd_box.entries.len());
         let entry = entry.map(|entry| table.stsd_box.entries.swap_remove(entry));
-        Ok(Self { entry, samples, fragmented, timescale, duration })
+        Ok(Self {
+            entry,
+            samples,
+            fragmented,
+            timescale,
+            duration,
+            orientation,
+            edits: edits.map_or_else(Vec::new, |edits| edits.entries),
+            movie_timescale: movie.timescale.get(),
+        })
     }
 }
 

@@ -1,19 +1,22 @@
 //! Reads MP4 files with H.264 video, decoded in pure Rust. Frames are numbered in presentation order, which
-//! may differ from the order in which they are stored. Rotation tags and edit lists are ignored.
+//! may differ from the order in which they are stored. Rotation tags and edit lists are applied, so frames
+//! are what a player shows.
 
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
+use image::metadata::Orientation;
 use rusty_h264::{DecodeError, Decoder, YuvFrame};
 use shiguredo_mp4::boxes::{Avc1Box, SampleEntry};
 
 use crate::colour::{self, Colour, Matrix, Planes};
 use crate::h264::{self, StreamInfo};
 use crate::limits::{self, Limits, TooLarge};
+use crate::mp4_edits::{self, Shown};
 use crate::mp4_index::{self, Sample, Track};
-use crate::{Error, FrameRate, FrameSource, Picture, guard};
+use crate::{Error, FrameRate, FrameSource, Picture, guard, orientation};
 
 /// Frames kept when reading backwards, if they are not too large. A longer group of pictures is decoded once
 /// per window of this size.
@@ -79,6 +82,11 @@ impl Pictures {
         Self { samples, shown, stored, entrances }
     }
 
+    /// The times of the pictures in presentation order.
+    fn times(&self) -> Vec<i64> {
+        self.stored.iter().map(|&k| self.samples[k].time).collect()
+    }
+
     /// The last sample from which a decoder can reach a frame.
     fn entrance(&self, index: usize) -> usize {
         let goal = self.stored[index];
@@ -94,6 +102,10 @@ pub struct Mp4 {
     name: String,
     limits: Limits,
     pictures: Pictures,
+    /// The frames that the edit list shows. In all else, pictures count as they are stored, in the order of
+    /// their times.
+    frames: Vec<Shown>,
+    orientation: Orientation,
     rate: Option<FrameRate>,
     headers: Vec<u8>,
     length_bytes: usize,
@@ -138,6 +150,14 @@ impl Mp4 {
             None => return Err(OpenError::Codec("a video in several encodings".into())),
             Some(other) => return Err(OpenError::Codec(format!("{} video", codec_name(&other)))),
         };
+        let pictures = Pictures::new(track.samples);
+        let most = limits::frames(bytes) as usize;
+        let (scale, movie_scale) = (track.timescale, track.movie_timescale);
+        let frames = mp4_edits::shown(&pictures.times(), scale, &track.edits, movie_scale, most)
+            .map_err(broken)?;
+        if frames.is_empty() {
+            return Err(broken("its edit list shows no frame".into()));
+        }
         let headers = parameter_sets(&avc).map_err(broken)?;
         let info = stream_info(&headers, &limits).map_err(|fault| match fault {
             Fault::Kind(codec) => OpenError::Codec(codec),
@@ -151,7 +171,9 @@ impl Mp4 {
             file,
             bytes,
             limits,
-            pictures: Pictures::new(track.samples),
+            pictures,
+            frames,
+            orientation: track.orientation,
             rate,
             headers,
             length_bytes: usize::from(avc.avcc_box.length_size_minus_one.get()) + 1,
@@ -288,17 +310,17 @@ impl Mp4 {
         let rgb = colour::to_rgb(&planes, Colour { matrix, full_range: info.full_range });
         let (left, top) = (info.crop_left, info.crop_top);
         if (left, top) == (0, 0) || left >= frame.width || top >= frame.height {
-            return Picture::rgb(frame.width, frame.height, rgb);
+            return orientation::oriented(frame.width, frame.height, rgb, self.orientation);
         }
         let rows = rgb.chunks_exact(frame.width * 3).skip(top);
         let rgb = rows.flat_map(|row| &row[left * 3..]).copied().collect();
-        Picture::rgb(frame.width - left, frame.height - top, rgb)
+        orientation::oriented(frame.width - left, frame.height - top, rgb, self.orientation)
     }
 }
 
 impl FrameSource for Mp4 {
     fn length(&self) -> Option<usize> {
-        Some(self.pictures.samples.len())
+        Some(self.frames.len())
     }
 
     fn rate(&self) -> Option<FrameRate> {
@@ -306,21 +328,19 @@ impl FrameSource for Mp4 {
     }
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
-        if index >= self.pictures.samples.len() {
-            return Ok(None);
-        }
-        let backwards = index < self.last_wanted;
-        self.last_wanted = index;
+        let Some(&Shown { picture, .. }) = self.frames.get(index) else { return Ok(None) };
+        let backwards = picture < self.last_wanted;
+        self.last_wanted = picture;
         let window = self.limits.held_frames(self.info.pixels(), BACKWARD_WINDOW);
-        let keep_from = if backwards { index.saturating_sub(window) } else { index };
-        if !self.ready.contains_key(&index) {
-            self.seek_for(index);
+        let keep_from = if backwards { picture.saturating_sub(window) } else { picture };
+        if !self.ready.contains_key(&picture) {
+            self.seek_for(picture);
         }
-        self.decode_until(index, keep_from).map_err(|fault| {
+        self.decode_until(picture, keep_from).map_err(|fault| {
             let message = format!("cannot decode frame {index} of {}: {fault}", self.name);
             Error::source(message, advice(&fault))
         })?;
-        Ok(self.ready.remove(&index).map(|(frame, info)| self.picture(&frame, &info)))
+        Ok(self.ready.remove(&picture).map(|(frame, info)| self.picture(&frame, &info)))
     }
 }
 

@@ -42,7 +42,8 @@ EXAMPLES:
 /// SOURCE is a folder of images (in natural order: 2.jpg before 10.jpg), a pattern such as 'img/%04d.jpg', a
 /// glob in quotes, an MP4 with H.264 video, a Y4M file, or - for Y4M on standard input. Other videos are
 /// decoded by ffmpeg, if it is installed. Images are jpg, png, tiff, bmp or webp; grey images stay grey and
-/// 16-bit grey images stay 16-bit. Rotation metadata and edit lists of MP4 files are ignored.
+/// 16-bit grey images stay 16-bit. Frames are as a player shows them: rotation tags of videos and images and
+/// the edit lists of MP4 files are applied.
 ///
 /// Frames count from 0. Pixels count from 0 with their centres at whole numbers, so a box covers the pixels x
 /// to x + w - 1.
