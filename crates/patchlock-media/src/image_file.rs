@@ -143,7 +143,7 @@ fn to_picture(image: DynamicImage) -> Picture {
         DynamicImage::ImageLumaA16(_) => Pixels::Grey16(image.into_luma16().into_raw()),
         other => Pixels::Rgb8(other.into_rgb8().into_raw()),
     };
-    Picture { width, height, pixels }
+    Picture::new(width, height, pixels)
 }
 
 #[cfg(test)]

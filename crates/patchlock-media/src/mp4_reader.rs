@@ -105,6 +105,8 @@ pub struct Mp4 {
     /// The frames that the edit list shows. In all else, pictures count as they are stored, in the order of
     /// their times.
     frames: Vec<Shown>,
+    /// Ticks per second of the times of frames.
+    timescale: u32,
     orientation: Orientation,
     rate: Option<FrameRate>,
     headers: Vec<u8>,
@@ -173,6 +175,7 @@ impl Mp4 {
             limits,
             pictures,
             frames,
+            timescale: track.timescale,
             orientation: track.orientation,
             rate,
             headers,
@@ -328,7 +331,9 @@ impl FrameSource for Mp4 {
     }
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
-        let Some(&Shown { picture, .. }) = self.frames.get(index) else { return Ok(None) };
+        let Some(&Shown { picture, time }) = self.frames.get(index) else { return Ok(None) };
+        let ticks = time.saturating_sub(self.frames[0].time);
+        let seconds = ticks as f64 / f64::from(self.timescale);
         let backwards = picture < self.last_wanted;
         self.last_wanted = picture;
         let window = self.limits.held_frames(self.info.pixels(), BACKWARD_WINDOW);
@@ -340,7 +345,8 @@ impl FrameSource for Mp4 {
             let message = format!("cannot decode frame {index} of {}: {fault}", self.name);
             Error::source(message, advice(&fault))
         })?;
-        Ok(self.ready.remove(&picture).map(|(frame, info)| self.picture(&frame, &info)))
+        let ready = self.ready.remove(&picture);
+        Ok(ready.map(|(frame, info)| self.picture(&frame, &info).at(Some(seconds))))
     }
 }
 

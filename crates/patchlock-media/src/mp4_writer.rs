@@ -19,6 +19,8 @@ use crate::{Error, FrameRate, colour};
 
 /// Quantiser low enough to keep lines of one pixel crisp.
 const QUALITY: u8 = 20;
+/// Fewest ticks per second in which the times of frames are written.
+const TICKS: u32 = 60_000;
 /// Largest distance between keyframes, which bounds how far off a player seeks.
 const KEYFRAME_EVERY: u32 = 60;
 /// `colr` box: BT.601 primaries, transfer and matrix in limited range, as written by `to_yuv420`.
@@ -31,10 +33,13 @@ pub struct Mp4Writer<W: Write + Seek> {
     muxer: Mp4FileMuxer,
     encoder: Encoder,
     rate: FrameRate,
+    timescale: NonZeroU32,
     width: usize,
     height: usize,
     position: u64,
     frames: usize,
+    /// The last frame, until the next one says how long it is shown.
+    waiting: Option<(Sample, Option<f64>)>,
 }
 
 impl<W: Write + Seek> Mp4Writer<W> {
@@ -72,14 +77,37 @@ impl<W: Write + Seek> Mp4Writer<W> {
             Mp4FileMuxer::with_options(options).map_err(cannot_encode("cannot start the MP4"))?;
         out.write_all(muxer.initial_boxes_bytes())?;
         let position = muxer.initial_boxes_bytes().len() as u64;
-        Ok(Self { out, muxer, encoder, rate, width, height, position, frames: 0 })
+        // A multiple of the rate, so that frames at equal distances last equally many ticks.
+        let timescale = rate.frames.saturating_mul(TICKS.div_ceil(rate.frames.max(1)));
+        let timescale = NonZeroU32::new(timescale).unwrap_or(NonZeroU32::MIN);
+        Ok(Self {
+            out,
+            muxer,
+            encoder,
+            rate,
+            timescale,
+            width,
+            height,
+            position,
+            frames: 0,
+            waiting: None,
+        })
     }
 
-    /// Appends a frame of RGB bytes (`width * height * 3`).
+    /// Appends a frame of RGB bytes (`width * height * 3`), which lasts as long as the frame rate says.
     ///
     /// # Errors
     /// [`Error::Encode`], [`Error::Write`].
     pub fn push(&mut self, rgb: &[u8]) -> Result<(), Error> {
+        self.push_at(rgb, None)
+    }
+
+    /// Appends a frame as [`Mp4Writer::push`] does. If it and the next frame have a `time` in seconds, it
+    /// lasts from one to the other; the times may also fall, as of a video that runs backwards.
+    ///
+    /// # Errors
+    /// As [`Mp4Writer::push`].
+    pub fn push_at(&mut self, rgb: &[u8], time: Option<f64>) -> Result<(), Error> {
         let frame = colour::to_yuv420(rgb, self.width, self.height);
         let stream = self
             .encoder
@@ -101,18 +129,40 @@ impl<W: Write + Seek> Mp4Writer<W> {
             track_kind: TrackKind::Video,
             sample_entry,
             keyframe,
-            timescale: NonZeroU32::new(self.rate.frames).unwrap_or(NonZeroU32::MIN),
-            duration: self.rate.seconds,
+            timescale: self.timescale,
+            duration: self.usual_duration(),
             composition_time_offset: None,
             data_offset: self.position,
             data_size: data.len(),
         };
-        self.muxer
-            .append_sample(&sample)
-            .map_err(cannot_encode("cannot add a frame to the MP4"))?;
         self.position += data.len() as u64;
         self.frames += 1;
+        let last = self.waiting.replace((sample, time));
+        if let Some((sample, begin)) = last {
+            self.append(sample, begin, time)?;
+        }
         Ok(())
+    }
+
+    /// Ticks of a frame without a time. The last frame has them too.
+    fn usual_duration(&self) -> u32 {
+        let ticks = self.timescale.get() / self.rate.frames.max(1);
+        ticks.saturating_mul(self.rate.seconds)
+    }
+
+    /// Adds a frame that is shown from `begin` to `end` to the index.
+    fn append(
+        &mut self,
+        mut sample: Sample,
+        begin: Option<f64>,
+        end: Option<f64>,
+    ) -> Result<(), Error> {
+        if let (Some(begin), Some(end)) = (begin, end) {
+            // Times are rounded, not durations, so that errors do not add up.
+            let ticks = |time: f64| (time * f64::from(self.timescale.get())).round();
+            sample.duration = (ticks(end) - ticks(begin)).abs().max(1.0) as u32;
+        }
+        self.muxer.append_sample(&sample).map_err(cannot_encode("cannot add a frame to the MP4"))
     }
 
     /// Writes the index and returns the writer. A video without frames stays without an index.
@@ -120,7 +170,8 @@ impl<W: Write + Seek> Mp4Writer<W> {
     /// # Errors
     /// [`Error::Encode`], [`Error::Write`].
     pub fn finish(mut self) -> Result<W, Error> {
-        if self.frames > 0 {
+        if let Some((sample, begin)) = self.waiting.take() {
+            self.append(sample, begin, None)?;
             let boxes = self.muxer.finalize().map_err(cannot_encode("cannot complete the MP4"))?;
             for (offset, bytes) in boxes.offset_and_bytes_pairs() {
                 self.out.seek(SeekFrom::Start(offset))?;

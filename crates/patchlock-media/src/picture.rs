@@ -22,12 +22,25 @@ pub struct Picture {
     pub height: usize,
     /// The pixels.
     pub pixels: Pixels,
+    /// When the frame is shown, in seconds from the first frame of its source; `None` if the source has no
+    /// times, as a folder of images.
+    pub time: Option<f64>,
 }
 
 impl Picture {
-    /// A picture of RGB bytes; the length of `rgb` is `width * height * 3`.
+    /// A picture without a time.
+    pub fn new(width: usize, height: usize, pixels: Pixels) -> Self {
+        Self { width, height, pixels, time: None }
+    }
+
+    /// A picture of RGB bytes without a time; the length of `rgb` is `width * height * 3`.
     pub fn rgb(width: usize, height: usize, rgb: Vec<u8>) -> Self {
-        Self { width, height, pixels: Pixels::Rgb8(rgb) }
+        Self::new(width, height, Pixels::Rgb8(rgb))
+    }
+
+    /// The picture with this time.
+    pub(crate) fn at(self, time: Option<f64>) -> Self {
+        Self { time, ..self }
     }
 
     /// The picture as input of the tracker.

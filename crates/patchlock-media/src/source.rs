@@ -26,6 +26,11 @@ impl FrameRate {
     pub fn new(frames: u32, seconds: u32) -> Option<Self> {
         (frames > 0 && seconds > 0).then_some(Self { frames, seconds })
     }
+
+    /// When the frame with this index is shown, in seconds, if all frames last equally long.
+    pub(crate) fn time(self, index: usize) -> f64 {
+        index as f64 * f64::from(self.seconds) / f64::from(self.frames)
+    }
 }
 
 /// A sequence of frames, numbered from 0 in presentation order.

@@ -61,7 +61,7 @@ impl Header {
         self.width * self.height + 2 * self.chroma_samples()
     }
 
-    fn picture(&self, data: &[u8]) -> Picture {
+    fn picture(&self, data: &[u8], index: usize) -> Picture {
         let (y, chroma) = data.split_at(self.width * self.height);
         let (u, v) = chroma.split_at(self.chroma_samples());
         let pixels = match self.subsampling {
@@ -75,7 +75,7 @@ impl Header {
                 ))
             }
         };
-        Picture { width: self.width, height: self.height, pixels }
+        Picture::new(self.width, self.height, pixels).at(self.rate.map(|rate| rate.time(index)))
     }
 }
 
@@ -235,7 +235,7 @@ impl<R: Read + Send> FrameSource for Y4mStream<R> {
             let is_wanted = self.next == index;
             let Some(data) = self.read_next()? else { return Ok(None) };
             if is_wanted {
-                return Ok(Some(self.header.picture(&data)));
+                return Ok(Some(self.header.picture(&data, index)));
             }
         }
     }
@@ -293,7 +293,7 @@ impl FrameSource for Y4mFile {
         let data = sought
             .and_then(|_| read_samples(&mut self.file, self.header.frame_bytes()))
             .map_err(|reason| damaged(&self.name, index, &reason))?;
-        Ok(Some(self.header.picture(&data)))
+        Ok(Some(self.header.picture(&data, index)))
     }
 }
 
@@ -337,6 +337,7 @@ mod tests {
         let falling: Vec<_> = [4, 2, 0].map(|k| backwards.frame(k).expect("reads")).into();
         assert_eq!(rising, falling.into_iter().rev().collect::<Vec<_>>());
         assert_eq!(rising[1].as_ref().map(|p| p.pixels.clone()), Some(Pixels::Rgb8(vec![2; 24])));
+        assert_eq!(rising[1].as_ref().and_then(|p| p.time), Some(2.0 / 25.0));
         assert!(forwards.frame(5).expect("reads").is_none());
     }
 

@@ -98,11 +98,15 @@ fn orientation_tags_of_images_are_applied() {
     assert_eq!(turned(77, &file), stored, "no such orientation");
 }
 
-/// The file with this edit list: duration in milliseconds and media time in ticks.
+/// Ticks of a frame of [`small_mp4`].
+const FRAME: i32 = 2400;
+
+/// The file with this edit list: duration in milliseconds and media time in frames.
 fn with_edits(file: &[u8], edits: &[(u32, i32)]) -> Vec<u8> {
     let scaled = change(file, "moov/mvhd", &|content| put(content, 12, 1000));
     let mut list = [0_u32, edits.len() as u32].map(u32::to_be_bytes).concat();
     for &(duration, time) in edits {
+        let time = if time < 0 { time } else { time * FRAME };
         list.extend([duration, time as u32, 1 << 16].map(u32::to_be_bytes).concat());
     }
     let edits = boxed("edts", &boxed("elst", &list));
@@ -114,7 +118,7 @@ type Case<'a> = (&'a [(u32, i32)], Vec<usize>);
 
 #[test]
 fn edit_lists_select_frames() {
-    // 25 frames per second, with one tick a frame.
+    // 25 frames per second.
     let plain = small_mp4(64, 48, 70);
     let all = frames(&plain, false);
     let cases: [Case<'_>; 6] = [

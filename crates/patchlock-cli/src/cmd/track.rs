@@ -133,7 +133,7 @@ pub struct TrackArgs {
 
     /// Save a video (MP4, H.264) with box, outline, visible patches, score and frame number drawn in: solid
     /// lines if the target is tracked, dashed ones if that is uncertain, the last box in grey if it is lost.
-    /// It has the frame rate of the source, or 30 frames per second if that is unknown
+    /// Frames have the times of the source, or 30 frames per second if it has none
     #[arg(long, value_name = "FILE.mp4")]
     video: Option<PathBuf>,
 

@@ -61,6 +61,10 @@ pub struct Row {
     pub frame_w: usize,
     /// Height of the frame in pixels.
     pub frame_h: usize,
+    /// When the frame is shown, in seconds from the first frame of the source; a source without times has no
+    /// such column.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time: Option<f64>,
 }
 
 impl Row {
@@ -99,6 +103,7 @@ impl Row {
             status: estimate.status,
             frame_w: picture.width,
             frame_h: picture.height,
+            time: picture.time.map(rounded),
         }
     }
 }

@@ -151,6 +151,7 @@ mod tests {
     use super::super::example;
     use super::*;
     use patchlock::Status;
+    use patchlock_media::Picture;
 
     /// A table of frames 4 and 6, in which the target has these statuses.
     fn written(format: Format, lost: Lost, statuses: [Status; 2]) -> String {
@@ -174,6 +175,24 @@ mod tests {
              4,10.5,0.0,30.0,20.25,0.5,1.0,0.25,1.0,2.0,3.0,4.0,5.0,6.0,7.0,8.0,12.5,tracked,1280,960\n\
              6,10.5,0.0,30.0,20.25,0.5,1.0,0.25,1.0,2.0,3.0,4.0,5.0,6.0,7.0,8.0,12.5,uncertain,1280,960\n"
         );
+    }
+
+    #[test]
+    fn frames_with_a_time_have_a_column_for_it() {
+        let picture = Picture { time: Some(1.0 / 30.0), ..Picture::rgb(4, 4, vec![0; 48]) };
+        let targets = [example::seen(Status::Tracked)];
+        let last_cell = |format| {
+            let mut table = Table::new(format, Lost::Keep, Vec::new());
+            let tracked = Tracked { picture: &picture, ..example::tracked(1, &targets) };
+            table.add(&tracked).expect("writes to memory");
+            String::from_utf8(table.into_inner()).expect("text")
+        };
+        let csv = last_cell(Format::Csv);
+        let (header, row) = csv.trim_end().split_once('\n').expect("two lines");
+        assert!(header.ends_with(",status,frame_w,frame_h,time"), "{header}");
+        assert!(row.ends_with(",tracked,4,4,0.033333"), "{row}");
+        let json = last_cell(Format::Jsonl);
+        assert!(json.ends_with(",\"frame_h\":4,\"time\":0.033333}\n"), "{json}");
     }
 
     #[test]

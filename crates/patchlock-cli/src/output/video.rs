@@ -70,7 +70,8 @@ impl Sink for Video {
     fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
         let rgb = draw::annotate(tracked);
         let writer = self.writer(tracked.picture.width, tracked.picture.height);
-        Ok(writer.and_then(|writer| writer.push(&rgb)).map_err(&self.write_error)?)
+        let pushed = writer.and_then(|writer| writer.push_at(&rgb, tracked.picture.time));
+        Ok(pushed.map_err(&self.write_error)?)
     }
 
     fn finish(self: Box<Self>) -> Result<Option<PathBuf>> {

@@ -110,7 +110,7 @@ fn memory(text: &str) -> Result<Picture, String> {
         ),
         _ => Pixels::Rgb8(data),
     };
-    Ok(Picture { width, height, pixels })
+    Ok(Picture::new(width, height, pixels))
 }
 
 fn bytes(data: &str) -> Result<Vec<u8>, String> {
