@@ -3,10 +3,32 @@
 /// The standard that defines the weights of red and blue in luma.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Matrix {
-    /// ITU-R BT.601, assumed if a source does not specify one.
+    /// ITU-R BT.601, used for standard definition.
     Bt601,
-    /// ITU-R BT.709, used for high-definition video.
+    /// ITU-R BT.709, used for high definition.
     Bt709,
+    /// ITU-R BT.2020 with constant weights, used for high dynamic range.
+    Bt2020,
+}
+
+impl Matrix {
+    /// The matrix of a source that does not specify one: BT.709 for high definition (at least 1280 pixels
+    /// wide or more than 576 high, also if it was turned), else BT.601. Players do the same.
+    pub fn usual(width: usize, height: usize) -> Self {
+        let high_definition = width.max(height) >= 1280 || width.min(height) > 576;
+        if high_definition { Self::Bt709 } else { Self::Bt601 }
+    }
+
+    /// The matrix with this number in H.264 and MP4 (`matrix_coefficients`, Rec. H.273); `None` if it is
+    /// unspecified or no known one.
+    pub fn of_code(code: u32) -> Option<Self> {
+        match code {
+            1 => Some(Self::Bt709),
+            4..=6 => Some(Self::Bt601),
+            9 | 10 => Some(Self::Bt2020),
+            _ => None,
+        }
+    }
 }
 
 /// How sample values map to colours.
@@ -56,6 +78,7 @@ impl Colour {
         match self.matrix {
             Matrix::Bt601 => (0.299, 0.114),
             Matrix::Bt709 => (0.2126, 0.0722),
+            Matrix::Bt2020 => (0.2627, 0.0593),
         }
     }
 
@@ -189,6 +212,21 @@ mod tests {
         assert_eq!(full, [221, 82, 53]); // R = 120 + 1.402 * 72; B = 120 - 1.772 * 38
         assert_ne!(limited, full);
         assert_ne!(limited, hd);
+    }
+
+    #[test]
+    fn an_unspecified_matrix_follows_from_the_size() {
+        for (width, height) in [(1920, 1080), (1080, 1920), (1280, 536), (960, 720)] {
+            assert_eq!(Matrix::usual(width, height), Matrix::Bt709, "{width} x {height}");
+        }
+        for (width, height) in [(720, 576), (576, 720), (854, 480), (64, 48)] {
+            assert_eq!(Matrix::usual(width, height), Matrix::Bt601, "{width} x {height}");
+        }
+        assert_eq!(
+            [1, 6, 9].map(Matrix::of_code).map(Option::unwrap),
+            [Matrix::Bt709, Matrix::Bt601, Matrix::Bt2020]
+        );
+        assert_eq!([0, 2, 8, 255].map(Matrix::of_code), [None; 4]);
     }
 
     #[test]

@@ -58,10 +58,10 @@ pub struct StreamInfo {
     pub crop_left: usize,
     /// Luma rows to crop at the top.
     pub crop_top: usize,
-    /// Whether luma covers 0..=255.
-    pub full_range: bool,
-    /// `matrix_coefficients` of the VUI; 2 means "unspecified".
-    pub matrix: u32,
+    /// Whether luma covers 0..=255; `None` if the stream does not say.
+    pub full_range: Option<bool>,
+    /// `matrix_coefficients`; `None` if the stream does not say, 2 if it says "unspecified".
+    pub matrix: Option<u32>,
 }
 
 impl StreamInfo {
@@ -76,8 +76,7 @@ impl StreamInfo {
 pub fn parse(nal: &[u8]) -> Option<StreamInfo> {
     let rbsp = without_emulation_prevention(nal.get(1..)?);
     let mut bits = Bits { data: &rbsp, at: 0 };
-    let mut info =
-        StreamInfo { chroma_format: 1, bit_depth: 8, matrix: 2, ..StreamInfo::default() };
+    let mut info = StreamInfo { chroma_format: 1, bit_depth: 8, ..StreamInfo::default() };
     let profile = bits.take(8)?;
     bits.take(16)?; // constraint flags, level
     bits.ue()?; // seq_parameter_set_id
@@ -171,10 +170,10 @@ fn usability_information(bits: &mut Bits<'_>, info: &mut StreamInfo) -> Option<(
     }
     if bits.flag()? {
         bits.take(3)?; // video format
-        info.full_range = bits.flag()?;
+        info.full_range = Some(bits.flag()?);
         if bits.flag()? {
             bits.take(16)?; // primaries, transfer
-            info.matrix = bits.take(8)?;
+            info.matrix = Some(bits.take(8)?);
         }
     }
     Some(())
@@ -278,8 +277,7 @@ mod tests {
         ]));
         let info = parse(&nal).expect("the parameter set is complete");
         assert_eq!((info.crop_left, info.crop_top), (2, 6));
-        assert!(info.full_range);
-        assert_eq!(info.matrix, 1);
+        assert_eq!((info.full_range, info.matrix), (Some(true), Some(1)));
         assert_eq!((info.chroma_format, info.bit_depth), (1, 8));
         assert_eq!((info.width, info.height, info.references), (320, 240, 1));
     }

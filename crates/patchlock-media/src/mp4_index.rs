@@ -6,7 +6,8 @@ use std::io::{self, Read, Seek, SeekFrom};
 
 use image::metadata::Orientation;
 use shiguredo_mp4::boxes::{
-    ElstEntry, HdlrBox, MoovBox, MvexBox, MvhdBox, SampleEntry, StblBox, StcoBox, StszBox, TrakBox,
+    ElstEntry, HdlrBox, MdiaBox, MoovBox, MvexBox, MvhdBox, SampleEntry, StblBox, StcoBox, StszBox,
+    TrakBox,
 };
 use shiguredo_mp4::{BoxHeader, BoxType, Decode, Either};
 
@@ -46,20 +47,23 @@ pub struct Track {
     pub edits: Vec<ElstEntry>,
     /// Ticks per second of the durations of edits.
     pub movie_timescale: u32,
+    /// Whether the file also has a track of sound.
+    pub sound: bool,
 }
 
 /// Reads the first video track of a file of `bytes` bytes; `None` if it has none. The error is the reason why
 /// the index cannot be read.
 pub fn read(file: &mut File, bytes: u64) -> Result<Option<Track>, String> {
     let moov = find_index(file, bytes)?;
-    let (mut video, mut broken, mut fragmented, mut movie) = (None, None, false, None);
+    let (mut video, mut movie) = (None, None);
+    let (mut fragmented, mut sound) = (false, false);
     for found in Boxes(&moov) {
         let (kind, whole) = found?;
         match kind {
-            TrakBox::TYPE if video.is_none() => match TrakBox::decode(whole) {
-                Ok((track, _)) => video = is_video(&track).then_some(track),
-                // This matters only if the video is not in another track.
-                Err(error) => broken = Some(damaged(error)),
+            TrakBox::TYPE => match handler(whole) {
+                Some(HdlrBox::HANDLER_TYPE_VIDE) => video = video.or(Some(whole)),
+                Some(HdlrBox::HANDLER_TYPE_SOUN) => sound = true,
+                _ => {}
             },
             MvexBox::TYPE => fragmented = true,
             MvhdBox::TYPE => movie = Some(MvhdBox::decode(whole).map_err(damaged)?.0),
@@ -69,15 +73,23 @@ pub fn read(file: &mut File, bytes: u64) -> Result<Option<Track>, String> {
     let Some(movie) = movie else {
         return Err("the index is damaged: it has no header (mvhd box)".to_string());
     };
-    match (video, broken) {
-        (Some(track), _) => Track::new(track, &movie, fragmented, bytes).map(Some),
-        (None, Some(error)) => Err(error),
-        (None, None) => Ok(None),
-    }
+    let Some(video) = video else { return Ok(None) };
+    let (video, _) = TrakBox::decode(video).map_err(damaged)?;
+    let track = Track::new(video, &movie, bytes)?;
+    Ok(Some(Track { fragmented, sound, ..track }))
 }
 
-fn is_video(track: &TrakBox) -> bool {
-    track.mdia_box.hdlr_box.handler_type == HdlrBox::HANDLER_TYPE_VIDE
+/// What a track holds, from its `mdia` and `hdlr` boxes. The other boxes of tracks that are not read may be
+/// of any kind.
+fn handler(track: &[u8]) -> Option<[u8; 4]> {
+    let media = inner(track, MdiaBox::TYPE)?;
+    HdlrBox::decode(inner(media, HdlrBox::TYPE)?).ok().map(|(handler, _)| handler.handler_type)
+}
+
+/// The first box of a type within a box.
+fn inner(whole: &[u8], kind: BoxType) -> Option<&[u8]> {
+    let (_, content) = BoxHeader::decode_header_and_payload(whole).ok()?;
+    Boxes(content).map_while(Result::ok).find(|(found, _)| *found == kind).map(|(_, whole)| whole)
 }
 
 fn damaged(error: shiguredo_mp4::Error) -> String {
@@ -140,7 +152,7 @@ impl<'a> Iterator for Boxes<'a> {
 }
 
 impl Track {
-    fn new(track: TrakBox, movie: &MvhdBox, fragmented: bool, bytes: u64) -> Result<Self, String> {
+    fn new(track: TrakBox, movie: &MvhdBox, bytes: u64) -> Result<Self, String> {
         let orientation = orientation::of_matrices(&track.tkhd_box.matrix, &movie.matrix);
         let edits = track.edts_box.and_then(|edits| edits.elst_box);
         let timescale = track.mdia_box.mdhd_box.timescale.get();
@@ -153,12 +165,13 @@ impl Track {
         Ok(Self {
             entry,
             samples,
-            fragmented,
+            fragmented: false,
             timescale,
             duration,
             orientation,
             edits: edits.map_or_else(Vec::new, |edits| edits.entries),
             movie_timescale: movie.timescale.get(),
+            sound: false,
         })
     }
 }

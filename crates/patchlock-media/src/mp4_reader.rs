@@ -95,6 +95,27 @@ impl Pictures {
     }
 }
 
+/// The colour box (`colr`) of a file.
+#[derive(Debug, Clone, Copy, Default)]
+struct ColourTag {
+    matrix: Option<u32>,
+    full_range: Option<bool>,
+}
+
+impl ColourTag {
+    fn of(avc: &Avc1Box) -> Self {
+        let tag = avc.unknown_boxes.iter().find(|found| found.box_type.as_bytes() == b"colr");
+        match tag.map(|found| found.payload.as_slice()) {
+            // Primaries, transfer and matrix in two bytes each; QuickTime writes `nclc` without a range.
+            Some([b'n', b'c', b'l', kind, _, _, _, _, high, low, rest @ ..]) => Self {
+                matrix: Some(u32::from(*high) << 8 | u32::from(*low)),
+                full_range: rest.first().filter(|_| *kind == b'x').map(|flags| flags & 0x80 != 0),
+            },
+            _ => Self::default(),
+        }
+    }
+}
+
 /// An MP4 file with H.264 video.
 pub struct Mp4 {
     file: File,
@@ -111,6 +132,10 @@ pub struct Mp4 {
     rate: Option<FrameRate>,
     headers: Vec<u8>,
     length_bytes: usize,
+    /// What the file says of the colours.
+    tagged: ColourTag,
+    /// Whether the file has sound too.
+    sound: bool,
     /// Of the last parameter set that was read.
     info: StreamInfo,
     decoder: Decoder,
@@ -179,6 +204,8 @@ impl Mp4 {
             orientation: track.orientation,
             rate,
             headers,
+            tagged: ColourTag::of(&avc),
+            sound: track.sound,
             length_bytes: usize::from(avc.avcc_box.length_size_minus_one.get()) + 1,
             info,
             decoder: Decoder::new(),
@@ -298,6 +325,15 @@ impl Mp4 {
         Ok(())
     }
 
+    /// What the stream says of its colours, else what the file says, else what is usual for the size.
+    fn colour(&self, frame: &YuvFrame, info: &StreamInfo) -> Colour {
+        let matrix = info.matrix.or(self.tagged.matrix).and_then(Matrix::of_code);
+        Colour {
+            matrix: matrix.unwrap_or_else(|| Matrix::usual(frame.width, frame.height)),
+            full_range: info.full_range.or(self.tagged.full_range).unwrap_or(false),
+        }
+    }
+
     fn picture(&self, frame: &YuvFrame, info: &StreamInfo) -> Picture {
         let planes = Planes {
             width: frame.width,
@@ -307,10 +343,8 @@ impl Mp4 {
             v: &frame.v,
             subsampling: (2, 2),
         };
-        // If the file does not specify a matrix, BT.601 is used even for high definition: both trackers
-        // mostly use luma.
-        let matrix = if info.matrix == 1 { Matrix::Bt709 } else { Matrix::Bt601 };
-        let rgb = colour::to_rgb(&planes, Colour { matrix, full_range: info.full_range });
+        let colour = self.colour(frame, info);
+        let rgb = colour::to_rgb(&planes, colour);
         let (left, top) = (info.crop_left, info.crop_top);
         if (left, top) == (0, 0) || left >= frame.width || top >= frame.height {
             return orientation::oriented(frame.width, frame.height, rgb, self.orientation);
@@ -328,6 +362,10 @@ impl FrameSource for Mp4 {
 
     fn rate(&self) -> Option<FrameRate> {
         self.rate
+    }
+
+    fn has_sound(&self) -> bool {
+        self.sound
     }
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {

@@ -44,6 +44,11 @@ pub trait FrameSource: Send {
     /// The frame rate, if the source specifies one.
     fn rate(&self) -> Option<FrameRate>;
 
+    /// Whether the source also has sound, which this crate does not read.
+    fn has_sound(&self) -> bool {
+        false
+    }
+
     /// Reads the frame with this index; `None` after the last frame.
     ///
     /// # Errors
@@ -90,6 +95,10 @@ impl FrameSource for Guarded {
         self.source.rate()
     }
 
+    fn has_sound(&self) -> bool {
+        self.source.has_sound()
+    }
+
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
         guard::decoding(|| self.source.frame(index)).unwrap_or_else(|panicked| {
             let message = format!("cannot read frame {index} of {}: {panicked}", self.name);
@@ -104,7 +113,7 @@ fn open_unguarded(
     limits: Limits,
 ) -> Result<Box<dyn FrameSource>, Error> {
     if name == "-" {
-        return y4m::open_stream(std::io::stdin(), "standard input", reverse, limits);
+        return y4m::open_stream(std::io::stdin(), "standard input", reverse, limits, None);
     }
     let path = Path::new(name);
     // An existing file or folder takes precedence over a pattern or glob of the same name.

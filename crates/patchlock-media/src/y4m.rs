@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
-use crate::colour::{self, Colour, Planes};
+use crate::colour::{self, Colour, Matrix, Planes};
 use crate::limits::{self, Limits};
 use crate::{Error, FrameRate, FrameSource, Picture, Pixels, without_path};
 
@@ -12,7 +12,7 @@ use crate::{Error, FrameRate, FrameSource, Picture, Pixels, without_path};
 pub const MAGIC: &[u8] = b"YUV4MPEG2";
 
 /// The parsed header line.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Header {
     width: usize,
     height: usize,
@@ -20,6 +20,8 @@ struct Header {
     /// Luma pixels per chroma sample, horizontally and vertically; `None` for grey.
     subsampling: Option<(usize, usize)>,
     full_range: bool,
+    /// The format has no word for the matrix.
+    matrix: Matrix,
 }
 
 impl Header {
@@ -29,8 +31,14 @@ impl Header {
         if words.next().map(str::as_bytes) != Some(MAGIC) {
             return Err("not Y4M data: they do not start with YUV4MPEG2".to_string());
         }
-        let mut header =
-            Self { width: 0, height: 0, rate: None, subsampling: Some((2, 2)), full_range: false };
+        let mut header = Self {
+            width: 0,
+            height: 0,
+            rate: None,
+            subsampling: Some((2, 2)),
+            full_range: false,
+            matrix: Matrix::Bt601,
+        };
         for word in words.filter(|word| !word.is_empty()) {
             let (tag, value) = word.split_at(word.chars().next().map_or(0, char::len_utf8));
             match tag {
@@ -49,7 +57,12 @@ impl Header {
                 header.width, header.height
             ));
         }
+        header.matrix = Matrix::usual(header.width, header.height);
         Ok(header)
+    }
+
+    fn with(self, matrix: Option<Matrix>) -> Self {
+        Self { matrix: matrix.unwrap_or(self.matrix), ..self }
     }
 
     fn chroma_samples(&self) -> usize {
@@ -71,7 +84,7 @@ impl Header {
                     Planes { width: self.width, height: self.height, y, u, v, subsampling };
                 Pixels::Rgb8(colour::to_rgb(
                     &planes,
-                    Colour { full_range: self.full_range, ..Colour::default() },
+                    Colour { full_range: self.full_range, matrix: self.matrix },
                 ))
             }
         };
@@ -147,19 +160,22 @@ fn damaged(name: &str, index: usize, what: &str) -> Error {
 }
 
 /// Opens a stream. For reverse order it is first copied to a temporary file, since a pipe cannot be read
-/// backwards.
+/// backwards. Without a `matrix`, it is the usual one.
 pub fn open_stream(
     input: impl Read + Send + 'static,
     name: &str,
     reverse: bool,
     limits: Limits,
+    matrix: Option<Matrix>,
 ) -> Result<Box<dyn FrameSource>, Error> {
     let mut input = BufReader::new(input);
     if !reverse {
-        let header = read_header(&mut input, name, limits)?;
+        let header = read_header(&mut input, name, limits)?.with(matrix);
         return Ok(Box::new(Y4mStream { input, header, name: name.to_string(), next: 0 }));
     }
-    Ok(Box::new(Y4mFile::index(spool(&mut input, name)?, name, limits)?))
+    let mut file = Y4mFile::index(spool(&mut input, name)?, name, limits)?;
+    file.header = file.header.with(matrix);
+    Ok(Box::new(file))
 }
 
 /// Copies a stream to an unnamed temporary file, which is removed when it is closed.
@@ -312,7 +328,7 @@ mod tests {
     }
 
     fn stream_of(data: Vec<u8>, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
-        open_stream(io::Cursor::new(data), "s", reverse, Limits::default())
+        open_stream(io::Cursor::new(data), "s", reverse, Limits::default(), None)
     }
 
     #[test]

@@ -55,7 +55,9 @@ impl Bench {
         use std::os::unix::fs::PermissionsExt;
         fs::create_dir_all(self.path("bin")).unwrap();
         let program = self.path("bin/ffmpeg");
-        fs::write(&program, format!("#!/bin/sh\n{script}\n")).unwrap();
+        // The program runs in a folder of its own.
+        let folder = self.folder.path().display();
+        fs::write(&program, format!("#!/bin/sh\ncd '{folder}'\n{script}\n")).unwrap();
         fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).unwrap();
         let mut command = self.track(source);
         command.env("PATH", format!("{}:/usr/bin:/bin", self.path("bin").display()));
