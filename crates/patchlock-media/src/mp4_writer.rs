@@ -17,8 +17,6 @@ use shiguredo_mp4::{BoxSize, BoxType, TrackKind};
 
 use crate::{Error, FrameRate, colour};
 
-/// Quantiser low enough to keep lines of one pixel crisp.
-const QUALITY: u8 = 20;
 /// Fewest ticks per second in which the times of frames are written.
 const TICKS: u32 = 60_000;
 /// Largest distance between keyframes, which bounds how far off a player seeks.
@@ -43,6 +41,9 @@ pub struct Mp4Writer<W: Write + Seek> {
 }
 
 impl<W: Write + Seek> Mp4Writer<W> {
+    /// The quantiser of [`Mp4Writer::new`], for video that is to be analysed: 20 loses little.
+    pub const FINE: u8 = 20;
+
     /// Starts a video; all frames have this size in pixels. If the number of frames is known, `expected`
     /// reserves space for the index at the start of the file, so that players can start before they have
     /// loaded all of it.
@@ -50,15 +51,34 @@ impl<W: Write + Seek> Mp4Writer<W> {
     /// # Errors
     /// [`Error::Encode`] if the encoder does not support this size; [`Error::Write`].
     pub fn new(
-        mut out: W,
+        out: W,
         width: usize,
         height: usize,
         rate: FrameRate,
         expected: Option<usize>,
     ) -> Result<Self, Error> {
+        Self::with_quantiser(out, width, height, rate, expected, Self::FINE)
+    }
+
+    /// Starts a video as [`Mp4Writer::new`] does, with a quantiser of 0 (best, largest) to 51. Six more make
+    /// the file about half as large.
+    ///
+    /// # Errors
+    /// As [`Mp4Writer::new`]; a larger quantiser is one of [`Error::Encode`].
+    pub fn with_quantiser(
+        mut out: W,
+        width: usize,
+        height: usize,
+        rate: FrameRate,
+        expected: Option<usize>,
+        quantiser: u8,
+    ) -> Result<Self, Error> {
+        if quantiser > 51 {
+            return Err(Error::Encode(format!("the quantiser is {quantiser}; it must be 0 to 51")));
+        }
         let mut config = EncoderConfig::new(width.next_multiple_of(2), height.next_multiple_of(2));
         config.preset = Preset::Fast;
-        config.qp = QUALITY;
+        config.qp = quantiser;
         config.gop_size = KEYFRAME_EVERY;
         config.framerate = rate.frames as f32 / rate.seconds as f32;
         // Disable everything that delays output: each frame must come out as it goes in.

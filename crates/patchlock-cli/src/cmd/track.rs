@@ -15,6 +15,7 @@ use crate::output::plan::{Opened, Plan};
 use crate::output::row::Lost;
 use crate::output::summary::{Settings, Summary};
 use crate::output::tables::{Format, PipeClosed};
+use crate::output::video::QUALITY;
 use crate::progress::Progress;
 use crate::run::Run;
 use crate::target::{self, Truth};
@@ -133,9 +134,21 @@ pub struct TrackArgs {
 
     /// Save a video (MP4, H.264) with box, outline, visible patches, score and frame number drawn in: solid
     /// lines if the target is tracked, dashed ones if that is uncertain, the last box in grey if it is lost.
-    /// Frames have the times of the source, or 30 frames per second if it has none
+    /// Frames have the times of the source, or 30 frames per second if it has none. Sound is left out
     #[arg(long, value_name = "FILE.mp4")]
     video: Option<PathBuf>,
+
+    /// Quantiser of --video: 0 is the best picture and the largest file, 51 the smallest; six more make it about
+    /// half as large
+    #[arg(
+        long,
+        value_name = "0..51",
+        default_value_t = QUALITY,
+        allow_negative_numbers = true,
+        requires = "video",
+        value_parser = clap::value_parser!(u8).range(0..=51)
+    )]
+    quality: u8,
 
     /// Save statistics of the run as JSON: frames, frames_lost, losses (each with the frames of the loss and
     /// of the return), tracking_fps (without decoding), ms_median, ms_p95, ...
@@ -197,7 +210,8 @@ impl TrackArgs {
         ];
         let inputs: Vec<&Path> = inputs.into_iter().flatten().collect();
         let (video, summary) = (self.video.as_deref(), self.summary.as_deref());
-        Ok(Plan::check(&self.save, video, summary, self.overwrite, &inputs)?)
+        let plan = Plan::check(&self.save, video, summary, self.overwrite, &inputs)?;
+        Ok(plan.with_quality(self.quality))
     }
 }
 
@@ -234,6 +248,7 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let source = source.map_err(Failure::from)?;
     let rate = source.rate();
     let length = source.length();
+    let sound = source.has_sound();
     let expected = order.count(length);
     let mut indices = order.indices(length).map_err(Failure::from)?.peekable();
     let mut targets = start.targets(indices.peek().copied().unwrap_or(order.start))?;
@@ -244,6 +259,9 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     targets.check_boxes(first.0, &first.1)?;
 
     let Opened { sinks, summary } = plan.open(args.lost, played_by(rate, args.stride), expected)?;
+    if let Some(video) = args.video.as_ref().filter(|_| sound) {
+        eprintln!("note: {} has no sound: only pictures are written", video.display());
+    }
     let progress = match plan.prints() {
         true => Progress::beside_table(expected, args.quiet),
         false => Progress::new(expected, args.quiet),

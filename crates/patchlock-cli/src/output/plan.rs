@@ -17,6 +17,7 @@ use crate::failure::{Failure, usage};
 pub struct Plan {
     tables: Vec<(Format, PathBuf)>,
     video: Option<PathBuf>,
+    quality: u8,
     summary: Option<PathBuf>,
     overwrite: bool,
 }
@@ -46,6 +47,7 @@ impl Plan {
         let plan = Self {
             tables: tables?,
             video: video.map(Path::to_path_buf),
+            quality: video::QUALITY,
             summary: summary.map(Path::to_path_buf),
             overwrite,
         };
@@ -64,6 +66,11 @@ impl Plan {
             taken.push(place);
         }
         Ok(plan)
+    }
+
+    /// The same files, with this quantiser of the video.
+    pub fn with_quality(self, quality: u8) -> Self {
+        Self { quality, ..self }
     }
 
     /// All files, in the order of the options.
@@ -88,6 +95,7 @@ impl Plan {
             sinks.push(Box::new(Video::new(
                 PendingFile::create(path, self.overwrite)?,
                 rate,
+                self.quality,
                 expected,
             )));
         }

@@ -136,7 +136,7 @@ def _follow(
 def to_dataframe(estimates: Iterable[Estimate]) -> pd.DataFrame:
     """Converts estimates to a pandas table, indexed by frame.
 
-    The columns are those of `patchlock track --save`. Needs pandas: `pip install pandas`.
+    The columns are those of `patchlock track --save`, without the time. Needs pandas: `pip install pandas`.
 
     Raises:
         ImportError: pandas is not installed.
