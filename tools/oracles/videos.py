@@ -43,6 +43,10 @@ def make(program: str) -> list[str]:
     ffmpeg(program, "-display_rotation", "180", "-i", "upright.mp4", *turned, "deep.mp4")
     odd = [*H264[:-4], "-pix_fmt", "yuv444p", *H264[-2:]]
     ffmpeg(program, *source("97x63", 0.4), *odd, *exact, "odd.mp4")
+    # Not shown by OpenCV in a golden file, but read from every frame on.
+    reordered = ["-c:v", "libx264", "-pix_fmt", "yuv420p", *exact, "-x264-params"]
+    reordered += ["open-gop=1:keyint=10:bframes=2:no-info=1"]
+    ffmpeg(program, *source("96x64", 1.2), *reordered, "open.mp4")
     for scratch in ["plain.mp4", "sound.mp4", "upright.mp4"]:
         (DATA / scratch).unlink()
     return ["turned.mov", "trimmed.mp4", "uneven.mp4", "fragments.mp4", "deep.mp4", "odd.mp4"]

@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, BufReader, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStderr, ChildStdout, Command, Stdio};
 use std::thread::{self, JoinHandle};
 
@@ -23,49 +23,85 @@ const TIMES: &str = "settb=AVTB,metadata=mode=add:key=n:value=0,metadata=mode=pr
 const TIMES_FILE: &str = "times.txt";
 
 /// Opens a video with ffmpeg. `reason` explains why ffmpeg is needed, for the message if it is missing: a
-/// predicate of which the file is the subject, such as `holds VP9 video`.
+/// predicate of which the file is the subject, such as `holds VP9 video`. `times` are those of all frames, in
+/// millionths of a second, if the file tells them.
 pub fn open(
     path: &Path,
     reason: &str,
     reverse: bool,
     limits: Limits,
+    times: Option<Vec<i64>>,
 ) -> Result<Box<dyn FrameSource>, Error> {
-    let name = path.display().to_string();
-    let folder = tempfile::tempdir().map_err(Error::because("cannot make a folder".to_string()))?;
     let about = About::of(path, reason, limits)?;
-    let mut last_error = None;
-    for sync in EVERY_FRAME_ONCE {
-        let mut child =
-            spawn(decoding(path, sync, limits)?.current_dir(folder.path()), path, reason)?;
-        let (Some(output), Some(errors)) = (child.stdout.take(), child.stderr.take()) else {
-            continue;
-        };
-        let messages = thread::spawn(move || messages(errors));
-        let pipe = Pipe { child, output, messages: Some(messages) };
-        match y4m::open_stream(pipe, &name, reverse, limits, about.matrix) {
-            Ok(frames) => {
-                let times = Times { folder, lines: None, read: Vec::new() };
-                return Ok(Box::new(Video { frames, times, sound: about.sound }));
-            }
-            Err(error) if error.to_string().contains("max pixel count") => {
-                let message = format!("{name}: its frames have too many pixels");
-                let hint = format!("--max-pixels accepts more than {}", limits.pixels);
-                return Err(Error::source(message, hint));
-            }
-            Err(error) => {
-                let old_version = error.to_string().contains("fps_mode");
-                last_error = Some(error);
-                if !old_version {
-                    break;
+    let task = Task {
+        path: path.to_path_buf(),
+        reason: reason.to_string(),
+        limits,
+        reverse,
+        matrix: about.matrix,
+    };
+    let part = task.start(None)?;
+    let times = times.filter(|_| !reverse);
+    Ok(Box::new(Video { task, part, times, waiting: None, sound: about.sound }))
+}
+
+/// How to decode a video.
+struct Task {
+    path: PathBuf,
+    reason: String,
+    limits: Limits,
+    reverse: bool,
+    matrix: Option<Matrix>,
+}
+
+impl Task {
+    /// Starts ffmpeg: at the beginning, or with the frame of this number, which is the first one shown at
+    /// this time, in millionths of a second, or later.
+    fn start(&self, from: Option<(usize, i64)>) -> Result<Part, Error> {
+        let (first, from) = (from.map_or(0, |(first, _)| first), from.map(|(_, time)| time));
+        let name = self.path.display().to_string();
+        let folder =
+            tempfile::tempdir().map_err(Error::because("cannot make a folder".to_string()))?;
+        let mut last_error = None;
+        for sync in EVERY_FRAME_ONCE {
+            let mut command = decoding(&self.path, from, sync, self.limits)?;
+            let mut child = spawn(command.current_dir(folder.path()), &self.path, &self.reason)?;
+            let (Some(output), Some(errors)) = (child.stdout.take(), child.stderr.take()) else {
+                continue;
+            };
+            let messages = thread::spawn(move || messages(errors));
+            let pipe = Pipe { child, output, messages: Some(messages) };
+            match y4m::open_stream(pipe, &name, self.reverse, self.limits, self.matrix, first) {
+                Ok(frames) => {
+                    let times = Times { folder, lines: None, first, read: Vec::new(), start: None };
+                    return Ok(Part { frames, times });
+                }
+                Err(error) if error.to_string().contains("max pixel count") => {
+                    let message = format!("{name}: its frames have too many pixels");
+                    let hint = format!("--max-pixels accepts more than {}", self.limits.pixels);
+                    return Err(Error::source(message, hint));
+                }
+                Err(error) => {
+                    let old_version = error.to_string().contains("fps_mode");
+                    last_error = Some(error);
+                    if !old_version {
+                        break;
+                    }
                 }
             }
         }
+        Err(last_error.unwrap_or_else(|| Error::plain(format!("ffmpeg did not start for {name}"))))
     }
-    Err(last_error.unwrap_or_else(|| Error::plain(format!("ffmpeg did not start for {name}"))))
 }
 
-/// The beginning of every command line.
-fn ffmpeg(path: &Path, level: &str, limits: Limits) -> Result<Command, Error> {
+/// Frames from one run of ffmpeg, with their times.
+struct Part {
+    frames: Box<dyn FrameSource>,
+    times: Times,
+}
+
+/// A command line up to the input. With `from`, decoding starts there and times are those of the file.
+fn ffmpeg(path: &Path, level: &str, from: Option<i64>, limits: Limits) -> Result<Command, Error> {
     // A file may name others, on other machines too: ffmpeg must not follow that. The prefix keeps it from
     // taking a part of the name for a protocol.
     let mut input = OsString::from("file:");
@@ -73,7 +109,12 @@ fn ffmpeg(path: &Path, level: &str, limits: Limits) -> Result<Command, Error> {
     let mut command = Command::new("ffmpeg");
     command
         .args(["-hide_banner", "-v", level, "-nostdin", "-protocol_whitelist", "file"])
-        .args(["-max_pixels", &limits.pixels.to_string(), "-i"])
+        .args(["-max_pixels", &limits.pixels.to_string()]);
+    if let Some(from) = from {
+        command.args(["-copyts", "-seek_timestamp", "1", "-ss", &format!("{from}us")]);
+    }
+    command
+        .arg("-i")
         .arg(input)
         .args(["-map", "0:v:0"])
         .stdin(Stdio::null())
@@ -83,15 +124,17 @@ fn ffmpeg(path: &Path, level: &str, limits: Limits) -> Result<Command, Error> {
 }
 
 /// Decodes all frames. `-xerror` is not used: it also rejects intact videos with unevenly spaced frames.
-fn decoding(path: &Path, sync: [&str; 2], limits: Limits) -> Result<Command, Error> {
-    let mut command = ffmpeg(path, "error", limits)?;
-    command.args(sync).args(["-vf", &format!("{TIMES}{TIMES_FILE},{FORMATS}")]).args([
-        "-strict",
-        "-1",
-        "-f",
-        "yuv4mpegpipe",
-        "-",
-    ]);
+/// Dithering would make the pixels of a frame depend on how many were decoded before it.
+fn decoding(
+    path: &Path,
+    from: Option<i64>,
+    sync: [&str; 2],
+    limits: Limits,
+) -> Result<Command, Error> {
+    let mut command = ffmpeg(path, "error", from, limits)?;
+    let filters = format!("{TIMES}{TIMES_FILE},{FORMATS}");
+    command.args(sync).args(["-sws_dither", "none", "-vf", &filters]);
+    command.args(["-strict", "-1", "-f", "yuv4mpegpipe", "-"]);
     Ok(command)
 }
 
@@ -105,7 +148,7 @@ struct About {
 impl About {
     /// Decodes one frame. Errors are left to the process that decodes all.
     fn of(path: &Path, reason: &str, limits: Limits) -> Result<Self, Error> {
-        let mut command = ffmpeg(path, "info", limits)?;
+        let mut command = ffmpeg(path, "info", None, limits)?;
         command
             .args(["-frames:v", "1", "-vf", "showinfo", "-f", "null", "-"])
             .stdout(Stdio::null());
@@ -135,20 +178,47 @@ fn matrix(name: &str) -> Option<Matrix> {
     }
 }
 
-/// The frames of a video, with their times.
+/// A video that ffmpeg decodes.
 struct Video {
-    frames: Box<dyn FrameSource>,
-    times: Times,
+    task: Task,
+    part: Part,
+    /// When each frame is shown, in millionths of a second; to start at a later frame.
+    times: Option<Vec<i64>>,
+    /// The frame with this number, read in advance.
+    waiting: Option<(usize, Picture)>,
     sound: bool,
+}
+
+impl Video {
+    /// Starts at a later frame, if it is certain that ffmpeg then begins with that one: otherwise all frames
+    /// are decoded.
+    fn skip_to(&mut self, index: usize) -> Option<()> {
+        let times = self.times.take()?;
+        let (before, wanted) = (*times.get(index.checked_sub(1)?)?, *times.get(index)?);
+        // Frames that are shown twice have no certain place.
+        if !times.is_sorted_by(|a, b| a < b) {
+            return None;
+        }
+        let from = before + (wanted - before) / 2;
+        let mut part = self.task.start(Some((index, from))).ok()?;
+        let picture = part.frames.frame(index).ok()??;
+        if (part.times.absolute(index)? - wanted).abs() > 1 {
+            return None;
+        }
+        part.times.start = times.first().copied();
+        self.part = part;
+        self.waiting = Some((index, picture));
+        Some(())
+    }
 }
 
 impl FrameSource for Video {
     fn length(&self) -> Option<usize> {
-        self.frames.length()
+        self.part.frames.length()
     }
 
     fn rate(&self) -> Option<FrameRate> {
-        self.frames.rate()
+        self.part.frames.rate()
     }
 
     fn has_sound(&self) -> bool {
@@ -156,10 +226,17 @@ impl FrameSource for Video {
     }
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
-        let picture = self.frames.frame(index)?;
+        if self.times.is_some() {
+            self.skip_to(index);
+        }
+        let waiting = self.waiting.take().filter(|(number, _)| *number == index);
+        let picture = match waiting {
+            Some((_, picture)) => Some(picture),
+            None => self.part.frames.frame(index)?,
+        };
         // A frame without a time has that of an even rate.
         Ok(picture.map(|picture| {
-            let time = self.times.of(index).or(picture.time);
+            let time = self.part.times.of(index).or(picture.time);
             picture.at(time)
         }))
     }
@@ -169,25 +246,37 @@ impl FrameSource for Video {
 struct Times {
     folder: TempDir,
     lines: Option<BufReader<File>>,
+    /// The number of the first frame in the file.
+    first: usize,
     /// In millionths of a second; `None` for a frame without a time.
     read: Vec<Option<i64>>,
+    /// The time of frame 0, if that is not in the file.
+    start: Option<i64>,
 }
 
 impl Times {
-    /// When a frame is shown, in seconds from the first; `None` if ffmpeg has not told.
-    fn of(&mut self, index: usize) -> Option<f64> {
+    /// The time of a frame in the video; `None` if ffmpeg has not told.
+    fn absolute(&mut self, index: usize) -> Option<i64> {
+        let at = index.checked_sub(self.first)?;
         if self.lines.is_none() {
             let file = File::open(self.folder.path().join(TIMES_FILE)).ok()?;
             self.lines = Some(BufReader::new(file));
         }
-        while self.read.len() <= index {
+        while self.read.len() <= at {
             let line = y4m::piece_of_line(self.lines.as_mut()?).ok()??;
             if let Some((_, after)) = line.split_once(" pts:") {
                 let time = after.split_whitespace().next().and_then(|text| text.parse().ok());
                 self.read.push(time);
             }
         }
-        Some((self.read[index]? - self.read[0]?) as f64 / 1e6)
+        self.read[at]
+    }
+
+    /// When a frame is shown, in seconds from the first frame of the video.
+    fn of(&mut self, index: usize) -> Option<f64> {
+        let time = self.absolute(index)?;
+        let start = self.start.or(*self.read.first()?)?;
+        Some((time - start) as f64 / 1e6)
     }
 }
 

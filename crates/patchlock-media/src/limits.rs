@@ -67,7 +67,7 @@ impl TooLarge {
     /// What the user can do about it.
     pub fn hint(&self) -> String {
         format!(
-            "if that is its true size, --max-pixels {} accepts it; one frame then takes {} MB or more",
+            "if that is its true size, track --max-pixels {} accepts it; a frame then takes {} MB or more",
             self.pixels,
             self.pixels / 100_000
         )

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use image::metadata::Orientation;
 use rusty_h264::{DecodeError, Decoder, YuvFrame};
-use shiguredo_mp4::boxes::{Avc1Box, SampleEntry};
+use shiguredo_mp4::boxes::{Avc1Box, ElstEntry, SampleEntry};
 
 use crate::colour::{self, Colour, Matrix, Planes};
 use crate::h264::{self, StreamInfo};
@@ -82,9 +82,11 @@ impl Pictures {
         Self { samples, shown, stored, entrances }
     }
 
-    /// The times of the pictures in presentation order.
-    fn times(&self) -> Vec<i64> {
-        self.stored.iter().map(|&k| self.samples[k].time).collect()
+    /// The frames that an edit list shows.
+    fn shown(&self, timescale: u32, list: &EditList, bytes: u64) -> Result<Vec<Shown>, String> {
+        let times: Vec<i64> = self.stored.iter().map(|&k| self.samples[k].time).collect();
+        let most = limits::frames(bytes) as usize;
+        mp4_edits::shown(&times, timescale, &list.edits, list.timescale, most)
     }
 
     /// The last sample from which a decoder can reach a frame.
@@ -93,6 +95,28 @@ impl Pictures {
         let behind = self.entrances.partition_point(|&k| k <= goal && self.shown[k] <= index);
         behind.checked_sub(1).map_or(0, |at| self.entrances[at])
     }
+}
+
+/// An edit list, with the ticks per second of its durations.
+struct EditList {
+    edits: Vec<ElstEntry>,
+    timescale: u32,
+}
+
+/// When each frame of a file is shown, in millionths of a second, whatever its encoding; `None` if the index
+/// does not tell.
+pub fn frame_times(path: &Path) -> Option<Vec<i64>> {
+    let mut file = File::open(path).ok()?;
+    let bytes = file.metadata().ok()?.len();
+    let track = mp4_index::read(&mut file, bytes).ok()??;
+    if track.fragmented {
+        return None;
+    }
+    let list = EditList { edits: track.edits, timescale: track.movie_timescale };
+    let frames = Pictures::new(track.samples).shown(track.timescale, &list, bytes).ok()?;
+    let scale = i128::from(track.timescale);
+    let micros = |ticks: i64| (i128::from(ticks) * 1_000_000 + scale / 2).div_euclid(scale);
+    frames.iter().map(|frame| i64::try_from(micros(frame.time)).ok()).collect()
 }
 
 /// The colour box (`colr`) of a file.
@@ -178,10 +202,8 @@ impl Mp4 {
             Some(other) => return Err(OpenError::Codec(format!("{} video", codec_name(&other)))),
         };
         let pictures = Pictures::new(track.samples);
-        let most = limits::frames(bytes) as usize;
-        let (scale, movie_scale) = (track.timescale, track.movie_timescale);
-        let frames = mp4_edits::shown(&pictures.times(), scale, &track.edits, movie_scale, most)
-            .map_err(broken)?;
+        let list = EditList { edits: track.edits, timescale: track.movie_timescale };
+        let frames = pictures.shown(track.timescale, &list, bytes).map_err(broken)?;
         if frames.is_empty() {
             return Err(broken("its edit list shows no frame".into()));
         }

@@ -113,7 +113,7 @@ fn open_unguarded(
     limits: Limits,
 ) -> Result<Box<dyn FrameSource>, Error> {
     if name == "-" {
-        return y4m::open_stream(std::io::stdin(), "standard input", reverse, limits, None);
+        return y4m::open_stream(std::io::stdin(), "standard input", reverse, limits, None, 0);
     }
     let path = Path::new(name);
     // An existing file or folder takes precedence over a pattern or glob of the same name.
@@ -161,12 +161,13 @@ fn open_file(path: &Path, reverse: bool, limits: Limits) -> Result<Box<dyn Frame
         return Ok(Box::new(ImageSequence::single(path).within(limits)));
     }
     if !mp4_reader::looks_like_mp4(&head) {
-        return ffmpeg::open(path, "is not an image, MP4 or Y4M file", reverse, limits);
+        return ffmpeg::open(path, "is not an image, MP4 or Y4M file", reverse, limits, None);
     }
     match Mp4::open(path, limits) {
         Ok(video) => Ok(Box::new(video)),
         Err(mp4_reader::OpenError::Codec(codec)) => {
-            ffmpeg::open(path, &format!("holds {codec}"), reverse, limits)
+            let times = mp4_reader::frame_times(path);
+            ffmpeg::open(path, &format!("holds {codec}"), reverse, limits, times)
         }
         Err(mp4_reader::OpenError::Broken(error)) => Err(error),
     }

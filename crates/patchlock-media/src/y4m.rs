@@ -160,18 +160,19 @@ fn damaged(name: &str, index: usize, what: &str) -> Error {
 }
 
 /// Opens a stream. For reverse order it is first copied to a temporary file, since a pipe cannot be read
-/// backwards. Without a `matrix`, it is the usual one.
+/// backwards. Without a `matrix`, it is the usual one. Forwards, the first frame has the number `first`.
 pub fn open_stream(
     input: impl Read + Send + 'static,
     name: &str,
     reverse: bool,
     limits: Limits,
     matrix: Option<Matrix>,
+    first: usize,
 ) -> Result<Box<dyn FrameSource>, Error> {
     let mut input = BufReader::new(input);
     if !reverse {
         let header = read_header(&mut input, name, limits)?.with(matrix);
-        return Ok(Box::new(Y4mStream { input, header, name: name.to_string(), next: 0 }));
+        return Ok(Box::new(Y4mStream { input, header, name: name.to_string(), next: first }));
     }
     let mut file = Y4mFile::index(spool(&mut input, name)?, name, limits)?;
     file.header = file.header.with(matrix);
@@ -328,7 +329,7 @@ mod tests {
     }
 
     fn stream_of(data: Vec<u8>, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
-        open_stream(io::Cursor::new(data), "s", reverse, Limits::default(), None)
+        open_stream(io::Cursor::new(data), "s", reverse, Limits::default(), None, 0)
     }
 
     #[test]
