@@ -187,6 +187,17 @@ parameters! {
             /// Learning rate of the filter over rotation.
             rotation_rate: f64 = 0.1, number(0.0, 1.0);
         }
+        "Bertinetto et al. 2016 (Staple), with our own numbers" {
+            /// Weight of the map of the target's colours, relative to the memory's mean response.
+            colour_weight: f64 = 0.3, number(0.0, 10.0);
+            /// The map counts where colour tells the target from what is around it by more than this: 0 is
+            /// not at all, 1 entirely.
+            colour_contrast: f64 = 0.2, number(-1.0, 1.0);
+            /// Learning rate of the colours of the target,
+            colour_rate: f64 = 0.04, number(0.0, 1.0);
+            /// and of those around it.
+            around_rate: f64 = 0.3, number(0.0, 1.0);
+        }
         "own measurement" {
             /// Learning rate of the memory, which is the mean of the follower's filters over sure frames.
             memory_rate: f64 = 0.02, number(0.0, 1.0);

@@ -39,8 +39,8 @@ pub struct ColourScratch {
     luma: Vec<f32>,
 }
 
-/// Writes the mean over each cell of the colour channels of a patch with three planes: cell by cell,
-/// `CHANNELS` values every `stride`.
+/// Writes the mean over each cell of the colour channels of a patch with three planes, or with one of grey:
+/// cell by cell, `CHANNELS` values every `stride`.
 pub fn colour(patch: &Planes, scratch: &mut ColourScratch, out: &mut [f32], stride: usize) {
     let places = &mut scratch.places;
     Instructions::default().dispatch(Colour { patch, places, out, stride });
@@ -70,8 +70,7 @@ impl WithSimd for Colour<'_> {
         let length = width * CELL;
         places.resize(length, 0);
         for (row, out) in out.chunks_mut(columns * stride).take(patch.height / CELL).enumerate() {
-            let [red, green, blue] =
-                [0, 1, 2].map(|plane| &patch.plane(plane)[row * length..][..length]);
+            let [red, green, blue] = patch.rgb().map(|plane| &plane[row * length..][..length]);
             for (k, place) in places[..length].iter_mut().enumerate() {
                 *place = index([red[k], green[k], blue[k]]);
             }
@@ -232,6 +231,10 @@ mod tests {
             }
             assert_eq!(cell[CHANNELS..], [0.0; 3]);
         }
+        let one = Planes { channels: 1, samples: patch.plane(0).to_vec(), ..patch };
+        let mut of_grey = vec![0.0; out.len()];
+        colour(&one, &mut ColourScratch::default(), &mut of_grey, stride);
+        assert_eq!(of_grey, out);
         let mut grey = [0.0; 8];
         luma(&patch, &mut ColourScratch::default(), &mut grey, 2);
         assert!((grey[0] - 0.4999).abs() < 1e-3 && (grey[2] + 0.5).abs() < 1e-6);

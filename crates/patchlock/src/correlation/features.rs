@@ -1,4 +1,4 @@
-//! The features of a patch: gradients, luma and colour per cell, under a window, and their spectra. The
+//! The features of a patch: gradients, luma and colour of each cell, under a window, and their spectra. The
 //! channels of a cell lie side by side, and so do those of a bin.
 
 use super::batch::{BatchScratch, GROUP};
@@ -7,13 +7,15 @@ use super::fhog::{self, CELL, FhogScratch, fhog};
 use super::fourier::{Complex32, Fourier};
 use crate::vision::crop::Planes;
 
-/// Which features a patch has, and their window.
+/// The features of square patches of one size, and their window.
 #[derive(Debug, Clone)]
 pub struct Features {
     fourier: Fourier,
-    colour: bool,
     window: Vec<f32>,
 }
+
+/// Number of channels that are not always zero.
+const USED: usize = fhog::CHANNELS + 1 + colour::CHANNELS;
 
 /// Buffers of [`Features::spectra`].
 #[derive(Debug, Default)]
@@ -25,24 +27,19 @@ pub struct FeatureScratch {
 }
 
 impl Features {
-    /// Features of square patches with `n` cells on a side; colour too if the patches have three planes.
-    pub fn new(n: usize, colour: bool) -> Self {
+    /// Features of square patches with `n` cells on a side, in colour (three planes) or grey (one).
+    pub fn new(n: usize) -> Self {
         let hann = |k: usize| {
             let turns = (k as f32 + 0.5) / n as f32;
             0.5 - 0.5 * (std::f32::consts::TAU * turns).cos()
         };
         let window = (0..n * n).map(|k| hann(k % n) * hann(k / n)).collect();
-        Self { fourier: Fourier::new(n), colour, window }
+        Self { fourier: Fourier::new(n), window }
     }
 
     /// The transforms of a plane of cells.
     pub fn fourier(&self) -> &Fourier {
         &self.fourier
-    }
-
-    /// Whether there are colour channels; the patches must then have three planes, otherwise one.
-    pub fn colour(&self) -> bool {
-        self.colour
     }
 
     /// Side of a patch in pixels.
@@ -52,11 +49,7 @@ impl Features {
 
     /// Number of channels. It is rounded up to whole groups; the last channels may be zero.
     pub fn channels(&self) -> usize {
-        self.used().next_multiple_of(GROUP)
-    }
-
-    fn used(&self) -> usize {
-        fhog::CHANNELS + 1 + if self.colour { colour::CHANNELS } else { 0 }
+        USED.next_multiple_of(GROUP)
     }
 
     /// The spectra of all channels of a patch, bin by bin.
@@ -65,13 +58,11 @@ impl Features {
         let channels = self.channels();
         cells.resize(self.window.len() * channels, 0.0);
         for cell in cells.chunks_exact_mut(channels) {
-            cell[self.used()..].fill(0.0);
+            cell[USED..].fill(0.0);
         }
         fhog(patch, fhog_scratch, cells, channels);
         luma(patch, colour_scratch, &mut cells[fhog::CHANNELS..], channels);
-        if self.colour {
-            colour(patch, colour_scratch, &mut cells[fhog::CHANNELS + 1..], channels);
-        }
+        colour(patch, colour_scratch, &mut cells[fhog::CHANNELS + 1..], channels);
         out.resize(self.fourier.bins() * channels, Complex32::ZERO);
         self.fourier.batch().forward(cells, &self.window, out, batch);
     }
@@ -92,7 +83,7 @@ mod tests {
         let spectra = |colour: bool, scratch: &mut FeatureScratch| {
             let mut out = Vec::new();
             let planes = if colour { 3 } else { 1 };
-            Features::new(n, colour).spectra(&patch(planes), scratch, &mut out);
+            Features::new(n).spectra(&patch(planes), scratch, &mut out);
             out
         };
         let mut scratch = FeatureScratch::default();

@@ -7,6 +7,7 @@ pub mod features;
 pub mod fhog;
 pub mod filter;
 pub mod fourier;
+pub mod histogram;
 pub mod lanes;
 pub mod response;
 pub mod rotation;

@@ -67,17 +67,26 @@ impl Response {
     /// The largest response, to a fraction of a cell: Newton steps on the series that the spectrum is, from
     /// the largest cell, unless they lead away from it.
     pub fn peak(&self, fourier: &Fourier) -> Peak {
-        let n = fourier.side();
-        let largest =
-            |best: (usize, f32), (k, &v): (usize, &f32)| if v > best.1 { (k, v) } else { best };
-        let (cell, value) = self.cells.iter().enumerate().fold((0, f32::MIN), largest);
-        let start = Peak { shift: [wrap(cell % n, n), wrap(cell / n, n)], value: f64::from(value) };
-        self.climb(fourier, start)
+        self.climb_from(fourier, largest(self.cells.iter().copied()))
+    }
+
+    /// As [`peak`](Self::peak), from the cell where the response with a map added is largest; the map has a
+    /// value for each cell, with this weight. The value is that of the response alone.
+    pub fn peak_with(&self, fourier: &Fourier, map: &[f32], weight: f32) -> Peak {
+        let sums = self.cells.iter().zip(map).map(|(value, extra)| value + weight * extra);
+        let cell = largest(sums).0;
+        self.climb_from(fourier, (cell, self.cells[cell]))
     }
 
     /// The response at a displacement between cells.
     pub fn at(&self, fourier: &Fourier, shift: [f64; 2]) -> f64 {
         if shift == [0.0; 2] { f64::from(self.cells[0]) } else { self.expand(fourier, shift).value }
+    }
+
+    fn climb_from(&self, fourier: &Fourier, (cell, value): (usize, f32)) -> Peak {
+        let n = fourier.side();
+        let shift = [wrap(cell % n, n), wrap(cell / n, n)];
+        self.climb(fourier, Peak { shift, value: f64::from(value) })
     }
 
     fn climb(&self, fourier: &Fourier, start: Peak) -> Peak {
@@ -181,6 +190,12 @@ struct Series {
     slope: [f64; 2],
     /// Along xx, xy, yy.
     curvature: [f64; 3],
+}
+
+/// The first of the largest values, with its place.
+fn largest(values: impl Iterator<Item = f32>) -> (usize, f32) {
+    let larger = |best: (usize, f32), (k, v): (usize, f32)| if v > best.1 { (k, v) } else { best };
+    values.enumerate().fold((0, f32::MIN), larger)
 }
 
 /// The displacement that a cell stands for, also the frequency of a bin.

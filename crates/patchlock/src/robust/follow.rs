@@ -5,6 +5,7 @@ use super::{Scratch, Target, filter_rules};
 use crate::config::RobustConfig;
 use crate::correlation::filter::FilterRules;
 use crate::correlation::fourier::Complex32;
+use crate::correlation::response::Peak;
 use crate::vision::frame::Frame;
 
 /// Frames for which the memory must know better before it is believed.
@@ -81,16 +82,19 @@ impl Follower {
 }
 
 impl Target {
-    /// Moves to the follower's peak, or to the memory's where that has known better for some frames.
-    pub fn follow(&mut self, frame: &Frame<'_>, config: &RobustConfig, scratch: &mut Scratch) {
-        let Self { window, follower, place, .. } = self;
-        let fourier = window.features().fourier();
-        window.sample(frame, *place, scratch);
-        scratch.follower.fill(fourier, &follower.filter, &scratch.sample);
-        scratch.memory.fill(fourier, &follower.memory, &scratch.sample);
-        let peak = scratch.follower.peak(fourier);
+    /// Moves to the follower's peak, or to the memory's where that has known better for some frames. Returns
+    /// the follower's.
+    pub fn follow(
+        &mut self,
+        frame: &Frame<'_>,
+        config: &RobustConfig,
+        scratch: &mut Scratch,
+    ) -> Peak {
+        let peak = self.respond(frame, config, scratch);
+        let fourier = self.window.features().fourier();
         let known = scratch.memory.peak(fourier);
         let here = scratch.memory.at(fourier, peak.shift);
+        let follower = &mut self.follower;
         let stronger = known.value > config.jump_ratio * here.max(0.0)
             && known.value > config.jump_least * follower.mean;
         follower.elsewhere = if stronger { follower.elsewhere + 1 } else { 0 };
@@ -100,7 +104,29 @@ impl Target {
             follower.filter.copy_from_slice(&follower.memory);
             shift = known.shift;
         }
-        let cell = window.cell(place.scale);
-        place.shift(shift.map(|cells| cells * cell));
+        self.shift_by(shift);
+        peak
+    }
+
+    /// The responses of follower and memory to the window around the place at hand, and the follower's peak
+    /// where the target's colours are.
+    pub fn respond(&self, frame: &Frame<'_>, config: &RobustConfig, scratch: &mut Scratch) -> Peak {
+        let Self { window, follower, colours, place, .. } = self;
+        let fourier = window.features().fourier();
+        window.sample(frame, *place, scratch);
+        scratch.follower.fill(fourier, &follower.filter, &scratch.sample);
+        scratch.memory.fill(fourier, &follower.memory, &scratch.sample);
+        if config.colour_weight <= 0.0 || f64::from(colours.contrast()) < config.colour_contrast {
+            return scratch.follower.peak(fourier);
+        }
+        colours.fill_map(&scratch.patch, window.pixels(), &mut scratch.map);
+        let weight = config.colour_weight * follower.mean;
+        scratch.follower.peak_with(fourier, &scratch.map.map, weight as f32)
+    }
+
+    /// Moves by this many cells of the window.
+    pub fn shift_by(&mut self, shift: [f64; 2]) {
+        let cell = self.window.cell(self.place.scale);
+        self.place.shift(shift.map(|cells| cells * cell));
     }
 }

@@ -17,6 +17,7 @@ use crate::config::TrackerConfig;
 use crate::correlation::features::FeatureScratch;
 use crate::correlation::filter::{FilterRules, FilterScratch};
 use crate::correlation::fourier::Complex32;
+use crate::correlation::histogram::{Histograms, MapScratch, Rates};
 use crate::correlation::response::Response;
 use crate::correlation::rotation::RotationScratch;
 use crate::correlation::scale::{ScaleFilter, ScaleScratch};
@@ -38,6 +39,7 @@ pub(crate) struct Target {
     place: Place,
     window: Window,
     follower: Follower,
+    colours: Histograms,
     size: ScaleFilter,
     rotation: Rotation,
     visible: Visible,
@@ -61,6 +63,7 @@ pub(crate) struct Scratch {
     filter: FilterScratch,
     follower: Response,
     memory: Response,
+    map: MapScratch,
     scale: ScaleScratch,
     rotation: RotationScratch,
     visible: VisibleScratch,
@@ -78,6 +81,7 @@ impl Target {
         let place = Place { centre: bbox.centre(), scale: 1.0, rotation: 0.0 };
         let window = Window::begin(frame, bbox, rules, scratch);
         let follower = Follower::begin(frame, &window, place, rules, scratch);
+        let colours = Histograms::begin(&scratch.patch, window.pixels(), &mut scratch.map);
         let (region, channels) = (place.region(window.base()), window.planes());
         let size =
             ScaleFilter::begin(frame, channels, region, size::rules(rules), &mut scratch.scale);
@@ -88,6 +92,7 @@ impl Target {
             place,
             window,
             follower,
+            colours,
             size,
             rotation,
             visible,
@@ -136,8 +141,8 @@ impl Target {
     ) -> f64 {
         let rules = &config.robust;
         // Where the follower responds, unless the memory knows better; then rotation and size.
-        self.follow(frame, rules, scratch);
-        self.check_turn(frame, rules, scratch);
+        let peak = self.follow(frame, rules, scratch);
+        self.check_turn(frame, peak, rules, scratch);
         self.measure(frame, scratch);
         self.place.keep_within(frame, self.window.base());
         // How sure that is, and which parts are visible.
@@ -157,7 +162,7 @@ impl Target {
         self.follower.certainty(&self.window, scratch)
     }
 
-    /// The follower, size and rotation always learn; the memory and the patch model only what is sure.
+    /// Follower, colours, size and rotation always learn; the memory and the patch model only what is sure.
     fn learn(
         &mut self,
         frame: &Frame<'_>,
@@ -170,6 +175,8 @@ impl Target {
         let known = self.is_sure(certainty, rules) || self.frames <= rules.first_frames as u64;
         let sure = known && matches!(self.phase, Phase::Following { .. });
         self.follower.learn(&self.window, certainty, sure, rules, scratch);
+        let rates = Rates { target: rules.colour_rate as f32, around: rules.around_rate as f32 };
+        self.colours.learn(&scratch.patch, self.window.pixels(), rates, &mut scratch.map);
         let region = self.place.region(self.window.base());
         self.size.update(frame, self.window.planes(), region, &mut scratch.scale);
         self.rotation.learn(frame, region, rules, &mut scratch.rotation);

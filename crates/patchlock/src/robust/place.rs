@@ -61,11 +61,13 @@ pub(crate) struct Window {
     base: [f64; 2],
     /// Frame pixels per pixel of the patch, at scale 1.
     pixel: f64,
+    /// Whether patches have three planes, not one of grey.
+    colour: bool,
     features: Features,
 }
 
 impl Window {
-    /// The window for a target in this box. It has colour channels if there is colour in it.
+    /// The window for a target in this box. Patches are in colour if there is colour in it.
     pub fn begin(
         frame: &Frame<'_>,
         bbox: BoundingBox,
@@ -85,11 +87,12 @@ impl Window {
             let [red, green, blue] = [0, 1, 2].map(|plane| scratch.patch.plane(plane));
             colour = red != green || green != blue;
         }
-        Self::new(base, pixel, Features::new(n, colour))
+        Self::new(base, pixel, colour, n)
     }
 
-    pub fn new(base: [f64; 2], pixel: f64, features: Features) -> Self {
-        Self { base, pixel, features }
+    /// A window with `n` cells on a side.
+    pub fn new(base: [f64; 2], pixel: f64, colour: bool, n: usize) -> Self {
+        Self { base, pixel, colour, features: Features::new(n) }
     }
 
     /// Width and height of the target in the first frame.
@@ -121,9 +124,19 @@ impl Window {
         &self.features
     }
 
+    /// Whether patches are in colour.
+    pub fn colour(&self) -> bool {
+        self.colour
+    }
+
+    /// Width and height of the target in pixels of the patch.
+    pub fn pixels(&self) -> [f64; 2] {
+        self.cells().map(|cells| cells * CELL as f64)
+    }
+
     /// Number of planes of a patch.
     pub fn planes(&self) -> usize {
-        if self.features.colour() { 3 } else { 1 }
+        if self.colour { 3 } else { 1 }
     }
 
     /// Fills `scratch.sample` with the spectra of the window around a place.

@@ -9,9 +9,9 @@ use super::{Target, filter_rules, size};
 use crate::appearance::memory::PatchMemory;
 use crate::appearance::model::PatchModel;
 use crate::config::TrackerConfig;
-use crate::correlation::features::Features;
 use crate::correlation::fhog::CELL;
 use crate::correlation::fourier::{Complex32, smooth_side};
+use crate::correlation::histogram::Histograms;
 use crate::correlation::scale::{SavedScale, ScaleFilter};
 use crate::vision::geometry::MAX_SIDE;
 use rand_pcg::Pcg64;
@@ -38,6 +38,7 @@ pub(crate) struct Saved {
     pub memory_mean: f64,
     pub sure: u64,
     pub elsewhere: u32,
+    pub colours: Histograms,
     pub size: SavedScale,
     pub rotation: SavedTurning,
     pub patches: PatchMemory,
@@ -51,20 +52,21 @@ pub(crate) struct Saved {
 impl Target {
     /// The target as a snapshot holds it.
     pub fn saved(&self) -> Saved {
-        let Self { place, window, follower, size, rotation, visible, phase, recent, seen, frames } =
-            self;
+        let Self { place, window, follower, colours, size, rotation, visible, .. } = self;
+        let Self { phase, recent, seen, frames, .. } = self;
         let pairs = |spectrum: &[Complex32]| spectrum.iter().map(|v| [v.re, v.im]).collect();
         Saved {
             place: *place,
             base: window.base(),
             pixel: window.pixel(),
             cells: window.features().fourier().side(),
-            colour: window.features().colour(),
+            colour: window.colour(),
             follower: pairs(&follower.filter),
             memory: pairs(&follower.memory),
             memory_mean: follower.mean,
             sure: follower.sure,
             elsewhere: follower.elsewhere,
+            colours: colours.clone(),
             size: size.saved(),
             rotation: rotation.saved(),
             patches: visible.model.memory().clone(),
@@ -82,9 +84,8 @@ impl Target {
     /// What does not fit the configuration.
     pub fn restore(saved: Saved, config: &TrackerConfig) -> Result<Self, &'static str> {
         saved.check(config)?;
-        let features = Features::new(saved.cells, saved.colour);
-        let length = features.channels() * features.fourier().bins();
-        let window = Window::new(saved.base, saved.pixel, features);
+        let window = Window::new(saved.base, saved.pixel, saved.colour, saved.cells);
+        let length = window.features().channels() * window.features().fourier().bins();
         let spectrum = |pairs: Vec<[f32; 2]>| {
             let sound = pairs.len() == length && pairs.iter().flatten().all(|v| v.is_finite());
             let values = pairs.into_iter().map(|[re, im]| Complex32::new(re, im)).collect();
@@ -102,8 +103,20 @@ impl Target {
         let rotation = Rotation::restore(saved.rotation)?;
         let model = PatchModel::restore(saved.patches, config.visible_rules());
         let visible = Visible::new(model, saved.rng, &config.patchwise);
-        let Saved { place, phase, recent, seen, frames, .. } = saved;
-        Ok(Self { place, window, follower, size, rotation, visible, phase, recent, seen, frames })
+        let Saved { place, colours, phase, recent, seen, frames, .. } = saved;
+        Ok(Self {
+            place,
+            window,
+            follower,
+            colours,
+            size,
+            rotation,
+            visible,
+            phase,
+            recent,
+            seen,
+            frames,
+        })
     }
 }
 
@@ -137,6 +150,7 @@ impl Saved {
                 self.recent.is_finite() && self.seen.is_finite(),
                 "how sure the memory was, or how much was visible, is not finite",
             ),
+            (self.colours.is_sound(), "the histograms of colours are damaged"),
             (positive(self.memory_mean), "the memory's mean response is not positive"),
         ];
         if let Some((_, reason)) = checks.into_iter().find(|(holds, _)| !holds) {

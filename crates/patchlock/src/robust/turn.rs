@@ -2,6 +2,7 @@
 
 use super::{Scratch, Target};
 use crate::config::RobustConfig;
+use crate::correlation::response::Peak;
 use crate::correlation::rotation::{RotationFilter, RotationScratch, SavedRotation};
 use crate::vision::crop::Region;
 use crate::vision::frame::Frame;
@@ -105,11 +106,16 @@ impl Rotation {
 
 impl Target {
     /// Turns by what the filter over rotation measures, or back upright, if follower and memory together
-    /// respond clearly stronger there. The responses at hand are those to the window that was followed in.
-    pub fn check_turn(&mut self, frame: &Frame<'_>, config: &RobustConfig, scratch: &mut Scratch) {
-        let fourier = self.window.features().fourier();
-        let peak = scratch.follower.peak(fourier);
-        let known = scratch.memory.at(fourier, peak.shift);
+    /// respond clearly stronger there. `peak` is the follower's in the window that was followed in, to which
+    /// the responses at hand are.
+    pub fn check_turn(
+        &mut self,
+        frame: &Frame<'_>,
+        peak: Peak,
+        config: &RobustConfig,
+        scratch: &mut Scratch,
+    ) {
+        let known = scratch.memory.at(self.window.features().fourier(), peak.shift);
         let turning = self.rotation.turning > 0;
         self.rotation.turning = self.rotation.turning.saturating_sub(1);
         // A rotation that matters makes the memory less sure.
@@ -128,7 +134,10 @@ impl Target {
         for rotation in [before.rotation + turn, 0.0] {
             if rotation != before.rotation {
                 self.place.rotation = rotation;
-                let response = self.follow_here(frame, scratch);
+                let peak = self.respond(frame, config, scratch);
+                let fourier = self.window.features().fourier();
+                let response = peak.value + scratch.memory.at(fourier, peak.shift);
+                self.shift_by(peak.shift);
                 if response > best.0 {
                     best = (response, self.place);
                 }
@@ -139,18 +148,5 @@ impl Target {
         if self.place != before {
             self.rotation.turning = TURNING_FRAMES;
         }
-    }
-
-    /// Moves to the follower's peak in the window, and returns the sum of both responses there.
-    fn follow_here(&mut self, frame: &Frame<'_>, scratch: &mut Scratch) -> f64 {
-        let Self { window, follower, place, .. } = self;
-        let fourier = window.features().fourier();
-        window.sample(frame, *place, scratch);
-        scratch.follower.fill(fourier, &follower.filter, &scratch.sample);
-        scratch.memory.fill(fourier, &follower.memory, &scratch.sample);
-        let peak = scratch.follower.peak(fourier);
-        let cell = window.cell(place.scale);
-        place.shift(peak.shift.map(|cells| cells * cell));
-        peak.value + scratch.memory.at(fourier, peak.shift)
     }
 }

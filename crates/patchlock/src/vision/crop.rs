@@ -34,6 +34,11 @@ impl Planes {
         &self.samples[channel * self.width * self.height..][..self.width * self.height]
     }
 
+    /// The planes of red, green and blue, which are all the same if there is only one plane.
+    pub fn rgb(&self) -> [&[f32]; 3] {
+        [0, 1, 2].map(|channel| self.plane(channel % self.channels))
+    }
+
     /// The shape, without caring for the samples.
     pub fn reshape(&mut self, [width, height]: [usize; 2], channels: usize) {
         (self.width, self.height, self.channels) = (width, height, channels);
