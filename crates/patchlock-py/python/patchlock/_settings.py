@@ -66,6 +66,10 @@ class Settings(TypedDict, total=False):
     rotation_least: float
     rotation_margin: float
     rotation_rate: float
+    colour_weight: float
+    colour_contrast: float
+    colour_rate: float
+    around_rate: float
     memory_rate: float
     sure: float
     first_frames: int
