@@ -54,8 +54,15 @@ class Settings(TypedDict, total=False):
     search: float
     label_width: float
     temporal: float
+    penalty: float
     max_patch: float
     min_patch: float
+    filters: int
+    wide_mask: float
+    wide_temporal: float
+    wide_penalty: float
+    slow_temporal: float
+    slow_penalty: float
     scale_count: int
     scale_step: float
     scale_label_width: float

@@ -157,11 +157,27 @@ parameters! {
             /// Standard deviation of the filter's label, in roots of the target's area.
             label_width: f64 = 0.0625, number(0.01, 1.0);
             /// How strongly the filter is drawn to the one before; larger learns more slowly.
-            temporal: f64 = 15.0, number(0.0, 1e6);
+            temporal: f64 = 10.0, number(0.0, 1e6);
+            /// How strictly the filter is confined to the target; smaller is less strict.
+            penalty: f64 = 0.1, number(1e-3, 10.0);
             /// The largest side of the patch that the search window is resampled to, in pixels.
             max_patch: f64 = 200.0, number(32.0, 512.0);
             /// The smallest side of the patch that the search window is resampled to, in pixels.
             min_patch: f64 = 150.0, number(32.0, 512.0);
+        }
+        "own measurement: filters that differ err in different places" {
+            /// The follower is the mean of this many filters: that of the rows above, a wide and a slow one.
+            filters: usize = 3, number(1.0, 3.0);
+            /// Width and height of the part of the patch that the wide filter sees, relative to the target.
+            wide_mask: f64 = 1.2, number(0.1, 20.0);
+            /// `temporal` of the wide filter.
+            wide_temporal: f64 = 8.0, number(0.0, 1e6);
+            /// `penalty` of the wide filter.
+            wide_penalty: f64 = 0.3, number(1e-3, 10.0);
+            /// `temporal` of the slow filter.
+            slow_temporal: f64 = 20.0, number(0.0, 1e6);
+            /// `penalty` of the slow filter.
+            slow_penalty: f64 = 0.05, number(1e-3, 10.0);
         }
         "Danelljan et al. 2014 (DSST)" {
             /// Number of scales that are tried on each frame, odd.

@@ -14,8 +14,22 @@ use crate::numeric::instructions::Instructions;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
-/// The penalty on the difference of `f` and `g`, for each round.
-const PENALTY: [f32; 2] = [1.0, 0.1];
+/// The penalty on the difference of `f` and `g` in the first round.
+const FIRST_PENALTY: f32 = 1.0;
+
+/// The numbers of a filter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FilterNumbers {
+    /// Standard deviation of the label, in roots of the target's area.
+    pub label_width: f64,
+    /// Width and height of the mask, relative to the target.
+    pub mask: f64,
+    /// The penalty on the difference of `f` and `g` in the second round; smaller, and a filter that was learnt
+    /// from few frames counts for less.
+    pub penalty: f32,
+    /// `mu`: how strongly the filter is drawn to the one of the frame before.
+    pub temporal: f32,
+}
 
 /// What filters are learnt towards, and where they may be other than zero.
 #[derive(Debug, Clone)]
@@ -24,6 +38,8 @@ pub struct FilterRules {
     label: Vec<f32>,
     /// The cells inside the target.
     mask: Mask,
+    penalty: f32,
+    temporal: f32,
 }
 
 /// Buffers of [`FilterRules::learn`].
@@ -36,11 +52,11 @@ pub struct FilterScratch {
 }
 
 impl FilterRules {
-    /// Rules for a target of `size` cells (width, height) in the middle of a patch: the label is a Gaussian
-    /// with standard deviation `sharpness` times the root of the target's area.
-    pub fn new(fourier: &Fourier, size: [f64; 2], sharpness: f64) -> Self {
+    /// Rules for a target of `size` cells (width, height) in the middle of a patch; the label is a Gaussian.
+    pub fn new(fourier: &Fourier, size: [f64; 2], numbers: FilterNumbers) -> Self {
+        let FilterNumbers { label_width, mask, penalty, temporal } = numbers;
         let n = fourier.side();
-        let sigma = sharpness * (size[0] * size[1]).sqrt();
+        let sigma = label_width * (size[0] * size[1]).sqrt();
         // Distance around the circle: the filter is centred on the first cell.
         let distance = |k: usize| k.min(n - k) as f64;
         let label: Vec<f32> = (0..n * n)
@@ -51,33 +67,39 @@ impl FilterRules {
         fourier.forward(&label, &mut spectrum, &mut FourierScratch::default());
         // The target lies in the middle of the patch, and so does the mask.
         let inside = |size: f64| -> Range<usize> {
-            let (middle, reach) = ((n as f64 - 1.0) / 2.0, (size / 2.0).max(1.0));
+            let (middle, reach) = ((n as f64 - 1.0) / 2.0, (mask * size / 2.0).max(1.0));
             let first = (middle - reach).ceil().max(0.0) as usize;
             first..n - first
         };
         let label = spectrum.iter().map(|value| value.re).collect();
-        Self { label, mask: Mask { x: inside(size[0]), y: inside(size[1]) } }
+        let mask = Mask { x: inside(size[0]), y: inside(size[1]) };
+        Self { label, mask, penalty, temporal }
+    }
+
+    /// Learns the first filter from the spectra of a sample, bin by bin, the channels of a bin side by side.
+    /// `filter` may have any content of the sample's length.
+    pub fn begin(
+        &self,
+        fourier: &Fourier,
+        sample: &[Complex32],
+        filter: &mut [Complex32],
+        scratch: &mut FilterScratch,
+    ) {
+        filter.fill(Complex32::ZERO);
+        let first = Self { temporal: 0.0, ..self.clone() };
+        first.learn(fourier, sample, filter, scratch);
     }
 
     /// Learns a filter from the spectra of a sample; `filter` holds the one of the frame before, to which the
-    /// new one is drawn with the strength `mu`, and takes the new one. With `mu` 0 it may have any content.
-    /// Spectra are bin by bin, the channels of a bin side by side.
+    /// new one is drawn, and takes the new one.
     pub fn learn(
         &self,
         fourier: &Fourier,
         sample: &[Complex32],
-        mu: f32,
         filter: &mut [Complex32],
         scratch: &mut FilterScratch,
     ) {
-        Instructions::default().dispatch(Learn {
-            rules: self,
-            fourier,
-            sample,
-            mu,
-            filter,
-            scratch,
-        });
+        Instructions::default().dispatch(Learn { rules: self, fourier, sample, filter, scratch });
     }
 }
 
@@ -86,7 +108,6 @@ struct Learn<'a> {
     rules: &'a FilterRules,
     fourier: &'a Fourier,
     sample: &'a [Complex32],
-    mu: f32,
     filter: &'a mut [Complex32],
     scratch: &'a mut FilterScratch,
 }
@@ -96,7 +117,7 @@ impl WithSimd for Learn<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { rules, fourier, sample, mu, filter, scratch } = self;
+        let Self { rules, fourier, sample, filter, scratch } = self;
         let FilterScratch { energy, free, masked, batch } = scratch;
         let channels = sample.len() / fourier.bins();
         energy.resize(fourier.bins(), 0.0);
@@ -105,7 +126,7 @@ impl WithSimd for Learn<'_> {
         }
         masked.resize(sample.len(), Complex32::ZERO);
         // Round 1, with the multiplier at 0: f is drawn to the filter before alone.
-        let [first, second] = PENALTY;
+        let (mu, first, second) = (rules.temporal, FIRST_PENALTY, rules.penalty);
         free.resize(sample.len(), Complex32::ZERO);
         for (f, p) in free.iter_mut().zip(filter.iter()) {
             *f = p * (mu / (mu + first));
@@ -152,6 +173,11 @@ mod tests {
 
     const N: usize = 8;
     const CHANNELS: usize = GROUP;
+
+    fn rules(fourier: &Fourier, size: [f64; 2], temporal: f32) -> FilterRules {
+        let numbers = FilterNumbers { label_width: 0.2, mask: 1.0, penalty: 0.1, temporal };
+        FilterRules::new(fourier, size, numbers)
+    }
 
     fn noise(count: usize, seed: usize) -> Vec<f32> {
         (0..count)
@@ -237,15 +263,17 @@ mod tests {
     #[test]
     fn it_is_what_dense_systems_give() {
         let fourier = Fourier::new(N);
-        let rules = FilterRules::new(&fourier, [3.0, 4.0], 0.2);
         let sample = spectra(&fourier, &noise(CHANNELS * N * N, 1));
         for mu in [0.0, 15.0] {
-            let before = match mu {
-                0.0 => vec![Complex32::ZERO; sample.len()],
-                _ => spectra(&fourier, &noise(CHANNELS * N * N, 5)),
-            };
+            let rules = rules(&fourier, [3.0, 4.0], mu as f32);
+            let mut before = spectra(&fourier, &noise(CHANNELS * N * N, 5));
             let mut filter = before.clone();
-            rules.learn(&fourier, &sample, mu as f32, &mut filter, &mut FilterScratch::default());
+            if mu == 0.0 {
+                rules.begin(&fourier, &sample, &mut filter, &mut FilterScratch::default());
+                before.fill(Complex32::ZERO);
+            } else {
+                rules.learn(&fourier, &sample, &mut filter, &mut FilterScratch::default());
+            }
             let dense = learn_densely(&rules, &fourier, &sample, mu, &before);
             let largest = dense.iter().map(|v| v.norm()).fold(0.0, f32::max);
             for (a, b) in filter.iter().zip(&dense) {
@@ -261,11 +289,11 @@ mod tests {
     #[test]
     fn drawn_strongly_it_stays_what_it_was() {
         let fourier = Fourier::new(N);
-        let rules = FilterRules::new(&fourier, [8.0, 8.0], 0.2);
+        let rules = rules(&fourier, [8.0, 8.0], 1e9);
         let sample = spectra(&fourier, &noise(CHANNELS * N * N, 1));
         let before = spectra(&fourier, &noise(CHANNELS * N * N, 2));
         let mut filter = before.clone();
-        rules.learn(&fourier, &sample, 1e9, &mut filter, &mut FilterScratch::default());
+        rules.learn(&fourier, &sample, &mut filter, &mut FilterScratch::default());
         assert!(filter.iter().zip(&before).all(|(a, b)| (a - b).norm() < 1e-4 * b.norm().max(1.0)));
     }
 }

@@ -1,9 +1,9 @@
 //! The follower and the memory: where they respond, which of them is believed, and what they learn.
 
 use super::place::{Place, Window};
-use super::{Scratch, Target, filter_rules};
+use super::{Scratch, Target};
 use crate::config::RobustConfig;
-use crate::correlation::filter::FilterRules;
+use crate::correlation::filter::{FilterNumbers, FilterRules};
 use crate::correlation::fourier::Complex32;
 use crate::correlation::response::Peak;
 use crate::vision::frame::Frame;
@@ -14,10 +14,11 @@ const JUMP_AFTER: u32 = 2;
 /// The smallest mean of the memory's response: frames without texture give no response at all.
 const LEAST_MEAN: f64 = 1e-9;
 
-/// The filter that follows the target and the one that remembers it.
+/// The filters that follow the target and the one that remembers it.
 #[derive(Debug)]
 pub(crate) struct Follower {
-    pub rules: FilterRules,
+    filters: Vec<Filter>,
+    /// The mean of the filters, which is what follows.
     pub filter: Vec<Complex32>,
     /// The mean of the filters over sure frames.
     pub memory: Vec<Complex32>,
@@ -29,6 +30,13 @@ pub(crate) struct Follower {
     pub elsewhere: u32,
 }
 
+/// One of the filters whose mean follows the target.
+#[derive(Debug)]
+struct Filter {
+    rules: FilterRules,
+    spectra: Vec<Complex32>,
+}
+
 impl Follower {
     /// Filters that have learnt the target at this place.
     pub fn begin(
@@ -38,15 +46,59 @@ impl Follower {
         config: &RobustConfig,
         scratch: &mut Scratch,
     ) -> Self {
-        let rules = filter_rules(window, config.label_width);
         let fourier = window.features().fourier();
-        let length = window.features().channels() * fourier.bins();
-        let mut filter = vec![Complex32::ZERO; length];
         window.sample(frame, place, scratch);
-        rules.learn(fourier, &scratch.sample, 0.0, &mut filter, &mut scratch.filter);
-        scratch.memory.fill(fourier, &filter, &scratch.sample);
-        let mean = scratch.memory.at(fourier, [0.0; 2]).max(LEAST_MEAN);
-        Self { rules, memory: filter.clone(), filter, mean, sure: 0, elsewhere: 0 }
+        let begin = |rules: FilterRules| {
+            let mut spectra = vec![Complex32::ZERO; scratch.sample.len()];
+            rules.begin(fourier, &scratch.sample, &mut spectra, &mut scratch.filter);
+            Filter { rules, spectra }
+        };
+        let filters = rules(window, config).into_iter().map(begin).collect();
+        let mut follower = Self::new(filters, Vec::new(), 1.0);
+        follower.memory.clone_from(&follower.filter);
+        scratch.memory.fill(fourier, &follower.memory, &scratch.sample);
+        follower.mean = scratch.memory.at(fourier, [0.0; 2]).max(LEAST_MEAN);
+        follower
+    }
+
+    /// From the spectra of the filters, of the memory, and its mean response.
+    pub fn restore(
+        window: &Window,
+        config: &RobustConfig,
+        spectra: Vec<Vec<Complex32>>,
+        memory: Vec<Complex32>,
+        mean: f64,
+    ) -> Self {
+        let filters = rules(window, config).into_iter().zip(spectra);
+        let filters = filters.map(|(rules, spectra)| Filter { rules, spectra });
+        Self::new(filters.collect(), memory, mean)
+    }
+
+    fn new(filters: Vec<Filter>, memory: Vec<Complex32>, mean: f64) -> Self {
+        let length = filters.first().map_or(0, |filter| filter.spectra.len());
+        let filter = vec![Complex32::ZERO; length];
+        let mut follower = Self { filters, filter, memory, mean, sure: 0, elsewhere: 0 };
+        follower.average();
+        follower
+    }
+
+    fn average(&mut self) {
+        self.filter.fill(Complex32::ZERO);
+        let share = 1.0 / self.filters.len() as f32;
+        for Filter { spectra, .. } in &self.filters {
+            self.filter.iter_mut().zip(spectra).for_each(|(sum, value)| *sum += value * share);
+        }
+    }
+
+    /// The spectra of the filters whose mean follows.
+    pub fn spectra(&self) -> impl Iterator<Item = &[Complex32]> {
+        self.filters.iter().map(|filter| filter.spectra.as_slice())
+    }
+
+    /// Follows with the memory from now on.
+    pub fn begin_from_memory(&mut self) {
+        let filters = self.filters.iter_mut().map(|filter| &mut filter.spectra);
+        filters.chain([&mut self.filter]).for_each(|spectra| spectra.copy_from_slice(&self.memory));
     }
 
     /// How sure the memory is that the sample at hand is centred on the target.
@@ -65,9 +117,11 @@ impl Follower {
         config: &RobustConfig,
         scratch: &mut Scratch,
     ) {
-        let (fourier, strength) = (window.features().fourier(), config.temporal as f32);
-        let Scratch { sample, filter, .. } = scratch;
-        self.rules.learn(fourier, sample, strength, &mut self.filter, filter);
+        let fourier = window.features().fourier();
+        for Filter { rules, spectra } in &mut self.filters {
+            rules.learn(fourier, &scratch.sample, spectra, &mut scratch.filter);
+        }
+        self.average();
         if sure {
             // The first frames count alike.
             self.sure += 1;
@@ -79,6 +133,21 @@ impl Follower {
             self.mean = (self.mean * (1.0 + rate * (certainty - 1.0))).max(LEAST_MEAN);
         }
     }
+}
+
+/// The rules of the filters for the target in a window.
+fn rules(window: &Window, config: &RobustConfig) -> Vec<FilterRules> {
+    let numbers = [
+        (1.0, config.penalty, config.temporal),
+        (config.wide_mask, config.wide_penalty, config.wide_temporal),
+        (1.0, config.slow_penalty, config.slow_temporal),
+    ];
+    let rules = |(mask, penalty, temporal): (f64, f64, f64)| {
+        let (penalty, temporal) = (penalty as f32, temporal as f32);
+        let numbers = FilterNumbers { label_width: config.label_width, mask, penalty, temporal };
+        FilterRules::new(window.features().fourier(), window.cells(), numbers)
+    };
+    numbers.into_iter().take(config.filters).map(rules).collect()
 }
 
 impl Target {
@@ -101,7 +170,7 @@ impl Target {
         let mut shift = peak.shift;
         if follower.elsewhere >= JUMP_AFTER {
             follower.elsewhere = 0;
-            follower.filter.copy_from_slice(&follower.memory);
+            follower.begin_from_memory();
             shift = known.shift;
         }
         self.shift_by(shift);

@@ -15,7 +15,7 @@ mod visible;
 use crate::appearance::visibility::Visibility;
 use crate::config::TrackerConfig;
 use crate::correlation::features::FeatureScratch;
-use crate::correlation::filter::{FilterRules, FilterScratch};
+use crate::correlation::filter::FilterScratch;
 use crate::correlation::fourier::Complex32;
 use crate::correlation::histogram::{Histograms, MapScratch, Rates};
 use crate::correlation::response::Response;
@@ -191,9 +191,4 @@ impl Target {
         let visibility = estimate.visibility.get_or_insert_default();
         self.visible.look(frame, region, &mut scratch.visible, visibility);
     }
-}
-
-/// Rules of the filter for a window.
-fn filter_rules(window: &Window, label_width: f64) -> FilterRules {
-    FilterRules::new(window.features().fourier(), window.cells(), label_width)
 }

@@ -5,7 +5,7 @@ use super::place::{Place, Window};
 use super::status::Phase;
 use super::turn::{Rotation, SavedTurning};
 use super::visible::Visible;
-use super::{Target, filter_rules, size};
+use super::{Target, size};
 use crate::appearance::memory::PatchMemory;
 use crate::appearance::model::PatchModel;
 use crate::config::TrackerConfig;
@@ -33,7 +33,8 @@ pub(crate) struct Saved {
     /// Cells on a side of the patch.
     pub cells: usize,
     pub colour: bool,
-    pub follower: Vec<[f32; 2]>,
+    /// Those of each filter whose mean follows.
+    pub filters: Vec<Vec<[f32; 2]>>,
     pub memory: Vec<[f32; 2]>,
     pub memory_mean: f64,
     pub sure: u64,
@@ -61,7 +62,7 @@ impl Target {
             pixel: window.pixel(),
             cells: window.features().fourier().side(),
             colour: window.colour(),
-            follower: pairs(&follower.filter),
+            filters: follower.spectra().map(pairs).collect(),
             memory: pairs(&follower.memory),
             memory_mean: follower.mean,
             sure: follower.sure,
@@ -91,14 +92,13 @@ impl Target {
             let values = pairs.into_iter().map(|[re, im]| Complex32::new(re, im)).collect();
             sound.then_some(values).ok_or("a filter is damaged")
         };
-        let follower = Follower {
-            rules: filter_rules(&window, config.robust.label_width),
-            filter: spectrum(saved.follower)?,
-            memory: spectrum(saved.memory)?,
-            mean: saved.memory_mean,
-            sure: saved.sure,
-            elsewhere: saved.elsewhere,
-        };
+        if saved.filters.len() != config.robust.filters {
+            return Err("the number of filters is not that of the configuration");
+        }
+        let filters = saved.filters.into_iter().map(spectrum).collect::<Result<_, _>>()?;
+        let (memory, mean) = (spectrum(saved.memory)?, saved.memory_mean);
+        let mut follower = Follower::restore(&window, &config.robust, filters, memory, mean);
+        (follower.sure, follower.elsewhere) = (saved.sure, saved.elsewhere);
         let size = ScaleFilter::restore(saved.size, saved.base, size::rules(&config.robust))?;
         let rotation = Rotation::restore(saved.rotation)?;
         let model = PatchModel::restore(saved.patches, config.visible_rules());

@@ -45,7 +45,7 @@ impl Target {
             return false;
         };
         self.place = found;
-        self.follower.filter.copy_from_slice(&self.follower.memory);
+        self.follower.begin_from_memory();
         self.follower.elsewhere = 0;
         self.phase = Phase::Trial { left: config.trial as u32, back: last };
         true

@@ -64,7 +64,7 @@ fn base(group: &str) -> Fields {
         let easily_lost = json!({
             "search": 4.0, "jump_ratio": 1.0, "sure": 0.95, "lost_below": 0.7, "lost_drop": 0.7,
             "lost_hidden": 0.4, "lost_after": 2,
-            "found_above": 0.3, "trial": 2,
+            "found_above": 0.3, "trial": 2, "colour_weight": 3.0, "colour_contrast": -1.0,
             "rotation_below": 2.0, "rotation_least": 0.02, "rotation_margin": 0.3,
         });
         given.extend(fields(easily_lost));
@@ -137,6 +137,13 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("rotation_least", json!(0.3)),
         ("rotation_margin", json!(10.0)),
         ("rotation_rate", json!(0.9)),
+        ("penalty", json!(0.5)),
+        ("filters", json!(2)),
+        ("wide_mask", json!(0.8)),
+        ("wide_temporal", json!(2.0)),
+        ("wide_penalty", json!(1.0)),
+        ("slow_temporal", json!(60.0)),
+        ("slow_penalty", json!(0.5)),
         ("colour_weight", json!(1.0)),
         ("colour_contrast", json!(0.9)),
         ("colour_rate", json!(0.5)),
