@@ -64,7 +64,7 @@ fn base(group: &str) -> Fields {
         let easily_lost = json!({
             "search": 4.0, "jump_ratio": 1.0, "sure": 0.95, "lost_below": 0.7, "lost_drop": 0.7,
             "lost_hidden": 0.4, "lost_after": 2,
-            "found_above": 0.3, "trial": 2, "colour_weight": 3.0, "colour_contrast": -1.0,
+            "found_above": 0.3, "trial": 2, "colour_weight": 10.0, "colour_contrast": -1.0,
             "rotation_below": 2.0, "rotation_least": 0.02, "rotation_margin": 0.3,
         });
         given.extend(fields(easily_lost));
@@ -147,7 +147,7 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("colour_weight", json!(1.0)),
         ("colour_contrast", json!(0.9)),
         ("colour_rate", json!(0.5)),
-        ("around_rate", json!(0.01)),
+        ("around_rate", json!(0.0)),
         ("memory_rate", json!(0.1)),
         ("sure", json!(2.0)),
         ("jump_ratio", json!(2.5)),
@@ -335,10 +335,10 @@ fn fields_that_do_not_fit_each_other_are_refused() {
 #[test]
 fn presets_have_names() {
     let mut fast = TrackerConfig::preset("fast").unwrap();
-    assert_eq!((fast.patchwise.particles, fast.patchwise.small_step), (400, 4));
-    (fast.patchwise.particles, fast.patchwise.small_step) = (650, 2);
-    assert_eq!(fast, TrackerConfig::preset("paper").unwrap());
-    assert_eq!(fast.method, Method::Patchwise);
+    assert_eq!((fast.robust.filters, fast.robust.max_patch, fast.robust.rotate), (1, 150.0, false));
+    (fast.robust.filters, fast.robust.max_patch, fast.robust.rotate) = (3, 200.0, true);
+    assert_eq!(fast, TrackerConfig::preset("robust").unwrap());
+    assert_eq!(TrackerConfig::preset("paper").unwrap().method, Method::Patchwise);
     let robust = TrackerConfig::preset("robust").unwrap();
     assert_eq!((&robust, robust.method), (&TrackerConfig::default(), Method::Robust));
     assert_eq!(PRESETS[0], "robust");
@@ -346,7 +346,7 @@ fn presets_have_names() {
         Tracker::new(TrackerConfig::preset(name).unwrap()).unwrap();
     }
     let error = TrackerConfig::preset("papper").unwrap_err().to_string();
-    assert!(error.contains("papper") && error.contains("robust, paper, fast"), "{error}");
+    assert!(error.contains("papper") && error.contains("robust, fast, paper"), "{error}");
 }
 
 /// Settings of version 0.1 have no groups and may contain options that no longer exist.
