@@ -24,6 +24,7 @@ pub struct Observation {
 pub struct RobustObservation {
     frame: u64,
     certainty: f64,
+    contrast: f64,
     side: usize,
     cell: f64,
     follower: Vec<f32>,
@@ -83,6 +84,7 @@ impl RobustObservation {
         Self {
             frame: view.frame,
             certainty: view.certainty,
+            contrast: view.contrast,
             side: view.side,
             cell: view.cell,
             follower: view.follower.to_vec(),
@@ -161,6 +163,12 @@ impl RobustObservation {
     #[getter]
     fn certainty(&self) -> f64 {
         self.certainty
+    }
+
+    /// How well colour tells the target from what is around it: from -1 through 0, not at all, to 1.
+    #[getter]
+    fn contrast(&self) -> f64 {
+        self.contrast
     }
 
     /// Number of cells on a side of the search window around the estimate.

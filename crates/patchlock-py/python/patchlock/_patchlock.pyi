@@ -420,6 +420,10 @@ class RobustObservation:
         """How certain the memory is of the estimate: its response there over its mean on sure frames."""
 
     @property
+    def contrast(self) -> float:
+        """How well colour tells the target from what is around it: from -1 through 0, not at all, to 1."""
+
+    @property
     def side(self) -> int:
         """Number of cells on a side of the search window around the estimate."""
 

@@ -11,6 +11,8 @@ pub struct RobustView<'a> {
     pub frame: u64,
     /// How sure the memory was of the estimate: its response there, relative to its mean over sure frames.
     pub certainty: f64,
+    /// How well colour tells the target from what is around it, from -1 through 0, not at all, to 1.
+    pub contrast: f64,
     /// Cells on a side of the window around the estimate.
     pub side: usize,
     /// Frame pixels on a side of a cell.
@@ -38,6 +40,7 @@ impl Target {
         RobustView {
             frame: self.frames,
             certainty,
+            contrast: self.colours.contrast().into(),
             side: self.window.features().fourier().side(),
             cell: self.window.cell(self.place.scale),
             follower: scratch.follower.cells(),
