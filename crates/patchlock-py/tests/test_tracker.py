@@ -201,7 +201,7 @@ def test_the_types_of_the_settings_are_those_of_the_table():
         ({"gamma": "two"}, ValueError, "exp_visible, one, visible, exp_error"),
         ({"gamma": 2}, TypeError, "gamma takes a word"),
         ({"large_patch": 64}, ValueError, "at most template_side = 32"),
-        ({"preset": "best"}, ValueError, "unknown preset `best`; there are: robust, paper, fast"),
+        ({"preset": "best"}, ValueError, "unknown preset `best`; there are: robust, fast, paper"),
         ({"particles": 9}, ValueError, "particles is a setting of the method patchwise that robust does not"),
         ({"preset": "paper", "search": 9.0}, ValueError, r'does not use; add method="robust"'),
         ({"threads": 0}, ValueError, "1 to 1024"),
