@@ -3,8 +3,8 @@
 
     cargo build --release
     python3 benchmarks/ablate.py OTB MINE --out results/tried --jobs 2 \\
-        --variant fast preset=fast \\
-        --variant wide preset=fast sigma_x=9 sigma_y=9
+        --variant robust \\
+        --variant wide search=6
     python3 benchmarks/ablate.py OTB MINE --out results/tried --variants tried.toml --targets
 
 Each DATASET is a folder as `patchlock bench` takes it. A variant is a name and the settings in which it
@@ -12,12 +12,11 @@ differs from a preset (`patchlock config` lists all settings). Two words are not
 preset to start from (default: that of --preset), and `program`, another build of patchlock. In a file of
 variants, each variant is a table:
 
-    [fast]
+    [robust]
     [wide]
-    sigma_x = 9.0
-    sigma_y = 9.0
-    [paper]
-    preset = "paper"
+    search = 6.0
+    [fast]
+    preset = "fast"
 
 The table has a row for each dataset and variant: AUC, DP (precision at 20 pixels), the share of frames in
 which the target is lost, the mean overlap of the other frames, the speed of the median frame, and the
@@ -304,7 +303,7 @@ def arguments() -> tuple[argparse.Namespace, argparse.ArgumentParser]:
         "--variant", nargs="+", action="append", default=[], metavar=("NAME", "KEY=VALUE"), help="a variant"
     )
     parser.add_argument("--variants", type=Path, metavar="FILE.toml", help="variants, before those above")
-    parser.add_argument("--preset", default="fast", help="the preset to start from (default: fast)")
+    parser.add_argument("--preset", default="robust", help="the preset to start from (default: robust)")
     parser.add_argument("--seeds", type=int, default=1, help="runs of each target (default: 1)")
     parser.add_argument("--sequences", metavar="A,B", help="only these targets, in datasets that have them")
     parser.add_argument("--jobs", type=int, default=1, help="parallel runs; without speeds if more than 1")
