@@ -68,7 +68,7 @@ def _parser() -> argparse.ArgumentParser:
         "--threads", type=int, default=1, metavar="N", help="threads of each run (default: 1)"
     )
     parser.add_argument(
-        "--preset", default="robust", choices=PRESETS, help="the preset to start from (default: robust)"
+        "--preset", default="robust", choices=PRESETS, help=f"{', '.join(PRESETS)} (default: robust)"
     )
     parser.add_argument(
         "--config", metavar="FILE.toml", help="settings that differ from the preset; see patchlock config"

@@ -20,6 +20,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from patchlock._patchlock import PRESETS
+
 __all__ = ["command", "main", "registry"]
 
 
@@ -88,7 +90,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     parser.add_argument("--name", default="patchlock", help="name for vot test and vot evaluate")
     parser.add_argument("--label", default="Patchlock", help="name in reports")
-    parser.add_argument("--preset", default="robust", help="the preset to start from (default: robust)")
+    parser.add_argument("--preset", default="robust", help=f"{', '.join(PRESETS)} (default: robust)")
     parser.add_argument("--config", help="TOML file with settings that differ; see patchlock config")
     parser.add_argument("--seed", type=int, help="seed of the random numbers")
     parser.add_argument("--threads", type=int, help="number of threads")
