@@ -1,10 +1,10 @@
 //! Patchlock: a visual object tracker. Draw a box around anything in the first frame; it follows it through
 //! the video, says how sure it is, and which parts are hidden. No training, no model files, no GPU.
 //!
-//! There are two methods. [`Method::Robust`], the default, follows with correlation filters, remembers what
-//! was sure, and finds the target again after a loss. [`Method::Patchwise`] (the presets `paper` and `fast`)
-//! is an exact and fast implementation of "Patchwise object tracking via structural local sparse appearance
-//! model" (Kashiyani, Shokouhi, 2017).
+//! There are two methods. [`Method::Robust`] (the presets `robust`, the default, and `fast`) follows with
+//! correlation filters and a map of the target's colours, remembers what was sure, and finds the target again
+//! after a loss. [`Method::Patchwise`] (the preset `paper`) is an exact and fast implementation of "Patchwise
+//! object tracking via structural local sparse appearance model" (Kashiyani, Shokouhi, 2017).
 //!
 //! Begin with [`Tracker`] and [`TrackerConfig`]; [`MultiTracker`] follows many targets at once.
 //!
@@ -15,7 +15,7 @@
 //! | step | module |
 //! |---|---|
 //! | the whole | `robust` |
-//! | features, filters, responses, scale | `correlation` |
+//! | features, filters, responses, map of colours, scale, rotation | `correlation` |
 //! | windows of the frame | `vision::crop` |
 //! | which parts are visible | `appearance`, the paper's patch model |
 //!

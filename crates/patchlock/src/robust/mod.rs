@@ -1,6 +1,7 @@
-//! The method `robust`. One follows, one knows, one sees: a correlation filter that learns on every frame
-//! follows the target; the mean of its filters over frames that were sure knows it, says how sure a place is,
-//! and finds the target again; the paper's patch model sees which parts are visible.
+//! The method `robust`. One follows, one knows, one sees: the mean of correlation filters that learn on every
+//! frame follows the target, with a map of its colours; the mean of these filters over frames that were sure
+//! knows it, says how sure a place is, and finds the target again; the paper's patch model sees which parts
+//! are visible.
 
 mod follow;
 mod place;

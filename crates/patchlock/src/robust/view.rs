@@ -17,9 +17,9 @@ pub struct RobustView<'a> {
     pub side: usize,
     /// Frame pixels on a side of a cell.
     pub cell: f64,
-    /// The follower's response to the window, row by row: `side * side` values. The first stands for the
-    /// estimate's centre, later ones for displacements to the right and down; beyond half the side they stand
-    /// for displacements to the left and up.
+    /// The response of the follower, the mean of its filters, to the window, without the map of colours, row
+    /// by row: `side * side` values. The first stands for the estimate's centre, later ones for displacements
+    /// to the right and down; beyond half the side they stand for displacements to the left and up.
     pub follower: &'a [f32],
     /// The memory's response, in the same order.
     pub memory: &'a [f32],
