@@ -31,13 +31,13 @@ const THREADS_SHOWN: &str = "1..=1024";
 /// The help of `--preset`.
 const PRESETS_SHOWN: &str = "\
 The settings to start from. robust: for videos of your own; the most accurate, notices when the target is \
-lost, and searches for it. paper: the tracker of the paper, to compare with or to see its parts. fast: that \
-one with fewer candidates and patches, for the same purposes in less time";
+lost, and searches for it. fast: the same in less than half the time, a little less accurate, and without \
+rotation. paper: the tracker of the paper, to compare with or to see its parts";
 
 /// The help of `--rotate`.
 const ROTATE_SHOWN: &str = "\
-Follow rotation in the frame [default: as in the settings, on]. Turn it off where you know that nothing \
-turns in the picture. Only for the method robust";
+Follow rotation in the frame [default: as in the settings: on, with the preset fast off]. Turn it off where \
+you know that nothing turns in the picture. Only for the method robust";
 
 /// Parses on or off.
 fn on_or_off() -> impl TypedValueParser<Value = bool> {
