@@ -138,8 +138,8 @@ pub struct TrackArgs {
     #[arg(long, value_name = "FILE.mp4")]
     video: Option<PathBuf>,
 
-    /// Quantiser of --video: 0 is the best picture and the largest file, 51 the smallest; six more make it about
-    /// half as large
+    /// Quantiser of --video: 0 is the best picture and the largest file, 51 the smallest; six more halve the
+    /// size, roughly
     #[arg(
         long,
         value_name = "0..51",
