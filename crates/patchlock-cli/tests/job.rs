@@ -67,7 +67,7 @@ fn invalid_options_are_refused() {
         error(Options { entrant: program("'x", "x"), ..good() })
             .contains("not a valid command line")
     );
-    assert!(error(Options { entrant: program("x", "a/b"), ..good() }).contains("--name a/b"));
+    assert!(error(Options { entrant: program("x", "a/b"), ..good() }).contains(r#"--name "a/b""#));
     assert!("abc".parse::<Scheme>().unwrap_err().contains("ope, tre and sre"));
 }
 
