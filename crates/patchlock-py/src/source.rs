@@ -36,11 +36,14 @@ pub struct Frames {
     rate: Option<f64>,
 }
 
+// Python shows defaults that are written as numbers.
+const _: () = assert!(Limits::DEFAULT_PIXELS == 36_000_000);
+
 #[pymethods]
 impl Frames {
     #[new]
     #[pyo3(signature = (
-        source, *, start = 0, end = None, stride = 1, reverse = false, max_pixels = Limits::DEFAULT_PIXELS
+        source, *, start = 0, end = None, stride = 1, reverse = false, max_pixels = 36_000_000
     ))]
     fn new(
         py: Python<'_>,
