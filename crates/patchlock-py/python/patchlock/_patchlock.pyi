@@ -357,7 +357,7 @@ class Estimate:
         """
 
     def to_dict(self) -> dict[str, float | str | None]:
-        """One row of the table that `patchlock track` saves, by column name.
+        """One row of the table that `patchlock track` saves, by column name, without the time.
 
         The columns are frame, x, y, w, h, score, visible_large, visible_small, x1, y1 to x4, y4, ms and
         status. The visible shares are `None` if the method does not know them. The position of a lost target
