@@ -25,6 +25,8 @@ use crate::errors;
 ///     end: Number of the first frame after the range; `None` for the end of the source.
 ///     stride: Take every `stride`-th frame.
 ///     reverse: Go from the last frame of the range to the first.
+///     max_pixels: Most pixels of a frame, width times height. A source that claims more is refused before
+///         memory is taken for it.
 ///
 /// Raises:
 ///     ValueError: The range contains no frame.
