@@ -346,8 +346,8 @@ fn print_summary(
     let command_out = |name: &str| quoted(&out.join(name));
     let mut text = format!(
         "Tracked {} rendered frames at {fps:.1} frames per second.\n\
-         Overlap with the truth: mean {:.3}, lowest {least:.3} (frame {frame}), in the {} frames in which the \
-         target is visible.\n",
+         Overlap with the truth: mean {:.3}, lowest {least:.3} (frame {frame}), in the {} frames in which \
+         the target is visible.\n",
         overlap.len(),
         mean(&seen),
         seen.len(),

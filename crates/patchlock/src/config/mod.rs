@@ -158,7 +158,7 @@ parameters! {
             label_width: f64 = 0.0625, number(0.01, 1.0);
             /// How strongly the filter is drawn to the one before; larger learns more slowly.
             temporal: f64 = 10.0, number(0.0, 1e6);
-            /// How strictly the filter is confined to the target; smaller is less strict.
+            /// How closely the second round of learning is held to the masked filter of the first.
             penalty: f64 = 0.1, number(1e-3, 10.0);
             /// The largest side of the patch that the search window is resampled to, in pixels.
             max_patch: f64 = 200.0, number(32.0, 512.0);
@@ -206,8 +206,8 @@ parameters! {
         "Bertinetto et al. 2016 (Staple), with our own numbers" {
             /// Weight of the map of the target's colours, relative to the memory's mean response.
             colour_weight: f64 = 0.3, number(0.0, 10.0);
-            /// The map counts where colour tells the target from what is around it by more than this: 0 is
-            /// not at all, 1 entirely.
+            /// The map counts while colour tells the target from what is around it at least this well: 0 is
+            /// not at all, 1 is entirely.
             colour_contrast: f64 = 0.2, number(-1.0, 1.0);
             /// Learning rate of the colours of the target,
             colour_rate: f64 = 0.04, number(0.0, 1.0);
@@ -282,9 +282,9 @@ impl Parameter {
 
 impl TrackerConfig {
     /// The configuration of a preset. `robust`, the default, follows with correlation filters, remembers what
-    /// was sure, and finds the target again after a loss. `fast` is the same with one filter instead of three,
-    /// a smaller patch, and without rotation; it takes less than half the time. `paper` is the tracker of the
-    /// paper.
+    /// was sure, and finds the target again after a loss. `fast` is the same with one filter instead of
+    /// three, a smaller patch, and without rotation; it takes less than half the time. `paper` is the tracker
+    /// of the paper.
     ///
     /// # Errors
     /// [`Error::UnknownPreset`] names the presets that exist.

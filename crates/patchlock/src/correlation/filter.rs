@@ -24,8 +24,8 @@ pub struct FilterNumbers {
     pub label_width: f64,
     /// Width and height of the mask, relative to the target.
     pub mask: f64,
-    /// The penalty on the difference of `f` and `g` in the second round; smaller, and a filter that was learnt
-    /// from few frames counts for less.
+    /// The penalty on the difference of `f` and `g` in the second round: larger holds it closer to the masked
+    /// filter of the first.
     pub penalty: f32,
     /// `mu`: how strongly the filter is drawn to the one of the frame before.
     pub temporal: f32,

@@ -1,7 +1,8 @@
 //! Colour histograms of the target and of what is around it, and the map of where the target's colours are:
 //! Bertinetto, Valmadre, Golodetz, Miksik and Torr, "Staple: complementary learners for real-time tracking"
 //! (2016), Sec. 3.3 and 3.5. Unlike theirs, the histogram of the surroundings learns much faster than that of
-//! the target: all of the surroundings are in sight on every frame, and they change as camera and target move.
+//! the target: all of the surroundings are in sight on every frame, and they change as camera and target
+//! move.
 
 use super::fhog::CELL;
 use crate::vision::crop::Planes;
