@@ -69,7 +69,12 @@ const CRATES: &[(&str, &[&str], &[&str])] = &[
     ("patchlock", &[], &["patchlock-scene"]),
     ("patchlock-media", &["patchlock"], &["patchlock-scene"]),
     ("patchlock-eval", &["patchlock", "patchlock-media"], &["patchlock-scene"]),
-    ("patchlock-cli", &["patchlock", "patchlock-media", "patchlock-eval", "patchlock-scene"], &[]),
+    ("patchlock-studio", &["patchlock", "patchlock-media", "patchlock-eval"], &["patchlock-scene"]),
+    (
+        "patchlock-cli",
+        &["patchlock", "patchlock-media", "patchlock-eval", "patchlock-studio", "patchlock-scene"],
+        &[],
+    ),
     (
         "patchlock-py",
         &["patchlock", "patchlock-media", "patchlock-eval", "patchlock-cli", "patchlock-scene"],
