@@ -9,6 +9,7 @@ pub mod frame;
 pub mod report;
 pub mod score;
 pub mod shell;
+pub mod studio;
 pub mod track;
 pub mod trax;
 
@@ -90,6 +91,7 @@ enum Command {
     Frame(frame::FrameArgs),
     Export(Box<export::ExportArgs>),
     Demo(demo::DemoArgs),
+    Studio(studio::StudioArgs),
     Config(config::ConfigArgs),
     Dataset(dataset::DatasetArgs),
     Bench(Box<bench::BenchArgs>),
@@ -108,6 +110,7 @@ impl Cli {
             Command::Frame(args) => frame::run(&args),
             Command::Export(args) => export::run(&args),
             Command::Demo(args) => demo::run(&args, program),
+            Command::Studio(args) => studio::run(&args),
             Command::Config(args) => config::run(&args),
             Command::Dataset(args) => dataset::run(&args),
             Command::Bench(args) => bench::run(&args),

@@ -1,0 +1,119 @@
+//! `patchlock studio`: annotates videos on a page in the browser.
+
+use std::net::{IpAddr, SocketAddr};
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+use anyhow::Result;
+use clap::Args;
+use clap::builder::RangedU64ValueParser;
+use patchlock_media::Limits;
+use patchlock_studio::server::{self, Options, Patience, Server};
+
+use crate::failure::{Failure, failed, usage};
+use crate::interrupt;
+
+const EXAMPLES: &str = "\
+EXAMPLES:
+  patchlock studio clip.mp4
+      opens the page in the browser; draw a box, press t, and correct where the track is wrong
+  patchlock studio clips/*.mp4
+      several clips, each with its own project
+  patchlock studio frames/
+      a folder of images as one clip
+  patchlock studio --port 8000 --no-open clip.mp4
+      only prints the address, for a browser that you open yourself";
+
+/// Annotates videos on a page in the browser: one drawn box becomes a track
+///
+/// The page is served from this program to browsers on this machine; no frame leaves it. The address that is
+/// printed holds a token: whoever has it can see and change the annotations. Ctrl-C ends the program.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct StudioArgs {
+    /// Videos, or folders of images
+    #[arg(value_name = "VIDEO|FOLDER")]
+    videos: Vec<PathBuf>,
+
+    /// Port to listen on; with 0 the system chooses a free one
+    #[arg(long, value_name = "0..65535", default_value_t = 0, allow_negative_numbers = true)]
+    port: u16,
+
+    /// Address to listen on. Others than this machine can then open the page, unencrypted, with the token
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
+    listen: IpAddr,
+
+    /// Print the address, and open no browser
+    #[arg(long)]
+    no_open: bool,
+
+    /// Most pixels of a frame, width times height. A source that claims more is refused before memory is
+    /// taken for it
+    #[arg(
+        long,
+        value_name = "1..",
+        default_value_t = Limits::DEFAULT_PIXELS,
+        allow_negative_numbers = true,
+        value_parser = RangedU64ValueParser::<usize>::new().range(1..)
+    )]
+    max_pixels: usize,
+}
+
+/// Serves the page until Ctrl-C.
+pub fn run(args: &StudioArgs) -> Result<()> {
+    if let Some(missing) = args.videos.iter().find(|video| !video.exists()) {
+        let message = format!("there is no file or folder {}", missing.display());
+        return Err(usage(message).hint("name a video or a folder of images").into());
+    }
+    let options = Options {
+        videos: args.videos.clone(),
+        address: SocketAddr::new(args.listen, args.port),
+        limits: Limits { pixels: args.max_pixels },
+        patience: Patience::default(),
+    };
+    interrupt::listen()?;
+    let server = Server::open(&options).map_err(failure)?;
+    if !args.listen.is_loopback() {
+        eprintln!(
+            "warning: with --listen {} others on the network can reach this page, unencrypted: give \
+             the address only to those who may change the annotations",
+            args.listen
+        );
+    }
+    let address = server.address();
+    println!("{address}");
+    eprintln!("Ctrl-C ends the program.");
+    if !args.no_open
+        && let Err(reason) = open_browser(&address)
+    {
+        eprintln!("note: no browser was opened ({reason}): open the address yourself");
+    }
+    server.run(interrupt::requested).map_err(failure)?;
+    Ok(())
+}
+
+fn failure(error: server::Error) -> Failure {
+    let failure = failed(error.to_string());
+    match error {
+        server::Error::Listen { .. } => {
+            failure.hint("choose another --port, or none for a free one")
+        }
+        _ => failure,
+    }
+}
+
+/// Asks the desktop to open an address. Its messages are not ours.
+fn open_browser(address: &str) -> std::io::Result<()> {
+    let mut command = if cfg!(target_os = "macos") {
+        Command::new("open")
+    } else if cfg!(windows) {
+        Command::new("explorer")
+    } else {
+        Command::new("xdg-open")
+    };
+    command.arg(address).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    let mut child = command.spawn()?;
+    // Nothing is waited for, but the process must be collected.
+    std::thread::spawn(move || child.wait());
+    Ok(())
+}
