@@ -1,4 +1,5 @@
-//! The files of the page. They are part of the program.
+//! The files of the page. They are part of the program. `tools/studio/check.sh` checks their types and tries
+//! them in a browser.
 
 /// A file of the page.
 pub struct PageFile {
@@ -11,6 +12,9 @@ pub struct PageFile {
 }
 
 const HTML: &str = "text/html; charset=utf-8";
+const SCRIPT: &str = "text/javascript; charset=utf-8";
+const STYLE: &str = "text/css; charset=utf-8";
+const SVG: &str = "image/svg+xml";
 
 /// Declares a file of this folder.
 macro_rules! file {
@@ -20,4 +24,25 @@ macro_rules! file {
 }
 
 /// All files; the first is served for the address without a path.
-pub const FILES: &[PageFile] = &[file!("index.html", HTML)];
+pub const FILES: &[PageFile] = &[
+    file!("index.html", HTML),
+    file!("style.css", STYLE),
+    file!("icon.svg", SVG),
+    file!("camera.mjs", SCRIPT),
+    file!("clip.mjs", SCRIPT),
+    file!("clips.mjs", SCRIPT),
+    file!("commands.mjs", SCRIPT),
+    file!("dom.mjs", SCRIPT),
+    file!("drawing.mjs", SCRIPT),
+    file!("editor.mjs", SCRIPT),
+    file!("files.mjs", SCRIPT),
+    file!("frames.mjs", SCRIPT),
+    file!("main.mjs", SCRIPT),
+    file!("notices.mjs", SCRIPT),
+    file!("panel.mjs", SCRIPT),
+    file!("requests.mjs", SCRIPT),
+    file!("stage.mjs", SCRIPT),
+    file!("timeline.mjs", SCRIPT),
+    file!("tracks.mjs", SCRIPT),
+    file!("zoom.mjs", SCRIPT),
+];

@@ -1,0 +1,94 @@
+// The list of clips, with a picture of each and how far it is.
+
+import { byId, counted, element } from './dom.mjs';
+import { thumbnails } from './frames.mjs';
+
+const THUMBNAIL = { width: 160, height: 90 };
+
+export class ClipList {
+    /** @param {import('./editor.mjs').Editor} editor */
+    constructor(editor) {
+        this.editor = editor;
+        this.list = byId('clips');
+        editor.addEventListener('clips', () => this.render());
+        byId('clip-filter').addEventListener('input', () => this.render());
+    }
+
+    toggle() {
+        const hidden = document.body.classList.toggle('without-clips');
+        document.querySelector('[data-command=clips]')?.setAttribute('aria-expanded', String(!hidden));
+    }
+
+    render() {
+        const { clips, clip } = this.editor;
+        const begun = clips.filter(({ targets }) => targets > 0).length;
+        byId('clips-progress').textContent = clips.length ? `${begun} of ${clips.length} begun` : '';
+        const filter = /** @type {HTMLInputElement} */ (byId('clip-filter'));
+        filter.hidden = clips.length < 8;
+        const words = filter.value.toLowerCase();
+        const matching = clips.filter(({ name }) => name.toLowerCase().includes(words));
+        this.list.replaceChildren(...matching.map((info) => this.#entry(info, info.id === clip?.info.id)));
+        this.list.querySelector('[aria-current]')?.scrollIntoView({ block: 'nearest' });
+    }
+
+    /**
+     * @param {import('./types').ClipInfo} info
+     * @param {boolean} current
+     */
+    #entry(info, current) {
+        const picture = element('span', { class: 'clip-picture' });
+        if (!info.error) this.#lazily(picture, info);
+        const { targets, keys } = info;
+        const done = targets === 0 ? 'not begun' : `${counted(targets, 'target')} · ${counted(keys, 'key')}`;
+        const state = info.error ?? info.changed ?? done;
+        const kind =
+            info.error || info.changed ? 'clip-state wrong' : targets ? 'clip-state begun' : 'clip-state';
+        return element(
+            'li',
+            {},
+            element(
+                'button',
+                {
+                    class: 'clip',
+                    attributes: {
+                        type: 'button',
+                        'aria-current': current ? 'true' : null,
+                        title: info.name,
+                        disabled: Boolean(info.error),
+                    },
+                    on: { click: () => void this.editor.open(info) },
+                },
+                picture,
+                element('span', { class: 'clip-name', text: info.name }),
+                element('span', { class: kind, text: state }),
+            ),
+        );
+    }
+
+    /**
+     * Pictures are made when they come into view.
+     * @param {HTMLElement} picture
+     * @param {import('./types').ClipInfo} info
+     */
+    #lazily(picture, info) {
+        const observer = new IntersectionObserver(
+            ([entry]) => {
+                if (!entry?.isIntersecting) return;
+                observer.disconnect();
+                const path = `/clips/${encodeURIComponent(info.id)}`;
+                thumbnails
+                    .get(path, 0, THUMBNAIL)
+                    .then((canvas) => {
+                        const made = element('canvas', {
+                            attributes: { width: canvas.width, height: canvas.height },
+                        });
+                        made.getContext('2d')?.drawImage(canvas, 0, 0);
+                        picture.replaceChildren(made);
+                    })
+                    .catch(() => {});
+            },
+            { root: null },
+        );
+        observer.observe(picture);
+    }
+}

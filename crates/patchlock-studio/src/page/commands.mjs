@@ -1,0 +1,444 @@
+// All that can be done with a key. Buttons, tooltips and the page of keys are made from this table.
+
+import { byId, element, openDialog } from './dom.mjs';
+import { tell } from './notices.mjs';
+
+/**
+ * @typedef {object} Command
+ * @property {string} id of the command; a button with `data-command` of this value runs it
+ * @property {string} group
+ * @property {string} name
+ * @property {string[]} keys as in `Ctrl+Shift+Z`, letters in capitals; the first is shown
+ * @property {() => void} run
+ * @property {boolean} [repeats] whether it runs again while the key is held
+ */
+
+/** @typedef {'openLabels' | 'openExport' | 'openImport' | 'toggleClips' | 'toggleCamera'} PageName */
+/** @typedef {Record<PageName, () => void>} Pages other parts of the page that commands open */
+
+/**
+ * @param {import('./editor.mjs').Editor} editor
+ * @param {import('./stage.mjs').Stage} stage
+ * @param {Pages} pages
+ * @returns {Command[]}
+ */
+export function allCommands(editor, stage, pages) {
+    return [
+        ...moving(editor),
+        ...boxes(editor),
+        ...targets(editor, pages),
+        ...tracking(editor),
+        ...viewing(editor, stage, pages),
+        ...projects(editor, pages),
+    ];
+}
+
+/** @param {import('./editor.mjs').Editor} editor @returns {Command[]} */
+function moving(editor) {
+    const group = 'Move through the clip';
+    const step = (/** @type {number} */ by) => ({ group, repeats: true, run: () => editor.step(by) });
+    return [
+        { id: 'next-doubt', group, name: 'Next doubtful place', keys: ['N'], run: () => editor.goToDoubt(1) },
+        {
+            id: 'previous-doubt',
+            group,
+            name: 'Previous doubtful place',
+            keys: ['Shift+N'],
+            run: () => editor.goToDoubt(-1),
+        },
+        { id: 'back', name: 'One frame back', keys: ['D', 'ArrowLeft'], ...step(-1) },
+        { id: 'forward', name: 'One frame forward', keys: ['F', 'ArrowRight'], ...step(1) },
+        { id: 'back-10', name: 'Ten frames back', keys: ['C', 'Shift+ArrowLeft'], ...step(-10) },
+        { id: 'forward-10', name: 'Ten frames forward', keys: ['V', 'Shift+ArrowRight'], ...step(10) },
+        { id: 'previous-key', group, name: 'Previous key frame', keys: ['A'], run: () => editor.goToKey(-1) },
+        { id: 'next-key', group, name: 'Next key frame', keys: ['G'], run: () => editor.goToKey(1) },
+        { id: 'first', group, name: 'First frame', keys: ['Home'], run: () => editor.goTo(0) },
+        { id: 'last', group, name: 'Last frame', keys: ['End'], run: () => editor.goTo(editor.count - 1) },
+        { id: 'play', group, name: 'Play or pause', keys: ['Space'], run: () => editor.togglePlay() },
+        { id: 'slower', group, name: 'Play slower', keys: [','], run: () => editor.changeSpeed(-1) },
+        { id: 'faster', group, name: 'Play faster', keys: ['.'], run: () => editor.changeSpeed(1) },
+    ];
+}
+
+/** @param {import('./editor.mjs').Editor} editor @returns {Command[]} */
+function boxes(editor) {
+    const group = 'Boxes';
+    return [
+        {
+            id: 'confirm',
+            group,
+            name: 'The box is right: make it a key frame',
+            keys: ['Enter'],
+            run: () => void (editor.draft ? editor.acceptDraft() : editor.confirm()),
+        },
+        {
+            id: 'toggle-key',
+            group,
+            name: 'Key frame on or off',
+            keys: ['K'],
+            run: () => void editor.toggleKey(),
+        },
+        {
+            id: 'new-box',
+            group,
+            name: 'New box: drag, or arrows and Enter',
+            keys: ['W'],
+            run: () => editor.beginNewBox(),
+        },
+        {
+            id: 'edit-box',
+            group,
+            name: 'Move the box with arrows, resize with Shift',
+            keys: ['E'],
+            run: () => editor.beginEdit(),
+        },
+        {
+            id: 'occluded',
+            group,
+            name: 'Occluded: partly hidden by something',
+            keys: ['O'],
+            run: () => void editor.toggleFlag('occluded'),
+        },
+        {
+            id: 'truncated',
+            group,
+            name: 'Truncated: partly outside the frame',
+            keys: ['U'],
+            run: () => void editor.toggleFlag('truncated'),
+        },
+        {
+            id: 'hidden',
+            group,
+            name: 'Not visible from here; again: to here',
+            keys: ['H'],
+            run: () => void editor.markHidden(),
+        },
+        {
+            id: 'visible',
+            group,
+            name: 'Visible after all, in this stretch',
+            keys: ['Shift+H'],
+            run: () => void editor.showAgain(),
+        },
+    ];
+}
+
+/**
+ * @param {import('./editor.mjs').Editor} editor
+ * @param {{openLabels: () => void}} pages
+ * @returns {Command[]}
+ */
+function targets(editor, { openLabels }) {
+    const group = 'Targets';
+    const digits = [1, 2, 3, 4, 5, 6, 7, 8, 9];
+    return [
+        {
+            id: 'next-target',
+            group,
+            name: 'Next target',
+            keys: ['ArrowDown'],
+            run: () => editor.selectNeighbour(1),
+        },
+        {
+            id: 'previous-target',
+            group,
+            name: 'Previous target',
+            keys: ['ArrowUp'],
+            run: () => editor.selectNeighbour(-1),
+        },
+        ...digits.map((digit) => ({
+            id: `label-${digit}`,
+            group,
+            name: `Label ${digit} of the list`,
+            keys: [String(digit)],
+            run: () => void editor.setLabelAt(digit - 1),
+        })),
+        { id: 'labels', group, name: 'Labels and their colours', keys: ['L'], run: openLabels },
+        {
+            id: 'split',
+            group,
+            name: 'Split: from this frame on another target',
+            keys: ['X'],
+            run: () => void editor.split(),
+        },
+        {
+            id: 'join',
+            group,
+            name: 'Join with the target clicked next',
+            keys: ['M'],
+            run: () => editor.beginJoin(),
+        },
+        {
+            id: 'delete',
+            group,
+            name: 'Delete the target',
+            keys: ['Delete', 'Backspace'],
+            run: () => void editor.deleteTarget(),
+        },
+    ];
+}
+
+/** @param {import('./editor.mjs').Editor} editor @returns {Command[]} */
+function tracking(editor) {
+    const group = 'Track';
+    return [
+        {
+            id: 'track-forward',
+            group,
+            name: 'Track forward from here',
+            keys: ['T'],
+            run: () => void editor.startTracking('forward'),
+        },
+        {
+            id: 'track-backward',
+            group,
+            name: 'Track backward from here',
+            keys: ['R'],
+            run: () => void editor.startTracking('backward'),
+        },
+        {
+            id: 'track-both',
+            group,
+            name: 'Track both ways from here',
+            keys: ['B'],
+            run: () => void editor.startTracking('both'),
+        },
+        { id: 'escape', group, name: 'Stop, cancel, deselect', keys: ['Escape'], run: () => editor.escape() },
+    ];
+}
+
+/**
+ * @param {import('./editor.mjs').Editor} editor
+ * @param {import('./stage.mjs').Stage} stage
+ * @param {{toggleClips: () => void}} pages
+ * @returns {Command[]}
+ */
+function viewing(editor, stage, { toggleClips }) {
+    const group = 'View';
+    return [
+        {
+            id: 'zoom',
+            group,
+            name: 'Zoom to the target, or the whole frame',
+            keys: ['Z'],
+            run: () => stage.toggleZoom(),
+        },
+        { id: 'fit', group, name: 'The whole frame', keys: ['0'], run: () => stage.fit() },
+        { id: 'actual', group, name: 'One pixel is one pixel', keys: ['Shift+Z'], run: () => stage.actual() },
+        {
+            id: 'zoom-in',
+            group,
+            name: 'Zoom in (or wheel, pinch)',
+            keys: ['+', '='],
+            repeats: true,
+            run: () => stage.zoomBy(1.25),
+        },
+        { id: 'zoom-out', group, name: 'Zoom out', keys: ['-'], repeats: true, run: () => stage.zoomBy(0.8) },
+        {
+            id: 'look',
+            group,
+            name: 'What the tracker sees in this frame',
+            keys: ['I'],
+            run: () => editor.toggleLook(),
+        },
+        { id: 'clips', group, name: 'List of clips on or off', keys: ['Q'], run: toggleClips },
+    ];
+}
+
+/**
+ * @param {import('./editor.mjs').Editor} editor
+ * @param {Record<'openExport' | 'openImport' | 'toggleCamera', () => void>} pages
+ * @returns {Command[]}
+ */
+function projects(editor, { openExport, openImport, toggleCamera }) {
+    const group = 'Project';
+    const saved = () => tell(editor.clip?.unsaved ? 'Saving …' : 'Everything is saved, after each change.');
+    return [
+        {
+            id: 'undo',
+            group,
+            name: 'Undo',
+            keys: ['Ctrl+Z'],
+            repeats: true,
+            run: () => void editor.clip?.undo(),
+        },
+        {
+            id: 'redo',
+            group,
+            name: 'Redo',
+            keys: ['Ctrl+Shift+Z', 'Ctrl+Y'],
+            repeats: true,
+            run: () => void editor.clip?.redo(),
+        },
+        { id: 'save', group, name: 'Is everything saved?', keys: ['Ctrl+S'], run: saved },
+        {
+            id: 'previous-clip',
+            group,
+            name: 'Previous clip',
+            keys: ['PageUp'],
+            run: () => editor.openNeighbour(-1),
+        },
+        { id: 'next-clip', group, name: 'Next clip', keys: ['PageDown'], run: () => editor.openNeighbour(1) },
+        { id: 'export', group, name: 'Export', keys: ['Shift+E'], run: openExport },
+        { id: 'import', group, name: 'Import (or drop a file)', keys: ['Shift+I'], run: openImport },
+        { id: 'camera', group, name: 'Live camera', keys: ['Shift+C'], run: toggleCamera },
+    ];
+}
+
+/** @param {string} keys as in the table */
+export function shown(keys) {
+    const names = /** @type {Record<string, string>} */ ({
+        ArrowLeft: '←',
+        ArrowRight: '→',
+        ArrowUp: '↑',
+        ArrowDown: '↓',
+        Escape: 'Esc',
+        Delete: 'Del',
+        PageUp: 'Page ↑',
+        PageDown: 'Page ↓',
+    });
+    return keys
+        .split(/\+(?!$)/)
+        .map((key) => names[key] ?? key)
+        .join('+');
+}
+
+/** Runs commands by their keys and by buttons. */
+export class Commands {
+    /**
+     * @param {Command[]} commands
+     * @param {import('./editor.mjs').Editor} editor
+     */
+    constructor(commands, editor) {
+        this.commands = [
+            ...commands,
+            {
+                id: 'help',
+                group: 'Project',
+                name: 'All keys',
+                keys: ['?', 'F1'],
+                run: () => this.openHelp(),
+            },
+        ];
+        this.editor = editor;
+        this.byKeys = new Map(
+            this.commands.flatMap((command) => command.keys.map((keys) => [keys, command])),
+        );
+        /** Whether keys are for the clip now. */
+        this.enabled = () => true;
+        document.addEventListener('keydown', (event) => this.#key(event));
+        document.addEventListener('click', (event) => this.#click(event));
+        // The canvas has the focus nearly always; its ring is for those who move the focus with Tab.
+        document.addEventListener('pointerdown', () => document.body.classList.remove('by-keyboard'), true);
+        document.addEventListener(
+            'keydown',
+            (event) => {
+                if (event.key === 'Tab') document.body.classList.add('by-keyboard');
+            },
+            true,
+        );
+        this.label();
+    }
+
+    /** Tooltips, and keys for screen readers, of the buttons that run commands. */
+    label() {
+        for (const button of document.querySelectorAll('[data-command]')) {
+            const command = this.#of(button);
+            const [keys] = command?.keys ?? [];
+            if (!command || !keys) throw new Error(`no command for ${button.outerHTML}`);
+            button.setAttribute('title', `${command.name} (${shown(keys)})`);
+            button.setAttribute('aria-keyshortcuts', keys.replace('Ctrl', 'Control'));
+            if (!button.textContent?.trim()) button.setAttribute('aria-label', command.name);
+        }
+    }
+
+    /** @param {Element} button */
+    #of(button) {
+        return this.commands.find(({ id }) => id === button.getAttribute('data-command'));
+    }
+
+    /** @param {MouseEvent} event */
+    #click(event) {
+        const button = event.target instanceof Element ? event.target.closest('button') : null;
+        if (!button) return;
+        const command = this.#of(button);
+        // After a click of the mouse, keys belong to the clip again; with the keyboard, focus stays.
+        if (event.detail > 0 && !button.closest('dialog')) byId('stage').focus({ preventScroll: true });
+        command?.run();
+    }
+
+    /** @param {KeyboardEvent} event */
+    #key(event) {
+        if (!this.enabled() || document.querySelector('dialog[open]') || event.defaultPrevented) return;
+        const { target } = event;
+        if (target instanceof Element && target.matches('input:not([type=checkbox]), select, textarea'))
+            return;
+        const keys = keysOf(event);
+        const pressesButton = keys === 'Space' || keys === 'Enter';
+        if (
+            pressesButton &&
+            target instanceof Element &&
+            target.matches('button, a, summary, [type=checkbox]')
+        )
+            return;
+        if (this.editor.draft && this.#nudge(event)) return event.preventDefault();
+        const command = this.byKeys.get(keys);
+        if (!command) return;
+        event.preventDefault();
+        if (!event.repeat || command.repeats) command.run();
+    }
+
+    /**
+     * Arrows move the box that is edited, with Shift they resize it; by ten pixels with Ctrl.
+     * @param {KeyboardEvent} event
+     */
+    #nudge(event) {
+        const [, arrow] = /^Arrow(Left|Right|Up|Down)$/.exec(event.key) ?? [];
+        if (!arrow) return false;
+        const by = (arrow === 'Left' || arrow === 'Up' ? -1 : 1) * (event.ctrlKey || event.metaKey ? 10 : 1);
+        this.editor.nudge(arrow === 'Left' || arrow === 'Right' ? 'x' : 'y', by, event.shiftKey);
+        return true;
+    }
+
+    openHelp() {
+        /** @type {Map<string, HTMLElement>} */
+        const groups = new Map();
+        for (const { group, name, keys, id } of this.commands) {
+            if (/^label-[2-9]$/.test(id)) continue;
+            const words = id === 'label-1' ? 'Label by its place in the list' : name;
+            const marks = (id === 'label-1' ? ['1', '9'] : keys).map((key) =>
+                element('kbd', { text: shown(key) }),
+            );
+            if (id === 'label-1') marks.splice(1, 0, element('span', { text: '…' }));
+            const list = groups.get(group) ?? element('dl', {});
+            groups.set(group, list);
+            list.append(element('div', {}, element('dt', {}, ...marks), element('dd', { text: words })));
+        }
+        const sections = [...groups].map(([group, list]) =>
+            element('section', {}, element('h3', { text: group }), list),
+        );
+        const mouse = element('p', {
+            class: 'hint',
+            text:
+                'Drag on the frame to draw a box, drag a box or its handles to correct it: the frame becomes a ' +
+                'key frame, and what lies between the neighbouring key frames is tracked again. Shift+drag ' +
+                'draws over other boxes. Wheel or pinch zooms, right or middle button pans. While a box is ' +
+                'edited with keys, arrows move it, Shift+arrows resize it, with Ctrl by ten pixels.',
+        });
+        openDialog('Keys', [mouse, element('div', { class: 'help' }, ...sections)], { wide: true });
+    }
+}
+
+/**
+ * A pressed key as the table writes it.
+ * @param {KeyboardEvent} event
+ */
+function keysOf(event) {
+    const { key } = event;
+    const letter = /^\p{L}$/u.test(key);
+    const name = key === ' ' ? 'Space' : letter ? key.toUpperCase() : key;
+    const command = event.ctrlKey || event.metaKey ? 'Ctrl+' : '';
+    // The characters ? and + may need Shift, depending on the keyboard.
+    const shift = event.shiftKey && (letter || key.length > 1) ? 'Shift+' : '';
+    return (event.altKey ? 'Alt+' : '') + command + shift + name;
+}

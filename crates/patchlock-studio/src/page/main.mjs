@@ -1,0 +1,191 @@
+// Puts the page together.
+
+import * as api from './requests.mjs';
+import { Camera } from './camera.mjs';
+import { ClipList } from './clips.mjs';
+import { Commands, allCommands } from './commands.mjs';
+import { byId, icon } from './dom.mjs';
+import { Editor } from './editor.mjs';
+import { acceptDrops, openExport, openImport } from './files.mjs';
+import { complain } from './notices.mjs';
+import { Panel, openLabels } from './panel.mjs';
+import { Stage } from './stage.mjs';
+import { Timeline } from './timeline.mjs';
+
+for (const button of document.querySelectorAll('[data-icon]')) {
+    button.prepend(icon(button.getAttribute('data-icon') ?? ''));
+}
+
+const editor = new Editor();
+const stage = new Stage(editor);
+const timeline = new Timeline(editor);
+const panel = new Panel(editor);
+const clipList = new ClipList(editor);
+const camera = new Camera();
+
+const commands = new Commands(
+    allCommands(editor, stage, {
+        openLabels: () => openLabels(editor),
+        openExport: () => openExport(editor),
+        openImport: () => openImport(editor),
+        toggleClips: () => clipList.toggle(),
+        toggleCamera,
+    }),
+    editor,
+);
+commands.enabled = () => !camera.open;
+
+/** Changes from the clips to the live camera, or back. */
+function toggleCamera() {
+    const open = !camera.open;
+    document.body.classList.toggle('with-camera', open);
+    byId('camera').hidden = !open;
+    byId('work').hidden = open;
+    for (const button of document.querySelectorAll('[data-command=camera]')) {
+        button.setAttribute('aria-pressed', String(open));
+    }
+    if (!open) return camera.hide();
+    if (editor.playing) editor.goTo(editor.frame);
+    void camera.show();
+}
+document.addEventListener('keydown', (event) => {
+    if (!camera.open || document.querySelector('dialog[open]')) return;
+    if (event.key === 'Escape' && camera.following) camera.stopFollowing();
+    else if (event.key === 'Escape') toggleCamera();
+});
+
+let waiting = false;
+/** Draws everything once before the next picture of the screen, however much has changed. */
+function render() {
+    if (waiting) return;
+    waiting = true;
+    requestAnimationFrame(() => {
+        waiting = false;
+        stage.render();
+        timeline.render();
+        panel.render();
+        renderBars();
+    });
+}
+editor.addEventListener('change', render);
+
+/**
+ * @param {string} id
+ * @param {string} text
+ */
+function write(id, text) {
+    const place = byId(id);
+    if (place.textContent !== text) place.textContent = text;
+}
+
+/** The head of the page and the transport. */
+function renderBars() {
+    const { clip } = editor;
+    write('clip-title', clip?.info.name ?? 'patchlock studio');
+    document.title = clip ? `${clip.info.name} · patchlock studio` : 'patchlock studio';
+    byId('nothing').hidden = clip !== null || editor.clips.length > 0;
+    const saved = !clip ? '' : !clip.connected ? 'No connection' : clip.unsaved ? 'Saving …' : 'Saved';
+    write('saved', saved);
+    byId('saved').classList.toggle('wrong', Boolean(clip && !clip.connected));
+    byId('windows').hidden = (clip?.windows ?? 1) < 2;
+    write('windows', `${clip?.windows ?? 1} windows`);
+    write('frame-count', `/ ${Math.max(0, editor.count - 1)}`);
+    write('time', clockOf(editor.frame / editor.rate));
+    const field = /** @type {HTMLInputElement} */ (byId('frame'));
+    if (document.activeElement !== field) field.value = String(editor.frame);
+    field.max = String(Math.max(0, editor.count - 1));
+    byId('play')
+        .querySelector('use')
+        ?.setAttribute('href', editor.playing ? '#icon-pause' : '#icon-play');
+    byId('play').setAttribute('aria-label', editor.playing ? 'Pause' : 'Play');
+    /** @type {HTMLSelectElement} */ (byId('speed')).value = String(editor.speed);
+    const doubts = clip?.doubts.length ?? 0;
+    write('doubts-left', doubts ? String(doubts) : '');
+    for (const [id, text] of /** @type {const} */ ([
+        ['undo', clip?.undoText],
+        ['redo', clip?.redoText],
+    ])) {
+        const button = byId(id);
+        button.toggleAttribute('disabled', !text);
+        const name = id === 'undo' ? 'Undo' : 'Redo';
+        button.title = `${text ? `${name}: ${text}` : name} (${id === 'undo' ? 'Ctrl+Z' : 'Ctrl+Shift+Z'})`;
+    }
+    renderJob();
+    renderHints();
+}
+
+function renderJob() {
+    const job = editor.clip?.job;
+    byId('job').hidden = !job;
+    if (!job) return;
+    const track = editor.clip?.track(job.target);
+    const name = track ? `${track.target.label} ${job.target}` : `target ${job.target}`;
+    const speed = job.fps > 0 ? ` · ${Math.round(job.fps)} frames/s` : '';
+    const left = job.left === null ? '' : ` · ${job.left < 1 ? 'under 1' : Math.ceil(job.left)} s left`;
+    write('job-text', `Tracking ${name}${speed}${left}`);
+}
+
+function renderHints() {
+    const text = hint();
+    byId('hint').hidden = !text;
+    write('hint', text);
+}
+
+/** What the page waits for, over the canvas. */
+function hint() {
+    const { clip, frames, hiddenFrom, doubt, frame } = editor;
+    const failure = frames?.failure;
+    if (failure) {
+        return `Frame ${frame} can't be shown: ${failure instanceof Error ? failure.message : failure}`;
+    }
+    if (editor.joinFirst !== null) return 'Click the target to join, on the frame or below. Esc cancels.';
+    if (editor.draft && editor.drawing) {
+        return 'Drag a box; or arrows move, Shift+arrows resize, Enter accepts, Esc cancels.';
+    }
+    if (hiddenFrom !== null) {
+        return `Not visible from frame ${hiddenFrom}: go to the last such frame, press H. Esc cancels.`;
+    }
+    if (doubt?.frame === frame) return `${doubt.reason}. Correct the box, or press Enter if it is right.`;
+    return clip?.loaded && clip.tracks.length === 0 ? 'Drag a box around what is to be followed.' : '';
+}
+
+/** @param {number} seconds */
+function clockOf(seconds) {
+    const minutes = Math.floor(seconds / 60);
+    return `${minutes}:${(seconds % 60).toFixed(2).padStart(5, '0')}`;
+}
+
+byId('frame').addEventListener('change', (event) => {
+    const { valueAsNumber } = /** @type {HTMLInputElement} */ (event.target);
+    if (Number.isFinite(valueAsNumber)) editor.goTo(valueAsNumber);
+});
+byId('frame').addEventListener('keydown', (event) => {
+    if (event.key === 'Enter' || event.key === 'Escape') byId('stage').focus();
+});
+byId('speed').addEventListener('change', (event) => {
+    editor.setSpeed(Number(/** @type {HTMLSelectElement} */ (event.target).value));
+    byId('stage').focus();
+});
+acceptDrops(editor);
+window.addEventListener('beforeunload', (event) => {
+    if (editor.clip?.unsaved) event.preventDefault();
+});
+window.addEventListener('unhandledrejection', (event) => complain(event.reason));
+window.addEventListener('error', (event) => complain(event.error ?? event.message));
+if (matchMedia('(max-width: 1100px)').matches) clipList.toggle();
+
+if (!api.hasToken()) {
+    complain(
+        new api.Failure(
+            'This page has not the token of the server.',
+            'Open the whole address that patchlock studio has printed.',
+            401,
+        ),
+    );
+} else {
+    await editor.readClips();
+    const first = editor.clips.find(({ error }) => !error);
+    if (api.startsWithCamera) toggleCamera();
+    if (first) await editor.open(first);
+    render();
+}

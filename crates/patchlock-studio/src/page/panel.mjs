@@ -1,0 +1,419 @@
+// The panel beside the canvas: targets, the selected one, what the tracker sees, doubtful places.
+
+import { byId, counted, element, icon, iconButton, openDialog } from './dom.mjs';
+import { drawHidden } from './drawing.mjs';
+import { inWords } from './editor.mjs';
+import { thumbnails } from './frames.mjs';
+import { asBox } from './tracks.mjs';
+
+/** @typedef {import('./editor.mjs').Editor} Editor */
+
+const DOUBTS_SHOWN = 40;
+const THUMBNAIL = { width: 120, height: 80 };
+
+export class Panel {
+    /** @param {Editor} editor */
+    constructor(editor) {
+        this.editor = editor;
+        /** What each part showed last, to leave alone what is the same: @type {Map<string, string>} */
+        this.shown = new Map();
+        /** @type {HTMLSelectElement} */ (byId('after-drawing')).addEventListener('change', (event) => {
+            const { value } = /** @type {HTMLSelectElement} */ (event.target);
+            editor.setAfterDrawing(/** @type {import('./types').Direction} */ (value));
+        });
+        byId('target-label').addEventListener('change', (event) => {
+            void editor.setLabel(/** @type {HTMLSelectElement} */ (event.target).value);
+        });
+        for (const flag of /** @type {const} */ (['occluded', 'truncated'])) {
+            byId(`flag-${flag}`).addEventListener('change', () => void editor.toggleFlag(flag));
+        }
+        byId('hide-apply').addEventListener('click', () => this.#hide());
+        byId('attributes').addEventListener('click', () => openAttributes(editor));
+    }
+
+    /**
+     * Draws a part of the panel if what it shows has changed.
+     * @param {string} part
+     * @param {unknown} state
+     * @param {() => void} draw
+     */
+    #update(part, state, draw) {
+        const text = JSON.stringify(state);
+        if (this.shown.get(part) === text) return;
+        this.shown.set(part, text);
+        draw();
+    }
+
+    render() {
+        const { editor } = this;
+        const { clip, track } = editor;
+        const labels = clip?.project.labels ?? [];
+        const targets = (clip?.tracks ?? []).map(({ target, keys }) => [
+            target.id,
+            target.label,
+            keys.length,
+            editor.unseen.has(target.id),
+        ]);
+        const at = editor.frame;
+        const states = (clip?.tracks ?? []).map((each) => inWords(each.at(at)));
+        this.#update('targets', [clip?.info.id, targets, editor.selected, labels], () =>
+            this.#renderTargets(),
+        );
+        this.#update('states', [states, targets], () => this.#renderStates(states));
+        this.#update('labels', [labels, track?.target.label ?? editor.label, track === null], () =>
+            this.#renderLabels(),
+        );
+        this.#renderTarget();
+        const doubts = clip?.doubts.slice(0, DOUBTS_SHOWN) ?? [];
+        this.#update(
+            'doubts',
+            [clip?.info.id, doubts, clip?.doubts.length, editor.doubt, targets.length],
+            () => this.#renderDoubts(doubts),
+        );
+        this.#update(
+            'look',
+            [editor.looking, editor.look, editor.selected, at],
+            () => void this.#renderLook(),
+        );
+        /** @type {HTMLSelectElement} */ (byId('after-drawing')).value = editor.afterDrawing;
+    }
+
+    #renderTargets() {
+        const { editor } = this;
+        const { clip } = editor;
+        const rows = (clip?.tracks ?? []).map(({ target: { id, label } }) => {
+            const swatch = element('span', { class: 'swatch' });
+            swatch.style.background = clip?.colour(label) ?? '';
+            const unseen = editor.unseen.has(id);
+            const select = element(
+                'button',
+                {
+                    class: 'target-name',
+                    attributes: { type: 'button', 'aria-pressed': String(id === editor.selected) },
+                    on: { click: () => editor.select(id) },
+                },
+                swatch,
+                element('span', { class: 'name', text: label }),
+                element('span', { class: 'id', text: String(id) }),
+                element('span', { class: 'state', attributes: { 'data-state': id } }),
+            );
+            const name = `${unseen ? 'Show' : 'Do not show'} ${label} ${id}`;
+            const eye = iconButton(unseen ? 'unseen' : 'eye', name, () => editor.toggleSeen(id));
+            return element(
+                'li',
+                { class: id === editor.selected ? 'target selected' : 'target' },
+                select,
+                eye,
+            );
+        });
+        byId('targets').replaceChildren(...rows);
+        byId('targets-empty').hidden = rows.length > 0;
+        byId('targets-count').textContent = rows.length ? String(rows.length) : '';
+        byId('targets').querySelector('.selected')?.scrollIntoView({ block: 'nearest' });
+    }
+
+    /** @param {string[]} states */
+    #renderStates(states) {
+        const marks = byId('targets').querySelectorAll('[data-state]');
+        marks.forEach((mark, at) => {
+            mark.textContent = states[at] ?? '';
+            mark.setAttribute('data-kind', (states[at] ?? '').split(' ')[0] ?? '');
+        });
+    }
+
+    #renderLabels() {
+        const { editor } = this;
+        const labels = editor.clip?.project.labels ?? [];
+        const select = /** @type {HTMLSelectElement} */ (byId('target-label'));
+        const value = editor.track?.target.label ?? editor.label ?? '';
+        select.replaceChildren(
+            ...labels.map(({ name }, at) =>
+                element('option', {
+                    text: at < 9 ? `${at + 1}  ${name}` : name,
+                    attributes: { value: name },
+                }),
+            ),
+        );
+        if (labels.length === 0)
+            select.append(element('option', { text: 'object', attributes: { value: 'object' } }));
+        select.value = value;
+        byId('target-label-name').textContent = editor.track ? 'Label' : 'Label of new boxes';
+    }
+
+    #renderTarget() {
+        const { editor } = this;
+        const { track, clip } = editor;
+        const seen = track?.at(editor.frame) ?? null;
+        const stretch = track?.hiddenAt(editor.frame) ?? null;
+        byId('target-part').hidden = !track;
+        byId('target-title').textContent = track ? `${track.target.label} ${track.target.id}` : '';
+        if (track && seen) {
+            const covered =
+                `${counted(track.keys.length, 'key frame')}, ` +
+                `${Math.round(100 * track.coverage())} % of the clip`;
+            byId('target-summary').textContent = covered;
+            for (const flag of /** @type {const} */ (['occluded', 'truncated'])) {
+                const box = /** @type {HTMLInputElement} */ (byId(`flag-${flag}`));
+                box.checked = seen[flag];
+                box.disabled = !seen.box;
+            }
+            byId('key-button').textContent = seen.kind === 'key' ? 'Remove key frame' : 'Make key frame';
+            byId('key-button').toggleAttribute('disabled', !seen.box);
+            byId('visible-button').hidden = !stretch;
+            byId('hidden-button').hidden = Boolean(stretch);
+        }
+        byId('hiding').hidden = editor.hiddenFrom === null;
+        if (editor.hiddenFrom !== null) {
+            byId('hiding-text').textContent =
+                `Not visible from frame ${editor.hiddenFrom}. Go to the last such ` +
+                'frame and press H again, or give it here:';
+            /** @type {HTMLInputElement} */ (byId('hide-to')).max = String(Math.max(0, editor.count - 1));
+            this.#update('hiding', [editor.frame, editor.hiddenFrom], () => {
+                /** @type {HTMLInputElement} */ (byId('hide-to')).value = String(editor.frame);
+            });
+        }
+        byId('stop-button').hidden = !clip?.job;
+    }
+
+    #hide() {
+        const to = /** @type {HTMLInputElement} */ (byId('hide-to')).valueAsNumber;
+        const from = this.editor.hiddenFrom;
+        if (from === null || !Number.isInteger(to)) return;
+        void this.editor.hide(Math.min(from, to), Math.max(from, to));
+    }
+
+    /** @param {import('./types').Doubt[]} doubts */
+    #renderDoubts(doubts) {
+        const { editor } = this;
+        const { clip } = editor;
+        const all = clip?.doubts.length ?? 0;
+        byId('doubts-count').textContent = all ? String(all) : '';
+        byId('doubts-empty').hidden = doubts.length > 0;
+        byId('doubts-empty').textContent = clip?.tracks.length
+            ? 'No doubtful place. Play the clip once, then export it.'
+            : 'Where the tracker is not sure, the places are shown here, the most useful first.';
+        byId('doubts').replaceChildren(...doubts.map((doubt) => this.#doubt(doubt)));
+        byId('doubts').querySelector('[aria-current]')?.scrollIntoView({ block: 'nearest' });
+    }
+
+    /** @param {import('./types').Doubt} doubt */
+    #doubt(doubt) {
+        const { editor } = this;
+        const track = editor.clip?.track(doubt.target);
+        const picture = element('span', { class: 'doubt-picture' });
+        const box = track?.at(doubt.frame).box;
+        if (editor.clip && box) {
+            const cut = { box, frameWidth: editor.clip.info.width };
+            thumbnails
+                .get(editor.clip.path, doubt.frame, THUMBNAIL, cut)
+                .then((canvas) => picture.replaceChildren(copy(canvas)))
+                .catch(() => {});
+        }
+        const current = editor.doubt?.target === doubt.target && editor.doubt.frame === doubt.frame;
+        const gain = Math.round(doubt.gain);
+        const help = gain >= 1 ? `A correction here helps about ${counted(gain, 'frame')}.` : '';
+        return element(
+            'li',
+            {},
+            element(
+                'button',
+                {
+                    class: 'doubt',
+                    attributes: { type: 'button', title: help, 'aria-current': current ? 'true' : null },
+                    on: { click: () => editor.showDoubt(doubt) },
+                },
+                picture,
+                element(
+                    'span',
+                    { class: 'doubt-words' },
+                    element('span', {
+                        class: 'doubt-where',
+                        text: `${track?.target.label ?? ''} ${doubt.target} · frame ${doubt.frame}`,
+                    }),
+                    element('span', { class: 'doubt-why', text: doubt.reason }),
+                ),
+            ),
+        );
+    }
+
+    async #renderLook() {
+        const { editor } = this;
+        byId('look-part').hidden = !editor.looking;
+        const words = byId('look-words');
+        const pictures = byId('look-pictures');
+        if (!editor.looking) return;
+        const { look, clip, frame } = editor;
+        pictures.replaceChildren();
+        if (!editor.track) words.textContent = 'Select a target.';
+        else if (!look) words.textContent = 'Looking …';
+        else words.textContent = look.words.join(', ') || 'Nothing unusual.';
+        const box = asBox(look?.box ?? null);
+        if (!look || !box || !clip) return;
+        const size = { width: 120, height: Math.round(Math.min(160, Math.max(40, (120 * box.h) / box.w))) };
+        const picture = await thumbnails
+            .get(clip.path, frame, size, { box, frameWidth: clip.info.width })
+            .catch(() => null);
+        if (!picture || look !== editor.look) return;
+        pictures.replaceChildren(...look.scales.map((scale) => withHidden(picture, box, scale)));
+    }
+}
+
+/**
+ * A canvas can be in only one place of the page.
+ * @param {HTMLCanvasElement} canvas
+ */
+function copy(canvas) {
+    const made = element('canvas', { attributes: { width: canvas.width, height: canvas.height } });
+    made.getContext('2d')?.drawImage(canvas, 0, 0);
+    return made;
+}
+
+/**
+ * The target with its patches at one scale.
+ * @param {HTMLCanvasElement} picture with the target in its middle
+ * @param {import('./types').Box} box
+ * @param {{columns: number, rows: number, hidden: number[]}} scale
+ */
+function withHidden(picture, box, scale) {
+    const canvas = copy(picture);
+    const context = canvas.getContext('2d');
+    // As thumbnails are cut: 1.8 times the box, with the same shape.
+    const [w, h] = [canvas.width / 1.8, ((canvas.width / 1.8) * box.h) / box.w];
+    if (context) drawHidden(context, { x: (canvas.width - w) / 2, y: (canvas.height - h) / 2, w, h }, scale);
+    const share = scale.hidden.reduce((sum, value) => sum + value, 0) / Math.max(1, scale.hidden.length);
+    const text = `${scale.columns} × ${scale.rows} patches: hidden ${Math.round(100 * share)} %`;
+    return element('figure', {}, canvas, element('figcaption', { text }));
+}
+
+/**
+ * Names and values that belong to the whole target.
+ * @param {Editor} editor
+ */
+function openAttributes(editor) {
+    const { track, clip } = editor;
+    if (!track || !clip) return;
+    const rows = element('div', { class: 'attribute-rows' });
+    const add = (/** @type {string} */ name, /** @type {string} */ value) => {
+        const row = element(
+            'div',
+            { class: 'attribute-row' },
+            element('input', {
+                attributes: { value: name, placeholder: 'name', 'aria-label': 'Name', maxlength: 100 },
+            }),
+            element('input', {
+                attributes: { value, placeholder: 'value', 'aria-label': 'Value', maxlength: 1000 },
+            }),
+            iconButton('delete', 'Remove', () => row.remove()),
+        );
+        rows.append(row);
+        return row;
+    };
+    for (const [name, value] of Object.entries(track.target.attributes)) add(name, value);
+    const more = element(
+        'button',
+        {
+            attributes: { type: 'button' },
+            on: {
+                click: () => add('', '').querySelector('input')?.focus(),
+            },
+        },
+        icon('add'),
+        'Add',
+    );
+    const done = element('button', { class: 'primary', text: 'Save', attributes: { type: 'submit' } });
+    const form = element(
+        'form',
+        {
+            on: {
+                submit: (event) => {
+                    event.preventDefault();
+                    const inputs = [...rows.querySelectorAll('.attribute-row')].map((row) =>
+                        [...row.querySelectorAll('input')].map(({ value }) => value.trim()),
+                    );
+                    const attributes = Object.fromEntries(
+                        inputs.filter(([name]) => name).map(([name, value]) => [name, value]),
+                    );
+                    dialog.close();
+                    void clip.edit([{ edit: 'set_target', target: track.target.id, attributes }]);
+                },
+            },
+        },
+        element('p', { class: 'hint', text: 'Of the whole target, in every frame; such as colour: red.' }),
+        rows,
+        element('div', { class: 'dialog-buttons' }, more, done),
+    );
+    if (rows.children.length === 0) add('', '');
+    const dialog = openDialog(`Attributes of ${track.target.label} ${track.target.id}`, [form]);
+}
+
+/**
+ * The list of labels: names, colours, new ones.
+ * @param {Editor} editor
+ */
+export function openLabels(editor) {
+    const { clip } = editor;
+    if (!clip) return;
+    const list = element('ul', { class: 'label-rows' });
+    const draw = () =>
+        list.replaceChildren(
+            ...clip.project.labels.map(({ name, colour }, at) => {
+                const pick = element('input', {
+                    attributes: { type: 'color', value: colour, 'aria-label': `Colour of ${name}` },
+                });
+                pick.addEventListener(
+                    'change',
+                    () => void clip.edit([{ edit: 'set_label', name, colour: pick.value }]),
+                );
+                const text = element('input', {
+                    attributes: { value: name, 'aria-label': `Name of label ${at + 1}`, maxlength: 100 },
+                });
+                text.addEventListener('change', () => {
+                    if (text.value.trim())
+                        void clip.edit([{ edit: 'set_label', name, new_name: text.value.trim() }]);
+                });
+                const remove = iconButton('delete', `Remove ${name}`, () => void editor.removeLabel(name));
+                return element(
+                    'li',
+                    {},
+                    element('kbd', { text: at < 9 ? String(at + 1) : '' }),
+                    pick,
+                    text,
+                    remove,
+                );
+            }),
+        );
+    draw();
+    clip.addEventListener('loaded', draw);
+    const name = element('input', {
+        attributes: { placeholder: 'New label', 'aria-label': 'New label', maxlength: 100, autofocus: true },
+    });
+    const colour = element('input', {
+        attributes: { type: 'color', value: editor.freeColour(), 'aria-label': 'Colour of the new label' },
+    });
+    const form = element(
+        'form',
+        {
+            class: 'label-new',
+            on: {
+                submit: async (event) => {
+                    event.preventDefault();
+                    const text = name.value.trim();
+                    if (
+                        !text ||
+                        !(await clip.edit([{ edit: 'add_label', name: text, colour: colour.value }]))
+                    )
+                        return;
+                    editor.label = text;
+                    name.value = '';
+                    colour.value = editor.freeColour();
+                    name.focus();
+                },
+            },
+        },
+        element('span', { class: 'kbd-space' }),
+        colour,
+        name,
+        element('button', { class: 'primary', text: 'Add', attributes: { type: 'submit' } }),
+    );
+    openDialog('Labels', [list, form], { onClose: () => clip.removeEventListener('loaded', draw) });
+}

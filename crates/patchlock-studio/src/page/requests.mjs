@@ -1,0 +1,114 @@
+// Requests to the server, with the token of the address.
+
+const STORED = 'patchlock-token';
+const SAVED_VIEW = new URLSearchParams(location.search);
+
+/** What the server, or the way to it, has against a request. */
+export class Failure extends Error {
+    /**
+     * @param {string} message
+     * @param {string} hint
+     * @param {number} status the status of HTTP; 0 if the server did not answer
+     */
+    constructor(message, hint, status) {
+        super(message);
+        this.hint = hint;
+        this.status = status;
+    }
+}
+
+/** Takes the token out of the address, so that it is neither seen nor kept in the history. */
+function readToken() {
+    const given = location.hash.slice(1);
+    if (given) {
+        sessionStorage.setItem(STORED, given);
+        history.replaceState(null, '', location.pathname + location.search);
+    }
+    return sessionStorage.getItem(STORED) ?? '';
+}
+
+const token = readToken();
+
+/** Whether the address asks for the camera at once. */
+export const startsWithCamera = SAVED_VIEW.has('camera');
+
+export const hasToken = () => token !== '';
+
+/**
+ * @typedef {object} Request
+ * @property {unknown} [json] sent as JSON
+ * @property {Blob} [body] sent as it is
+ * @property {AbortSignal} [signal]
+ */
+
+/**
+ * Sends a request. Throws a {@link Failure}, or what an aborted request throws.
+ * @param {string} method
+ * @param {string} path below /api
+ * @param {Request} [request]
+ */
+export async function send(method, path, { json, body, signal } = {}) {
+    /** @type {Record<string, string>} */
+    const headers = { Authorization: `Bearer ${token}` };
+    if (json !== undefined) headers['Content-Type'] = 'application/json';
+    const content = json !== undefined ? JSON.stringify(json) : body;
+    let answer;
+    try {
+        answer = await fetch(`/api${path}`, { method, headers, body: content, signal });
+    } catch (error) {
+        if (signal?.aborted) throw error;
+        throw new Failure('The server does not answer.', 'Is patchlock studio still running?', 0);
+    }
+    if (!answer.ok) throw await failureOf(answer);
+    return answer;
+}
+
+/** @param {Response} answer */
+async function failureOf(answer) {
+    let said = { error: '', hint: '' };
+    try {
+        said = await answer.json();
+    } catch {
+        /* an answer of something in between, without our JSON */
+    }
+    if (answer.status === 401 || (answer.status === 403 && !said.error)) {
+        const hint = 'Open the address that the running patchlock studio has printed.';
+        return new Failure('This page has not the token of the server.', said.hint || hint, answer.status);
+    }
+    return new Failure(said.error || `The server answered ${answer.status}.`, said.hint ?? '', answer.status);
+}
+
+/**
+ * A request whose answer is JSON.
+ * @param {string} method
+ * @param {string} path
+ * @param {Request} [request]
+ * @returns {Promise<any>}
+ */
+export async function json(method, path, request) {
+    const answer = await send(method, path, request);
+    const text = await answer.text();
+    return text ? JSON.parse(text) : {};
+}
+
+/**
+ * A request whose answer is a file, with the name that the server gives it.
+ * @param {string} path
+ * @param {AbortSignal} [signal]
+ */
+export async function file(path, signal) {
+    const answer = await send('GET', path, { signal });
+    const named = answer.headers.get('Content-Disposition') ?? '';
+    const encoded = /filename\*=UTF-8''([^;]+)/i.exec(named)?.[1];
+    const plain = /filename="?([^";]+)"?/i.exec(named)?.[1];
+    return { blob: await answer.blob(), name: encoded ? decodeURIComponent(encoded) : (plain ?? '') };
+}
+
+/**
+ * Opens a WebSocket. The token is a subprotocol, since a page can't set headers of a WebSocket.
+ * @param {string} path below /api
+ */
+export function socket(path) {
+    const scheme = location.protocol === 'https:' ? 'wss:' : 'ws:';
+    return new WebSocket(`${scheme}//${location.host}/api${path}`, ['patchlock', token]);
+}

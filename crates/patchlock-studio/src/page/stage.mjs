@@ -1,0 +1,422 @@
+// The canvas: the frame, the boxes on it, and what pointers do there.
+
+import { byId } from './dom.mjs';
+import { HANDLES, drawBox, drawCross, drawHidden, handleAt, resized } from './drawing.mjs';
+import { tidy } from './tracks.mjs';
+import { Zoom } from './zoom.mjs';
+
+/** @typedef {import('./types').Box} Box */
+/** @typedef {import('./drawing.mjs').Handle} Handle */
+/** @typedef {{x: number, y: number}} Point */
+/**
+ * What a pointer that is down does.
+ * @typedef {{kind: 'draw', from: Point} | {kind: 'move', from: Point, box: Box, target: number}
+ *     | {kind: 'resize', from: Point, box: Box, target: number, handle: Handle} | {kind: 'pan', last: Point}
+ *     | {kind: 'pinch', last: Point, spread: number}} Gesture
+ */
+
+/** Pixels of the screen that a pointer may move in a click. */
+const CLICK = 4;
+/** The least side of a new box, in pixels of the screen: less is a slip of the hand. */
+const SMALLEST = 6;
+
+export class Stage {
+    /** @param {import('./editor.mjs').Editor} editor */
+    constructor(editor) {
+        this.editor = editor;
+        this.canvas = /** @type {HTMLCanvasElement} */ (byId('stage'));
+        this.context = /** @type {CanvasRenderingContext2D} */ (this.canvas.getContext('2d'));
+        this.zoom = new Zoom();
+        /** @type {Gesture | null} */
+        this.gesture = null;
+        this.moved = false;
+        /** Pointers that are down: @type {Map<number, Point>} */
+        this.pointers = new Map();
+        /** Where the pointer is, without being down: @type {Point | null} */
+        this.hover = null;
+        new ResizeObserver(() => this.#resize()).observe(this.canvas);
+        editor.addEventListener('opened', () => this.#newClip());
+        this.#listen();
+    }
+
+    #listen() {
+        const { canvas } = this;
+        canvas.addEventListener('pointerdown', (event) => this.#down(event));
+        canvas.addEventListener('pointermove', (event) => this.#move(event));
+        canvas.addEventListener('pointerup', (event) => this.#up(event));
+        canvas.addEventListener('pointercancel', (event) => this.#cancel(event));
+        canvas.addEventListener('pointerleave', () => {
+            this.hover = null;
+            this.editor.changed();
+        });
+        canvas.addEventListener('contextmenu', (event) => event.preventDefault());
+        canvas.addEventListener('wheel', (event) => this.#wheel(event), { passive: false });
+        canvas.addEventListener('dblclick', () => this.toggleZoom());
+    }
+
+    #newClip() {
+        this.gesture = null;
+        this.pointers.clear();
+        const { width = 1, height = 1 } = this.editor.clip?.info ?? {};
+        this.zoom.resize(this.zoom.view, { width, height });
+        this.zoom.fit();
+        this.#zoomed();
+    }
+
+    #resize() {
+        const { clientWidth: width, clientHeight: height } = this.canvas;
+        this.canvas.width = Math.round(width * devicePixelRatio);
+        this.canvas.height = Math.round(height * devicePixelRatio);
+        this.zoom.resize({ width, height }, this.zoom.frame);
+        this.#zoomed();
+        // Without this the canvas would be empty until the next change.
+        this.render();
+    }
+
+    /** Frames are asked for in the width in which they are seen. */
+    #zoomed() {
+        this.editor.setWidth(this.zoom.frame.width * this.zoom.scale * devicePixelRatio);
+        byId('zoom').textContent = `${Math.round(100 * this.zoom.scale * devicePixelRatio)} %`;
+        this.editor.changed();
+    }
+
+    // Zoom
+
+    fit() {
+        this.zoom.fit();
+        this.#zoomed();
+    }
+
+    actual() {
+        this.zoom.actual();
+        this.#zoomed();
+    }
+
+    /** @param {number} factor */
+    zoomBy(factor) {
+        const { width, height } = this.zoom.view;
+        this.zoom.around(factor, this.hover?.x ?? width / 2, this.hover?.y ?? height / 2);
+        this.#zoomed();
+    }
+
+    /** The selected target large, or the whole frame. */
+    toggleZoom() {
+        const box = this.editor.track?.at(this.editor.frame).box;
+        if (!this.zoom.fits || !box) return this.fit();
+        this.zoom.show(box);
+        this.#zoomed();
+    }
+
+    /** @param {WheelEvent} event */
+    #wheel(event) {
+        event.preventDefault();
+        const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
+        const { x, y } = this.#point(event);
+        if (event.shiftKey) this.zoom.pan(-lines * (event.deltaX || event.deltaY), 0);
+        // Browsers report a pinch on a touchpad as a wheel with Ctrl, in smaller steps.
+        else this.zoom.around(Math.exp(-lines * event.deltaY * (event.ctrlKey ? 0.01 : 0.0016)), x, y);
+        this.#zoomed();
+    }
+
+    // Pointers
+
+    /** @param {MouseEvent} event @returns {Point} */
+    #point(event) {
+        const { left, top } = this.canvas.getBoundingClientRect();
+        return { x: event.clientX - left, y: event.clientY - top };
+    }
+
+    /** @param {PointerEvent} event */
+    #down(event) {
+        this.canvas.focus({ preventScroll: true });
+        this.canvas.setPointerCapture(event.pointerId);
+        const at = this.#point(event);
+        this.pointers.set(event.pointerId, at);
+        this.moved = false;
+        if (this.pointers.size === 2) this.#beginPinch();
+        else if (event.button === 1 || event.button === 2) this.gesture = { kind: 'pan', last: at };
+        else if (event.button === 0 && this.editor.clip) this.gesture = this.#begin(at, event);
+        event.preventDefault();
+        this.editor.changed();
+    }
+
+    /**
+     * @param {Point} at
+     * @param {PointerEvent} event
+     * @returns {Gesture}
+     */
+    #begin(at, event) {
+        const { editor } = this;
+        if (editor.playing) editor.goTo(editor.shownFrame);
+        const from = this.zoom.toFrame(at.x, at.y);
+        const reach = event.pointerType === 'touch' ? 22 : 9;
+        const fresh = event.shiftKey || editor.drawing;
+        const handle = fresh ? null : this.#handle(at, reach);
+        if (handle) return { kind: 'resize', from, ...handle };
+        const hit = fresh ? null : this.#hit(from);
+        if (!hit) return { kind: 'draw', from };
+        if (editor.joinFirst !== null) void editor.join(hit.target);
+        else if (hit.target !== editor.selected) editor.select(hit.target);
+        return { kind: 'move', from, ...hit };
+    }
+
+    /**
+     * The handle of the selected box near a point of the canvas.
+     * @param {Point} at
+     * @param {number} reach
+     */
+    #handle(at, reach) {
+        const { editor } = this;
+        const box = editor.draft?.box ?? editor.track?.at(editor.shownFrame).box;
+        const target = editor.draft?.target ?? editor.selected;
+        if (!box || target === null || editor.unseen.has(target)) return null;
+        const shown = this.zoom.toView(box);
+        // In small boxes the sides would leave no place to take hold of the middle.
+        const small = Math.min(shown.w, shown.h) < 34;
+        for (const handle of HANDLES) {
+            if (small && handle.length === 1) continue;
+            const { x, y } = handleAt(shown, handle);
+            if (Math.hypot(x - at.x, y - at.y) <= reach) return { handle, box, target };
+        }
+        return null;
+    }
+
+    /**
+     * The box at a point of the frame: the selected one, otherwise the smallest.
+     * @param {Point} at
+     */
+    #hit(at) {
+        const { editor } = this;
+        const found = (editor.clip?.tracks ?? []).flatMap((track) => {
+            const { box } = track.at(editor.shownFrame);
+            const target = track.target.id;
+            if (!box || editor.unseen.has(target)) return [];
+            const inside = at.x >= box.x && at.y >= box.y && at.x <= box.x + box.w && at.y <= box.y + box.h;
+            return inside ? [{ target, box }] : [];
+        });
+        const selected = found.find(({ target }) => target === editor.selected);
+        return selected ?? found.sort((a, b) => a.box.w * a.box.h - b.box.w * b.box.h)[0] ?? null;
+    }
+
+    #beginPinch() {
+        this.editor.cancelDraft();
+        const { last, spread } = this.#pinch();
+        this.gesture = { kind: 'pinch', last, spread };
+    }
+
+    /** Middle and distance of two fingers. */
+    #pinch() {
+        const [a = { x: 0, y: 0 }, b = a] = [...this.pointers.values()];
+        return { last: { x: (a.x + b.x) / 2, y: (a.y + b.y) / 2 }, spread: Math.hypot(a.x - b.x, a.y - b.y) };
+    }
+
+    /** @param {PointerEvent} event */
+    #move(event) {
+        const at = this.#point(event);
+        this.hover = at;
+        const { gesture } = this;
+        const before = this.pointers.get(event.pointerId);
+        if (before && gesture) {
+            if (!this.moved && !this.#hasMoved(gesture, at)) return;
+            this.moved = true;
+            this.pointers.set(event.pointerId, at);
+            this.#follow(gesture, at);
+        }
+        this.canvas.style.cursor = this.#cursor(at);
+        this.editor.changed();
+    }
+
+    /**
+     * @param {Gesture} gesture
+     * @param {Point} at
+     */
+    #hasMoved(gesture, at) {
+        if (gesture.kind === 'pan' || gesture.kind === 'pinch') return true;
+        const { x, y } = this.zoom.toView({ ...gesture.from, w: 0, h: 0 });
+        return Math.hypot(at.x - x, at.y - y) >= CLICK;
+    }
+
+    /**
+     * @param {Gesture} gesture
+     * @param {Point} at
+     */
+    #follow(gesture, at) {
+        const { zoom, editor } = this;
+        if (gesture.kind === 'pan') {
+            zoom.pan(at.x - gesture.last.x, at.y - gesture.last.y);
+            gesture.last = at;
+            return;
+        }
+        if (gesture.kind === 'pinch') return this.#followPinch(gesture);
+        const now = zoom.toFrame(at.x, at.y);
+        const [dx, dy] = [now.x - gesture.from.x, now.y - gesture.from.y];
+        if (gesture.kind === 'draw') {
+            const inside = this.#inFrame(now);
+            const from = this.#inFrame(gesture.from);
+            editor.draft = {
+                target: null,
+                box: tidy({ ...from, w: inside.x - from.x, h: inside.y - from.y }),
+            };
+        } else if (gesture.kind === 'move') {
+            const { x, y, w, h } = gesture.box;
+            editor.draft = { target: gesture.target, box: { x: x + dx, y: y + dy, w, h } };
+        } else {
+            const box = tidy(resized(gesture.box, gesture.handle, dx, dy));
+            editor.draft = { target: gesture.target, box };
+        }
+    }
+
+    /** @param {Extract<Gesture, {kind: 'pinch'}>} gesture */
+    #followPinch(gesture) {
+        const { last, spread } = this.#pinch();
+        this.zoom.pan(last.x - gesture.last.x, last.y - gesture.last.y);
+        if (gesture.spread > 0) this.zoom.around(spread / gesture.spread, last.x, last.y);
+        Object.assign(gesture, { last, spread });
+        this.#zoomed();
+    }
+
+    /** @param {Point} point */
+    #inFrame({ x, y }) {
+        const { width, height } = this.zoom.frame;
+        return { x: Math.min(width, Math.max(0, x)), y: Math.min(height, Math.max(0, y)) };
+    }
+
+    /** @param {PointerEvent} event */
+    #up(event) {
+        const { gesture, editor, moved } = this;
+        this.pointers.delete(event.pointerId);
+        if (gesture?.kind === 'pinch' || gesture?.kind === 'pan') {
+            this.gesture = this.pointers.size === 0 ? null : gesture;
+            return;
+        }
+        this.gesture = null;
+        if (!gesture) return;
+        if (!moved) {
+            if (gesture.kind === 'draw' && !editor.drawing) editor.select(null);
+            return;
+        }
+        this.#accept(gesture);
+    }
+
+    /** @param {Gesture} gesture */
+    #accept(gesture) {
+        const { editor } = this;
+        const box = editor.draft?.box;
+        if (!box) return;
+        if (gesture.kind === 'draw' && Math.min(box.w, box.h) * this.zoom.scale < SMALLEST) {
+            editor.cancelDraft();
+            editor.changed();
+            return;
+        }
+        // The box belongs to the picture that was on the screen.
+        if (editor.frame !== editor.shownFrame) editor.goTo(editor.shownFrame);
+        const target = gesture.kind === 'draw' ? null : editor.selected;
+        editor.draft = { target, box };
+        void editor.acceptDraft();
+    }
+
+    /** @param {PointerEvent} event */
+    #cancel(event) {
+        this.pointers.delete(event.pointerId);
+        this.gesture = null;
+        this.editor.cancelDraft();
+        this.editor.changed();
+    }
+
+    /** @param {Point} at */
+    #cursor(at) {
+        const { gesture, editor } = this;
+        if (gesture?.kind === 'pan') return 'grabbing';
+        if (gesture?.kind === 'move') return 'move';
+        if (editor.drawing) return 'crosshair';
+        const handle = gesture?.kind === 'resize' ? gesture.handle : this.#handle(at, 9)?.handle;
+        if (handle) return `${handle}-resize`;
+        const hit = this.#hit(this.zoom.toFrame(at.x, at.y));
+        if (editor.joinFirst !== null && hit) return 'copy';
+        return hit ? (hit.target === editor.selected ? 'move' : 'pointer') : 'crosshair';
+    }
+
+    // Drawing
+
+    render() {
+        const { context, zoom, editor, canvas } = this;
+        context.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
+        context.clearRect(0, 0, canvas.clientWidth, canvas.clientHeight);
+        this.#renderPicture();
+        if (!editor.clip) return;
+        for (const track of editor.clip.tracks) {
+            if (track.target.id !== editor.selected) this.#renderTrack(track);
+        }
+        if (editor.track) this.#renderTrack(editor.track);
+        this.#renderNew();
+        if (editor.drawing && !this.gesture && this.hover) drawCross(context, this.hover, zoom.view);
+    }
+
+    #renderPicture() {
+        const { context, zoom, editor } = this;
+        const picture = editor.frames?.shown?.picture;
+        const { x, y, w, h } = zoom.toView({ x: 0, y: 0, w: zoom.frame.width, h: zoom.frame.height });
+        if (!picture) return;
+        // Large pixels are seen as they are.
+        context.imageSmoothingEnabled = zoom.scale * devicePixelRatio < 4;
+        context.imageSmoothingQuality = 'high';
+        context.drawImage(picture, x, y, w, h);
+    }
+
+    /** @param {import('./tracks.mjs').Track} track */
+    #renderTrack(track) {
+        const { editor, context, zoom } = this;
+        const { id, label } = track.target;
+        const frame = editor.shownFrame;
+        if (editor.unseen.has(id)) return;
+        const seen = track.at(frame);
+        const edited = this.#edited(id, frame);
+        const box = edited ?? seen.box;
+        if (!box) return;
+        const selected = id === editor.selected;
+        const shown = zoom.toView(box);
+        const { look } = editor;
+        if (selected && editor.looking && look?.box && frame === editor.frame && !edited) {
+            const finest = look.scales.at(-1);
+            if (finest) drawHidden(context, zoom.toView(look.box), finest);
+        }
+        const kind = edited ? 'key' : seen.kind;
+        const score = kind === 'key' || seen.score === null ? '' : ` ${seen.score.toFixed(2)}`;
+        const word = kind === 'lost' ? ' LOST' : `${score}${kind === 'uncertain' ? ' uncertain' : ''}`;
+        const flags = `${seen.occluded ? ' · occluded' : ''}${seen.truncated ? ' · truncated' : ''}`;
+        const size = edited ? ` ${Math.round(box.w)} × ${Math.round(box.h)}` : '';
+        const colour = editor.clip?.colour(label) ?? '#888888';
+        const text = `${label} ${id}${edited ? size : word}${flags}`;
+        drawBox(context, shown, { colour, text, selected, kind, handles: selected && !editor.playing });
+    }
+
+    /**
+     * The box that is dragged, or on its way to the server.
+     * @param {number} id
+     * @param {number} frame
+     */
+    #edited(id, frame) {
+        const { draft, pendingBox } = this.editor;
+        if (draft?.target === id) return draft.box;
+        return pendingBox?.target === id && pendingBox.frame === frame ? pendingBox.box : null;
+    }
+
+    #renderNew() {
+        const { editor, context, zoom } = this;
+        const { draft, pendingBox } = editor;
+        const pending =
+            pendingBox?.target === null && pendingBox.frame === editor.shownFrame ? pendingBox : null;
+        const box = draft && draft.target === null ? draft.box : pending?.box;
+        if (!box) return;
+        const label = editor.label ?? 'object';
+        const text = `${label} ${Math.round(box.w)} × ${Math.round(box.h)}`;
+        const colour = editor.clip?.colour(label) ?? '#888888';
+        drawBox(context, zoom.toView(box), {
+            colour,
+            text,
+            selected: true,
+            kind: 'key',
+            handles: Boolean(draft),
+        });
+    }
+}

@@ -1,0 +1,398 @@
+// A row for each target: its score and status by frame, key frames, hidden stretches, doubtful places.
+
+import { byId, element } from './dom.mjs';
+import { drawDiamond } from './drawing.mjs';
+import { KINDS } from './tracks.mjs';
+
+/** @typedef {import('./tracks.mjs').Track} Track */
+
+const ROW = 26;
+const RULER = 22;
+/** Pixels from a key frame at which a click means it. */
+const SNAP = 5;
+const FEWEST = 10;
+
+export class Timeline {
+    /** @param {import('./editor.mjs').Editor} editor */
+    constructor(editor) {
+        this.editor = editor;
+        this.scroller = byId('timeline-scroller');
+        this.names = byId('timeline-names');
+        this.area = byId('timeline-area');
+        this.ruler = /** @type {HTMLCanvasElement} */ (byId('timeline-ruler'));
+        this.rows = /** @type {HTMLCanvasElement} */ (byId('timeline-rows'));
+        this.playhead = byId('playhead');
+        this.from = 0;
+        this.to = 1;
+        this.drawn = '';
+        this.named = '';
+        new ResizeObserver(() => this.#invalidate()).observe(this.area);
+        matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.#invalidate());
+        editor.addEventListener('opened', () => this.fit());
+        this.#listen();
+    }
+
+    #listen() {
+        const drag = (/** @type {PointerEvent} */ event) => {
+            if (event.buttons & 1) this.#scrub(event, false);
+        };
+        for (const canvas of [this.ruler, this.rows]) {
+            canvas.addEventListener('pointerdown', (event) => {
+                if (event.button !== 0) return;
+                canvas.setPointerCapture(event.pointerId);
+                this.#scrub(event, true);
+            });
+            canvas.addEventListener('pointermove', drag);
+        }
+        this.area.addEventListener('wheel', (event) => this.#wheel(event), { passive: false });
+        byId('timeline-in').addEventListener('click', () => this.#zoom(1 / 1.6));
+        byId('timeline-out').addEventListener('click', () => this.#zoom(1.6));
+        byId('timeline-fit').addEventListener('click', () => this.fit());
+        byId('timeline-slider').addEventListener('focus', () => this.render());
+    }
+
+    #invalidate() {
+        this.drawn = '';
+        this.render();
+    }
+
+    fit() {
+        this.from = 0;
+        this.to = Math.max(1, this.editor.clip?.info.frames ?? 1);
+        this.#invalidate();
+    }
+
+    get width() {
+        return this.area.clientWidth;
+    }
+
+    /** @param {number} frame */
+    #x(frame) {
+        return ((frame + 0.5 - this.from) / (this.to - this.from)) * this.width;
+    }
+
+    /** @param {number} x */
+    #frame(x) {
+        const frame = Math.floor(this.from + (x / this.width) * (this.to - this.from));
+        return Math.min(Math.max(0, frame), this.editor.count - 1);
+    }
+
+    /**
+     * @param {PointerEvent} event
+     * @param {boolean} pressed
+     */
+    #scrub(event, pressed) {
+        const { editor } = this;
+        const bounds = this.area.getBoundingClientRect();
+        const x = event.clientX - bounds.left;
+        const frame = this.#frame(x);
+        const isRow = event.currentTarget === this.rows;
+        const track = isRow ? editor.clip?.tracks[Math.floor(event.offsetY / ROW)] : undefined;
+        if (pressed && track && track.target.id !== editor.selected) {
+            if (editor.joinFirst !== null) return void editor.join(track.target.id);
+            editor.select(track.target.id);
+        }
+        const key = pressed && track ? track.keys.find((at) => Math.abs(this.#x(at) - x) <= SNAP) : undefined;
+        editor.goTo(key ?? frame);
+    }
+
+    /** @param {WheelEvent} event */
+    #wheel(event) {
+        const sideways = event.shiftKey ? event.deltaX || event.deltaY : event.deltaX;
+        if (event.ctrlKey || event.metaKey) {
+            const x = event.clientX - this.area.getBoundingClientRect().left;
+            this.#zoom(Math.exp(event.deltaY * 0.004), x);
+        } else if (sideways) {
+            this.#shift((sideways / this.width) * (this.to - this.from));
+        } else return;
+        event.preventDefault();
+    }
+
+    /**
+     * @param {number} factor
+     * @param {number} [x] what stays in its place; the playhead, if not given
+     */
+    #zoom(factor, x = this.#x(this.editor.frame)) {
+        const { count } = this.editor;
+        const length = Math.min(count, Math.max(Math.min(FEWEST, count), (this.to - this.from) * factor));
+        const share = Math.min(1, Math.max(0, x / this.width));
+        const still = this.from + share * (this.to - this.from);
+        this.from = still - share * length;
+        this.to = this.from + length;
+        this.#shift(0);
+    }
+
+    /** @param {number} by */
+    #shift(by) {
+        const length = this.to - this.from;
+        this.from = Math.min(Math.max(0, this.from + by), Math.max(0, this.editor.count - length));
+        this.to = this.from + length;
+        this.#invalidate();
+    }
+
+    #followPlayhead() {
+        const { frame, count } = this.editor;
+        const length = this.to - this.from;
+        if (length >= count || (frame >= this.from && frame < this.to)) return;
+        this.from = Math.min(Math.max(0, frame - length / 4), count - length);
+        this.to = this.from + length;
+    }
+
+    render() {
+        const { editor } = this;
+        this.#followPlayhead();
+        this.#renderNames();
+        const tracks = editor.clip?.tracks ?? [];
+        const live = tracks.reduce((sum, track) => sum + track.live.size, 0);
+        const state = JSON.stringify([
+            editor.clip?.info.id,
+            editor.clip?.revision,
+            live,
+            this.from,
+            this.to,
+            this.width,
+            devicePixelRatio,
+            editor.selected,
+            editor.hiddenFrom === null ? null : [editor.hiddenFrom, editor.frame],
+            editor.clip?.doubts.map(({ target, frame }) => [target, frame]),
+            tracks.length,
+        ]);
+        if (state !== this.drawn && this.width > 0) {
+            this.drawn = state;
+            this.#renderRuler();
+            this.#renderRows(tracks);
+        }
+        this.playhead.style.transform = `translateX(${this.#x(editor.frame)}px)`;
+        this.#renderSlider();
+    }
+
+    #renderSlider() {
+        const { editor } = this;
+        const slider = byId('timeline-slider');
+        slider.setAttribute('aria-valuemax', String(Math.max(0, editor.count - 1)));
+        slider.setAttribute('aria-valuenow', String(editor.frame));
+        slider.setAttribute('aria-valuetext', `Frame ${editor.frame}`);
+    }
+
+    #renderNames() {
+        const { editor } = this;
+        const { clip } = editor;
+        const targets = clip?.project.targets ?? [];
+        const state = JSON.stringify([
+            targets.map(({ id, label }) => [id, label, clip?.colour(label)]),
+            editor.selected,
+        ]);
+        if (state === this.named) return;
+        this.named = state;
+        this.names.replaceChildren(
+            ...targets.map(({ id, label }) => {
+                const swatch = element('span', { class: 'swatch' });
+                swatch.style.background = clip?.colour(label) ?? '';
+                return element(
+                    'button',
+                    {
+                        class: 'timeline-name',
+                        attributes: {
+                            type: 'button',
+                            'aria-pressed': String(id === editor.selected),
+                            title: `${label} ${id}`,
+                        },
+                        on: { click: () => editor.select(id) },
+                    },
+                    swatch,
+                    element('span', { class: 'name', text: label }),
+                    element('span', { class: 'id', text: String(id) }),
+                );
+            }),
+        );
+        byId('timeline-empty').hidden = targets.length > 0;
+    }
+
+    /**
+     * @param {HTMLCanvasElement} canvas
+     * @param {number} height
+     */
+    #prepare(canvas, height) {
+        canvas.width = Math.round(this.width * devicePixelRatio);
+        canvas.height = Math.round(height * devicePixelRatio);
+        canvas.style.height = `${height}px`;
+        const context = /** @type {CanvasRenderingContext2D} */ (canvas.getContext('2d'));
+        context.setTransform(devicePixelRatio, 0, 0, devicePixelRatio, 0, 0);
+        return context;
+    }
+
+    #renderRuler() {
+        const context = this.#prepare(this.ruler, RULER);
+        const paint = colours(this.area);
+        const step = niceStep(((this.to - this.from) / this.width) * 70);
+        const minor = Math.max(1, step / 5);
+        context.font = '11px Inter, system-ui, sans-serif';
+        context.textBaseline = 'top';
+        context.textAlign = 'center';
+        context.fillStyle = paint('--faint');
+        for (let frame = Math.ceil(this.from / minor) * minor; frame < this.to; frame += minor) {
+            context.fillRect(Math.round(this.#x(frame)), RULER - 4, 1, 4);
+        }
+        context.fillStyle = paint('--muted');
+        for (let frame = Math.ceil(this.from / step) * step; frame < this.to; frame += step) {
+            const x = Math.round(this.#x(frame));
+            context.fillRect(x, RULER - 7, 1, 7);
+            const text = String(frame);
+            const half = context.measureText(text).width / 2;
+            context.fillText(text, Math.min(Math.max(half + 2, x), this.width - half - 2), 2);
+        }
+    }
+
+    /** @param {Track[]} tracks */
+    #renderRows(tracks) {
+        const height = Math.max(1, tracks.length) * ROW;
+        const context = this.#prepare(this.rows, height);
+        const paint = colours(this.area);
+        const hatch = hatching(context, paint('--hatch'));
+        tracks.forEach((track, row) => {
+            const top = row * ROW;
+            if (track.target.id === this.editor.selected) {
+                context.fillStyle = paint('--selected');
+                context.fillRect(0, top, this.width, ROW);
+            }
+            context.fillStyle = paint('--line');
+            context.fillRect(0, top + ROW - 1, this.width, 1);
+            this.#renderStrip(context, track, top, paint, hatch);
+            this.#renderMarks(context, track, top, paint);
+        });
+    }
+
+    /**
+     * The score by frame. Where several frames share a pixel, the worst of them is seen.
+     * @param {CanvasRenderingContext2D} context
+     * @param {Track} track
+     * @param {number} top
+     * @param {(name: string) => string} paint
+     * @param {CanvasPattern | string} hatch
+     */
+    #renderStrip(context, track, top, paint, hatch) {
+        const middle = top + ROW / 2;
+        const perPixel = (this.to - this.from) / this.width;
+        const step = Math.max(1, 1 / perPixel);
+        for (let x = 0; x < this.width; x += step) {
+            const first = Math.floor(this.from + (x + 0.01) * perPixel);
+            const end = Math.max(first + 1, Math.floor(this.from + (x + step) * perPixel));
+            const worst = this.#worst(track, first, Math.min(end, track.frames));
+            if (worst.kind === 'none') continue;
+            const half = worst.kind === 'hidden' ? 5 : worst.kind === 'lost' ? 1.5 : 2 + 4 * worst.score;
+            context.fillStyle = worst.kind === 'hidden' ? hatch : paint(scoreColour(worst));
+            const left = step > 1 ? this.#x(first) - step / 2 : x;
+            context.fillRect(left, middle - half, step + 0.5, 2 * half);
+        }
+    }
+
+    /**
+     * @param {Track} track
+     * @param {number} first
+     * @param {number} end
+     */
+    #worst(track, first, end) {
+        let kind = /** @type {typeof KINDS[number]} */ ('none');
+        let score = 2;
+        for (let frame = first; frame < end; frame += 1) {
+            const here = KINDS[track.kinds[frame] ?? 0] ?? 'none';
+            if (here === 'none') continue;
+            const value = here === 'lost' || here === 'hidden' ? -1 : (track.scores[frame] ?? 0);
+            if (value < score) [kind, score] = [here, value];
+        }
+        return { kind, score };
+    }
+
+    /**
+     * @param {CanvasRenderingContext2D} context
+     * @param {Track} track
+     * @param {number} top
+     * @param {(name: string) => string} paint
+     */
+    #renderMarks(context, track, top, paint) {
+        const { editor } = this;
+        const middle = top + ROW / 2;
+        if (editor.hiddenFrom !== null && track.target.id === editor.selected) {
+            const [from = 0, to = 0] = [editor.hiddenFrom, editor.frame].sort((a, b) => a - b);
+            context.strokeStyle = paint('--accent');
+            context.lineWidth = 2;
+            context.strokeRect(
+                this.#x(from - 0.5),
+                top + 3,
+                Math.max(3, this.#x(to + 0.5) - this.#x(from - 0.5)),
+                ROW - 7,
+            );
+        }
+        context.fillStyle = paint('--warn');
+        for (const { target, frame } of editor.clip?.doubts ?? []) {
+            if (target !== track.target.id || frame < this.from || frame > this.to) continue;
+            const x = this.#x(frame);
+            context.beginPath();
+            context.moveTo(x - 4, top + 1);
+            context.lineTo(x + 4, top + 1);
+            context.lineTo(x, top + 7);
+            context.fill();
+        }
+        context.strokeStyle = paint('--surface');
+        context.lineWidth = 1.5;
+        context.fillStyle = paint('--key');
+        for (const frame of track.keys) {
+            if (frame < this.from - 1 || frame > this.to + 1) continue;
+            drawDiamond(context, this.#x(frame), middle, 6);
+            context.stroke();
+        }
+    }
+}
+
+/** @param {{kind: string, score: number}} worst */
+function scoreColour({ kind, score }) {
+    if (kind === 'lost') return '--score-lost';
+    if (kind === 'key') return '--score-high';
+    if (score < 0.35) return '--score-low';
+    if (score < 0.6 || kind === 'uncertain') return '--score-middle';
+    return score < 0.8 ? '--score-good' : '--score-high';
+}
+
+/**
+ * Reads colours of the style sheet, each once.
+ * @param {Element} from
+ */
+function colours(from) {
+    const style = getComputedStyle(from);
+    /** @type {Map<string, string>} */
+    const read = new Map();
+    return (/** @type {string} */ name) => {
+        let value = read.get(name);
+        if (value === undefined) read.set(name, (value = style.getPropertyValue(name).trim()));
+        return value;
+    };
+}
+
+/**
+ * @param {CanvasRenderingContext2D} context
+ * @param {string} colour
+ */
+function hatching(context, colour) {
+    const tile = document.createElement('canvas');
+    tile.width = tile.height = 6;
+    const lines = tile.getContext('2d');
+    if (!lines) return colour;
+    lines.strokeStyle = colour;
+    lines.lineWidth = 1.5;
+    lines.beginPath();
+    for (const shift of [-6, 0, 6]) {
+        lines.moveTo(shift, 6);
+        lines.lineTo(shift + 6, 0);
+    }
+    lines.stroke();
+    return context.createPattern(tile, 'repeat') ?? colour;
+}
+
+/**
+ * The next of 1, 2, 5, 10, 20, ...
+ * @param {number} least
+ */
+function niceStep(least) {
+    const power = 10 ** Math.floor(Math.log10(Math.max(1, least)));
+    return [1, 2, 5, 10].map((factor) => factor * power).find((step) => step >= least) ?? 10 * power;
+}

@@ -1,0 +1,98 @@
+// What the server sends, for `tsc --checkJs`. The page itself never loads this file.
+
+export interface Box {
+    x: number;
+    y: number;
+    w: number;
+    h: number;
+}
+export type Status = 'tracked' | 'uncertain' | 'lost';
+export interface Key {
+    box: Box;
+    occluded?: boolean;
+    truncated?: boolean;
+}
+export interface Tracked {
+    box: Box;
+    score: number;
+    status: Status;
+    visible?: number | null;
+    agreement?: number | null;
+}
+export interface Label {
+    name: string;
+    colour: string;
+}
+export interface Target {
+    id: number;
+    label: string;
+    attributes: Record<string, string>;
+    keys: Record<string, Key>;
+    tracked: Record<string, Tracked>;
+    hidden: [number, number][];
+}
+export interface Project {
+    video: { path: string; frames: number; width: number; height: number };
+    labels: Label[];
+    targets: Target[];
+}
+export interface ClipInfo {
+    id: number;
+    name: string;
+    frames: number;
+    width: number;
+    height: number;
+    rate?: number | null;
+    targets: number;
+    keys: number;
+    error?: string | null;
+    changed?: string | null;
+}
+export interface ClipState {
+    revision: number;
+    project: Project;
+    job: { target: number } | null;
+    windows: number;
+    undo: string | null;
+    redo: string | null;
+    changed: string | null;
+}
+export interface Doubt {
+    target: number;
+    frame: number;
+    gain: number;
+    reason: string;
+}
+export interface Look {
+    box: Box | null;
+    corners: number[][] | null;
+    score?: number | null;
+    visible?: number | null;
+    scales: { columns: number; rows: number; hidden: number[] }[];
+    words: string[];
+}
+export type LiveBox = [number, number, number, number, number, number, Status, number | null];
+export type Event =
+    | { type: 'project'; revision: number }
+    | { type: 'tracked'; target: number; boxes: LiveBox[]; fps: number; left: number | null }
+    | { type: 'job'; state: 'running' | 'done' | 'stopped' | 'failed'; target: number; error?: string }
+    | { type: 'windows'; count: number };
+export interface Edit {
+    edit: string;
+    [field: string]: unknown;
+}
+export type TrackRequest =
+    | { target: number; around: number; until?: number }
+    | { target: number; from: number; direction: Direction; until?: number };
+export type Direction = 'forward' | 'backward' | 'both';
+/** What is known of a target in a frame. */
+export interface Seen {
+    kind: 'key' | 'tracked' | 'uncertain' | 'lost' | 'hidden' | 'none';
+    box: Box | null;
+    score: number | null;
+    visible: number | null;
+    agreement: number | null;
+    occluded: boolean;
+    truncated: boolean;
+    live: boolean;
+}
