@@ -1,10 +1,32 @@
-//! What a project file holds.
+//! A video with its targets, and everything that can be done to them.
+//!
+//! A [`Store`] holds a [`Project`] and its file. All changes are [`Edit`]s, which are checked, and which the
+//! store can undo and redo. The file is described in `docs/project-file.md`.
+
+mod by_frame;
+mod check;
+mod edit;
+mod error;
+mod file;
+mod frames;
+mod history;
+mod lock;
+mod store;
+mod video;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use patchlock::{BoundingBox, Status};
 use serde::{Deserialize, Serialize};
+
+pub use check::limits;
+pub use edit::Edit;
+pub use error::Error;
+pub use frames::Frames;
+pub use history::{MAX_BOXES, MAX_STEPS};
+pub use store::{Store, beside};
+pub use video::Change;
 
 /// A video with its targets.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -16,6 +38,15 @@ pub struct Project {
     pub labels: Vec<Label>,
     /// The targets, in the order in which they were made.
     pub targets: Vec<Target>,
+    /// The id of the next new target, above all that were ever used.
+    pub next_id: u64,
+}
+
+impl Project {
+    /// The target with this id.
+    pub fn target(&self, id: u64) -> Option<&Target> {
+        self.targets.iter().find(|target| target.id == id)
+    }
 }
 
 /// The video of a project, with what tells whether it has changed.
@@ -26,7 +57,9 @@ pub struct Video {
     pub path: PathBuf,
     /// Its size in bytes; for a folder, that of all images together.
     pub bytes: u64,
-    /// SHA-256 in hexadecimal digits, of the file, or of names and sizes of the images.
+    /// SHA-256 in hexadecimal digits. Of a file of at most 64 MiB, it is that of the file; of a longer one,
+    /// that of 64 pieces of 1 MiB, evenly spaced. Of a folder, it is that of a line `NAME SIZE` for each
+    /// image.
     pub hash: String,
     /// Number of frames.
     pub frames: usize,
@@ -46,6 +79,17 @@ pub struct Label {
     pub colour: String,
 }
 
+/// Colours for labels without one, which are told apart with any colour vision (Okabe and Ito, 2008).
+const COLOURS: [&str; 7] =
+    ["#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7"];
+
+impl Label {
+    /// The `index`-th label of a project, with a colour of its own if it is one of the first seven.
+    pub fn new(name: impl Into<String>, index: usize) -> Self {
+        Self { name: name.into(), colour: COLOURS[index % COLOURS.len()].to_owned() }
+    }
+}
+
 /// A target.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -57,12 +101,28 @@ pub struct Target {
     /// Values of attributes of the whole target, by name.
     pub attributes: BTreeMap<String, String>,
     /// What a person has said, by frame.
+    #[serde(with = "by_frame")]
     pub keys: BTreeMap<usize, Key>,
     /// Where it is between key frames, as tracked, by frame. Key frames have no entry.
+    #[serde(with = "by_frame")]
     pub tracked: BTreeMap<usize, Tracked>,
     /// First and last frame of each stretch in which a person said that it is not visible; in order, and
     /// apart from each other. A frame in a stretch has neither a key nor a tracked box.
     pub hidden: Vec<[usize; 2]>,
+}
+
+impl Target {
+    /// The box in this frame, as drawn or as tracked. `None` if there is none, or the target is lost there.
+    pub fn box_at(&self, frame: usize) -> Option<BoundingBox> {
+        let tracked = || self.tracked.get(&frame).filter(|tracked| tracked.status != Status::Lost);
+        let key = self.keys.get(&frame).map(|key| key.bbox);
+        key.or_else(|| tracked().map(|tracked| tracked.bbox))
+    }
+
+    /// Whether a person said that the target is not visible in this frame.
+    pub fn is_hidden(&self, frame: usize) -> bool {
+        self.hidden.iter().any(|&[from, to]| (from..=to).contains(&frame))
+    }
 }
 
 /// A key frame: the box that a person has drawn or confirmed.

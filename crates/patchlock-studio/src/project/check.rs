@@ -1,0 +1,291 @@
+//! What a project may hold. Files and edits are checked by the same rules.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use patchlock::BoundingBox;
+
+use super::{Frames, Key, Label, Project, Target, Tracked, Video};
+
+/// The limits of a project.
+pub mod limits {
+    /// Longest name of a label or an attribute, in characters.
+    pub const NAME: usize = 100;
+    /// Longest value of an attribute, in characters.
+    pub const VALUE: usize = 1000;
+    /// Most attributes of a target.
+    pub const ATTRIBUTES: usize = 100;
+    /// Most labels.
+    pub const LABELS: usize = 1000;
+    /// Most targets.
+    pub const TARGETS: usize = 10_000;
+    /// Most frames of a video.
+    pub const FRAMES: usize = 100_000_000;
+    /// Longest side of a box or a frame, in pixels.
+    pub const SIDE: f64 = 100_000.0;
+    /// Largest id of a target. It is a whole number in every language, also where all numbers are `f64`.
+    pub const ID: u64 = 1 << 53;
+}
+
+type Result<T = ()> = std::result::Result<T, String>;
+
+/// Checks a whole project, as a file may hold it.
+pub fn project(project: &Project) -> Result {
+    let Project { video, labels, targets, next_id } = project;
+    self::video(video)?;
+    at_most("labels", labels.len(), limits::LABELS)?;
+    at_most("targets", targets.len(), limits::TARGETS)?;
+    let mut names = BTreeSet::new();
+    for label in labels {
+        self::label(label)?;
+        if !names.insert(&label.name) {
+            return Err(format!("the label {:?} appears twice", label.name));
+        }
+    }
+    let mut ids = BTreeSet::new();
+    for target in targets {
+        let in_target = |reason| format!("target {}: {reason}", target.id);
+        if !ids.insert(target.id) {
+            return Err(format!("there are two targets with the id {}", target.id));
+        }
+        self::target(target, labels, video).map_err(in_target)?;
+    }
+    let largest = ids.last().copied().unwrap_or(0);
+    if *next_id <= largest || *next_id > limits::ID {
+        return Err(format!(
+            "next_id is {next_id}; it must be above {largest}, the largest id in use, and at most {}",
+            limits::ID
+        ));
+    }
+    Ok(())
+}
+
+fn at_most(what: &str, count: usize, most: usize) -> Result {
+    match count <= most {
+        true => Ok(()),
+        false => Err(format!("there are {count} {what}; at most {most} are allowed")),
+    }
+}
+
+/// Checks what is said of the video.
+pub fn video(video: &Video) -> Result {
+    let side = 1..=limits::SIDE as usize;
+    if !(1..=limits::FRAMES).contains(&video.frames) {
+        return Err(format!(
+            "the video has {} frames; allowed: 1 to {}",
+            video.frames,
+            limits::FRAMES
+        ));
+    }
+    if !side.contains(&video.width) || !side.contains(&video.height) {
+        return Err(format!(
+            "the frames are {} x {} pixels; allowed: 1 to {} for each side",
+            video.width,
+            video.height,
+            limits::SIDE
+        ));
+    }
+    if video.hash.len() != 64 || !video.hash.bytes().all(|digit| digit.is_ascii_hexdigit()) {
+        return Err("the hash of the video is not 64 hexadecimal digits".to_owned());
+    }
+    Ok(())
+}
+
+/// Checks a label by itself.
+pub fn label(label: &Label) -> Result {
+    name("name of the label", &label.name)?;
+    let colour = label.colour.as_bytes();
+    let digits = colour.strip_prefix(b"#").unwrap_or_default();
+    if digits.len() != 6 || !digits.iter().all(u8::is_ascii_hexdigit) {
+        return Err(format!(
+            "the colour {:?} is not #rrggbb, in hexadecimal digits",
+            shortened(&label.colour)
+        ));
+    }
+    Ok(())
+}
+
+/// Checks a target with all its frames.
+pub fn target(target: &Target, labels: &[Label], video: &Video) -> Result {
+    if !(1..limits::ID).contains(&target.id) {
+        return Err(format!("the id is {}; allowed: 1 to {}", target.id, limits::ID - 1));
+    }
+    known_label(&target.label, labels)?;
+    attributes(&target.attributes)?;
+    frames(&target.keys, &target.tracked, &target.hidden, [0, video.frames - 1], video)
+}
+
+/// Checks the frames of a part of a target.
+pub fn part(part: &Frames, range: [usize; 2], video: &Video) -> Result {
+    frames(&part.keys, &part.tracked, &part.hidden, range, video)
+}
+
+fn frames(
+    keys: &BTreeMap<usize, Key>,
+    tracked: &BTreeMap<usize, Tracked>,
+    hidden: &[[usize; 2]],
+    [from, to]: [usize; 2],
+    video: &Video,
+) -> Result {
+    let inside = |frame: usize| match (from..=to).contains(&frame) {
+        true => Ok(()),
+        false => Err(format!("frame {frame} is not one of the frames {from} to {to}")),
+    };
+    for (&frame, key) in keys {
+        inside(frame)?;
+        drawn_box(key.bbox, video).map_err(|reason| format!("frame {frame}: {reason}"))?;
+    }
+    for (&frame, tracked) in tracked {
+        inside(frame)?;
+        tracked_box(tracked).map_err(|reason| format!("frame {frame}: {reason}"))?;
+        if keys.contains_key(&frame) {
+            return Err(format!("frame {frame} has both a key and a tracked box"));
+        }
+    }
+    let mut before = None;
+    for &[first, last] in hidden {
+        inside(first)?;
+        inside(last)?;
+        if first > last || before.is_some_and(|before| first <= before + 1) {
+            return Err(format!(
+                "the hidden frames {first} to {last} are not in order, or not apart from those before"
+            ));
+        }
+        let key = keys.range(first..=last).next().map(|(frame, _)| frame);
+        let box_inside = key.or(tracked.range(first..=last).next().map(|(frame, _)| frame));
+        if let Some(frame) = box_inside {
+            return Err(format!("frame {frame} is hidden and has a box"));
+        }
+        before = Some(last);
+    }
+    Ok(())
+}
+
+/// Checks a frame number.
+pub fn frame(frame: usize, video: &Video) -> Result {
+    match frame < video.frames {
+        true => Ok(()),
+        false => Err(format!(
+            "frame {frame} is not in the video; its frames are 0 to {}",
+            video.frames - 1
+        )),
+    }
+}
+
+/// Checks a range of frames.
+pub fn range([from, to]: [usize; 2], video: &Video) -> Result {
+    frame(from, video)?;
+    frame(to, video)?;
+    match from <= to {
+        true => Ok(()),
+        false => {
+            Err(format!("the range of frames begins with {from} and ends before it, with {to}"))
+        }
+    }
+}
+
+/// Checks a box that a person has drawn. Its centre must be within the frame, enlarged by the size of the box
+/// on all sides.
+pub fn drawn_box(bbox: BoundingBox, video: &Video) -> Result {
+    sides(bbox, 1.0)?;
+    let [x, y] = bbox.centre();
+    let (width, height) = (video.width as f64, video.height as f64);
+    if x < -bbox.w || y < -bbox.h || x > width + bbox.w || y > height + bbox.h {
+        return Err(format!(
+            "the box {} is too far outside the frame of {width} x {height} pixels; its centre may be at most \
+             its own size away",
+            shown(bbox)
+        ));
+    }
+    Ok(())
+}
+
+/// Checks what a tracker said.
+pub fn tracked_box(tracked: &Tracked) -> Result {
+    let Tracked { bbox, score, visible, agreement, .. } = *tracked;
+    sides(bbox, 0.001)?;
+    let shares = [("score", Some(score)), ("visible", visible), ("agreement", agreement)];
+    for (name, value) in shares {
+        if let Some(value) = value.filter(|value| !(0.0..=1.0).contains(value)) {
+            return Err(format!("{name} is {value}; allowed: 0 to 1"));
+        }
+    }
+    Ok(())
+}
+
+fn sides(bbox: BoundingBox, least: f64) -> Result {
+    let BoundingBox { x, y, w, h } = bbox;
+    let side = least..=limits::SIDE;
+    // NaN is in no range.
+    let place = -10.0 * limits::SIDE..=10.0 * limits::SIDE;
+    match [w, h].iter().all(|w| side.contains(w)) && [x, y].iter().all(|x| place.contains(x)) {
+        true => Ok(()),
+        false => Err(format!(
+            "the box is {}; width and height must be {least} to {} pixels, x and y at most {} from 0",
+            shown(bbox),
+            limits::SIDE,
+            10.0 * limits::SIDE
+        )),
+    }
+}
+
+fn shown(bbox: BoundingBox) -> String {
+    format!("{},{},{},{}", bbox.x, bbox.y, bbox.w, bbox.h)
+}
+
+/// Checks that there is such a label.
+pub fn known_label(name: &str, labels: &[Label]) -> Result {
+    match labels.iter().any(|label| label.name == name) {
+        true => Ok(()),
+        false => {
+            let known: Vec<String> =
+                labels.iter().take(20).map(|label| format!("{:?}", label.name)).collect();
+            Err(format!(
+                "there is no label {:?}; the labels are {}",
+                shortened(name),
+                known.join(", ")
+            ))
+        }
+    }
+}
+
+/// Checks the attributes of a target.
+pub fn attributes(attributes: &BTreeMap<String, String>) -> Result {
+    at_most("attributes", attributes.len(), limits::ATTRIBUTES)?;
+    for (attribute, value) in attributes {
+        name("name of the attribute", attribute)?;
+        let length = value.chars().count();
+        if length > limits::VALUE || value.chars().any(char::is_control) {
+            return Err(format!(
+                "the value {:?} of the attribute {attribute:?} has {length} characters; allowed: at most {}, \
+                 no control characters",
+                shortened(value),
+                limits::VALUE
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn name(what: &str, name: &str) -> Result {
+    let length = name.chars().count();
+    let good = (1..=limits::NAME).contains(&length)
+        && name.trim() == name
+        && !name.chars().any(char::is_control);
+    match good {
+        true => Ok(()),
+        false => Err(format!(
+            "the {what} is {:?}, of {length} characters; allowed: 1 to {}, no control characters, no space \
+             at the ends",
+            shortened(name),
+            limits::NAME
+        )),
+    }
+}
+
+/// The first characters of a text that may be very long.
+fn shortened(text: &str) -> String {
+    match text.char_indices().nth(50) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_owned(),
+    }
+}

@@ -1,0 +1,309 @@
+//! A project with its file.
+
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+use patchlock_eval::files;
+
+use super::file::{self, Fault};
+use super::history::History;
+use super::lock::Lock;
+use super::{Change, Edit, Error, Label, Project, Video, check};
+
+/// A project with its file and its history.
+///
+/// Edits change what is in memory; [`Store::save`] writes it. Nobody else can open the project while the
+/// store lives, unless it was opened with [`Store::open_shared`].
+#[derive(Debug)]
+pub struct Store {
+    /// The project file.
+    path: PathBuf,
+    /// The video, as it can be opened.
+    video: PathBuf,
+    project: Project,
+    history: History,
+    revision: u64,
+    /// The revision in the file; `None` if there is no file yet.
+    saved: Option<u64>,
+    /// The text that was last read or written, of a shared project.
+    text: Vec<u8>,
+    lock: Option<Lock>,
+}
+
+/// The project file of a video, beside it: `clip.patchlock.json` for `clip.mp4`, `frames.patchlock.json` for
+/// the folder `frames`.
+pub fn beside(video: &Path) -> PathBuf {
+    // `.` and `..` have no name of their own.
+    let whole = video.file_name().is_none().then(|| video.canonicalize().ok()).flatten();
+    let video = whole.as_deref().unwrap_or(video);
+    let name = if video.is_dir() { video.file_name() } else { video.file_stem() };
+    let mut name = name.unwrap_or_default().to_owned();
+    name.push(".patchlock.json");
+    video.with_file_name(name)
+}
+
+/// The folder of a file.
+pub(super) fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+impl Store {
+    /// Opens a project file, or begins a project for the video if there is no file. Without `video`, the file
+    /// must exist, and the video is the one that it names.
+    ///
+    /// # Errors
+    /// [`Error::InUse`] if the project is open elsewhere; [`Error::OtherVideo`] if the project belongs to
+    /// another video that still exists; else as [`Store::create`] and [`Store::open_shared`].
+    pub fn open(path: &Path, video: Option<&Path>) -> Result<Self, Error> {
+        let (path, lock) = locked(path)?;
+        match video {
+            Some(video) if !path.exists() => Self::begin(path, video, Some(lock)),
+            _ => Self::read(path, video, Some(lock)),
+        }
+    }
+
+    /// Begins a project for a video, with the label `target`. The file is written by the first
+    /// [`Store::save`].
+    ///
+    /// # Errors
+    /// [`Error::Exists`] if there is such a file; [`Error::InUse`]; [`Error::Read`] and [`Error::Video`] if
+    /// the video cannot be read; [`Error::Write`] if nothing can be written to the folder.
+    pub fn create(path: &Path, video: &Path) -> Result<Self, Error> {
+        let (path, lock) = locked(path)?;
+        match path.exists() {
+            true => Err(Error::Exists { path }),
+            false => Self::begin(path, video, Some(lock)),
+        }
+    }
+
+    /// Opens a project without keeping others from it. [`Store::save`] fails if another program has the
+    /// project open at that moment, or has changed the file since it was read.
+    ///
+    /// # Errors
+    /// [`Error::Read`]; [`Error::Invalid`] and [`Error::Version`] if the file is not a project;
+    /// [`Error::OtherVideo`].
+    pub fn open_shared(path: &Path, video: Option<&Path>) -> Result<Self, Error> {
+        let path = real(path)?;
+        match video {
+            Some(video) if !path.exists() => Self::begin(path, video, None),
+            _ => Self::read(path, video, None),
+        }
+    }
+
+    fn begin(path: PathBuf, video: &Path, lock: Option<Lock>) -> Result<Self, Error> {
+        let description = Video::describe(video, folder_of(&path))?;
+        let labels = vec![Label::new("target", 0)];
+        let project = Project { video: description, labels, targets: Vec::new(), next_id: 1 };
+        check::project(&project)
+            .map_err(|reason| Error::Edit(format!("{}: {reason}", video.display())))?;
+        Ok(Self {
+            path,
+            video: video.to_path_buf(),
+            project,
+            history: History::default(),
+            revision: 0,
+            saved: None,
+            text: Vec::new(),
+            lock,
+        })
+    }
+
+    fn read(path: PathBuf, video: Option<&Path>, lock: Option<Lock>) -> Result<Self, Error> {
+        let text = files::read(&path).map_err(|error| Error::read(&path, error))?;
+        let (mut project, revision) = file::read(&text).map_err(|fault| match fault {
+            Fault::Version(version) => Error::Version { path: path.clone(), version },
+            Fault::Invalid(reason) => Error::Invalid { path: path.clone(), reason },
+        })?;
+        let expected = folder_of(&path).join(&project.video.path);
+        let video = match video {
+            Some(given) => {
+                project.video.path = found(given, &expected, &path)?;
+                given.to_path_buf()
+            }
+            None => expected,
+        };
+        let history = History::default();
+        let text = if lock.is_none() { text } else { Vec::new() };
+        Ok(Self { path, video, project, history, revision, saved: Some(revision), text, lock })
+    }
+
+    /// The project.
+    pub fn project(&self) -> &Project {
+        &self.project
+    }
+
+    /// The project file.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The video, as [`patchlock_media::open`] takes it.
+    pub fn video(&self) -> &Path {
+        &self.video
+    }
+
+    /// A number that grows with each change, also over several runs of the program.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// Applies edits, all or none, as one step of the history. Returns the new revision.
+    ///
+    /// # Errors
+    /// [`Error::Edit`]; the project is unchanged.
+    pub fn apply(&mut self, edits: Vec<Edit>) -> Result<u64, Error> {
+        self.apply_step(edits, false)
+    }
+
+    /// Applies edits that are undone together with those that led to the revision `since`, if that is still
+    /// the present one; otherwise as [`Store::apply`]. Work that takes long is written piece by piece and
+    /// undone as one.
+    ///
+    /// # Errors
+    /// [`Error::Edit`]; the project is unchanged.
+    pub fn apply_more(&mut self, since: u64, edits: Vec<Edit>) -> Result<u64, Error> {
+        self.apply_step(edits, since == self.revision)
+    }
+
+    fn apply_step(&mut self, edits: Vec<Edit>, join: bool) -> Result<u64, Error> {
+        if !edits.is_empty() {
+            self.history.apply(&mut self.project, edits, join)?;
+            self.revision += 1;
+        }
+        Ok(self.revision)
+    }
+
+    /// Takes back the last step. Returns the new revision; `None` if there is no such step.
+    ///
+    /// # Errors
+    /// [`Error::Edit`] never, unless there is a bug.
+    pub fn undo(&mut self) -> Result<Option<u64>, Error> {
+        let undone = self.history.undo(&mut self.project)?;
+        Ok(self.stepped(undone))
+    }
+
+    /// Does the step again that was undone last. Returns the new revision; `None` if there is no such step.
+    ///
+    /// # Errors
+    /// [`Error::Edit`] never, unless there is a bug.
+    pub fn redo(&mut self) -> Result<Option<u64>, Error> {
+        let redone = self.history.redo(&mut self.project)?;
+        Ok(self.stepped(redone))
+    }
+
+    fn stepped(&mut self, moved: bool) -> Option<u64> {
+        self.revision += u64::from(moved);
+        moved.then_some(self.revision)
+    }
+
+    /// What the next [`Store::undo`] takes back, in a few words.
+    pub fn undo_text(&self) -> Option<&str> {
+        self.history.undo_text()
+    }
+
+    /// What the next [`Store::redo`] does again, in a few words.
+    pub fn redo_text(&self) -> Option<&str> {
+        self.history.redo_text()
+    }
+
+    /// Whether the file has all changes.
+    pub fn is_saved(&self) -> bool {
+        self.saved == Some(self.revision)
+    }
+
+    /// Writes the file, if it does not have all changes. It is replaced as a whole: after a crash there is
+    /// the old one or the new one.
+    ///
+    /// # Errors
+    /// [`Error::Write`]; the changes are still in memory. Of a shared project, [`Error::InUse`] and
+    /// [`Error::Overtaken`].
+    pub fn save(&mut self) -> Result<(), Error> {
+        if self.is_saved() {
+            return Ok(());
+        }
+        let cannot = |error| Error::write(&self.path, error);
+        let lock = match &self.lock {
+            Some(_) => None,
+            None => Some(self.lock_unchanged()?),
+        };
+        let text = file::write(&self.project, self.revision);
+        let text = text.map_err(|error| cannot(io::Error::other(error)))?;
+        file::replace(&self.path, &text).map_err(cannot)?;
+        drop(lock);
+        self.text = if self.lock.is_none() { text } else { Vec::new() };
+        self.saved = Some(self.revision);
+        Ok(())
+    }
+
+    /// Takes the lock, and checks that the file is the one that was read.
+    fn lock_unchanged(&self) -> Result<Lock, Error> {
+        let lock = Lock::take(&self.path)?;
+        let now = match files::read(&self.path) {
+            Ok(now) => Some(now),
+            Err(error) if error.kind() == io::ErrorKind::NotFound => None,
+            Err(error) => return Err(Error::read(&self.path, error)),
+        };
+        match now.as_deref() == self.saved.map(|_| self.text.as_slice()) {
+            true => Ok(lock),
+            false => Err(Error::Overtaken { path: self.path.clone() }),
+        }
+    }
+
+    /// How the video differs from the one that the project was made for; `None` if it is the same. Reads up
+    /// to 64 MiB of it.
+    pub fn changed(&self) -> Option<Change> {
+        self.project.video.change(&self.video)
+    }
+
+    /// Goes on with the video as it is now. The step cannot be undone, and none before it. Returns the new
+    /// revision.
+    ///
+    /// # Errors
+    /// [`Error::Edit`] if targets have boxes beyond its end; as [`Store::create`] if it cannot be read.
+    pub fn accept_video(&mut self) -> Result<u64, Error> {
+        let video = Video::describe(&self.video, folder_of(&self.path))?;
+        let old = std::mem::replace(&mut self.project.video, video);
+        if let Err(reason) = check::project(&self.project) {
+            self.project.video = old;
+            return Err(Error::Edit(format!("the boxes do not fit the changed video: {reason}")));
+        }
+        self.history = History::default();
+        self.revision += 1;
+        Ok(self.revision)
+    }
+}
+
+/// The path of a project file with links resolved, so that the file is replaced and not a link to it.
+fn real(path: &Path) -> Result<PathBuf, Error> {
+    match path.canonicalize() {
+        Ok(real) => Ok(real),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            let folder = folder_of(path).canonicalize();
+            let folder = folder.map_err(|error| Error::read(folder_of(path), error))?;
+            Ok(folder.join(path.file_name().unwrap_or_default()))
+        }
+        Err(error) => Err(Error::read(path, error)),
+    }
+}
+
+/// Takes the lock, and removes what a killed process left.
+fn locked(path: &Path) -> Result<(PathBuf, Lock), Error> {
+    let path = real(path)?;
+    let lock = Lock::take(&path)?;
+    file::remove_unfinished(&path);
+    Ok((path, lock))
+}
+
+/// The path of the given video for the project file, if it may be the project's: the same file, or one that
+/// takes the place of a file that is gone.
+fn found(given: &Path, expected: &Path, project: &Path) -> Result<PathBuf, Error> {
+    let real = fs::canonicalize(given).map_err(|error| Error::read(given, error))?;
+    if fs::canonicalize(expected).is_ok_and(|expected| expected != real) {
+        return Err(Error::OtherVideo {
+            path: project.to_path_buf(),
+            expected: expected.to_path_buf(),
+            given: given.to_path_buf(),
+        });
+    }
+    super::video::relative(given, folder_of(project)).map_err(|error| Error::read(given, error))
+}

@@ -1,0 +1,364 @@
+//! The project file.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use patchlock::Status;
+use patchlock_studio::project::{Change, Edit, Error, Store, Tracked, beside};
+
+use crate::support::{FRAMES, Place, add, bbox, bmp, write_images};
+
+/// Boxes of one target in these frames, no two alike.
+fn track(target: u64, from: usize, to: usize) -> Edit {
+    let tracked = |frame: usize| Tracked {
+        bbox: bbox((frame * 37 % 1901) as f64 / 7.0, frame as f64 / 3.0 % 1000.0, 81.25, 60.125),
+        score: (frame % 997) as f64 / 997.0,
+        status: if frame % 100 > 90 { Status::Lost } else { Status::Tracked },
+        visible: Some((frame % 13) as f64 / 13.0),
+        agreement: frame.is_multiple_of(2).then_some(0.75),
+    };
+    let tracked: BTreeMap<_, _> = (from..=to).map(|frame| (frame, tracked(frame))).collect();
+    Edit::SetTracked { target, from, to, tracked }
+}
+
+#[test]
+fn what_is_saved_is_read_again() {
+    let place = Place::new();
+    let mut store = place.store();
+    assert!(!store.is_saved() && !place.file().exists());
+    store.save().unwrap();
+    let edits =
+        vec![add(0), track(1, 2, 5), track(1, 8, 9), Edit::Hide { target: 1, from: 6, to: 7 }];
+    store.apply(edits).unwrap();
+    assert!(!store.is_saved());
+    store.save().unwrap();
+    let (project, revision) = (store.project().clone(), store.revision());
+    drop(store);
+    let store = Store::open(&place.file(), None).unwrap();
+    assert_eq!((store.project(), store.revision()), (&project, revision));
+    assert!(store.is_saved() && store.undo_text().is_none() && store.changed().is_none());
+    assert_eq!(store.video().canonicalize().unwrap(), place.video().canonicalize().unwrap());
+    assert_eq!(project.video.path, Path::new("frames"));
+    assert_eq!((project.video.frames, project.video.width, project.video.height), (FRAMES, 64, 48));
+    assert_eq!(project.video.bytes, (FRAMES * bmp(64, 48).len()) as u64);
+    let text = fs::read_to_string(place.file()).unwrap();
+    assert!(
+        text.starts_with("{\n  \"format\": \"patchlock-project\",\n  \"version\": 1,\n"),
+        "{text}"
+    );
+    drop(store);
+    let left: Vec<_> =
+        fs::read_dir(place.folder()).unwrap().map(|e| e.unwrap().file_name()).collect();
+    assert_eq!(left.len(), 2, "only the video and its project: {left:?}");
+}
+
+#[test]
+fn the_file_is_beside_the_video() {
+    let place = Place::new();
+    assert_eq!(beside(&place.video()), place.file());
+    assert_eq!(beside(Path::new("a/clip.mp4")), Path::new("a/clip.patchlock.json"));
+    assert_eq!(beside(&place.video().join(".")), place.file());
+}
+
+#[test]
+fn a_long_project_is_saved_and_read_fast() {
+    let place = Place::new();
+    let frames = 18_000;
+    let mut store = place.store_of(frames);
+    for target in 1..=10 {
+        store.apply(vec![add(0), track(target, 1, frames - 1)]).unwrap();
+    }
+    let begin = Instant::now();
+    store.save().unwrap();
+    let saving = begin.elapsed();
+    let bytes = fs::metadata(place.file()).unwrap().len();
+    let begin = Instant::now();
+    let read = Store::open_shared(&place.file(), None).unwrap();
+    let reading = begin.elapsed();
+    assert_eq!(read.project(), store.project());
+    println!("{bytes} bytes, saved in {saving:?}, read in {reading:?}");
+    assert!(bytes < 12_000_000, "{bytes} bytes");
+    // Far above what it takes, since machines that test are busy.
+    assert!(saving < Duration::from_secs(3) && reading < Duration::from_secs(3));
+}
+
+#[test]
+fn a_project_has_one_writer() {
+    let place = Place::new();
+    let mut store = place.store();
+    store.apply(vec![add(0)]).unwrap();
+    store.save().unwrap();
+    let error = Store::open(&place.file(), None).unwrap_err();
+    assert!(error.to_string().ends_with("is open in this process"), "{error}");
+    assert!(matches!(error, Error::InUse { .. }) && error.hint().is_some());
+    let error = Store::create(&place.file(), &place.video()).unwrap_err();
+    assert!(matches!(error, Error::InUse { .. }), "{error}");
+
+    // Others may read, and write when nobody else has it open and nobody was faster.
+    let mut other = Store::open_shared(&place.file(), None).unwrap();
+    let mut third = Store::open_shared(&place.file(), None).unwrap();
+    other.apply(vec![add(1)]).unwrap();
+    assert!(matches!(other.save().unwrap_err(), Error::InUse { .. }));
+    drop(store);
+    other.save().unwrap();
+    other.apply(vec![add(2)]).unwrap();
+    other.save().unwrap();
+    third.apply(vec![add(3)]).unwrap();
+    let error = third.save().unwrap_err();
+    assert!(error.to_string().contains("changed by another program"), "{error}");
+    assert_eq!(Store::open(&place.file(), None).unwrap().project().targets.len(), 3);
+    let error = Store::create(&place.file(), &place.video()).unwrap_err();
+    assert!(matches!(error, Error::Exists { .. }), "{error}");
+}
+
+#[test]
+fn a_change_of_the_video_is_noticed() {
+    let place = Place::new();
+    let mut store = place.store();
+    store.apply(vec![add(FRAMES - 1)]).unwrap();
+    let image = place.video().join("0003.bmp");
+    fs::write(&image, [bmp(64, 48), vec![0; 5]].concat()).unwrap();
+    assert!(matches!(store.changed(), Some(Change::Size { .. })), "{:?}", store.changed());
+    fs::write(&image, bmp(64, 48)).unwrap();
+    assert_eq!(store.changed(), None);
+    fs::rename(&image, place.video().join("0003b.bmp")).unwrap();
+    assert_eq!(store.changed(), Some(Change::Content));
+    let before = store.revision();
+    assert!(store.accept_video().unwrap() > before);
+    assert_eq!(store.changed(), None);
+    assert!(store.undo_text().is_none());
+
+    fs::remove_file(place.video().join("0000.bmp")).unwrap();
+    let error = store.accept_video().unwrap_err().to_string();
+    assert!(error.contains("do not fit the changed video: target 1: frame 11"), "{error}");
+    assert_eq!(store.project().video.frames, FRAMES);
+    fs::remove_dir_all(place.video()).unwrap();
+    let gone = store.changed().unwrap().to_string();
+    assert!(gone.starts_with("the video cannot be read: "), "{gone}");
+}
+
+#[test]
+fn a_change_inside_a_long_file_is_noticed() {
+    let folder = tempfile::tempdir().unwrap();
+    let video = folder.path().join("clip.bmp");
+    // An image with 70 MiB behind it.
+    let mut bytes = bmp(64, 48);
+    bytes.resize(70 << 20, 1);
+    fs::write(&video, &bytes).unwrap();
+    let store = Store::create(&beside(&video), &video).unwrap();
+    assert_eq!(store.changed(), None);
+    let last = bytes.len() - 1;
+    bytes[last] = 2;
+    fs::write(&video, &bytes).unwrap();
+    assert_eq!(store.changed(), Some(Change::Content));
+}
+
+#[test]
+fn the_video_may_move_but_not_be_another() {
+    let place = Place::new();
+    place.store().save().unwrap();
+    let other = place.folder().join("other");
+    write_images(&other, 3);
+    let error = Store::open(&place.file(), Some(&other)).unwrap_err();
+    assert!(matches!(&error, Error::OtherVideo { .. }), "{error}");
+    assert!(error.to_string().contains("frames, not to "), "{error}");
+    let moved = place.folder().join("moved");
+    fs::rename(place.video(), &moved).unwrap();
+    let store = Store::open(&place.file(), Some(&moved)).unwrap();
+    assert_eq!((store.changed(), store.video()), (None, moved.as_path()));
+    assert_eq!(store.project().video.path, Path::new("moved"));
+}
+
+#[test]
+fn a_folder_between_is_part_of_the_path() {
+    let place = Place::new();
+    let folder = place.folder().join("projects/deep");
+    fs::create_dir_all(&folder).unwrap();
+    let file = folder.join("a.json");
+    let mut store = Store::create(&file, &place.video()).unwrap();
+    assert_eq!(store.project().video.path, Path::new("../../frames"));
+    store.save().unwrap();
+    drop(store);
+    assert_eq!(Store::open(&file, None).unwrap().changed(), None);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_to_a_project_stays_a_link() {
+    let place = Place::new();
+    place.store().save().unwrap();
+    let link = place.folder().join("link.json");
+    std::os::unix::fs::symlink(place.file(), &link).unwrap();
+    let mut store = Store::open(&link, None).unwrap();
+    store.apply(vec![add(0)]).unwrap();
+    store.save().unwrap();
+    assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+    assert_eq!(Store::open_shared(&place.file(), None).unwrap().project().targets.len(), 1);
+}
+
+/// A small valid file, with something replaced.
+fn changed(from: &str, to: &str) -> String {
+    let text = r##"{"format": "patchlock-project", "version": 1,
+        "video": {"path": "frames", "bytes": 1, "hash": "HASH", "frames": 12, "width": 64, "height": 48},
+        "labels": [{"name": "car", "colour": "#ff0000"}],
+        "next_id": 3,
+        "targets": [{"id": 2, "label": "car", "keys": {"0": {"box": {"x": 1, "y": 2, "w": 3, "h": 4}}},
+            "hidden": [[8, 9]], "tracked": [{"from": 1, "x": [1, 2], "y": [1, 2], "w": [5, 5], "h": [5, 5],
+            "score": [0.5, 1], "status": "tu", "visible": [null, 0.5]}]}]}"##;
+    let text = text.replace("HASH", &"0".repeat(64));
+    assert!(text.contains(from), "{from}");
+    text.replace(from, to)
+}
+
+#[test]
+fn files_that_are_wrong_give_clear_errors() {
+    let place = Place::new();
+    let error = |text: &str| {
+        fs::write(place.file(), text).unwrap();
+        let error = Store::open(&place.file(), None).unwrap_err();
+        assert!(error.hint().is_some());
+        error.to_string()
+    };
+    fs::write(place.file(), changed("", "")).unwrap();
+    let target = Store::open(&place.file(), None).unwrap().project().targets[0].clone();
+    assert_eq!(
+        (target.tracked[&2].status, target.tracked[&2].visible),
+        (Status::Uncertain, Some(0.5))
+    );
+    let cases = [
+        ("{\"format\"", "{{", "key must be a string at line 1"),
+        ("\"version\": 1", "\"version\": 2", "version 2; this program reads version 1"),
+        ("\"version\": 1,", "", "no member `version`"),
+        ("patchlock-project", "coco", "`format` is not \"patchlock-project\""),
+        ("\"labels\"", "\"colours\"", "unknown field `colours`"),
+        ("\"x\": 1,", "\"x\": NaN,", "expected value"),
+        ("\"x\": 1,", "\"x\": 1e999,", "number out of range"),
+        ("\"x\": 1,", "\"x\": null,", "expected f64"),
+        ("\"x\": 1,", "\"x\": -500,", "target 2: frame 0: the box -500,2,3,4 is too far outside"),
+        ("\"0\":", "\"12\":", "frame 12 is not one of the frames 0 to 11"),
+        ("\"0\":", "\"1\":", "frame 1 has both a key and a tracked box"),
+        ("\"0\":", "\"-1\":", "\"-1\" is not a frame"),
+        ("\"frames\": 12", "\"frames\": 0", "the video has 0 frames"),
+        ("\"frames\": 12", "\"frames\": 18446744073709551615", "allowed: 1 to 100000000"),
+        ("\"frames\": 12", "\"frames\": 1e3", "invalid type: floating point"),
+        ("\"width\": 64", "\"width\": 99999999", "allowed: 1 to 100000 for each side"),
+        ("\"from\": 1", "\"from\": 11", "the 2 frames are not all in the video"),
+        ("\"from\": 1", "\"from\": 18446744073709551615", "are not all in the video"),
+        ("\"h\": [5, 5]", "\"h\": [5]", "`x` has 2 values and `h` has 1"),
+        ("\"tu\"", "\"tx\"", "'x' is not a status"),
+        ("[0.5, 1]", "[0.5, 1.5]", "score is 1.5; allowed: 0 to 1"),
+        ("[[8, 9]]", "[[2, 9]]", "frame 2 is hidden and has a box"),
+        ("[[8, 9]]", "[[8, 9], [10, 11]]", "not apart"),
+        ("[[8, 9]]", "[[9, 8]]", "not in order"),
+        ("[[8, 9]]", "[[8, 12]]", "frame 12 is not one of"),
+        ("\"label\": \"car\"", "\"label\": \"bus\"", "there is no label \"bus\""),
+        ("#ff0000", "red", "the colour \"red\" is not #rrggbb"),
+        ("\"id\": 2", "\"id\": 0", "the id is 0"),
+        ("\"next_id\": 3", "\"next_id\": 2", "next_id is 2; it must be above 2"),
+        ("0000", "00", "not 64 hexadecimal digits"),
+    ];
+    for (from, to, expected) in cases {
+        let message = error(&changed(from, to));
+        assert!(message.contains(expected), "{from} -> {to}: {message}");
+        assert!(message.contains("frames.patchlock.json"), "{message}");
+    }
+    assert!(error("").contains("EOF"));
+    assert!(error("[]").contains("is not a valid project"));
+    assert!(error(&"[".repeat(100_000)).contains("is not a valid project"));
+    assert!(error("\u{feff}{}").contains("is not a valid project"));
+    let missing = Store::open(&place.folder().join("none.json"), None).unwrap_err();
+    assert!(matches!(missing, Error::Read { .. }), "{missing}");
+    let no_folder = Store::open(&place.folder().join("a/b.json"), None).unwrap_err();
+    assert!(matches!(no_folder, Error::Read { .. }), "{no_folder}");
+}
+
+#[test]
+fn files_changed_anywhere_never_panic() {
+    let place = Place::new();
+    let text = changed("", "").into_bytes();
+    for at in 0..text.len() {
+        for byte in [b'9', b'"', b'}', 0xff] {
+            let mut text = text.clone();
+            text[at] = byte;
+            fs::write(place.file(), &text).unwrap();
+            if let Ok(store) = Store::open_shared(&place.file(), None) {
+                assert!(store.project().video.frames > 0);
+            }
+        }
+        fs::write(place.file(), &text[..at]).unwrap();
+        assert!(Store::open_shared(&place.file(), None).is_err());
+    }
+}
+
+/// Runs only as a child of the next test: changes a project and saves it, again and again.
+#[test]
+fn child_that_is_killed() {
+    let Some(file) = std::env::var_os("PATCHLOCK_TEST_KILLED") else { return };
+    let mut store = Store::open(&PathBuf::from(file), None).unwrap();
+    loop {
+        store.apply(vec![add(0), track(store.project().next_id, 1, 11)]).unwrap();
+        store.save().unwrap();
+        if store.project().targets.len() > 500 {
+            while store.undo().unwrap().is_some() {}
+        }
+    }
+}
+
+#[test]
+fn a_killed_process_leaves_the_old_file_or_the_new() {
+    let place = Place::new();
+    place.store().save().unwrap();
+    let mut revision = 0;
+    for round in 0..12u64 {
+        let mut child = Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", "store::child_that_is_killed"])
+            .env("PATCHLOCK_TEST_KILLED", place.file())
+            .stdout(Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(Duration::from_millis(150 + 17 * round));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let store = Store::open(&place.file(), None).expect("nobody has it open");
+        assert!(store.revision() >= revision);
+        revision = store.revision();
+        let project = store.project();
+        assert!(project.targets.iter().all(|target| target.tracked.len() == 11), "half a step");
+        drop(store);
+        let names = fs::read_dir(place.folder()).unwrap().map(|entry| entry.unwrap().file_name());
+        let names: Vec<_> = names.map(|name| name.into_string().unwrap()).collect();
+        assert_eq!(names.len(), 2, "{names:?}");
+    }
+    assert!(revision > 0, "the child saved nothing");
+}
+
+#[test]
+fn the_example_of_the_guide_is_read_and_says_the_same_when_written() {
+    let page = include_str!("../../../../docs/project-file.md");
+    let example = page.split("```").nth(1).unwrap().strip_prefix("json\n").unwrap();
+    let place = Place::new();
+    fs::write(place.file(), example).unwrap();
+    let mut store = Store::open(&place.file(), None).unwrap();
+    let target = &store.project().targets[0];
+    assert_eq!(target.tracked[&3].status, Status::Uncertain);
+    assert_eq!((target.tracked[&2].visible, target.tracked[&2].agreement), (None, Some(0.9)));
+    assert!(target.keys[&4].occluded && target.is_hidden(299));
+    let before = store.project().clone();
+    store.apply(vec![Edit::RemoveLabel { name: "none".into() }]).unwrap_err();
+    let label = |colour: &str| Edit::SetLabel {
+        name: "car".into(),
+        new_name: None,
+        colour: Some(colour.into()),
+    };
+    store.apply(vec![label("#000000"), label("#e69f00")]).unwrap();
+    store.save().unwrap();
+    assert_eq!(*Store::open_shared(&place.file(), None).unwrap().project(), before);
+    let json = |text: &str| serde_json::from_str::<serde_json::Value>(text).unwrap();
+    let numbers = |value: &serde_json::Value| value["targets"][0]["tracked"][0]["x"].clone();
+    let written = json(&fs::read_to_string(place.file()).unwrap());
+    assert_eq!(numbers(&written), numbers(&json(example)));
+    assert_eq!(written["revision"], 18);
+}
