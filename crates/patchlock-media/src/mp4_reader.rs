@@ -165,6 +165,8 @@ pub struct Mp4 {
     decoder: Decoder,
     next: usize,
     last_wanted: usize,
+    /// Whether frames before the wanted one are kept, since they may be wanted next.
+    reverse: bool,
     /// Decoded frames that are shown later, with the parameters of their stream.
     ready: BTreeMap<usize, (YuvFrame, StreamInfo)>,
 }
@@ -176,8 +178,8 @@ pub fn looks_like_mp4(head: &[u8]) -> bool {
 }
 
 impl Mp4 {
-    /// Opens a file and reads its index.
-    pub fn open(path: &Path, limits: Limits) -> Result<Self, OpenError> {
+    /// Opens a file and reads its index. With `reverse`, it keeps the frames before the wanted one.
+    pub fn open(path: &Path, reverse: bool, limits: Limits) -> Result<Self, OpenError> {
         let name = path.display().to_string();
         let broken = |reason: String| {
             let hint = "the file may be truncated or still being written: copy it again";
@@ -233,6 +235,7 @@ impl Mp4 {
             decoder: Decoder::new(),
             next: 0,
             last_wanted: 0,
+            reverse,
             ready: BTreeMap::new(),
             name,
         };
@@ -265,6 +268,8 @@ impl Mp4 {
         if goal < self.next || entrance > self.next {
             self.decoder = Decoder::new();
             self.next = entrance;
+            // What comes after the entrance is decoded again.
+            self.ready.clear();
         }
     }
 
@@ -394,7 +399,7 @@ impl FrameSource for Mp4 {
         let Some(&Shown { picture, time }) = self.frames.get(index) else { return Ok(None) };
         let ticks = time.saturating_sub(self.frames[0].time);
         let seconds = ticks as f64 / f64::from(self.timescale);
-        let backwards = picture < self.last_wanted;
+        let backwards = self.reverse || picture < self.last_wanted;
         self.last_wanted = picture;
         let window = self.limits.held_frames(self.info.pixels(), BACKWARD_WINDOW);
         let keep_from = if backwards { picture.saturating_sub(window) } else { picture };
@@ -405,8 +410,12 @@ impl FrameSource for Mp4 {
             let message = format!("cannot decode frame {index} of {}: {fault}", self.name);
             Error::source(message, advice(&fault))
         })?;
-        let ready = self.ready.remove(&picture);
-        Ok(ready.map(|(frame, info)| self.picture(&frame, &info).at(Some(seconds))))
+        let decoded = self.ready.get(&picture);
+        let shown = decoded.map(|(frame, info)| self.picture(frame, info).at(Some(seconds)));
+        if !self.reverse {
+            self.ready.remove(&picture);
+        }
+        Ok(shown)
     }
 }
 

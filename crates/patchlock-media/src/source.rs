@@ -36,7 +36,7 @@ impl FrameRate {
 /// A sequence of frames, numbered from 0 in presentation order.
 ///
 /// Reading frames in increasing order is cheap for every source. Decreasing order requires a source that was
-/// opened for reverse order.
+/// opened for reverse order; it takes more memory.
 pub trait FrameSource: Send {
     /// The number of frames, if it is known in advance.
     fn length(&self) -> Option<usize>;
@@ -163,7 +163,7 @@ fn open_file(path: &Path, reverse: bool, limits: Limits) -> Result<Box<dyn Frame
     if !mp4_reader::looks_like_mp4(&head) {
         return ffmpeg::open(path, "is not an image, MP4 or Y4M file", reverse, limits, None);
     }
-    match Mp4::open(path, limits) {
+    match Mp4::open(path, reverse, limits) {
         Ok(video) => Ok(Box::new(video)),
         Err(mp4_reader::OpenError::Codec(codec)) => {
             let times = mp4_reader::frame_times(path);

@@ -5,6 +5,8 @@
 //! With the feature `server`, `server` serves a page for the browser in which a person draws and corrects.
 
 #[cfg(feature = "server")]
+pub mod engine;
+#[cfg(feature = "server")]
 mod page;
 pub mod project;
 #[cfg(feature = "server")]

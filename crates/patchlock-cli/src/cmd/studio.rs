@@ -7,9 +7,11 @@ use std::process::{Command, Stdio};
 use anyhow::Result;
 use clap::Args;
 use clap::builder::RangedU64ValueParser;
+use patchlock_eval::settings::{self, Overrides};
 use patchlock_media::Limits;
 use patchlock_studio::server::{self, Options, Patience, Server};
 
+use super::{PRESETS_SHOWN, ROTATE_SHOWN, THREADS_SHOWN, on_or_off, threads};
 use crate::failure::{Failure, failed, usage};
 use crate::interrupt;
 
@@ -47,6 +49,34 @@ pub struct StudioArgs {
     #[arg(long)]
     no_open: bool,
 
+    /// Project file of the only video [default: beside the video: clip.patchlock.json for clip.mp4]
+    #[arg(long, value_name = "FILE")]
+    project: Option<PathBuf>,
+
+    /// Begin with the page of the camera of the browser
+    #[arg(long)]
+    camera: bool,
+
+    /// Folder for videos that are uploaded and for recordings of the camera, with their projects; created
+    /// when it is needed
+    #[arg(long, value_name = "DIR", default_value = "patchlock-uploads")]
+    uploads: PathBuf,
+
+    /// Largest upload in MB
+    #[arg(long, value_name = "1..", default_value_t = 4096, allow_negative_numbers = true,
+        value_parser = RangedU64ValueParser::<u64>::new().range(1..))]
+    max_upload: u64,
+
+    #[arg(long, value_name = "NAME", default_value = "robust", help = PRESETS_SHOWN)]
+    preset: String,
+
+    #[arg(long, value_name = "WHETHER", value_parser = on_or_off(), help = ROTATE_SHOWN)]
+    rotate: Option<bool>,
+
+    /// Number of threads [default: one per core]; it does not change the boxes
+    #[arg(long, value_name = THREADS_SHOWN, allow_negative_numbers = true, value_parser = threads())]
+    threads: Option<usize>,
+
     /// Most pixels of a frame, width times height. A source that claims more is refused before memory is
     /// taken for it
     #[arg(
@@ -65,11 +95,23 @@ pub fn run(args: &StudioArgs) -> Result<()> {
         let message = format!("there is no file or folder {}", missing.display());
         return Err(usage(message).hint("name a video or a folder of images").into());
     }
+    if args.project.is_some() && args.videos.len() != 1 {
+        let message = format!("--project is for one video; there are {}", args.videos.len());
+        return Err(usage(message).hint("each of several videos has its project beside it").into());
+    }
+    let changes = Overrides { seed: None, rotate: args.rotate, set: &[] };
+    let config = settings::resolve(&args.preset, None, changes).map_err(Failure::from)?;
     let options = Options {
         videos: args.videos.clone(),
+        project: args.project.clone(),
+        config,
+        threads: args.threads,
         address: SocketAddr::new(args.listen, args.port),
         limits: Limits { pixels: args.max_pixels },
         patience: Patience::default(),
+        uploads: args.uploads.clone(),
+        upload_bytes: args.max_upload.saturating_mul(1 << 20),
+        camera: args.camera,
     };
     interrupt::listen()?;
     let server = Server::open(&options).map_err(failure)?;

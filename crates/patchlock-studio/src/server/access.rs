@@ -36,7 +36,7 @@ impl Access {
     }
 
     /// The address for the browser. What follows `#` is never sent to a server.
-    pub fn address(&self) -> String {
+    pub fn address(&self, camera: bool) -> String {
         let mut shown = self.address;
         if shown.ip().is_unspecified() {
             let local: IpAddr = if shown.is_ipv4() {
@@ -46,7 +46,8 @@ impl Access {
             };
             shown.set_ip(local);
         }
-        format!("http://{shown}/#{}", self.token)
+        let page = if camera { "?camera" } else { "" };
+        format!("http://{shown}/{page}#{}", self.token)
     }
 
     /// A word that differs between two runs of the program, and is no secret.

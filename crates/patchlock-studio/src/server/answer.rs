@@ -1,12 +1,19 @@
-//! Answers that are not what was asked for.
+//! Answers that are not what was asked for, and requests that cannot be read.
+
+use std::time::Duration;
 
 use axum::Json;
+use axum::body::{Body, BodyDataStream, Bytes, HttpBody as _};
 use axum::extract::{FromRequestParts, Path, Query};
 use axum::http::StatusCode;
+use axum::http::header::{CONNECTION, HeaderValue};
 use axum::http::request::Parts;
 use axum::response::{IntoResponse, Response};
+use futures_util::StreamExt as _;
 use serde::de::DeserializeOwned;
-use serde_json::json;
+use serde_json::{Map, Value};
+
+use crate::project;
 
 /// Why a request is refused, as JSON: `{"error": "...", "hint": "..."}`.
 #[derive(Debug, Clone)]
@@ -14,11 +21,12 @@ pub struct Refusal {
     status: StatusCode,
     message: String,
     hint: Option<String>,
+    revision: Option<u64>,
 }
 
 impl Refusal {
     pub fn new(status: StatusCode, message: impl Into<String>) -> Self {
-        Self { status, message: message.into(), hint: None }
+        Self { status, message: message.into(), hint: None, revision: None }
     }
 
     /// Adds what the user can do about it.
@@ -30,6 +38,11 @@ impl Refusal {
     /// What is wrong.
     pub fn message(&self) -> &str {
         &self.message
+    }
+
+    /// What the user can do about it.
+    pub fn advice(&self) -> Option<&str> {
+        self.hint.as_deref()
     }
 
     /// The request itself is wrong.
@@ -56,26 +69,66 @@ impl Refusal {
     pub fn method() -> Self {
         Self::new(StatusCode::METHOD_NOT_ALLOWED, "this address does not take this method")
     }
+
+    /// Another window was faster; the project is now at this revision.
+    pub fn conflict(revision: u64) -> Self {
+        let message = "the project has changed since it was read";
+        let refusal = Self::new(StatusCode::CONFLICT, message);
+        Self { revision: Some(revision), ..refusal }
+    }
+
+    /// A body is longer than it may be.
+    pub fn too_large(most: u64) -> Self {
+        let message = format!("it is too large; at most {most} bytes are accepted");
+        Self::new(StatusCode::PAYLOAD_TOO_LARGE, message)
+    }
 }
 
 impl From<patchlock_media::Error> for Refusal {
     fn from(error: patchlock_media::Error) -> Self {
-        let refusal = Self::new(StatusCode::UNPROCESSABLE_ENTITY, error.to_string());
-        match error.hint() {
-            Some(hint) => refusal.hint(hint),
-            None => refusal,
-        }
+        let hint = error.hint().map(str::to_owned);
+        Self { hint, ..Self::new(StatusCode::UNPROCESSABLE_ENTITY, error.to_string()) }
+    }
+}
+
+impl From<project::Error> for Refusal {
+    fn from(error: project::Error) -> Self {
+        let status = match &error {
+            project::Error::Write { .. } => StatusCode::INTERNAL_SERVER_ERROR,
+            error if error.is_misuse() => StatusCode::BAD_REQUEST,
+            _ => StatusCode::UNPROCESSABLE_ENTITY,
+        };
+        let hint = error.hint().map(str::to_owned);
+        Self { hint, ..Self::new(status, error.to_string()) }
+    }
+}
+
+impl From<patchlock_eval::Error> for Refusal {
+    fn from(error: patchlock_eval::Error) -> Self {
+        let status = match error.is_misuse() {
+            true => StatusCode::BAD_REQUEST,
+            false => StatusCode::INTERNAL_SERVER_ERROR,
+        };
+        Self { hint: error.advice(), ..Self::new(status, error.to_string()) }
     }
 }
 
 impl IntoResponse for Refusal {
     fn into_response(self) -> Response {
-        let Self { status, message, hint } = self;
-        let body = match hint {
-            Some(hint) => json!({ "error": message, "hint": hint }),
-            None => json!({ "error": message }),
-        };
-        (status, Json(body)).into_response()
+        let mut body = Map::new();
+        body.insert("error".into(), self.message.into());
+        if let Some(hint) = self.hint {
+            body.insert("hint".into(), hint.into());
+        }
+        if let Some(revision) = self.revision {
+            body.insert("revision".into(), revision.into());
+        }
+        let mut response = (self.status, Json(Value::Object(body))).into_response();
+        // The rest of a body that is not read would be taken for the next request.
+        if matches!(self.status, StatusCode::PAYLOAD_TOO_LARGE | StatusCode::REQUEST_TIMEOUT) {
+            response.headers_mut().insert(CONNECTION, HeaderValue::from_static("close"));
+        }
+        response
     }
 }
 
@@ -103,4 +156,60 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequestParts<S> for Asked<T> {
         let Query(query) = query.map_err(|error| Refusal::bad(error.body_text()))?;
         Ok(Self(query))
     }
+}
+
+/// A body that arrives piece by piece, of limited length, from a client that must not pause for long.
+pub struct Arriving {
+    pieces: BodyDataStream,
+    left: u64,
+    most: u64,
+    patience: Duration,
+}
+
+impl Arriving {
+    /// A body of at most `most` bytes. One that says to be longer is refused before it is read.
+    pub fn new(body: Body, most: u64, patience: Duration) -> Result<Self, Refusal> {
+        if body.size_hint().lower() > most {
+            return Err(Refusal::too_large(most));
+        }
+        Ok(Self { pieces: body.into_data_stream(), left: most, most, patience })
+    }
+
+    /// The next piece; `None` at the end.
+    pub async fn next(&mut self) -> Result<Option<Bytes>, Refusal> {
+        let next = tokio::time::timeout(self.patience, self.pieces.next()).await;
+        let Ok(piece) = next else {
+            let message = "the rest of the request did not arrive";
+            return Err(Refusal::new(StatusCode::REQUEST_TIMEOUT, message));
+        };
+        let piece = piece.transpose();
+        let piece = piece.map_err(|_| Refusal::bad("the request was broken off"))?;
+        let length = piece.as_ref().map_or(0, |piece| piece.len() as u64);
+        self.left = self.left.checked_sub(length).ok_or(Refusal::too_large(self.most))?;
+        Ok(piece)
+    }
+
+    /// All of it.
+    pub async fn whole(mut self) -> Result<Vec<u8>, Refusal> {
+        let mut whole = Vec::new();
+        while let Some(piece) = self.next().await? {
+            whole.extend_from_slice(&piece);
+        }
+        Ok(whole)
+    }
+
+    /// All of it, as JSON.
+    pub async fn json<T: DeserializeOwned>(self) -> Result<T, Refusal> {
+        let whole = self.whole().await?;
+        serde_json::from_slice(&whole)
+            .map_err(|error| Refusal::bad(format!("the request is not as expected: {error}")))
+    }
+}
+
+/// Runs work that takes long, or waits for a disk, where it keeps no other request waiting.
+pub async fn aside<T: Send + 'static>(
+    work: impl FnOnce() -> Result<T, Refusal> + Send + 'static,
+) -> Result<T, Refusal> {
+    let done = tokio::task::spawn_blocking(work).await;
+    done.unwrap_or_else(|_| Err(Refusal::failed("the program failed while it worked on this")))
 }

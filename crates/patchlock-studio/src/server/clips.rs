@@ -1,141 +1,415 @@
-//! Clips: a video with its project.
+//! Clips: a video with its project. What the page asks and changes.
 
-use std::path::Path;
-use std::sync::{Arc, RwLock};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, RwLock};
+use std::time::{Duration, Instant};
 
 use axum::Json;
+use axum::body::Body;
 use axum::extract::State;
-use patchlock_media::{FrameRate, FrameSource, Limits};
+use axum::extract::ws::Utf8Bytes;
+use patchlock_media::FrameRate;
+use serde::Deserialize;
 use serde_json::{Value, json};
+use tokio::sync::broadcast;
 
-use super::App;
-use super::answer::{At, Refusal};
+use super::answer::{Arriving, Asked, At, Refusal, aside};
 use super::frames::{Cache, Reader};
+use super::jobs::Jobs;
+use super::{App, Settings};
+use crate::engine::Engine;
+use crate::engine::plan::Wish;
+use crate::project::{Edit, Store, beside};
+use crate::tracking::doubt::doubts;
+
+/// Largest list of edits, in bytes of JSON.
+const EDIT_BYTES: u64 = 64 << 20;
+/// Events kept for a window that is slow to take them; one that is slower still is told to read everything
+/// again.
+const EVENTS: usize = 256;
+/// How long the list of clips waits for those that are still being opened.
+const OPENING: Duration = Duration::from_secs(60);
 
 /// All clips, by their ids, which count from 1.
 pub struct Clips {
-    limits: Limits,
+    settings: Settings,
     cache: Arc<Cache>,
     all: RwLock<Vec<Arc<Clip>>>,
 }
 
-/// A video with its project.
+/// A video with its project, opened when it is first needed.
 pub struct Clip {
     /// Its name on the page.
     pub name: String,
     /// Its id.
     pub id: usize,
-    /// The video, or why it cannot be read.
-    pub video: Result<Readable, Refusal>,
+    video: PathBuf,
+    project: PathBuf,
+    settings: Settings,
+    cache: Arc<Cache>,
+    opened: OnceLock<Result<Arc<Opened>, Refusal>>,
 }
 
-/// A video that can be read.
-pub struct Readable {
+/// An open clip.
+pub struct Opened {
+    pub name: String,
     pub frames: usize,
     pub width: usize,
     pub height: usize,
     pub rate: Option<FrameRate>,
     pub reader: Reader,
+    pub engine: Engine,
+    pub jobs: Jobs,
+    /// What is sent to all windows, as JSON.
+    pub events: broadcast::Sender<Utf8Bytes>,
+    changed: Option<String>,
+    windows: AtomicUsize,
+    held: Mutex<Held>,
+}
+
+/// The project, and what the windows know of it.
+pub struct Held {
+    pub store: Store,
+    /// The last revision that was announced. Later ones are pieces of a running job, which conflict with
+    /// nothing.
+    told: u64,
 }
 
 impl Clips {
-    pub fn new(limits: Limits) -> Self {
-        Self { limits, cache: Arc::default(), all: RwLock::default() }
+    pub fn new(settings: Settings) -> Self {
+        Self { settings, cache: Arc::default(), all: RwLock::default() }
     }
 
-    /// Adds a clip.
-    pub fn add(&self, path: &Path) {
-        let name = path.file_name().map_or(path.as_os_str(), |name| name).to_string_lossy();
-        let mut all = self.all.write().unwrap_or_else(|poisoned| poisoned.into_inner());
-        let id = all.len() + 1;
-        let video = Readable::open(path, self.limits, id, &self.cache);
-        all.push(Arc::new(Clip { name: name.into_owned(), id, video }));
+    /// Adds a clip, with a project file of its own unless one is given.
+    pub fn add(&self, video: &Path, project: Option<&Path>) -> Arc<Clip> {
+        let name = video.file_name().unwrap_or(video.as_os_str()).to_string_lossy().into_owned();
+        let mut all = self.all.write().unwrap_or_else(PoisonError::into_inner);
+        let clip = Arc::new(Clip {
+            name,
+            id: all.len() + 1,
+            video: video.to_path_buf(),
+            project: project.map_or_else(|| beside(video), Path::to_path_buf),
+            settings: self.settings.clone(),
+            cache: Arc::clone(&self.cache),
+            opened: OnceLock::new(),
+        });
+        all.push(Arc::clone(&clip));
+        clip
+    }
+
+    /// All clips.
+    pub fn all(&self) -> Vec<Arc<Clip>> {
+        self.all.read().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// The clip with this id.
     pub fn get(&self, id: usize) -> Result<Arc<Clip>, Refusal> {
-        let all = self.all.read().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let all = self.all.read().unwrap_or_else(PoisonError::into_inner);
         let found = id.checked_sub(1).and_then(|at| all.get(at));
         found.cloned().ok_or_else(|| Refusal::unknown(format!("there is no clip {id}")))
+    }
+
+    /// The clip with this id, open.
+    pub async fn open(&self, id: usize) -> Result<Arc<Opened>, Refusal> {
+        let clip = self.get(id)?;
+        match clip.opened.get() {
+            Some(opened) => opened.clone(),
+            None => aside(move || clip.open()).await,
+        }
+    }
+
+    /// Stops all jobs and waits until their results are written.
+    pub fn close(&self) {
+        for clip in self.all() {
+            if let Some(Ok(opened)) = clip.opened.get() {
+                opened.jobs.close();
+            }
+        }
     }
 }
 
 impl Clip {
-    /// The video.
-    pub fn video(&self) -> Result<&Readable, Refusal> {
-        self.video.as_ref().map_err(Clone::clone)
+    /// Opens it, unless it is open.
+    pub fn open(&self) -> Result<Arc<Opened>, Refusal> {
+        self.opened.get_or_init(|| self.open_now().map(Arc::new)).clone()
+    }
+
+    fn open_now(&self) -> Result<Opened, Refusal> {
+        let store = Store::open(&self.project, Some(&self.video))?;
+        let limits = self.settings.limits;
+        let source = patchlock_media::open_within(&self.video.to_string_lossy(), false, limits)?;
+        let video = &store.project().video;
+        let (frames, width, height) = (video.frames, video.width, video.height);
+        let changed = store.changed().map(|change| change.to_string());
+        Ok(Opened {
+            name: self.name.clone(),
+            frames,
+            width,
+            height,
+            rate: source.rate(),
+            reader: Reader::new(&self.video, limits, frames, self.id, Arc::clone(&self.cache)),
+            engine: Engine {
+                video: self.video.clone(),
+                limits,
+                config: self.settings.config.clone(),
+                pool: Arc::clone(&self.settings.pool),
+            },
+            jobs: Jobs::default(),
+            events: broadcast::channel(EVENTS).0,
+            changed,
+            windows: AtomicUsize::new(0),
+            held: Mutex::new(Held { told: store.revision(), store }),
+        })
     }
 
     fn summary(&self) -> Value {
-        let mut summary = json!({ "id": self.id, "name": self.name });
-        let about = match &self.video {
-            Ok(video) => json!({
-                "frames": video.frames,
-                "width": video.width,
-                "height": video.height,
-                "rate": video.rate.map(|rate| f64::from(rate.frames) / f64::from(rate.seconds)),
-                "targets": 0,
-                "keys": 0,
-            }),
-            Err(refusal) => json!({ "error": refusal.message() }),
+        let (id, name) = (self.id, &self.name);
+        let opened = match self.opened.get() {
+            None => return json!({ "id": id, "name": name, "opening": true }),
+            Some(Err(refusal)) => {
+                let (error, hint) = (refusal.message(), refusal.advice());
+                return json!({ "id": id, "name": name, "error": error, "hint": hint });
+            }
+            Some(Ok(opened)) => opened,
         };
-        if let (Value::Object(summary), Value::Object(about)) = (&mut summary, about) {
-            summary.extend(about);
+        let held = opened.hold();
+        let targets = &held.store.project().targets;
+        json!({
+            "id": id,
+            "name": name,
+            "frames": opened.frames,
+            "width": opened.width,
+            "height": opened.height,
+            "rate": opened.per_second(),
+            "targets": targets.len(),
+            "keys": targets.iter().map(|target| target.keys.len()).sum::<usize>(),
+            "changed": opened.changed,
+        })
+    }
+}
+
+impl Opened {
+    /// The project, for one thread at a time.
+    pub fn hold(&self) -> MutexGuard<'_, Held> {
+        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Frames per second, if the video says so.
+    fn per_second(&self) -> Option<f64> {
+        self.rate.map(|rate| f64::from(rate.frames) / f64::from(rate.seconds))
+    }
+
+    /// Tells all windows. Without any, nobody needs to know.
+    pub fn tell(&self, event: &Value) {
+        let _ = self.events.send(event.to_string().into());
+    }
+
+    /// Tells all windows that the project has changed, and returns its revision.
+    pub fn announce(&self, held: &mut Held) -> u64 {
+        held.told = held.store.revision();
+        self.tell(&json!({ "type": "project", "revision": held.told }));
+        held.told
+    }
+
+    /// A window was opened or closed.
+    pub fn window(&self, opened: bool) {
+        let count = match opened {
+            true => self.windows.fetch_add(1, Ordering::SeqCst) + 1,
+            false => self.windows.fetch_sub(1, Ordering::SeqCst) - 1,
+        };
+        self.tell(&json!({ "type": "windows", "count": count }));
+    }
+
+    /// Everything about the clip.
+    fn whole(&self) -> Result<Value, Refusal> {
+        let job = self.jobs.state();
+        let held = self.hold();
+        let project = serde_json::to_value(held.store.project());
+        let project = project.map_err(|error| Refusal::failed(error.to_string()))?;
+        Ok(json!({
+            "name": self.name,
+            "rate": self.per_second(),
+            "revision": held.store.revision(),
+            "project": project,
+            "file": held.store.path(),
+            "job": job,
+            "windows": self.windows.load(Ordering::SeqCst),
+            "undo": held.store.undo_text(),
+            "redo": held.store.redo_text(),
+            "changed": self.changed,
+        }))
+    }
+
+    /// Applies edits to the revision that the sender knew, and writes the project.
+    fn edit(&self, revision: u64, edits: Vec<Edit>) -> Result<u64, Refusal> {
+        for target in edits.iter().flat_map(reshaped) {
+            self.jobs.stop_for(target);
         }
-        summary
+        let mut held = self.hold();
+        let now = held.store.revision();
+        if !(held.told..=now).contains(&revision) {
+            return Err(Refusal::conflict(now));
+        }
+        held.store.apply(edits)?;
+        self.announce_and_save(&mut held)
+    }
+
+    /// Takes back the last step or does it again.
+    fn step(&self, step: fn(&mut Store) -> Result<Option<u64>, crate::project::Error>) -> Stepped {
+        // What a job has found so far is the last step.
+        self.jobs.stop_all();
+        let mut held = self.hold();
+        match step(&mut held.store)? {
+            Some(_) => self.announce_and_save(&mut held),
+            None => Ok(held.store.revision()),
+        }
+    }
+
+    /// Announces a change first: it is true even if the file cannot be written.
+    pub fn announce_and_save(&self, held: &mut Held) -> Result<u64, Refusal> {
+        let revision = self.announce(held);
+        held.store.save()?;
+        Ok(revision)
     }
 }
 
-impl Readable {
-    fn open(path: &Path, limits: Limits, id: usize, cache: &Arc<Cache>) -> Result<Self, Refusal> {
-        let name = path.to_string_lossy().into_owned();
-        let mut source = patchlock_media::open_within(&name, true, limits)?;
-        let rate = source.rate();
-        let Some(first) = source.frame(0)? else {
-            return Err(Refusal::bad(format!("{name} has no frames")));
-        };
-        let frames = match source.length() {
-            Some(length) => length,
-            None => count(source.as_mut())?,
-        };
-        let reader = Reader::new(path, limits, frames, id, Arc::clone(cache));
-        Ok(Self { frames, width: first.width, height: first.height, rate, reader })
-    }
-}
+type Stepped = Result<u64, Refusal>;
 
-fn count(source: &mut dyn FrameSource) -> Result<usize, Refusal> {
-    let mut frames = 1;
-    while source.frame(frames)?.is_some() {
-        frames += 1;
+/// The targets whose frames an edit changes, so that a job on them works on what no longer is.
+fn reshaped(edit: &Edit) -> Vec<u64> {
+    match edit {
+        Edit::SetKey { target, .. }
+        | Edit::RemoveKey { target, .. }
+        | Edit::SetTracked { target, .. }
+        | Edit::Hide { target, .. }
+        | Edit::Show { target, .. }
+        | Edit::DeleteTarget { target }
+        | Edit::Split { target, .. }
+        | Edit::SetFrames { target, .. } => vec![*target],
+        Edit::Join { first, second } => vec![*first, *second],
+        _ => Vec::new(),
     }
-    Ok(frames)
 }
 
 /// `GET /api/clips`
 pub async fn list(State(app): State<Arc<App>>) -> Json<Value> {
-    let all = app.clips.all.read().unwrap_or_else(|poisoned| poisoned.into_inner());
-    let clips: Vec<Value> = all.iter().map(|clip| clip.summary()).collect();
-    Json(json!({ "clips": clips }))
+    let begun = Instant::now();
+    let clips = app.clips.all();
+    while clips.iter().any(|clip| clip.opened.get().is_none()) && begun.elapsed() < OPENING {
+        tokio::time::sleep(Duration::from_millis(20)).await;
+    }
+    let clips: Vec<Value> = clips.iter().map(|clip| clip.summary()).collect();
+    Json(json!({ "clips": clips, "camera": app.camera, "upload_bytes": app.upload_bytes }))
 }
 
 /// `GET /api/clips/ID`
 pub async fn one(State(app): State<Arc<App>>, At(clip): At<usize>) -> Result<Json<Value>, Refusal> {
-    let clip = app.clips.get(clip)?;
-    let video = clip.video()?;
-    Ok(Json(json!({
-        "revision": 0,
-        "project": {
-            "video": {
-                "path": clip.name, "bytes": 0, "hash": "",
-                "frames": video.frames, "width": video.width, "height": video.height,
-            },
-            "labels": [],
-            "targets": [],
-        },
-        "job": null,
-        "windows": 0,
-        "undo": null,
-        "redo": null,
-        "changed": null,
-    })))
+    let clip = app.clips.open(clip).await?;
+    aside(move || clip.whole()).await.map(Json)
+}
+
+/// What a window wants to change.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Edits {
+    revision: u64,
+    edits: Vec<Edit>,
+}
+
+/// `POST /api/clips/ID/edits`
+pub async fn edit(
+    State(app): State<Arc<App>>,
+    At(clip): At<usize>,
+    body: Body,
+) -> Result<Json<Value>, Refusal> {
+    let clip = app.clips.open(clip).await?;
+    let Edits { revision, edits } =
+        Arriving::new(body, EDIT_BYTES, app.patience.body)?.json().await?;
+    let revision = aside(move || clip.edit(revision, edits)).await?;
+    Ok(Json(json!({ "revision": revision })))
+}
+
+/// `POST /api/clips/ID/undo`
+pub async fn undo(
+    State(app): State<Arc<App>>,
+    At(clip): At<usize>,
+) -> Result<Json<Value>, Refusal> {
+    let clip = app.clips.open(clip).await?;
+    let revision = aside(move || clip.step(Store::undo)).await?;
+    Ok(Json(json!({ "revision": revision })))
+}
+
+/// `POST /api/clips/ID/redo`
+pub async fn redo(
+    State(app): State<Arc<App>>,
+    At(clip): At<usize>,
+) -> Result<Json<Value>, Refusal> {
+    let clip = app.clips.open(clip).await?;
+    let revision = aside(move || clip.step(Store::redo)).await?;
+    Ok(Json(json!({ "revision": revision })))
+}
+
+/// `POST /api/clips/ID/track`
+pub async fn track(
+    State(app): State<Arc<App>>,
+    At(clip): At<usize>,
+    body: Body,
+) -> Result<Json<Value>, Refusal> {
+    let clip = app.clips.open(clip).await?;
+    let wish: Wish = Arriving::new(body, EDIT_BYTES, app.patience.body)?.json().await?;
+    let job = aside(move || Jobs::start(&clip, wish)).await?;
+    Ok(Json(json!({ "job": job })))
+}
+
+/// `POST /api/clips/ID/stop`
+pub async fn stop(
+    State(app): State<Arc<App>>,
+    At(clip): At<usize>,
+) -> Result<Json<Value>, Refusal> {
+    let clip = app.clips.open(clip).await?;
+    let stopped = aside(move || Ok(clip.jobs.stop_all())).await?;
+    Ok(Json(json!({ "stopped": stopped })))
+}
+
+/// Of which target.
+#[derive(Deserialize)]
+pub struct Of {
+    target: Option<u64>,
+}
+
+/// `GET /api/clips/ID/doubts?target=T`
+pub async fn doubtful(
+    State(app): State<Arc<App>>,
+    At(clip): At<usize>,
+    Asked(Of { target }): Asked<Of>,
+) -> Result<Json<Value>, Refusal> {
+    let clip = app.clips.open(clip).await?;
+    let found = aside(move || {
+        let held = clip.hold();
+        let project = held.store.project();
+        if let Some(id) = target.filter(|&id| project.target(id).is_none()) {
+            return Err(no_target(id));
+        }
+        let targets = project.targets.iter().filter(|it| target.is_none_or(|id| id == it.id));
+        let mut found: Vec<_> = targets
+            .flat_map(|target| doubts(target).into_iter().map(|doubt| (target.id, doubt)))
+            .collect();
+        found.sort_by(|(_, a), (_, b)| b.gain.total_cmp(&a.gain));
+        Ok(found)
+    });
+    let doubts: Vec<Value> = found
+        .await?
+        .into_iter()
+        .map(|(target, doubt)| {
+            let (frame, gain, reason) = (doubt.frame, doubt.gain, doubt.reason.to_string());
+            json!({ "target": target, "frame": frame, "gain": gain, "reason": reason })
+        })
+        .collect();
+    Ok(Json(json!({ "doubts": doubts })))
+}
+
+/// The answer about a target that does not exist.
+pub fn no_target(id: u64) -> Refusal {
+    Refusal::unknown(format!("there is no target {id}"))
 }

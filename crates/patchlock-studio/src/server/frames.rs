@@ -226,8 +226,8 @@ enum Task {
 impl Job {
     fn run(self, shared: &Shared) {
         let mut source = None;
-        let mut position = 0;
         loop {
+            let position = source.as_ref().map_or(0, |source: &Source| source.next);
             let (key, answer) = match self.next(shared, position) {
                 Task::Answer(request) => (request.key, Some(request.answer)),
                 Task::Prepare(key) => (key, None),
@@ -241,7 +241,6 @@ impl Job {
                 Some(jpeg) => Ok(jpeg),
                 None => self.encode(&mut source, key),
             };
-            position = key.frame;
             match answer {
                 Some(answer) => drop(answer.send(jpeg)),
                 // What cannot be prepared is reported when it is asked for.
@@ -284,33 +283,69 @@ impl Job {
         near.find(missing).map(|frame| Key { frame, ..last })
     }
 
-    fn encode(
-        &self,
-        source: &mut Option<Box<dyn FrameSource>>,
-        key: Key,
-    ) -> Result<Bytes, Refusal> {
-        let picture = self.decode(source, key.frame);
-        if picture.is_err() {
-            *source = None;
+    /// Decodes and encodes a frame, and those before it that have to be decoded anyway.
+    fn encode(&self, source: &mut Option<Source>, key: Key) -> Result<Bytes, Refusal> {
+        let opened = match source.take() {
+            Some(opened) if opened.reaches(key.frame) => opened,
+            _ => Source::open(&self.path, self.limits)?,
+        };
+        let opened = source.insert(opened);
+        // A source that only goes forward comes to frames before this one at no cost, and would have to begin
+        // again when they are asked for.
+        let first = match opened.any_order || !self.prepares {
+            true => key.frame,
+            false => key.frame.saturating_sub(AHEAD).max(opened.next).min(key.frame),
+        };
+        let mut wanted = None;
+        for frame in first..=key.frame {
+            let picture = match opened.frame(frame) {
+                Ok(Some(picture)) => picture,
+                Ok(None) => return Err(no_frame(frame, self.frames)),
+                Err(error) => {
+                    *source = None;
+                    return Err(error.into());
+                }
+            };
+            let jpeg = Bytes::from(jpeg(&picture, key.width)?);
+            self.cache.put(Key { frame, ..key }, jpeg.clone());
+            wanted = Some(jpeg);
         }
-        let jpeg = Bytes::from(jpeg(&picture?, key.width)?);
-        self.cache.put(key, jpeg.clone());
-        Ok(jpeg)
+        wanted.ok_or_else(|| no_frame(key.frame, self.frames))
+    }
+}
+
+/// An open video.
+struct Source {
+    frames: Box<dyn FrameSource>,
+    /// Whether frames can be read in any order; otherwise only forward.
+    any_order: bool,
+    /// The frame after the last one that was read.
+    next: usize,
+}
+
+impl Source {
+    fn open(path: &Path, limits: Limits) -> Result<Self, patchlock_media::Error> {
+        let name = path.to_string_lossy();
+        let frames = patchlock_media::open_within(&name, false, limits)?;
+        // What comes from another program has no known length, and reading it backward would need a copy of
+        // the decoded video.
+        let any_order = frames.length().is_some();
+        let frames = match any_order {
+            true => patchlock_media::open_within(&name, true, limits)?,
+            false => frames,
+        };
+        Ok(Self { frames, any_order, next: 0 })
     }
 
-    fn decode(
-        &self,
-        source: &mut Option<Box<dyn FrameSource>>,
-        frame: usize,
-    ) -> Result<Picture, Refusal> {
-        let opened = match source {
-            Some(opened) => opened,
-            None => {
-                let name = self.path.to_string_lossy();
-                source.insert(patchlock_media::open_within(&name, true, self.limits)?)
-            }
-        };
-        opened.frame(frame)?.ok_or_else(|| no_frame(frame, self.frames))
+    /// Whether a frame can be read without opening the video again.
+    fn reaches(&self, frame: usize) -> bool {
+        self.any_order || frame >= self.next
+    }
+
+    fn frame(&mut self, index: usize) -> Result<Option<Picture>, patchlock_media::Error> {
+        let picture = self.frames.frame(index)?;
+        self.next = index + 1;
+        Ok(picture)
     }
 }
 
@@ -374,15 +409,14 @@ pub async fn frame(
     Asked(Size { width }): Asked<Size>,
     headers: HeaderMap,
 ) -> Result<Response, Refusal> {
-    let clip = app.clips.get(clip)?;
-    let video = clip.video()?;
+    let video = app.clips.open(clip).await?;
     if frame >= video.frames {
         return Err(no_frame(frame, video.frames));
     }
     // All widths from the frame's own on are the same picture.
     let width = if (width as usize) < video.width { width } else { 0 };
     // The token is another one each time the program starts, and so is what may have changed on disk.
-    let tag = format!("\"{}-{}-{frame}-{width}\"", app.access.session(), clip.id);
+    let tag = format!("\"{}-{}-{frame}-{width}\"", app.access.session(), clip);
     let caching = [(ETAG, tag.clone()), (CACHE_CONTROL, "private, max-age=3600, immutable".into())];
     if headers.get(IF_NONE_MATCH).is_some_and(|known| known.as_bytes() == tag.as_bytes()) {
         return Ok((StatusCode::NOT_MODIFIED, caching).into_response());

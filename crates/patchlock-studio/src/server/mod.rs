@@ -6,9 +6,14 @@
 
 mod access;
 mod answer;
+mod camera;
 mod clips;
 mod connections;
+mod files;
 mod frames;
+mod jobs;
+mod live;
+mod look;
 
 use std::net::{SocketAddr, TcpListener};
 use std::path::PathBuf;
@@ -19,25 +24,44 @@ use axum::Router;
 use axum::http::header::CONTENT_TYPE;
 use axum::middleware;
 use axum::response::{IntoResponse, Response};
-use axum::routing::{any, get};
+use axum::routing::{any, get, post};
+use patchlock::TrackerConfig;
+use patchlock_eval::session;
 use patchlock_media::Limits;
+use rayon::ThreadPool;
 
 use crate::page;
 use access::Access;
 use answer::{At, Refusal};
+use camera::Recordings;
 use clips::Clips;
+
+/// How long a window may take to receive a message.
+const SENDING: Duration = Duration::from_secs(20);
 
 /// What a server needs to know.
 #[derive(Debug, Clone)]
 pub struct Options {
     /// Videos and folders of images to annotate.
     pub videos: Vec<PathBuf>,
+    /// The project file of the only video; by default it is beside the video.
+    pub project: Option<PathBuf>,
     /// The address to listen on. With port 0 the system chooses a free one.
     pub address: SocketAddr,
+    /// The settings of the tracker.
+    pub config: TrackerConfig,
+    /// The number of threads of the tracker; by default one per logical processor.
+    pub threads: Option<usize>,
     /// What a video may claim.
     pub limits: Limits,
     /// How long to wait for a client.
     pub patience: Patience,
+    /// The folder for uploads and recordings, made when it is needed.
+    pub uploads: PathBuf,
+    /// Largest upload in bytes.
+    pub upload_bytes: u64,
+    /// Whether the page begins with the camera.
+    pub camera: bool,
 }
 
 /// How long the server waits for a client before it closes the connection.
@@ -70,40 +94,83 @@ pub enum Error {
     /// The system gives no random numbers or threads.
     #[error("cannot start the server: {0}")]
     Start(String),
+    /// The only video or its project cannot be opened.
+    #[error("{message}")]
+    Clip {
+        /// What is wrong.
+        message: String,
+        /// What the user can do about it.
+        hint: Option<String>,
+    },
+}
+
+/// What all clips share.
+#[derive(Clone)]
+struct Settings {
+    config: TrackerConfig,
+    pool: Arc<ThreadPool>,
+    limits: Limits,
 }
 
 /// What all requests share.
-pub(crate) struct App {
+struct App {
     access: Access,
     clips: Clips,
+    settings: Settings,
+    patience: Patience,
+    uploads: PathBuf,
+    upload_bytes: u64,
+    camera: bool,
+    recordings: Recordings,
 }
 
 /// A server that listens, but does not answer yet.
 pub struct Server {
     listener: TcpListener,
     app: Arc<App>,
-    patience: Patience,
 }
 
 impl Server {
     /// Listens on the address of the options and opens the videos.
     ///
     /// # Errors
-    /// [`Error`] if the address cannot be used. A video that cannot be read is no error: the page says so.
+    /// [`Error`] if the address cannot be used, or if the only video cannot be opened. Of several, the page
+    /// says which cannot.
     pub fn open(options: &Options) -> Result<Self, Error> {
         let listen = |reason| Error::Listen { address: options.address, reason };
+        let pool = session::pool(options.threads);
+        let pool = pool.map_err(|error| Error::Start(error.to_string()))?;
         let listener = TcpListener::bind(options.address).map_err(listen)?;
         let address = listener.local_addr().map_err(listen)?;
         let access = Access::new(address).map_err(Error::Start)?;
-        let clips = Clips::new(options.limits);
-        options.videos.iter().for_each(|video| clips.add(video));
-        let app = Arc::new(App { access, clips });
-        Ok(Self { listener, app, patience: options.patience })
+        let settings = Settings { config: options.config.clone(), pool, limits: options.limits };
+        let app = Arc::new(App {
+            access,
+            clips: Clips::new(settings.clone()),
+            settings,
+            patience: options.patience,
+            uploads: options.uploads.clone(),
+            upload_bytes: options.upload_bytes,
+            camera: options.camera,
+            recordings: Recordings::default(),
+        });
+        let only = options.videos.len() == 1;
+        for video in &options.videos {
+            let clip = app.clips.add(video, options.project.as_deref().filter(|_| only));
+            if only {
+                clip.open().map_err(|refusal| Error::Clip {
+                    message: refusal.message().to_owned(),
+                    hint: refusal.advice().map(str::to_owned),
+                })?;
+            }
+        }
+        open_in_order(&app);
+        Ok(Self { listener, app })
     }
 
     /// The address to open in the browser. It holds the token that allows changes.
     pub fn address(&self) -> String {
-        self.app.access.address()
+        self.app.access.address(self.app.camera)
     }
 
     /// Answers requests until `stopped` returns true, which is asked ten times a second.
@@ -121,23 +188,47 @@ impl Server {
         let routes = routes(Arc::clone(&self.app));
         let served = runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(self.listener)?;
-            tokio::spawn(connections::accept(listener, routes, self.patience));
+            tokio::spawn(connections::accept(listener, routes, self.app.patience));
             while !stopped() {
                 tokio::time::sleep(Duration::from_millis(100)).await;
             }
             Ok(())
         });
+        self.app.clips.close();
         runtime.shutdown_timeout(Duration::from_secs(1));
         served.map_err(start)
     }
 }
 
+/// Opens the clips one after the other, so that the page can say what is in them.
+fn open_in_order(app: &Arc<App>) {
+    let app = Arc::downgrade(app);
+    std::thread::spawn(move || {
+        for id in 1.. {
+            let clip = app.upgrade().and_then(|app| app.clips.get(id).ok());
+            let Some(clip) = clip else { return };
+            // The page shows the error.
+            let _ = clip.open();
+        }
+    });
+}
+
 /// All addresses.
 fn routes(app: Arc<App>) -> Router {
     Router::new()
-        .route("/api/clips", get(clips::list))
+        .route("/api/clips", get(clips::list).post(files::upload))
+        .route("/api/camera", get(camera::camera))
+        .route("/api/camera/recordings/{number}/{what}", get(camera::recording))
         .route("/api/clips/{clip}", get(clips::one))
         .route("/api/clips/{clip}/frames/{frame}", get(frames::frame))
+        .route("/api/clips/{clip}/edits", post(clips::edit))
+        .route("/api/clips/{clip}/undo", post(clips::undo))
+        .route("/api/clips/{clip}/redo", post(clips::redo))
+        .route("/api/clips/{clip}/track", post(clips::track))
+        .route("/api/clips/{clip}/stop", post(clips::stop))
+        .route("/api/clips/{clip}/doubts", get(clips::doubtful))
+        .route("/api/clips/{clip}/look", get(look::look))
+        .route("/api/clips/{clip}/events", get(live::events))
         .route("/api", any(unknown))
         .route("/api/{*rest}", any(unknown))
         .route("/", get(index))

@@ -1,0 +1,149 @@
+//! Tracking jobs: which stretches of a video a wish means ([`plan`]), and a tracker on the frames of one
+//! ([`Engine::track`]). [`look`] compares a frame with the nearest key frame.
+
+pub mod look;
+pub mod plan;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use patchlock::{Tracker, TrackerConfig};
+use patchlock_eval::session::Session;
+use patchlock_media::{Ahead, Limits, Picture};
+use rayon::ThreadPool;
+
+use crate::project::Tracked;
+use crate::tracking::Found;
+use crate::tracking::join::join;
+use plan::{Anchor, Span};
+
+/// What a tracker needs to know of a video.
+#[derive(Clone)]
+pub struct Engine {
+    /// The video, as [`patchlock_media::open`] takes it.
+    pub video: PathBuf,
+    /// What it may claim.
+    pub limits: Limits,
+    /// The settings of the tracker.
+    pub config: TrackerConfig,
+    /// The threads of the tracker.
+    pub pool: Arc<ThreadPool>,
+}
+
+/// Why tracking has failed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A frame cannot be read.
+    #[error(transparent)]
+    Video(#[from] patchlock_media::Error),
+    /// The tracker refuses a frame or its settings.
+    #[error("the tracker stopped in frame {frame}: {reason}")]
+    Tracker {
+        /// The frame.
+        frame: usize,
+        /// The reason.
+        reason: patchlock::Error,
+    },
+    /// The video ends early.
+    #[error("the video ended before frame {0}")]
+    Ended(usize),
+}
+
+/// Who wants to know what a tracker finds, and may stop it.
+pub trait Listener {
+    /// Whether to stop before the next frame.
+    fn stopped(&self) -> bool;
+
+    /// A box was found. Those of a span between two key frames come twice: as tracked forward, and, with the
+    /// last one, all as joined. A pass over the frames that shows nothing new has no box.
+    fn found(&mut self, frame: usize, tracked: Option<Tracked>);
+}
+
+impl Engine {
+    /// Tracks a span. Returns the boxes of its frames without those that it starts from, or `None` if the
+    /// listener has stopped it; what was found until then it knows.
+    ///
+    /// # Errors
+    /// [`Error`]; what was found until then the listener knows.
+    pub fn track(
+        &self,
+        span: Span,
+        listener: &mut dyn Listener,
+    ) -> Result<Option<Vec<(usize, Tracked)>>, Error> {
+        let (first, last) = match span {
+            Span::Between { first, last } => (first, last),
+            Span::After { start, to } => return self.pass(start, to, true, listener).map(alone),
+            Span::Before { start, to } => return self.pass(start, to, true, listener).map(alone),
+        };
+        let Some(forward) = self.pass(first, last.0, true, listener)? else { return Ok(None) };
+        let Some(mut backward) = self.pass(last, first.0, false, listener)? else {
+            return Ok(None);
+        };
+        backward.reverse();
+        let found = |pass: Vec<(usize, Found)>| -> Vec<Found> {
+            pass.into_iter().map(|(_, found)| found).collect()
+        };
+        let joined = join(first.1, &found(forward), &found(backward), last.1);
+        Ok(Some((first.0 + 1..).zip(joined).collect()))
+    }
+
+    /// Tracks from a box to a frame before or after it.
+    fn pass(
+        &self,
+        start: Anchor,
+        to: usize,
+        shown: bool,
+        listener: &mut dyn Listener,
+    ) -> Result<Option<Vec<(usize, Found)>>, Error> {
+        let (first, bbox) = start;
+        let backward = to < first;
+        let name = self.video.to_string_lossy();
+        let source = patchlock_media::open_within(&name, backward, self.limits)?;
+        let mut frames = match backward {
+            true => Ahead::start(source, (to..=first).rev()),
+            false => Ahead::start(source, first..=to),
+        };
+        let tracker = |frame, reason| Error::Tracker { frame, reason };
+        let begun = Tracker::new(self.config.clone()).map_err(|reason| tracker(first, reason))?;
+        let mut session = Session::new(begun, Arc::clone(&self.pool));
+        let mut pass = Vec::new();
+        let mut next = Some(first);
+        while let Some(expected) = next {
+            let taken = frames.next_unless(&|| listener.stopped())?;
+            let Some((frame, picture)) = taken else {
+                return if listener.stopped() { Ok(None) } else { Err(Error::Ended(expected)) };
+            };
+            let found = step(&mut session, &picture, (frame == first).then_some(bbox));
+            let found = found.map_err(|reason| tracker(frame, reason))?;
+            if frame != first {
+                pass.push((frame, found));
+                listener.found(frame, shown.then(|| found.into()));
+            }
+            next = match frame {
+                _ if frame == to => None,
+                _ if backward => frame.checked_sub(1),
+                _ => Some(frame + 1),
+            };
+        }
+        Ok(Some(pass))
+    }
+}
+
+fn step(
+    session: &mut Session<Tracker>,
+    picture: &Picture,
+    begin: Option<patchlock::BoundingBox>,
+) -> Result<Found, patchlock::Error> {
+    let frame = picture.frame()?;
+    let (estimate, _) = session.step(|tracker| match begin {
+        Some(bbox) => tracker.init(&frame, bbox),
+        None => tracker.update(&frame),
+    })?;
+    Ok(Found::from(&estimate))
+}
+
+/// The boxes of a span that was tracked from one side only.
+fn alone(pass: Option<Vec<(usize, Found)>>) -> Option<Vec<(usize, Tracked)>> {
+    Some(pass?.into_iter().map(|(frame, found)| (frame, found.into())).collect())
+}

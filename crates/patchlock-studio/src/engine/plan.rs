@@ -1,0 +1,265 @@
+//! Which stretches of a video to track, from what a person has drawn.
+
+use patchlock::BoundingBox;
+use serde::Deserialize;
+
+use crate::project::Target;
+
+/// What to track.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(untagged, deny_unknown_fields)]
+pub enum Wish {
+    /// What a new key frame changes: between the key frames before and after it. After the last key frame,
+    /// up to the next hidden stretch or the end; before the first one, only where there are tracked boxes
+    /// already.
+    Around {
+        /// The target.
+        target: u64,
+        /// The frame.
+        around: usize,
+        /// Last frame to track after the last key frame.
+        until: Option<usize>,
+    },
+    /// On from a frame that has a box, over further key frames up to the next hidden stretch.
+    From {
+        /// The target.
+        target: u64,
+        /// The frame.
+        from: usize,
+        /// Where to.
+        direction: Direction,
+        /// The last frame of the direction; of both, that of the frames after `from`.
+        until: Option<usize>,
+    },
+}
+
+/// Where to track from a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Direction {
+    /// To later frames.
+    Forward,
+    /// To earlier frames.
+    Backward,
+    /// To both.
+    Both,
+}
+
+/// A box in a frame, to start from.
+pub type Anchor = (usize, BoundingBox);
+
+/// A stretch of frames without key frames in it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Span {
+    /// Between two boxes that are right.
+    Between {
+        /// The first.
+        first: Anchor,
+        /// The last.
+        last: Anchor,
+    },
+    /// After a box, up to and with the frame `to`.
+    After {
+        /// The box.
+        start: Anchor,
+        /// The last frame.
+        to: usize,
+    },
+    /// Before a box, down to and with the frame `to`.
+    Before {
+        /// The box.
+        start: Anchor,
+        /// The first frame.
+        to: usize,
+    },
+}
+
+impl Span {
+    /// The number of frames that a tracker goes through.
+    pub fn steps(&self) -> usize {
+        match *self {
+            Self::Between { first, last } => 2 * (last.0 - first.0),
+            Self::After { start, to } => to - start.0,
+            Self::Before { start, to } => start.0 - to,
+        }
+    }
+}
+
+impl Wish {
+    /// The target.
+    pub fn target(&self) -> u64 {
+        match *self {
+            Self::Around { target, .. } | Self::From { target, .. } => target,
+        }
+    }
+}
+
+/// The spans to track, in a video with this number of frames.
+///
+/// # Errors
+/// What is wrong with the wish: a frame that the video does not have, or no box to start from.
+pub fn spans(target: &Target, wish: Wish, frames: usize) -> Result<Vec<Span>, String> {
+    let (Wish::Around { around: frame, until, .. } | Wish::From { from: frame, until, .. }) = wish;
+    for frame in std::iter::once(frame).chain(until) {
+        if frame >= frames {
+            return Err(format!(
+                "there is no frame {frame}; the video has {frames} frames, from 0"
+            ));
+        }
+    }
+    let plan = Plan { target, frames };
+    let mut spans = match wish {
+        Wish::Around { .. } => plan.around(frame, until)?,
+        Wish::From { direction, .. } => plan.from(frame, direction, until)?,
+    };
+    spans.retain(|span| match *span {
+        Span::Between { first, last } => last.0 > first.0 + 1,
+        Span::After { start, to } => to > start.0,
+        Span::Before { start, to } => to < start.0,
+    });
+    Ok(spans)
+}
+
+struct Plan<'a> {
+    target: &'a Target,
+    frames: usize,
+}
+
+impl Plan<'_> {
+    fn around(&self, frame: usize, until: Option<usize>) -> Result<Vec<Span>, String> {
+        if self.target.keys.is_empty() {
+            return Err(format!("target {} has no key frame to track from", self.target.id));
+        }
+        if self.target.is_hidden(frame) {
+            return Err(format!(
+                "target {} is not visible in frame {frame}, as was said: nothing is tracked there",
+                self.target.id
+            ));
+        }
+        let (before, after) = (self.key_before(frame), self.key_after(frame));
+        let mut spans = Vec::new();
+        match self.target.keys.get(&frame) {
+            Some(key) => {
+                let here = (frame, key.bbox);
+                match before {
+                    Some(first) => spans.extend(self.between(first, here)),
+                    None => spans.extend(self.tracked_before(here)),
+                }
+                match after {
+                    Some(last) => spans.extend(self.between(here, last)),
+                    None => spans.push(self.after(here, until)),
+                }
+            }
+            None => match (before, after) {
+                (Some(first), Some(last)) => spans.extend(self.between(first, last)),
+                (Some(start), None) => spans.push(self.after(start, until)),
+                (None, Some(start)) => spans.push(self.before(start, 0)),
+                (None, None) => {}
+            },
+        }
+        Ok(spans)
+    }
+
+    fn from(
+        &self,
+        frame: usize,
+        direction: Direction,
+        until: Option<usize>,
+    ) -> Result<Vec<Span>, String> {
+        let Some(bbox) = self.target.box_at(frame) else {
+            let id = self.target.id;
+            return Err(format!("target {id} has no box in frame {frame} to track from"));
+        };
+        let here = (frame, bbox);
+        let mut spans = Vec::new();
+        if direction != Direction::Forward {
+            let until = if direction == Direction::Backward { until } else { None };
+            if let Some(until) = until.filter(|&until| until > frame) {
+                return Err(format!("frame {until} is not before frame {frame}"));
+            }
+            spans.extend(self.backward(here, until.unwrap_or(0)));
+        }
+        if direction != Direction::Backward {
+            if let Some(until) = until.filter(|&until| until < frame) {
+                return Err(format!("frame {until} is not after frame {frame}"));
+            }
+            spans.extend(self.forward(here, until.unwrap_or(self.frames - 1)));
+        }
+        Ok(spans)
+    }
+
+    /// The spans after a box, over key frames, up to the frame `end` or a hidden stretch.
+    fn forward(&self, start: Anchor, end: usize) -> Vec<Span> {
+        let end = self.visible_until(start.0).min(end);
+        let (mut spans, mut here) = (Vec::new(), start);
+        while let Some(next) = self.key_after(here.0).filter(|next| next.0 <= end) {
+            spans.push(Span::Between { first: here, last: next });
+            here = next;
+        }
+        match self.key_after(here.0).filter(|next| next.0 <= self.visible_until(start.0)) {
+            // The frame `end` is between two key frames: the second one helps all the same.
+            Some(next) if here.0 < end => spans.push(Span::Between { first: here, last: next }),
+            _ => spans.push(Span::After { start: here, to: end }),
+        }
+        spans
+    }
+
+    /// The same for the frames before a box, the nearest first.
+    fn backward(&self, start: Anchor, end: usize) -> Vec<Span> {
+        let end = self.visible_from(start.0).max(end);
+        let (mut spans, mut here) = (Vec::new(), start);
+        while let Some(next) = self.key_before(here.0).filter(|next| next.0 >= end) {
+            spans.push(Span::Between { first: next, last: here });
+            here = next;
+        }
+        match self.key_before(here.0).filter(|next| next.0 >= self.visible_from(start.0)) {
+            Some(next) if here.0 > end => spans.push(Span::Between { first: next, last: here }),
+            _ => spans.push(Span::Before { start: here, to: end }),
+        }
+        spans
+    }
+
+    /// The spans between two neighbouring key frames: two, with a gap, if the target is hidden in between.
+    fn between(&self, first: Anchor, last: Anchor) -> Vec<Span> {
+        let (end, begin) = (self.visible_until(first.0), self.visible_from(last.0));
+        if end >= last.0 {
+            return vec![Span::Between { first, last }];
+        }
+        vec![Span::After { start: first, to: end }, Span::Before { start: last, to: begin }]
+    }
+
+    fn after(&self, start: Anchor, until: Option<usize>) -> Span {
+        let end = self.visible_until(start.0);
+        Span::After { start, to: until.map_or(end, |until| until.clamp(start.0, end)) }
+    }
+
+    fn before(&self, start: Anchor, to: usize) -> Span {
+        Span::Before { start, to: self.visible_from(start.0).max(to) }
+    }
+
+    /// The frames before the first key frame, if they were tracked before.
+    fn tracked_before(&self, here: Anchor) -> Option<Span> {
+        let first = *self.target.tracked.range(..here.0).next()?.0;
+        Some(self.before(here, first))
+    }
+
+    fn key_before(&self, frame: usize) -> Option<Anchor> {
+        self.target.keys.range(..frame).next_back().map(|(&frame, key)| (frame, key.bbox))
+    }
+
+    fn key_after(&self, frame: usize) -> Option<Anchor> {
+        self.target.keys.range(frame + 1..).next().map(|(&frame, key)| (frame, key.bbox))
+    }
+
+    /// The last frame before the next hidden stretch.
+    fn visible_until(&self, frame: usize) -> usize {
+        let next = self.target.hidden.iter().map(|stretch| stretch[0]).find(|&from| from > frame);
+        next.map_or(self.frames - 1, |from| from - 1)
+    }
+
+    /// The first frame after the hidden stretch before.
+    fn visible_from(&self, frame: usize) -> usize {
+        let before = self.target.hidden.iter().map(|stretch| stretch[1]);
+        before.filter(|&to| to < frame).max().map_or(0, |to| to + 1)
+    }
+}

@@ -1,0 +1,63 @@
+//! What a window is told as it happens, through a WebSocket.
+
+use std::sync::Arc;
+
+use axum::extract::State;
+use axum::extract::ws::rejection::WebSocketUpgradeRejection;
+use axum::extract::ws::{Message, Utf8Bytes, WebSocket, WebSocketUpgrade};
+use axum::response::Response;
+use serde_json::json;
+use tokio::sync::broadcast::Receiver;
+use tokio::sync::broadcast::error::RecvError;
+
+use super::App;
+use super::access::PROTOCOL;
+use super::answer::{At, Refusal};
+use super::clips::Opened;
+
+/// A window has nothing to say.
+const MESSAGE_BYTES: usize = 1 << 10;
+
+/// `GET /api/clips/ID/events`
+pub async fn events(
+    State(app): State<Arc<App>>,
+    At(clip): At<usize>,
+    upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
+) -> Result<Response, Refusal> {
+    let clip = app.clips.open(clip).await?;
+    let upgrade = upgrade.map_err(|error| Refusal::bad(error.body_text()))?;
+    let upgrade = upgrade.protocols([PROTOCOL]).max_message_size(MESSAGE_BYTES);
+    Ok(upgrade.on_upgrade(move |socket| window(socket, clip)))
+}
+
+async fn window(socket: WebSocket, clip: Arc<Opened>) {
+    let events = clip.events.subscribe();
+    clip.window(true);
+    forward(socket, events, &clip).await;
+    clip.window(false);
+}
+
+/// Passes on all events until the window is closed.
+async fn forward(mut socket: WebSocket, mut events: Receiver<Utf8Bytes>, clip: &Opened) {
+    loop {
+        let message = tokio::select! {
+            event = events.recv() => match event {
+                Ok(event) => Message::Text(event),
+                // Too slow for all events: what counts is how things are now.
+                Err(RecvError::Lagged(_)) => {
+                    let revision = clip.hold().store.revision();
+                    Message::Text(json!({ "type": "project", "revision": revision }).to_string().into())
+                }
+                Err(RecvError::Closed) => return,
+            },
+            received = socket.recv() => match received {
+                Some(Ok(Message::Close(_)) | Err(_)) | None => return,
+                Some(Ok(_)) => continue,
+            },
+        };
+        let sent = tokio::time::timeout(super::SENDING, socket.send(message)).await;
+        if !matches!(sent, Ok(Ok(()))) {
+            return;
+        }
+    }
+}

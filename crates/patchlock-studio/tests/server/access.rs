@@ -1,0 +1,126 @@
+//! Who may ask.
+
+use crate::support::Running;
+
+const ADDRESSES: [(&str, &str); 6] = [
+    ("GET", "/api/clips"),
+    ("GET", "/api/clips/1"),
+    ("GET", "/api/clips/1/frames/0"),
+    ("POST", "/api/clips/1/edits"),
+    ("POST", "/api/clips/1/undo"),
+    ("GET", "/api/nothing"),
+];
+
+#[test]
+fn nothing_of_the_interface_is_answered_without_the_token() {
+    let server = Running::new();
+    for (method, path) in ADDRESSES {
+        let answer = server.send_with(method, path, &[], b"{}");
+        assert_eq!(answer.error(401), "the token is missing", "{path}");
+        assert!(answer.json()["hint"].as_str().is_some());
+    }
+    let zeros = format!("Authorization: Bearer {}", "0".repeat(64));
+    let short = format!("Authorization: Bearer {}", &server.token[..63]);
+    let longer = format!("Authorization: Bearer {}0", server.token);
+    let basic = format!("Authorization: Basic {}", server.token);
+    for header in [&zeros, &short, &longer, &basic, "Authorization: Bearer "] {
+        for (method, path) in ADDRESSES {
+            assert_eq!(server.send_with(method, path, &[header], b"{}").status, 401, "{header}");
+        }
+    }
+    // Nor in the address, where it would end up in logs.
+    let path = format!("/api/clips?token={}", server.token);
+    assert_eq!(server.send_with("GET", &path, &[], &[]).status, 401);
+    assert_eq!(server.get("/api/clips").status, 200);
+    assert_eq!(server.clip()["revision"], 0, "nothing was changed");
+}
+
+#[test]
+fn the_token_is_long_and_another_one_each_time() {
+    let mut server = Running::new();
+    let before = server.token.clone();
+    assert!(before.len() == 64 && before.bytes().all(|byte| byte.is_ascii_hexdigit()));
+    server.restart();
+    assert_ne!(server.token, before);
+}
+
+#[test]
+fn only_this_machine_is_answered_for() {
+    let server = Running::new();
+    let bearer = format!("Authorization: Bearer {}", server.token);
+    let port = server.address.port();
+    for host in [
+        "evil.example".to_owned(),
+        format!("evil.example:{port}"),
+        format!("127.0.0.1.evil.example:{port}"),
+        format!("localhost.evil.example:{port}"),
+        format!("10.0.0.1:{port}"),
+        format!("127.0.0.1:{}", port ^ 1),
+        "127.0.0.1".to_owned(),
+        String::new(),
+    ] {
+        for path in ["/", "/api/clips"] {
+            let header = format!("Host: {host}");
+            let answer = server.send_with("GET", path, &[&header, &bearer], &[]);
+            assert!(matches!(answer.status, 400 | 403), "{host} {path}: {}", answer.status);
+        }
+    }
+    for host in [format!("127.0.0.1:{port}"), format!("localhost:{port}")] {
+        let header = format!("Host: {host}");
+        assert_eq!(server.send_with("GET", "/api/clips", &[&header, &bearer], &[]).status, 200);
+        assert_eq!(server.send_with("GET", "/", &[&header], &[]).status, 200);
+    }
+    let twice = format!("Host: evil.example\r\nHost: 127.0.0.1:{port}");
+    assert!(matches!(server.send_with("GET", "/", &[&twice], &[]).status, 400 | 403));
+}
+
+#[test]
+fn other_pages_are_not_answered_even_with_the_token() {
+    let server = Running::new();
+    let bearer = format!("Authorization: Bearer {}", server.token);
+    for origin in ["http://evil.example", "https://127.0.0.1", "null", "http://127.0.0.1:1"] {
+        let header = format!("Origin: {origin}");
+        for path in ["/", "/api/clips"] {
+            let answer = server.send_with("GET", path, &[&header, &bearer], &[]);
+            assert_eq!(answer.status, 403, "{origin} {path}");
+            assert_eq!(answer.header("access-control-allow-origin"), None);
+        }
+    }
+    let cross = ["Sec-Fetch-Site: cross-site", &bearer];
+    assert_eq!(server.send_with("GET", "/api/clips", &cross, &[]).status, 403);
+    let own = format!("Origin: http://{}", server.address);
+    assert_eq!(server.send_with("GET", "/api/clips", &[&own, &bearer], &[]).status, 200);
+    // A browser asks before it sends a foreign request with a token: there is no permission.
+    let preflight =
+        server.send_with("OPTIONS", "/api/clips", &["Origin: http://evil.example"], &[]);
+    assert_eq!(preflight.status, 403);
+}
+
+#[test]
+fn sockets_need_the_token_too() {
+    let server = Running::new();
+    let path = "/api/clips/1/events";
+    for protocols in ["patchlock", "patchlock, 00", "other"] {
+        assert!(server.try_socket(path, protocols).is_err(), "{protocols}");
+    }
+    let swapped = format!("{}, patchlock", server.token);
+    assert!(server.try_socket(path, &swapped).is_err());
+    assert!(server.try_socket(path, &format!("patchlock, {}", server.token)).is_ok());
+}
+
+#[test]
+fn every_answer_tells_the_browser_to_keep_the_page_in_its_place() {
+    let server = Running::new();
+    for path in ["/", "/api/clips", "/api/clips/1/frames/0", "/nothing", "/api/clips/7"] {
+        let answer = server.get(path);
+        let policy = answer.header("content-security-policy").expect("is there");
+        for part in ["default-src 'none'", "script-src 'self'", "frame-ancestors 'none'"] {
+            assert!(policy.contains(part), "{path}: {policy}");
+        }
+        assert!(!policy.contains("unsafe") && !policy.contains('*'), "{policy}");
+        assert_eq!(answer.header("x-content-type-options"), Some("nosniff"), "{path}");
+        assert_eq!(answer.header("referrer-policy"), Some("no-referrer"), "{path}");
+    }
+    assert_eq!(server.get("/api/clips").header("cache-control"), Some("no-store"));
+    assert_eq!(server.get("/").header("content-type"), Some("text/html; charset=utf-8"));
+}

@@ -1,0 +1,8 @@
+//! A server on this machine, asked as a browser asks it, and as an attacker would.
+
+mod access;
+mod attacks;
+mod camera;
+mod projects;
+mod support;
+mod uploads;
