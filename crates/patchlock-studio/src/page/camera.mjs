@@ -15,6 +15,7 @@ import { asBox, tidy } from './tracks.mjs';
  * @property {import('./types').Status} [status]
  * @property {number | null} [visible]
  * @property {number} [ms]
+ * @property {number} [frame] number of the picture
  * @property {string} [error]
  * @property {string} [hint]
  * @property {number | string | null} [recording]
@@ -22,6 +23,8 @@ import { asBox, tidy } from './tracks.mjs';
 
 const COLOUR = '#3b9eff';
 const QUALITY = 0.85;
+/** Pictures that are on their way: one is tracked, the next one comes. */
+const AT_ONCE = 2;
 
 export class Camera {
     constructor() {
@@ -37,8 +40,10 @@ export class Camera {
         this.answer = null;
         this.following = false;
         this.recording = false;
-        /** Frames that were sent and not answered. */
-        this.waiting = 0;
+        /** Pictures that were sent through this connection, and the number of the one answered last. */
+        this.count = 0;
+        this.answered = -1;
+        this.encoding = false;
         /** @type {{from: Point, to: Point} | null} */
         this.drag = null;
         /** Times of the last answers: @type {number[]} */
@@ -129,7 +134,8 @@ export class Camera {
         const socket = api.socket('/camera');
         socket.binaryType = 'blob';
         this.socket = socket;
-        this.waiting = 0;
+        this.count = 0;
+        this.answered = -1;
         socket.onmessage = (message) => this.#receive(JSON.parse(message.data));
         socket.onclose = () => {
             if (!this.open || this.socket !== socket) return;
@@ -155,8 +161,8 @@ export class Camera {
         }
         if (answer.recording !== undefined && answer.recording !== null)
             return void this.#offer(answer.recording);
-        if (answer.ms === undefined && !answer.error) return;
-        this.waiting = Math.max(0, this.waiting - 1);
+        if (answer.frame === undefined) return;
+        this.answered = answer.frame;
         if (this.following && answer.status) this.answer = answer;
         const now = performance.now();
         this.times = [...this.times.filter((time) => now - time < 1000), now];
@@ -253,7 +259,8 @@ export class Camera {
                 canvas.height = video.videoHeight;
             }
             context.drawImage(video, 0, 0);
-            if (this.waiting < 2 && (this.following || this.recording)) void this.#send();
+            const free = !this.encoding && this.count - 1 - this.answered < AT_ONCE;
+            if (free && (this.following || this.recording)) void this.#send();
             this.#renderBoxes();
         }
         requestAnimationFrame(() => this.#loop());
@@ -263,14 +270,17 @@ export class Camera {
         const { socket, sent, video } = this;
         if (socket?.readyState !== WebSocket.OPEN || video.currentTime === this.lastTime) return;
         this.lastTime = video.currentTime;
-        this.waiting += 1;
+        this.encoding = true;
         sent.width = video.videoWidth;
         sent.height = video.videoHeight;
         sent.getContext('2d')?.drawImage(video, 0, 0);
         const blob = await new Promise((/** @type {(blob: Blob | null) => void} */ resolve) =>
             sent.toBlob(resolve, 'image/jpeg', QUALITY),
         );
-        if (blob && socket.readyState === WebSocket.OPEN) socket.send(blob);
+        this.encoding = false;
+        if (!blob || socket !== this.socket || socket.readyState !== WebSocket.OPEN) return;
+        socket.send(blob);
+        this.count += 1;
     }
 
     #renderBoxes() {

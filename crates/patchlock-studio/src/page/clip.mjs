@@ -47,6 +47,10 @@ export class Clip extends EventTarget {
         this.last = Promise.resolve();
         this.pause = FIRST_PAUSE;
         this.closed = false;
+        /** Whether the person has asked to stop tracking. */
+        this.stopping = false;
+        /** The file of the project. */
+        this.file = '';
         /** @type {string | null} */
         this.saidChanged = null;
         /** @type {Promise<void> | undefined} */
@@ -97,6 +101,7 @@ export class Clip extends EventTarget {
         this.project = state.project;
         this.revision = state.revision;
         this.loaded = true;
+        this.file = state.file ?? '';
         this.undoText = state.undo;
         this.redoText = state.redo;
         this.windows = state.windows;
@@ -260,20 +265,26 @@ export class Clip extends EventTarget {
         this.track(target)?.live.clear();
         if (state === 'failed') complain(error ?? 'Tracking failed.', { doing: `Target ${target}` });
         this.dispatchEvent(new CustomEvent('done', { detail: { target, state } }));
+        this.stopping = false;
         void this.load().catch((failure) => complain(failure));
     }
 
     /**
      * Makes changes, one after the other. Answers whether they were made; if not, it has said why.
-     * @param {Edit[]} edits
+     * @param {Edit[] | (() => Edit[])} edits or what says them when all changes before are made
      * @returns {Promise<boolean>}
      */
     edit(edits) {
         return this.#queue(
             'The change was not made',
-            () => this.#edit(edits),
+            () => this.#edit(typeof edits === 'function' ? edits() : edits),
             () => void this.edit(edits),
         );
+    }
+
+    /** Waits until all changes are made, for what depends on how things are now. */
+    async settled() {
+        while (this.unsaved > 0) await this.last;
     }
 
     undo() {
@@ -315,6 +326,7 @@ export class Clip extends EventTarget {
 
     /** @param {Edit[]} edits */
     async #edit(edits) {
+        if (edits.length === 0) return;
         try {
             await this.#post(edits);
         } catch (error) {
@@ -374,6 +386,7 @@ export class Clip extends EventTarget {
     }
 
     async stop() {
+        this.stopping = true;
         try {
             await api.json('POST', `${this.path}/stop`);
         } catch (error) {

@@ -37,10 +37,11 @@ export class ClipList {
      */
     #entry(info, current) {
         const picture = element('span', { class: 'clip-picture' });
-        if (!info.error) this.#lazily(picture, info);
+        const path = `/clips/${encodeURIComponent(info.id)}`;
+        if (!info.error && !info.opening) thumbnails.show(picture, { path, frame: 0, size: THUMBNAIL });
         const { targets, keys } = info;
         const done = targets === 0 ? 'not begun' : `${counted(targets, 'target')} · ${counted(keys, 'key')}`;
-        const state = info.error ?? info.changed ?? done;
+        const state = info.error ?? (info.opening ? 'opening …' : (info.changed ?? done));
         const kind =
             info.error || info.changed ? 'clip-state wrong' : targets ? 'clip-state begun' : 'clip-state';
         return element(
@@ -54,7 +55,7 @@ export class ClipList {
                         type: 'button',
                         'aria-current': current ? 'true' : null,
                         title: info.name,
-                        disabled: Boolean(info.error),
+                        disabled: Boolean(info.error || info.opening),
                     },
                     on: { click: () => void this.editor.open(info) },
                 },
@@ -63,32 +64,5 @@ export class ClipList {
                 element('span', { class: kind, text: state }),
             ),
         );
-    }
-
-    /**
-     * Pictures are made when they come into view.
-     * @param {HTMLElement} picture
-     * @param {import('./types').ClipInfo} info
-     */
-    #lazily(picture, info) {
-        const observer = new IntersectionObserver(
-            ([entry]) => {
-                if (!entry?.isIntersecting) return;
-                observer.disconnect();
-                const path = `/clips/${encodeURIComponent(info.id)}`;
-                thumbnails
-                    .get(path, 0, THUMBNAIL)
-                    .then((canvas) => {
-                        const made = element('canvas', {
-                            attributes: { width: canvas.width, height: canvas.height },
-                        });
-                        made.getContext('2d')?.drawImage(canvas, 0, 0);
-                        picture.replaceChildren(made);
-                    })
-                    .catch(() => {});
-            },
-            { root: null },
-        );
-        observer.observe(picture);
     }
 }

@@ -252,7 +252,12 @@ function viewing(editor, stage, { toggleClips }) {
  */
 function projects(editor, { openExport, openImport, toggleCamera }) {
     const group = 'Project';
-    const saved = () => tell(editor.clip?.unsaved ? 'Saving …' : 'Everything is saved, after each change.');
+    const saved = () =>
+        tell(
+            editor.clip?.unsaved
+                ? 'Saving …'
+                : `Everything is saved after each change${editor.clip?.file ? `, in ${editor.clip.file}` : ''}.`,
+        );
     return [
         {
             id: 'undo',

@@ -10,19 +10,10 @@ import { asBox, tidy } from './tracks.mjs';
 /** @typedef {import('./types').Box} Box */
 /** @typedef {import('./types').Direction} Direction */
 
-const COLOURS = [
-    '#3b82f6',
-    '#e8710a',
-    '#12a594',
-    '#d6409f',
-    '#8e4ec6',
-    '#b58900',
-    '#e5484d',
-    '#46a758',
-    '#6e7bff',
-];
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 8, 16];
 const DEFAULT_RATE = 25;
+/** Time in ms until the list of clips is read again, if some are still being opened. */
+const OPENING = 1000;
 const AUTO = 'patchlock-after-drawing';
 
 /**
@@ -37,6 +28,8 @@ export class Editor extends EventTarget {
         this.clip = null;
         /** @type {Frames | null} */
         this.frames = null;
+        /** Whether the program was started for the camera. */
+        this.startsWithCamera = false;
         /** The frame that was asked for. */
         this.frame = 0;
         /** @type {number | null} */
@@ -100,13 +93,15 @@ export class Editor extends EventTarget {
 
     async readClips() {
         try {
-            const { clips } = await api.json('GET', '/clips');
+            const { clips, camera } = await api.json('GET', '/clips');
             this.clips = clips;
+            this.startsWithCamera = Boolean(camera);
             settle('clips');
         } catch (error) {
             complain(error, { doing: 'The clips could not be read', topic: 'clips' });
         }
         this.dispatchEvent(new Event('clips'));
+        if (this.clips.some(({ opening }) => opening)) setTimeout(() => void this.readClips(), OPENING);
     }
 
     /** @param {import('./types').ClipInfo} info */
@@ -142,7 +137,15 @@ export class Editor extends EventTarget {
 
     /** @param {Clip} clip */
     #listen(clip) {
-        clip.addEventListener('change', () => this.changed());
+        clip.addEventListener('change', () => {
+            const { doubt } = this;
+            const isLeft = clip.doubts.some(
+                (each) => each.target === doubt?.target && each.frame === doubt.frame,
+            );
+            if (!isLeft) this.doubt = null;
+            if (this.frames) this.frames.likely = clip.doubts.slice(0, 2).map(({ frame }) => frame);
+            this.changed();
+        });
         clip.addEventListener('loaded', () => this.#loaded());
         clip.addEventListener('back', () => this.frames?.retry());
         clip.addEventListener('live', (event) => {
@@ -152,7 +155,8 @@ export class Editor extends EventTarget {
         clip.addEventListener('done', (event) => {
             this.following = false;
             const { target, state } = /** @type {CustomEvent} */ (event).detail;
-            if (state === 'stopped') tell(`Tracking of target ${target} stopped. What was tracked is kept.`);
+            if (state === 'stopped' && clip.stopping)
+                tell(`Tracking of target ${target} stopped. What was tracked is kept.`);
         });
     }
 
@@ -173,8 +177,9 @@ export class Editor extends EventTarget {
 
     /** @param {number} step */
     openNeighbour(step) {
-        const at = this.clips.findIndex(({ id }) => id === this.clip?.info.id);
-        const next = this.clips[at + step];
+        const readable = this.clips.filter(({ error, opening }) => !error && !opening);
+        const at = readable.findIndex(({ id }) => id === this.clip?.info.id);
+        const next = readable[at + step];
         if (next) void this.open(next);
         else tell(step > 0 ? 'This is the last clip.' : 'This is the first clip.');
     }
@@ -334,7 +339,7 @@ export class Editor extends EventTarget {
         let { label } = this;
         if (!label) {
             label = 'object';
-            edits.push({ edit: 'add_label', name: label, colour: COLOURS[0] });
+            edits.push({ edit: 'add_label', name: label });
         }
         edits.push({ edit: 'add_target', label, frame, box: tidy(box) });
         const before = new Set(clip.tracks.map(({ target }) => target.id));
@@ -361,50 +366,66 @@ export class Editor extends EventTarget {
         const target = track.target.id;
         this.pendingBox = { target, frame, box };
         const edit = { edit: 'set_key', target, frame, box: tidy(box), occluded, truncated };
-        const edits = track.hiddenAt(frame)
-            ? [{ edit: 'show', target, from: frame, to: frame }, edit]
-            : [edit];
-        const made = await clip.edit(edits);
+        const made = await clip.edit([edit]);
         this.pendingBox = null;
         this.changed();
         const now = clip.track(target);
         if (!made || !now) return;
         const wasTracked = Object.keys(now.target.tracked).length > 0 || now.keys.length > 1;
-        if (wasTracked || this.afterDrawing !== 'none') await clip.startTracking(now.requestAround(frame));
+        if (wasTracked || this.afterDrawing !== 'none') await this.#trackAround(now, frame);
     }
 
     /** Confirms the box of this frame, or takes the key frame away. */
     async toggleKey() {
-        const track = this.#needTarget();
-        const seen = track?.at(this.frame);
-        if (!track || !seen) return;
-        if (seen.kind !== 'key') return this.confirm();
-        if (track.keys.length === 1)
-            return tell('This is the only key frame. Delete the target instead (Delete).');
         const { clip, frame } = this;
-        const made = await clip?.edit([{ edit: 'remove_key', target: track.target.id, frame }]);
-        if (made) await clip?.startTracking({ target: track.target.id, around: frame });
+        await clip?.settled();
+        const track = this.#needTarget();
+        if (!track || !clip) return;
+        if (track.at(frame).kind !== 'key') return this.confirm(frame);
+        if (track.keys.length === 1) {
+            return tell('This is the only key frame. Delete the target instead (Delete).');
+        }
+        const made = await clip.edit([{ edit: 'remove_key', target: track.target.id, frame }]);
+        const now = clip.track(track.target.id);
+        if (made && now) await this.#trackAround(now, frame);
     }
 
-    /** Makes the box of this frame a key frame as it is. */
-    async confirm() {
+    /**
+     * @param {import('./tracks.mjs').Track} track
+     * @param {number} frame
+     */
+    async #trackAround(track, frame) {
+        const request = track.requestAround(frame);
+        if (request) await this.clip?.startTracking(request);
+    }
+
+    /**
+     * Makes the box of a frame a key frame as it is.
+     * @param {number} [frame]
+     */
+    async confirm(frame = this.frame) {
+        await this.clip?.settled();
         const track = this.#needTarget();
         if (!track) return;
-        const { box, kind } = track.at(this.frame);
+        const { box, kind } = track.at(frame);
         if (!box) return tell('There is no box in this frame. Draw one, or press E.');
         if (kind === 'key') return tell('This is a key frame already.');
-        await this.setKey(box);
+        await this.setKey(box, frame);
     }
 
     /** @param {'occluded' | 'truncated'} name */
     async toggleFlag(name) {
         const track = this.#needTarget();
-        const { frame } = this;
-        const seen = track?.at(frame);
-        if (!track || !seen) return;
-        if (!seen.box) return tell('There is no box in this frame.');
-        const flags = { occluded: seen.occluded, truncated: seen.truncated, [name]: !seen[name] };
-        await this.clip?.edit([{ edit: 'set_key', target: track.target.id, frame, box: seen.box, ...flags }]);
+        const { clip, frame } = this;
+        if (!track || !clip) return;
+        const target = track.target.id;
+        if (!track.at(frame).box) return tell('There is no box in this frame.');
+        await clip.edit(() => {
+            const seen = clip.track(target)?.at(frame);
+            if (!seen?.box) return [];
+            const flags = { occluded: seen.occluded, truncated: seen.truncated, [name]: !seen[name] };
+            return [{ edit: 'set_key', target, frame, box: seen.box, ...flags }];
+        });
     }
 
     /** Begins or ends the stretch in which the target is not visible. */
@@ -500,14 +521,6 @@ export class Editor extends EventTarget {
         const label = this.clip?.project.labels[at];
         if (!label) return tell(`There is no label ${at + 1}. Press L to add one.`);
         await this.setLabel(label.name);
-    }
-
-    /** A colour that no label has yet. */
-    freeColour() {
-        const used = new Set(this.clip?.project.labels.map(({ colour }) => colour.toLowerCase()));
-        return (
-            COLOURS.find((colour) => !used.has(colour)) ?? COLOURS[used.size % COLOURS.length] ?? '#3b82f6'
-        );
     }
 
     // Tracking
@@ -619,7 +632,7 @@ export class Editor extends EventTarget {
     #readLook() {
         clearTimeout(this.lookTimer);
         this.look = null;
-        if (!this.looking || this.selected === null || this.playing) return;
+        if (!this.looking || this.playing || !this.track?.at(this.frame).box) return;
         const [clip, target, frame] = [this.clip, this.selected, this.frame];
         this.lookTimer = setTimeout(async () => {
             try {

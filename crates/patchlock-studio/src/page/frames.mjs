@@ -1,5 +1,6 @@
 // Pictures of frames: exactly the ones asked for, kept in a bounded memory, fetched ahead.
 
+import { element } from './dom.mjs';
 import * as api from './requests.mjs';
 
 const WIDTHS = [320, 640, 960, 1280, 1920, 2560];
@@ -8,6 +9,9 @@ const AT_ONCE = 3;
 /** Bytes of decoded pictures that are kept. */
 const KEPT_BYTES = 128 * 1024 * 1024;
 const KEPT_THUMBNAILS = 160;
+
+/** Frames on their way that a person waits for. */
+let waitedFor = 0;
 
 /**
  * @typedef {object} Shown
@@ -135,6 +139,8 @@ export class Frames {
         const name = this.#name(frame);
         const request = new AbortController();
         this.coming.set(name, request);
+        const isWaitedFor = frame === this.wanted ? 1 : 0;
+        waitedFor += isWaitedFor;
         try {
             const query = this.width ? `?width=${this.width}` : '';
             const answer = await api.send('GET', `${this.path}/frames/${frame}${query}`, {
@@ -150,6 +156,7 @@ export class Frames {
                 if (frame === this.wanted) this.changed();
             }
         } finally {
+            waitedFor -= isWaitedFor;
             if (this.coming.get(name) === request) this.coming.delete(name);
             this.#fetchNext();
         }
@@ -188,32 +195,73 @@ export class Frames {
     }
 }
 
-/** Small pictures of frames, or of parts of them, one after the other. */
+/**
+ * A small picture of a frame, or of what is around a box in it.
+ * @typedef {object} Wish
+ * @property {string} path of the clip, below /api
+ * @property {number} frame
+ * @property {{width: number, height: number}} size of what is made, in pixels
+ * @property {{box: import('./types').Box, frameWidth: number}} [cut]
+ */
+
+/** Small pictures that were made or are being made, one after the other. */
 class Thumbnails {
     constructor() {
         /** @type {Map<string, Promise<HTMLCanvasElement>>} */
         this.kept = new Map();
+        /** @type {Map<string, HTMLCanvasElement>} */
+        this.ready = new Map();
         /** @type {Promise<unknown>} */
         this.last = Promise.resolve();
+        /** What to make for places that come into view: @type {WeakMap<Element, Wish>} */
+        this.wishes = new WeakMap();
+        this.observer = new IntersectionObserver((entries) => this.#seen(entries));
     }
 
     /**
-     * A picture of a frame, cut to what is around a box if one is given.
-     * @param {string} path of the clip, below /api
-     * @param {number} frame
-     * @param {{width: number, height: number}} size of what is made, in pixels
-     * @param {{box: import('./types').Box, frameWidth: number} | null} [cut]
+     * Puts a picture into a place as soon as that is seen.
+     * @param {Element} place
+     * @param {Wish} wish
+     */
+    show(place, wish) {
+        const ready = this.ready.get(JSON.stringify(wish));
+        if (ready) return place.replaceChildren(copy(ready));
+        this.wishes.set(place, wish);
+        this.observer.observe(place);
+    }
+
+    /** @param {IntersectionObserverEntry[]} entries */
+    #seen(entries) {
+        for (const { target, isIntersecting } of entries) {
+            const wish = this.wishes.get(target);
+            if (!isIntersecting || !wish) continue;
+            this.observer.unobserve(target);
+            // A place without a picture says enough; what is wrong is said where the frame is opened.
+            this.get(wish)
+                .then((canvas) => target.replaceChildren(copy(canvas)))
+                .catch(() => {});
+        }
+    }
+
+    /**
+     * @param {Wish} wish
      * @returns {Promise<HTMLCanvasElement>}
      */
-    get(path, frame, size, cut) {
-        const name = JSON.stringify([path, frame, size, cut?.box]);
+    get(wish) {
+        const name = JSON.stringify(wish);
         let made = this.kept.get(name);
         if (!made) {
-            made = this.last.then(() => make(path, frame, size, cut ?? null));
-            this.last = made.catch(() => this.kept.delete(name));
+            made = this.last.then(() => make(wish));
+            this.last = made.then(
+                (canvas) => this.ready.set(name, canvas),
+                () => this.kept.delete(name),
+            );
             this.kept.set(name, made);
             const oldest = this.kept.keys().next().value;
-            if (this.kept.size > KEPT_THUMBNAILS && oldest !== undefined) this.kept.delete(oldest);
+            if (this.kept.size > KEPT_THUMBNAILS && oldest !== undefined) {
+                this.kept.delete(oldest);
+                this.ready.delete(oldest);
+            }
         }
         return made;
     }
@@ -222,12 +270,19 @@ class Thumbnails {
 export const thumbnails = new Thumbnails();
 
 /**
- * @param {string} path
- * @param {number} frame
- * @param {{width: number, height: number}} size
- * @param {{box: import('./types').Box, frameWidth: number} | null} cut
+ * A canvas can be in only one place of the page.
+ * @param {HTMLCanvasElement} canvas
  */
-async function make(path, frame, size, cut) {
+export function copy(canvas) {
+    const made = element('canvas', { attributes: { width: canvas.width, height: canvas.height } });
+    made.getContext('2d')?.drawImage(canvas, 0, 0);
+    return made;
+}
+
+/** @param {Wish} wish */
+async function make({ path, frame, size, cut }) {
+    // What a person waits for comes first.
+    while (waitedFor > 0) await new Promise((resolve) => setTimeout(resolve, 30));
     // Wide enough that what is cut out is sharp.
     const share = cut ? Math.min(1, (2.2 * cut.box.w) / cut.frameWidth) : 1;
     const width = WIDTHS.find((step) => step >= size.width / share) ?? 0;

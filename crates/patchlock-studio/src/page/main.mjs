@@ -41,9 +41,8 @@ function toggleCamera() {
     document.body.classList.toggle('with-camera', open);
     byId('camera').hidden = !open;
     byId('work').hidden = open;
-    for (const button of document.querySelectorAll('[data-command=camera]')) {
-        button.setAttribute('aria-pressed', String(open));
-    }
+    document.querySelector('#head [data-command=camera]')?.setAttribute('aria-pressed', String(open));
+    render();
     if (!open) return camera.hide();
     if (editor.playing) editor.goTo(editor.frame);
     void camera.show();
@@ -81,7 +80,7 @@ function write(id, text) {
 /** The head of the page and the transport. */
 function renderBars() {
     const { clip } = editor;
-    write('clip-title', clip?.info.name ?? 'patchlock studio');
+    write('clip-title', camera.open ? 'Live camera' : (clip?.info.name ?? 'patchlock studio'));
     document.title = clip ? `${clip.info.name} · patchlock studio` : 'patchlock studio';
     byId('nothing').hidden = clip !== null || editor.clips.length > 0;
     const saved = !clip ? '' : !clip.connected ? 'No connection' : clip.unsaved ? 'Saving …' : 'Saved';
@@ -145,7 +144,10 @@ function hint() {
     if (hiddenFrom !== null) {
         return `Not visible from frame ${hiddenFrom}: go to the last such frame, press H. Esc cancels.`;
     }
-    if (doubt?.frame === frame) return `${doubt.reason}. Correct the box, or press Enter if it is right.`;
+    if (doubt?.frame === frame) {
+        const reason = doubt.reason.charAt(0).toUpperCase() + doubt.reason.slice(1);
+        return `${reason}. Correct the box; Enter if it is right; H if nothing is visible.`;
+    }
     return clip?.loaded && clip.tracks.length === 0 ? 'Drag a box around what is to be followed.' : '';
 }
 
@@ -184,8 +186,8 @@ if (!api.hasToken()) {
     );
 } else {
     await editor.readClips();
-    const first = editor.clips.find(({ error }) => !error);
-    if (api.startsWithCamera) toggleCamera();
+    const first = editor.clips.find(({ error, opening }) => !error && !opening);
+    if (editor.startsWithCamera) toggleCamera();
     if (first) await editor.open(first);
     render();
 }

@@ -3,7 +3,7 @@
 import { byId, counted, element, icon, iconButton, openDialog } from './dom.mjs';
 import { drawHidden } from './drawing.mjs';
 import { inWords } from './editor.mjs';
-import { thumbnails } from './frames.mjs';
+import { copy, thumbnails } from './frames.mjs';
 import { asBox } from './tracks.mjs';
 
 /** @typedef {import('./editor.mjs').Editor} Editor */
@@ -204,10 +204,7 @@ export class Panel {
         const box = track?.at(doubt.frame).box;
         if (editor.clip && box) {
             const cut = { box, frameWidth: editor.clip.info.width };
-            thumbnails
-                .get(editor.clip.path, doubt.frame, THUMBNAIL, cut)
-                .then((canvas) => picture.replaceChildren(copy(canvas)))
-                .catch(() => {});
+            thumbnails.show(picture, { path: editor.clip.path, frame: doubt.frame, size: THUMBNAIL, cut });
         }
         const current = editor.doubt?.target === doubt.target && editor.doubt.frame === doubt.frame;
         const gain = Math.round(doubt.gain);
@@ -245,27 +242,18 @@ export class Panel {
         const { look, clip, frame } = editor;
         pictures.replaceChildren();
         if (!editor.track) words.textContent = 'Select a target.';
+        else if (!editor.track.at(frame).box) words.textContent = 'There is no box in this frame.';
         else if (!look) words.textContent = 'Looking …';
         else words.textContent = look.words.join(', ') || 'Nothing unusual.';
         const box = asBox(look?.box ?? null);
         if (!look || !box || !clip) return;
         const size = { width: 120, height: Math.round(Math.min(160, Math.max(40, (120 * box.h) / box.w))) };
         const picture = await thumbnails
-            .get(clip.path, frame, size, { box, frameWidth: clip.info.width })
+            .get({ path: clip.path, frame, size, cut: { box, frameWidth: clip.info.width } })
             .catch(() => null);
         if (!picture || look !== editor.look) return;
         pictures.replaceChildren(...look.scales.map((scale) => withHidden(picture, box, scale)));
     }
-}
-
-/**
- * A canvas can be in only one place of the page.
- * @param {HTMLCanvasElement} canvas
- */
-function copy(canvas) {
-    const made = element('canvas', { attributes: { width: canvas.width, height: canvas.height } });
-    made.getContext('2d')?.drawImage(canvas, 0, 0);
-    return made;
 }
 
 /**
@@ -387,33 +375,16 @@ export function openLabels(editor) {
     const name = element('input', {
         attributes: { placeholder: 'New label', 'aria-label': 'New label', maxlength: 100, autofocus: true },
     });
-    const colour = element('input', {
-        attributes: { type: 'color', value: editor.freeColour(), 'aria-label': 'Colour of the new label' },
-    });
-    const form = element(
-        'form',
-        {
-            class: 'label-new',
-            on: {
-                submit: async (event) => {
-                    event.preventDefault();
-                    const text = name.value.trim();
-                    if (
-                        !text ||
-                        !(await clip.edit([{ edit: 'add_label', name: text, colour: colour.value }]))
-                    )
-                        return;
-                    editor.label = text;
-                    name.value = '';
-                    colour.value = editor.freeColour();
-                    name.focus();
-                },
-            },
-        },
-        element('span', { class: 'kbd-space' }),
-        colour,
-        name,
-        element('button', { class: 'primary', text: 'Add', attributes: { type: 'submit' } }),
-    );
+    const add = async (/** @type {Event} */ event) => {
+        event.preventDefault();
+        const text = name.value.trim();
+        // The project chooses a colour that is not in use.
+        if (!text || !(await clip.edit([{ edit: 'add_label', name: text }]))) return;
+        editor.label = text;
+        name.value = '';
+        name.focus();
+    };
+    const button = element('button', { class: 'primary', text: 'Add', attributes: { type: 'submit' } });
+    const form = element('form', { class: 'label-new', on: { submit: add } }, name, button);
     openDialog('Labels', [list, form], { onClose: () => clip.removeEventListener('loaded', draw) });
 }

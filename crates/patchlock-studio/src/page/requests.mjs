@@ -1,7 +1,6 @@
 // Requests to the server, with the token of the address.
 
 const STORED = 'patchlock-token';
-const SAVED_VIEW = new URLSearchParams(location.search);
 
 /** What the server, or the way to it, has against a request. */
 export class Failure extends Error {
@@ -28,9 +27,6 @@ function readToken() {
 }
 
 const token = readToken();
-
-/** Whether the address asks for the camera at once. */
-export const startsWithCamera = SAVED_VIEW.has('camera');
 
 export const hasToken = () => token !== '';
 

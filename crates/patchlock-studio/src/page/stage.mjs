@@ -355,6 +355,8 @@ export class Stage {
     #renderPicture() {
         const { context, zoom, editor } = this;
         const picture = editor.frames?.shown?.picture;
+        // Which frame is on the screen, for tests.
+        this.canvas.dataset.frame = picture ? String(editor.shownFrame) : '';
         const { x, y, w, h } = zoom.toView({ x: 0, y: 0, w: zoom.frame.width, h: zoom.frame.height });
         if (!picture) return;
         // Large pixels are seen as they are.

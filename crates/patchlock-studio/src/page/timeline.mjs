@@ -10,6 +10,8 @@ const ROW = 26;
 const RULER = 22;
 /** Pixels from a key frame at which a click means it. */
 const SNAP = 5;
+/** Pixels left and right of the frames, so that marks at the ends are whole. */
+const MARGIN = 8;
 const FEWEST = 10;
 
 export class Timeline {
@@ -66,14 +68,19 @@ export class Timeline {
         return this.area.clientWidth;
     }
 
+    /** Pixels from the first frame to the last. */
+    get #length() {
+        return Math.max(1, this.width - 2 * MARGIN);
+    }
+
     /** @param {number} frame */
     #x(frame) {
-        return ((frame + 0.5 - this.from) / (this.to - this.from)) * this.width;
+        return MARGIN + ((frame + 0.5 - this.from) / (this.to - this.from)) * this.#length;
     }
 
     /** @param {number} x */
     #frame(x) {
-        const frame = Math.floor(this.from + (x / this.width) * (this.to - this.from));
+        const frame = Math.floor(this.from + ((x - MARGIN) / this.#length) * (this.to - this.from));
         return Math.min(Math.max(0, frame), this.editor.count - 1);
     }
 
@@ -103,7 +110,7 @@ export class Timeline {
             const x = event.clientX - this.area.getBoundingClientRect().left;
             this.#zoom(Math.exp(event.deltaY * 0.004), x);
         } else if (sideways) {
-            this.#shift((sideways / this.width) * (this.to - this.from));
+            this.#shift((sideways / this.#length) * (this.to - this.from));
         } else return;
         event.preventDefault();
     }
@@ -115,7 +122,7 @@ export class Timeline {
     #zoom(factor, x = this.#x(this.editor.frame)) {
         const { count } = this.editor;
         const length = Math.min(count, Math.max(Math.min(FEWEST, count), (this.to - this.from) * factor));
-        const share = Math.min(1, Math.max(0, x / this.width));
+        const share = Math.min(1, Math.max(0, (x - MARGIN) / this.#length));
         const still = this.from + share * (this.to - this.from);
         this.from = still - share * length;
         this.to = this.from + length;
@@ -224,7 +231,7 @@ export class Timeline {
     #renderRuler() {
         const context = this.#prepare(this.ruler, RULER);
         const paint = colours(this.area);
-        const step = niceStep(((this.to - this.from) / this.width) * 70);
+        const step = niceStep(((this.to - this.from) / this.#length) * 70);
         const minor = Math.max(1, step / 5);
         context.font = '11px Inter, system-ui, sans-serif';
         context.textBaseline = 'top';
@@ -272,17 +279,19 @@ export class Timeline {
      */
     #renderStrip(context, track, top, paint, hatch) {
         const middle = top + ROW / 2;
-        const perPixel = (this.to - this.from) / this.width;
-        const step = Math.max(1, 1 / perPixel);
-        for (let x = 0; x < this.width; x += step) {
-            const first = Math.floor(this.from + (x + 0.01) * perPixel);
-            const end = Math.max(first + 1, Math.floor(this.from + (x + step) * perPixel));
-            const worst = this.#worst(track, first, Math.min(end, track.frames));
+        const perPixel = (this.to - this.from) / this.#length;
+        const step = Math.max(1, perPixel);
+        const end = Math.min(this.to, track.frames);
+        for (let from = Math.max(0, Math.floor(this.from)); from < end; from += step) {
+            const first = Math.floor(from);
+            const next = Math.floor(from + step);
+            const worst = this.#worst(track, first, Math.min(next, track.frames));
             if (worst.kind === 'none') continue;
             const half = worst.kind === 'hidden' ? 5 : worst.kind === 'lost' ? 1.5 : 2 + 4 * worst.score;
             context.fillStyle = worst.kind === 'hidden' ? hatch : paint(scoreColour(worst));
-            const left = step > 1 ? this.#x(first) - step / 2 : x;
-            context.fillRect(left, middle - half, step + 0.5, 2 * half);
+            const left = Math.round(this.#x(first - 0.5));
+            const right = Math.max(left + 1, Math.round(this.#x(next - 0.5)));
+            context.fillRect(left, middle - half, right - left, 2 * half);
         }
     }
 

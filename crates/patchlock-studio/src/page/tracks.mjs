@@ -129,20 +129,24 @@ export class Track {
     }
 
     /**
-     * What to track again after a key frame was set: both spans beside it; where there is neither a key frame
-     * nor a box on one side, only the other.
+     * What to track again after a key frame was set or taken away, or null if there is nothing to track. What
+     * was tracked backward only is not tracked forward for that.
      * @param {number} frame
-     * @returns {import('./types').TrackRequest}
+     * @returns {import('./types').TrackRequest | null}
      */
     requestAround(frame) {
         const target = this.target.id;
-        const has = (/** @type {number} */ from, /** @type {number} */ to) =>
-            this.kinds.subarray(Math.max(0, from), Math.max(0, to)).some((kind) => kind !== NONE);
-        const before = has(0, frame);
-        const after = has(frame + 1, this.frames);
-        if (!before) return { target, from: frame, direction: 'forward' };
-        if (!after && this.keyBefore(frame) === undefined)
+        const kind = (/** @type {number} */ at) => this.kinds[at] ?? HIDDEN;
+        const isOpen = (/** @type {number} */ at) => kind(at) !== KEY && kind(at) !== HIDDEN;
+        const isKey = kind(frame) === KEY;
+        const before = isOpen(frame - 1) && (this.keyBefore(frame) !== undefined || kind(frame - 1) !== NONE);
+        const after = isOpen(frame + 1);
+        if (isKey && !before && !after) return null;
+        const isLast =
+            this.keyAfter(frame) === undefined && !this.kinds.subarray(frame + 1).some((at) => at !== NONE);
+        if (isKey && before && isLast && this.keyBefore(frame) === undefined) {
             return { target, from: frame, direction: 'backward' };
+        }
         return { target, around: frame };
     }
 

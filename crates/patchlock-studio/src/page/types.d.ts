@@ -46,6 +46,7 @@ export interface ClipInfo {
     targets: number;
     keys: number;
     error?: string | null;
+    opening?: boolean;
     changed?: string | null;
 }
 export interface ClipState {
@@ -53,6 +54,7 @@ export interface ClipState {
     project: Project;
     job: { target: number } | null;
     windows: number;
+    file?: string;
     undo: string | null;
     redo: string | null;
     changed: string | null;
