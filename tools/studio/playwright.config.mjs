@@ -1,0 +1,33 @@
+import { existsSync } from 'node:fs';
+import { defineConfig } from '@playwright/test';
+
+const found = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'].find((path) =>
+    existsSync(path),
+);
+const args = ['--use-fake-device-for-media-stream', '--use-fake-ui-for-media-stream'];
+// In containers the tests are run by root, for whom Chromium has no sandbox.
+if (process.getuid?.() === 0) args.push('--no-sandbox');
+
+// Chromium takes a page that was not read from the server for one of another network.
+if (process.env.PATCHLOCK_PAGE) args.push('--disable-features=LocalNetworkAccessChecks');
+
+export default defineConfig({
+    testDir: 'tests',
+    testMatch: '*.spec.mjs',
+    outputDir: '../../target/studio/results',
+    globalSetup: './tests/setup.mjs',
+    timeout: 60_000,
+    expect: { timeout: 10_000 },
+    fullyParallel: true,
+    workers: 2,
+    reporter: 'line',
+    use: {
+        browserName: 'chromium',
+        launchOptions: { executablePath: process.env.CHROMIUM ?? found, args },
+        viewport: { width: 1280, height: 800 },
+        acceptDownloads: true,
+        // Without animations the processor is left to what is tested.
+        contextOptions: { reducedMotion: 'reduce' },
+        trace: process.env.PATCHLOCK_TRACE ? 'retain-on-failure' : 'off',
+    },
+});

@@ -1,0 +1,121 @@
+// The page as a person uses it.
+
+import { readFileSync } from 'node:fs';
+import path from 'node:path';
+import { test as base, expect } from '@playwright/test';
+import { Folder, Studio, sources } from './program.mjs';
+
+export { expect };
+
+/** Frames of the demo. */
+export const FRAMES = 210;
+
+/** Tests with a running program (`studio`), its files (`folder`) and an open page (`work`). */
+export const test = base.extend({
+    names: [['clip.mp4'], { option: true }],
+    folder: async ({ names }, use) => use(new Folder(names)),
+    studio: async ({ folder }, use) => {
+        const studio = await Studio.start(folder.videos);
+        await use(studio);
+        await studio.kill();
+    },
+    work: async ({ page, studio }, use) => {
+        const work = new Work(page);
+        await work.open(studio.address);
+        await use(work);
+        // Whatever else a test checks: nothing is thrown, and nothing is refused by the content policy.
+        expect(work.thrown).toEqual([]);
+    },
+});
+
+export class Work {
+    constructor(page) {
+        this.page = page;
+        this.thrown = [];
+        page.on('pageerror', (error) => this.thrown.push(error.message));
+        page.on('console', (message) => {
+            if (/Content Security Policy|TypeError/.test(message.text())) this.thrown.push(message.text());
+        });
+    }
+
+    async open(address) {
+        if (process.env.PATCHLOCK_PAGE) await this.#takeFromSources();
+        await this.page.goto(address);
+        await expect(this.page.locator('#saved')).toHaveText('Saved');
+        await this.atFrame(0);
+    }
+
+    /** With PATCHLOCK_PAGE=sources a change of the page can be tried without building the program again. */
+    async #takeFromSources() {
+        await this.page.route(/:\d+\/([\w-]+\.(mjs|css|svg))?$/, async (route) => {
+            const name = new URL(route.request().url()).pathname.slice(1) || 'index.html';
+            const response = await route.fetch();
+            await route.fulfill({ response, body: readFileSync(path.join(sources, name)) });
+        });
+    }
+
+    /** Waits until this frame is on the screen. */
+    async atFrame(frame) {
+        await expect(this.page.locator('#stage')).toHaveAttribute('data-frame', String(frame));
+        await expect(this.page.locator('#frame')).toHaveValue(String(frame));
+    }
+
+    async goTo(frame) {
+        await this.page.locator('#frame').fill(String(frame));
+        await this.page.locator('#frame').press('Enter');
+        await this.atFrame(frame);
+    }
+
+    /** Where a point of the frame is in the window, while the whole frame is shown. */
+    async place(x, y) {
+        const [width, height, margin] = [480, 360, 16];
+        const stage = await this.page.locator('#stage').boundingBox();
+        const scale = Math.min((stage.width - margin) / width, (stage.height - margin) / height);
+        return {
+            x: stage.x + stage.width / 2 + (x - width / 2) * scale,
+            y: stage.y + stage.height / 2 + (y - height / 2) * scale,
+        };
+    }
+
+    /** Drags from one point of the frame to another. */
+    async drag(from, to) {
+        const [begin, end] = [await this.place(...from), await this.place(...to)];
+        const { mouse } = this.page;
+        await mouse.move(begin.x, begin.y);
+        await mouse.down();
+        await mouse.move((begin.x + end.x) / 2, (begin.y + end.y) / 2);
+        await mouse.move(end.x, end.y);
+        await mouse.up();
+    }
+
+    /** Draws a new box. */
+    async draw({ x, y, w, h }) {
+        await this.drag([x, y], [x + w, y + h]);
+    }
+
+    /** What follows a new box: nothing, or tracking. */
+    async afterDrawing(value) {
+        await this.page.locator('#after-drawing').selectOption(value);
+        await this.page.locator('#stage').focus();
+    }
+
+    async press(...keys) {
+        for (const key of keys) await this.page.keyboard.press(key);
+    }
+
+    /** Waits until no tracking runs and everything is saved. */
+    async rest() {
+        await expect(this.page.locator('#job')).toBeHidden({ timeout: 40_000 });
+        await expect(this.page.locator('#saved')).toHaveText('Saved');
+    }
+
+    /** Waits until tracking has begun and ended. */
+    async tracked() {
+        await expect(this.page.locator('#job')).toBeVisible();
+        await this.rest();
+    }
+
+    targets() {
+        return this.page.locator('#targets > li');
+    }
+}

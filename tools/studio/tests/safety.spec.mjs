@@ -1,0 +1,114 @@
+// Nothing is lost, and nothing that comes from a file is run.
+
+import { expect, test, Work } from './page.mjs';
+import { Folder, readTruth, Studio } from './program.mjs';
+
+const truth = readTruth();
+const MEAN = '<img src=x onerror="window.hurt = 1">';
+
+test('killed at any moment and started again, everything is there', async ({ page }) => {
+    const folder = new Folder();
+    let studio = await Studio.start(folder.videos);
+    const { port } = studio;
+    const work = new Work(page);
+    await work.open(studio.address);
+    await work.draw(truth[0]);
+    await work.tracked();
+    const before = folder.project();
+    await studio.kill();
+    await expect(page.locator('#errors')).toContainText('connection to patchlock studio is lost');
+    await expect(page.locator('#saved')).toHaveText('No connection');
+
+    studio = await Studio.start(folder.videos, ['--port', port]);
+    // The new program has a new token, so the old page says where to go.
+    await expect(page.locator('#errors')).toContainText('token', { timeout: 15_000 });
+    await page.goto('about:blank');
+    await work.open(studio.address);
+    await expect(work.targets()).toHaveCount(1);
+    expect(folder.project()).toEqual(before);
+    await studio.kill();
+});
+
+test('a change that can not be saved is said, and can be repeated', async ({ work, page }) => {
+    await work.afterDrawing('none');
+    await page.route('**/edits', (route) => route.abort());
+    await work.draw(truth[0]);
+    await expect(page.locator('#errors')).toContainText('The change was not made');
+    await expect(work.targets()).toHaveCount(0);
+    await page.unroute('**/edits');
+    await page.getByRole('button', { name: 'Try again' }).click();
+    await expect(work.targets()).toHaveCount(1);
+});
+
+test('two windows know of each other, see each change, and do not overwrite it', async ({
+    work,
+    studio,
+    context,
+}) => {
+    const first = work;
+    await first.afterDrawing('none');
+    const second = new Work(await context.newPage());
+    // Session storage is not shared between windows: the address has the token.
+    await second.open(studio.address);
+    await expect(first.page.locator('#windows')).toHaveText('2 windows');
+    await expect(second.page.locator('#windows')).toHaveText('2 windows');
+    await first.draw(truth[0]);
+    await expect(second.targets()).toHaveCount(1);
+    await expect(second.page.locator('#notices')).toContainText('Another window has changed this project');
+
+    // A change that was made while another one was on its way.
+    await second.page.route('**/edits', async (route) => {
+        await second.page.unroute('**/edits');
+        const { revision } = await studio.ask('GET', '/clips/1');
+        await studio.ask('POST', '/clips/1/edits', {
+            revision,
+            edits: [{ edit: 'add_label', name: 'other' }],
+        });
+        await route.continue();
+    });
+    await second.afterDrawing('none');
+    await second.draw({ x: 300, y: 100, w: 60, h: 60 });
+    await expect(second.page.locator('#errors')).toContainText('another window was faster');
+    await expect(second.targets()).toHaveCount(1);
+    await second.page.getByRole('button', { name: 'Try again' }).click();
+    await expect(second.targets()).toHaveCount(2);
+    await expect(first.targets()).toHaveCount(2);
+    await second.page.close();
+    await expect(first.page.locator('#windows')).toBeHidden();
+});
+
+test.describe('names with HTML', () => {
+    test.use({ names: ['<b onclick=alert(1)>&amp;clip.mp4'] });
+
+    test('are shown as they are', async ({ work, page, folder }) => {
+        await expect(page.locator('#clip-title')).toHaveText('<b onclick=alert(1)>&amp;clip.mp4');
+        await work.afterDrawing('none');
+        await work.draw(truth[0]);
+        await expect(work.targets()).toHaveCount(1);
+        await page.locator('#stage').focus();
+        await work.press('l');
+        await page.getByLabel('New label', { exact: true }).fill(MEAN);
+        await page.getByRole('button', { name: 'Add', exact: true }).click();
+        await expect.poll(() => folder.project().labels.at(-1).name).toBe(MEAN);
+        await work.press('Escape', String(folder.project().labels.length));
+        await expect(work.targets().first().locator('.name')).toHaveText(MEAN);
+        await expect(page.locator('.timeline-name .name')).toHaveText(MEAN);
+        await work.press('Delete');
+        await expect(page.locator('#notices')).toContainText(MEAN);
+        expect(await page.evaluate(() => [window.hurt, document.querySelectorAll('img, b').length])).toEqual([
+            undefined,
+            0,
+        ]);
+    });
+});
+
+test('without the token the page says where to find it', async ({ page, studio }) => {
+    await page.goto(new URL(studio.address).origin);
+    await expect(page.locator('#errors')).toContainText('has not the token');
+});
+
+test('the token is not left in the address', async ({ work, page }) => {
+    expect(new URL(page.url()).hash).toBe('');
+    await page.reload();
+    await work.atFrame(0);
+});

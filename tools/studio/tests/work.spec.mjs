@@ -1,0 +1,268 @@
+// From a box to a data set: what an annotator does.
+
+import { readFileSync } from 'node:fs';
+import path from 'node:path';
+import { FRAMES, expect, test } from './page.mjs';
+import { demo, overlap, readTruth } from './program.mjs';
+
+const truth = readTruth();
+
+test('a box becomes a track, a correction a key frame, and all of it can be undone', async ({
+    work,
+    folder,
+}) => {
+    const { page } = work;
+    await work.draw(truth[0]);
+    await expect(page.locator('#job-text')).toContainText('frames/s');
+    await work.tracked();
+
+    const [first] = folder.project().targets;
+    expect(Object.keys(first.keys)).toEqual(['0']);
+    expect(Object.keys(first.tracked)).toHaveLength(FRAMES - 1);
+    expect(overlap(first.tracked[60].box, truth[60])).toBeGreaterThan(0.7);
+
+    // The middle of the edge is dragged by 20 pixels.
+    await work.goTo(150);
+    const before = first.tracked[150].box;
+    const [middle, right] = [before.y + before.h / 2, before.x + before.w];
+    await work.drag([right, middle], [right + 20, middle]);
+    await work.tracked();
+    const [second] = folder.project().targets;
+    expect(Object.keys(second.keys)).toEqual(['0', '150']);
+    expect(second.keys[150].box.w).toBeCloseTo(before.w + 20, 0);
+    expect(second.keys[150].box.x).toBeCloseTo(before.x, 0);
+    // Between the key frames it was tracked from both sides.
+    expect(second.tracked[75].agreement).toEqual(expect.any(Number));
+
+    await work.press('Control+z', 'Control+z');
+    await expect.poll(() => folder.project().targets).toEqual([first]);
+    await work.press('Control+Shift+z', 'Control+Shift+z');
+    await expect.poll(() => folder.project().targets).toEqual([second]);
+    for (let step = 0; step < 4; step += 1) await work.press('Control+z');
+    await expect.poll(() => folder.project().targets).toEqual([]);
+    await expect(work.targets()).toHaveCount(0);
+});
+
+test('tracking can be stopped, and what was tracked is kept', async ({ work, folder }) => {
+    await work.draw(truth[0]);
+    await expect(work.page.locator('#job')).toBeVisible();
+    await work.press('Escape');
+    await expect(work.page.locator('#notices')).toContainText('What was tracked is kept');
+    await work.rest();
+    const [{ tracked }] = folder.project().targets;
+    const frames = Object.keys(tracked).map(Number);
+    expect(frames.length).toBeLessThan(FRAMES - 1);
+    expect(frames).toEqual(frames.map((_, at) => at + 1));
+});
+
+test('the next doubtful place is one key away', async ({ work, folder }) => {
+    const { page } = work;
+    await work.draw(truth[0]);
+    await work.tracked();
+    await expect(page.locator('#doubts > li')).not.toHaveCount(0);
+    const reason = await page.locator('#doubts .doubt-why').first().textContent();
+    await work.press('n');
+    await expect(page.locator('#hint')).toContainText(reason.slice(1));
+    const frame = Number(await page.locator('#frame').inputValue());
+    expect(frame).toBeGreaterThan(0);
+    await work.press('Enter');
+    await work.tracked();
+    expect(folder.project().targets[0].keys).toHaveProperty(String(frame));
+});
+
+test('a stretch in which the target is not visible', async ({ work, folder }) => {
+    await work.draw(truth[0]);
+    await work.tracked();
+    await work.goTo(90);
+    await work.press('h');
+    await expect(work.page.locator('#hint')).toContainText('Not visible from frame 90');
+    await work.goTo(130);
+    await work.press('h');
+    await expect.poll(() => folder.project().targets[0].hidden).toEqual([[90, 130]]);
+    expect(folder.project().targets[0].tracked).not.toHaveProperty('100');
+    await work.goTo(100);
+    await expect(work.targets().first()).toContainText('not visible');
+    await work.press('Shift+H');
+    await expect.poll(() => folder.project().targets[0].hidden ?? []).toEqual([]);
+});
+
+test('split, join and delete', async ({ work, folder }) => {
+    const { page } = work;
+    await work.draw(truth[0]);
+    await work.tracked();
+    await work.goTo(50);
+    await work.press('x');
+    await expect(work.targets()).toHaveCount(2);
+    expect(Math.max(...Object.keys(folder.project().targets[0].tracked).map(Number))).toBe(49);
+
+    await work.targets().first().locator('.target-name').click();
+    await work.press('m');
+    await page.locator('#timeline-rows').click({ position: { x: 400, y: 26 + 13 } });
+    await expect(work.targets()).toHaveCount(1);
+    await expect.poll(() => Object.keys(folder.project().targets[0].tracked).length).toBe(FRAMES - 1);
+
+    await work.press('Delete');
+    await expect(work.targets()).toHaveCount(0);
+    await page.getByRole('button', { name: 'Undo' }).last().click();
+    await expect(work.targets()).toHaveCount(1);
+});
+
+test('labels, their colours and attributes', async ({ work, folder }) => {
+    const { page } = work;
+    await work.afterDrawing('none');
+    await work.draw(truth[0]);
+    await expect(work.targets()).toHaveCount(1);
+    await page.locator('#stage').focus();
+    await work.press('l');
+    await page.getByLabel('New label', { exact: true }).fill('picture');
+    await page.getByRole('button', { name: 'Add', exact: true }).click();
+    await expect(page.locator('.label-rows li')).toHaveCount(folder.project().labels.length);
+    await page.getByLabel('Colour of picture').fill('#12ab34');
+    await expect.poll(() => folder.project().labels.at(-1)).toEqual({ name: 'picture', colour: '#12ab34' });
+    await work.press('Escape');
+
+    await work.press(String(folder.project().labels.length));
+    await expect.poll(() => folder.project().targets[0].label).toBe('picture');
+    await work.press('o', 'u');
+    await expect
+        .poll(() => folder.project().targets[0].keys[0])
+        .toMatchObject({ occluded: true, truncated: true });
+    await page.locator('#attributes').click();
+    await page.getByLabel('Name').fill('motif');
+    await page.getByLabel('Value').fill('a boat');
+    await page.getByRole('button', { name: 'Save' }).click();
+    await expect.poll(() => folder.project().targets[0].attributes).toEqual({ motif: 'a boat' });
+});
+
+test('what the tracker sees, in pictures and words', async ({ work }) => {
+    const { page } = work;
+    await work.draw(truth[0]);
+    await work.tracked();
+    await work.goTo(83);
+    await work.press('i');
+    await expect(page.locator('#look-pictures canvas')).toHaveCount(2);
+    await expect(page.locator('#look-words')).toContainText(/hidden|score|unusual|look/);
+});
+
+test('frames are exact, and the newest counts when steps come fast', async ({ work, studio }) => {
+    const { page } = work;
+    await work.goTo(40);
+    for (let step = 0; step < 30; step += 1) await work.press('f');
+    await work.atFrame(70);
+    await work.press('d', 'c', 'Home');
+    await work.atFrame(0);
+    await work.press('End');
+    await work.atFrame(FRAMES - 1);
+    // The picture on the screen is that of the frame: compared in the middle of the canvas.
+    const shown = await page.locator('#stage').evaluate((/** @type {HTMLCanvasElement} */ canvas) => {
+        const context = canvas.getContext('2d');
+        return [...context.getImageData(canvas.width / 2, canvas.height / 2, 1, 1).data];
+    });
+    const { origin, hash } = new URL(studio.address);
+    const expected = await page.evaluate(
+        async ([address, token]) => {
+            const answer = await fetch(address, { headers: { Authorization: `Bearer ${token}` } });
+            const picture = await createImageBitmap(await answer.blob());
+            const canvas = new OffscreenCanvas(picture.width, picture.height);
+            canvas.getContext('2d').drawImage(picture, 0, 0);
+            return [
+                ...canvas.getContext('2d').getImageData(picture.width / 2, picture.height / 2, 1, 1).data,
+            ];
+        },
+        [`${origin}/api/clips/1/frames/${FRAMES - 1}`, hash.slice(1)],
+    );
+    for (const [at, value] of expected.entries()) expect(Math.abs(value - shown[at])).toBeLessThan(40);
+});
+
+test('playing, at any speed', async ({ work }) => {
+    const { page } = work;
+    await page.locator('#speed').selectOption('4');
+    await work.press('Space');
+    await expect.poll(async () => Number(await page.locator('#frame').inputValue())).toBeGreaterThan(60);
+    await work.press('Space');
+    const frame = await page.locator('#frame').inputValue();
+    await work.atFrame(Number(frame));
+});
+
+test('zoom and pan, and boxes stay where they are', async ({ work, folder }) => {
+    const { page } = work;
+    await work.afterDrawing('none');
+    const whole = await page.locator('#zoom').textContent();
+    const at = await work.place(88, 236);
+    await page.mouse.move(at.x, at.y);
+    await page.mouse.wheel(0, -600);
+    await expect(page.locator('#zoom')).not.toHaveText(whole);
+    // The point under the pointer has stayed: a box from there begins at it.
+    await page.mouse.down();
+    await page.mouse.move(at.x + 60, at.y + 60);
+    await page.mouse.up();
+    await expect.poll(() => folder.project().targets.length).toBe(1);
+    const { x, y } = folder.project().targets[0].keys[0].box;
+    expect(Math.hypot(x - 88, y - 236)).toBeLessThan(1.5);
+    await work.press('0');
+    await expect(page.locator('#zoom')).toHaveText(whole);
+});
+
+test('export: tables, formats in folders, videos', async ({ work }) => {
+    const { page } = work;
+    await work.draw(truth[0]);
+    await work.tracked();
+    const save = async (name) => {
+        await work.press('Shift+E');
+        const [download] = await Promise.all([
+            page.waitForEvent('download'),
+            page.getByRole('button', { name }).click(),
+        ]);
+        return { name: download.suggestedFilename(), bytes: readFileSync(await download.path()) };
+    };
+    const mot = await save(/MOTChallenge/);
+    expect(mot.bytes.toString().trim().split('\n')).toHaveLength(FRAMES);
+    const coco = await save(/COCO/);
+    expect(JSON.parse(coco.bytes.toString()).annotations.length).toBeGreaterThan(100);
+    const yolo = await save(/YOLO/);
+    expect(yolo.bytes.subarray(0, 2).toString()).toBe('PK');
+    const video = await save(/Annotated video/);
+    expect(video.bytes.subarray(4, 8).toString()).toBe('ftyp');
+    const cut = await save(/Clip of/);
+    expect(cut.bytes.subarray(4, 8).toString()).toBe('ftyp');
+});
+
+test('import: dropped boxes become targets; a file that is none says why', async ({ work, folder }) => {
+    const { page } = work;
+    const drop = async (name, text) => {
+        const data = await page.evaluateHandle(
+            ([name, text]) => {
+                const transfer = new DataTransfer();
+                transfer.items.add(new File([text], name));
+                return transfer;
+            },
+            [name, text],
+        );
+        await page.dispatchEvent('body', 'drop', { dataTransfer: data });
+    };
+    await drop('boxes.csv', readFileSync(path.join(demo, 'demo.csv'), 'utf8'));
+    await page.getByRole('button', { name: /Patchlock table/ }).click();
+    await expect(page.locator('#notices')).toContainText('Imported 1 target');
+    await expect(work.targets()).toHaveCount(1);
+    expect(folder.project().targets).toHaveLength(1);
+
+    await drop('notes.txt', 'nothing of the kind');
+    await page.getByRole('button', { name: /MOTChallenge/ }).click();
+    await expect(page.locator('#errors')).toContainText('notes.txt was not imported');
+    await expect(page.locator('#errors .hint')).not.toBeEmpty();
+});
+
+test('a video that is dropped becomes a clip', async ({ work }) => {
+    const { page } = work;
+    const bytes = readFileSync(path.join(demo, 'input.mp4')).toString('base64');
+    const data = await page.evaluateHandle((text) => {
+        const content = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+        const transfer = new DataTransfer();
+        transfer.items.add(new File([content], 'dropped.mp4', { type: 'video/mp4' }));
+        return transfer;
+    }, bytes);
+    await page.dispatchEvent('body', 'drop', { dataTransfer: data });
+    await expect(page.locator('#clip-title')).toHaveText('dropped.mp4');
+    await expect(page.locator('#clips > li')).toHaveCount(2);
+    await work.atFrame(0);
+});
