@@ -20,6 +20,7 @@ fn track() -> Track {
         score,
         corners,
         status: None,
+        said: None,
     };
     let corners = [[9.5, 4.5], [29.5, 4.5], [29.5, 14.5], [9.5, 14.5]];
     Track::new(vec![
@@ -75,7 +76,7 @@ fn lost_track(blank: bool) -> Track {
         let bbox = BoundingBox { x, y: 5.0, w: 20.0, h: 10.0 };
         let bbox = Some(bbox).filter(|_| !(blank && status == Lost));
         let (score, status) = (Some(0.75), Some(status));
-        Entry { frame, id: 1, bbox, score, corners: None, status }
+        Entry { frame, id: 1, bbox, score, corners: None, status, said: None }
     };
     Track::new(statuses.into_iter().enumerate().map(entry).collect()).unwrap()
 }
@@ -425,7 +426,15 @@ fn long_track() -> Track {
         let lost = (21..=24).contains(&frame);
         let status = if lost { Status::Lost } else { Status::Tracked };
         let score = Some(if hidden { 0.25 } else { 1.0 });
-        Entry { frame, id: 1, bbox: Some(bbox), score, corners: None, status: Some(status) }
+        Entry {
+            frame,
+            id: 1,
+            bbox: Some(bbox),
+            score,
+            corners: None,
+            status: Some(status),
+            said: None,
+        }
     };
     Track::new((0..=30).map(entry).collect()).unwrap()
 }

@@ -53,7 +53,7 @@ pub fn export(
 
 fn entry((frame, id, [x, y, w, h], score, corners, status): Row) -> PyResult<Entry> {
     let (bbox, status) = (Some(BoundingBox { x, y, w, h }), Some(to_status(&status)?));
-    Ok(Entry { frame, id, bbox, score: Some(score), corners: Some(corners), status })
+    Ok(Entry { frame, id, bbox, score: Some(score), corners: Some(corners), status, said: None })
 }
 
 /// File system errors become `OSError`, all others `ValueError`.

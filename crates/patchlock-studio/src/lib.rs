@@ -4,6 +4,8 @@
 //!
 //! With the feature `server`, `server` serves a page for the browser in which a person draws and corrects.
 
+pub mod export;
+pub mod import;
 #[cfg(feature = "server")]
 pub mod engine;
 #[cfg(feature = "server")]

@@ -1,6 +1,7 @@
 //! COCO JSON for video: `images` and `annotations` as for images, so that image tools can read the file, plus
 //! `videos` and `tracks`. An annotation refers to its target as `track_id` (TAO), `instance_id` (CocoVID) and
-//! the attribute `track_id` (CVAT, Datumaro). The status, if known, is the attribute `status`.
+//! the attribute `track_id` (CVAT, Datumaro). The status, if known, is the attribute `status`. A box that a
+//! person has drawn has the attributes `keyframe`, `occluded` and `truncated`.
 
 use patchlock::BoundingBox;
 use serde_json::{Value, json};
@@ -22,6 +23,8 @@ pub fn text(job: &Job<'_>) -> String {
             })
         })
         .collect();
+    let labels = job.labels();
+    let category = |id: u64| job.class(&labels, id) + 1;
     let annotations: Vec<Value> = job
         .track
         .entries()
@@ -30,31 +33,40 @@ pub fn text(job: &Job<'_>) -> String {
         .enumerate()
         .map(|(k, (entry, bbox))| {
             let image = frames.partition_point(|&frame| frame < entry.frame) + 1;
-            annotation(k + 1, image, entry, bbox)
+            annotation(k + 1, image, (entry, category(entry.id)), bbox)
         })
         .collect();
     let tracks: Vec<Value> = job
         .track
         .ids()
         .into_iter()
-        .map(|id| json!({"id": id, "category_id": 1, "video_id": 1}))
+        .map(|id| json!({"id": id, "category_id": category(id), "video_id": 1}))
+        .collect();
+    let categories = labels.iter().enumerate();
+    let categories: Vec<Value> = categories
+        .map(|(k, label)| json!({"id": k + 1, "name": label, "supercategory": ""}))
         .collect();
     let all = json!({
         "info": {"description": format!("{}, tracked by Patchlock", job.name)},
         "licenses": [],
         "videos": [{"id": 1, "name": job.name, "width": width, "height": height}],
-        "categories": [{"id": 1, "name": job.label, "supercategory": ""}],
+        "categories": categories,
         "tracks": tracks, "images": images, "annotations": annotations,
     });
     format!("{all:#}\n")
 }
 
-fn annotation(id: usize, image: usize, entry: &Entry, bbox: BoundingBox) -> Value {
+fn annotation(
+    id: usize,
+    image: usize,
+    (entry, category): (&Entry, usize),
+    bbox: BoundingBox,
+) -> Value {
     // COCO's pixel k covers k to k + 1, so the centre of pixel k is at k + 0.5.
     let outline = entry.corners.map(|corners| corners.map(|[x, y]| [x + 0.5, y + 0.5]));
     let upright = [bbox.x, bbox.y, bbox.w, bbox.h].map(round);
     let mut all = json!({
-        "id": id, "image_id": image, "video_id": 1, "category_id": 1,
+        "id": id, "image_id": image, "video_id": 1, "category_id": category,
         "track_id": entry.id, "instance_id": entry.id, "attributes": {"track_id": entry.id},
         "bbox": upright,
         "area": round(outline.as_ref().map_or(bbox.w * bbox.h, area)),
@@ -66,6 +78,11 @@ fn annotation(id: usize, image: usize, entry: &Entry, bbox: BoundingBox) -> Valu
     }
     if let Some(status) = entry.status {
         all["attributes"]["status"] = json!(status);
+    }
+    if let Some(said) = entry.said {
+        all["attributes"]["keyframe"] = json!(true);
+        all["attributes"]["occluded"] = json!(said.occluded);
+        all["attributes"]["truncated"] = json!(said.truncated);
     }
     if let Some(score) = entry.score {
         all["score"] = json!(round(score));

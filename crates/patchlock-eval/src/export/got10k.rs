@@ -29,7 +29,7 @@ fn sequence_items(job: &Job<'_>, sequence: &Sequence<'_>, name: &str) -> Vec<Ite
     let (width, height) = job.frames.size;
     let meta = format!(
         "[METAINFO]\nurl: unknown\nobject_class: {}\nresolution: ({width}, {height})\n",
-        job.label
+        job.label(sequence.id)
     );
     let label = |name: &str, value: &dyn Fn(Option<Found<'_>>) -> u8| {
         let values = sequence.frames.iter().map(|(_, found)| format!("{}\n", value(*found)));

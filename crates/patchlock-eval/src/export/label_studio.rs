@@ -17,7 +17,7 @@ pub fn text(job: &Job<'_>) -> String {
             "id": format!("target-{id}"), "type": "videorectangle", "from_name": "box", "to_name": "video",
             "origin": "prediction",
             "value": {
-                "labels": [job.label], "framesCount": count, "sequence": sequence(job, &frames, entries),
+                "labels": [job.label(id)], "framesCount": count, "sequence": sequence(job, &frames, entries),
             },
         })
     };

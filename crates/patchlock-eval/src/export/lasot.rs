@@ -12,7 +12,8 @@ pub fn items(job: &Job<'_>) -> Vec<Item> {
 }
 
 fn sequence_items(job: &Job<'_>, sequence: &Sequence<'_>) -> Vec<Item> {
-    let folder = Path::new(job.label).join(format!("{}-{}", job.label, sequence.id));
+    let label = job.label(sequence.id);
+    let folder = Path::new(label).join(format!("{label}-{}", sequence.id));
     let mut items = vec![
         Item::text(folder.join("groundtruth.txt"), sequence.boxes(1.0)),
         Item::text(folder.join("full_occlusion.txt"), flags(sequence, |hidden| hidden)),

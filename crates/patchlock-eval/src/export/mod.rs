@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 
 use crate::Error;
 use frames::Frames;
-pub use track::{Entry, Track};
+pub use track::{About, Entry, Said, Track};
 
 /// An export format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -119,7 +119,7 @@ pub struct Options {
     pub format: Format,
     /// Name of the video, used in the format's files.
     pub name: String,
-    /// Class of the targets, such as `car`; the same for all of them.
+    /// Class of the targets, such as `car`, unless the track has one for each.
     pub label: String,
     /// Width and height of the frames in pixels; `None` to use that of `images` or of the track. Formats that
     /// need no size ignore it.
@@ -172,6 +172,35 @@ struct Job<'a> {
     key_frames: usize,
 }
 
+impl Job<'_> {
+    /// The label of a target.
+    fn label(&self, id: u64) -> &str {
+        self.track.about(id).map_or(self.label, |about| &about.label)
+    }
+
+    /// All labels, in the order of the targets' ids, without repetitions.
+    fn labels(&self) -> Vec<&str> {
+        let mut labels: Vec<&str> = Vec::new();
+        for id in self.track.ids() {
+            let label = self.label(id);
+            if !labels.contains(&label) {
+                labels.push(label);
+            }
+        }
+        labels
+    }
+
+    /// The place of a target's label in [`Job::labels`].
+    fn class(&self, labels: &[&str], id: u64) -> usize {
+        labels.iter().position(|label| *label == self.label(id)).unwrap_or(0)
+    }
+
+    /// The attributes of a target.
+    fn attributes(&self, id: u64) -> impl Iterator<Item = (&String, &String)> {
+        self.track.about(id).into_iter().flat_map(|about| &about.attributes)
+    }
+}
+
 /// Writes a track to a file, or to a folder that does not exist yet or is empty. If an error occurs, nothing
 /// is written. Returns the number of files.
 ///
@@ -198,6 +227,9 @@ pub fn write(
     output::check(out, format.is_file(), overwrite)?;
     let frames = Frames::new(track, options)?;
     let job = Job { track, name: &options.name, label: &options.label, frames, key_frames };
+    if format.holds_frames() {
+        job.labels().into_iter().try_for_each(|label| check_word("label", label))?;
+    }
     let files = match options.format {
         Format::Mot => Files::One(mot::text(&job)),
         Format::Coco => Files::One(coco::text(&job)),

@@ -1,7 +1,7 @@
 //! A track: the boxes of all targets in all frames. It is read from files saved by `patchlock track`, or from
 //! text with one box per line.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use patchlock::{BoundingBox, Status};
@@ -26,6 +26,19 @@ pub struct Entry {
     pub corners: Option<[[f64; 2]; 4]>,
     /// Whether the target is followed, if known. The box of a lost target is the last one that was known.
     pub status: Option<Status>,
+    /// What a person has said of this frame; `None` if nobody has.
+    pub said: Option<Said>,
+}
+
+/// What a person has said of a target in one frame. With a box, the box is the person's too.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Said {
+    /// The target is not visible; then there is no box.
+    pub hidden: bool,
+    /// Part of the target is hidden by something else.
+    pub occluded: bool,
+    /// Part of the target is outside the frame.
+    pub truncated: bool,
 }
 
 impl Entry {
@@ -33,6 +46,29 @@ impl Entry {
     pub fn found(&self) -> Option<BoundingBox> {
         self.bbox.filter(|_| self.status != Some(Status::Lost))
     }
+
+    /// Whether a person has said that the target is not visible.
+    pub(super) fn is_hidden(&self) -> bool {
+        self.said.is_some_and(|said| said.hidden)
+    }
+
+    /// Whether the target is occluded: as a person has said, or if the score is below 0.5.
+    pub(super) fn is_occluded(&self) -> bool {
+        let unsure = || self.score.is_some_and(|score| score < OCCLUDED);
+        self.said.map_or_else(unsure, |said| said.occluded)
+    }
+}
+
+/// A target with a score below this is marked as occluded.
+const OCCLUDED: f64 = 0.5;
+
+/// What is true of a target in all frames.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct About {
+    /// Its class, such as `car`.
+    pub label: String,
+    /// Values of attributes, by name.
+    pub attributes: BTreeMap<String, String>,
 }
 
 /// Entries ordered by frame, then by target.
@@ -40,6 +76,7 @@ impl Entry {
 pub struct Track {
     entries: Vec<Entry>,
     size: Option<(usize, usize)>,
+    about: BTreeMap<u64, About>,
 }
 
 /// A row of a table, read by column names. Other columns are ignored. Position cells may be empty, but the
@@ -112,7 +149,7 @@ impl TryFrom<Row> for Entry {
         };
         let id = row.id.unwrap_or(1);
         let (frame, score, corners, status) = (row.frame, row.score, corners(), row.status);
-        Ok(Self { frame, id, bbox, score, corners, status })
+        Ok(Self { frame, id, bbox, score, corners, status, said: None })
     }
 }
 
@@ -140,7 +177,7 @@ impl Track {
                 "target {} appears twice in frame {}",
                 entry.id, entry.frame
             ))),
-            _ => Ok(Self { entries, size: None }),
+            _ => Ok(Self { entries, size: None, about: BTreeMap::new() }),
         }
     }
 
@@ -172,6 +209,24 @@ impl Track {
     /// Width and height of the frames in pixels, if the file has them.
     pub fn size(&self) -> Option<(usize, usize)> {
         self.size
+    }
+
+    /// The same track with the size of its frames, in pixels.
+    #[must_use]
+    pub fn sized(self, width: usize, height: usize) -> Self {
+        Self { size: Some((width, height)), ..self }
+    }
+
+    /// The same track with what is known of its targets, by id. A target that is not in it has the label of
+    /// the [`Options`](super::Options).
+    #[must_use]
+    pub fn with_targets(self, about: BTreeMap<u64, About>) -> Self {
+        Self { about, ..self }
+    }
+
+    /// What is known of a target in all frames.
+    pub fn about(&self, id: u64) -> Option<&About> {
+        self.about.get(&id)
     }
 
     /// All entries, ordered by frame, then by target.
@@ -274,7 +329,15 @@ fn read_txt(path: &Path) -> Result<Vec<Entry>, Error> {
     let mut entries = Vec::new();
     for (frame, row) in text::read(path)?.rows.iter().enumerate() {
         let bbox = text::region(row, 1.0).map_err(|reason| line(path, frame + 1, reason))?;
-        entries.push(Entry { frame, id: 1, bbox, score: None, corners: None, status: None });
+        entries.push(Entry {
+            frame,
+            id: 1,
+            bbox,
+            score: None,
+            corners: None,
+            status: None,
+            said: None,
+        });
     }
     Ok(entries)
 }

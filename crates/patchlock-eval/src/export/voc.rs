@@ -10,9 +10,6 @@ use super::xml::escaped;
 use super::yolo::clipped;
 use super::{Entry, Item, Job};
 
-/// A target with a score below this is marked as occluded.
-const OCCLUDED: f64 = 0.5;
-
 /// The files of the folder.
 pub fn items(job: &Job<'_>) -> Vec<Item> {
     let (mut items, mut names) = (Vec::new(), String::new());
@@ -45,7 +42,7 @@ fn annotation(job: &Job<'_>, image: &Path, objects: &str) -> String {
 fn objects(job: &Job<'_>, entries: &[Entry]) -> Option<String> {
     let (width, height) = (job.frames.size.0 as f64, job.frames.size.1 as f64);
     let mut out = String::new();
-    for entry in entries {
+    for entry in entries.iter().filter(|entry| !entry.is_hidden()) {
         let bbox = entry.found()?;
         let Some(sides) = clipped(&bbox, width, height) else { continue };
         let whole = sides == [bbox.x, bbox.y, bbox.x + bbox.w, bbox.y + bbox.h];
@@ -53,16 +50,16 @@ fn objects(job: &Job<'_>, entries: &[Entry]) -> Option<String> {
         let [left, top, right, bottom] = sides.map(f64::round);
         let (left, top) = (left.min(width - 1.0) + 1.0, top.min(height - 1.0) + 1.0);
         let (right, bottom) = (right.max(left), bottom.max(top));
-        let occluded = entry.score.is_some_and(|score| score < OCCLUDED);
+        let truncated = !whole || entry.said.is_some_and(|said| said.truncated);
         let _ = write!(
             out,
             "  <object>\n    <name>{}</name>\n    <pose>Unspecified</pose>\n    \
              <truncated>{}</truncated>\n    <occluded>{}</occluded>\n    <difficult>0</difficult>\n    \
              <bndbox>\n      <xmin>{left}</xmin>\n      <ymin>{top}</ymin>\n      \
              <xmax>{right}</xmax>\n      <ymax>{bottom}</ymax>\n    </bndbox>\n  </object>\n",
-            escaped(job.label),
-            u8::from(!whole),
-            u8::from(occluded),
+            escaped(job.label(entry.id)),
+            u8::from(truncated),
+            u8::from(entry.is_occluded()),
         );
     }
     Some(out)

@@ -12,15 +12,19 @@ use super::{Entry, Item, Job};
 
 /// The files of the folder.
 pub fn items(job: &Job<'_>) -> Vec<Item> {
-    let yaml = format!(
-        "# {}\npath: .\ntrain: images/train\nval: images/train\nnc: 1\nnames:\n  0: {}\n",
+    let classes = job.labels();
+    let mut yaml = format!(
+        "# {}\npath: .\ntrain: images/train\nval: images/train\nnc: {}\nnames:\n",
         job.name,
-        serde_json::Value::from(job.label) // a JSON string is valid YAML
+        classes.len()
     );
+    for (k, class) in classes.iter().enumerate() {
+        let _ = writeln!(yaml, "  {k}: {}", serde_json::Value::from(*class)); // a JSON string is valid YAML
+    }
     let mut items = vec![Item::text("data.yaml", yaml)];
     let entries = job.track.entries();
     for frames in entries.chunk_by(|a, b| a.frame == b.frame) {
-        let Some(labels) = labels(frames, job.frames.size) else { continue };
+        let Some(labels) = labels(job, &classes, frames) else { continue };
         let frame = frames[0].frame;
         let name = job.frames.name(frame);
         let label = Path::new("labels/train").join(&name).with_extension("txt");
@@ -31,14 +35,15 @@ pub fn items(job: &Job<'_>) -> Vec<Item> {
 }
 
 /// The lines of one frame; `None` if a target is lost in it.
-fn labels(entries: &[Entry], (width, height): (usize, usize)) -> Option<String> {
-    let (width, height) = (width as f64, height as f64);
+fn labels(job: &Job<'_>, classes: &[&str], entries: &[Entry]) -> Option<String> {
+    let (width, height) = (job.frames.size.0 as f64, job.frames.size.1 as f64);
     let mut lines = String::new();
-    for entry in entries {
+    for entry in entries.iter().filter(|entry| !entry.is_hidden()) {
         if let Some([left, top, right, bottom]) = clipped(&entry.found()?, width, height) {
             let _ = writeln!(
                 lines,
-                "0 {:.6} {:.6} {:.6} {:.6}",
+                "{} {:.6} {:.6} {:.6} {:.6}",
+                job.class(classes, entry.id),
                 (left + right) / 2.0 / width,
                 (top + bottom) / 2.0 / height,
                 (right - left) / width,

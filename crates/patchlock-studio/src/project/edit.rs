@@ -5,7 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use patchlock::{BoundingBox, Status};
 use serde::{Deserialize, Serialize};
 
-use super::{Error, Frames, Key, Label, Project, Target, Tracked, by_frame, check, frames, limits};
+use super::{
+    Error, Frames, Key, Label, Project, Target, Tracked, by_frame, check, limits, stretches,
+};
 
 /// A change to a project. In JSON, the member `edit` has its name: `{"edit": "hide", "target": 1, "from": 5,
 /// "to": 9}`. Ranges of frames include both ends.
@@ -502,14 +504,14 @@ fn merged(old: &Frames, added: Frames) -> Frames {
     tracked.retain(|frame, _| !keys.contains_key(frame));
     let mut hidden = old.hidden.clone();
     for stretch in added.hidden {
-        frames::add(&mut hidden, stretch);
+        stretches::add(&mut hidden, stretch);
     }
     let lost =
         |(&frame, tracked): (&usize, &Tracked)| (tracked.status == Status::Lost).then_some(frame);
     let lost: BTreeSet<usize> = tracked.iter().filter_map(lost).collect();
     let sure = keys.keys().chain(tracked.keys().filter(|frame| !lost.contains(frame)));
     for &frame in sure {
-        frames::remove(&mut hidden, [frame; 2]);
+        stretches::remove(&mut hidden, [frame; 2]);
     }
     // Boxes of lost frames give way to what a person said.
     for &[from, to] in &hidden {

@@ -79,6 +79,19 @@ pub enum Error {
     /// An edit is not possible.
     #[error("{0}")]
     Edit(String),
+    /// A file cannot be imported.
+    #[error("cannot import: {0}")]
+    Import(String),
+    /// The project cannot be exported.
+    #[error("{message}")]
+    Export {
+        /// What is wrong.
+        message: String,
+        /// What the user can do about it.
+        hint: Option<String>,
+        /// Whether the request was invalid.
+        is_misuse: bool,
+    },
     /// The video cannot be read.
     #[error(transparent)]
     Video(#[from] patchlock_media::Error),
@@ -91,7 +104,7 @@ impl Error {
     }
 
     /// Shorthand that copies the path.
-    pub(super) fn write(path: &Path, source: io::Error) -> Self {
+    pub(crate) fn write(path: &Path, source: io::Error) -> Self {
         let source = without_path(&source).unwrap_or(source);
         Self::Write { path: path.to_path_buf(), source }
     }
@@ -99,7 +112,8 @@ impl Error {
     /// Whether the request was invalid, as opposed to a failure while serving it.
     pub fn is_misuse(&self) -> bool {
         match self {
-            Self::Exists { .. } | Self::OtherVideo { .. } | Self::Edit(_) => true,
+            Self::Exists { .. } | Self::OtherVideo { .. } | Self::Edit(_) | Self::Import(_) => true,
+            Self::Export { is_misuse, .. } => *is_misuse,
             Self::Video(error) => error.is_misuse(),
             _ => false,
         }
@@ -123,8 +137,17 @@ impl Error {
             Self::InUse { .. } => "close it there, or work there",
             Self::Overtaken { .. } => "open it again, and repeat the changes",
             Self::OtherVideo { .. } => "name another project file with --project",
+            Self::Import(_) => "docs/annotating.md says what is read from each format",
             Self::Edit(_) => return None,
+            Self::Export { hint, .. } => return hint.as_deref(),
             Self::Video(error) => return error.hint(),
         })
+    }
+}
+
+impl From<patchlock_eval::Error> for Error {
+    fn from(error: patchlock_eval::Error) -> Self {
+        let (hint, is_misuse) = (error.advice(), error.is_misuse());
+        Self::Export { message: error.to_string(), hint, is_misuse }
     }
 }

@@ -4,14 +4,15 @@
 //! store can undo and redo. The file is described in `docs/project-file.md`.
 
 mod by_frame;
-mod check;
+pub(crate) mod check;
 mod edit;
 mod error;
-mod file;
+pub(crate) mod file;
 mod frames;
 mod history;
 mod lock;
 mod store;
+pub(crate) mod stretches;
 mod video;
 
 use std::collections::BTreeMap;

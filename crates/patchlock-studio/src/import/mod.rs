@@ -1,0 +1,204 @@
+//! Reads annotations of other programs, and our own tables, as targets of a project.
+//!
+//! A box counts as drawn by a person, and becomes a key frame, unless the file says otherwise: with a key frame
+//! flag, a status, or a score below 1. Other boxes become tracked ones.
+
+mod coco;
+mod cvat;
+mod mot;
+mod table;
+
+use std::collections::{BTreeMap, HashMap};
+
+use patchlock::{BoundingBox, Status};
+
+use crate::project::{Error, Key, Project, Target, Tracked, Video, check, stretches};
+
+/// A format that can be read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// A table of `patchlock track` or of a project, as CSV or as JSON lines: the columns `frame`, `x`, `y`,
+    /// `w` and `h`, counted from 0, and, if there are, `id`, `label`, `score`, `status`, `key`, `occluded`,
+    /// `truncated`, `hidden`, `visible`, `agreement`, `frame_w` and `frame_h`.
+    Csv,
+    /// MOTChallenge, results or ground truth: `frame,id,left,top,width,height,confidence,...`, counted from
+    /// one. Confidence 0 means lost. Ground truth has a class, which becomes the label `class N`, and the
+    /// visible share.
+    Mot,
+    /// "CVAT for video 1.1": an XML file. From a box that is outside to the next one that is not, the target
+    /// is hidden.
+    Cvat,
+    /// A JSON file in the format of COCO. The frame of an image is its `frame_id`, or the number at the end
+    /// of its name, counted from 0. Annotations of one target have the same `track_id`, `instance_id` or
+    /// attribute `track_id`; others are targets of their own.
+    Coco,
+}
+
+impl Format {
+    /// All formats.
+    pub const ALL: [Self; 4] = [Self::Csv, Self::Mot, Self::Cvat, Self::Coco];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Csv => "csv",
+            Self::Mot => "mot",
+            Self::Cvat => "cvat",
+            Self::Coco => "coco",
+        }
+    }
+
+    /// The format of this name.
+    ///
+    /// # Errors
+    /// [`Error::Import`] if there is no such format; the message lists the names.
+    pub fn named(name: &str) -> Result<Self, Error> {
+        Self::ALL.into_iter().find(|format| format.name() == name).ok_or_else(|| {
+            let known = Self::ALL.map(Self::name).join(", ");
+            Error::Import(format!("there is no format {name:?}; the formats are {known}"))
+        })
+    }
+}
+
+/// Reads the targets of a file, for [`Edit::Import`](crate::project::Edit::Import). Targets without a label
+/// in the file get the first of the project. The ids are those of this list, from 1.
+///
+/// # Errors
+/// [`Error::Import`] if the text is not in this format, or has boxes that the project cannot have; it names
+/// the place.
+pub fn read(format: Format, text: &[u8], project: &Project) -> Result<Vec<Target>, Error> {
+    let text = std::str::from_utf8(text)
+        .map_err(|error| Error::Import(format!("the file is not text in UTF-8: {error}")))?;
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let label = project.labels.first().map_or("target", |label| &label.name);
+    let mut found = Found::new(&project.video, label);
+    let read = match format {
+        Format::Csv => table::read,
+        Format::Mot => mot::read,
+        Format::Cvat => cvat::read,
+        Format::Coco => coco::read,
+    };
+    read(text, &mut found).map_err(Error::Import)?;
+    found.targets().map_err(Error::Import)
+}
+
+type Outcome<T = ()> = Result<T, String>;
+
+/// What a file says of a target in one frame.
+#[derive(Debug, Clone, Default)]
+struct Row {
+    frame: usize,
+    /// What the file calls the target; without a name, the row is a target of its own.
+    track: Option<String>,
+    label: Option<String>,
+    /// `None` if it says nothing, or that it is hidden.
+    bbox: Option<BoundingBox>,
+    hidden: bool,
+    /// Whether a person has drawn the box, if the file says so.
+    key: Option<bool>,
+    occluded: bool,
+    truncated: bool,
+    score: Option<f64>,
+    status: Option<Status>,
+    visible: Option<f64>,
+    agreement: Option<f64>,
+}
+
+/// The targets that were found so far.
+struct Found<'a> {
+    video: &'a Video,
+    label: &'a str,
+    targets: Vec<Target>,
+    /// Places in `targets`, by what the file calls them.
+    places: HashMap<String, usize>,
+}
+
+impl<'a> Found<'a> {
+    fn new(video: &'a Video, label: &'a str) -> Self {
+        Self { video, label, targets: Vec::new(), places: HashMap::new() }
+    }
+
+    /// The target with this name; a new one without.
+    fn target(&mut self, track: Option<&str>, label: Option<&str>) -> &mut Target {
+        let known = track.and_then(|track| self.places.get(track).copied());
+        let place = known.unwrap_or_else(|| {
+            let place = self.targets.len();
+            if let Some(track) = track {
+                self.places.insert(track.to_owned(), place);
+            }
+            self.targets.push(Target {
+                id: place as u64 + 1,
+                label: label.unwrap_or(self.label).to_owned(),
+                attributes: BTreeMap::new(),
+                keys: BTreeMap::new(),
+                tracked: BTreeMap::new(),
+                hidden: Vec::new(),
+            });
+            place
+        });
+        &mut self.targets[place]
+    }
+
+    /// Adds what the file says in one place.
+    fn add(&mut self, row: &Row) -> Outcome {
+        check::frame(row.frame, self.video)?;
+        let entry = row.bbox.map(|bbox| (bbox, row.as_tracked(bbox)));
+        match entry {
+            Some((bbox, None)) => check::drawn_box(bbox, self.video)?,
+            Some((_, Some(tracked))) => check::tracked_box(&tracked)?,
+            None => {}
+        }
+        let frame = row.frame;
+        let target = self.target(row.track.as_deref(), row.label.as_deref());
+        let seen = target.keys.contains_key(&frame) || target.tracked.contains_key(&frame);
+        let twice = seen || target.is_hidden(frame);
+        if twice && (row.bbox.is_some() || row.hidden) {
+            let name = row.track.as_deref().unwrap_or_default();
+            return Err(format!("target {name} appears twice in frame {frame}"));
+        }
+        match entry {
+            Some((_, Some(tracked))) => drop(target.tracked.insert(frame, tracked)),
+            Some((bbox, None)) => {
+                let (occluded, truncated) = (row.occluded, row.truncated);
+                target.keys.insert(frame, Key { bbox, occluded, truncated });
+            }
+            None if row.hidden => stretches::add(&mut target.hidden, [frame; 2]),
+            None => {}
+        }
+        Ok(())
+    }
+
+    /// Compares the size of the frames in the file with the video, if the file has it.
+    fn check_size(&self, size: Option<(usize, usize)>) -> Outcome {
+        let video = (self.video.width, self.video.height);
+        match size.filter(|size| *size != video) {
+            Some(size) => Err(format!(
+                "it is for frames of {} x {} pixels; those of the video are {} x {}",
+                size.0, size.1, video.0, video.1
+            )),
+            None => Ok(()),
+        }
+    }
+
+    /// All targets that have a box.
+    fn targets(self) -> Outcome<Vec<Target>> {
+        let mut targets = self.targets;
+        targets.retain(|target| !target.keys.is_empty() || !target.tracked.is_empty());
+        match targets.is_empty() {
+            true => Err("there are no boxes in the file".to_owned()),
+            false => Ok(targets),
+        }
+    }
+}
+
+impl Row {
+    /// The row as a tracker's, unless a person has drawn the box.
+    fn as_tracked(&self, bbox: BoundingBox) -> Option<Tracked> {
+        let drawn = self
+            .key
+            .unwrap_or(self.status.is_none() && self.score.is_none_or(|score| score == 1.0));
+        let status = self.status.unwrap_or(Status::Tracked);
+        let (score, visible, agreement) = (self.score.unwrap_or(1.0), self.visible, self.agreement);
+        (!drawn).then_some(Tracked { bbox, score, status, visible, agreement })
+    }
+}

@@ -1,0 +1,108 @@
+//! Our own tables: of `patchlock track`, and of projects.
+
+use std::collections::HashSet;
+
+use patchlock::{BoundingBox, Status};
+use serde::Deserialize;
+
+use super::{Found, Outcome, Row};
+
+/// The columns that are read. Cells may be empty.
+#[derive(Deserialize)]
+struct Line {
+    frame: usize,
+    id: Option<u64>,
+    label: Option<String>,
+    x: Option<f64>,
+    y: Option<f64>,
+    w: Option<f64>,
+    h: Option<f64>,
+    score: Option<f64>,
+    status: Option<Status>,
+    key: Option<bool>,
+    occluded: Option<bool>,
+    truncated: Option<bool>,
+    hidden: Option<bool>,
+    visible: Option<f64>,
+    agreement: Option<f64>,
+    frame_w: Option<usize>,
+    frame_h: Option<usize>,
+}
+
+/// Reads CSV, or JSON lines if the text begins with a brace.
+pub fn read(text: &str, found: &mut Found<'_>) -> Outcome {
+    let mut begun = HashSet::new();
+    let mut add = |number: usize, line: Line| {
+        let size = line.frame_w.zip(line.frame_h);
+        found
+            .check_size(size)
+            .and_then(|()| line.row(&mut begun))
+            .and_then(|row| found.add(&row))
+            .map_err(|reason| format!("line {number}: {reason}"))
+    };
+    if text.trim_start().starts_with('{') {
+        let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
+        for (k, line) in lines {
+            let line = serde_json::from_str(line);
+            add(k + 1, line.map_err(|error| format!("line {}: {error}", k + 1))?)?;
+        }
+        return Ok(());
+    }
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text.as_bytes());
+    let columns = reader.headers().map_err(|error| error.to_string())?;
+    if let Some(missing) = ["frame", "x", "y", "w", "h"]
+        .iter()
+        .find(|name| !columns.iter().any(|column| column == **name))
+    {
+        return Err(format!("there is no column {missing}"));
+    }
+    let columns = columns.clone();
+    let mut record = csv::StringRecord::new();
+    while reader.read_record(&mut record).map_err(|error| error.to_string())? {
+        let number = record.position().map_or(0, csv::Position::line) as usize;
+        let line = record.deserialize(Some(&columns));
+        add(number, line.map_err(|error| format!("line {number}: {}", reason(&error)))?)?;
+    }
+    Ok(())
+}
+
+/// The reason of an error in a record.
+fn reason(error: &csv::Error) -> String {
+    match error.kind() {
+        csv::ErrorKind::Deserialize { err, .. } => err.to_string(),
+        _ => error.to_string(),
+    }
+}
+
+impl Line {
+    /// The row. `begun` has the ids of the targets that had a box already.
+    fn row(self, begun: &mut HashSet<u64>) -> Outcome<Row> {
+        let bbox = match (self.x, self.y, self.w, self.h) {
+            (Some(x), Some(y), Some(w), Some(h)) => Some(BoundingBox { x, y, w, h }),
+            (None, None, None, None) => None,
+            _ => return Err("the box is incomplete: give all of x, y, w and h, or none".to_owned()),
+        };
+        let id = self.id.unwrap_or(1);
+        // A tracker begins with a box that somebody has drawn.
+        let first =
+            bbox.is_some() && begun.insert(id) && self.score.is_none_or(|score| score == 1.0);
+        let hidden = self.hidden.unwrap_or(false);
+        if hidden && bbox.is_some() {
+            return Err("the target is hidden and has a box".to_owned());
+        }
+        Ok(Row {
+            frame: self.frame,
+            track: Some(id.to_string()),
+            label: self.label.filter(|label| !label.is_empty()),
+            bbox,
+            hidden,
+            key: self.key.or(first.then_some(true)),
+            occluded: self.occluded.unwrap_or(false),
+            truncated: self.truncated.unwrap_or(false),
+            score: self.score,
+            status: self.status,
+            visible: self.visible,
+            agreement: self.agreement,
+        })
+    }
+}

@@ -1,0 +1,331 @@
+//! What is written for other tools, and read from them.
+
+use std::fs;
+
+use patchlock::{BoundingBox, Status};
+use patchlock_eval::export;
+use patchlock_studio::export::{Format, Options, write};
+use patchlock_studio::import;
+use patchlock_studio::project::{Edit, Project, Store, Target, Tracked};
+
+use crate::support::{FRAMES, Place, add, bbox};
+
+/// Two targets: keys, tracked boxes, a lost one, hidden stretches, labels and attributes.
+fn filled(place: &Place) -> Store {
+    let mut store = place.store();
+    let tracked = |frame: usize, status| Tracked {
+        bbox: bbox(10.125 + frame as f64, 9.5, 8.0, 6.25),
+        score: 0.5 + frame as f64 / 100.0,
+        status,
+        visible: Some(0.75),
+        agreement: Some(0.5),
+    };
+    let track = |target, frames: std::ops::RangeInclusive<usize>, lost: usize| {
+        let status = |frame| if frame == lost { Status::Lost } else { Status::Tracked };
+        let (from, to) = (*frames.start(), *frames.end());
+        let tracked = frames.map(|frame| (frame, tracked(frame, status(frame)))).collect();
+        Edit::SetTracked { target, from, to, tracked }
+    };
+    let key = |target, frame, occluded| Edit::SetKey {
+        target,
+        frame,
+        bbox: bbox(-2.0, 12.0, 9.0, 7.0),
+        occluded,
+        truncated: !occluded,
+    };
+    let attributes = [("maker & co".to_owned(), "<b>\"x\"</b>".to_owned())].into();
+    store
+        .apply(vec![
+            Edit::AddLabel { name: "<car> & \"co\"".into(), colour: None, at: None },
+            add(0),
+            add(2),
+            key(1, 5, true),
+            key(2, 8, false),
+            track(1, 1..=6, 6),
+            track(2, 3..=11, 99),
+            Edit::Hide { target: 1, from: 7, to: 9 },
+            Edit::SetTarget {
+                target: 2,
+                label: Some("<car> & \"co\"".into()),
+                attributes: Some(attributes),
+            },
+        ])
+        .unwrap();
+    store
+}
+
+fn exported(place: &Place, project: &Project, format: Format) -> Vec<u8> {
+    let out = place.folder().join(format!("out-{}", format.name()));
+    let options = Options { format, name: "clip".into(), frames: true, key_frames: 1 };
+    write(project, &place.video(), &options, &out, false).unwrap();
+    let again = write(project, &place.video(), &options, &out, false).unwrap_err();
+    assert!(again.to_string().contains("exists already") && again.is_misuse(), "{again}");
+    write(project, &place.video(), &options, &out, true).unwrap();
+    fs::read(&out).unwrap()
+}
+
+fn imported(format: import::Format, text: &[u8], store: &Store) -> Vec<Target> {
+    import::read(format, text, store.project()).unwrap()
+}
+
+fn same_boxes(a: &Target, b: &Target) {
+    for frame in 0..FRAMES {
+        match (a.box_at(frame), b.box_at(frame)) {
+            (Some(a), Some(b)) => {
+                let sides = |BoundingBox { x, y, w, h }: BoundingBox| [x, y, w, h];
+                let near = sides(a).iter().zip(sides(b)).all(|(a, b)| (a - b).abs() < 1e-3);
+                assert!(near, "frame {frame}: {a:?} {b:?}");
+            }
+            (a, b) => assert_eq!(a.is_some(), b.is_some(), "frame {frame}"),
+        }
+    }
+}
+
+#[test]
+fn what_is_exported_can_be_imported() {
+    let place = Place::new();
+    let store = filled(&place);
+    let before = &store.project().targets;
+    for format in import::Format::ALL {
+        let same_name = Format::named(format.name()).unwrap();
+        let text = exported(&place, store.project(), same_name);
+        let targets = imported(format, &text, &store);
+        assert_eq!(targets.len(), 2, "{format:?}");
+        for (old, new) in before.iter().zip(&targets) {
+            same_boxes(old, new);
+            if format != import::Format::Mot {
+                assert_eq!(old.label, new.label, "{format:?}");
+            }
+        }
+        if format == import::Format::Cvat {
+            assert_eq!(targets[1].attributes, before[1].attributes);
+            assert_eq!(targets[0].hidden, [[6, 11]], "lost, and then hidden, and not seen again");
+            assert!(targets[0].keys[&5].occluded && targets[1].keys[&8].truncated);
+        }
+        if format == import::Format::Coco {
+            let keys = |target: &Target| target.keys.clone();
+            assert_eq!(
+                (keys(&targets[0]), keys(&targets[1])),
+                (keys(&before[0]), keys(&before[1]))
+            );
+            assert_eq!(targets[0].tracked[&6].status, Status::Lost);
+        }
+        if format == import::Format::Csv {
+            let expected = Target { attributes: Default::default(), ..before[1].clone() };
+            assert_eq!(targets, [before[0].clone(), expected]);
+        }
+        // What was read can become part of a project.
+        let mut other =
+            Store::open_shared(&place.folder().join("other.json"), Some(&place.video()));
+        let other = other.as_mut().unwrap();
+        other.apply(vec![Edit::Import { targets }]).unwrap();
+        assert_eq!(other.project().targets.len(), 2);
+    }
+}
+
+#[test]
+fn every_format_has_the_labels() {
+    let place = Place::new();
+    let mut store = filled(&place);
+    let all = Format::all().filter(|format| !format.is_file());
+    for format in all {
+        let out = place.folder().join(format.name());
+        let options = Options { format, name: "clip".into(), frames: true, key_frames: 1 };
+        let slash = write(store.project(), &place.video(), &options, &out, false);
+        assert!(slash.is_ok(), "{slash:?}");
+        fs::remove_dir_all(&out).unwrap();
+    }
+    let rename = |name: &str, new: &str| Edit::SetLabel {
+        name: name.into(),
+        new_name: Some(new.into()),
+        colour: None,
+    };
+    store.apply(vec![rename("<car> & \"co\"", "car"), rename("target", "a/b")]).unwrap();
+    let lasot = Format::Other(export::Format::Lasot);
+    let options = Options { format: lasot, name: "clip".into(), frames: false, key_frames: 1 };
+    let out = place.folder().join("lasot");
+    let error = write(store.project(), &place.video(), &options, &out, false).unwrap_err();
+    assert!(error.to_string().contains("the label is \"a/b\""), "{error}");
+    store.apply(vec![rename("a/b", "person")]).unwrap();
+    write(store.project(), &place.video(), &options, &out, false).unwrap();
+    assert!(out.join("person/person-1/groundtruth.txt").exists() && out.join("car/car-2").exists());
+
+    let yolo = Options { format: Format::Other(export::Format::Yolo), ..options.clone() };
+    let out = place.folder().join("yolo");
+    write(store.project(), &place.video(), &yolo, &out, false).unwrap();
+    let yaml = fs::read_to_string(out.join("data.yaml")).unwrap();
+    assert!(yaml.contains("nc: 2\nnames:\n  0: \"person\"\n  1: \"car\"\n"), "{yaml}");
+    let lines = |frame: usize| fs::read_to_string(out.join(format!("labels/train/{frame:04}.txt")));
+    let named = |frame: usize| {
+        fs::read_to_string(out.join(format!("labels/train/frame_{frame:06}.txt"))).or(lines(frame))
+    };
+    // Target 1 is lost in frame 6, where nothing is known, and hidden in frame 7, where that is known.
+    assert!(named(6).is_err());
+    let hidden = named(7).unwrap();
+    assert!(hidden.starts_with("1 ") && hidden.lines().count() == 1, "{hidden}");
+
+    let voc = Options { format: Format::Other(export::Format::Voc), ..options };
+    let out = place.folder().join("voc");
+    write(store.project(), &place.video(), &voc, &out, false).unwrap();
+    let xml = |frame: usize| {
+        fs::read_to_string(out.join(format!("Annotations/frame_{frame:06}.xml"))).unwrap()
+    };
+    assert!(xml(5).contains("<name>person</name>") && xml(5).contains("<occluded>1</occluded>"));
+    assert!(xml(8).contains("<name>car</name>") && xml(8).contains("<truncated>1</truncated>"));
+    assert!(!xml(8).contains("person"));
+}
+
+#[test]
+fn a_project_without_boxes_is_not_exported() {
+    let place = Place::new();
+    let store = place.store();
+    for format in Format::all() {
+        let options = Options { format, name: "clip".into(), frames: false, key_frames: 1 };
+        let out = place.folder().join("out");
+        let error = write(store.project(), &place.video(), &options, &out, false).unwrap_err();
+        assert!(error.to_string().contains("no boxes"), "{error}");
+        assert!(!out.exists());
+    }
+    let error = Format::named("xls").unwrap_err().to_string();
+    assert!(error.contains("csv, mot, coco, cvat, yolo"), "{error}");
+}
+
+#[test]
+fn a_table_of_the_tracker_is_read() {
+    let place = Place::new();
+    let store = place.store();
+    let csv = "frame,x,y,w,h,score,visible_large,status,frame_w,frame_h,time\n\
+        0,10,10,8,6,1,,tracked,64,48,0\n1,11,10,8,6,1,,tracked,64,48,0.1\n\
+        2,12,10,8,6,0.25,,uncertain,64,48,0.2\n3,,,,,0,,lost,64,48,0.3\n";
+    let json = "{\"frame\":0,\"x\":10,\"y\":10,\"w\":8,\"h\":6,\"score\":1,\"status\":\"tracked\"}\n\n\
+        {\"frame\":1,\"x\":11,\"y\":10,\"w\":8,\"h\":6,\"score\":1,\"status\":\"tracked\"}\n\
+        {\"frame\":2,\"x\":12,\"y\":10,\"w\":8,\"h\":6,\"score\":0.25,\"status\":\"uncertain\"}\n";
+    for text in [csv, json, &format!("\u{feff}{csv}")] {
+        let targets = imported(import::Format::Csv, text.as_bytes(), &store);
+        assert_eq!(targets.len(), 1);
+        let target = &targets[0];
+        assert_eq!(target.keys.keys().copied().collect::<Vec<_>>(), [0], "the box that was given");
+        assert_eq!(target.tracked[&2].status, Status::Uncertain);
+        assert_eq!(target.tracked.len(), 2);
+        assert_eq!(target.label, "target");
+    }
+}
+
+#[test]
+fn files_of_others_are_read() {
+    let place = Place::new();
+    let store = place.store();
+    // Ground truth: class and visible share; a person has drawn the boxes. Detections: no target.
+    let mot = "1,4,11,11,8,6,1,3,0.5\n2,4,12,11,8,6,0,3,1\n";
+    let targets = imported(import::Format::Mot, mot.as_bytes(), &store);
+    assert_eq!(
+        (targets[0].label.as_str(), targets[0].keys[&0].bbox),
+        ("class 3", bbox(10.0, 10.0, 8.0, 6.0))
+    );
+    assert_eq!(targets[0].tracked[&1].status, Status::Lost);
+    let detections = "1,-1,11,11,8,6,37.5\n1,-1,15,11,8,6,-1\n";
+    assert_eq!(imported(import::Format::Mot, detections.as_bytes(), &store).len(), 2);
+
+    let cvat = r#"<?xml version="1.0" encoding="utf-8"?><annotations><version>1.1</version>
+        <track id="0" label="car" source="manual">
+        <box frame="2" keyframe="1" outside="0" occluded="0" xtl="1" ytl="2" xbr="11" ybr="12" z_order="0">
+          <attribute name="colour">red</attribute></box>
+        <box frame="3" keyframe="0" outside="0" occluded="0" xtl="1" ytl="2" xbr="11" ybr="12"/>
+        <box frame="4" keyframe="1" outside="1" occluded="0" xtl="1" ytl="2" xbr="11" ybr="12"/>
+        <box frame="8" keyframe="1" outside="0" occluded="1" xtl="1" ytl="2" xbr="11" ybr="12"/>
+        </track></annotations>"#;
+    let targets = imported(import::Format::Cvat, cvat.as_bytes(), &store);
+    let target = &targets[0];
+    assert_eq!(target.keys.keys().copied().collect::<Vec<_>>(), [2, 8]);
+    assert_eq!(
+        (target.hidden.as_slice(), target.attributes["colour"].as_str()),
+        (&[[4, 7]][..], "red")
+    );
+    assert!(target.tracked.contains_key(&3) && target.keys[&8].occluded);
+
+    // Without tracks, each box is a target; frames are in the names of images.
+    let coco = r#"{"images": [{"id": 7, "file_name": "a/frame_000004.PNG", "width": 64, "height": 48}],
+        "annotations": [{"image_id": 7, "category_id": 2, "bbox": [1, 2, 3, 4], "iscrowd": 0},
+        {"image_id": 7, "category_id": 2, "bbox": [5, 6, 7, 8], "score": 0.5}],
+        "categories": [{"id": 2, "name": "dog"}], "licenses": []}"#;
+    let targets = imported(import::Format::Coco, coco.as_bytes(), &store);
+    assert_eq!((targets.len(), targets[0].label.as_str()), (2, "dog"));
+    assert!(targets[0].keys.contains_key(&4) && targets[1].tracked.contains_key(&4));
+}
+
+#[test]
+fn files_that_are_wrong_are_refused_with_their_place() {
+    let place = Place::new();
+    let store = place.store();
+    let cvat = |inside: &str| {
+        format!("<annotations>\n<track id=\"1\" label=\"a\">\n{inside}</track></annotations>")
+    };
+    let shape = |more: &str| {
+        cvat(&format!("<box frame=\"0\" xtl=\"1\" ytl=\"1\" xbr=\"9\" ybr=\"9\" {more}/>\n"))
+    };
+    let coco = |images: &str, annotations: &str| {
+        format!("{{\"images\": [{images}], \"annotations\": [{annotations}]}}")
+    };
+    let image = "{\"id\": 1, \"file_name\": \"0000.jpg\"}";
+    use import::Format::{Coco, Csv, Cvat, Mot};
+    let cases = [
+        (Csv, "a,b\n1,2\n".to_owned(), "no column frame"),
+        (
+            Csv,
+            "frame,x,y,w,h\n0,1,1,5,5\n12,1,1,5,5\n".into(),
+            "line 3: frame 12 is not in the video",
+        ),
+        (Csv, "frame,x,y,w,h\n0,1,1,5,a\n".into(), "line 2: "),
+        (Csv, "frame,x,y,w,h\n0,1,1,5,\n".into(), "line 2: the box is incomplete"),
+        (Csv, "frame,x,y,w,h\n0,1,1,5,NaN\n".into(), "line 2: the box is 1,1,5,NaN"),
+        (Csv, "frame,x,y,w,h\n0,1,1,5,5\n0,1,1,5,5\n".into(), "target 1 appears twice in frame 0"),
+        (Csv, "frame,x,y,w,h\n".into(), "no boxes"),
+        (
+            Csv,
+            "frame,x,y,w,h,frame_w,frame_h\n0,1,1,5,5,640,480\n".into(),
+            "640 x 480 pixels; those of",
+        ),
+        (Csv, "{\"frame\": 0\n".into(), "line 1: "),
+        (Mot, "1,1,1,1,5\n".into(), "line 1: there are 5 columns"),
+        (Mot, "0,1,1,1,5,5\n".into(), "frames count from 1"),
+        (Mot, "1e300,1,1,1,5,5\n".into(), "is not in the video"),
+        (Mot, "1,1,1,x,5,5\n".into(), "column 4 is \"x\""),
+        (Mot, "1,1,1,1,0,5\n".into(), "the box is 0,0,0,5"),
+        (Cvat, "{}".into(), "not XML"),
+        (Cvat, "<a/>".into(), "begins with <a>"),
+        (Cvat, "<annotations><image/></annotations>".into(), "CVAT for images"),
+        (Cvat, cvat(""), "no boxes"),
+        (Cvat, cvat("<polygon/>"), "line 3: the track 1 has a polygon"),
+        (Cvat, cvat("<box/>"), "line 3: <box> has no frame"),
+        (Cvat, shape("rotation=\"30\""), "rotated"),
+        (Cvat, shape("").replace("\"9\"", "\"0\""), "line 3: the box is 1,1,-1,-1"),
+        (Cvat, "<!DOCTYPE a [<!ENTITY b \"c\">]><annotations>&b;</annotations>".into(), "not XML"),
+        (Coco, "[]".into(), "cannot import"),
+        (Coco, coco(image, ""), "no boxes"),
+        (Coco, coco("{\"id\": 1, \"file_name\": \"a.jpg\"}", ""), "no number at the end"),
+        (
+            Coco,
+            coco(image, "{\"image_id\": 2, \"bbox\": [1, 1, 5, 5]}"),
+            "annotation 1: there is no image",
+        ),
+        (Coco, coco(image, "{\"image_id\": 1, \"bbox\": [1, 1, 5]}"), "invalid length 3"),
+        (
+            Coco,
+            coco(image, "{\"image_id\": 1, \"bbox\": [1, 1, 5, 5], \"category_id\": 5}"),
+            "no category with the id 5",
+        ),
+        (
+            Coco,
+            "{\"videos\": [{}, {}], \"images\": [], \"annotations\": []}".into(),
+            "has 2 videos; a project has one",
+        ),
+    ];
+    for (format, text, expected) in cases {
+        let error = import::read(format, text.as_bytes(), store.project()).unwrap_err();
+        assert!(error.to_string().contains(expected), "{format:?} {text}: {error}");
+        assert!(error.is_misuse() && error.hint().is_some());
+    }
+    let error = import::read(Csv, &[0xff, 0xfe], store.project()).unwrap_err().to_string();
+    assert!(error.contains("not text in UTF-8"), "{error}");
+    assert!(import::Format::named("xml").unwrap_err().to_string().contains("csv, mot, cvat, coco"));
+}
