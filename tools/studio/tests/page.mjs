@@ -115,6 +115,13 @@ export class Work {
         await this.rest();
     }
 
+    /** Stops the tracking that has just begun. */
+    async stop() {
+        await expect(this.page.locator('#job-text')).toContainText('frames/s');
+        await this.press('Escape');
+        await this.rest();
+    }
+
     targets() {
         return this.page.locator('#targets > li');
     }

@@ -217,6 +217,8 @@ test('export: tables, formats in folders, videos', async ({ work }) => {
     };
     const mot = await save(/MOTChallenge/);
     expect(mot.bytes.toString().trim().split('\n')).toHaveLength(FRAMES);
+    const cvat = await save(/CVAT/);
+    expect(cvat.bytes.toString()).toContain('<track id=');
     const coco = await save(/COCO/);
     expect(JSON.parse(coco.bytes.toString()).annotations.length).toBeGreaterThan(100);
     const yolo = await save(/YOLO/);

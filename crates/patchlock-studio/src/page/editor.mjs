@@ -164,7 +164,7 @@ export class Editor extends EventTarget {
         const { clip } = this;
         if (!clip) return;
         const { labels, targets } = clip.project;
-        if (!targets.some(({ id }) => id === this.selected)) this.selected = targets.at(-1)?.id ?? null;
+        if (!targets.some(({ id }) => id === this.selected)) this.selected = targets[0]?.id ?? null;
         if (!labels.some(({ name }) => name === this.label)) this.label = labels[0]?.name ?? null;
         const entry = this.clips.find(({ id }) => id === clip.info.id);
         if (entry) {

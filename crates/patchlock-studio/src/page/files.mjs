@@ -27,40 +27,52 @@ const VIDEOS = /\.(mp4|m4v|mov|avi|mkv|webm|y4m|mpg|mpeg|ts|wmv)$/i;
 
 /** @param {Editor} editor */
 export function openExport(editor) {
-    const { clip } = editor;
+    const { clip, track } = editor;
     if (!clip) return;
     if (clip.tracks.length === 0) return tell('There is no target to export yet.');
+    const base = clip.info.name.replace(/\.[^.]+$/, '').replace(/[\\/:*?"<>|]/g, '_');
     const download = (/** @type {string} */ path, /** @type {string} */ name) => {
         dialog.close();
         void fetchFile(`${clip.path}${path}`, name);
     };
-    const base = clip.info.name.replace(/\.[^.]+$/, '').replace(/[\\/:*?"<>|]/g, '_');
+    const options = exportOptions();
     const formats = EXPORTS.map(([format = '', name = '', what = '']) =>
-        row(name, what, () => download(`/export?format=${format}`, `${base}.${format}`)),
+        row(name, what, () => download(`/export?format=${format}${options.query()}`, `${base}.${format}`)),
     );
-    const video = row('Annotated video', 'MP4 with boxes, labels and scores drawn in', () =>
-        download('/video', `${base}.annotated.mp4`),
-    );
-    const { track } = editor;
-    const cut =
-        track &&
-        row(`Clip of ${track.target.label} ${track.target.id}`, 'MP4 cut around the selected target', () =>
-            download(
-                `/targets/${track.target.id}/clip`,
-                `${base}.${track.target.label}-${track.target.id}.mp4`,
-            ),
-        );
+    const videos = [
+        row('Annotated video', 'MP4 with boxes, labels and scores drawn in', () =>
+            download('/video', `${base}.annotated.mp4`),
+        ),
+    ];
+    if (track) {
+        const { id, label } = track.target;
+        const get = () => download(`/targets/${id}/clip`, `${base}.${id}.mp4`);
+        videos.push(row(`Clip of ${label} ${id}`, 'MP4 cut around the selected target', get));
+    }
     const left = clip.doubts.length;
     const note = left ? `Left in this clip: ${counted(left, 'doubtful place')}.` : '';
     const content = [
         element('ul', { class: 'choices' }, ...formats),
+        options.part,
         element('h3', { text: 'Video' }),
-        element('ul', { class: 'choices' }, video, ...(cut ? [cut] : [])),
+        element('ul', { class: 'choices' }, ...videos),
     ];
-    const dialog = openDialog(
-        'Export',
-        note ? [element('p', { class: 'hint', text: note }), ...content] : content,
+    if (note) content.unshift(element('p', { class: 'hint', text: note }));
+    const dialog = openDialog('Export', content);
+}
+
+/** What some formats can have in addition. */
+function exportOptions() {
+    const frames = element('input', { attributes: { type: 'checkbox', checked: true } });
+    const every = element('input', { attributes: { type: 'number', min: 1, max: 1000, value: 1 } });
+    const part = element(
+        'div',
+        { class: 'export-options' },
+        element('label', {}, frames, 'Folders have the frames as images, too'),
+        element('label', {}, 'CVAT, Label Studio: of the tracked frames, a key frame every', every),
     );
+    const query = () => `&frames=${frames.checked}&key_frames=${Math.max(1, every.valueAsNumber || 1)}`;
+    return { part, query };
 }
 
 /**

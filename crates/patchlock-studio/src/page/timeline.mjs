@@ -213,6 +213,7 @@ export class Timeline {
             }),
         );
         byId('timeline-empty').hidden = targets.length > 0;
+        this.names.querySelector('[aria-pressed=true]')?.scrollIntoView({ block: 'nearest' });
     }
 
     /**
