@@ -70,6 +70,26 @@ test('the next doubtful place is one key away', async ({ work, folder }) => {
     expect(folder.project().targets[0].keys).toHaveProperty(String(frame));
 });
 
+test('where the target is lost, a new box is its box', async ({ work, folder }) => {
+    await work.draw(truth[0]);
+    await work.tracked();
+    await work.goTo(110);
+    await expect(work.targets().first()).toContainText('lost');
+    await work.press('t');
+    await expect(work.page.locator('#notices')).toContainText('lost here');
+    await work.draw({ x: 10, y: 10, w: 60, h: 50 });
+    await work.tracked();
+    await expect(work.targets()).toHaveCount(1);
+    expect(Object.keys(folder.project().targets[0].keys)).toEqual(['0', '110']);
+    // With Shift it is always a new target.
+    await work.goTo(0);
+    await work.afterDrawing('none');
+    await work.page.keyboard.down('Shift');
+    await work.draw({ x: 60, y: 210, w: 40, h: 40 });
+    await work.page.keyboard.up('Shift');
+    await expect(work.targets()).toHaveCount(2);
+});
+
 test('a stretch in which the target is not visible', async ({ work, folder }) => {
     await work.draw(truth[0]);
     await work.tracked();

@@ -427,7 +427,8 @@ export class Commands {
             text:
                 'Drag on the frame to draw a box, drag a box or its handles to correct it: the frame becomes a ' +
                 'key frame, and what lies between the neighbouring key frames is tracked again. Shift+drag ' +
-                'draws over other boxes. Wheel or pinch zooms, right or middle button pans. While a box is ' +
+                'draws a new box wherever it begins; otherwise, where the selected target is lost, ' +
+                'a new box is its box. Wheel or pinch zooms, right or middle button pans. While a box is ' +
                 'edited with keys, arrows move it, Shift+arrows resize it, with Ctrl by ten pixels.',
         });
         openDialog('Keys', [mouse, element('div', { class: 'help' }, ...sections)], { wide: true });

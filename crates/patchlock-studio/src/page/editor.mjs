@@ -329,6 +329,19 @@ export class Editor extends EventTarget {
     }
 
     /**
+     * The target that a new box belongs to: the selected one where it is lost, or without a box between frames
+     * that have one; otherwise none, and the box is that of a new target.
+     */
+    targetOfNewBox() {
+        const { track } = this;
+        const frame = this.shownFrame;
+        const kind = track?.at(frame).kind;
+        const [first = 0, last = 0] = track?.extent() ?? [];
+        const isGap = kind === 'hidden' || (kind === 'none' && first < frame && frame < last);
+        return kind === 'lost' || isGap ? this.selected : null;
+    }
+
+    /**
      * Adds a target with a first box, and tracks it as the person has chosen.
      * @param {Box} box
      */
@@ -536,6 +549,7 @@ export class Editor extends EventTarget {
         const target = track.target.id;
         const seen = track.at(from);
         if (!seen.box) return tell('There is no box in this frame to track from.');
+        if (seen.kind === 'lost') return tell('The target is lost here. Draw its box first.');
         // Tracking starts at what a person has drawn or confirmed.
         if (
             seen.kind !== 'key' &&

@@ -10,7 +10,7 @@ import { Zoom } from './zoom.mjs';
 /** @typedef {{x: number, y: number}} Point */
 /**
  * What a pointer that is down does.
- * @typedef {{kind: 'draw', from: Point} | {kind: 'move', from: Point, box: Box, target: number}
+ * @typedef {{kind: 'draw', from: Point, target: number | null} | {kind: 'move', from: Point, box: Box, target: number}
  *     | {kind: 'resize', from: Point, box: Box, target: number, handle: Handle} | {kind: 'pan', last: Point}
  *     | {kind: 'pinch', last: Point, spread: number}} Gesture
  */
@@ -147,14 +147,15 @@ export class Stage {
      */
     #begin(at, event) {
         const { editor } = this;
-        if (editor.playing) editor.goTo(editor.shownFrame);
+        // The frame stays while a person works on it.
+        if (editor.playing || editor.following) editor.goTo(editor.shownFrame);
         const from = this.zoom.toFrame(at.x, at.y);
         const reach = event.pointerType === 'touch' ? 22 : 9;
         const fresh = event.shiftKey || editor.drawing;
         const handle = fresh ? null : this.#handle(at, reach);
         if (handle) return { kind: 'resize', from, ...handle };
         const hit = fresh ? null : this.#hit(from);
-        if (!hit) return { kind: 'draw', from };
+        if (!hit) return { kind: 'draw', from, target: fresh ? null : editor.targetOfNewBox() };
         if (editor.joinFirst !== null) void editor.join(hit.target);
         else if (hit.target !== editor.selected) editor.select(hit.target);
         return { kind: 'move', from, ...hit };
@@ -253,10 +254,8 @@ export class Stage {
         if (gesture.kind === 'draw') {
             const inside = this.#inFrame(now);
             const from = this.#inFrame(gesture.from);
-            editor.draft = {
-                target: null,
-                box: tidy({ ...from, w: inside.x - from.x, h: inside.y - from.y }),
-            };
+            const box = tidy({ ...from, w: inside.x - from.x, h: inside.y - from.y });
+            editor.draft = { target: gesture.target, box };
         } else if (gesture.kind === 'move') {
             const { x, y, w, h } = gesture.box;
             editor.draft = { target: gesture.target, box: { x: x + dx, y: y + dy, w, h } };
@@ -310,7 +309,7 @@ export class Stage {
         }
         // The box belongs to the picture that was on the screen.
         if (editor.frame !== editor.shownFrame) editor.goTo(editor.shownFrame);
-        const target = gesture.kind === 'draw' ? null : editor.selected;
+        const target = gesture.kind === 'draw' ? gesture.target : editor.selected;
         editor.draft = { target, box };
         void editor.acceptDraft();
     }
