@@ -106,6 +106,22 @@ test('a stretch in which the target is not visible', async ({ work, folder }) =>
     await expect.poll(() => folder.project().targets[0].hidden ?? []).toEqual([]);
 });
 
+test('the whole stretch in which the target is lost, with one key', async ({ work, folder }) => {
+    await work.draw(truth[0]);
+    await work.tracked();
+    await work.press('n');
+    await expect(work.page.locator('#hint')).toContainText('Shift+H');
+    await work.press('Shift+H');
+    await expect.poll(() => folder.project().targets[0].hidden?.length).toBe(1);
+    const [{ hidden, tracked }] = folder.project().targets;
+    const [from, to] = hidden[0];
+    // The tree hides the picture completely in these frames.
+    expect(from).toBeLessThan(95);
+    expect(to).toBeGreaterThan(130);
+    expect([tracked[from - 1].status, tracked[to + 1].status]).not.toContain('l');
+    await expect(work.page.locator('#doubts')).not.toContainText('lost');
+});
+
 test('split, join and delete', async ({ work, folder }) => {
     const { page } = work;
     await work.draw(truth[0]);

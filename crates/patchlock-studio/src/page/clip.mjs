@@ -57,6 +57,8 @@ export class Clip extends EventTarget {
         this.loading = undefined;
         /** @type {Promise<void> | undefined} */
         this.next = undefined;
+        /** @type {Promise<void> | undefined} */
+        this.reading = undefined;
     }
 
     /** Reads the project and listens to the server. */
@@ -156,7 +158,12 @@ export class Clip extends EventTarget {
     }
 
     /** Reads the doubtful places, the most useful first. */
-    async readDoubts() {
+    readDoubts() {
+        this.reading = this.#readDoubts();
+        return this.reading;
+    }
+
+    async #readDoubts() {
         try {
             const { doubts } = await api.json('GET', `${this.path}/doubts`);
             if (this.closed) return;
@@ -167,6 +174,12 @@ export class Clip extends EventTarget {
             if (!this.closed)
                 complain(error, { doing: 'Doubtful places could not be read', topic: 'doubts' });
         }
+    }
+
+    /** Waits until what is being read is here. */
+    async read() {
+        await (this.next ?? this.loading);
+        await this.reading;
     }
 
     /** @param {number | null} id */

@@ -38,13 +38,19 @@ function moving(editor) {
     const group = 'Move through the clip';
     const step = (/** @type {number} */ by) => ({ group, repeats: true, run: () => editor.step(by) });
     return [
-        { id: 'next-doubt', group, name: 'Next doubtful place', keys: ['N'], run: () => editor.goToDoubt(1) },
+        {
+            id: 'next-doubt',
+            group,
+            name: 'Next doubtful place',
+            keys: ['N'],
+            run: () => void editor.goToDoubt(1),
+        },
         {
             id: 'previous-doubt',
             group,
             name: 'Previous doubtful place',
             keys: ['Shift+N'],
-            run: () => editor.goToDoubt(-1),
+            run: () => void editor.goToDoubt(-1),
         },
         { id: 'back', name: 'One frame back', keys: ['D', 'ArrowLeft'], ...step(-1) },
         { id: 'forward', name: 'One frame forward', keys: ['F', 'ArrowRight'], ...step(1) },
@@ -116,9 +122,9 @@ function boxes(editor) {
         {
             id: 'visible',
             group,
-            name: 'Visible after all, in this stretch',
+            name: 'Not visible while lost here; again: visible',
             keys: ['Shift+H'],
-            run: () => void editor.showAgain(),
+            run: () => void editor.toggleStretch(),
         },
     ];
 }

@@ -270,7 +270,8 @@ export class Editor extends EventTarget {
     }
 
     /** @param {1 | -1} direction */
-    goToDoubt(direction) {
+    async goToDoubt(direction) {
+        await this.clip?.read();
         const doubts = this.clip?.doubts ?? [];
         if (doubts.length === 0) {
             tell('No doubtful place is left.');
@@ -467,12 +468,17 @@ export class Editor extends EventTarget {
         if (made) tell(`Target ${track.target.id} is not visible from frame ${from} to ${to}.`);
     }
 
-    /** Takes back that the target is not visible here. */
-    async showAgain() {
+    /** In a hidden stretch: takes that back. While the target is lost: hides that whole stretch. */
+    async toggleStretch() {
         const track = this.#needTarget();
-        const stretch = track?.hiddenAt(this.frame);
         if (!track) return;
-        if (!stretch) return tell('The target is not marked as hidden in this frame.');
+        const stretch = track.hiddenAt(this.frame);
+        if (!stretch) {
+            const [from, to] = track.lostAround(this.frame) ?? [];
+            if (from === undefined || to === undefined)
+                return tell('The target is neither hidden nor lost here.');
+            return this.hide(from, to);
+        }
         const [from, to] = stretch;
         await this.clip?.edit([{ edit: 'show', target: track.target.id, from, to }]);
     }

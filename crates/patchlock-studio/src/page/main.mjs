@@ -146,7 +146,9 @@ function hint() {
     }
     if (doubt?.frame === frame) {
         const reason = doubt.reason.charAt(0).toUpperCase() + doubt.reason.slice(1);
-        return `${reason}. Correct the box; Enter if it is right; H if nothing is visible.`;
+        const isLost = editor.track?.at(frame).kind === 'lost';
+        const other = isLost ? 'Shift+H if it is not visible while lost' : 'Enter if it is right';
+        return `${reason}. Correct the box; ${other}.`;
     }
     return clip?.loaded && clip.tracks.length === 0 ? 'Drag a box around what is to be followed.' : '';
 }

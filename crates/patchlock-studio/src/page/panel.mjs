@@ -159,7 +159,8 @@ export class Panel {
             }
             byId('key-button').textContent = seen.kind === 'key' ? 'Remove key frame' : 'Make key frame';
             byId('key-button').toggleAttribute('disabled', !seen.box);
-            byId('visible-button').hidden = !stretch;
+            byId('visible-button').hidden = !stretch && seen.kind !== 'lost';
+            byId('visible-button').textContent = stretch ? 'Visible after all' : 'Not visible while lost';
             byId('hidden-button').hidden = Boolean(stretch);
         }
         byId('hiding').hidden = editor.hiddenFrom === null;

@@ -115,6 +115,18 @@ export class Track {
     }
 
     /**
+     * First and last of the frames around this one in which the target is lost.
+     * @param {number} frame
+     */
+    lostAround(frame) {
+        if (this.kinds[frame] !== LOST) return null;
+        let [first, last] = [frame, frame];
+        while (this.kinds[first - 1] === LOST) first -= 1;
+        while (this.kinds[last + 1] === LOST) last += 1;
+        return [first, last];
+    }
+
+    /**
      * The nearest frame before or after with a box, for a first guess.
      * @param {number} frame
      */
