@@ -7,6 +7,8 @@
 pub mod export;
 pub mod import;
 #[cfg(feature = "server")]
+pub mod drawing;
+#[cfg(feature = "server")]
 pub mod engine;
 #[cfg(feature = "server")]
 mod page;

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use clap::Args;
 use patchlock_media::{Ahead, Order, Picture};
+use patchlock_studio::drawing::canvas::{Area, Canvas};
+use patchlock_studio::drawing::text;
 
 use crate::failure::{Failure, usage};
-use crate::output::canvas::{Area, Canvas};
 use crate::output::pending::{self, PendingFile};
-use crate::output::text;
 
 const EXAMPLES: &str = "\
 EXAMPLES:

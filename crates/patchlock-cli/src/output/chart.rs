@@ -4,9 +4,8 @@ use std::fmt::Write;
 use std::ops::Range;
 
 use anyhow::Result;
-use patchlock_eval::report::Rasteriser;
+use patchlock_eval::report::{FAMILY, Rasteriser};
 
-use super::text;
 use crate::failure::Failure;
 
 const WIDTH: f64 = 960.0;
@@ -36,7 +35,7 @@ impl Chart<'_> {
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" \
              height=\"{HEIGHT}\" font-family=\"{}, Menlo, Consolas, monospace\">\n",
-            text::FAMILY
+            FAMILY
         );
         svg += &format!("<rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"#ffffff\"/>\n");
         self.shade_hidden(&mut svg);

@@ -2,11 +2,12 @@
 //! when the target is tracked, dashed when that is uncertain; of a lost target only the last known box is
 //! drawn, thin and grey, with the word LOST.
 
-use patchlock::{BoundingBox, Estimate, Status, Visibility, VisibilityMap};
+use patchlock::{Estimate, Status, Visibility, VisibilityMap};
+use patchlock_studio::drawing::canvas::{Area, Canvas, Line};
+use patchlock_studio::drawing::{LOST, PANEL, PANEL_OPACITY, lost_box, scale, tag, text, upright};
 
-use super::canvas::{Area, Canvas, Line};
 use super::many;
-use super::{Seen, Tracked, text};
+use super::{Seen, Tracked};
 
 /// Visible patches and high scores. Teal and orange can be told apart with any colour vision.
 pub const VISIBLE: [u8; 3] = [46, 211, 183];
@@ -14,13 +15,6 @@ pub const VISIBLE: [u8; 3] = [46, 211, 183];
 pub const HIDDEN: [u8; 3] = [255, 127, 40];
 /// The upright box.
 pub const BOX: [u8; 3] = [255, 255, 255];
-/// A target that is lost.
-const LOST: [u8; 3] = [196, 202, 210];
-/// The background of text.
-pub const PANEL: [u8; 3] = [12, 16, 22];
-/// Opacity of that background.
-pub const PANEL_OPACITY: f32 = 0.72;
-
 /// Draws the track on a frame; returns RGB bytes of the same size.
 pub fn annotate(tracked: &Tracked<'_>) -> Vec<u8> {
     let rgb = tracked.picture.to_rgb();
@@ -42,19 +36,6 @@ pub fn annotate(tracked: &Tracked<'_>) -> Vec<u8> {
     canvas.to_rgb()
 }
 
-/// Scale of text and lines. It grows more slowly than the frame, so that they stay legible on small frames
-/// and do not cover large ones.
-pub fn scale(canvas: &Canvas) -> f32 {
-    (canvas.width().min(canvas.height()) / 240.0).powf(0.7).clamp(0.75, 4.0)
-}
-
-/// The corners of the upright box, on the canvas. A box covers whole pixels, and on the canvas pixel k spans
-/// k to k + 1, so no offset is needed.
-pub fn upright(seen: &Seen) -> [[f32; 2]; 4] {
-    let BoundingBox { x, y, w, h } = seen.bbox;
-    [[x, y], [x + w, y], [x + w, y + h], [x, y + h]].map(|corner| corner.map(|value| value as f32))
-}
-
 /// The corners of the target's outline, on the canvas. They are points, and a point with integer coordinates
 /// is the centre of a pixel.
 pub fn outline(seen: &Seen) -> [[f32; 2]; 4] {
@@ -68,34 +49,13 @@ fn outlines(canvas: &mut Canvas, seen: &Seen) {
         Status::Tracked => false,
         Status::Uncertain => true,
         Status::Lost => {
-            lost_box(canvas, seen);
-            return tag(canvas, seen, "LOST", LOST);
+            lost_box(canvas, seen.bbox);
+            return tag(canvas, seen.bbox, "LOST", LOST);
         }
     };
-    canvas.outline(&upright(seen), Line { width: scale, colour: BOX, dashed });
+    canvas.outline(&upright(seen.bbox), Line { width: scale, colour: BOX, dashed });
     let colour = by_score(seen.estimate.score);
     canvas.outline(&outline(seen), Line { width: 1.8 * scale, colour, dashed });
-}
-
-/// Draws the last known box of a lost target.
-pub fn lost_box(canvas: &mut Canvas, seen: &Seen) {
-    let line = Line { width: 0.8 * scale(canvas), colour: LOST, dashed: false };
-    canvas.outline(&upright(seen), line);
-}
-
-/// Writes a text above the upper left corner of the box, moved down if that is outside the frame.
-pub fn tag(canvas: &mut Canvas, seen: &Seen, label: &str, colour: [u8; 3]) {
-    let scale = scale(canvas);
-    let (size, margin) = ((11.0 * scale).round(), (3.0 * scale).round());
-    let h = size + 2.0 * margin;
-    let area = Area {
-        x: (seen.bbox.x as f32).max(0.0),
-        y: (seen.bbox.y as f32 - h - scale).max(0.0),
-        w: text::width(label, size) + 2.0 * margin,
-        h,
-    };
-    canvas.fill_round(area, margin, PANEL, PANEL_OPACITY);
-    canvas.text(label, area.x + margin, area.y + h / 2.0, size, colour);
 }
 
 /// The colour of an estimate: by its score, or grey if the target is lost.
@@ -195,6 +155,8 @@ fn grid(canvas: &mut Canvas, map: &VisibilityMap, area: Area) {
 
 #[cfg(test)]
 mod tests {
+    use patchlock::BoundingBox;
+
     use super::super::example;
     use super::*;
 

@@ -1,11 +1,11 @@
 //! Draws many targets on a frame, each with its box, outline and id in its own colour.
 
 use patchlock::Status;
+use patchlock_studio::drawing::canvas::{Area, Canvas, Line};
+use patchlock_studio::drawing::{PANEL, PANEL_OPACITY, lost_box, scale, tag, text, upright};
 
 use super::Seen;
-use super::canvas::{Area, Canvas, Line};
-use super::draw::{self, PANEL, PANEL_OPACITY, outline, scale, upright};
-use super::text;
+use super::draw::outline;
 
 /// Colours by id: the palette of Okabe and Ito, lightened to stand out on most frames.
 const COLOURS: [[u8; 3]; 7] = [
@@ -30,7 +30,7 @@ pub fn annotate(canvas: &mut Canvas, frame: usize, targets: &[Seen]) {
     }
     // Tags are drawn last, so that no line covers them.
     for seen in targets {
-        tag(canvas, seen);
+        name(canvas, seen);
     }
     status(canvas, frame, targets.len());
 }
@@ -39,21 +39,21 @@ fn outlines(canvas: &mut Canvas, seen: &Seen) {
     let dashed = match seen.estimate.status {
         Status::Tracked => false,
         Status::Uncertain => true,
-        Status::Lost => return draw::lost_box(canvas, seen),
+        Status::Lost => return lost_box(canvas, seen.bbox),
     };
     let (scale, colour) = (scale(canvas), colour(seen.id.unwrap_or(1)));
     canvas.outline(&outline(seen), Line { width: 0.8 * scale, colour, dashed });
-    canvas.outline(&upright(seen), Line { width: 1.8 * scale, colour, dashed });
+    canvas.outline(&upright(seen.bbox), Line { width: 1.8 * scale, colour, dashed });
 }
 
 /// Id and score above the box.
-fn tag(canvas: &mut Canvas, seen: &Seen) {
+fn name(canvas: &mut Canvas, seen: &Seen) {
     let id = seen.id.unwrap_or(1);
     let label = match seen.estimate.status {
         Status::Lost => format!("{id}  LOST"),
         Status::Tracked | Status::Uncertain => format!("{id}  {:.2}", seen.estimate.score),
     };
-    draw::tag(canvas, seen, &label, colour(id));
+    tag(canvas, seen.bbox, &label, colour(id));
 }
 
 /// Frame number and number of targets, in the lower left corner.

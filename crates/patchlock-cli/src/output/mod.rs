@@ -1,6 +1,5 @@
 //! Output of results: tables, the annotated video, the summary. Files are written completely or not at all.
 
-pub mod canvas;
 pub mod chart;
 pub mod draw;
 #[cfg(test)]
@@ -14,7 +13,6 @@ pub mod row;
 pub mod strip;
 pub mod summary;
 pub mod tables;
-pub mod text;
 pub mod text_table;
 pub mod unfinished;
 pub mod video;

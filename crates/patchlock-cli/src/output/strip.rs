@@ -1,9 +1,8 @@
 //! A picture of selected frames side by side, each with a caption.
 
 use anyhow::{Context, Result};
-
-use super::canvas::{Area, Canvas};
-use super::text;
+use patchlock_studio::drawing::canvas::{Area, Canvas};
+use patchlock_studio::drawing::text;
 
 const BACKGROUND: [u8; 3] = [18, 22, 28];
 const TITLE: [u8; 3] = [236, 240, 244];
@@ -36,7 +35,8 @@ pub fn draw(panels: &[Panel]) -> Result<Canvas> {
     let width: usize = panels.iter().map(|panel| panel.width + GAP).sum::<usize>() + GAP;
     let height =
         panels.iter().map(|panel| panel.height).max().context("the strip has no frames")?;
-    let mut strip = Canvas::plain(width, height + 2 * GAP + CAPTION, BACKGROUND)?;
+    let mut strip = Canvas::plain(width, height + 2 * GAP + CAPTION, BACKGROUND)
+        .context("the strip has no pixels")?;
     let mut left = GAP;
     for panel in panels {
         let frame = Canvas::from_rgb(panel.width, panel.height, &panel.rgb)

@@ -14,6 +14,7 @@ mod frames;
 mod jobs;
 mod live;
 mod look;
+mod video;
 
 use std::net::{SocketAddr, TcpListener};
 use std::path::PathBuf;
@@ -229,6 +230,9 @@ fn routes(app: Arc<App>) -> Router {
         .route("/api/clips/{clip}/doubts", get(clips::doubtful))
         .route("/api/clips/{clip}/look", get(look::look))
         .route("/api/clips/{clip}/events", get(live::events))
+        .route("/api/clips/{clip}/import", post(files::import_boxes))
+        .route("/api/clips/{clip}/export", get(files::export_boxes))
+        .route("/api/clips/{clip}/video", get(video::annotated))
         .route("/api", any(unknown))
         .route("/api/{*rest}", any(unknown))
         .route("/", get(index))

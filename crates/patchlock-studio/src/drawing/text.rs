@@ -1,7 +1,6 @@
 //! Draws text on pictures with an embedded font.
 
 use ab_glyph::{Font, FontRef, Glyph, ScaleFont, point};
-pub use patchlock_eval::report::FAMILY;
 use patchlock_eval::report::FONT;
 use resvg::tiny_skia::{ColorU8, Pixmap};
 

@@ -2,7 +2,6 @@
 
 use std::io::{self, Write};
 
-use anyhow::{Context, Result};
 use resvg::tiny_skia::{
     Color, FillRule, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, Rect, Stroke,
     StrokeDash, Transform,
@@ -38,12 +37,11 @@ pub struct Line {
 }
 
 impl Canvas {
-    /// A canvas of one colour.
-    pub fn plain(width: usize, height: usize, colour: [u8; 3]) -> Result<Self> {
-        let mut pixmap = Pixmap::new(u32::try_from(width)?, u32::try_from(height)?)
-            .context("the picture has no pixels")?;
+    /// A canvas of one colour; `None` if it has no pixels or more than can be drawn on.
+    pub fn plain(width: usize, height: usize, colour: [u8; 3]) -> Option<Self> {
+        let mut pixmap = Pixmap::new(u32::try_from(width).ok()?, u32::try_from(height).ok()?)?;
         pixmap.fill(opaque(colour));
-        Ok(Self { pixmap })
+        Some(Self { pixmap })
     }
 
     /// A canvas with a picture; `None` if the size is 0 or does not match the picture.
