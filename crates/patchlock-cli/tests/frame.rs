@@ -49,11 +49,12 @@ fn errors_say_what_to_do() {
     frame(&bench, &["nowhere.mp4", "--out", "b.png"]).code(1).stderr(contains("nowhere.mp4"));
 }
 
-const COMMANDS: [&str; 12] = [
+const COMMANDS: [&str; 13] = [
     "track",
     "frame",
     "export",
     "demo",
+    "studio",
     "config",
     "dataset",
     "bench",

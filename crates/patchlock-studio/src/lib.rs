@@ -4,12 +4,12 @@
 //!
 //! With the feature `server`, `server` serves a page for the browser in which a person draws and corrects.
 
-pub mod export;
-pub mod import;
 #[cfg(feature = "server")]
 pub mod drawing;
 #[cfg(feature = "server")]
 pub mod engine;
+pub mod export;
+pub mod import;
 #[cfg(feature = "server")]
 mod page;
 pub mod project;

@@ -263,3 +263,138 @@ impl Plan<'_> {
         before.filter(|&to| to < frame).max().map_or(0, |to| to + 1)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::project::{Key, Tracked};
+
+    const FRAMES: usize = 100;
+
+    /// A box that tells its frame.
+    fn at(frame: usize) -> Anchor {
+        (frame, BoundingBox { x: frame as f64, y: 0.0, w: 10.0, h: 10.0 })
+    }
+
+    fn target(keys: &[usize], hidden: &[[usize; 2]], tracked: &[usize]) -> Target {
+        let key =
+            |&frame: &usize| (frame, Key { bbox: at(frame).1, occluded: false, truncated: false });
+        let found = |&frame: &usize| {
+            let (bbox, status) = (at(frame).1, patchlock::Status::Tracked);
+            (frame, Tracked { bbox, score: 1.0, status, visible: None, agreement: None })
+        };
+        Target {
+            id: 1,
+            label: "target".into(),
+            attributes: std::collections::BTreeMap::new(),
+            keys: keys.iter().map(key).collect(),
+            tracked: tracked.iter().map(found).collect(),
+            hidden: hidden.to_vec(),
+        }
+    }
+
+    fn around(target: &Target, around: usize) -> Vec<Span> {
+        spans(target, Wish::Around { target: 1, around, until: None }, FRAMES).expect("is possible")
+    }
+
+    fn from(target: &Target, from: usize, direction: Direction, until: Option<usize>) -> Vec<Span> {
+        spans(target, Wish::From { target: 1, from, direction, until }, FRAMES)
+            .expect("is possible")
+    }
+
+    fn between(first: usize, last: usize) -> Span {
+        Span::Between { first: at(first), last: at(last) }
+    }
+
+    fn after(start: usize, to: usize) -> Span {
+        Span::After { start: at(start), to }
+    }
+
+    fn before(start: usize, to: usize) -> Span {
+        Span::Before { start: at(start), to }
+    }
+
+    #[test]
+    fn a_correction_concerns_the_frames_up_to_the_neighbouring_keys() {
+        let five = target(&[0, 20, 40, 60, 80], &[], &[]);
+        assert_eq!(around(&five, 40), [between(20, 40), between(40, 60)]);
+        assert_eq!(around(&five, 30), [between(20, 40)]);
+        assert_eq!(around(&five, 80), [between(60, 80), after(80, 99)]);
+        assert_eq!(around(&five, 99), [after(80, 99)]);
+        // Nothing is between neighbours.
+        assert_eq!(around(&target(&[4, 5, 6], &[], &[]), 5), []);
+    }
+
+    #[test]
+    fn frames_before_the_first_key_are_tracked_only_where_they_were() {
+        assert_eq!(around(&target(&[30], &[], &[]), 30), [after(30, 99)]);
+        let tracked = target(&[30], &[], &[12, 13]);
+        assert_eq!(around(&tracked, 30), [before(30, 12), after(30, 99)]);
+        assert_eq!(around(&target(&[30], &[], &[]), 10), [before(30, 0)]);
+    }
+
+    #[test]
+    fn nothing_is_tracked_where_the_target_is_hidden() {
+        let hidden = target(&[10, 50], &[[20, 29], [70, 75]], &[]);
+        assert_eq!(around(&hidden, 50), [after(10, 19), before(50, 30), after(50, 69)]);
+        assert_eq!(from(&hidden, 10, Direction::Forward, None), [after(10, 19)]);
+        assert_eq!(from(&hidden, 50, Direction::Both, None), [before(50, 30), after(50, 69)]);
+        let wish = Wish::Around { target: 1, around: 25, until: None };
+        assert!(spans(&hidden, wish, FRAMES).unwrap_err().contains("not visible in frame 25"));
+        // A hidden stretch beside a key leaves nothing.
+        assert_eq!(from(&target(&[10], &[[11, 20]], &[]), 10, Direction::Forward, None), []);
+    }
+
+    #[test]
+    fn tracking_on_goes_over_key_frames() {
+        let keys = target(&[10, 30, 50], &[], &[5]);
+        assert_eq!(
+            from(&keys, 10, Direction::Forward, None),
+            [between(10, 30), between(30, 50), after(50, 99)]
+        );
+        assert_eq!(
+            from(&keys, 50, Direction::Backward, Some(20)),
+            [between(30, 50), between(10, 30)]
+        );
+        assert_eq!(
+            from(&keys, 10, Direction::Forward, Some(40)),
+            [between(10, 30), between(30, 50)]
+        );
+        assert_eq!(from(&keys, 50, Direction::Forward, Some(60)), [after(50, 60)]);
+        assert_eq!(from(&keys, 5, Direction::Both, None)[..2], [before(5, 0), between(5, 10)]);
+        assert_eq!(from(&keys, 10, Direction::Backward, Some(3)), [before(10, 3)]);
+    }
+
+    #[test]
+    fn what_cannot_be_tracked_is_refused() {
+        let one = target(&[10], &[], &[]);
+        for (wish, reason) in [
+            (Wish::Around { target: 1, around: 100, until: None }, "no frame 100"),
+            (
+                Wish::From { target: 1, from: 11, direction: Direction::Both, until: None },
+                "no box in frame 11",
+            ),
+            (
+                Wish::From { target: 1, from: 10, direction: Direction::Forward, until: Some(3) },
+                "not after",
+            ),
+            (
+                Wish::From { target: 1, from: 10, direction: Direction::Backward, until: Some(30) },
+                "not before",
+            ),
+        ] {
+            let refused = spans(&one, wish, FRAMES).unwrap_err();
+            assert!(refused.contains(reason), "{refused}");
+        }
+        let wish = Wish::Around { target: 1, around: 5, until: None };
+        assert!(spans(&target(&[], &[], &[]), wish, FRAMES).is_err());
+    }
+
+    #[test]
+    fn the_length_of_a_job_is_known() {
+        assert_eq!(
+            [between(10, 30), after(5, 9), before(9, 2)].map(|span| span.steps()),
+            [40, 4, 7]
+        );
+    }
+}

@@ -424,3 +424,49 @@ pub async fn frame(
     let jpeg = video.reader.jpeg(frame, width).await?;
     Ok(([(CONTENT_TYPE, "image/jpeg")], caching, jpeg).into_response())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn key(frame: usize) -> Key {
+        Key { clip: 1, frame, width: 0 }
+    }
+
+    #[test]
+    fn the_cache_holds_no_more_bytes_than_it_may_and_keeps_what_was_used_last() {
+        let cache = Cache { most: 1000, held: Mutex::default() };
+        for frame in 0..100 {
+            cache.put(key(frame), Bytes::from(vec![0; 100]));
+            // The first one is looked at again and again.
+            assert!(cache.get(key(0)).is_some(), "{frame}");
+            assert!(lock(&cache.held).bytes <= 1000);
+        }
+        let kept: Vec<usize> = (0..100).filter(|&frame| cache.holds(key(frame))).collect();
+        assert_eq!(kept, [0, 91, 92, 93, 94, 95, 96, 97, 98, 99]);
+        cache.put(key(99), Bytes::from(vec![0; 50]));
+        let held = lock(&cache.held);
+        assert!(held.bytes == 950 && held.order.len() == held.frames.len());
+    }
+
+    #[test]
+    fn neighbours_are_prepared_in_the_direction_of_the_last_step() {
+        let near = |frame, forward| neighbours(frame, forward, 50).take(5).collect::<Vec<_>>();
+        assert_eq!(near(10, true), [11, 9, 12, 8, 13]);
+        assert_eq!(near(10, false), [9, 11, 8, 12, 7]);
+        assert_eq!(near(49, true), [48, 47, 46, 45, 44]);
+        assert!(neighbours(25, true, 50).all(|frame| frame < 50 && frame != 25));
+        assert_eq!(neighbours(0, true, 1).count(), 0);
+    }
+
+    #[test]
+    fn the_request_that_needs_the_least_decoding_is_next() {
+        let request = |frame| Request { key: key(frame), answer: oneshot::channel().0 };
+        let requests: Vec<Request> = [40, 12, 30, 5].map(request).into();
+        assert_eq!(nearest(&requests, 11), Some(1));
+        assert_eq!(nearest(&requests, 31), Some(0));
+        assert_eq!(nearest(&requests, 41), Some(0));
+        assert_eq!(nearest(&requests[1..], 41), Some(1));
+        assert_eq!(nearest(&[], 0), None);
+    }
+}

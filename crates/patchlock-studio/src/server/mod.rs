@@ -233,6 +233,7 @@ fn routes(app: Arc<App>) -> Router {
         .route("/api/clips/{clip}/import", post(files::import_boxes))
         .route("/api/clips/{clip}/export", get(files::export_boxes))
         .route("/api/clips/{clip}/video", get(video::annotated))
+        .route("/api/clips/{clip}/targets/{target}/clip", get(video::around))
         .route("/api", any(unknown))
         .route("/api/{*rest}", any(unknown))
         .route("/", get(index))

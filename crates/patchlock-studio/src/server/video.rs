@@ -1,5 +1,6 @@
-//! The video with the boxes drawn in.
+//! Videos out: all of it with the boxes drawn in, and the part around one target.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -13,7 +14,7 @@ use tempfile::NamedTempFile;
 
 use super::App;
 use super::answer::{At, Refusal, aside};
-use super::clips::Opened;
+use super::clips::{Opened, no_target};
 use super::files::{cannot_keep, download, stem};
 use crate::drawing::canvas::{Canvas, Line};
 use crate::drawing::{LOST, lost_box, scale, tag, upright};
@@ -21,11 +22,13 @@ use crate::project::{Project, Target};
 
 /// The quantiser: lines of one pixel stay crisp.
 const QUALITY: u8 = 26;
+/// Smallest side of the part around a target, in pixels.
+const SMALLEST: f64 = 32.0;
 /// Time between two messages on how far it is.
 const MESSAGES: Duration = Duration::from_millis(500);
 
 /// Stops work on an answer when nobody waits for it any more.
-pub struct Waits(pub Arc<AtomicBool>);
+struct Waits(Arc<AtomicBool>);
 
 impl Drop for Waits {
     fn drop(&mut self) {
@@ -49,22 +52,91 @@ pub async fn annotated(
 
 fn write(clip: &Opened, stop: &AtomicBool) -> Result<NamedTempFile, Refusal> {
     let project = clip.hold().store.project().clone();
+    let size = [clip.width, clip.height];
+    encode(clip, (0, clip.frames - 1), size, stop, |frame, picture| paint(&project, frame, picture))
+}
+
+/// `GET /api/clips/ID/targets/T/clip`: the frames of a target, cut around it.
+pub async fn around(
+    State(app): State<Arc<App>>,
+    At((clip, target)): At<(usize, u64)>,
+) -> Result<Response, Refusal> {
+    let clip = app.clips.open(clip).await?;
+    let waits = Waits(Arc::default());
+    let stop = Arc::clone(&waits.0);
+    let name = format!("{}.{target}.mp4", stem(&clip.name));
+    let file = aside(move || write_around(&clip, target, &stop)).await?;
+    drop(waits);
+    download(file.into_temp_path(), "video/mp4", &name).await
+}
+
+fn write_around(clip: &Opened, id: u64, stop: &AtomicBool) -> Result<NamedTempFile, Refusal> {
+    let target = clip.hold().store.project().target(id).cloned().ok_or_else(|| no_target(id))?;
+    let whole = [clip.width, clip.height];
+    let frames = target.keys.keys().chain(target.tracked.keys());
+    let boxes: BTreeMap<usize, BoundingBox> =
+        frames.filter_map(|&frame| Some((frame, target.box_at(frame)?))).collect();
+    let ends = boxes.keys().next().zip(boxes.keys().next_back());
+    let Some((&first, &last)) = ends else {
+        return Err(Refusal::bad(format!("target {id} has no boxes")));
+    };
+    let widest = boxes.values().map(|bbox| bbox.w).fold(0.0, f64::max);
+    let highest = boxes.values().map(|bbox| bbox.h).fold(0.0, f64::max);
+    let size = [side(widest, whole[0]), side(highest, whole[1])];
+    encode(clip, (first, last), size, stop, |frame, picture| {
+        // Where it is not seen, the part stays where it was.
+        let near = boxes.range(..=frame).next_back();
+        let [x, y] = near.map_or([0.0; 2], |(_, bbox)| bbox.centre());
+        let corner = [(x, size[0], whole[0]), (y, size[1], whole[1])]
+            .map(|(at, side, whole)| corner(at, side, whole));
+        cut(&picture.to_rgb(), whole[0], corner, size)
+    })
+}
+
+/// The side of the part: twice that of the largest box, an even number, within the frame.
+fn side(longest: f64, whole: usize) -> usize {
+    let side = (2.0 * longest).max(SMALLEST).min(whole as f64) as usize;
+    (side - side % 2).max(1)
+}
+
+/// The first pixel of a part with this middle, moved into the frame.
+fn corner(middle: f64, side: usize, whole: usize) -> usize {
+    let most = whole.saturating_sub(side);
+    (middle - side as f64 / 2.0).round().clamp(0.0, most as f64) as usize
+}
+
+fn cut(rgb: &[u8], width: usize, [left, top]: [usize; 2], [w, h]: [usize; 2]) -> Vec<u8> {
+    let rows = rgb.chunks_exact(3 * width).skip(top).take(h);
+    rows.flat_map(|row| &row[3 * left..3 * (left + w)]).copied().collect()
+}
+
+/// Encodes a stretch of frames as `paint` makes them of the pictures; it ends early with an error.
+fn encode(
+    clip: &Opened,
+    (first, last): (usize, usize),
+    [width, height]: [usize; 2],
+    stop: &AtomicBool,
+    mut paint: impl FnMut(usize, &Picture) -> Vec<u8>,
+) -> Result<NamedTempFile, Refusal> {
     let stopped = || stop.load(Ordering::SeqCst);
     let name = clip.engine.video.to_string_lossy();
     let source = patchlock_media::open_within(&name, false, clip.engine.limits)?;
     let file = NamedTempFile::new();
     let file = file.map_err(|error| cannot_keep(&std::env::temp_dir(), &error))?;
     let rate = clip.rate.unwrap_or(FrameRate::DEFAULT);
-    let (width, height) = (clip.width, clip.height);
-    let mut video =
-        Mp4Writer::with_quantiser(file, width, height, rate, Some(clip.frames), QUALITY)?;
-    let mut frames = Ahead::start(source, 0..clip.frames);
+    let total = last - first + 1;
+    let mut video = Mp4Writer::with_quantiser(file, width, height, rate, Some(total), QUALITY)?;
+    let mut frames = Ahead::start(source, first..=last);
     let mut told = Instant::now();
     while let Some((frame, picture)) = frames.next_unless(&stopped)? {
-        video.push_at(&paint(&project, frame, &picture), picture.time)?;
+        if [picture.width, picture.height] != [clip.width, clip.height] {
+            let message = format!("frame {frame} has another size than the first one");
+            return Err(Refusal::bad(message));
+        }
+        video.push_at(&paint(frame, &picture), picture.time)?;
         if told.elapsed() >= MESSAGES {
             told = Instant::now();
-            clip.tell(&json!({ "type": "video", "done": frame + 1, "total": clip.frames }));
+            clip.tell(&json!({ "type": "video", "done": frame - first + 1, "total": total }));
         }
     }
     if stopped() {

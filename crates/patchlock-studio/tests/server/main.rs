@@ -3,6 +3,8 @@
 mod access;
 mod attacks;
 mod camera;
+mod exchange;
+mod measured;
 mod projects;
 mod support;
 mod uploads;

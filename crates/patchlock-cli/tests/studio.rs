@@ -1,0 +1,153 @@
+//! `patchlock studio` prints its address, serves the page, and ends in order.
+
+mod support;
+
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::net::TcpStream;
+use std::process::{Child, Command, Stdio};
+
+use predicates::prelude::*;
+use predicates::str::contains;
+use support::{Bench, patchlock};
+
+/// A running server, killed at the end of the test at the latest.
+struct Studio {
+    child: Child,
+    address: String,
+    token: String,
+}
+
+impl Drop for Studio {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Studio {
+    fn new(bench: &Bench, args: &[&str]) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_patchlock"))
+            .current_dir(bench.folder.path())
+            .args(["studio", "--no-open"])
+            .args(args)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("starts");
+        let mut line = String::new();
+        let out = child.stdout.take().expect("is piped");
+        BufReader::new(out).read_line(&mut line).expect("prints");
+        let (address, token) = line
+            .trim()
+            .strip_prefix("http://")
+            .and_then(|rest| rest.split_once('#'))
+            .expect("an address with a token");
+        let address = address.split('/').next().expect("has a host");
+        Self { child, address: address.to_owned(), token: token.to_owned() }
+    }
+
+    /// The answer to a request with the token.
+    fn ask(&self, method: &str, path: &str, body: &str) -> String {
+        let mut stream = TcpStream::connect(&self.address).expect("connects");
+        let request = format!(
+            "{method} {path} HTTP/1.1\r\nHost: {}\r\nAuthorization: Bearer {}\r\nConnection: close\r\n\
+             Content-Length: {}\r\n\r\n{body}",
+            self.address,
+            self.token,
+            body.len()
+        );
+        stream.write_all(request.as_bytes()).expect("sends");
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).expect("answers");
+        answer
+    }
+}
+
+const EDIT: &str = r#"{"revision": 0, "edits": [{"edit": "add_target", "label": "target", "frame": 0,
+    "box": {"x": 20, "y": 18, "w": 32, "h": 28}}]}"#;
+
+#[test]
+fn the_page_is_served_and_edits_are_beside_the_video() {
+    let bench = Bench::new();
+    bench.images("f", 4);
+    let studio = Studio::new(&bench, &["f"]);
+    assert!(studio.address.starts_with("127.0.0.1:"), "{}", studio.address);
+    assert!(studio.ask("GET", "/", "").contains("<!doctype html>"));
+    assert!(studio.ask("POST", "/api/clips/1/edits", EDIT).starts_with("HTTP/1.1 200"));
+    // Killed at any moment, nothing is lost.
+    drop(studio);
+    let project = std::fs::read_to_string(bench.path("f.patchlock.json")).expect("is written");
+    assert!(project.contains("patchlock-project"), "{project}");
+    let studio = Studio::new(&bench, &["f", "--camera", "--preset", "fast", "--threads", "1"]);
+    let list = studio.ask("GET", "/api/clips", "");
+    assert!(list.contains("\"keys\":1") && list.contains("\"camera\":true"), "{list}");
+}
+
+#[test]
+fn a_project_is_open_in_one_program_at_a_time() {
+    let bench = Bench::new();
+    bench.images("f", 2);
+    let studio = Studio::new(&bench, &["f", "--project", "mine.patchlock.json"]);
+    let number = studio.child.id().to_string();
+    let mut second = patchlock();
+    second.current_dir(bench.folder.path());
+    second.args(["studio", "--no-open", "f", "--project", "mine.patchlock.json"]);
+    second
+        .assert()
+        .code(1)
+        .stderr(contains("mine.patchlock.json is open in").and(contains(number)));
+}
+
+#[cfg(unix)]
+#[test]
+fn control_c_ends_it_in_order() {
+    let bench = Bench::new();
+    bench.images("f", 2);
+    let mut studio = Studio::new(&bench, &["f"]);
+    assert!(bench.path("f.patchlock.json.lock").exists());
+    let number = studio.child.id().to_string();
+    assert!(Command::new("kill").args(["-INT", &number]).status().expect("runs").success());
+    assert!(studio.child.wait().expect("ends").success());
+    assert!(!bench.path("f.patchlock.json.lock").exists());
+}
+
+#[test]
+fn errors_say_what_to_do() {
+    let bench = Bench::new();
+    bench.images("f", 1);
+    bench.images("g", 1);
+    std::fs::write(bench.path("text.mp4"), "no video").unwrap();
+    for (args, code, words) in [
+        (&["nowhere.mp4"][..], 2, "there is no file or folder nowhere.mp4"),
+        (&["f", "g", "--project", "p.json"], 2, "--project is for one video; there are 2"),
+        (&["--project", "p.json"], 2, "--project is for one video; there are 0"),
+        (&["f", "--preset", "best"], 2, "best"),
+        (&["f", "--preset", "paper", "--rotate", "on"], 2, "--rotate"),
+        (&["f", "--port", "65536"], 2, "65536"),
+        (&["f", "--listen", "nowhere"], 2, "nowhere"),
+        (&["f", "--listen", "192.0.2.1"], 1, "cannot listen on 192.0.2.1"),
+        (&["text.mp4"], 1, "text.mp4"),
+    ] {
+        let mut command = patchlock();
+        command.current_dir(bench.folder.path()).args(["studio", "--no-open"]).args(args);
+        command.timeout(std::time::Duration::from_secs(60));
+        command.assert().code(code).stderr(contains(words));
+    }
+}
+
+#[test]
+fn a_taken_port_is_an_error_and_other_addresses_are_warned_of() {
+    let bench = Bench::new();
+    bench.images("f", 1);
+    let mut studio = Studio::new(&bench, &["f", "--listen", "0.0.0.0"]);
+    assert!(studio.address.starts_with("127.0.0.1:"), "{}", studio.address);
+    let port = studio.address.rsplit(':').next().expect("a port").to_owned();
+    let mut second = patchlock();
+    second.current_dir(bench.folder.path()).args(["studio", "--no-open", "--listen", "0.0.0.0"]);
+    second.args(["--port", &port]);
+    second.assert().code(1).stderr(contains("cannot listen on").and(contains("--port")));
+    let _ = studio.child.kill();
+    let mut errors = String::new();
+    studio.child.stderr.take().expect("is piped").read_to_string(&mut errors).expect("reads");
+    assert!(errors.contains("warning: with --listen 0.0.0.0 others"), "{errors}");
+}

@@ -1,0 +1,113 @@
+//! Boxes and videos in and out.
+
+use std::path::Path;
+
+use serde_json::json;
+
+use crate::support::{FRAMES, Running};
+
+/// Opens what was downloaded as a video.
+fn opened(server: &Running, body: &[u8]) -> Box<dyn patchlock_media::FrameSource> {
+    let file: &Path = &server.folder.path().join("downloaded.mp4");
+    std::fs::write(file, body).expect("writes");
+    patchlock_media::open(file.to_str().expect("is text"), false).expect("is a video")
+}
+
+#[test]
+fn what_is_exported_can_be_imported() {
+    let server = Running::new();
+    server.add_target(0);
+    server.edit(json!({ "edit": "set_key", "target": 1, "frame": 9, "box": server.truth[9] }));
+    for (format, kind) in [("csv", "text/csv"), ("mot", "text/plain"), ("cvat", "application/xml")]
+    {
+        let exported = server.get(&format!("/api/clips/1/export?format={format}"));
+        assert_eq!(exported.status, 200, "{format}: {}", exported.text());
+        assert!(exported.header("content-type").expect("is there").starts_with(kind));
+        let named = exported.header("content-disposition").expect("is there").to_owned();
+        assert!(named.contains(&format!("filename=\"clip.{format}.")), "{named}");
+        let path = format!("/api/clips/1/import?format={format}");
+        let imported = server.send("POST", &path, &exported.body);
+        assert_eq!(imported.status, 200, "{format}: {}", imported.text());
+        let id = imported.json()["targets"][0].as_u64().expect("an id");
+        let clip = server.clip();
+        assert_eq!(clip["revision"], imported.json()["revision"]);
+        let targets = clip["project"]["targets"].as_array().expect("a list");
+        assert!(targets.len() == 2 && targets[1]["id"] == id, "{format}");
+        assert_eq!(server.post("/api/clips/1/undo", &json!({})).status, 200);
+    }
+}
+
+#[test]
+fn a_folder_is_exported_as_one_file() {
+    let server = Running::new();
+    server.add_target(0);
+    let exported = server.get("/api/clips/1/export?format=voc&frames=true");
+    assert_eq!(exported.header("content-type"), Some("application/zip"), "{}", exported.text());
+    assert!(exported.body.starts_with(b"PK\x03\x04"));
+    for part in ["clip/Annotations/", "clip/JPEGImages/"] {
+        assert!(exported.body.windows(part.len()).any(|found| found == part.as_bytes()), "{part}");
+    }
+}
+
+#[test]
+fn what_cannot_be_read_or_written_is_an_error() {
+    let server = Running::new();
+    server.send("POST", "/api/clips/1/import?format=excel", b"x").error(400);
+    server.send("POST", "/api/clips/1/import?format=cvat", b"<annotations").error(400);
+    server.send("POST", "/api/clips/1/import?format=csv", &[0xff]).error(400);
+    server.send("POST", "/api/clips/1/import", b"x").error(400);
+    server.get("/api/clips/1/export?format=excel").error(400);
+    server.get("/api/clips/1/export?format=mot").error(400);
+    assert_eq!(server.clip()["revision"], 0);
+}
+
+#[test]
+fn the_annotated_video_has_all_frames_with_boxes_drawn_in() {
+    let server = Running::new();
+    let whole = server.truth[7];
+    server.add_target(7);
+    let answer = server.get("/api/clips/1/video");
+    assert_eq!(answer.header("content-type"), Some("video/mp4"), "{}", answer.text());
+    assert_eq!(
+        answer.header("content-disposition"),
+        Some("attachment; filename=\"clip.annotated.mp4\"")
+    );
+    let mut drawn = opened(&server, &answer.body);
+    assert_eq!(drawn.length(), Some(FRAMES));
+    let mut plain = patchlock_media::open(
+        server.folder.path().join("clip.mp4").to_str().expect("is text"),
+        false,
+    )
+    .expect("opens");
+    let mut differs = |frame: usize| -> f64 {
+        let pictures = [&mut drawn, &mut plain]
+            .map(|video| video.frame(frame).expect("decodes").expect("is there"));
+        let (x, y) = (whole.x as usize, (whole.y + whole.h / 2.0) as usize);
+        let [a, b] = pictures.map(|picture| {
+            let row = 3 * y * picture.width;
+            picture.to_rgb()[row + 3 * (x - 2)..row + 3 * (x + 3)].to_vec()
+        });
+        a.iter().zip(b).map(|(&a, b)| f64::from(a.abs_diff(b))).sum::<f64>() / a.len() as f64
+    };
+    let (with, without) = (differs(7), differs(20));
+    assert!(with > 3.0 * without + 10.0, "{with} {without}");
+}
+
+#[test]
+fn the_clip_of_a_target_shows_it_in_the_middle() {
+    let server = Running::new();
+    server.add_target(2);
+    for frame in 3..9 {
+        let bbox = server.truth[frame];
+        server.edit(json!({ "edit": "set_key", "target": 1, "frame": frame, "box": bbox }));
+    }
+    let answer = server.get("/api/clips/1/targets/1/clip");
+    assert_eq!(answer.status, 200, "{}", answer.text());
+    let mut clip = opened(&server, &answer.body);
+    assert_eq!(clip.length(), Some(7));
+    let picture = clip.frame(0).expect("decodes").expect("is there");
+    let longest = server.truth[8];
+    assert!((picture.width as f64 - 2.0 * longest.w).abs() <= 3.0, "{}", picture.width);
+    assert!((picture.height as f64 - 2.0 * longest.h).abs() <= 3.0, "{}", picture.height);
+    server.get("/api/clips/1/targets/9/clip").error(404);
+}
