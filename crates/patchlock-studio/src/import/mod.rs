@@ -1,7 +1,7 @@
 //! Reads annotations of other programs, and our own tables, as targets of a project.
 //!
-//! A box counts as drawn by a person, and becomes a key frame, unless the file says otherwise: with a key frame
-//! flag, a status, or a score below 1. Other boxes become tracked ones.
+//! A box counts as drawn by a person, and becomes a key frame, unless the file says otherwise: with a key
+//! frame flag, a status, or a score below 1. Other boxes become tracked ones.
 
 mod coco;
 mod cvat;
