@@ -32,6 +32,8 @@ export class Work {
     constructor(page) {
         this.page = page;
         this.thrown = [];
+        /** Trackings that a test has waited for. */
+        this.seen = 0;
         page.on('pageerror', (error) => this.thrown.push(error.message));
         page.on('console', (message) => {
             if (/Content Security Policy|TypeError/.test(message.text())) this.thrown.push(message.text());
@@ -103,15 +105,21 @@ export class Work {
         for (const key of keys) await this.page.keyboard.press(key);
     }
 
+    /** The number of trackings that have ended. */
+    async jobs() {
+        return Number(await this.page.locator('#stage').getAttribute('data-jobs'));
+    }
+
     /** Waits until no tracking runs and everything is saved. */
     async rest() {
         await expect(this.page.locator('#job')).toBeHidden({ timeout: 40_000 });
         await expect(this.page.locator('#saved')).toHaveText('Saved');
+        this.seen = await this.jobs();
     }
 
     /** Waits until tracking has begun and ended. */
     async tracked() {
-        await expect(this.page.locator('#job')).toBeVisible();
+        await expect.poll(() => this.jobs(), { timeout: 40_000 }).toBeGreaterThan(this.seen);
         await this.rest();
     }
 

@@ -47,6 +47,8 @@ export class Clip extends EventTarget {
         this.last = Promise.resolve();
         this.pause = FIRST_PAUSE;
         this.closed = false;
+        /** The number of jobs that have ended. */
+        this.ended = 0;
         /** Whether the person has asked to stop tracking. */
         this.stopping = false;
         /** The file of the project. */
@@ -275,6 +277,7 @@ export class Clip extends EventTarget {
             return;
         }
         this.job = null;
+        this.ended += 1;
         this.track(target)?.live.clear();
         if (state === 'failed') complain(error ?? 'Tracking failed.', { doing: `Target ${target}` });
         this.dispatchEvent(new CustomEvent('done', { detail: { target, state } }));

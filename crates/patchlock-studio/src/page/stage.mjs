@@ -354,8 +354,9 @@ export class Stage {
     #renderPicture() {
         const { context, zoom, editor } = this;
         const picture = editor.frames?.shown?.picture;
-        // Which frame is on the screen, for tests.
+        // For tests: which frame is on the screen, and how much tracking has ended.
         this.canvas.dataset.frame = picture ? String(editor.shownFrame) : '';
+        this.canvas.dataset.jobs = String(editor.clip?.ended ?? 0);
         const { x, y, w, h } = zoom.toView({ x: 0, y: 0, w: zoom.frame.width, h: zoom.frame.height });
         if (!picture) return;
         // Large pixels are seen as they are.
