@@ -15,18 +15,18 @@ skip() {
     exit 0
 }
 
-chromium() {
+has_chromium() {
     [ -n "${CHROMIUM:-}" ] || command -v chromium chromium-browser google-chrome >/dev/null
 }
 
 command -v npm >/dev/null || skip "there is no npm"
-node -e 'process.exit(Number(process.versions.node.split(".")[0]) < 20)' ||
+node -e 'process.exit(parseInt(process.versions.node) < 20 ? 1 : 0)' ||
     skip "$(node --version) of Node is older than 20"
-if ! chromium && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
+if ! has_chromium && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
     { apt-get -qq update && DEBIAN_FRONTEND=noninteractive apt-get -qq install -y --no-install-recommends \
         chromium fonts-inter; } >/dev/null 2>&1 || true
 fi
-chromium || skip "there is no Chromium; install it, or name it in CHROMIUM"
+has_chromium || skip "there is no Chromium; install it, or name it in CHROMIUM"
 if ! cmp -s package-lock.json node_modules/.patchlock-lock; then
     npm ci --silent || skip "its packages could not be installed"
     cp package-lock.json node_modules/.patchlock-lock
