@@ -57,15 +57,15 @@ test('two windows know of each other, see each change, and do not overwrite it',
     await expect(second.page.locator('#notices')).toContainText('Another window has changed this project');
 
     // A change that was made while another one was on its way.
-    await second.page.route('**/edits', async (route) => {
-        await second.page.unroute('**/edits');
+    const meanwhile = async (route) => {
         const { revision } = await studio.ask('GET', '/clips/1');
         await studio.ask('POST', '/clips/1/edits', {
             revision,
             edits: [{ edit: 'add_label', name: 'other' }],
         });
         await route.continue();
-    });
+    };
+    await second.page.route('**/edits', meanwhile, { times: 1 });
     await second.afterDrawing('none');
     await second.draw({ x: 300, y: 100, w: 60, h: 60 });
     await expect(second.page.locator('#errors')).toContainText('another window was faster');
