@@ -130,6 +130,12 @@ export class Work {
         await this.rest();
     }
 
+    /** Closes the dialog; keys belong to the clip again when it is gone. */
+    async closeDialog() {
+        await this.press('Escape');
+        await expect(this.page.getByRole('dialog')).toHaveCount(0);
+    }
+
     targets() {
         return this.page.locator('#targets > li');
     }

@@ -90,7 +90,8 @@ test.describe('names with HTML', () => {
         await page.getByLabel('New label', { exact: true }).fill(MEAN);
         await page.getByRole('button', { name: 'Add', exact: true }).click();
         await expect.poll(() => folder.project().labels.at(-1).name).toBe(MEAN);
-        await work.press('Escape', String(folder.project().labels.length));
+        await work.closeDialog();
+        await work.press(String(folder.project().labels.length));
         await expect(work.targets().first().locator('.name')).toHaveText(MEAN);
         await expect(page.locator('.timeline-name .name')).toHaveText(MEAN);
         await work.press('Delete');

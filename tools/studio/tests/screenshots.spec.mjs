@@ -27,7 +27,7 @@ async function annotate(work) {
     await page.getByLabel('New label', { exact: true }).fill('picture');
     await page.getByRole('button', { name: 'Add', exact: true }).click();
     await expect(page.locator('.label-rows li')).toHaveCount(1);
-    await work.press('Escape');
+    await work.closeDialog();
     await work.draw(truth[0]);
     await work.tracked();
     await page.mouse.move(0, 0);

@@ -155,7 +155,7 @@ test('labels, their colours and attributes', async ({ work, folder }) => {
     await expect(page.locator('.label-rows li')).toHaveCount(folder.project().labels.length);
     await page.getByLabel('Colour of picture').fill('#12ab34');
     await expect.poll(() => folder.project().labels.at(-1)).toEqual({ name: 'picture', colour: '#12ab34' });
-    await work.press('Escape');
+    await work.closeDialog();
 
     await work.press(String(folder.project().labels.length));
     await expect.poll(() => folder.project().targets[0].label).toBe('picture');
