@@ -90,8 +90,10 @@ class Settings(TypedDict, total=False):
     trial: int
     search_windows: int
     visible_step: int
-    score_even: float
-    score_slope: float
+    score_bias: float
+    score_certainty: float
+    score_visible: float
+    score_elsewhere: float
 
 
 def parameters() -> list[Parameter]:

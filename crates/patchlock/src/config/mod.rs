@@ -243,10 +243,15 @@ parameters! {
             /// Distance of neighbouring small patches of the patch model, in samples; its other numbers are
             /// those of the group `patchwise`.
             visible_step: usize = 4, number(1.0, 128.0);
-            /// The share of the memory's mean response at which the score is one half.
-            score_even: f64 = 0.41, number(-10.0, 10.0);
-            /// How fast the score rises there, per share of the mean response.
-            score_slope: f64 = 7.0, number(0.0, 1000.0);
+            /// The score is the logistic function of a sum: this number,
+            score_bias: f64 = 2.4, number(-100.0, 100.0);
+            /// this one times how sure the memory is, the share of its mean response at the box,
+            score_certainty: f64 = 0.5, number(-100.0, 100.0);
+            /// this one times the visible share of the target, 0 while it is lost,
+            score_visible: f64 = 4.0, number(-100.0, 100.0);
+            /// and this one times the memory's strongest response more than half the target's width or height
+            /// away, as a share of that at the box, at most 2.
+            score_elsewhere: f64 = -3.9, number(-100.0, 100.0);
         }
     }
 }

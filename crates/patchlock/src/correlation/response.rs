@@ -83,6 +83,23 @@ impl Response {
         if shift == [0.0; 2] { f64::from(self.cells[0]) } else { self.expand(fourier, shift).value }
     }
 
+    /// The largest response at a displacement of at least this many cells along x or along y; 0 if there is
+    /// none above.
+    pub fn beyond(&self, fourier: &Fourier, least: [f64; 2]) -> f64 {
+        let n = fourier.side();
+        let is_near = |cell: usize, least: f64| wrap(cell, n).abs() < least;
+        let mut largest = 0.0f32;
+        for (y, row) in self.cells.chunks_exact(n).enumerate() {
+            let near_row = is_near(y, least[1]);
+            for (x, &value) in row.iter().enumerate() {
+                if value > largest && !(near_row && is_near(x, least[0])) {
+                    largest = value;
+                }
+            }
+        }
+        largest.into()
+    }
+
     fn climb_from(&self, fourier: &Fourier, (cell, value): (usize, f32)) -> Peak {
         let n = fourier.side();
         let shift = [wrap(cell % n, n), wrap(cell / n, n)];
@@ -232,6 +249,21 @@ mod tests {
             assert!((response.at(&fourier, shift) - f64::from(value)).abs() < 1e-3, "{k}");
             assert!((response.cells()[k] - value).abs() < 1e-3);
         }
+    }
+
+    #[test]
+    fn the_largest_response_beyond_a_distance() {
+        let n = 10;
+        let fourier = Fourier::new(n);
+        let mut plane = vec![-1.0; n * n];
+        // Four cells to the left, one cell down, and at the centre.
+        (plane[n - 4], plane[n], plane[0]) = (2.0, 3.0, 5.0);
+        let response = of(&fourier, &plane);
+        let beyond = |least| (response.beyond(&fourier, least) * 1e3).round() / 1e3;
+        assert_eq!(beyond([0.0, 0.0]), 5.0);
+        assert_eq!(beyond([1.0, 1.0]), 3.0);
+        assert_eq!(beyond([4.0, 1.5]), 2.0);
+        assert_eq!(beyond([4.5, 1.5]), 0.0);
     }
 
     #[test]

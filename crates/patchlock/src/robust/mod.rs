@@ -29,7 +29,7 @@ use crate::vision::geometry::BoundingBox;
 use follow::Follower;
 use place::{Place, Window};
 pub(crate) use saved::Saved;
-use status::Phase;
+use status::{Evidence, Phase};
 use turn::Rotation;
 use view::RobustView;
 use visible::{Visible, VisibleScratch};
@@ -105,7 +105,8 @@ impl Target {
         let mut estimate = Estimate::empty();
         target.look(frame, scratch, &mut estimate);
         target.seen = estimate.visibility.as_ref().map_or(0.0, Visibility::share);
-        target.finish_estimate(1.0, rules, &mut estimate);
+        let evidence = Evidence { visible: target.seen, ..target.ask_memory(frame, scratch) };
+        target.finish_estimate(&evidence, rules, &mut estimate);
         (target, estimate)
     }
 
@@ -121,25 +122,25 @@ impl Target {
         let rules = &config.robust;
         self.frames += 1;
         let lost = matches!(self.phase, Phase::Lost { .. });
-        let certainty = if lost && !self.search(frame, rules, scratch) {
-            self.certainty(frame, scratch)
+        let evidence = if lost && !self.search(frame, rules, scratch) {
+            self.ask_memory(frame, scratch)
         } else {
             self.track(frame, config, scratch, estimate)
         };
-        self.finish_estimate(certainty, rules, estimate);
+        self.finish_estimate(&evidence, rules, estimate);
         if let Some(show) = show {
-            show(self.view(frame, certainty, scratch));
+            show(self.view(frame, &evidence, scratch));
         }
     }
 
-    /// Follows the target from the place at hand, and returns how sure the memory is of where that leads.
+    /// Follows the target from the place at hand, and returns what is known of where that leads.
     fn track(
         &mut self,
         frame: &Frame<'_>,
         config: &TrackerConfig,
         scratch: &mut Scratch,
         estimate: &mut Estimate,
-    ) -> f64 {
+    ) -> Evidence {
         let rules = &config.robust;
         // Where the follower responds, unless the memory knows better; then rotation and size.
         let peak = self.follow(frame, rules, scratch);
@@ -147,20 +148,15 @@ impl Target {
         self.measure(frame, scratch);
         self.place.keep_within(frame, self.window.base());
         // How sure that is, and which parts are visible.
-        let certainty = self.certainty(frame, scratch);
+        let known = self.ask_memory(frame, scratch);
         self.look(frame, scratch, estimate);
         let visible = estimate.visibility.as_ref().map_or(0.0, Visibility::share);
-        self.advance(certainty, visible, rules);
+        let evidence = Evidence { visible, ..known };
+        self.advance(&evidence, rules);
         if !matches!(self.phase, Phase::Lost { .. }) {
-            self.learn(frame, certainty, config, scratch, estimate);
+            self.learn(frame, evidence.certainty, config, scratch, estimate);
         }
-        certainty
-    }
-
-    /// How sure the memory is of the place at hand: its response there, relative to its mean.
-    fn certainty(&self, frame: &Frame<'_>, scratch: &mut Scratch) -> f64 {
-        self.window.sample(frame, self.place, scratch);
-        self.follower.certainty(&self.window, scratch)
+        evidence
     }
 
     /// Follower, colours, size and rotation always learn; the memory and the patch model only what is sure.

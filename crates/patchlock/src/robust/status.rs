@@ -1,14 +1,42 @@
-//! From how sure the memory is to a phase, a status and a score.
+//! From what memory and patch model say of a place to a phase, a status and a score.
 
-use super::Target;
 use super::place::Place;
+use super::{Scratch, Target};
 use crate::config::RobustConfig;
 use crate::estimate::{Estimate, Status};
+use crate::vision::frame::Frame;
 use crate::vision::geometry::BoundingBox;
 use serde::{Deserialize, Serialize};
 
 /// Rate of the running mean of how sure the memory was.
 const RECENT_RATE: f64 = 0.05;
+
+/// Upper limit of the response elsewhere, relative to that at the place.
+const MOST_ELSEWHERE: f64 = 2.0;
+
+/// What memory and patch model say of a place.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Evidence {
+    /// How sure the memory is: its response, relative to its mean over sure frames.
+    pub certainty: f64,
+    /// The memory's strongest response outside half the target's size around the place, relative to that at
+    /// the place, from 0 to 2.
+    pub elsewhere: f64,
+    /// The visible share of the target; 0 where that is not known.
+    pub visible: f64,
+}
+
+impl Evidence {
+    /// The probability that the box overlaps the target by at least half: a logistic function, fitted by
+    /// `benchmarks/calibrate.py`.
+    pub fn score(&self, config: &RobustConfig) -> f64 {
+        let sum = config.score_bias
+            + config.score_certainty * self.certainty
+            + config.score_visible * self.visible
+            + config.score_elsewhere * self.elsewhere;
+        1.0 / (1.0 + (-sum).exp())
+    }
+}
 
 /// What the tracker is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -24,6 +52,18 @@ pub(crate) enum Phase {
 }
 
 impl Target {
+    /// What the memory says of the place at hand, of which nothing is known to be visible.
+    pub fn ask_memory(&self, frame: &Frame<'_>, scratch: &mut Scratch) -> Evidence {
+        let Self { window, follower, .. } = self;
+        window.sample(frame, self.place, scratch);
+        let certainty = follower.certainty(window, scratch);
+        let here = certainty * follower.mean;
+        let away =
+            scratch.memory.beyond(window.features().fourier(), window.cells().map(|s| s / 2.0));
+        let elsewhere = if away <= 0.0 { 0.0 } else { MOST_ELSEWHERE.min(away / here.max(0.0)) };
+        Evidence { certainty, elsewhere, visible: 0.0 }
+    }
+
     /// Whether the memory is so sure of a place that it can learn from it. Appearance that changes slowly
     /// makes it less sure; it then learns the change.
     pub fn is_sure(&self, certainty: f64, config: &RobustConfig) -> bool {
@@ -31,7 +71,8 @@ impl Target {
     }
 
     /// The next phase, by how sure the memory is of the place at hand.
-    pub fn advance(&mut self, certainty: f64, visible: f64, config: &RobustConfig) {
+    pub fn advance(&mut self, evidence: &Evidence, config: &RobustConfig) {
+        let Evidence { certainty, visible, .. } = *evidence;
         // Appearance that changes slowly makes the memory less sure, too, but never suddenly.
         let sudden = certainty < config.lost_drop * self.recent;
         let hidden = visible < config.lost_hidden * self.seen;
@@ -63,7 +104,7 @@ impl Target {
     }
 
     /// Box, outline, score and status.
-    pub fn finish_estimate(&self, certainty: f64, config: &RobustConfig, out: &mut Estimate) {
+    pub fn finish_estimate(&self, evidence: &Evidence, config: &RobustConfig, out: &mut Estimate) {
         let [w, h] = self.place.size(self.window.base());
         out.bbox = BoundingBox::around(self.place.centre, w, h);
         out.corners = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|[dx, dy]| {
@@ -71,7 +112,7 @@ impl Target {
             corner.shift([dx * (w - 1.0), dy * (h - 1.0)]);
             corner.centre
         });
-        out.score = score(certainty, config);
+        out.score = evidence.score(config);
         out.status = match self.phase {
             Phase::Lost { .. } => Status::Lost,
             Phase::Following { .. } if out.score >= 0.5 => Status::Tracked,
@@ -81,11 +122,4 @@ impl Target {
             out.visibility = None;
         }
     }
-}
-
-/// The probability that the box overlaps the target by at least half: a logistic function, fitted by
-/// `benchmarks/calibrate.py`.
-fn score(certainty: f64, config: &RobustConfig) -> f64 {
-    let slope = config.score_slope * (certainty - config.score_even);
-    1.0 / (1.0 + (-slope).exp())
 }

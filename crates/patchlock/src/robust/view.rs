@@ -1,5 +1,6 @@
 //! What an observer is shown of a frame of the method `robust`.
 
+use super::status::Evidence;
 use super::{Scratch, Target};
 use crate::vision::frame::Frame;
 
@@ -11,6 +12,9 @@ pub struct RobustView<'a> {
     pub frame: u64,
     /// How sure the memory was of the estimate: its response there, relative to its mean over sure frames.
     pub certainty: f64,
+    /// The memory's strongest response more than half the target's width or height away from the estimate,
+    /// relative to that at the estimate, from 0 to 2.
+    pub elsewhere: f64,
     /// How well colour tells the target from what is around it, from -1 through 0, not at all, to 1.
     pub contrast: f64,
     /// Cells on a side of the window around the estimate.
@@ -30,7 +34,7 @@ impl Target {
     pub fn view<'a>(
         &self,
         frame: &Frame<'_>,
-        certainty: f64,
+        evidence: &Evidence,
         scratch: &'a mut Scratch,
     ) -> RobustView<'a> {
         self.window.sample(frame, self.place, scratch);
@@ -39,7 +43,8 @@ impl Target {
         scratch.follower.fill(fourier, &self.follower.filter, &scratch.sample);
         RobustView {
             frame: self.frames,
-            certainty,
+            certainty: evidence.certainty,
+            elsewhere: evidence.elsewhere,
             contrast: self.colours.contrast().into(),
             side: self.window.features().fourier().side(),
             cell: self.window.cell(self.place.scale),

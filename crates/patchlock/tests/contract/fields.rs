@@ -161,8 +161,10 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("trial", json!(9)),
         ("search_windows", json!(40)),
         ("visible_step", json!(6)),
-        ("score_even", json!(0.5)),
-        ("score_slope", json!(5.0)),
+        ("score_bias", json!(0.5)),
+        ("score_certainty", json!(5.0)),
+        ("score_visible", json!(1.0)),
+        ("score_elsewhere", json!(-1.0)),
     ]
 }
 
