@@ -24,6 +24,7 @@ pub struct Observation {
 pub struct RobustObservation {
     frame: u64,
     certainty: f64,
+    elsewhere: f64,
     contrast: f64,
     side: usize,
     cell: f64,
@@ -84,6 +85,7 @@ impl RobustObservation {
         Self {
             frame: view.frame,
             certainty: view.certainty,
+            elsewhere: view.elsewhere,
             contrast: view.contrast,
             side: view.side,
             cell: view.cell,
@@ -163,6 +165,14 @@ impl RobustObservation {
     #[getter]
     fn certainty(&self) -> f64 {
         self.certainty
+    }
+
+    /// The memory's strongest response more than half the target's width or height away from the estimate.
+    ///
+    /// It is relative to the response at the estimate, from 0 to 2.
+    #[getter]
+    fn elsewhere(&self) -> f64 {
+        self.elsewhere
     }
 
     /// How well colour tells the target from what is around it: from -1 through 0, not at all, to 1.

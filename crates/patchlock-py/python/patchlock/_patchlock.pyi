@@ -420,6 +420,13 @@ class RobustObservation:
         """How certain the memory is of the estimate: its response there over its mean on sure frames."""
 
     @property
+    def elsewhere(self) -> float:
+        """The memory's strongest response more than half the target's width or height away from the estimate.
+
+        It is relative to the response at the estimate, from 0 to 2.
+        """
+
+    @property
     def contrast(self) -> float:
         """How well colour tells the target from what is around it: from -1 through 0, not at all, to 1."""
 

@@ -89,9 +89,9 @@ class Settings(TypedDict, total=False):
     found_above: float
     trial: int
     search_windows: int
+    scale_least: float
     visible_step: int
     score_bias: float
-    score_certainty: float
     score_visible: float
     score_elsewhere: float
 

@@ -240,18 +240,18 @@ parameters! {
             trial: usize = 5, number(1.0, 10_000.0);
             /// Windows of the frame that are searched on each frame while the target is lost.
             search_windows: usize = 5, number(1.0, 1000.0);
+            /// The scale filter learns only where the score is at least this.
+            scale_least: f64 = 0.3, number(0.0, 1.0);
             /// Distance of neighbouring small patches of the patch model, in samples; its other numbers are
             /// those of the group `patchwise`.
             visible_step: usize = 4, number(1.0, 128.0);
             /// The score is the logistic function of a sum: this number,
-            score_bias: f64 = 2.4, number(-100.0, 100.0);
-            /// this one times how sure the memory is, the share of its mean response at the box,
-            score_certainty: f64 = 0.5, number(-100.0, 100.0);
+            score_bias: f64 = 2.9, number(-100.0, 100.0);
             /// this one times the visible share of the target, 0 while it is lost,
-            score_visible: f64 = 4.0, number(-100.0, 100.0);
+            score_visible: f64 = 3.8, number(-100.0, 100.0);
             /// and this one times the memory's strongest response more than half the target's width or height
-            /// away, as a share of that at the box, at most 2.
-            score_elsewhere: f64 = -3.9, number(-100.0, 100.0);
+            /// away, as a share of that at the box, at most 2. While the target is lost it is at most 0.5.
+            score_elsewhere: f64 = -4.2, number(-100.0, 100.0);
         }
     }
 }

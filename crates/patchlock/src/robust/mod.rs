@@ -154,28 +154,31 @@ impl Target {
         let evidence = Evidence { visible, ..known };
         self.advance(&evidence, rules);
         if !matches!(self.phase, Phase::Lost { .. }) {
-            self.learn(frame, evidence.certainty, config, scratch, estimate);
+            self.learn(frame, &evidence, config, scratch, estimate);
         }
         evidence
     }
 
-    /// Follower, colours, size and rotation always learn; the memory and the patch model only what is sure.
+    /// Follower, colours and rotation always learn, size if the score is not low, the memory and the patch
+    /// model only what is sure.
     fn learn(
         &mut self,
         frame: &Frame<'_>,
-        certainty: f64,
+        evidence: &Evidence,
         config: &TrackerConfig,
         scratch: &mut Scratch,
         estimate: &Estimate,
     ) {
-        let rules = &config.robust;
+        let (rules, certainty) = (&config.robust, evidence.certainty);
         let known = self.is_sure(certainty, rules) || self.frames <= rules.first_frames as u64;
         let sure = known && matches!(self.phase, Phase::Following { .. });
         self.follower.learn(&self.window, certainty, sure, rules, scratch);
         let rates = Rates { target: rules.colour_rate as f32, around: rules.around_rate as f32 };
         self.colours.learn(&scratch.patch, self.window.pixels(), rates, &mut scratch.map);
         let region = self.place.region(self.window.base());
-        self.size.update(frame, self.window.planes(), region, &mut scratch.scale);
+        if evidence.score(rules) >= rules.scale_least {
+            self.size.update(frame, self.window.planes(), region, &mut scratch.scale);
+        }
         self.rotation.learn(frame, region, rules, &mut scratch.rotation);
         if sure && let Some(visibility) = &estimate.visibility {
             self.visible.learn(self.follower.sure, visibility, config, &mut scratch.visible);

@@ -14,6 +14,9 @@ const RECENT_RATE: f64 = 0.05;
 /// Upper limit of the response elsewhere, relative to that at the place.
 const MOST_ELSEWHERE: f64 = 2.0;
 
+/// Upper limit of the score of a lost target.
+const LOST_SCORE: f64 = 0.5;
+
 /// What memory and patch model say of a place.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Evidence {
@@ -31,7 +34,6 @@ impl Evidence {
     /// `benchmarks/calibrate.py`.
     pub fn score(&self, config: &RobustConfig) -> f64 {
         let sum = config.score_bias
-            + config.score_certainty * self.certainty
             + config.score_visible * self.visible
             + config.score_elsewhere * self.elsewhere;
         1.0 / (1.0 + (-sum).exp())
@@ -119,6 +121,7 @@ impl Target {
             _ => Status::Uncertain,
         };
         if out.status == Status::Lost {
+            out.score = out.score.min(LOST_SCORE);
             out.visibility = None;
         }
     }

@@ -160,9 +160,9 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("found_above", json!(0.9)),
         ("trial", json!(9)),
         ("search_windows", json!(40)),
+        ("scale_least", json!(1.0)),
         ("visible_step", json!(6)),
         ("score_bias", json!(0.5)),
-        ("score_certainty", json!(5.0)),
         ("score_visible", json!(1.0)),
         ("score_elsewhere", json!(-1.0)),
     ]

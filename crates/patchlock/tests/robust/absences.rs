@@ -1,6 +1,6 @@
 //! The target disappears completely and returns.
 
-use crate::{config, track, truth};
+use crate::{config, mean, track, truth};
 use patchlock::{Estimate, Status};
 use patchlock_scene::{Absences, Scene, SceneConfig, Truth};
 use std::ops::Range;
@@ -81,6 +81,12 @@ impl Course {
                 assert_eq!(estimate.visibility, None, "{name}, frame {k}");
             }
         }
+        let scores: Vec<f64> = absence.clone().map(|k| self.estimate(k).score).collect();
+        assert!(
+            mean(&scores) < 0.5,
+            "{name}: the score while nothing is visible is {}",
+            mean(&scores)
+        );
         let found = (*back..=back + FOUND_WITHIN).any(|k| self.is_found(k));
         assert!(found, "{name}: not found within {FOUND_WITHIN} frames");
     }
