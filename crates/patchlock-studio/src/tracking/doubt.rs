@@ -6,6 +6,15 @@ use patchlock::Status;
 
 use crate::project::{Target, Tracked};
 
+/// Frames with at least this probability of a wrong box are doubtful.
+const DOUBTFUL: f64 = 0.5;
+
+/// Share of the frames, far from a key frame and not doubtful, that a key frame is expected to improve.
+const UNCHECKED: f64 = 0.05;
+
+/// Shorter stretches without a key frame need no look.
+const LEAST_UNCHECKED: usize = 10;
+
 /// A frame whose box may be wrong.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Doubt {
@@ -28,6 +37,8 @@ pub enum Reason {
     Hidden(f64),
     /// The score is this low.
     Unsure(f64),
+    /// Nothing is wrong as far as is known, but the next key frame is this many frames away.
+    Unchecked(usize),
 }
 
 impl fmt::Display for Reason {
@@ -39,40 +50,46 @@ impl fmt::Display for Reason {
             }
             Self::Hidden(share) => write!(f, "hidden {:.0} %", 100.0 * share),
             Self::Unsure(score) => write!(f, "looks different: score {score:.2}"),
+            Self::Unchecked(frames) => write!(f, "unchecked: {frames} frames from a key frame"),
         }
     }
 }
 
-/// The doubtful frames of a target, one for each stretch of doubtful frames, the most useful first.
+/// The frames of a target to look at, the one whose correction is expected to repair most frames first: one
+/// for each stretch of doubtful frames, and one for each span without a key frame.
 pub fn doubts(target: &Target) -> Vec<Doubt> {
     let mut found = Vec::new();
-    let mut stretch: Vec<(usize, Tracked)> = Vec::new();
-    for (&frame, &tracked) in &target.tracked {
-        let follows = stretch.last().is_some_and(|(last, _)| last + 1 == frame);
-        if !follows || risk(&tracked) < 0.5 {
-            found.extend(worst(&stretch));
-            stretch.clear();
-        }
-        if risk(&tracked) >= 0.5 {
-            stretch.push((frame, tracked));
-        }
+    for span in spans(target) {
+        let stretches = span.chunk_by(|a, b| is_doubtful(&a.1) == is_doubtful(&b.1));
+        found.extend(stretches.filter(|frames| is_doubtful(&frames[0].1)).map(middle));
+        found.extend(unchecked(target, &span));
     }
-    found.extend(worst(&stretch));
     found.sort_by(|a, b| b.gain.total_cmp(&a.gain).then(a.frame.cmp(&b.frame)));
     found
 }
 
-/// The probability that the box of a frame is wrong.
-fn risk(tracked: &Tracked) -> f64 {
-    let agreement = tracked.agreement.unwrap_or(1.0);
-    1.0 - tracked.score.min(agreement)
+type Span = Vec<(usize, Tracked)>;
+
+/// The tracked frames, divided where a key frame or a frame without a box lies between.
+fn spans(target: &Target) -> Vec<Span> {
+    let frames: Span = target.tracked.iter().map(|(&frame, &tracked)| (frame, tracked)).collect();
+    frames.chunk_by(|a, b| a.0 + 1 == b.0).map(<[_]>::to_vec).collect()
 }
 
-/// The frame of a stretch to look at: its middle.
-fn worst(stretch: &[(usize, Tracked)]) -> Option<Doubt> {
-    let (frame, tracked) = *stretch.get(stretch.len() / 2)?;
-    let gain = stretch.iter().map(|(_, tracked)| risk(tracked)).sum();
-    Some(Doubt { frame, gain, reason: reason(&tracked) })
+/// The probability that the box of a frame is wrong.
+fn risk(tracked: &Tracked) -> f64 {
+    1.0 - tracked.score.min(tracked.agreement.unwrap_or(1.0))
+}
+
+fn is_doubtful(tracked: &Tracked) -> bool {
+    risk(tracked) > DOUBTFUL || tracked.status == Status::Lost
+}
+
+/// The middle of a stretch of doubtful frames: from there, both sides can be tracked again.
+fn middle(frames: &[(usize, Tracked)]) -> Doubt {
+    let (frame, tracked) = frames[frames.len() / 2];
+    let gain = frames.iter().map(|(_, tracked)| risk(tracked)).sum();
+    Doubt { frame, gain, reason: reason(&tracked) }
 }
 
 fn reason(tracked: &Tracked) -> Reason {
@@ -82,5 +99,81 @@ fn reason(tracked: &Tracked) -> Reason {
         _ if agreement < tracked.score => Reason::Disagreement(agreement),
         Some(visible) if visible < 0.5 => Reason::Hidden(1.0 - visible),
         _ => Reason::Unsure(tracked.score),
+    }
+}
+
+/// Where a span is farthest from a key frame: at its open end, or in its middle.
+fn unchecked(target: &Target, span: &[(usize, Tracked)]) -> Option<Doubt> {
+    let (first, last) = (span.first()?.0, span.last()?.0);
+    let is_key = |frame: Option<usize>| frame.is_some_and(|frame| target.keys.contains_key(&frame));
+    let (frame, away) = match (is_key(first.checked_sub(1)), is_key(last.checked_add(1))) {
+        (_, false) => (last, span.len()),
+        (false, true) => (first, span.len()),
+        (true, true) => (first + span.len() / 2, span.len().div_ceil(2)),
+    };
+    let gain = UNCHECKED * span.len() as f64;
+    (away >= LEAST_UNCHECKED).then_some(Doubt { frame, gain, reason: Reason::Unchecked(away) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::project::Key;
+    use patchlock::BoundingBox;
+    use std::collections::BTreeMap;
+
+    const BOX: BoundingBox = BoundingBox { x: 10.0, y: 10.0, w: 20.0, h: 20.0 };
+
+    fn sure() -> Tracked {
+        let status = Status::Tracked;
+        Tracked { bbox: BOX, score: 0.95, status, visible: Some(0.9), agreement: Some(0.9) }
+    }
+
+    /// Key frames at 0 and 100, tracked between and beyond, up to 159.
+    fn target() -> Target {
+        let key = Key { bbox: BOX, occluded: false, truncated: false };
+        Target {
+            id: 1,
+            label: "car".into(),
+            attributes: BTreeMap::new(),
+            keys: BTreeMap::from([(0, key), (100, key)]),
+            tracked: (1..160).filter(|&frame| frame != 100).map(|frame| (frame, sure())).collect(),
+            hidden: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn without_doubt_the_longest_unchecked_spans_come_first() {
+        let found = doubts(&target());
+        let found: Vec<_> = found.iter().map(|doubt| (doubt.frame, doubt.reason)).collect();
+        assert_eq!(found, [(50, Reason::Unchecked(50)), (159, Reason::Unchecked(59))]);
+    }
+
+    #[test]
+    fn the_middle_of_a_doubtful_stretch_comes_first_with_its_reason() {
+        let cases = [
+            (Tracked { agreement: Some(0.1), ..sure() }, Reason::Disagreement(0.1)),
+            (Tracked { score: 0.2, visible: Some(0.1), ..sure() }, Reason::Hidden(0.9)),
+            (Tracked { score: 0.2, ..sure() }, Reason::Unsure(0.2)),
+            (Tracked { score: 0.4, status: Status::Lost, ..sure() }, Reason::Lost),
+        ];
+        for (doubtful, reason) in cases {
+            let mut target = target();
+            target.tracked.extend((20..41).map(|frame| (frame, doubtful)));
+            let first = doubts(&target)[0];
+            assert_eq!((first.frame, first.reason), (30, reason));
+        }
+    }
+
+    #[test]
+    fn targets_without_tracked_frames_have_no_doubts() {
+        assert_eq!(doubts(&Target { tracked: BTreeMap::new(), ..target() }), []);
+    }
+
+    #[test]
+    fn frames_before_the_first_key_are_open_at_their_beginning() {
+        let mut target = target();
+        target.keys.remove(&0);
+        assert!(doubts(&target).iter().any(|doubt| doubt.frame == 1));
     }
 }

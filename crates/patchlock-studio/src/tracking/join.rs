@@ -5,34 +5,102 @@ use patchlock::BoundingBox;
 use super::Found;
 use crate::project::Tracked;
 
+/// Boxes that overlap by at least this much are on the same target.
+const LEAST_OVERLAP: f64 = 0.3;
+
+/// In spans of at most this many frames, a straight line is better than tracks that disagree. With the
+/// development sequences of `examples/annotator.rs`, 6 and 24 give nearly the same number of key frames.
+const SHORT: usize = 12;
+
 /// Joins what was found between two neighbouring key frames, `first` and `last`.
 ///
 /// `forward` was tracked from the first key frame and holds the frames after it, up to and with the last key
 /// frame. `backward` was tracked from the last key frame and holds, in the order of the video, the first key
 /// frame and the frames after it, without the last. Both have one element per frame of the span, `n`; the
-/// result has the `n - 1` frames between the key frames.
+/// result has the `n - 1` frames between the key frames. If one is longer, its further elements are ignored.
 ///
-/// # Panics
-/// If the two differ in length or are empty.
+/// A track that arrives at the other key frame loses its drift, in equal parts on each frame. Where both
+/// arrive and agree, the box moves from the one to the other; elsewhere it is that of one track up to a frame
+/// and of the other from there on, or, in short spans, on the straight line.
 pub fn join(
     first: BoundingBox,
     forward: &[Found],
     backward: &[Found],
     last: BoundingBox,
 ) -> Vec<Tracked> {
-    assert!(forward.len() == backward.len() && !forward.is_empty(), "one element per frame");
-    let span = forward.len();
-    let _ = (first, last);
-    let switch = best_switch(&forward[..span - 1], &backward[1..]);
-    let pairs = forward[..span - 1].iter().zip(&backward[1..]);
-    pairs
-        .enumerate()
-        .map(|(at, (forward, backward))| {
-            let found = if at < switch { *forward } else { *backward };
-            let agreement = Some(forward.bbox.overlap(&backward.bbox));
-            Tracked { agreement, ..found.into() }
+    let span = forward.len().min(backward.len());
+    if span == 0 {
+        return Vec::new();
+    }
+    let share = |at: usize| (at + 1) as f64 / span as f64;
+    let there = Drift::of(forward[span - 1].bbox, last);
+    let back = Drift::of(backward[0].bbox, first);
+    let arrived = there.is_some() && back.is_some();
+    let forward = without(there, &forward[..span - 1], share);
+    let backward = without(back, &backward[1..span], |at| 1.0 - share(at));
+    let switch = best_switch(&forward, &backward);
+    let join = |(at, (forward, backward)): (usize, (&Found, &Found))| {
+        let agreement = forward.bbox.overlap(&backward.bbox);
+        let found = if at < switch { *forward } else { *backward };
+        let bbox = if arrived && agreement >= LEAST_OVERLAP {
+            between(forward.bbox, backward.bbox, share(at))
+        } else if span <= SHORT {
+            between(first, last, share(at))
+        } else {
+            found.bbox
+        };
+        Tracked { bbox, agreement: Some(agreement), ..found.into() }
+    };
+    forward.iter().zip(&backward).enumerate().map(join).collect()
+}
+
+/// What was found, each box without a share of the drift.
+fn without(drift: Option<Drift>, found: &[Found], share: impl Fn(usize) -> f64) -> Vec<Found> {
+    let frames = found.iter().enumerate();
+    let corrected = frames.map(|(at, found)| Found {
+        bbox: drift.map_or(found.bbox, |drift| drift.undo(found.bbox, share(at))),
+        ..*found
+    });
+    corrected.collect()
+}
+
+/// By how much a track is off at its end.
+#[derive(Debug, Clone, Copy)]
+struct Drift {
+    /// Displacement of the centre, in widths and heights of the box.
+    shift: [f64; 2],
+    /// Ratios of width and height.
+    size: [f64; 2],
+}
+
+impl Drift {
+    /// The drift of a track that has arrived; `None` if its box is elsewhere.
+    fn of(found: BoundingBox, truth: BoundingBox) -> Option<Self> {
+        let ([fx, fy], [tx, ty]) = (found.centre(), truth.centre());
+        (found.overlap(&truth) >= LEAST_OVERLAP).then_some(Self {
+            shift: [(tx - fx) / found.w, (ty - fy) / found.h],
+            size: [truth.w / found.w, truth.h / found.h],
         })
-        .collect()
+    }
+
+    /// The box without this share of the drift.
+    fn undo(self, bbox: BoundingBox, share: f64) -> BoundingBox {
+        let [x, y] = bbox.centre();
+        let centre = [x + share * self.shift[0] * bbox.w, y + share * self.shift[1] * bbox.h];
+        let [w, h] = self.size.map(|ratio| ratio.powf(share));
+        BoundingBox::around(centre, bbox.w * w, bbox.h * h)
+    }
+}
+
+/// The box at this share of the way from one to another, on straight lines.
+pub fn between(from: BoundingBox, to: BoundingBox, share: f64) -> BoundingBox {
+    let at = |from: f64, to: f64| from + share * (to - from);
+    BoundingBox {
+        x: at(from.x, to.x),
+        y: at(from.y, to.y),
+        w: at(from.w, to.w),
+        h: at(from.h, to.h),
+    }
 }
 
 /// The number of frames to take from the forward track, the rest being taken from the backward track: where
@@ -56,4 +124,70 @@ fn best_switch(forward: &[Found], backward: &[Found]) -> usize {
         }
     }
     best.1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use patchlock::Status;
+
+    fn at(x: f64, w: f64) -> BoundingBox {
+        BoundingBox { x, y: 50.0, w, h: 20.0 }
+    }
+
+    fn found(bbox: BoundingBox, score: f64) -> Found {
+        Found { bbox, score, status: Status::Tracked, visible: None }
+    }
+
+    fn assert_near(joined: &[Tracked], truth: impl Fn(usize) -> BoundingBox) {
+        for (k, tracked) in joined.iter().enumerate() {
+            let overlap = tracked.bbox.overlap(&truth(k + 1));
+            assert!(overlap > 0.999, "frame {}: {:?}, overlap {overlap}", k + 1, tracked.bbox);
+        }
+    }
+
+    /// Both tracks drift evenly, in place and in size, to opposite sides.
+    #[test]
+    fn drift_is_taken_back() {
+        let n = 40;
+        let truth = |k: usize| at(3.0 * k as f64, 20.0);
+        let drifted = |k: usize, by: usize| {
+            let growth = 1.01f64.powi(by as i32);
+            let [x, y] = truth(k).centre();
+            found(BoundingBox::around([x, y], 20.0 * growth, 20.0 * growth), 0.9)
+        };
+        let forward: Vec<_> = (1..=n).map(|k| drifted(k, k)).collect();
+        let backward: Vec<_> = (0..n).map(|k| drifted(k, n - k)).collect();
+        let joined = join(truth(0), &forward, &backward, truth(n));
+        assert_eq!(joined.len(), n - 1);
+        assert_near(&joined, truth);
+    }
+
+    /// The target is hidden at frame 25. The forward track stays there, the backward one too.
+    #[test]
+    fn each_side_is_taken_where_it_is_sure() {
+        let n = 50;
+        let truth = |k: usize| at(10.0 * k as f64, 20.0);
+        let forward = |k: usize| found(truth(k.min(24)), if k < 25 { 0.9 } else { 0.1 });
+        let backward = |k: usize| found(truth(k.max(25)), if k < 25 { 0.1 } else { 0.9 });
+        let forward: Vec<_> = (1..=n).map(forward).collect();
+        let backward: Vec<_> = (0..n).map(backward).collect();
+        let joined = join(truth(0), &forward, &backward, truth(n));
+        assert_near(&joined, truth);
+        assert!(joined[4].agreement.unwrap() < 0.1);
+    }
+
+    #[test]
+    fn short_spans_in_which_tracks_disagree_are_straight() {
+        let truth = |k: usize| at(30.0 * k as f64, 20.0);
+        let (forward, backward) = (vec![found(truth(0), 0.9); 6], vec![found(truth(6), 0.9); 6]);
+        assert_near(&join(truth(0), &forward, &backward, truth(6)), truth);
+    }
+
+    #[test]
+    fn spans_without_frames_between() {
+        let one = [found(at(0.0, 20.0), 0.9)];
+        assert_eq!(join(at(0.0, 20.0), &one, &one, at(1.0, 20.0)), []);
+        assert_eq!(join(at(0.0, 20.0), &[], &[], at(1.0, 20.0)), []);
+    }
 }
