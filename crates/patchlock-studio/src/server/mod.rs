@@ -1,8 +1,8 @@
 //! The page in the browser: a server for this machine, with the clips that the command line named and those
 //! that are uploaded.
 //!
-//! [`access`] decides who may ask: the token, the host and the origin of every request are checked before
-//! anything else. [`clips`] answers about projects, [`frames`] serves single frames.
+//! `access` decides who may ask: the token, the host and the origin of every request are checked before
+//! anything else. `clips` answers about projects, `frames` serves single frames.
 
 mod access;
 mod answer;
