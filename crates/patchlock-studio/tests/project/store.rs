@@ -356,6 +356,9 @@ fn the_example_of_the_guide_is_read_and_says_the_same_when_written() {
     store.apply(vec![label("#000000"), label("#e69f00")]).unwrap();
     store.save().unwrap();
     assert_eq!(*Store::open_shared(&place.file(), None).unwrap().project(), before);
+    let edit = page.split("```").nth(3).unwrap().strip_prefix("json\n").unwrap();
+    store.apply(vec![serde_json::from_str(edit).unwrap()]).unwrap();
+    store.undo().unwrap();
     let json = |text: &str| serde_json::from_str::<serde_json::Value>(text).unwrap();
     let numbers = |value: &serde_json::Value| value["targets"][0]["tracked"][0]["x"].clone();
     let written = json(&fs::read_to_string(place.file()).unwrap());
