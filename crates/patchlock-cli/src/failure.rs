@@ -77,6 +77,13 @@ impl From<patchlock_eval::settings::SettingsError> for Failure {
     }
 }
 
+impl From<patchlock_studio::project::Error> for Failure {
+    fn from(error: patchlock_studio::project::Error) -> Self {
+        let exit = if error.is_misuse() { Exit::Usage } else { Exit::Failed };
+        Self { exit, message: error.to_string(), hint: error.hint().map(str::to_owned) }
+    }
+}
+
 impl From<patchlock_media::Error> for Failure {
     fn from(error: patchlock_media::Error) -> Self {
         patchlock_eval::Error::from(error).into()

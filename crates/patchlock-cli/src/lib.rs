@@ -9,6 +9,7 @@ pub mod failure;
 pub mod interrupt;
 pub mod output;
 pub mod progress;
+pub mod project;
 pub mod run;
 pub mod target;
 pub mod targets;

@@ -19,7 +19,7 @@ const TABLE: &str = "the columns are frame,id,x,y,w,h, counted from 0; a target 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
     /// Number of the frame; `None` for the first tracked frame.
-    frame: Option<usize>,
+    pub frame: Option<usize>,
     /// The target's id, as given by the user.
     pub id: u64,
     /// The box on which the target starts; `None` if it ends.
@@ -52,6 +52,17 @@ impl Targets {
         let event = |(id, &bbox)| Event { frame: None, id, bbox: Some(bbox) };
         let events = (1..).zip(boxes).map(event).collect();
         Self { events, many: boxes.len() > 1, started: false }
+    }
+
+    /// Targets that start and end at the frames of these events.
+    pub fn at_frames(events: Vec<Event>) -> Self {
+        Self { events, many: true, started: false }
+    }
+
+    /// Frame and id of each start and restart; no frame for the first tracked one.
+    pub fn starts(&self) -> impl Iterator<Item = (Option<usize>, u64)> {
+        let starts = self.events.iter().filter(|event| event.bbox.is_some());
+        starts.map(|event| (event.frame, event.id))
     }
 
     /// Reads a CSV file of targets that start and end at any frame.

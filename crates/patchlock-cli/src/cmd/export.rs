@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use clap::Args;
 use patchlock_eval::export::{self, Format, Options, Track};
+use patchlock_studio::export as of_project;
+use patchlock_studio::project::Store;
 
 use crate::failure::{Failure, usage};
 
@@ -14,6 +16,8 @@ EXAMPLES:
       a text file in the format of MOTChallenge, for TrackEval and motmetrics
   patchlock export track.csv --format cvat --keyframes 10 --label car --out track.xml
       to correct the track in CVAT: Upload annotations, CVAT 1.1
+  patchlock export video.patchlock.json --format coco --out video.json
+      the targets of a project, with their labels
   patchlock export track.csv --format yolo --images video.mp4 --out dataset
       a folder to train a detector on, with the frames of the video as images
 
@@ -26,6 +30,7 @@ FORMATS:
   label-studio  a JSON file: a task with a prediction, for VideoRectangle
   lasot   a folder: <label>/<label>-<id>/groundtruth.txt for each target, with its flags
   got10k  a folder: <name>_<id>/groundtruth.txt for each target, with its labels; and list.txt
+  csv     of a project only: a table with all that it says of each target and frame
 
 Frames in which a target is lost (column status) are marked: in mot by confidence 0, in coco by the attribute
 status, in cvat as outside, in label-studio by the end of a stretch, in lasot as full occlusion, in got10k as
@@ -35,14 +40,15 @@ no annotation in coco.";
 /// Converts a track for other tools: MOT, COCO, CVAT, YOLO, VOC, Label Studio, LaSOT, GOT-10k
 ///
 /// TRACK is a table saved by patchlock track, .csv or .jsonl, of one target or many; or a .txt file with one
-/// box per line, counted from 1, as track and bench save it. Output is written completely or not at all.
+/// box per line, counted from 1, as track and bench save it; or a project, .json.
+/// Output is written completely or not at all.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ExportArgs {
-    /// The track: .csv, .jsonl or .txt
+    /// The track: .csv, .jsonl or .txt; or a project: .json
     track: PathBuf,
 
-    /// mot, coco, cvat, yolo, voc, label-studio, lasot or got10k
+    /// mot, coco, cvat, yolo, voc, label-studio, lasot or got10k; of a project also csv
     #[arg(long, value_name = "NAME")]
     format: String,
 
@@ -65,9 +71,9 @@ pub struct ExportArgs {
     #[arg(long, value_name = "N", default_value = "1")]
     keyframes: usize,
 
-    /// Class of the targets
-    #[arg(long, value_name = "NAME", default_value = "target")]
-    label: String,
+    /// Class of the targets [default: target]; those of a project have their own
+    #[arg(long, value_name = "NAME")]
+    label: Option<String>,
 
     /// Name of the video [default: the name of the track's file]
     #[arg(long, value_name = "NAME")]
@@ -80,17 +86,50 @@ pub struct ExportArgs {
 
 /// Reads, converts, writes.
 pub fn run(args: &ExportArgs) -> Result<()> {
+    let is_project = args.track.extension().is_some_and(|end| end.eq_ignore_ascii_case("json"));
+    if is_project {
+        return export_project(args);
+    }
+    let track = Track::read(&args.track).map_err(Failure::from)?;
+    export_track(args, &track)
+}
+
+/// Writes a project.
+fn export_project(args: &ExportArgs) -> Result<()> {
+    if args.label.is_some() {
+        let message = format!("--label is not for the project {}", args.track.display());
+        return Err(usage(message).hint("each target of a project has a label").into());
+    }
+    let store = Store::open_shared(&args.track, None).map_err(Failure::from)?;
+    let format = of_project::Format::named(&args.format).map_err(Failure::from)?;
+    let track = of_project::track(store.project()).map_err(Failure::from)?;
+    if format != of_project::Format::Csv {
+        return export_track(args, &track);
+    }
+    let options = of_project::Options { format, name: String::new(), frames: false, key_frames: 1 };
+    let files =
+        of_project::write(store.project(), store.video(), &options, &args.out, args.overwrite);
+    say(args, &track, files.map_err(Failure::from)?);
+    Ok(())
+}
+
+/// Writes a track in the format of another tool.
+fn export_track(args: &ExportArgs, track: &Track) -> Result<()> {
     let options = Options {
         format: Format::named(&args.format).map_err(Failure::from)?,
         name: args.name.clone().unwrap_or_else(|| stem(&args.track)),
-        label: args.label.clone(),
+        label: args.label.clone().unwrap_or_else(|| "target".to_owned()),
         size: args.size.as_deref().map(parse_size).transpose()?,
         images: args.images.clone(),
         key_frames: args.keyframes,
     };
-    let track = Track::read(&args.track).map_err(Failure::from)?;
-    let files =
-        export::write(&track, &options, &args.out, args.overwrite).map_err(Failure::from)?;
+    let files = export::write(track, &options, &args.out, args.overwrite).map_err(Failure::from)?;
+    say(args, track, files);
+    Ok(())
+}
+
+/// Says what was written.
+fn say(args: &ExportArgs, track: &Track, files: usize) {
     let (targets, boxes) = (track.ids().len(), track.boxes());
     let plural = |count: usize| if count == 1 { "" } else { "s" };
     eprintln!(
@@ -100,11 +139,11 @@ pub fn run(args: &ExportArgs) -> Result<()> {
         plural(targets),
         plural(files)
     );
-    Ok(())
 }
 
 fn stem(path: &Path) -> String {
-    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    stem.strip_suffix(".patchlock").unwrap_or(&stem).to_owned()
 }
 
 fn parse_size(text: &str) -> Result<(usize, usize), Failure> {

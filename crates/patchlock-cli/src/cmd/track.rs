@@ -7,6 +7,7 @@ use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args};
 use patchlock_eval::settings::{self, Overrides};
 use patchlock_media::{Ahead, FrameRate, Limits, Order, Picture};
+use patchlock_studio::project::Store;
 
 use super::{PRESETS_SHOWN, ROTATE_SHOWN, SEEDS_SHOWN, THREADS_SHOWN, on_or_off, seed, threads};
 use crate::failure::{Failure, interrupted, usage};
@@ -17,6 +18,7 @@ use crate::output::summary::{Settings, Summary};
 use crate::output::tables::{Format, PipeClosed};
 use crate::output::video::QUALITY;
 use crate::progress::Progress;
+use crate::project;
 use crate::run::Run;
 use crate::target::{self, Truth};
 use crate::targets::Targets;
@@ -35,6 +37,8 @@ EXAMPLES:
       tracks many targets that start and end at any frame: the lines of starts.csv are frame,id,x,y,w,h
   patchlock track video.mp4 --box 300,90,50,80 --start 0 --end 251 --reverse --save back.csv
       tracks backwards from frame 250, in which the box is given, to frame 0
+  patchlock track video.mp4 --project video.patchlock.json
+      tracks the targets of a project from their key frames, and adds the boxes to it
   ffmpeg -i video.webm -f yuv4mpegpipe -pix_fmt yuv420p - | patchlock track - --box 120,80,64,48
       reads frames from any program that writes Y4M";
 
@@ -58,7 +62,11 @@ EXAMPLES:
 #[derive(Debug, Args)]
 #[command(
     after_help = EXAMPLES,
-    group(ArgGroup::new("target").required(true).args(["bbox", "box_from", "boxes"]))
+    group(ArgGroup::new("target").args(["bbox", "box_from", "boxes"])),
+    group(
+        ArgGroup::new("start_from").required(true).multiple(true)
+            .args(["bbox", "box_from", "boxes", "project"])
+    )
 )]
 pub struct TrackArgs {
     /// Frames: a folder, a pattern, a glob, a video file, or - for Y4M on stdin
@@ -78,6 +86,12 @@ pub struct TrackArgs {
     /// A target starts at its first line, restarts at a later one, and ends at a line without x, y, w and h
     #[arg(long, value_name = "FILE.csv")]
     boxes: Option<PathBuf>,
+
+    /// Add the boxes to the project of SOURCE, as patchlock studio writes it; it is begun if there is none.
+    /// Boxes that are given become new targets. Without any, its targets are tracked: they start at their key
+    /// frames, restart at the next ones, and end where they are hidden
+    #[arg(long, value_name = "FILE.patchlock.json")]
+    project: Option<PathBuf>,
 
     #[arg(long, value_name = "NAME", default_value = "robust", help = PRESETS_SHOWN)]
     preset: String,
@@ -180,7 +194,15 @@ impl TrackArgs {
         Order { start: self.start, end: self.end, stride: self.stride, reverse: self.reverse }
     }
 
-    fn start(&self) -> Result<Start, Failure> {
+    /// Whether the boxes are given, and not those of the project.
+    fn has_boxes(&self) -> bool {
+        !self.bbox.is_empty() || self.box_from.is_some() || self.boxes.is_some()
+    }
+
+    fn start(&self, project: Option<&Store>) -> Result<Start, Failure> {
+        if let Some(store) = project.filter(|_| !self.has_boxes()) {
+            return project::starts(store, &self.order()).map(Start::Known);
+        }
         if let Some(file) = &self.boxes {
             return Targets::from_table(file).map(Start::Known);
         }
@@ -207,11 +229,12 @@ impl TrackArgs {
             self.config.as_deref(),
             self.box_from.as_deref(),
             self.boxes.as_deref(),
+            self.project.as_deref(),
         ];
         let inputs: Vec<&Path> = inputs.into_iter().flatten().collect();
         let (video, summary) = (self.video.as_deref(), self.summary.as_deref());
         let plan = Plan::check(&self.save, video, summary, self.overwrite, &inputs)?;
-        Ok(plan.with_quality(self.quality))
+        Ok(plan.with_quality(self.quality).with_project(self.project.is_some()))
     }
 }
 
@@ -236,7 +259,9 @@ impl Start {
 pub fn run(args: &TrackArgs) -> Result<()> {
     let order = args.order();
     order.check().map_err(Failure::from)?;
-    let start = args.start()?;
+    let project = args.project.as_deref().map(|file| project::open(file, &args.source));
+    let project = project.transpose()?;
+    let start = args.start(project.as_ref())?;
     let options = Overrides { seed: args.seed, rotate: args.rotate, set: &args.set };
     let config = settings::resolve(&args.preset, args.config.as_deref(), options);
     let config = config.map_err(Failure::from)?;
@@ -258,7 +283,8 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let Some(first) = next(&mut frames)? else { return Err(nothing_to_track(&order)) };
     targets.check_boxes(first.0, &first.1)?;
 
-    let Opened { sinks, summary } = plan.open(args.lost, played_by(rate, args.stride), expected)?;
+    let Opened { mut sinks, summary } =
+        plan.open(args.lost, played_by(rate, args.stride), expected)?;
     if let Some(video) = args.video.as_ref().filter(|_| sound) {
         eprintln!("note: {} has no sound: only pictures are written", video.display());
     }
@@ -266,6 +292,9 @@ pub fn run(args: &TrackArgs) -> Result<()> {
         true => Progress::beside_table(expected, args.quiet),
         false => Progress::new(expected, args.quiet),
     };
+    if let Some(store) = project {
+        sinks.push(Box::new(project::Output::new(store, &targets, !args.has_boxes())));
+    }
     let mut run = Run::new(config, args.threads, targets.many, sinks)?;
     let rest = std::iter::from_fn(|| next(&mut frames).map_err(Error::from).transpose());
     let frames = std::iter::once(Ok(first)).chain(rest);

@@ -20,6 +20,8 @@ pub struct Plan {
     quality: u8,
     summary: Option<PathBuf>,
     overwrite: bool,
+    /// Whether the boxes also go to a project.
+    into_project: bool,
 }
 
 /// The opened outputs.
@@ -50,6 +52,7 @@ impl Plan {
             quality: video::QUALITY,
             summary: summary.map(Path::to_path_buf),
             overwrite,
+            into_project: false,
         };
         let mut taken: Vec<PathBuf> = Vec::new();
         for path in plan.paths() {
@@ -73,15 +76,20 @@ impl Plan {
         Self { quality, ..self }
     }
 
+    /// The same files, beside a project or not.
+    pub fn with_project(self, into_project: bool) -> Self {
+        Self { into_project, ..self }
+    }
+
     /// All files, in the order of the options.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
         let tables = self.tables.iter().map(|(_, path)| path.as_path());
         tables.chain(self.video.as_deref()).chain(self.summary.as_deref())
     }
 
-    /// Whether the table goes to standard output, which it does if no file is given.
+    /// Whether the table goes to standard output, which it does if no file and no project is given.
     pub fn prints(&self) -> bool {
-        self.paths().next().is_none()
+        !self.into_project && self.paths().next().is_none()
     }
 
     /// Opens all files.
