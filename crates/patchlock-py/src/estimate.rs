@@ -43,6 +43,11 @@ impl Estimate {
     pub fn from_rust(inner: patchlock::Estimate, frame: u64, ms: f64) -> Self {
         Self { frame, ms, inner }
     }
+
+    /// The number of the frame, and what was found there.
+    pub fn to_rust(&self) -> (u64, &patchlock::Estimate) {
+        (self.frame, &self.inner)
+    }
 }
 
 #[pymethods]

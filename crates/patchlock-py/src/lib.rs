@@ -11,6 +11,7 @@ mod export;
 mod multi;
 mod observation;
 mod pixels;
+mod project;
 mod scene;
 mod settings;
 mod source;
@@ -32,6 +33,7 @@ fn _patchlock(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<observation::RobustObservation>()?;
     module.add_class::<source::Frames>()?;
     module.add_class::<scene::Scene>()?;
+    module.add_class::<project::Project>()?;
     module.add_function(wrap_pyfunction!(tracker::restore, module)?)?;
     module.add_function(wrap_pyfunction!(multi::restore_many, module)?)?;
     module.add_function(wrap_pyfunction!(export::export, module)?)?;

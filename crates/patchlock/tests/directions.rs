@@ -77,7 +77,14 @@ const CRATES: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "patchlock-py",
-        &["patchlock", "patchlock-media", "patchlock-eval", "patchlock-cli", "patchlock-scene"],
+        &[
+            "patchlock",
+            "patchlock-media",
+            "patchlock-eval",
+            "patchlock-studio",
+            "patchlock-cli",
+            "patchlock-scene",
+        ],
         &[],
     ),
 ];

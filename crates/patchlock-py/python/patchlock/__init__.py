@@ -5,6 +5,7 @@ is and which parts of the target are hidden.
 
 `track` tracks through a video, a folder of images or any sequence of frames. `Tracker` takes frames one by
 one. `MultiTracker` follows many targets. `export` writes tracks in the formats of other tools.
+`Project` reads and writes the annotations of `patchlock studio`.
 
 A frame (`FrameLike`) is a numpy array of shape (height, width), grey, or (height, width, 3), colour, of
 uint8, uint16 or float32; or a PIL image. float32 samples are usually from 0 to 1, but other ranges work too.
@@ -25,6 +26,7 @@ from patchlock._patchlock import (
     Frames,
     MultiTracker,
     Observation,
+    Project,
     RobustObservation,
     Scene,
     Tracker,
@@ -45,6 +47,7 @@ __all__ = [
     "Observation",
     "Occlusion",
     "Parameter",
+    "Project",
     "RobustObservation",
     "Scene",
     "Settings",

@@ -1,7 +1,7 @@
 """The Rust part of the package `patchlock`."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, Literal, final
 
@@ -19,6 +19,7 @@ __all__ = [
     "MultiTracker",
     "Observation",
     "PRESETS",
+    "Project",
     "RobustObservation",
     "Scene",
     "Store",
@@ -517,6 +518,191 @@ class Scene:
 
     def hidden(self, index: int) -> float:
         """Share of the target that is hidden in a frame, 0 to 1."""
+
+@final
+class Project:
+    """The annotations of a video, in a file as `patchlock studio` writes it.
+
+    Changes are in memory until `save`. The file is not locked before that, so it can be read while
+    `patchlock studio` has it open. Frames count from 0.
+
+    Args:
+        path: The project file, such as `clip.patchlock.json`.
+        video: The video file or folder of images. Needed to begin a project; without it the file must exist.
+
+    Raises:
+        ValueError: The file is not a project, or belongs to another video.
+        OSError: The file or the video can't be read.
+    """
+
+    def __new__(cls, path: str | os.PathLike[str], video: str | os.PathLike[str] | None = None) -> Self: ...
+    @property
+    def path(self) -> Path:
+        """The project file."""
+
+    @property
+    def video(self) -> Path:
+        """The video file or folder of images."""
+
+    @property
+    def frames(self) -> int:
+        """Number of frames of the video."""
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the frames in pixels."""
+
+    @property
+    def changed(self) -> str | None:
+        """How the video has changed since the project was begun, in words; `None` if it has not."""
+
+    @property
+    def labels(self) -> list[tuple[str, str]]:
+        """Names and colours (`#rrggbb`) of the labels, in the order in which they are offered."""
+
+    @property
+    def targets(self) -> list[int]:
+        """The ids of the targets, in the order in which they were made."""
+
+    def label(self, target: int) -> str:
+        """The label of a target."""
+
+    def attributes(self, target: int) -> dict[str, str]:
+        """The attributes of a target."""
+
+    def keys(self, target: int) -> dict[int, dict[str, Any]]:
+        """The boxes that a person has drawn, by frame.
+
+        Each is a dictionary with `box`, `occluded` and `truncated`.
+        """
+
+    def tracked(self, target: int) -> dict[int, dict[str, Any]]:
+        """The boxes that were tracked, by frame.
+
+        Each is a dictionary with `box`, `score` (0 to 1), `status` (`"tracked"`, `"uncertain"` or `"lost"`),
+        and, or `None`, `visible` (the visible share) and `agreement` (the overlap of the boxes tracked
+        forward and backward).
+        """
+
+    def boxes(self, target: int) -> dict[int, Box]:
+        """All boxes of a target by frame, drawn or tracked, without those where it is lost."""
+
+    def hidden(self, target: int) -> list[tuple[int, int]]:
+        """First and last frame of each stretch in which a target is not visible."""
+
+    def add_target(self, label: str, frame: int, box: BoxLike) -> int:
+        """Adds a target with one key frame. A label that does not exist is added.
+
+        Returns:
+            The id of the target.
+
+        Raises:
+            ValueError: The frame is not in the video, or the box is not possible.
+        """
+
+    def set_key(
+        self, target: int, frame: int, box: BoxLike, *, occluded: bool = False, truncated: bool = False
+    ) -> None:
+        """Draws the box of a target in a frame, which becomes a key frame.
+
+        Raises:
+            ValueError: There is no such target, or the frame or box is not possible.
+        """
+
+    def set_tracked(self, target: int, estimates: Iterable[Estimate]) -> None:
+        """Adds what a tracker found, by `Estimate.frame`, in place of the tracked boxes so far.
+
+        All from the first to the last of these frames are replaced. Frames with a key and hidden frames stay
+        as they are.
+
+        Raises:
+            ValueError: There is no such target, a frame is not in the video, or there are no estimates.
+        """
+
+    def hide(self, target: int, first: int, last: int) -> None:
+        """Says that a target is not visible in the frames `first` to `last`; its boxes there are removed.
+
+        Raises:
+            ValueError: There is no such target, or the frames are not in the video.
+        """
+
+    def delete_target(self, target: int) -> None:
+        """Deletes a target.
+
+        Raises:
+            ValueError: There is no such target.
+        """
+
+    def edit(self, edits: Sequence[Mapping[str, Any]]) -> None:
+        """Applies any edits, all or none, as one step that `undo` takes back.
+
+        Args:
+            edits: Dictionaries such as `{"edit": "split", "target": 1, "frame": 30}`; the guide lists them.
+
+        Raises:
+            ValueError: An edit is unknown or not possible; nothing is changed.
+        """
+
+    def undo(self) -> bool:
+        """Takes back the last change; `False` if there is none."""
+
+    def redo(self) -> bool:
+        """Makes the change again that was taken back last; `False` if there is none."""
+
+    def import_file(
+        self, file: str | os.PathLike[str], format: Literal["csv", "mot", "cvat", "coco"]
+    ) -> list[int]:
+        """Adds the targets of a file of another tool, or of a table.
+
+        Args:
+            file: The file to read.
+            format: `"csv"` (also JSON lines), `"mot"`, `"cvat"` or `"coco"`.
+
+        Returns:
+            The ids of the new targets.
+
+        Raises:
+            ValueError: The file has another format, or boxes that are not possible.
+            OSError: The file can't be read.
+        """
+
+    def export(
+        self,
+        format: Literal["csv", "mot", "coco", "cvat", "yolo", "voc", "label-studio", "lasot", "got10k"],
+        out: str | os.PathLike[str],
+        *,
+        frames: bool = False,
+        name: str | None = None,
+        key_frames: int = 1,
+        overwrite: bool = False,
+    ) -> int:
+        """Writes the project in the format of another tool, or as a table.
+
+        Files are written completely or not at all.
+
+        Args:
+            format: A format of `patchlock.export`, or `"csv"`.
+            out: The file or folder to create. A folder must be empty or not exist yet.
+            frames: Copy the frames into formats that include them.
+            name: Name of the video; `None` for that of its file.
+            key_frames: As in `patchlock.export`.
+            overwrite: Replace an existing file. A folder that is not empty is never replaced.
+
+        Returns:
+            The number of files written.
+
+        Raises:
+            ValueError: There are no boxes, there is no such format, or `out` exists.
+            OSError: A file can't be read or written.
+        """
+
+    def save(self) -> None:
+        """Writes the file, whole or not at all.
+
+        Raises:
+            OSError: It can't be written, another program has the project open, or has changed the file since
+                it was read.
+        """
 
 @final
 class Store:

@@ -1,0 +1,351 @@
+//! The Python class `Project`: annotations of a video, as `patchlock studio` writes them.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use patchlock_studio::export::{self, Format, Options};
+use patchlock_studio::import;
+use patchlock_studio::project::{self as rust, Edit, Error, Store, Target};
+use patchlock_studio::tracking::Found;
+use pyo3::exceptions::{PyKeyError, PyOSError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::estimate::{Estimate, box_tuple, to_box};
+
+/// The annotations of a video, in a file as `patchlock studio` writes it.
+///
+/// Changes are in memory until `save`. The file is not locked before that, so it can be read while
+/// `patchlock studio` has it open. Frames count from 0.
+///
+/// Args:
+///     path: The project file, such as `clip.patchlock.json`.
+///     video: The video file or folder of images. Needed to begin a project; without it the file must exist.
+///
+/// Raises:
+///     ValueError: The file is not a project, or belongs to another video.
+///     OSError: The file or the video can't be read.
+#[pyclass(module = "patchlock")]
+pub struct Project {
+    store: Store,
+}
+
+#[pymethods]
+impl Project {
+    #[new]
+    #[pyo3(signature = (path, video = None))]
+    fn new(py: Python<'_>, path: PathBuf, video: Option<PathBuf>) -> PyResult<Self> {
+        let store = py.detach(|| Store::open_shared(&path, video.as_deref()));
+        Ok(Self { store: store.map_err(to_python)? })
+    }
+
+    /// The project file.
+    #[getter]
+    fn path(&self) -> PathBuf {
+        self.store.path().to_path_buf()
+    }
+
+    /// The video file or folder of images.
+    #[getter]
+    fn video(&self) -> PathBuf {
+        self.store.video().to_path_buf()
+    }
+
+    /// Number of frames of the video.
+    #[getter]
+    fn frames(&self) -> usize {
+        self.store.project().video.frames
+    }
+
+    /// Width and height of the frames in pixels.
+    #[getter]
+    fn size(&self) -> (usize, usize) {
+        let video = &self.store.project().video;
+        (video.width, video.height)
+    }
+
+    /// How the video has changed since the project was begun, in words; `None` if it has not.
+    #[getter]
+    fn changed(&self, py: Python<'_>) -> Option<String> {
+        py.detach(|| self.store.changed()).map(|change| change.to_string())
+    }
+
+    /// Names and colours (`#rrggbb`) of the labels, in the order in which they are offered.
+    #[getter]
+    fn labels(&self) -> Vec<(String, String)> {
+        let labels = self.store.project().labels.iter();
+        labels.map(|label| (label.name.clone(), label.colour.clone())).collect()
+    }
+
+    /// The ids of the targets, in the order in which they were made.
+    #[getter]
+    fn targets(&self) -> Vec<u64> {
+        self.store.project().targets.iter().map(|target| target.id).collect()
+    }
+
+    /// The label of a target.
+    fn label(&self, target: u64) -> PyResult<String> {
+        Ok(self.target(target)?.label.clone())
+    }
+
+    /// The attributes of a target.
+    fn attributes(&self, target: u64) -> PyResult<BTreeMap<String, String>> {
+        Ok(self.target(target)?.attributes.clone())
+    }
+
+    /// The boxes that a person has drawn, by frame.
+    ///
+    /// Each is a dictionary with `box`, `occluded` and `truncated`.
+    fn keys<'py>(&self, py: Python<'py>, target: u64) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        for (frame, key) in &self.target(target)?.keys {
+            let one = PyDict::new(py);
+            one.set_item("box", box_tuple(py, &key.bbox)?)?;
+            one.set_item("occluded", key.occluded)?;
+            one.set_item("truncated", key.truncated)?;
+            all.set_item(frame, one)?;
+        }
+        Ok(all)
+    }
+
+    /// The boxes that were tracked, by frame.
+    ///
+    /// Each is a dictionary with `box`, `score` (0 to 1), `status` (`"tracked"`, `"uncertain"` or `"lost"`),
+    /// and, or `None`, `visible` (the visible share) and `agreement` (the overlap of the boxes tracked
+    /// forward and backward).
+    fn tracked<'py>(&self, py: Python<'py>, target: u64) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        for (frame, tracked) in &self.target(target)?.tracked {
+            let one = PyDict::new(py);
+            one.set_item("box", box_tuple(py, &tracked.bbox)?)?;
+            one.set_item("score", tracked.score)?;
+            one.set_item("status", tracked.status.name())?;
+            one.set_item("visible", tracked.visible)?;
+            one.set_item("agreement", tracked.agreement)?;
+            all.set_item(frame, one)?;
+        }
+        Ok(all)
+    }
+
+    /// All boxes of a target by frame, drawn or tracked, without those where it is lost.
+    fn boxes<'py>(&self, py: Python<'py>, target: u64) -> PyResult<Bound<'py, PyDict>> {
+        let target = self.target(target)?;
+        let all = PyDict::new(py);
+        let frames: std::collections::BTreeSet<_> =
+            target.keys.keys().chain(target.tracked.keys()).collect();
+        for frame in frames {
+            if let Some(bbox) = target.box_at(*frame) {
+                all.set_item(frame, box_tuple(py, &bbox)?)?;
+            }
+        }
+        Ok(all)
+    }
+
+    /// First and last frame of each stretch in which a target is not visible.
+    fn hidden(&self, target: u64) -> PyResult<Vec<(usize, usize)>> {
+        Ok(self.target(target)?.hidden.iter().map(|&[from, to]| (from, to)).collect())
+    }
+
+    /// Adds a target with one key frame. A label that does not exist is added.
+    ///
+    /// Returns:
+    ///     The id of the target.
+    ///
+    /// Raises:
+    ///     ValueError: The frame is not in the video, or the box is not possible.
+    fn add_target(
+        &mut self,
+        label: String,
+        frame: usize,
+        r#box: &Bound<'_, PyAny>,
+    ) -> PyResult<u64> {
+        let (bbox, id) = (to_box(r#box)?, self.store.project().next_id);
+        let is_known = self.store.project().labels.iter().any(|known| known.name == label);
+        let new = Edit::AddLabel { name: label.clone(), colour: None, at: None };
+        let mut edits = if is_known { Vec::new() } else { vec![new] };
+        edits.push(Edit::AddTarget { label, frame, bbox });
+        self.apply(edits)?;
+        Ok(id)
+    }
+
+    /// Draws the box of a target in a frame, which becomes a key frame.
+    ///
+    /// Raises:
+    ///     ValueError: There is no such target, or the frame or box is not possible.
+    #[pyo3(signature = (target, frame, r#box, *, occluded = false, truncated = false))]
+    fn set_key(
+        &mut self,
+        target: u64,
+        frame: usize,
+        r#box: &Bound<'_, PyAny>,
+        occluded: bool,
+        truncated: bool,
+    ) -> PyResult<()> {
+        let bbox = to_box(r#box)?;
+        self.apply(vec![Edit::SetKey { target, frame, bbox, occluded, truncated }])
+    }
+
+    /// Adds what a tracker found, by `Estimate.frame`, in place of the tracked boxes so far.
+    ///
+    /// All from the first to the last of these frames are replaced. Frames with a key and hidden frames stay
+    /// as they are.
+    ///
+    /// Raises:
+    ///     ValueError: There is no such target, a frame is not in the video, or there are no estimates.
+    fn set_tracked(&mut self, target: u64, estimates: &Bound<'_, PyAny>) -> PyResult<()> {
+        let mut tracked = BTreeMap::new();
+        for estimate in estimates.try_iter()? {
+            let estimate = estimate?.extract::<PyRef<'_, Estimate>>()?;
+            let (frame, found) = estimate.to_rust();
+            tracked.insert(frame as usize, rust::Tracked::from(Found::from(found)));
+        }
+        let span = tracked.keys().next().copied().zip(tracked.keys().next_back().copied());
+        let (from, to) = span.ok_or_else(|| PyValueError::new_err("there are no estimates"))?;
+        self.apply(vec![Edit::SetTracked { target, from, to, tracked }])
+    }
+
+    /// Says that a target is not visible in the frames `first` to `last`; its boxes there are removed.
+    ///
+    /// Raises:
+    ///     ValueError: There is no such target, or the frames are not in the video.
+    fn hide(&mut self, target: u64, first: usize, last: usize) -> PyResult<()> {
+        self.apply(vec![Edit::Hide { target, from: first, to: last }])
+    }
+
+    /// Deletes a target.
+    ///
+    /// Raises:
+    ///     ValueError: There is no such target.
+    fn delete_target(&mut self, target: u64) -> PyResult<()> {
+        self.apply(vec![Edit::DeleteTarget { target }])
+    }
+
+    /// Applies any edits, all or none, as one step that `undo` takes back.
+    ///
+    /// Args:
+    ///     edits: Dictionaries such as `{"edit": "split", "target": 1, "frame": 30}`; the guide lists them.
+    ///
+    /// Raises:
+    ///     ValueError: An edit is unknown or not possible; nothing is changed.
+    fn edit(&mut self, edits: &Bound<'_, PyAny>) -> PyResult<()> {
+        let json = edits.py().import("json")?;
+        let text: String = json.call_method1("dumps", (edits,))?.extract()?;
+        let edits: Vec<Edit> = serde_json::from_str(&text)
+            .map_err(|error| PyValueError::new_err(format!("not a list of edits: {error}")))?;
+        self.apply(edits)
+    }
+
+    /// Takes back the last change; `False` if there is none.
+    fn undo(&mut self) -> PyResult<bool> {
+        Ok(self.store.undo().map_err(to_python)?.is_some())
+    }
+
+    /// Makes the change again that was taken back last; `False` if there is none.
+    fn redo(&mut self) -> PyResult<bool> {
+        Ok(self.store.redo().map_err(to_python)?.is_some())
+    }
+
+    /// Adds the targets of a file of another tool, or of a table.
+    ///
+    /// Args:
+    ///     file: The file to read.
+    ///     format: `"csv"` (also JSON lines), `"mot"`, `"cvat"` or `"coco"`.
+    ///
+    /// Returns:
+    ///     The ids of the new targets.
+    ///
+    /// Raises:
+    ///     ValueError: The file has another format, or boxes that are not possible.
+    ///     OSError: The file can't be read.
+    fn import_file(&mut self, py: Python<'_>, file: PathBuf, format: &str) -> PyResult<Vec<u64>> {
+        let format = import::Format::named(format).map_err(to_python)?;
+        let first = self.store.project().next_id;
+        let store = &mut self.store;
+        let imported = py.detach(|| {
+            let text = std::fs::read(&file).map_err(|source| Error::Read { path: file, source })?;
+            let targets = import::read(format, &text, store.project())?;
+            store.apply(vec![Edit::Import { targets }])
+        });
+        imported.map_err(to_python)?;
+        Ok((first..self.store.project().next_id).collect())
+    }
+
+    /// Writes the project in the format of another tool, or as a table.
+    ///
+    /// Files are written completely or not at all.
+    ///
+    /// Args:
+    ///     format: A format of `patchlock.export`, or `"csv"`.
+    ///     out: The file or folder to create. A folder must be empty or not exist yet.
+    ///     frames: Copy the frames into formats that include them.
+    ///     name: Name of the video; `None` for that of its file.
+    ///     key_frames: As in `patchlock.export`.
+    ///     overwrite: Replace an existing file. A folder that is not empty is never replaced.
+    ///
+    /// Returns:
+    ///     The number of files written.
+    ///
+    /// Raises:
+    ///     ValueError: There are no boxes, there is no such format, or `out` exists.
+    ///     OSError: A file can't be read or written.
+    #[pyo3(signature = (format, out, *, frames = false, name = None, key_frames = 1, overwrite = false))]
+    #[expect(clippy::too_many_arguments, reason = "Python calls it with keywords")]
+    fn export(
+        &self,
+        py: Python<'_>,
+        format: &str,
+        out: PathBuf,
+        frames: bool,
+        name: Option<String>,
+        key_frames: usize,
+        overwrite: bool,
+    ) -> PyResult<usize> {
+        let format = Format::named(format).map_err(to_python)?;
+        let stem =
+            || self.store.video().file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let options = Options { format, name: name.unwrap_or_else(stem), frames, key_frames };
+        let (project, video) = (self.store.project(), self.store.video());
+        let written = py.detach(|| export::write(project, video, &options, &out, overwrite));
+        written.map_err(to_python)
+    }
+
+    /// Writes the file, whole or not at all.
+    ///
+    /// Raises:
+    ///     OSError: It can't be written, another program has the project open, or has changed the file since
+    ///         it was read.
+    fn save(&mut self, py: Python<'_>) -> PyResult<()> {
+        py.detach(|| self.store.save()).map_err(to_python)
+    }
+
+    fn __repr__(&self) -> String {
+        let count = self.store.project().targets.len();
+        let plural = if count == 1 { "" } else { "s" };
+        format!("<Project '{}': {count} target{plural}>", self.store.path().display())
+    }
+}
+
+impl Project {
+    fn target(&self, id: u64) -> PyResult<&Target> {
+        let target = self.store.project().target(id);
+        target.ok_or_else(|| PyKeyError::new_err(format!("there is no target {id}")))
+    }
+
+    fn apply(&mut self, edits: Vec<Edit>) -> PyResult<()> {
+        self.store.apply(edits).map(drop).map_err(to_python)
+    }
+}
+
+/// What the file system refuses becomes `OSError`, all else `ValueError`.
+fn to_python(error: Error) -> PyErr {
+    let text = match error.hint() {
+        Some(hint) => format!("{error} ({hint})"),
+        None => error.to_string(),
+    };
+    let is_value = matches!(error, Error::Invalid { .. } | Error::Version { .. });
+    if error.is_misuse() || is_value {
+        PyValueError::new_err(text)
+    } else {
+        PyOSError::new_err(text)
+    }
+}

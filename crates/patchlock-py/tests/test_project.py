@@ -1,0 +1,139 @@
+"""Projects: annotations of a video, from Python."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import QUICK
+from PIL import Image
+
+import patchlock
+
+BOX = (10.0, 12.0, 30.0, 20.0)
+
+
+@pytest.fixture
+def video(tmp_path: Path) -> Path:
+    folder = tmp_path / "frames"
+    folder.mkdir()
+    for k in range(10):
+        Image.fromarray(np.full((64, 96), 10 * k, np.uint8)).save(folder / f"{k:04}.png")
+    return folder
+
+
+@pytest.fixture
+def project(tmp_path: Path, video: Path) -> patchlock.Project:
+    return patchlock.Project(tmp_path / "frames.patchlock.json", video)
+
+
+def estimate(frame: int, status: str = "tracked") -> patchlock.Estimate:
+    x, y, w, h = BOX
+    corners = [[x, y], [x + w, y], [x + w, y + h], [x, y + h]]
+    return patchlock.Estimate(BOX, corners, 0.75, status, None, frame=frame)  # type: ignore[arg-type]
+
+
+def test_a_project_is_begun_changed_saved_and_opened(project: patchlock.Project, video: Path):
+    assert (project.frames, project.size, project.targets, project.changed) == (10, (96, 64), [], None)
+    assert project.video == video and not project.path.exists()
+    car = project.add_target("car", 0, BOX)
+    project.set_key(car, 9, np.array(BOX), occluded=True)
+    project.set_tracked(car, [estimate(k, "lost" if k == 3 else "tracked") for k in range(1, 10)])
+    project.hide(car, 5, 6)
+    project.save()
+    again = patchlock.Project(project.path)
+    assert again.targets == [car] and again.label(car) == "car" and again.attributes(car) == {}
+    assert [name for name, colour in again.labels] == ["target", "car"]
+    assert again.keys(car) == {
+        0: {"box": BOX, "occluded": False, "truncated": False},
+        9: {"box": BOX, "occluded": True, "truncated": False},
+    }
+    assert isinstance(again.keys(car)[0]["box"], patchlock.Box)
+    assert list(again.tracked(car)) == [1, 2, 3, 4, 7, 8]
+    found = again.tracked(car)[3]
+    assert found == {"box": BOX, "score": 0.75, "status": "lost", "visible": None, "agreement": None}
+    assert list(again.boxes(car)) == [0, 1, 2, 4, 7, 8, 9]
+    assert again.hidden(car) == [(5, 6)]
+    assert repr(again).endswith("frames.patchlock.json': 1 target>")
+
+
+def test_any_edit_can_be_undone(project: patchlock.Project):
+    first = project.add_target("target", 2, BOX)
+    project.set_tracked(first, [estimate(k) for k in range(3, 8)])
+    project.edit([
+        {"edit": "split", "target": first, "frame": 5},
+        {"edit": "set_target", "target": first, "attributes": {"colour": "red"}},
+    ])
+    assert project.targets == [1, 2] and project.attributes(1) == {"colour": "red"}
+    assert project.undo() and project.targets == [1]
+    assert project.redo() and project.targets == [1, 2]
+    project.delete_target(2)
+    assert project.undo() and project.undo() and project.undo() and project.undo() and not project.undo()
+    assert project.targets == []
+
+
+def test_projects_are_exported_and_files_imported(project: patchlock.Project, tmp_path: Path):
+    target = project.add_target("dog", 0, BOX)
+    project.set_tracked(target, [estimate(k) for k in range(1, 10)])
+    for format in ("csv", "mot", "cvat", "coco"):
+        out = tmp_path / f"out.{format}"
+        assert project.export(format, out) == 1
+        with pytest.raises(ValueError, match="exists already"):
+            project.export(format, out)
+        [new] = project.import_file(out, format)
+        found, expected = project.boxes(new), project.boxes(target)
+        assert list(found) == list(expected), format
+        np.testing.assert_allclose(list(found.values()), list(expected.values()), atol=1e-3)
+        assert project.label(new) == ("target" if format == "mot" else "dog")
+        project.delete_target(new)
+    assert json.loads((tmp_path / "out.coco").read_text())["videos"][0]["name"] == "frames"
+    project.export("yolo", tmp_path / "yolo", frames=True)
+    assert len(list((tmp_path / "yolo" / "images" / "train").iterdir())) == 10
+
+
+def test_what_is_wrong_is_said(project: patchlock.Project, tmp_path: Path, video: Path):
+    with pytest.raises(ValueError, match="frame 10 is not in the video"):
+        project.add_target("car", 10, BOX)
+    assert [name for name, colour in project.labels] == ["target"]
+    target = project.add_target("car", 0, BOX)
+    with pytest.raises(ValueError, match="the box is"):
+        project.set_key(target, 0, (0, 0, 0, 5))
+    with pytest.raises(ValueError, match="unknown variant"):
+        project.edit([{"edit": "fly"}])
+    with pytest.raises(ValueError, match="no estimates"):
+        project.set_tracked(target, [])
+    with pytest.raises(KeyError, match="no target 7"):
+        project.keys(7)
+    with pytest.raises(ValueError, match="there is no format"):
+        project.export("xls", tmp_path / "x")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="cannot import"):
+        project.import_file(video / "0000.png", "csv")
+    with pytest.raises(OSError, match="cannot read"):
+        project.import_file(tmp_path / "none.csv", "csv")
+    with pytest.raises(OSError, match="cannot read"):
+        patchlock.Project(tmp_path / "none.json")
+    (tmp_path / "bad.json").write_text("{}")
+    with pytest.raises(ValueError, match="not a valid project"):
+        patchlock.Project(tmp_path / "bad.json")
+
+
+def test_who_saves_second_is_told(project: patchlock.Project, video: Path):
+    project.save()
+    one, two = patchlock.Project(project.path), patchlock.Project(project.path)
+    one.add_target("target", 0, BOX)
+    two.add_target("target", 1, BOX)
+    one.save()
+    with pytest.raises(OSError, match="changed by another program"):
+        two.save()
+    (video / "0003.png").write_bytes((video / "0003.png").read_bytes() + b"x")
+    assert "the video has changed: it had" in str(project.changed)
+
+
+def test_the_command_and_python_share_a_project(project: patchlock.Project, video: Path):
+    tracker = patchlock.Tracker(**QUICK)
+    frame = np.asarray(Image.open(video / "0000.png"))
+    target = project.add_target("target", 0, BOX)
+    project.set_tracked(target, [tracker.init(frame, BOX), tracker.update(frame)])
+    assert list(project.tracked(target)) == [1], "the key stays"
