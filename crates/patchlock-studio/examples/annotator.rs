@@ -1,5 +1,5 @@
-//! The annotator's bill: how many key frames a person has to draw until every frame has a good box. The ground
-//! truth of a dataset plays the person.
+//! The annotator's bill: how many key frames a person has to draw until every frame has a good box. The
+//! ground truth of a dataset plays the person.
 //!
 //! ```sh
 //! cargo run --release -p patchlock-studio --example annotator -- DATASET... [--boxes FOLDER]

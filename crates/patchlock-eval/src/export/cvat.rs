@@ -53,7 +53,8 @@ fn label_meta(job: &Job<'_>, label: &str) -> String {
         attributes += &define(TRUNCATED, "True", "checkbox", "false");
     }
     format!(
-        "        <label>\n          <name>{}</name>\n          <attributes>{attributes}</attributes>\n        \
+        "        <label>\n          <name>{}</name>\n          \
+             <attributes>{attributes}</attributes>\n        \
          </label>\n",
         escaped(label)
     )
