@@ -83,6 +83,57 @@ fn the_quality_of_the_video_can_be_chosen() {
     alone.code(2).stderr(predicate::str::contains("--video"));
 }
 
+/// Size and delays, in hundredths of a second, of an animation.
+fn animation(bench: &support::Bench, name: &str) -> ((u16, u16), Vec<u16>) {
+    let file = fs::File::open(bench.path(name)).unwrap();
+    let mut decoder = gif::DecodeOptions::new().read_info(file).unwrap();
+    let size = (decoder.width(), decoder.height());
+    let mut delays = Vec::new();
+    while let Some(frame) = decoder.read_next_frame().unwrap() {
+        delays.push(frame.delay);
+    }
+    (size, delays)
+}
+
+#[test]
+fn an_animation_has_ten_frames_per_second() {
+    let bench = support::Bench::new();
+    bench.mp4("v.mp4", 20);
+    bench.track("v.mp4").args(["--gif", "out.gif"]).assert().success();
+    let ((width, height), delays) = animation(&bench, "out.gif");
+    // 25 frames per second, so 0.8 s.
+    assert_eq!(delays, [10; 8]);
+    let source = patchlock_media::open(bench.path("v.mp4").to_str().unwrap(), false);
+    let first = source.unwrap().frame(0).unwrap().unwrap();
+    assert_eq!((usize::from(width), usize::from(height)), (first.width, first.height));
+    uneven(&bench);
+    bench.track("v.mp4").args(["--gif", "out.gif", "--overwrite"]).assert().success();
+    assert_eq!(animation(&bench, "out.gif").1.len(), 3, "at 0, 0.24 and 0.95 s");
+    let wrong = bench.track("v.mp4").args(["--gif", "out.mp4"]).assert();
+    wrong.code(2).stderr(predicate::str::contains("must end in .gif"));
+}
+
+#[test]
+fn the_part_around_the_target_can_be_shown_alone() {
+    let bench = support::Bench::new();
+    bench.mp4("v.mp4", 6);
+    let outputs = ["--video", "out.mp4", "--gif", "out.gif", "--crop", "3", "--panel", "off"];
+    bench.track("v.mp4").args(outputs).assert().success();
+    let mut video = patchlock_media::open(bench.path("out.mp4").to_str().unwrap(), false).unwrap();
+    let frame = video.frame(5).unwrap().unwrap();
+    assert_eq!((video.length(), frame.width, frame.height), (Some(6), 240, 240));
+    assert_eq!(animation(&bench, "out.gif").0, (240, 240));
+    let fails = |options: &[&str], words: &str| {
+        let result = bench.track("v.mp4").args(options).assert();
+        result.code(2).stderr(predicate::str::contains(words));
+    };
+    fails(&["--video", "o.mp4", "--crop", "0.5"], "--crop 0.5: must be 1 to 20");
+    fails(&["--video", "o.mp4", "--crop", "nan"], "--crop NaN: must be 1 to 20");
+    fails(&["--crop", "3"], "--video");
+    fails(&["--panel", "off"], "--video");
+    fails(&["--box", "1,1,9,9", "--video", "o.mp4", "--crop", "3"], "around one target");
+}
+
 #[test]
 fn sound_is_left_out_with_a_note() {
     let bench = support::Bench::new();

@@ -20,6 +20,7 @@ use crate::output::row::Lost;
 use crate::output::strip::{self, Panel};
 use crate::output::tables::{Format, Table};
 use crate::output::video::{QUALITY, Video};
+use crate::output::view::{Style, View};
 use crate::output::{Seen, Sink, Tracked};
 use crate::progress::Progress;
 use crate::run::Run;
@@ -131,7 +132,13 @@ fn begin(out: &Path, scene: &Scene) -> Result<(Run, Show)> {
     let frames = Some(scene.len());
     // The video first: completing it may still fail, before the other files are in place.
     let sinks: Vec<Box<dyn Sink>> = vec![
-        Box::new(Video::new(create("demo.mp4")?, FrameRate::DEFAULT, QUALITY, frames)),
+        Box::new(Video::new(
+            create("demo.mp4")?,
+            FrameRate::DEFAULT,
+            View::new(Style::default()),
+            QUALITY,
+            frames,
+        )),
         Box::new(Table::new(Format::Csv, Lost::Keep, create("demo.csv")?)),
     ];
     let run = Run::new(TrackerConfig::default(), None, false, sinks)?;

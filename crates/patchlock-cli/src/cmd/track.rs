@@ -9,6 +9,7 @@ use patchlock_eval::settings::{self, Overrides};
 use patchlock_media::{Ahead, FrameRate, Limits, Order, Picture};
 use patchlock_studio::project::Store;
 
+use super::pictures::PictureArgs;
 use super::{PRESETS_SHOWN, ROTATE_SHOWN, SEEDS_SHOWN, THREADS_SHOWN, on_or_off, seed, threads};
 use crate::failure::{Failure, interrupted, usage};
 use crate::interrupt;
@@ -16,7 +17,6 @@ use crate::output::plan::{Opened, Plan};
 use crate::output::row::Lost;
 use crate::output::summary::{Settings, Summary};
 use crate::output::tables::{Format, PipeClosed};
-use crate::output::video::QUALITY;
 use crate::progress::Progress;
 use crate::project;
 use crate::run::Run;
@@ -146,23 +146,8 @@ pub struct TrackArgs {
     #[arg(long, value_name = "WHAT", default_value = "keep", value_enum)]
     lost: Lost,
 
-    /// Save a video (MP4, H.264) with box, outline, visible patches, score and frame number drawn in: solid
-    /// lines if the target is tracked, dashed ones if that is uncertain, the last box in grey if it is lost.
-    /// Frames have the times of the source, or 30 frames per second if it has none. Sound is left out
-    #[arg(long, value_name = "FILE.mp4")]
-    video: Option<PathBuf>,
-
-    /// Quantiser of --video: 0 is the best picture and the largest file, 51 the smallest; six more halve the
-    /// size, roughly
-    #[arg(
-        long,
-        value_name = "0..51",
-        default_value_t = QUALITY,
-        allow_negative_numbers = true,
-        requires = "video",
-        value_parser = clap::value_parser!(u8).range(0..=51)
-    )]
-    quality: u8,
+    #[command(flatten)]
+    pictures: PictureArgs,
 
     /// Save statistics of the run as JSON: frames, frames_lost, losses (each with the frames of the loss and
     /// of the return), tracking_fps (without decoding), ms_median, ms_p95, ...
@@ -232,9 +217,9 @@ impl TrackArgs {
             self.project.as_deref(),
         ];
         let inputs: Vec<&Path> = inputs.into_iter().flatten().collect();
-        let (video, summary) = (self.video.as_deref(), self.summary.as_deref());
-        let plan = Plan::check(&self.save, video, summary, self.overwrite, &inputs)?;
-        Ok(plan.with_quality(self.quality).with_project(self.project.is_some()))
+        let (pictures, summary) = (self.pictures.plan(many)?, self.summary.as_deref());
+        let plan = Plan::check(&self.save, pictures, summary, self.overwrite, &inputs)?;
+        Ok(plan.with_project(self.project.is_some()))
     }
 }
 
@@ -285,7 +270,7 @@ pub fn run(args: &TrackArgs) -> Result<()> {
 
     let Opened { mut sinks, summary } =
         plan.open(args.lost, played_by(rate, args.stride), expected)?;
-    if let Some(video) = args.video.as_ref().filter(|_| sound) {
+    if let Some(video) = args.pictures.video.as_ref().filter(|_| sound) {
         eprintln!("note: {} has no sound: only pictures are written", video.display());
     }
     let progress = match plan.prints() {

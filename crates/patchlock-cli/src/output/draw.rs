@@ -1,13 +1,13 @@
-//! Draws the track on a frame: box, rotated outline, visible patches, score and frame number. Lines are solid
+//! Draws the track on a frame: box and rotated outline, and the panels with score and patches. Lines are solid
 //! when the target is tracked, dashed when that is uncertain; of a lost target only the last known box is
 //! drawn, thin and grey, with the word LOST.
 
-use patchlock::{Estimate, Status, Visibility, VisibilityMap};
-use patchlock_studio::drawing::canvas::{Area, Canvas, Line};
-use patchlock_studio::drawing::{LOST, PANEL, PANEL_OPACITY, lost_box, scale, tag, text, upright};
+use patchlock::{Estimate, Status};
+use patchlock_studio::drawing::canvas::{Canvas, Line};
+use patchlock_studio::drawing::{LOST, lost_box, scale, tag, upright};
 
-use super::many;
-use super::{Seen, Tracked};
+use super::panels::Panels;
+use super::{Seen, Tracked, many};
 
 /// Visible patches and high scores. Teal and orange can be told apart with any colour vision.
 pub const VISIBLE: [u8; 3] = [46, 211, 183];
@@ -15,6 +15,7 @@ pub const VISIBLE: [u8; 3] = [46, 211, 183];
 pub const HIDDEN: [u8; 3] = [255, 127, 40];
 /// The upright box.
 pub const BOX: [u8; 3] = [255, 255, 255];
+
 /// Draws the track on a frame; returns RGB bytes of the same size.
 pub fn annotate(tracked: &Tracked<'_>) -> Vec<u8> {
     let rgb = tracked.picture.to_rgb();
@@ -22,18 +23,24 @@ pub fn annotate(tracked: &Tracked<'_>) -> Vec<u8> {
     else {
         return rgb;
     };
-    match tracked.targets {
-        // With a single target there is room for the visibility maps.
-        [seen] if seen.id.is_none() => {
-            outlines(&mut canvas, seen);
-            status(&mut canvas, tracked.frame, &seen.estimate);
-            if let Some(Visibility { large, small }) = &seen.estimate.visibility {
-                maps(&mut canvas, [large, small]);
-            }
-        }
-        targets => many::annotate(&mut canvas, tracked.frame, targets),
-    }
+    annotate_on(&mut canvas, tracked.frame, tracked.targets, Some(&mut Panels::default()));
     canvas.to_rgb()
+}
+
+/// Draws targets on a canvas, and the panels, if they are wanted.
+pub fn annotate_on(
+    canvas: &mut Canvas,
+    frame: usize,
+    targets: &[Seen],
+    panels: Option<&mut Panels>,
+) {
+    match targets {
+        [seen] if seen.id.is_none() => outlines(canvas, seen),
+        targets => many::outlines_and_names(canvas, targets),
+    }
+    if let Some(panels) = panels {
+        panels.draw(canvas, frame, targets);
+    }
 }
 
 /// The corners of the target's outline, on the canvas. They are points, and a point with integer coordinates
@@ -83,79 +90,10 @@ fn by_score(score: f64) -> [u8; 3] {
     })
 }
 
-/// Frame number, score, status and a bar for the score, in the upper left corner.
-fn status(canvas: &mut Canvas, frame: usize, estimate: &Estimate) {
-    let scale = scale(canvas);
-    let size = (12.0 * scale).round();
-    let margin = (6.0 * scale).round();
-    let label = frame.to_string();
-    let (score_label, colour) = (score_label(estimate), colour(estimate));
-    let gap = size * 0.9;
-    let inner = text::width(&label, size) + gap + text::width(&score_label, size);
-    let panel = Area { x: margin, y: margin, w: inner + 2.0 * margin, h: size + 2.2 * margin };
-    canvas.fill_round(panel, margin * 0.7, PANEL, PANEL_OPACITY);
-    let middle = margin * 1.8 + size / 2.0;
-    canvas.text(&label, 2.0 * margin, middle, size, [200, 206, 214]);
-    canvas.text(
-        &score_label,
-        2.0 * margin + inner - text::width(&score_label, size),
-        middle,
-        size,
-        colour,
-    );
-    let bar = Area {
-        x: 2.0 * margin,
-        y: panel.y + panel.h - margin * 0.85,
-        w: inner,
-        h: (scale * 2.0).round(),
-    };
-    canvas.fill(bar, [90, 98, 108], 0.8);
-    canvas.fill(Area { w: inner * estimate.score.clamp(0.0, 1.0) as f32, ..bar }, colour, 1.0);
-}
-
-/// The maps of large and small patches, in the lower right corner at the same size.
-fn maps(canvas: &mut Canvas, maps: [&VisibilityMap; 2]) {
-    let scale = scale(canvas);
-    let margin = (6.0 * scale).round();
-    let side = 13.0 * (2.6 * scale).round();
-    let panel = Area {
-        x: canvas.width() - 3.0 * margin - 2.0 * side - margin,
-        y: canvas.height() - 3.0 * margin - side,
-        w: 2.0 * side + 3.0 * margin,
-        h: side + 2.0 * margin,
-    };
-    canvas.fill_round(panel, margin * 0.7, PANEL, PANEL_OPACITY);
-    for (k, map) in maps.into_iter().enumerate() {
-        let x = panel.x + margin + k as f32 * (side + margin);
-        grid(canvas, map, Area { x, y: panel.y + margin, w: side, h: side });
-    }
-}
-
-/// One map of patches. Cells start at whole pixels, so that the gaps between them look even.
-fn grid(canvas: &mut Canvas, map: &VisibilityMap, area: Area) {
-    if map.rows == 0 || map.columns == 0 {
-        return;
-    }
-    let edge = |k: usize, count: usize, length: f32| (length * k as f32 / count as f32).round();
-    for (k, &visible) in map.visible.iter().enumerate().take(map.rows * map.columns) {
-        let (row, column) = (k / map.columns, k % map.columns);
-        let (left, right) =
-            (edge(column, map.columns, area.w), edge(column + 1, map.columns, area.w));
-        let (top, bottom) = (edge(row, map.rows, area.h), edge(row + 1, map.rows, area.h));
-        let gap = if right - left > 4.5 { 1.0 } else { 0.0 };
-        let cell = Area {
-            x: area.x + left,
-            y: area.y + top,
-            w: right - left - gap,
-            h: bottom - top - gap,
-        };
-        canvas.fill(cell, if visible { VISIBLE } else { HIDDEN }, 1.0);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use patchlock::BoundingBox;
+    use patchlock_studio::drawing::PANEL;
 
     use super::super::example;
     use super::*;

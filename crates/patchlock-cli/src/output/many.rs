@@ -1,8 +1,8 @@
 //! Draws many targets on a frame, each with its box, outline and id in its own colour.
 
 use patchlock::Status;
-use patchlock_studio::drawing::canvas::{Area, Canvas, Line};
-use patchlock_studio::drawing::{PANEL, PANEL_OPACITY, lost_box, scale, tag, text, upright};
+use patchlock_studio::drawing::canvas::{Canvas, Line};
+use patchlock_studio::drawing::{lost_box, scale, tag, upright};
 
 use super::Seen;
 use super::draw::outline;
@@ -23,8 +23,8 @@ fn colour(id: u64) -> [u8; 3] {
     COLOURS[(id.wrapping_sub(1) % COLOURS.len() as u64) as usize]
 }
 
-/// Draws all targets and the frame number.
-pub fn annotate(canvas: &mut Canvas, frame: usize, targets: &[Seen]) {
+/// Draws all targets.
+pub fn outlines_and_names(canvas: &mut Canvas, targets: &[Seen]) {
     for seen in targets {
         outlines(canvas, seen);
     }
@@ -32,7 +32,6 @@ pub fn annotate(canvas: &mut Canvas, frame: usize, targets: &[Seen]) {
     for seen in targets {
         name(canvas, seen);
     }
-    status(canvas, frame, targets.len());
 }
 
 fn outlines(canvas: &mut Canvas, seen: &Seen) {
@@ -54,20 +53,4 @@ fn name(canvas: &mut Canvas, seen: &Seen) {
         Status::Tracked | Status::Uncertain => format!("{id}  {:.2}", seen.estimate.score),
     };
     tag(canvas, seen.bbox, &label, colour(id));
-}
-
-/// Frame number and number of targets, in the lower left corner.
-fn status(canvas: &mut Canvas, frame: usize, targets: usize) {
-    let scale = scale(canvas);
-    let (size, margin) = ((12.0 * scale).round(), (6.0 * scale).round());
-    let label = format!("{frame}   {targets} target{}", if targets == 1 { "" } else { "s" });
-    let h = size + 2.0 * margin;
-    let area = Area {
-        x: margin,
-        y: canvas.height() - h - margin,
-        w: text::width(&label, size) + 2.0 * margin,
-        h,
-    };
-    canvas.fill_round(area, margin * 0.7, PANEL, PANEL_OPACITY);
-    canvas.text(&label, area.x + margin, area.y + h / 2.0, size, [200, 206, 214]);
 }

@@ -4,8 +4,10 @@ pub mod chart;
 pub mod draw;
 #[cfg(test)]
 mod example;
+pub mod gif;
 mod many;
 pub mod measured;
+pub mod panels;
 pub mod pending;
 pub mod plan;
 pub mod printed;
@@ -16,6 +18,7 @@ pub mod tables;
 pub mod text_table;
 pub mod unfinished;
 pub mod video;
+pub mod view;
 
 use std::path::PathBuf;
 
@@ -43,6 +46,19 @@ impl Seen {
             (bbox.x, bbox.y) = (bbox.x + dx, bbox.y + dy);
         }
         *corners = corners.map(|[x, y]: Point| [x + dx, y + dy]);
+        seen
+    }
+
+    /// The target with all positions multiplied, for an enlarged frame. Boxes cover whole pixels, while
+    /// corners are points, and pixel centres are at whole numbers.
+    pub fn scaled(&self, by: f64) -> Self {
+        let mut seen = self.clone();
+        let Estimate { bbox, corners, .. } = &mut seen.estimate;
+        for bbox in [&mut seen.bbox, bbox] {
+            let BoundingBox { x, y, w, h } = *bbox;
+            *bbox = BoundingBox { x: x * by, y: y * by, w: w * by, h: h * by };
+        }
+        *corners = corners.map(|corner: Point| corner.map(|at| (at + 0.5) * by - 0.5));
         seen
     }
 }

@@ -6,22 +6,36 @@ use anyhow::Result;
 use patchlock_media::FrameRate;
 
 use super::Sink;
+use super::gif::{self, Gif};
 use super::pending::{self, PendingFile};
 use super::row::Lost;
 use super::tables::{Format, Stdout, Table};
 use super::video::{self, Video};
+use super::view::{Style, View};
 use crate::failure::{Failure, usage};
 
 /// The outputs that the command line asks for.
 #[derive(Debug)]
 pub struct Plan {
     tables: Vec<(Format, PathBuf)>,
-    video: Option<PathBuf>,
-    quality: u8,
+    pictures: Pictures,
     summary: Option<PathBuf>,
     overwrite: bool,
     /// Whether the boxes also go to a project.
     into_project: bool,
+}
+
+/// The annotated videos.
+#[derive(Debug, Clone)]
+pub struct Pictures {
+    /// An MP4.
+    pub video: Option<PathBuf>,
+    /// Its quantiser.
+    pub quality: u8,
+    /// An animated GIF.
+    pub gif: Option<PathBuf>,
+    /// How frames are shown in both.
+    pub style: Style,
 }
 
 /// The opened outputs.
@@ -36,20 +50,18 @@ impl Plan {
     /// Checks names, duplicates and existing files. `inputs` are files that must not be replaced.
     pub fn check(
         save: &[PathBuf],
-        video: Option<&Path>,
+        pictures: Pictures,
         summary: Option<&Path>,
         overwrite: bool,
         inputs: &[&Path],
     ) -> Result<Self, Failure> {
         let table = |path: &PathBuf| Format::of(path).map(|format| (format, path.clone()));
         let tables: Result<Vec<_>, _> = save.iter().map(table).collect();
-        if let Some(video) = video {
-            video::check_name(video)?;
-        }
+        pictures.video.as_deref().map_or(Ok(()), video::check_name)?;
+        pictures.gif.as_deref().map_or(Ok(()), gif::check_name)?;
         let plan = Self {
             tables: tables?,
-            video: video.map(Path::to_path_buf),
-            quality: video::QUALITY,
+            pictures,
             summary: summary.map(Path::to_path_buf),
             overwrite,
             into_project: false,
@@ -71,11 +83,6 @@ impl Plan {
         Ok(plan)
     }
 
-    /// The same files, with this quantiser of the video.
-    pub fn with_quality(self, quality: u8) -> Self {
-        Self { quality, ..self }
-    }
-
     /// The same files, beside a project or not.
     pub fn with_project(self, into_project: bool) -> Self {
         Self { into_project, ..self }
@@ -84,7 +91,8 @@ impl Plan {
     /// All files, in the order of the options.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
         let tables = self.tables.iter().map(|(_, path)| path.as_path());
-        tables.chain(self.video.as_deref()).chain(self.summary.as_deref())
+        let Pictures { video, gif, .. } = &self.pictures;
+        tables.chain(video.as_deref()).chain(gif.as_deref()).chain(self.summary.as_deref())
     }
 
     /// Whether the table goes to standard output, which it does if no file and no project is given.
@@ -99,13 +107,14 @@ impl Plan {
             let file = PendingFile::create(path, self.overwrite)?.keep_partial();
             sinks.push(Box::new(Table::new(*format, lost, file)));
         }
-        if let Some(path) = &self.video {
-            sinks.push(Box::new(Video::new(
-                PendingFile::create(path, self.overwrite)?,
-                rate,
-                self.quality,
-                expected,
-            )));
+        let Pictures { video, quality, gif, style } = &self.pictures;
+        if let Some(path) = video {
+            let (file, view) = (PendingFile::create(path, self.overwrite)?, View::new(*style));
+            sinks.push(Box::new(Video::new(file, rate, view, *quality, expected)));
+        }
+        if let Some(path) = gif {
+            let (file, view) = (PendingFile::create(path, self.overwrite)?, View::new(*style));
+            sinks.push(Box::new(Gif::new(file, rate, view)));
         }
         let summary = self
             .summary

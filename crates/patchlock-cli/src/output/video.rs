@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use patchlock_media::{Error, FrameRate, Mp4Writer};
 
-use super::draw;
 use super::pending::PendingFile;
+use super::view::View;
 use super::{Sink, Tracked};
 use crate::failure::{Failure, usage};
 
@@ -15,9 +15,8 @@ pub fn check_name(path: &Path) -> Result<(), Failure> {
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mp4")) {
         return Ok(());
     }
-    Err(usage(format!("--video {}: only .mp4 can be written", path.display())).hint(
-        "use a name that ends in .mp4; ffmpeg -i OUT.mp4 OUT.gif converts it to other formats",
-    ))
+    Err(usage(format!("--video {}: only .mp4 can be written", path.display()))
+        .hint("use a name that ends in .mp4; --gif writes an animated GIF"))
 }
 
 /// The quantiser if the user gives none: lines of one pixel stay crisp, and the file is about half as large
@@ -27,6 +26,7 @@ pub const QUALITY: u8 = 26;
 /// Draws the track on the frames and encodes them.
 pub struct Video {
     state: State,
+    view: View,
     rate: FrameRate,
     quality: u8,
     expected: Option<usize>,
@@ -44,9 +44,15 @@ enum State {
 impl Video {
     /// A video to be written to `file`, with frames at this rate if they have no times. `quality` is the
     /// quantiser, `expected` the number of frames, if it is known.
-    pub fn new(file: PendingFile, rate: FrameRate, quality: u8, expected: Option<usize>) -> Self {
+    pub fn new(
+        file: PendingFile,
+        rate: FrameRate,
+        view: View,
+        quality: u8,
+        expected: Option<usize>,
+    ) -> Self {
         let write_error = Box::new(file.error_handler());
-        Self { state: State::Waiting(file), rate, quality, expected, write_error }
+        Self { state: State::Waiting(file), view, rate, quality, expected, write_error }
     }
 
     fn writer(
@@ -75,9 +81,9 @@ impl Video {
 
 impl Sink for Video {
     fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
-        let rgb = draw::annotate(tracked);
-        let writer = self.writer(tracked.picture.width, tracked.picture.height);
-        let pushed = writer.and_then(|writer| writer.push_at(&rgb, tracked.picture.time));
+        let canvas = self.view.draw(tracked)?;
+        let writer = self.writer(canvas.width() as usize, canvas.height() as usize);
+        let pushed = writer.and_then(|to| to.push_at(&canvas.to_rgb(), tracked.picture.time));
         Ok(pushed.map_err(&self.write_error)?)
     }
 

@@ -3,8 +3,8 @@
 use std::io::{self, Write};
 
 use resvg::tiny_skia::{
-    Color, FillRule, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, Rect, Stroke,
-    StrokeDash, Transform,
+    Color, FillRule, FilterQuality, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, Rect,
+    Stroke, StrokeDash, Transform,
 };
 
 /// A picture to draw on.
@@ -54,6 +54,20 @@ impl Canvas {
             to.copy_from_slice(&[from[0], from[1], from[2], 255]);
         }
         Some(Self { pixmap })
+    }
+
+    /// A square part of the picture, resampled to this many pixels per side; black outside the picture. `None`
+    /// if the part or the result has no pixels.
+    pub fn part(&self, area: Area, pixels: usize) -> Option<Self> {
+        let mut part = Self::plain(pixels, pixels, [0; 3])?;
+        if !(area.w > 0.0 && area.h > 0.0) {
+            return None;
+        }
+        let scale = pixels as f32 / area.w;
+        let place = Transform::from_translate(-area.x, -area.y).post_scale(scale, scale);
+        let paint = PixmapPaint { quality: FilterQuality::Bilinear, ..PixmapPaint::default() };
+        part.pixmap.draw_pixmap(0, 0, self.pixmap.as_ref(), &paint, place, None);
+        Some(part)
     }
 
     /// The picture as RGB bytes.

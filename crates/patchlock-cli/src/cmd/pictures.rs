@@ -1,0 +1,74 @@
+//! The options of annotated videos.
+
+use std::path::PathBuf;
+
+use clap::{ArgGroup, Args};
+
+use super::on_or_off;
+use crate::failure::{Failure, usage};
+use crate::output::plan::Pictures;
+use crate::output::video::QUALITY;
+use crate::output::view::Style;
+
+/// The part around a target, in sides of its box.
+const CROP: std::ops::RangeInclusive<f64> = 1.0..=20.0;
+
+/// What is drawn, and into which files.
+#[derive(Debug, Args)]
+#[command(group(ArgGroup::new("pictures").args(["video", "gif"]).multiple(true)))]
+pub struct PictureArgs {
+    /// Save a video (MP4, H.264) with box, outline, visible patches, score and frame number drawn in: solid
+    /// lines if the target is tracked, dashed ones if that is uncertain, the last box in grey if it is lost.
+    /// Frames have the times of the source, or 30 frames per second if it has none. Sound is left out
+    #[arg(long, value_name = "FILE.mp4")]
+    pub video: Option<PathBuf>,
+
+    /// Quantiser of --video: 0 is the best picture and the largest file, 51 the smallest; six more halve the
+    /// size, roughly
+    #[arg(
+        long,
+        value_name = "0..51",
+        default_value_t = QUALITY,
+        allow_negative_numbers = true,
+        requires = "video",
+        value_parser = clap::value_parser!(u8).range(0..=51)
+    )]
+    quality: u8,
+
+    /// Save the same as an animated GIF: ten frames per second, at most 480 pixels wide
+    #[arg(long, value_name = "FILE.gif")]
+    gif: Option<PathBuf>,
+
+    /// Show only the part around the target in --video and --gif, this many times as wide as the larger side
+    /// of its box. Only for a single target
+    #[arg(long, value_name = "1..20", allow_negative_numbers = true, requires = "pictures")]
+    crop: Option<f64>,
+
+    /// Panels with score and patches in --video and --gif [default: on]; each is in a corner that the target
+    /// leaves free
+    #[arg(long, value_name = "WHETHER", requires = "pictures", value_parser = on_or_off())]
+    panel: Option<bool>,
+}
+
+impl PictureArgs {
+    /// The videos to write of one target, or of `many`.
+    pub fn plan(&self, many: bool) -> Result<Pictures, Failure> {
+        if let Some(crop) = self.crop {
+            if !CROP.contains(&crop) {
+                let message = format!("--crop {crop}: must be {} to {}", CROP.start(), CROP.end());
+                return Err(
+                    usage(message).hint("--crop 4 shows a square four times the target's side")
+                );
+            }
+            if many {
+                return Err(usage(
+                    "--crop shows the part around one target, and there are several",
+                )
+                .hint("leave it out, or track one target at a time"));
+            }
+        }
+        let style = Style { panels: self.panel.unwrap_or(true), crop: self.crop };
+        let (video, gif) = (self.video.clone(), self.gif.clone());
+        Ok(Pictures { video, quality: self.quality, gif, style })
+    }
+}
