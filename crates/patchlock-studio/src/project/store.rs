@@ -1,5 +1,6 @@
 //! A project with its file.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
@@ -31,15 +32,30 @@ pub struct Store {
 }
 
 /// The project file of a video, beside it: `clip.patchlock.json` for `clip.mp4`, `frames.patchlock.json` for
-/// the folder `frames`.
-pub fn beside(video: &Path) -> PathBuf {
+/// the folder `frames`. Where that is the project of another video, such as `clip.mov`, or `is_taken` by one,
+/// it is `clip.mp4.patchlock.json`.
+pub fn beside(video: &Path, is_taken: impl Fn(&Path) -> bool) -> PathBuf {
     // `.` and `..` have no name of their own.
     let whole = video.file_name().is_none().then(|| video.canonicalize().ok()).flatten();
     let video = whole.as_deref().unwrap_or(video);
-    let name = if video.is_dir() { video.file_name() } else { video.file_stem() };
-    let mut name = name.unwrap_or_default().to_owned();
-    name.push(".patchlock.json");
-    video.with_file_name(name)
+    let file = |name: Option<&OsStr>| {
+        let mut name = name.unwrap_or_default().to_owned();
+        name.push(".patchlock.json");
+        video.with_file_name(name)
+    };
+    let long = file(video.file_name());
+    if video.is_dir() || long.exists() {
+        return long;
+    }
+    let short = file(video.file_stem());
+    if is_taken(&short) || is_of_another(&short, video) { long } else { short }
+}
+
+/// Whether a file is the project of another video that exists.
+fn is_of_another(path: &Path, video: &Path) -> bool {
+    let project = files::read(path).ok().and_then(|text| file::read(&text).ok());
+    let Some((project, _)) = project else { return false };
+    found(video, &folder_of(path).join(&project.video.path), path).is_err()
 }
 
 /// The folder of a file.

@@ -85,11 +85,13 @@ impl Clips {
     pub fn add(&self, video: &Path, project: Option<&Path>) -> Arc<Clip> {
         let name = video.file_name().unwrap_or(video.as_os_str()).to_string_lossy().into_owned();
         let mut all = self.all.write().unwrap_or_else(PoisonError::into_inner);
+        let is_taken = |file: &Path| all.iter().any(|clip| clip.project == file);
+        let project = project.map_or_else(|| beside(video, is_taken), Path::to_path_buf);
         let clip = Arc::new(Clip {
             name,
             id: all.len() + 1,
             video: video.to_path_buf(),
-            project: project.map_or_else(|| beside(video), Path::to_path_buf),
+            project,
             settings: self.settings.clone(),
             cache: Arc::clone(&self.cache),
             opened: OnceLock::new(),

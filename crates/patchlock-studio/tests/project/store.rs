@@ -58,9 +58,28 @@ fn what_is_saved_is_read_again() {
 #[test]
 fn the_file_is_beside_the_video() {
     let place = Place::new();
+    let beside = |video: &Path| beside(video, |_| false);
     assert_eq!(beside(&place.video()), place.file());
     assert_eq!(beside(Path::new("a/clip.mp4")), Path::new("a/clip.patchlock.json"));
     assert_eq!(beside(&place.video().join(".")), place.file());
+}
+
+#[test]
+fn videos_that_differ_by_their_extension_have_files_of_their_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let (first, second) = (path("clip.bmp"), path("clip.png"));
+    for file in [&first, &second] {
+        fs::write(file, bmp(64, 48)).unwrap();
+    }
+    let (short, long) = (path("clip.patchlock.json"), path("clip.png.patchlock.json"));
+    assert_eq!(beside(&second, |_| false), short);
+    assert_eq!(beside(&second, |file| file == short), long);
+    Store::create(&short, &first).unwrap().save().unwrap();
+    assert_eq!((beside(&first, |_| false), beside(&second, |_| false)), (short.clone(), long));
+    // A video that was renamed keeps its project.
+    fs::remove_file(&first).unwrap();
+    assert_eq!(beside(&second, |_| false), short);
 }
 
 #[test]
@@ -148,7 +167,7 @@ fn a_change_inside_a_long_file_is_noticed() {
     let mut bytes = bmp(64, 48);
     bytes.resize(70 << 20, 1);
     fs::write(&video, &bytes).unwrap();
-    let store = Store::create(&beside(&video), &video).unwrap();
+    let store = Store::create(&beside(&video, |_| false), &video).unwrap();
     assert_eq!(store.changed(), None);
     let last = bytes.len() - 1;
     bytes[last] = 2;
