@@ -6,6 +6,8 @@
         --variant robust \\
         --variant wide search=6
     python3 benchmarks/ablate.py OTB MINE --out results/tried --variants tried.toml --targets
+    python3 benchmarks/ablate.py OTB MINE --out results/parts --variants benchmarks/parts.toml \\
+        --over search=4.7,5,5.3
 
 Each DATASET is a folder as `patchlock bench` takes it. A variant is a name and the settings in which it
 differs from a preset (`patchlock config` lists all settings). Two words are not settings: `preset`, the
@@ -21,9 +23,11 @@ variants, each variant is a table:
 The table has a row for each dataset and variant: AUC, DP (precision at 20 pixels), the share of frames in
 which the target is lost, the mean overlap of the other frames, the speed of the median frame, and the
 differences in AUC and DP to the first variant. All but the speed are means over targets and seeds;
-METHODOLOGY.md has the formulas. Differences smaller than the spread over seeds mean nothing. Speeds are given
-only for runs made with --jobs 1, and mean something only on a machine that does nothing else. --status adds
-what the tracker's own status and score are worth, --targets the AUC of each target.
+METHODOLOGY.md has the formulas. Differences smaller than the spread over seeds mean nothing. --over KEY=A,B,C
+runs each variant with each of these values of a setting that should not matter much, and prints the means,
+with the standard deviation of the AUC: where nothing is random, that is the spread. Speeds are given only for
+runs made with --jobs 1, and mean something only on a machine that does nothing else. --status adds what the
+tracker's own status and score are worth, --targets the AUC of each target.
 
 Results are kept in --out, one folder for each combination of program, preset and settings, so a repeated or
 interrupted call runs only what is missing. A rebuilt program is another program, because the tracker may have
@@ -107,7 +111,17 @@ def from_file(path: Path, parser: argparse.ArgumentParser) -> list[tuple[str, di
     return list(tables.items())
 
 
-def variants_of(args: argparse.Namespace, parser: argparse.ArgumentParser) -> list[Variant]:
+def values_of(over: str | None, parser: argparse.ArgumentParser) -> list[dict[str, Value]]:
+    """The settings of --over, one after the other; without it, nothing once."""
+    if over is None:
+        return [{}]
+    key, equals, values = over.partition("=")
+    if not (key and equals and values):
+        parser.error(f"--over {over}: not of the form key=value,value,...")
+    return [{key: value_of(value)} for value in values.split(",")]
+
+
+def variants_of(args: argparse.Namespace, parser: argparse.ArgumentParser) -> list[list[Variant]]:
     named = from_file(args.variants, parser) if args.variants else []
     named += [from_command_line(words, parser) for words in args.variant]
     if not named:
@@ -117,7 +131,11 @@ def variants_of(args: argparse.Namespace, parser: argparse.ArgumentParser) -> li
             parser.error(f"two variants have the name {name}")
         if not name or name.startswith(".") or "/" in name or "\\" in name:
             parser.error(f'"{name}" cannot be the name of a folder')
-    return [variant_of(name, dict(settings), args, parser) for name, settings in named]
+    values = values_of(args.over, parser)
+    return [
+        [variant_of(name, {**settings, **value}, args, parser) for value in values]
+        for name, settings in named
+    ]
 
 
 def variant_of(
@@ -212,6 +230,30 @@ def median_fps(manifests: list[dict]) -> Number:
 
 
 def scores(
+    variants: list[list[Variant]], dataset: Path, targets: list[str], args: argparse.Namespace
+) -> list[dict]:
+    """What `patchlock score` says of each variant on the dataset, with the median speed, as means over the
+    values of --over."""
+    values = len(variants[0])
+    each = scores_of([one for variant in variants for one in variant], dataset, targets, args)
+    return [mean_of(each[k : k + values]) for k in range(0, len(each), values)]
+
+
+def mean_of(parts: list) -> object:
+    """The mean of numbers, and of the numbers in objects; None where one is missing, and of what is not a
+    number the first. Where there are several objects, they get the spread of their AUC."""
+    first = parts[0]
+    if isinstance(first, dict):
+        mean = {key: mean_of([part.get(key) for part in parts]) for key in first}
+        if len(parts) > 1 and isinstance(first.get("auc"), float):
+            mean["auc_spread"] = statistics.stdev(part["auc"] for part in parts)
+        return mean
+    if None in parts or not isinstance(first, int | float):
+        return None if None in parts else first
+    return first if len(set(parts)) == 1 else statistics.mean(parts)
+
+
+def scores_of(
     variants: list[Variant], dataset: Path, targets: list[str], args: argparse.Namespace
 ) -> list[dict]:
     """What `patchlock score` says of each variant on the dataset, with the median speed."""
@@ -275,6 +317,7 @@ def rows_of(dataset: Path, variants: list[Variant], score: list[dict]) -> list[l
     for variant, own in zip(variants, score):
         row = head_of(dataset, variant, own)
         row += [shown(own[key]) for _, key in MEASURES] + [shown(own["fps"], 1)]
+        row += [shown(own["auc_spread"])] if "auc_spread" in own else []
         row += [shown(difference(own[key], score[0][key]), sign="+") for _, key in COMPARED]
         rows.append(row)
     return rows
@@ -303,6 +346,7 @@ def arguments() -> tuple[argparse.Namespace, argparse.ArgumentParser]:
         "--variant", nargs="+", action="append", default=[], metavar=("NAME", "KEY=VALUE"), help="a variant"
     )
     parser.add_argument("--variants", type=Path, metavar="FILE.toml", help="variants, before those above")
+    parser.add_argument("--over", metavar="KEY=A,B,C", help="run each variant with each of these values")
     parser.add_argument("--preset", default="robust", help="the preset to start from (default: robust)")
     parser.add_argument("--seeds", type=int, default=1, help="runs of each target (default: 1)")
     parser.add_argument("--sequences", metavar="A,B", help="only these targets, in datasets that have them")
@@ -317,19 +361,21 @@ def arguments() -> tuple[argparse.Namespace, argparse.ArgumentParser]:
 def main() -> None:
     args, parser = arguments()
     variants = variants_of(args, parser)
+    firsts = [variant[0] for variant in variants]
     names = [dataset.resolve().name for dataset in args.datasets]
     if len(set(names)) < len(names):
         parser.error("two datasets have folders of the same name, which is that of their results")
     head = ["dataset", "targets", "seeds", "variant"]
     diffs = [f"{title} diff" for title, _ in COMPARED]
-    table = [head + [title for title, _ in MEASURES] + ["fps"] + diffs]
+    spread = ["AUC sd"] if len(variants[0]) > 1 else []
+    table = [head + [title for title, _ in MEASURES] + ["fps"] + spread + diffs]
     said = [head + [title for title, _ in SAID]]
     parts = []
     for dataset, targets in choose_targets(args).items():
         score = scores(variants, dataset, targets, args)
-        table += rows_of(dataset, variants, score)
-        said += said_of(dataset, variants, score)
-        parts += ["\n" + aligned(targets_of(dataset, variants, score))] if args.targets else []
+        table += rows_of(dataset, firsts, score)
+        said += said_of(dataset, firsts, score)
+        parts += ["\n" + aligned(targets_of(dataset, firsts, score))] if args.targets else []
     parts = ["\n" + aligned(said), *parts] if args.status else parts
     print(aligned(table) + "".join(parts), end="")
 
