@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use patchlock_eval::names::plain;
+
 /// Exit codes of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Exit {
@@ -90,6 +92,11 @@ impl From<patchlock_media::Error> for Failure {
     }
 }
 
+/// Prints a line on standard error. Names and messages of others cannot command the terminal.
+pub fn say(line: &str) {
+    eprintln!("{}", plain(line));
+}
+
 /// Prints an error as `error: ...` and `hint: ...`, and returns its exit code.
 pub fn report(error: &anyhow::Error) -> Exit {
     let mut text = format!("{error:#}");
@@ -97,11 +104,11 @@ pub fn report(error: &anyhow::Error) -> Exit {
     text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     let failure = error.chain().find_map(|cause| cause.downcast_ref::<Failure>());
     match failure {
-        Some(failure) if failure.exit == Exit::Interrupted => eprintln!("{text}"),
-        _ => eprintln!("error: {text}"),
+        Some(failure) if failure.exit == Exit::Interrupted => say(&text),
+        _ => say(&format!("error: {text}")),
     }
     if let Some(hint) = failure.and_then(Failure::advice) {
-        eprintln!("hint: {hint}");
+        say(&format!("hint: {hint}"));
     }
     failure.map_or(Exit::Failed, |failure| failure.exit)
 }

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context, Result};
+use patchlock_eval::names::plain;
 
 use crate::failure::Exit;
 use crate::output::unfinished::{self, Abandoned};
@@ -31,7 +32,7 @@ fn exit_now() -> ! {
     let line = last_line(&unfinished::abandon());
     // The progress bar is still on the terminal; print below it.
     let gap = if std::io::stderr().is_terminal() { "\n" } else { "" };
-    eprintln!("{gap}{line}");
+    eprintln!("{gap}{}", plain(&line));
     std::process::exit(Exit::Interrupted as i32);
 }
 

@@ -1,4 +1,4 @@
-//! The command line of Patchlock: frames in, tracks out.
+//! The command line of Patchlock: frames in, tracks out. The tracker itself is the library [`patchlock`].
 //!
 //! Data flow: [`patchlock_media`] decodes numbered pictures ahead of time, a [`run`](mod@run) passes them to
 //! the tracker, and each sink of [`output`] receives every tracked frame. [`cmd`] has one file per

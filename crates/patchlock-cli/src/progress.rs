@@ -7,6 +7,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use patchlock_eval::bench::runner::Watch;
 use patchlock_eval::bench::store::Task;
 
+use crate::failure::say;
 use crate::interrupt;
 
 /// A progress bar with speed and score; hidden in a pipe or with `--quiet`.
@@ -58,7 +59,7 @@ impl Progress {
     pub fn finish(&self, line: &str) {
         self.bar.finish_and_clear();
         if self.visible {
-            eprintln!("{line}");
+            say(line);
         }
     }
 }

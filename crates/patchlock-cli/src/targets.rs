@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use patchlock::BoundingBox;
-use patchlock_eval::{files, start_box};
+use patchlock_eval::{files, start_box, text};
 use patchlock_media::{Order, Picture};
 use serde::Deserialize;
 
@@ -143,6 +143,8 @@ fn untracked(frame: usize, id: u64) -> Failure {
 
 fn event(line: &Line, name: &str) -> Result<Event, Failure> {
     let Line { frame, id, .. } = *line;
+    text::frame(frame)
+        .map_err(|reason| usage(format!("{name}: target {id}: {reason}")).hint(TABLE))?;
     let bbox = match (line.x, line.y, line.w, line.h) {
         (None, None, None, None) => None,
         (Some(x), Some(y), Some(w), Some(h)) => {
@@ -205,6 +207,8 @@ mod tests {
         let far = said("frame,id,x,y,w,h\n0,1,1,2,3,4\n9,1,1,1e308,3,4\n");
         assert!(far.contains("line 3: target 1 in frame 9: 1e308 is not a coordinate"), "{far}");
         assert!(said("frame,id,x,y,w,h\n3,1,1,2,3,4\n3,1,1,2,3,4\n").contains("twice in frame 3"));
+        let huge = said("frame,id,x,y,w,h\n0,1,1,2,3,4\n18446744073709551615,2,1,2,3,4\n");
+        assert!(huge.contains("line 3: target 2: 18446744073709551615 is not a frame"), "{huge}");
     }
 
     #[test]

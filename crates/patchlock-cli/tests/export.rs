@@ -2,7 +2,10 @@
 
 mod support;
 
+use std::fs;
+
 use predicates::prelude::*;
+use predicates::str::contains;
 use support::{Bench, patchlock};
 
 fn export(bench: &Bench, args: &[&str]) -> assert_cmd::assert::Assert {
@@ -101,4 +104,34 @@ fn errors_name_their_cause() {
             .stderr(predicate::str::contains(words).and(predicate::str::contains("hint: ")));
     }
     assert!(!bench.path("x").exists());
+}
+
+#[test]
+fn large_images_need_the_option() {
+    let bench = Bench::new();
+    bench.images("f", 2);
+    bench.mp4("v.mp4", 2);
+    fs::write(bench.path("a.csv"), "frame,x,y,w,h\n0,1,2,3,4\n1,1,2,3,4\n").unwrap();
+    for images in ["f", "v.mp4"] {
+        let run = |most: &str, out: &str| {
+            let lasot = ["a.csv", "--format", "lasot", "--images", images, "--out", out];
+            export(&bench, &[&lasot[..], &["--max-pixels", most]].concat())
+        };
+        run("6911", "small").code(1).stderr(contains("pixels are more than the 6911"));
+        assert!(!bench.path("small").exists());
+        run("7680", &format!("{images}.out")).success();
+    }
+}
+
+#[test]
+fn a_huge_frame_number_is_an_error_with_its_line() {
+    let bench = Bench::new();
+    fs::write(bench.path("a.csv"), "frame,x,y,w,h\n0,1,2,3,4\n18446744073709551615,1,2,3,4\n")
+        .unwrap();
+    for format in ["mot", "coco", "cvat", "yolo", "voc", "label-studio", "lasot", "got10k"] {
+        let args = ["a.csv", "--format", format, "--size", "9x9", "--out", "out"];
+        let expected = "a.csv, line 3: 18446744073709551615 is not a frame number";
+        export(&bench, &args).code(1).stderr(contains(expected));
+        assert!(!bench.path("out").exists());
+    }
 }

@@ -49,6 +49,17 @@ fn errors_say_what_to_do() {
     frame(&bench, &["nowhere.mp4", "--out", "b.png"]).code(1).stderr(contains("nowhere.mp4"));
 }
 
+#[test]
+fn large_frames_need_the_option() {
+    let bench = Bench::new();
+    bench.images("f", 1);
+    frame(&bench, &["f", "--max-pixels", "6911"]).code(1).stderr(
+        contains("96 x 72 pixels are more than the 6911").and(contains("--max-pixels 6912")),
+    );
+    frame(&bench, &["f", "--max-pixels", "0"]).code(2).stderr(contains("--max-pixels"));
+    frame(&bench, &["f", "--max-pixels", "6912"]).success();
+}
+
 const COMMANDS: [&str; 13] = [
     "track",
     "frame",

@@ -22,6 +22,7 @@ if mode == "endless":
 if mode == "flood":
     while True: sys.stdout.write("nothing\n" * 1000)
 if mode == "long": say("@@TRAX:hello " + "x" * 100000)
+if mode == "bell": sys.stderr.write("a \x1b[31m\x07 bell\n"); sys.exit(1)
 if mode == "chatter": say("loading weights")
 region = "polygon" if mode == "polygon" else "rectangle"
 version = {"new": 5, "four": 4}.get(mode, 3)
@@ -55,6 +56,7 @@ for line in sys.stdin:
     if mode == "nonsense" and frame == 2: say('@@TRAX:state "here"'); continue
     if mode == "babble" and frame == 2: say('@@TRAX:banana'); continue
     if mode == "lost" and frame == 2: say('@@TRAX:state "0"'); continue
+    if mode == "colour" and frame == 2: say('@@TRAX:state "\x1b[31m\x07red"'); continue
     if mode == "quit" and frame == 2: say('@@TRAX:quit "trax.reason=no more ideas"'); break
     if mode == "polygon": say(f'@@TRAX:state "{x},{y},{x+w},{y},{x+w},{y+h},{x},{y+h}"')
     else: say(f'@@TRAX:state "{x},{y},{w},{h}" confidence=0.5')
@@ -126,6 +128,8 @@ fn errors_are_reported_for_each_run() {
         ("endless", "the tracker did not send hello within 2 s"),
         ("flood", "the tracker did not send hello within 2 s"),
         ("long", "the tracker sent a message of more than 65536 bytes"),
+        ("colour", "invalid region \"\\u{1b}[31m\\u{7}red\""),
+        ("bell", "its output: a \\u{1b}[31m\\u{7} bell"),
         ("quit", "the tracker quit: no more ideas"),
         ("new", "speaks version 5 of TraX"),
     ] {

@@ -31,6 +31,30 @@ pub fn some_of<S: AsRef<str>>(names: &[S]) -> String {
     }
 }
 
+/// A text for one line of a message. Characters that a terminal would obey, and those that change the order of
+/// text, are written as escapes.
+pub fn plain(text: &str) -> String {
+    let turns = |c| matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c.is_control() || turns(c) {
+            true => out.extend(c.escape_default()),
+            false => out.push(c),
+        }
+    }
+    out
+}
+
+/// The beginning of a text that somebody else has sent, for a message: plain, and not much longer than 200
+/// characters.
+pub fn beginning(text: &str) -> String {
+    const KEPT: usize = 200;
+    match text.char_indices().nth(KEPT) {
+        Some((end, _)) => plain(&text[..end]) + "...",
+        None => plain(text),
+    }
+}
+
 /// A count with a noun in the right number: `1 run`, `2 runs`.
 pub fn counted(count: usize, noun: &str) -> String {
     if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
@@ -62,6 +86,13 @@ mod tests {
         assert!(["robust", "a b", "=1+1", "<b>", &"n".repeat(200)].into_iter().all(is_folder_name));
         let odd = ["", ".", "..", ".a", "a/b", "a\\b", "a\n", "a\u{1b}[31m", &"n".repeat(201)];
         assert!(!odd.into_iter().any(is_folder_name));
+    }
+
+    #[test]
+    fn what_a_terminal_would_obey_is_escaped() {
+        assert_eq!(plain("a\u{1b}[31m\n\r\tb \u{202e}é"), "a\\u{1b}[31m\\n\\r\\tb \\u{202e}é");
+        assert_eq!(beginning("a\u{7}"), "a\\u{7}");
+        assert_eq!(beginning(&"é".repeat(300)), "é".repeat(200) + "...");
     }
 
     #[test]

@@ -7,6 +7,7 @@
 use std::path::Path;
 
 use patchlock::BoundingBox;
+use patchlock_media::MOST_FRAMES;
 
 use crate::{Error, files};
 
@@ -131,6 +132,17 @@ pub fn region(row: &[f64], origin: f64) -> Result<Option<BoundingBox>, String> {
             Ok(Some(bounding_box(points, origin)))
         }
         _ => Err(format!("{} numbers, where a box has 4 and a polygon 6, 8 or more", row.len())),
+    }
+}
+
+/// Checks the number of a frame, counted from 0.
+///
+/// # Errors
+/// What is wrong with it: it must be below [`MOST_FRAMES`].
+pub fn frame(frame: usize) -> Result<(), String> {
+    match frame < MOST_FRAMES {
+        true => Ok(()),
+        false => Err(format!("{frame} is not a frame number; allowed: 0 to {}", MOST_FRAMES - 1)),
     }
 }
 

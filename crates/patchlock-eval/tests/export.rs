@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use image::RgbImage;
 use patchlock::{BoundingBox, Status};
 use patchlock_eval::dataset::{Dataset, Layout};
-use patchlock_eval::export::{self, Entry, Format, Options, Track};
+use patchlock_eval::export::{self, About, Entry, Format, Options, Track};
+use patchlock_media::Limits;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -196,6 +197,7 @@ fn options(format: Format) -> Options {
         size,
         images: None,
         key_frames: 1,
+        limits: Limits::default(),
     }
 }
 
@@ -576,4 +578,84 @@ fn existing_files_are_kept() {
     assert!(export::write(&track(), &lasot, &nowhere, true).is_err());
     // No temporary files are left beside the two results.
     assert_eq!(fs::read_dir(workspace.folder.path()).unwrap().count(), 2);
+}
+
+/// A target has two entries, and each begins a frame after the one before it and ends a frame earlier.
+fn nested(targets: usize) -> Track {
+    let entry = |frame, id| Entry {
+        frame,
+        id: id as u64,
+        bbox: Some(BoundingBox { x: 1.0, y: 2.0, w: 3.0, h: 4.0 }),
+        score: None,
+        corners: None,
+        status: None,
+        said: None,
+    };
+    let both = |id| [entry(id, id), entry(2 * targets - 1 - id, id)];
+    Track::new((0..targets).flat_map(both).collect()).unwrap()
+}
+
+#[test]
+fn a_short_track_does_not_become_a_huge_folder() {
+    for format in [Format::Lasot, Format::Got10k] {
+        let workspace = Workspace::new();
+        let out = workspace.path("out");
+        let error = export::write(&nested(5000), &options(format), &out, false).unwrap_err();
+        let error = error.to_string();
+        assert!(error.contains("25005000 for this track of 5000 targets"), "{error}");
+        assert!(error.contains("at most 10000000 are written"), "{error}");
+        assert!(!out.exists());
+        export::write(&nested(20), &options(format), &out, false).unwrap();
+    }
+}
+
+/// Takes minutes if any of the formats looks at all entries for each target, or at all labels.
+#[test]
+fn many_targets_are_written_in_a_time_that_follows_their_number() {
+    const TARGETS: u64 = 50_000;
+    let entry = |id: u64| Entry {
+        frame: id as usize % 10,
+        id,
+        bbox: Some(BoundingBox { x: 1.0, y: 2.0, w: 3.0, h: 4.0 }),
+        score: None,
+        corners: None,
+        status: None,
+        said: None,
+    };
+    let about = |id: u64| {
+        let attributes = [(format!("a{id}"), "b".to_owned())].into();
+        (id, About { label: format!("label {id}"), attributes })
+    };
+    let track = Track::new((0..TARGETS).map(entry).collect()).unwrap();
+    let track = track.with_targets((0..TARGETS).map(about).collect());
+    let formats =
+        [Format::Mot, Format::Coco, Format::Cvat, Format::Yolo, Format::Voc, Format::LabelStudio];
+    for format in formats {
+        let workspace = Workspace::new();
+        let begun = std::time::Instant::now();
+        export::write(&track, &options(format), &workspace.path("out"), false).unwrap();
+        assert!(begun.elapsed().as_secs() < 10, "{format:?} took {:?}", begun.elapsed());
+    }
+}
+
+#[test]
+fn file_names_with_control_characters_make_valid_xml() {
+    let workspace = Workspace::new();
+    let frames = workspace.path("frames");
+    fs::create_dir(&frames).unwrap();
+    for k in 0..7 {
+        let name = format!("<&\u{1b}[31m\n\u{7}{k}.jpg");
+        RgbImage::new(40, 30).save(frames.join(name)).unwrap();
+    }
+    let (_, out) =
+        workspace.export(&Options { images: Some(frames), ..options(Format::Voc) }).unwrap();
+    let annotations = fs::read_dir(out.join("Annotations")).unwrap();
+    let mut count = 0;
+    for file in annotations {
+        let xml = fs::read_to_string(file.unwrap().path()).unwrap();
+        let name = xml.split(['<', '>']).skip_while(|tag| *tag != "filename").nth(1).unwrap();
+        assert!(name.starts_with("&lt;&amp;\u{fffd}[31m&#10;\u{fffd}"), "{name:?}");
+        count += 1;
+    }
+    assert_eq!(count, 4);
 }

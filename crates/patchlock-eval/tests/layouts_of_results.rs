@@ -80,11 +80,28 @@ fn mot() {
         ("1,1,3,4,5,6,1,-1,-1,-1\n1,2,3,4,5,6,1,-1,-1,-1\n", "a file holds one target"),
         ("2,1,3,4,5,6,1,-1,-1,-1\n2,1,3,4,5,6,1,-1,-1,-1\n", "frame 2 appears twice"),
         ("0,1,3,4,5,6,1,-1,-1,-1\n", "frames count from 1"),
+        ("2,1,NaN,4,5,6,1,-1,-1,-1\n2,1,3,4,5,6,1,-1,-1,-1\n", "frame 2 appears twice"),
+        ("1,1,3,4,5,6,1,-1,-1,-1\n9999999,1,3,4,5,6,1,-1,-1,-1\n", "line 2: frame 9999999"),
+        ("4,1,3,4,5,6,1,-1,-1,-1\n", "count from 1 to 3, the number of frames in the truth"),
+        ("1e300,1,3,4,5,6,1,-1,-1,-1\n", "line 1: frame 1"),
     ] {
         folder.file("SORT/one.txt", rows);
         let faults = &read(&folder, "SORT")[0].faults;
         assert!(faults[0].contains(message), "{faults:?}");
     }
+}
+
+/// A line of 30 bytes for a target without truth does not take memory by its frame number.
+#[test]
+fn mot_without_truth_takes_memory_by_its_lines() {
+    let folder = folder();
+    let lines = "1,1,3,4,5,6,1,-1,-1,-1\n100000000,1,3,4,5,6,1,-1,-1,-1\n";
+    folder.file("SORT/other.txt", lines);
+    let results = read(&folder, "SORT");
+    assert_eq!(results[0].runs[0].boxes, [BOX, BOX]);
+    folder.file("SORT/other.txt", lines.replace("100000000", "100000001"));
+    let faults = &read(&folder, "SORT")[0].faults;
+    assert!(faults[0].contains("line 2: frame 100000001: frames count from 1 to 100000000"));
 }
 
 #[test]

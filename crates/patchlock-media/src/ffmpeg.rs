@@ -4,13 +4,16 @@ use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStderr, ChildStdout, Command, Stdio};
-use std::thread::{self, JoinHandle};
+use std::process::{Command, Stdio};
+use std::sync::mpsc::{self, Receiver};
+use std::thread;
+use std::time::Duration;
 
 use tempfile::TempDir;
 
+use crate::child::{Running, Watched, silent};
 use crate::colour::Matrix;
-use crate::limits::Limits;
+use crate::limits::{self, Limits};
 use crate::{Error, FrameRate, FrameSource, Picture, y4m};
 
 /// The option for "every frame exactly once", as spelled by new and by old versions of ffmpeg.
@@ -22,6 +25,19 @@ const FORMATS: &str = "format=yuv420p|yuv422p|yuv444p|yuv411p|gray";
 const TIMES: &str = "settb=AVTB,metadata=mode=add:key=n:value=0,metadata=mode=print:direct=1:file=";
 const TIMES_FILE: &str = "times.txt";
 
+/// Which program is run, and how long it may write nothing.
+#[derive(Debug, Clone)]
+pub struct Program {
+    name: PathBuf,
+    patience: Duration,
+}
+
+impl Default for Program {
+    fn default() -> Self {
+        Self { name: "ffmpeg".into(), patience: limits::SILENCE }
+    }
+}
+
 /// Opens a video with ffmpeg. `reason` explains why ffmpeg is needed, for the message if it is missing: a
 /// predicate of which the file is the subject, such as `holds VP9 video`. `times` are those of all frames, in
 /// millionths of a second, if the file tells them.
@@ -31,9 +47,11 @@ pub fn open(
     reverse: bool,
     limits: Limits,
     times: Option<Vec<i64>>,
+    program: Program,
 ) -> Result<Box<dyn FrameSource>, Error> {
-    let about = About::of(path, reason, limits)?;
+    let about = About::of(path, reason, limits, &program)?;
     let task = Task {
+        program,
         path: path.to_path_buf(),
         reason: reason.to_string(),
         limits,
@@ -47,6 +65,7 @@ pub fn open(
 
 /// How to decode a video.
 struct Task {
+    program: Program,
     path: PathBuf,
     reason: String,
     limits: Limits,
@@ -64,13 +83,9 @@ impl Task {
             tempfile::tempdir().map_err(Error::because("cannot make a folder".to_string()))?;
         let mut last_error = None;
         for sync in EVERY_FRAME_ONCE {
-            let mut command = decoding(&self.path, from, sync, self.limits)?;
-            let mut child = spawn(command.current_dir(folder.path()), &self.path, &self.reason)?;
-            let (Some(output), Some(errors)) = (child.stdout.take(), child.stderr.take()) else {
-                continue;
-            };
-            let messages = thread::spawn(move || messages(errors));
-            let pipe = Pipe { child, output, messages: Some(messages) };
+            let mut command = self.decoding(from, sync)?;
+            command.current_dir(folder.path());
+            let pipe = Pipe::start(&mut command, self)?;
             match y4m::open_stream(pipe, &name, self.reverse, self.limits, self.matrix, first) {
                 Ok(frames) => {
                     let times = Times { folder, lines: None, first, read: Vec::new(), start: None };
@@ -92,6 +107,16 @@ impl Task {
         }
         Err(last_error.unwrap_or_else(|| Error::plain(format!("ffmpeg did not start for {name}"))))
     }
+
+    /// Decodes all frames. `-xerror` is not used: it also rejects intact videos with unevenly spaced frames.
+    /// Dithering would make the pixels of a frame depend on how many were decoded before it.
+    fn decoding(&self, from: Option<i64>, sync: [&str; 2]) -> Result<Command, Error> {
+        let mut command = self.program.command(&self.path, "error", from, self.limits)?;
+        let filters = format!("{TIMES}{TIMES_FILE},{FORMATS}");
+        command.args(sync).args(["-sws_dither", "none", "-vf", &filters]);
+        command.args(["-strict", "-1", "-f", "yuv4mpegpipe", "-"]);
+        Ok(command)
+    }
 }
 
 /// Frames from one run of ffmpeg, with their times.
@@ -100,42 +125,29 @@ struct Part {
     times: Times,
 }
 
-/// A command line up to the input. With `from`, decoding starts there and times are those of the file.
-fn ffmpeg(path: &Path, level: &str, from: Option<i64>, limits: Limits) -> Result<Command, Error> {
-    // A file may name others, on other machines too: ffmpeg must not follow that. The prefix keeps it from
-    // taking a part of the name for a protocol.
-    let mut input = OsString::from("file:");
-    input.push(std::path::absolute(path).map_err(Error::because("no such path".to_string()))?);
-    let mut command = Command::new("ffmpeg");
-    command
-        .args(["-hide_banner", "-v", level, "-nostdin", "-protocol_whitelist", "file"])
-        .args(["-max_pixels", &limits.pixels.to_string()]);
-    if let Some(from) = from {
-        command.args(["-copyts", "-seek_timestamp", "1", "-ss", &format!("{from}us")]);
+impl Program {
+    /// A command line up to the input. With `from`, decoding starts there and times are those of the file.
+    fn command(
+        &self,
+        path: &Path,
+        level: &str,
+        from: Option<i64>,
+        limits: Limits,
+    ) -> Result<Command, Error> {
+        // A file may name others, on other machines too: ffmpeg must not follow that. The prefix keeps it
+        // from taking a part of the name for a protocol.
+        let mut input = OsString::from("file:");
+        input.push(std::path::absolute(path).map_err(Error::because("no such path".to_string()))?);
+        let mut command = Command::new(&self.name);
+        command
+            .args(["-hide_banner", "-v", level, "-nostdin", "-protocol_whitelist", "file"])
+            .args(["-max_pixels", &limits.pixels.to_string()]);
+        if let Some(from) = from {
+            command.args(["-copyts", "-seek_timestamp", "1", "-ss", &format!("{from}us")]);
+        }
+        command.arg("-i").arg(input).args(["-map", "0:v:0"]).stdin(Stdio::null());
+        Ok(command)
     }
-    command
-        .arg("-i")
-        .arg(input)
-        .args(["-map", "0:v:0"])
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped());
-    Ok(command)
-}
-
-/// Decodes all frames. `-xerror` is not used: it also rejects intact videos with unevenly spaced frames.
-/// Dithering would make the pixels of a frame depend on how many were decoded before it.
-fn decoding(
-    path: &Path,
-    from: Option<i64>,
-    sync: [&str; 2],
-    limits: Limits,
-) -> Result<Command, Error> {
-    let mut command = ffmpeg(path, "error", from, limits)?;
-    let filters = format!("{TIMES}{TIMES_FILE},{FORMATS}");
-    command.args(sync).args(["-sws_dither", "none", "-vf", &filters]);
-    command.args(["-strict", "-1", "-f", "yuv4mpegpipe", "-"]);
-    Ok(command)
 }
 
 /// What the frames of Y4M do not tell of a video.
@@ -146,24 +158,33 @@ struct About {
 }
 
 impl About {
-    /// Decodes one frame. Errors are left to the process that decodes all.
-    fn of(path: &Path, reason: &str, limits: Limits) -> Result<Self, Error> {
-        let mut command = ffmpeg(path, "info", None, limits)?;
+    /// Decodes one frame. Errors but silence are left to the process that decodes all.
+    fn of(path: &Path, reason: &str, limits: Limits, program: &Program) -> Result<Self, Error> {
+        let mut command = program.command(path, "info", None, limits)?;
         command
             .args(["-frames:v", "1", "-vf", "showinfo", "-f", "null", "-"])
-            .stdout(Stdio::null());
-        let mut child = spawn(&mut command, path, reason)?;
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped());
+        let mut child = command.spawn().map_err(|error| cannot_start(error, path, reason))?;
+        let errors = child.stderr.take();
+        // What it prints is all that matters; it is killed in the end.
+        let _running = Running::new(child);
         let mut about = Self { matrix: None, sound: false };
-        let Some(errors) = child.stderr.take() else { return Ok(about) };
-        let mut errors = BufReader::new(errors);
-        while let Some(line) = y4m::piece_of_line(&mut errors).ok().flatten() {
+        let Some(errors) = errors else { return Ok(about) };
+        let mut errors = BufReader::new(Watched::new(errors, program.patience));
+        loop {
+            let line = match y4m::piece_of_line(&mut errors) {
+                Ok(Some(line)) => line,
+                Err(error) if error.kind() == io::ErrorKind::TimedOut => {
+                    let message = format!("cannot read {}: {error}", path.display());
+                    return Err(Error::source(message, CONVERT));
+                }
+                Ok(None) | Err(_) => return Ok(about),
+            };
             about.sound |= line.contains("Stream #") && line.contains(": Audio:");
             let space = line.split(' ').find_map(|word| word.strip_prefix("color_space:"));
             about.matrix = about.matrix.or(space.and_then(matrix));
         }
-        // What it printed is all that matters.
-        let _ = child.wait();
-        Ok(about)
     }
 }
 
@@ -280,24 +301,27 @@ impl Times {
     }
 }
 
-fn spawn(command: &mut Command, path: &Path, reason: &str) -> Result<Child, Error> {
-    let started = command.spawn();
-    match started {
-        Ok(child) => Ok(child),
-        Err(error) if error.kind() == io::ErrorKind::NotFound => Err(Error::source(
+/// The advice for a video that ffmpeg does not read.
+const CONVERT: &str =
+    "convert the video to an MP4 with 8-bit 4:2:0 H.264 (yuv420p), and track that";
+
+/// The error for a process that did not start.
+fn cannot_start(error: io::Error, path: &Path, reason: &str) -> Error {
+    match error.kind() {
+        io::ErrorKind::NotFound => Error::source(
             format!(
                 "{} {reason}; reading it needs ffmpeg, which is not on the PATH",
                 path.display()
             ),
             "install ffmpeg, or convert the video elsewhere to an MP4 with 8-bit 4:2:0 H.264 (yuv420p)",
-        )),
-        Err(error) => Err(Error::because("cannot start ffmpeg".to_string())(error)),
+        ),
+        _ => Error::because("cannot start ffmpeg".to_string())(error),
     }
 }
 
 /// Summarises what ffmpeg wrote to standard error: the first line, which usually names the cause, and the
 /// last line. Empty if ffmpeg wrote nothing.
-fn messages(errors: ChildStderr) -> String {
+fn messages(errors: impl Read) -> String {
     let (mut first, mut last) = (None, None);
     let mut errors = BufReader::new(errors);
     while let Some(line) = y4m::piece_of_line(&mut errors).ok().flatten() {
@@ -321,18 +345,35 @@ fn without_address(line: &str) -> String {
 /// The output of ffmpeg. At the end of the output, a failed exit or a message on standard error becomes a
 /// read error.
 struct Pipe {
-    child: Child,
-    output: ChildStdout,
-    messages: Option<JoinHandle<String>>,
+    child: Running,
+    output: Watched,
+    messages: Option<Receiver<String>>,
+    patience: Duration,
 }
 
 impl Pipe {
+    fn start(command: &mut Command, task: &Task) -> Result<Self, Error> {
+        let started = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+        let mut child = started.map_err(|error| cannot_start(error, &task.path, &task.reason))?;
+        let (Some(output), Some(errors)) = (child.stdout.take(), child.stderr.take()) else {
+            return Err(Error::plain("ffmpeg started without its output"));
+        };
+        let (sender, messages) = mpsc::channel();
+        // Nobody waits for the messages of a process that was stopped.
+        thread::spawn(move || drop(sender.send(self::messages(errors))));
+        let patience = task.program.patience;
+        let output = Watched::new(output, patience);
+        Ok(Self { child: Running::new(child), output, messages: Some(messages), patience })
+    }
+
     /// Checks that the output ended where the video ends. ffmpeg skips what it cannot decode and still exits
     /// with success, so standard error has to be checked as well.
     fn check_end(&mut self) -> io::Result<()> {
-        let status = self.child.wait()?;
-        let messages = self.messages.take().and_then(|thread| thread.join().ok());
-        let messages = messages.unwrap_or_default();
+        let status = self.child.end(self.patience)?;
+        let messages = match self.messages.take() {
+            Some(sent) => sent.recv_timeout(self.patience).map_err(|_| silent(self.patience))?,
+            None => String::new(),
+        };
         if !status.success() {
             let reason = if messages.is_empty() { "no reason given" } else { &messages };
             return Err(io::Error::other(format!("ffmpeg failed: {reason}")));
@@ -348,7 +389,7 @@ impl Pipe {
 
 impl Read for Pipe {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let count = self.output.read(buffer)?;
+        let count = self.output.read(buffer).inspect_err(|_| self.child.kill())?;
         if count == 0 && !buffer.is_empty() {
             self.check_end()?;
         }
@@ -356,10 +397,98 @@ impl Read for Pipe {
     }
 }
 
-impl Drop for Pipe {
-    fn drop(&mut self) {
-        // If it has exited already, both calls do nothing.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+    use std::fs;
+    use std::os::unix::fs::PermissionsExt as _;
+
+    /// A shell script in place of ffmpeg, which may write nothing for half a second.
+    struct Fake {
+        folder: TempDir,
+        program: Program,
+    }
+
+    impl Fake {
+        /// `script` runs in the folder of the test.
+        fn new(script: &str) -> Self {
+            let folder = tempfile::tempdir().unwrap();
+            let name = folder.path().join("ffmpeg");
+            let here = folder.path().display();
+            fs::write(&name, format!("#!/bin/sh\ncd '{here}'\n{script}\n")).unwrap();
+            fs::set_permissions(&name, fs::Permissions::from_mode(0o755)).unwrap();
+            let program = Program { name, patience: Duration::from_millis(500) };
+            Self { folder, program }
+        }
+
+        fn open(&self, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
+            let path = self.folder.path().join("v.webm");
+            let program = self.program.clone();
+            open(&path, "holds VP9", reverse, Limits::default(), None, program)
+        }
+
+        /// Whether the process whose id the script has written has ended.
+        fn has_ended(&self) -> bool {
+            let id = fs::read_to_string(self.folder.path().join("id")).unwrap();
+            let state = fs::read_to_string(format!("/proc/{}/stat", id.trim()));
+            state.is_err()
+        }
+    }
+
+    /// Two frames of two by two grey pixels.
+    const FRAMES: &str = "printf 'YUV4MPEG2 W2 H2 F25:1 Cmono\\nFRAME\\nabcdFRAME\\nefgh'";
+    /// Ends the run that asks for the colours.
+    const COLOURS: &str = "case \"$*\" in *showinfo*) exit 0;; esac\necho $$ > id";
+    const STUCK: &str = "ffmpeg wrote nothing for 0.5 s and was stopped";
+
+    #[test]
+    fn a_process_that_hangs_is_stopped() {
+        let fake = Fake::new(&format!("{COLOURS}\nexec sleep 1000"));
+        let error = fake.open(false).err().unwrap().to_string();
+        assert!(error.contains("v.webm") && error.contains(STUCK), "{error}");
+        assert!(fake.has_ended());
+    }
+
+    #[test]
+    fn a_process_that_hangs_before_the_colours_is_stopped() {
+        let fake = Fake::new("echo $$ > id\nexec sleep 1000");
+        let error = fake.open(false).err().unwrap();
+        assert!(error.to_string().contains(STUCK) && error.hint().is_some(), "{error}");
+        assert!(fake.has_ended());
+    }
+
+    #[test]
+    fn frames_before_a_hang_are_kept() {
+        let fake = Fake::new(&format!("{COLOURS}\n{FRAMES}\nprintf 'FRAME'\nexec sleep 1000"));
+        let mut video = fake.open(false).unwrap();
+        assert!(video.frame(0).unwrap().is_some() && video.frame(1).unwrap().is_some());
+        let error = video.frame(2).unwrap_err().to_string();
+        assert!(error.contains("frame 2") && error.contains(STUCK), "{error}");
+        assert!(fake.has_ended());
+        assert!(fake.open(true).err().unwrap().to_string().contains(STUCK));
+    }
+
+    #[test]
+    fn a_process_that_closes_its_output_and_stays_is_stopped() {
+        let stays = format!("{COLOURS}\n{FRAMES}\nexec >&- 2>&-\nexec sleep 1000");
+        let fake = Fake::new(&stays);
+        let mut video = fake.open(false).unwrap();
+        video.frame(1).unwrap();
+        let error = video.frame(2).unwrap_err().to_string();
+        assert!(error.contains(STUCK), "{error}");
+        assert!(fake.has_ended());
+    }
+
+    #[test]
+    fn time_without_a_reader_does_not_count_and_nothing_outlives_the_video() {
+        let fake = Fake::new(&format!("{COLOURS}\n{FRAMES}\nsleep 0.1\nprintf 'FRAME\\nijkl'"));
+        let mut video = fake.open(false).unwrap();
+        thread::sleep(Duration::from_millis(900));
+        assert_eq!((0..).map_while(|k| video.frame(k).unwrap()).count(), 3);
+        let fake = Fake::new(&format!("{COLOURS}\n{FRAMES}\nexec sleep 1000"));
+        let video = fake.open(false).unwrap();
+        assert!(!fake.has_ended());
+        drop(video);
+        assert!(fake.has_ended());
     }
 }

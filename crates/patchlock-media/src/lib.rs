@@ -12,6 +12,7 @@
 //! interrupted passes a check to [`Ahead::next_unless`].
 
 mod ahead;
+mod child;
 pub mod colour;
 mod error;
 mod ffmpeg;
@@ -34,7 +35,7 @@ mod y4m;
 pub use ahead::{Ahead, Next};
 pub use error::{Error, without_path};
 pub use guard::{Panicked, silence_decoders};
-pub use limits::{Limits, TooLarge};
+pub use limits::{Limits, MOST_FRAMES, TooLarge};
 pub use mp4_writer::Mp4Writer;
 pub use order::Order;
 pub use picture::{Picture, Pixels};

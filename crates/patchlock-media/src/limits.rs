@@ -4,6 +4,8 @@
 //! every decoder of this crate compares such a number with the limits of this module first. The limits are
 //! far above what cameras and encoders make; only [`Limits::pixels`] can be changed.
 
+use std::time::Duration;
+
 use crate::Error;
 
 /// The limits that a user may change.
@@ -67,12 +69,16 @@ impl TooLarge {
     /// What the user can do about it.
     pub fn hint(&self) -> String {
         format!(
-            "if that is its true size, track --max-pixels {} accepts it; a frame then takes {} MB or more",
+            "if that is its true size, --max-pixels {} accepts it; a frame then takes {} MB or more",
             self.pixels,
             self.pixels / 100_000
         )
     }
 }
+
+/// Most frames of a video, and of a table or project about one: 38 days at 30 frames per second. Frames count
+/// from 0, so the largest frame number is one less.
+pub const MOST_FRAMES: usize = 100_000_000;
 
 /// Largest index of an MP4, in bytes. An hour of video has an index of about 1 MB.
 pub const INDEX_BYTES: u64 = 256 << 20;
@@ -100,6 +106,9 @@ pub const REFERENCES: usize = 16;
 
 /// Pixels that may be decoded on opening, to see whether the decoder supports the video.
 pub const PROBED_PIXELS: usize = 72_000_000;
+
+/// How long ffmpeg may be silent before it is stopped.
+pub const SILENCE: Duration = Duration::from_secs(60);
 
 /// Longest header line of Y4M and longest message of ffmpeg, in bytes.
 pub const LINE_BYTES: u64 = 1024;

@@ -161,13 +161,21 @@ fn open_file(path: &Path, reverse: bool, limits: Limits) -> Result<Box<dyn Frame
         return Ok(Box::new(ImageSequence::single(path).within(limits)));
     }
     if !mp4_reader::looks_like_mp4(&head) {
-        return ffmpeg::open(path, "is not an image, MP4 or Y4M file", reverse, limits, None);
+        return ffmpeg::open(
+            path,
+            "is not an image, MP4 or Y4M file",
+            reverse,
+            limits,
+            None,
+            ffmpeg::Program::default(),
+        );
     }
     match Mp4::open(path, reverse, limits) {
         Ok(video) => Ok(Box::new(video)),
         Err(mp4_reader::OpenError::Codec(codec)) => {
             let times = mp4_reader::frame_times(path);
-            ffmpeg::open(path, &format!("holds {codec}"), reverse, limits, times)
+            let reason = format!("holds {codec}");
+            ffmpeg::open(path, &reason, reverse, limits, times, ffmpeg::Program::default())
         }
         Err(mp4_reader::OpenError::Broken(error)) => Err(error),
     }

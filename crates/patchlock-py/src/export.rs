@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use patchlock::BoundingBox;
 use patchlock_eval::export::{Entry, Format, Options, Track, write};
+use patchlock_media::Limits;
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 
@@ -36,7 +37,8 @@ pub fn export(
     overwrite: bool,
 ) -> PyResult<usize> {
     let format = Format::named(format).map_err(|error| to_python(&error))?;
-    let options = Options { format, name, label, size, images, key_frames };
+    let limits = Limits::default();
+    let options = Options { format, name, label, size, images, key_frames, limits };
     let track = match track {
         Source::File(path) => Err(path),
         Source::Rows(rows) => Ok(rows.into_iter().map(entry).collect::<PyResult<Vec<_>>>()?),

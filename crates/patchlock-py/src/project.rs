@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use patchlock_media::Limits;
 use patchlock_studio::export::{self, Format, Options};
 use patchlock_studio::import;
 use patchlock_studio::project::{self as rust, Edit, Error, Store, Target};
@@ -303,7 +304,8 @@ impl Project {
         let format = Format::named(format).map_err(to_python)?;
         let stem =
             || self.store.video().file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let options = Options { format, name: name.unwrap_or_else(stem), frames, key_frames };
+        let (name, limits) = (name.unwrap_or_else(stem), Limits::default());
+        let options = Options { format, name, frames, key_frames, limits };
         let (project, video) = (self.store.project(), self.store.video());
         let written = py.detach(|| export::write(project, video, &options, &out, overwrite));
         written.map_err(to_python)

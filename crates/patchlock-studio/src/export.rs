@@ -6,6 +6,7 @@ use std::path::Path;
 
 use patchlock::{BoundingBox, Status};
 use patchlock_eval::export::{self, About, Entry, Said, Track};
+use patchlock_media::Limits;
 use serde::Serialize;
 
 use crate::project::{Error, Project, Target, file};
@@ -67,6 +68,8 @@ pub struct Options {
     pub frames: bool,
     /// Of the tracked frames, only every so many-th is a key frame; see [`export::Options::key_frames`].
     pub key_frames: usize,
+    /// What the video may claim.
+    pub limits: Limits,
 }
 
 fn refused(reason: impl Into<String>) -> Error {
@@ -100,6 +103,7 @@ pub fn write(
         size: None,
         images: (copies || names).then(|| video.to_path_buf()),
         key_frames: options.key_frames,
+        limits: options.limits,
     };
     Ok(export::write(&track(project)?, &options, out, overwrite)?)
 }
@@ -113,11 +117,27 @@ fn write_table(project: &Project, out: &Path, overwrite: bool) -> Result<usize, 
     Ok(1)
 }
 
+/// Checks how many rows the targets have. Two numbers in a file can hide a target in any number of frames.
+fn check_rows(project: &Project) -> Result<(), Error> {
+    let targets = project.targets.iter();
+    let boxes: usize = targets.clone().map(|target| target.keys.len() + target.tracked.len()).sum();
+    let hidden: usize = targets.flat_map(|target| &target.hidden).map(|[a, b]| b - a + 1).sum();
+    match boxes.saturating_add(hidden) <= export::MOST_LINES {
+        true => Ok(()),
+        false => Err(refused(format!(
+            "the project has {boxes} boxes, and {hidden} frames in which a target is not visible; at most {} \
+             of both can be exported",
+            export::MOST_LINES
+        ))),
+    }
+}
+
 /// The boxes of all targets, with labels, attributes and what a person has said.
 ///
 /// # Errors
-/// [`Error::Export`] if there are no boxes.
+/// [`Error::Export`] if there are no boxes, or more than [`export::MOST_LINES`] boxes and hidden frames.
 pub fn track(project: &Project) -> Result<Track, Error> {
+    check_rows(project)?;
     let entries = project.targets.iter().flat_map(|target| {
         rows(target).into_iter().map(|row| Entry {
             frame: row.frame,
@@ -207,8 +227,9 @@ struct Line<'a> {
 /// [`Format::Csv`](crate::import::Format::Csv) lists.
 ///
 /// # Errors
-/// [`Error::Export`] if there are no boxes.
+/// As [`track`].
 pub fn table(project: &Project) -> Result<String, Error> {
+    check_rows(project)?;
     let mut out = csv::Writer::from_writer(Vec::new());
     let mut count = 0;
     for target in &project.targets {

@@ -14,7 +14,7 @@ use patchlock_eval::dataset::Dataset;
 use patchlock_eval::names::{self, counted};
 
 use super::{PRESETS_SHOWN, THREADS_SHOWN, threads};
-use crate::failure::{Failure, failed, interrupted};
+use crate::failure::{Failure, failed, interrupted, say};
 use crate::interrupt;
 use crate::output::printed::{print, quoted};
 use crate::progress::RunsProgress;
@@ -202,7 +202,7 @@ fn report(
     for failure in failures {
         let run =
             if failure.run.is_empty() { String::new() } else { format!(" ({})", failure.run) };
-        eprintln!("error: {}{run}: {}", failure.target, failure.error);
+        say(&format!("error: {}{run}: {}", failure.target, failure.error));
     }
     if args.quiet || interrupt::requested() {
         return;

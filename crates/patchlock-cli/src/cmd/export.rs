@@ -8,7 +8,8 @@ use patchlock_eval::export::{self, Format, Options, Track};
 use patchlock_studio::export as of_project;
 use patchlock_studio::project::Store;
 
-use crate::failure::{Failure, usage};
+use super::LimitArgs;
+use crate::failure::{Failure, say, usage};
 
 const EXAMPLES: &str = "\
 EXAMPLES:
@@ -66,6 +67,9 @@ pub struct ExportArgs {
     #[arg(long, value_name = "PATH")]
     images: Option<PathBuf>,
 
+    #[command(flatten)]
+    limits: LimitArgs,
+
     /// Make only every Nth tracked frame a key frame, besides those where something changes; for cvat and
     /// label-studio, which interpolate between them
     #[arg(long, value_name = "N", default_value = "1")]
@@ -106,10 +110,12 @@ fn export_project(args: &ExportArgs) -> Result<()> {
     if format != of_project::Format::Csv {
         return export_track(args, &track);
     }
-    let options = of_project::Options { format, name: String::new(), frames: false, key_frames: 1 };
+    let limits = args.limits.limits();
+    let options =
+        of_project::Options { format, name: String::new(), frames: false, key_frames: 1, limits };
     let files =
         of_project::write(store.project(), store.video(), &options, &args.out, args.overwrite);
-    say(args, &track, files.map_err(Failure::from)?);
+    conclude(args, &track, files.map_err(Failure::from)?);
     Ok(())
 }
 
@@ -122,23 +128,24 @@ fn export_track(args: &ExportArgs, track: &Track) -> Result<()> {
         size: args.size.as_deref().map(parse_size).transpose()?,
         images: args.images.clone(),
         key_frames: args.keyframes,
+        limits: args.limits.limits(),
     };
     let files = export::write(track, &options, &args.out, args.overwrite).map_err(Failure::from)?;
-    say(args, track, files);
+    conclude(args, track, files);
     Ok(())
 }
 
 /// Says what was written.
-fn say(args: &ExportArgs, track: &Track, files: usize) {
+fn conclude(args: &ExportArgs, track: &Track, files: usize) {
     let (targets, boxes) = (track.ids().len(), track.boxes());
     let plural = |count: usize| if count == 1 { "" } else { "s" };
-    eprintln!(
+    say(&format!(
         "{}: {boxes} box{} of {targets} target{} in {files} file{}",
         args.out.display(),
         if boxes == 1 { "" } else { "es" },
         plural(targets),
         plural(files)
-    );
+    ));
 }
 
 fn stem(path: &Path) -> String {

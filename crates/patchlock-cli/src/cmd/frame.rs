@@ -4,11 +4,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::Args;
-use patchlock_media::{Ahead, Order, Picture};
+use patchlock_media::{Ahead, Limits, Order, Picture};
 use patchlock_studio::drawing::canvas::{Area, Canvas};
 use patchlock_studio::drawing::text;
 
-use crate::failure::{Failure, usage};
+use super::LimitArgs;
+use crate::failure::{Failure, say, usage};
 use crate::output::pending::{self, PendingFile};
 
 const EXAMPLES: &str = "\
@@ -39,6 +40,9 @@ pub struct FrameArgs {
     #[arg(long)]
     grid: bool,
 
+    #[command(flatten)]
+    limits: LimitArgs,
+
     /// The file to write [default: frame_ and the number of the frame]
     #[arg(long, value_name = "FILE.png")]
     out: Option<PathBuf>,
@@ -56,7 +60,7 @@ pub fn run(args: &FrameArgs) -> Result<()> {
         return Err(usage(message).hint("a frame is saved without loss, as PNG").into());
     }
     pending::check(&out, args.overwrite)?;
-    let picture = read(&args.source, args.at)?;
+    let picture = read(&args.source, args.at, args.limits.limits())?;
     let (width, height) = (picture.width, picture.height);
     let mut canvas = Canvas::from_rgb(width, height, &picture.to_rgb())
         .with_context(|| format!("a frame of {width} x {height} pixels cannot be drawn on"))?;
@@ -64,12 +68,12 @@ pub fn run(args: &FrameArgs) -> Result<()> {
         draw_grid(&mut canvas);
     }
     write(&canvas, &out, args.overwrite)?;
-    eprintln!("{}: frame {}, {width} x {height} pixels", out.display(), args.at);
+    say(&format!("{}: frame {}, {width} x {height} pixels", out.display(), args.at));
     Ok(())
 }
 
-fn read(source: &str, at: usize) -> Result<Picture, Failure> {
-    let source = patchlock_media::open(source, false)?;
+fn read(source: &str, at: usize, limits: Limits) -> Result<Picture, Failure> {
+    let source = patchlock_media::open_within(source, false, limits)?;
     if let Some(length) = source.length().filter(|length| at >= *length) {
         return Err(usage(format!("--at {at} is beyond the end: the source has {length} frames"))
             .hint("frames count from 0"));

@@ -18,8 +18,9 @@ use std::ops::RangeInclusive;
 
 use anyhow::Result;
 use clap::builder::{PossibleValuesParser, RangedU64ValueParser, TypedValueParser};
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use patchlock_eval::session::MOST_THREADS;
+use patchlock_media::Limits;
 
 /// Valid seeds. Every file format represents whole numbers up to the maximum exactly.
 const SEEDS: RangeInclusive<u64> = 0..=(1 << 53) - 1;
@@ -54,6 +55,27 @@ fn seed() -> RangedU64ValueParser {
 /// Parses a number of threads.
 fn threads() -> RangedU64ValueParser<usize> {
     RangedU64ValueParser::new().range(THREADS)
+}
+
+/// What a source may claim, for all commands that read one.
+#[derive(Debug, Args)]
+struct LimitArgs {
+    /// Most pixels of a frame, width times height. A source that claims more is refused before memory is
+    /// taken for it
+    #[arg(
+        long,
+        value_name = "1..",
+        default_value_t = Limits::DEFAULT_PIXELS,
+        allow_negative_numbers = true,
+        value_parser = RangedU64ValueParser::<usize>::new().range(1..)
+    )]
+    max_pixels: usize,
+}
+
+impl LimitArgs {
+    fn limits(&self) -> Limits {
+        Limits { pixels: self.max_pixels }
+    }
 }
 
 const EXAMPLES: &str = "\

@@ -12,7 +12,7 @@ use patchlock_eval::results;
 use patchlock_eval::score::{self, Scoreboard};
 use rayon::prelude::*;
 
-use crate::failure::{Failure, interrupted, usage};
+use crate::failure::{Failure, interrupted, say, usage};
 use crate::interrupt;
 use crate::output::pending::{self, PendingFile};
 use crate::output::printed::print;
@@ -103,7 +103,7 @@ pub fn run(args: &ReportArgs) -> Result<()> {
     let protocol = Protocol::otb();
     let board = score::scoreboard(&results, &truth, &protocol);
     for refused in &board.refused {
-        eprintln!("note: {} is left out: {}", refused.name, refused.reasons.join("; "));
+        say(&format!("note: {} is left out: {}", refused.name, refused.reasons.join("; ")));
     }
     check_shown(&args.show, &board)?;
     let options = Options {

@@ -13,7 +13,7 @@ use patchlock_eval::score::{
 };
 use serde_json::{Value, json};
 
-use crate::failure::{Failure, failed};
+use crate::failure::{Failure, failed, say};
 use crate::output::printed::print;
 use crate::output::text_table::TextTable;
 
@@ -103,7 +103,7 @@ fn print_notes(board: &Scoreboard, targets: usize) {
         }
     }
     for (note, trackers) in notes {
-        eprintln!("note: {}: {note}", names::some_of(&trackers));
+        say(&format!("note: {}: {note}", names::some_of(&trackers)));
     }
     let differ = board.trackers.iter().any(|tracker| {
         let names =
@@ -111,20 +111,20 @@ fn print_notes(board: &Scoreboard, targets: usize) {
         names(tracker) != names(&board.trackers[0])
     });
     if differ {
-        eprintln!(
+        say(&format!(
             "note: the trackers were scored on different subsets of the {targets} targets; \
              their means are not directly comparable"
-        );
+        ));
     }
 }
 
 fn conclude(board: &Scoreboard) -> Result<()> {
     for invalid in &board.without_truth {
-        eprintln!("error: truth of {invalid}");
+        say(&format!("error: truth of {invalid}"));
     }
     for refused in &board.refused {
         for reason in &refused.reasons {
-            eprintln!("error: {}: {reason}", refused.name);
+            say(&format!("error: {}: {reason}", refused.name));
         }
     }
     if board.refused.is_empty() && board.without_truth.is_empty() {

@@ -7,7 +7,7 @@ use clap::{Args, Command};
 use clap_complete::Shell;
 
 use crate::failure::usage;
-use crate::output::printed::print;
+use crate::output::printed::print_as_it_is;
 
 const COMPLETIONS: &str = "\
 EXAMPLES:
@@ -46,7 +46,7 @@ pub struct ManArgs {
 pub fn completions(args: &CompletionsArgs, mut command: Command) -> Result<()> {
     let mut text = Vec::new();
     clap_complete::generate(args.shell, &mut command, "patchlock", &mut text);
-    Ok(print(&String::from_utf8(text)?)?)
+    Ok(print_as_it_is(&String::from_utf8(text)?)?)
 }
 
 /// Prints or writes manual pages.
@@ -56,7 +56,7 @@ pub fn man(args: &ManArgs, command: Command) -> Result<()> {
         None => {
             let mut text = Vec::new();
             clap_mangen::Man::new(command).render(&mut text)?;
-            Ok(print(&String::from_utf8(text)?)?)
+            Ok(print_as_it_is(&String::from_utf8(text)?)?)
         }
     }
 }

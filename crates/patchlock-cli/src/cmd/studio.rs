@@ -8,10 +8,9 @@ use anyhow::Result;
 use clap::Args;
 use clap::builder::RangedU64ValueParser;
 use patchlock_eval::settings::{self, Overrides};
-use patchlock_media::Limits;
 use patchlock_studio::server::{self, Options, Patience, Server};
 
-use super::{PRESETS_SHOWN, ROTATE_SHOWN, THREADS_SHOWN, on_or_off, threads};
+use super::{LimitArgs, PRESETS_SHOWN, ROTATE_SHOWN, THREADS_SHOWN, on_or_off, threads};
 use crate::failure::{Failure, failed, usage};
 use crate::interrupt;
 
@@ -77,16 +76,8 @@ pub struct StudioArgs {
     #[arg(long, value_name = THREADS_SHOWN, allow_negative_numbers = true, value_parser = threads())]
     threads: Option<usize>,
 
-    /// Most pixels of a frame, width times height. A source that claims more is refused before memory is
-    /// taken for it
-    #[arg(
-        long,
-        value_name = "1..",
-        default_value_t = Limits::DEFAULT_PIXELS,
-        allow_negative_numbers = true,
-        value_parser = RangedU64ValueParser::<usize>::new().range(1..)
-    )]
-    max_pixels: usize,
+    #[command(flatten)]
+    limits: LimitArgs,
 }
 
 /// Serves the page until Ctrl-C.
@@ -107,7 +98,7 @@ pub fn run(args: &StudioArgs) -> Result<()> {
         config,
         threads: args.threads,
         address: SocketAddr::new(args.listen, args.port),
-        limits: Limits { pixels: args.max_pixels },
+        limits: args.limits.limits(),
         patience: Patience::default(),
         uploads: args.uploads.clone(),
         upload_bytes: args.max_upload.saturating_mul(1 << 20),

@@ -6,12 +6,14 @@ use anyhow::{Error, Result};
 use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args};
 use patchlock_eval::settings::{self, Overrides};
-use patchlock_media::{Ahead, FrameRate, Limits, Order, Picture};
+use patchlock_media::{Ahead, FrameRate, Order, Picture};
 use patchlock_studio::project::Store;
 
 use super::pictures::PictureArgs;
-use super::{PRESETS_SHOWN, ROTATE_SHOWN, SEEDS_SHOWN, THREADS_SHOWN, on_or_off, seed, threads};
-use crate::failure::{Failure, interrupted, usage};
+use super::{
+    LimitArgs, PRESETS_SHOWN, ROTATE_SHOWN, SEEDS_SHOWN, THREADS_SHOWN, on_or_off, seed, threads,
+};
+use crate::failure::{Failure, interrupted, say, usage};
 use crate::interrupt;
 use crate::output::plan::{Opened, Plan};
 use crate::output::row::Lost;
@@ -154,16 +156,8 @@ pub struct TrackArgs {
     #[arg(long, value_name = "FILE.json")]
     summary: Option<PathBuf>,
 
-    /// Most pixels of a frame, width times height. A source that claims more is refused before memory is
-    /// taken for it
-    #[arg(
-        long,
-        value_name = "1..",
-        default_value_t = Limits::DEFAULT_PIXELS,
-        allow_negative_numbers = true,
-        value_parser = RangedU64ValueParser::<usize>::new().range(1..)
-    )]
-    max_pixels: usize,
+    #[command(flatten)]
+    limits: LimitArgs,
 
     /// No progress bar; it is also hidden if the CSV table goes to the terminal
     #[arg(long, short)]
@@ -253,8 +247,7 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let settings = Settings::new(&args.preset, &config);
     let plan = args.plan(&start)?;
 
-    let limits = Limits { pixels: args.max_pixels };
-    let source = patchlock_media::open_within(&args.source, args.reverse, limits);
+    let source = patchlock_media::open_within(&args.source, args.reverse, args.limits.limits());
     let source = source.map_err(Failure::from)?;
     let rate = source.rate();
     let length = source.length();
@@ -271,7 +264,7 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let Opened { mut sinks, summary } =
         plan.open(args.lost, played_by(rate, args.stride), expected)?;
     if let Some(video) = args.pictures.video.as_ref().filter(|_| sound) {
-        eprintln!("note: {} has no sound: only pictures are written", video.display());
+        say(&format!("note: {} has no sound: only pictures are written", video.display()));
     }
     let progress = match plan.prints() {
         true => Progress::beside_table(expected, args.quiet),
@@ -341,10 +334,10 @@ fn conclude(tracked: Result<()>, kept: Kept, count: usize) -> Result<()> {
     match error {
         Some(error) => {
             if !names.is_empty() {
-                eprintln!(
+                say(&format!(
                     "note: the {count} frames tracked before this are in {}",
                     names.join(", ")
-                );
+                ));
             }
             Err(error)
         }

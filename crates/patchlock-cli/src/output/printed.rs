@@ -3,11 +3,20 @@
 use std::io::{self, Write};
 use std::path::Path;
 
+use patchlock_eval::names::plain;
+
 use super::pending::cannot_write;
 use crate::failure::Failure;
 
-/// Prints a text. It is not an error if the reader closes the pipe early, as `head` does.
+/// Prints lines of text. Names in them cannot command the terminal. It is not an error if the reader closes
+/// the pipe early, as `head` does.
 pub fn print(text: &str) -> Result<(), Failure> {
+    let lines: Vec<String> = text.split('\n').map(plain).collect();
+    print_as_it_is(&lines.join("\n"))
+}
+
+/// Prints a text that has no names in it, as [`print`] does.
+pub fn print_as_it_is(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(cannot_print(&error)),

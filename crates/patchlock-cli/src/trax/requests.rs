@@ -2,6 +2,7 @@
 
 use std::io::{BufRead, Read as _};
 
+use patchlock_eval::names::beginning;
 use patchlock_eval::trax::image::Image;
 use patchlock_eval::trax::message::Message;
 use patchlock_eval::trax::region::Region;
@@ -90,10 +91,10 @@ impl<R: BufRead> Requests<R> {
             }
             let line = String::from_utf8_lossy(&line);
             if let Some(message) = Message::parse(&line) {
-                let shown: String = line.trim_end().chars().take(80).collect();
+                let shown = || beginning(line.trim_end());
                 return message
                     .map(Some)
-                    .map_err(|reason| format!("the message \"{shown}\": {reason}"));
+                    .map_err(|reason| format!("the message \"{}\": {reason}", shown()));
             }
         }
     }
@@ -101,11 +102,11 @@ impl<R: BufRead> Requests<R> {
 
 /// Parses the region of a new target.
 fn target(text: &str) -> Result<Region, String> {
-    let shown: String = text.chars().take(80).collect();
+    let shown = || beginning(text);
     match Region::parse(text) {
-        Ok(Region::Nothing) => Err(format!("the region \"{shown}\" does not contain a target")),
+        Ok(Region::Nothing) => Err(format!("the region \"{}\" does not contain a target", shown())),
         Ok(region) => Ok(region),
-        Err(reason) => Err(format!("the region \"{shown}\": {reason}")),
+        Err(reason) => Err(format!("the region \"{}\": {reason}", shown())),
     }
 }
 
@@ -116,7 +117,8 @@ fn unexpected(name: &str, protocol: Protocol, count: usize) -> String {
         ("initialize", Protocol::Four) => "one region, or nothing to remove all targets",
         _ => {
             return format!(
-                "the message {name} is unknown; the messages are initialize, frame and quit"
+                "the message {} is unknown; the messages are initialize, frame and quit",
+                beginning(name)
             );
         }
     };
@@ -174,6 +176,12 @@ mod tests {
         let endless = std::io::BufReader::new(std::io::repeat(b'x'));
         let error = Requests::new(endless, Protocol::Four).next().unwrap_err();
         assert_eq!(error, "a message has more than 200000000 bytes");
+        let mut long = vec![b'x'; LONGEST_LINE as usize - 100];
+        long[..7].copy_from_slice(b"@@TRAX:");
+        long[8] = 0x1b;
+        long.push(b'\n');
+        let error = Requests::new(&long[..], Protocol::Four).next().unwrap_err();
+        assert!(error.starts_with("the message x\\u{1b}xx") && error.len() < 400, "{error}");
         let text = "@@TRAX:initialize 1,2,3,4\n".repeat(MOST_TARGETS + 1);
         let error = requests(Protocol::Four, &text).pop().unwrap().unwrap_err();
         assert_eq!(error, "more than 10000 targets begin before a frame");

@@ -23,8 +23,7 @@ pub fn text(job: &Job<'_>) -> String {
             })
         })
         .collect();
-    let labels = job.labels();
-    let category = |id: u64| job.class(&labels, id) + 1;
+    let category = |id: u64| job.class(id) + 1;
     let annotations: Vec<Value> = job
         .track
         .entries()
@@ -42,7 +41,7 @@ pub fn text(job: &Job<'_>) -> String {
         .into_iter()
         .map(|id| json!({"id": id, "category_id": category(id), "video_id": 1}))
         .collect();
-    let categories = labels.iter().enumerate();
+    let categories = job.labels.iter().enumerate();
     let categories: Vec<Value> = categories
         .map(|(k, label)| json!({"id": k + 1, "name": label, "supercategory": ""}))
         .collect();

@@ -2,7 +2,7 @@
 //! stretch where the target leaves or is lost; the next box starts a new one. A target of which less than
 //! half is visible, or whose position is uncertain, is marked as occluded.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 use patchlock::{BoundingBox, Status};
@@ -23,24 +23,32 @@ pub fn text(job: &Job<'_>) -> String {
          </task>\n  </meta>\n",
         escaped(job.name),
         frames[frames.len() - 1] + 1,
-        job.labels().into_iter().map(|label| label_meta(job, label)).collect::<String>(),
+        labels(job),
     );
-    for id in job.track.ids() {
+    for (id, entries) in job.track.by_target() {
         let label = escaped(job.label(id));
         let _ = writeln!(out, "  <track id=\"{id}\" label=\"{label}\" source=\"auto\">");
-        let entries = job.track.entries().iter().filter(|entry| entry.id == id);
-        add_boxes(&mut out, job, &frames, entries);
+        add_boxes(&mut out, job, &frames, entries.into_iter());
         out += "  </track>\n";
     }
     out += "</annotations>\n";
     out
 }
 
+/// The definitions of all labels.
+fn labels(job: &Job<'_>) -> String {
+    let mut attributes: BTreeMap<&str, BTreeSet<&String>> = BTreeMap::new();
+    for id in job.track.ids() {
+        let of_target = job.attributes(id).map(|(name, _)| name);
+        attributes.entry(job.label(id)).or_default().extend(of_target);
+    }
+    let truncated = job.track.entries().iter().any(|entry| entry.said.is_some());
+    let labels = job.labels.iter();
+    labels.map(|label| label_meta(label, &attributes[label], truncated)).collect()
+}
+
 /// The definition of a label, with the attributes that its targets have.
-fn label_meta(job: &Job<'_>, label: &str) -> String {
-    let targets = job.track.ids().into_iter().filter(|id| job.label(*id) == label);
-    let names: BTreeSet<&String> =
-        targets.flat_map(|id| job.attributes(id).map(|(name, _)| name)).collect();
+fn label_meta(label: &str, names: &BTreeSet<&String>, truncated: bool) -> String {
     let define = |name: &str, mutable: &str, kind: &str, default: &str| {
         format!(
             "<attribute><name>{name}</name><mutable>{mutable}</mutable><input_type>{kind}</input_type>\
@@ -48,8 +56,8 @@ fn label_meta(job: &Job<'_>, label: &str) -> String {
         )
     };
     let mut attributes: String =
-        names.into_iter().map(|name| define(&escaped(name), "False", "text", "")).collect();
-    if job.track.entries().iter().any(|entry| entry.said.is_some()) {
+        names.iter().map(|name| define(&escaped(name), "False", "text", "")).collect();
+    if truncated {
         attributes += &define(TRUNCATED, "True", "checkbox", "false");
     }
     format!(

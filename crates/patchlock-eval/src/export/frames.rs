@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use patchlock_media::image_file;
+use patchlock_media::{Limits, image_file};
 
 use super::{Content, Item, Options, Track};
 use crate::{Error, files};
@@ -104,7 +104,7 @@ fn size(track: &Track, options: &Options, images: &Images) -> Result<(usize, usi
     let of_images = match images {
         Images::None => None,
         Images::Files(files) => files.first().map(|first| size_of_image(first)).transpose()?,
-        Images::Video(video) => Some(size_of_video(video)?),
+        Images::Video(video) => Some(size_of_video(video, options.limits)?),
     };
     let known = [
         ("as given", options.size),
@@ -132,8 +132,9 @@ fn size_of_image(file: &Path) -> Result<(usize, usize), Error> {
         .map_err(|error| Error::Frame { path: file.to_path_buf(), reason: error.to_string() })
 }
 
-fn size_of_video(video: &Path) -> Result<(usize, usize), Error> {
-    let first = patchlock_media::open(&video.to_string_lossy(), false)?.frame(0)?;
+fn size_of_video(video: &Path, limits: Limits) -> Result<(usize, usize), Error> {
+    let source = patchlock_media::open_within(&video.to_string_lossy(), false, limits)?;
+    let first = { source }.frame(0)?;
     let first = first.ok_or_else(|| invalid(format!("{} has no frames", video.display())))?;
     Ok((first.width, first.height))
 }

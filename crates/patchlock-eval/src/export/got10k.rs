@@ -8,20 +8,21 @@ use patchlock::BoundingBox;
 use super::sequence::{Found, Sequence, sequences};
 use super::track::Entry;
 use super::{Item, Job};
+use crate::Error;
 
 /// Number of visibility levels in `cover.label`, not counting 0.
 const COVER_LEVELS: f64 = 8.0;
 
 /// The files of the folder.
-pub fn items(job: &Job<'_>) -> Vec<Item> {
-    let sequences = sequences(job.track);
+pub fn items(job: &Job<'_>) -> Result<Vec<Item>, Error> {
+    let sequences = sequences(job.track)?;
     let name = |sequence: &Sequence<'_>| format!("{}_{:06}", job.name, sequence.id);
     let list: String = sequences.iter().map(|sequence| name(sequence) + "\n").collect();
     let mut items = vec![Item::text("list.txt", list)];
     for sequence in &sequences {
         items.extend(sequence_items(job, sequence, &name(sequence)));
     }
-    items
+    Ok(items)
 }
 
 fn sequence_items(job: &Job<'_>, sequence: &Sequence<'_>, name: &str) -> Vec<Item> {

@@ -11,17 +11,17 @@ use super::{Job, round};
 pub fn text(job: &Job<'_>) -> String {
     let frames: Vec<usize> = job.track.frames().into_iter().collect();
     let count = frames[frames.len() - 1] + 1;
-    let region = |id: u64| {
-        let entries = job.track.entries().iter().filter(|entry| entry.id == id);
+    let region = |(id, entries): (u64, Vec<&Entry>)| {
+        let sequence = sequence(job, &frames, entries.into_iter());
         json!({
             "id": format!("target-{id}"), "type": "videorectangle", "from_name": "box", "to_name": "video",
             "origin": "prediction",
             "value": {
-                "labels": [job.label(id)], "framesCount": count, "sequence": sequence(job, &frames, entries),
+                "labels": [job.label(id)], "framesCount": count, "sequence": sequence,
             },
         })
     };
-    let result: Vec<Value> = job.track.ids().into_iter().map(region).collect();
+    let result: Vec<Value> = job.track.by_target().into_iter().map(region).collect();
     let version = concat!("patchlock ", env!("CARGO_PKG_VERSION"));
     let task = json!({
         "data": {"video": job.name}, "predictions": [{"model_version": version, "result": result}],

@@ -5,10 +5,12 @@ use std::path::Path;
 
 use super::sequence::{Sequence, sequences};
 use super::{Item, Job};
+use crate::Error;
 
 /// The files of the folder.
-pub fn items(job: &Job<'_>) -> Vec<Item> {
-    sequences(job.track).iter().flat_map(|sequence| sequence_items(job, sequence)).collect()
+pub fn items(job: &Job<'_>) -> Result<Vec<Item>, Error> {
+    let sequences = sequences(job.track)?;
+    Ok(sequences.iter().flat_map(|sequence| sequence_items(job, sequence)).collect())
 }
 
 fn sequence_items(job: &Job<'_>, sequence: &Sequence<'_>) -> Vec<Item> {

@@ -18,7 +18,10 @@ mod voc;
 mod xml;
 mod yolo;
 
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+
+use patchlock_media::Limits;
 
 use crate::Error;
 use frames::Frames;
@@ -112,6 +115,10 @@ impl Format {
     }
 }
 
+/// Most lines of an export that has more than the track: a line for each frame of a target's stretch, with
+/// or without a box. A small file can claim very many.
+pub const MOST_LINES: usize = 10_000_000;
+
 /// The options of an export.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
@@ -130,6 +137,8 @@ pub struct Options {
     /// Only every so many-th tracked frame is a key frame, besides the first and last of each stretch; the
     /// tool interpolates between them. 1 makes all frames key frames.
     pub key_frames: usize,
+    /// What the images or the video may claim.
+    pub limits: Limits,
 }
 
 /// One file of an export.
@@ -167,32 +176,45 @@ enum Files {
 struct Job<'a> {
     track: &'a Track,
     name: &'a str,
+    /// The label of targets of which the track has none.
     label: &'a str,
+    /// All labels, in the order of the targets' ids, without repetitions.
+    labels: Vec<&'a str>,
+    /// The places of the labels in `labels`.
+    classes: HashMap<&'a str, usize>,
     frames: Frames,
     key_frames: usize,
 }
 
-impl Job<'_> {
+impl<'a> Job<'a> {
+    fn new(track: &'a Track, options: &'a Options, frames: Frames) -> Self {
+        let mut job = Self {
+            track,
+            name: &options.name,
+            label: &options.label,
+            labels: Vec::new(),
+            classes: HashMap::new(),
+            frames,
+            key_frames: options.key_frames,
+        };
+        for id in track.ids() {
+            let label = job.label(id);
+            let next = job.labels.len();
+            if *job.classes.entry(label).or_insert(next) == next {
+                job.labels.push(label);
+            }
+        }
+        job
+    }
+
     /// The label of a target.
-    fn label(&self, id: u64) -> &str {
+    fn label(&self, id: u64) -> &'a str {
         self.track.about(id).map_or(self.label, |about| &about.label)
     }
 
-    /// All labels, in the order of the targets' ids, without repetitions.
-    fn labels(&self) -> Vec<&str> {
-        let mut labels: Vec<&str> = Vec::new();
-        for id in self.track.ids() {
-            let label = self.label(id);
-            if !labels.contains(&label) {
-                labels.push(label);
-            }
-        }
-        labels
-    }
-
     /// The place of a target's label in [`Job::labels`].
-    fn class(&self, labels: &[&str], id: u64) -> usize {
-        labels.iter().position(|label| *label == self.label(id)).unwrap_or(0)
+    fn class(&self, id: u64) -> usize {
+        self.classes.get(self.label(id)).copied().unwrap_or(0)
     }
 
     /// The attributes of a target.
@@ -205,8 +227,8 @@ impl Job<'_> {
 /// is written. Returns the number of files.
 ///
 /// # Errors
-/// [`Error::Export`] if the options are inconsistent, or if `out` exists: a file is replaced only with
-/// `overwrite`, a folder never. [`Error::Read`] and [`Error::Frame`] for the images; [`Error::Write`].
+/// [`Error::Export`] if the options are inconsistent, if there would be more than [`MOST_LINES`], or if `out`
+/// exists: a file is replaced only with `overwrite`, a folder never. [`Error::Read`] and [`Error::Frame`] for the images; [`Error::Write`].
 pub fn write(
     track: &Track,
     options: &Options,
@@ -226,9 +248,9 @@ pub fn write(
     }
     output::check(out, format.is_file(), overwrite)?;
     let frames = Frames::new(track, options)?;
-    let job = Job { track, name: &options.name, label: &options.label, frames, key_frames };
+    let job = Job::new(track, options, frames);
     if format.holds_frames() {
-        job.labels().into_iter().try_for_each(|label| check_word("label", label))?;
+        job.labels.iter().try_for_each(|label| check_word("label", label))?;
     }
     let files = match options.format {
         Format::Mot => Files::One(mot::text(&job)),
@@ -237,12 +259,14 @@ pub fn write(
         Format::Yolo => Files::Folder(yolo::items(&job)),
         Format::Voc => Files::Folder(voc::items(&job)),
         Format::LabelStudio => Files::One(label_studio::text(&job)),
-        Format::Lasot => Files::Folder(lasot::items(&job)),
-        Format::Got10k => Files::Folder(got10k::items(&job)),
+        Format::Lasot => Files::Folder(lasot::items(&job)?),
+        Format::Got10k => Files::Folder(got10k::items(&job)?),
     };
     match files {
         Files::One(text) => output::write_file(out, &text, overwrite).map(|()| 1),
-        Files::Folder(items) => output::write_folder(out, &items).map(|()| items.len()),
+        Files::Folder(items) => {
+            output::write_folder(out, &items, options.limits).map(|()| items.len())
+        }
     }
 }
 

@@ -6,7 +6,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use image::codecs::jpeg::JpegEncoder;
-use patchlock_media::{FrameSource, Picture, image_file};
+use patchlock_media::{FrameSource, Limits, Picture, image_file};
 
 use super::{Content, Item};
 use crate::Error;
@@ -57,18 +57,18 @@ pub fn write_file(out: &Path, text: &str, overwrite: bool) -> Result<(), Error> 
 }
 
 /// Writes a folder of files.
-pub fn write_folder(out: &Path, items: &[Item]) -> Result<(), Error> {
+pub fn write_folder(out: &Path, items: &[Item], limits: Limits) -> Result<(), Error> {
     let cannot = |error| Error::write(out, error);
     let folder = with_permissions(tempfile::Builder::new().prefix(PREFIX), 0o777)
         .tempdir_in(parent(out))
         .map_err(cannot)?;
-    let mut video = None;
+    let mut reader = Reader { limits, video: None };
     for item in items {
         let path = folder.path().join(&item.path);
         if let Some(parent) = path.parent() {
             fs::create_dir_all(parent).map_err(cannot)?;
         }
-        write_item(&path, &item.content, &mut video)?;
+        write_item(&path, &item.content, &mut reader)?;
     }
     // On Unix, renaming replaces an empty folder; elsewhere it has to be removed first.
     if out.is_dir() {
@@ -96,44 +96,45 @@ fn with_permissions<'a, 'b>(
     }
 }
 
-fn write_item(path: &Path, content: &Content, video: &mut Option<Video>) -> Result<(), Error> {
+fn write_item(path: &Path, content: &Content, reader: &mut Reader) -> Result<(), Error> {
     match content {
         Content::Text(text) => fs::write(path, text).map_err(|error| Error::write(path, error)),
         Content::Copy(from) => {
             fs::copy(from, path).map(drop).map_err(|error| Error::read(from, error))
         }
         Content::Jpeg(from) => {
-            let picture = image_file::load(from).map_err(|error| Error::Frame {
-                path: from.to_path_buf(),
-                reason: error.to_string(),
+            let picture = image_file::load_within(from, reader.limits).map_err(|error| {
+                Error::Frame { path: from.to_path_buf(), reason: error.to_string() }
             })?;
             write_jpeg(path, &picture)
         }
-        Content::Frame(from, index) => write_jpeg(path, &frame_of(from, *index, video)?),
+        Content::Frame(from, index) => write_jpeg(path, &reader.frame_of(from, *index)?),
     }
 }
 
-/// A video, and the number of the next frame that can be read from it.
-struct Video {
-    source: Box<dyn FrameSource>,
-    next: usize,
+/// Reads frames of a video.
+struct Reader {
+    limits: Limits,
+    /// The video, and the number of the next frame that can be read from it.
+    video: Option<(Box<dyn FrameSource>, usize)>,
 }
 
-/// The frame of a video. It is opened anew for a frame that was passed.
-fn frame_of(from: &Path, index: usize, video: &mut Option<Video>) -> Result<Picture, Error> {
-    let mut open = match video.take().filter(|video| video.next <= index) {
-        Some(open) => open,
-        None => Video { source: patchlock_media::open(&from.to_string_lossy(), false)?, next: 0 },
-    };
-    let picture = open.source.frame(index)?.ok_or_else(|| {
-        Error::Export(format!(
-            "the track has boxes in frame {index}, counted from 0, but {} ends before it",
-            from.display()
-        ))
-    })?;
-    open.next = index + 1;
-    *video = Some(open);
-    Ok(picture)
+impl Reader {
+    /// The frame of a video. It is opened anew for a frame that was passed.
+    fn frame_of(&mut self, from: &Path, index: usize) -> Result<Picture, Error> {
+        let mut source = match self.video.take().filter(|(_, next)| *next <= index) {
+            Some((source, _)) => source,
+            None => patchlock_media::open_within(&from.to_string_lossy(), false, self.limits)?,
+        };
+        let picture = source.frame(index)?.ok_or_else(|| {
+            Error::Export(format!(
+                "the track has boxes in frame {index}, counted from 0, but {} ends before it",
+                from.display()
+            ))
+        })?;
+        self.video = Some((source, index + 1));
+        Ok(picture)
+    }
 }
 
 fn write_jpeg(path: &Path, picture: &Picture) -> Result<(), Error> {

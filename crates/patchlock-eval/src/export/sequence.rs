@@ -3,7 +3,9 @@
 
 use patchlock::BoundingBox;
 
+use super::MOST_LINES;
 use super::track::{Entry, Track};
+use crate::Error;
 
 /// An entry in which the target is found, and its box.
 pub type Found<'a> = (&'a Entry, BoundingBox);
@@ -17,20 +19,39 @@ pub struct Sequence<'a> {
 }
 
 /// The sequences of all targets that have a box, ordered by id.
-pub fn sequences(track: &Track) -> Vec<Sequence<'_>> {
-    let frames = track.frames();
-    let sequence = |id: u64| {
-        let own = track.entries().iter().filter(|entry| entry.id == id);
-        let own: Vec<&Entry> = own.skip_while(|entry| entry.found().is_none()).collect();
-        let span = own.first()?.frame..=own.last()?.frame;
-        let mut next = own.into_iter().peekable();
-        let entry = |&frame: &usize| {
-            let entry = next.next_if(|entry| entry.frame == frame);
-            (frame, entry.and_then(|entry| Some((entry, entry.found()?))))
-        };
-        Some(Sequence { id, frames: frames.range(span).map(entry).collect() })
+///
+/// # Errors
+/// [`Error::Export`] if they have more than [`MOST_LINES`] frames together.
+pub fn sequences(track: &Track) -> Result<Vec<Sequence<'_>>, Error> {
+    let frames: Vec<usize> = track.frames().into_iter().collect();
+    let mut spans = Vec::new();
+    for (id, mut own) in track.by_target() {
+        own.drain(..own.iter().take_while(|entry| entry.found().is_none()).count());
+        if let (Some(first), Some(last)) = (own.first(), own.last()) {
+            let begin = frames.partition_point(|&frame| frame < first.frame);
+            let end = frames.partition_point(|&frame| frame <= last.frame);
+            spans.push((id, own, &frames[begin..end]));
+        }
+    }
+    let lines = spans.iter().map(|(_, _, span)| span.len()).sum::<usize>();
+    if lines > MOST_LINES {
+        return Err(Error::Export(format!(
+            "the format has a line for each frame between the first and the last box of a target, {lines} \
+             for this track of {} targets; at most {MOST_LINES} are written",
+            spans.len()
+        )));
+    }
+    Ok(spans.into_iter().map(|(id, own, span)| sequence(id, own, span)).collect())
+}
+
+/// The sequence of a target in these frames; its entries are in some of them.
+fn sequence<'a>(id: u64, entries: Vec<&'a Entry>, frames: &[usize]) -> Sequence<'a> {
+    let mut next = entries.into_iter().peekable();
+    let found = |&frame: &usize| {
+        let entry = next.next_if(|entry| entry.frame == frame);
+        (frame, entry.and_then(|entry| Some((entry, entry.found()?))))
     };
-    track.ids().into_iter().filter_map(sequence).collect()
+    Sequence { id, frames: frames.iter().map(found).collect() }
 }
 
 impl Sequence<'_> {

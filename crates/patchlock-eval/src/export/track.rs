@@ -244,6 +244,15 @@ impl Track {
         self.entries.iter().map(|entry| entry.id).collect()
     }
 
+    /// The entries of each target, ordered by frame.
+    pub(super) fn by_target(&self) -> BTreeMap<u64, Vec<&Entry>> {
+        let mut targets: BTreeMap<u64, Vec<&Entry>> = BTreeMap::new();
+        for entry in &self.entries {
+            targets.entry(entry.id).or_default().push(entry);
+        }
+        targets
+    }
+
     /// The frames with an entry, in increasing order.
     pub fn frames(&self) -> BTreeSet<usize> {
         self.entries.iter().map(|entry| entry.frame).collect()
@@ -267,6 +276,7 @@ fn one_size(
 
 /// Checks an entry; the error says what is wrong.
 fn check(entry: &Entry) -> Result<(), String> {
+    text::frame(entry.frame)?;
     if let Some(BoundingBox { x, y, w, h }) = entry.bbox {
         [x, y, w, h].into_iter().try_for_each(text::coordinate)?;
         if w <= 0.0 || h <= 0.0 {
@@ -444,5 +454,24 @@ mod tests {
             assert!(error.contains("is not a coordinate; allowed: -1e9 to 1e9"), "{error}");
         }
         assert!(error("a.csv", "frame,x,y,w,h,score\n0,1,2,3,4,7\n").contains("the score is 7"));
+    }
+
+    #[test]
+    fn frame_numbers_have_a_limit() {
+        let csv = |frame: &str| format!("frame,x,y,w,h\n0,1,2,3,4\n{frame},1,2,3,4\n");
+        assert!(read("a.csv", &csv("99999999")).is_ok());
+        for frame in ["100000000", "18446744073709551615"] {
+            let wanted = format!("line 3: {frame} is not a frame number; allowed: 0 to 99999999");
+            let error = read("a.csv", &csv(frame)).unwrap_err();
+            assert!(error.ends_with(&wanted), "{error}");
+            let json = format!("\n\n{{\"frame\":{frame},\"x\":1,\"y\":1,\"w\":3,\"h\":2}}\n");
+            let error = read("a.jsonl", &json).unwrap_err();
+            assert!(error.ends_with(&wanted), "{error}");
+        }
+        let error = read("a.csv", &csv("18446744073709551616")).unwrap_err();
+        assert!(error.contains("a.csv, line 3: "), "{error}");
+        let entry = Entry { frame: usize::MAX, ..read("a.csv", &csv("1")).unwrap().entries[0] };
+        let error = Track::new(vec![entry]).unwrap_err().to_string();
+        assert!(error.contains("18446744073709551615 is not a frame number"), "{error}");
     }
 }

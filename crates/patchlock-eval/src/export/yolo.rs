@@ -12,19 +12,18 @@ use super::{Entry, Item, Job};
 
 /// The files of the folder.
 pub fn items(job: &Job<'_>) -> Vec<Item> {
-    let classes = job.labels();
     let mut yaml = format!(
         "# {}\npath: .\ntrain: images/train\nval: images/train\nnc: {}\nnames:\n",
         job.name,
-        classes.len()
+        job.labels.len()
     );
-    for (k, class) in classes.iter().enumerate() {
+    for (k, class) in job.labels.iter().enumerate() {
         let _ = writeln!(yaml, "  {k}: {}", serde_json::Value::from(*class)); // a JSON string is valid YAML
     }
     let mut items = vec![Item::text("data.yaml", yaml)];
     let entries = job.track.entries();
     for frames in entries.chunk_by(|a, b| a.frame == b.frame) {
-        let Some(labels) = labels(job, &classes, frames) else { continue };
+        let Some(labels) = labels(job, frames) else { continue };
         let frame = frames[0].frame;
         let name = job.frames.name(frame);
         let label = Path::new("labels/train").join(&name).with_extension("txt");
@@ -35,7 +34,7 @@ pub fn items(job: &Job<'_>) -> Vec<Item> {
 }
 
 /// The lines of one frame; `None` if a target is lost in it.
-fn labels(job: &Job<'_>, classes: &[&str], entries: &[Entry]) -> Option<String> {
+fn labels(job: &Job<'_>, entries: &[Entry]) -> Option<String> {
     let (width, height) = (job.frames.size.0 as f64, job.frames.size.1 as f64);
     let mut lines = String::new();
     for entry in entries.iter().filter(|entry| !entry.is_hidden()) {
@@ -43,7 +42,7 @@ fn labels(job: &Job<'_>, classes: &[&str], entries: &[Entry]) -> Option<String> 
             let _ = writeln!(
                 lines,
                 "{} {:.6} {:.6} {:.6} {:.6}",
-                job.class(classes, entry.id),
+                job.class(entry.id),
                 (left + right) / 2.0 / width,
                 (top + bottom) / 2.0 / height,
                 (right - left) / width,

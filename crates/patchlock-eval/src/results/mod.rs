@@ -182,14 +182,13 @@ fn below(folder: &Path, truth: &Dataset, depth: usize) -> Result<Vec<Results>, E
 
 /// The results directly in this folder, not below it.
 fn one(folder: &Path, truth: &Dataset) -> Result<Vec<Results>, Error> {
-    let origin = truth.origin();
     if folder.join(crate::bench::store::MANIFEST).is_file() {
         return bench::read(folder, truth);
     }
     if let Some(results) = per_target::read(folder, truth)? {
         return Ok(vec![results]);
     }
-    Ok(text_files::read(folder, origin)?.into_iter().collect())
+    Ok(text_files::read(folder, truth)?.into_iter().collect())
 }
 
 /// The boxes of the rows of a file; a row with NaN is a missing box.

@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use super::{Layout, Results, boxes, mot, seconds};
+use crate::dataset::Dataset;
 use crate::files::{ends_with, entries, name_of, stem_of};
 use crate::{Error, text};
 
 /// `None` if the folder has no text file.
-pub fn read(folder: &Path, origin: f64) -> Result<Option<Results>, Error> {
+pub fn read(folder: &Path, truth: &Dataset) -> Result<Option<Results>, Error> {
     let mut results = Results::new(name_of(folder), Layout::Otb);
     for file in entries(folder)?.into_iter().filter(|path| ends_with(path, "txt")) {
         let target = stem_of(&file);
@@ -15,10 +16,12 @@ pub fn read(folder: &Path, origin: f64) -> Result<Option<Results>, Error> {
             Err(error) => results.faults.push(error.to_string()),
             Ok(table) if mot::is_mot(&table) => {
                 results.layout = Layout::Mot;
-                results.add(target, 0, &file, mot::boxes(&file, &table, origin));
+                let frames = truth.find(&target).map(|sequence| sequence.truth.len());
+                let boxes = mot::boxes(&file, &table, truth.origin(), frames);
+                results.add(target, 0, &file, boxes);
             }
             Ok(table) => {
-                results.add(target.clone(), 0, &file, boxes(&file, &table, origin));
+                results.add(target.clone(), 0, &file, boxes(&file, &table, truth.origin()));
                 // The got10k toolkit writes times to the folder `times` beside the boxes.
                 let times = folder.join("times").join(format!("{target}_time.txt"));
                 if let Some(run) = results.runs.last_mut().filter(|run| run.file == file) {

@@ -7,6 +7,8 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use patchlock_media::{Picture, Pixels, image_file};
 
+use crate::names::beginning;
+
 /// The protocol's name for images given by path.
 pub const PATH: &str = "path";
 /// All supported kinds of images.
@@ -43,8 +45,9 @@ impl Image {
         }
         match text.split_once("://") {
             Some((scheme, _)) => Err(format!(
-                "images by {scheme}:// are not supported; send file:// with a path, pixels, or the bytes \
-                 of a file"
+                "images by {}:// are not supported; send file:// with a path, pixels, or the bytes of a \
+                 file",
+                beginning(scheme)
             )),
             None if text.is_empty() => Err("an image without a name".to_string()),
             None => Ok(Self::Path(text.into())),
@@ -59,7 +62,7 @@ impl Image {
         match self {
             Self::Memory(picture) => Ok(picture),
             Self::Path(file) => image_file::load(&file)
-                .map_err(|error| format!("cannot read the image {}: {error}", file.display())),
+                .map_err(|error| format!("cannot read the image {}: {error}", shown(&file))),
             Self::Buffer(bytes) => image_file::decode(&bytes)
                 .map_err(|error| format!("cannot decode the image: {error}")),
         }
@@ -72,6 +75,11 @@ impl Image {
     }
 }
 
+/// The beginning of a path that a client has sent.
+fn shown(file: &Path) -> String {
+    beginning(&file.to_string_lossy())
+}
+
 /// Parses `WIDTH;HEIGHT;FORMAT;DATA`.
 fn memory(text: &str) -> Result<Picture, String> {
     let mut parts = text.splitn(4, ';');
@@ -79,7 +87,8 @@ fn memory(text: &str) -> Result<Picture, String> {
     let side = |text: &str| {
         let number = text.parse().ok().filter(|&side: &usize| side > 0);
         number.ok_or(format!(
-            "an image in memory has the size \"{text}\"; it must be an integer of at least 1"
+            "an image in memory has the size \"{}\"; it must be an integer of at least 1",
+            beginning(text)
         ))
     };
     let (width, height) = (side(part("width")?)?, side(part("height")?)?);
@@ -90,7 +99,8 @@ fn memory(text: &str) -> Result<Picture, String> {
         "gray16" => 2,
         other => {
             return Err(format!(
-                "an image in memory has the format {other}; it must be rgb, gray8 or gray16"
+                "an image in memory has the format {}; it must be rgb, gray8 or gray16",
+                beginning(other)
             ));
         }
     };

@@ -7,6 +7,7 @@ use std::fmt;
 
 use patchlock::BoundingBox;
 
+use crate::names::beginning;
 use crate::text;
 
 /// The protocol's name for boxes.
@@ -40,7 +41,8 @@ impl Region {
         };
         if !matches!(name, "" | "rect" | "poly" | "special") {
             return Err(format!(
-                "a region is a {RECTANGLE} or {POLYGON}, numbers separated by commas, not {name}"
+                "a region is a {RECTANGLE} or {POLYGON}, numbers separated by commas, not {}",
+                beginning(name)
             ));
         }
         let row = text::numbers(rest)?;

@@ -48,7 +48,7 @@ fn add_track(track: Node<'_, '_>, found: &mut Found<'_>) -> Outcome {
         match node.tag_name().name() {
             "box" => {
                 let wrong = |reason| format!("line {}: {reason}", line_of(node));
-                boxes.push(Outlined::read(node, &id, &label).map_err(wrong)?);
+                boxes.push((Outlined::read(node, &id, &label).map_err(wrong)?, node));
                 let target = found.target(Some(&id), Some(&label));
                 for (name, value) in attributes(node).filter(|(name, _)| *name != TRUNCATED) {
                     target.attributes.entry(name.to_owned()).or_insert(value.to_owned());
@@ -67,11 +67,11 @@ fn add_track(track: Node<'_, '_>, found: &mut Found<'_>) -> Outcome {
             }
         }
     }
-    boxes.sort_by_key(|shape| shape.row.frame);
+    boxes.sort_by_key(|(shape, _)| shape.row.frame);
     let end = found.video.frames;
-    for (k, shape) in boxes.iter().enumerate() {
-        let next = boxes.get(k + 1).map_or(end, |next| next.row.frame);
-        let wrong = |reason| format!("line {}: {reason}", shape.line);
+    for (k, (shape, node)) in boxes.iter().enumerate() {
+        let next = boxes.get(k + 1).map_or(end, |(next, _)| next.row.frame);
+        let wrong = |reason| format!("line {}: {reason}", line_of(*node));
         found.add(&shape.row).map_err(wrong)?;
         if shape.outside && next > shape.row.frame {
             let hidden = [shape.row.frame, next - 1];
@@ -81,11 +81,10 @@ fn add_track(track: Node<'_, '_>, found: &mut Found<'_>) -> Outcome {
     Ok(())
 }
 
-/// A box of a track, with its place in the file.
+/// A box of a track.
 struct Outlined {
     row: Row,
     outside: bool,
-    line: usize,
 }
 
 impl Outlined {
@@ -113,7 +112,7 @@ impl Outlined {
             truncated: attributes(node).any(|found| found == (TRUNCATED, "true")),
             ..Row::default()
         };
-        Ok(Self { row, outside, line: line_of(node) })
+        Ok(Self { row, outside })
     }
 }
 
@@ -134,6 +133,7 @@ fn attribute<'a>(node: Node<'a, '_>, name: &str) -> Outcome<&'a str> {
     })
 }
 
+/// The line of an element. It counts the lines before it, so it is asked only for errors.
 fn line_of(node: Node<'_, '_>) -> usize {
     node.document().text_pos_at(node.range().start).row as usize
 }

@@ -19,7 +19,7 @@ pub mod limits {
     /// Most targets.
     pub const TARGETS: usize = 10_000;
     /// Most frames of a video.
-    pub const FRAMES: usize = 100_000_000;
+    pub const FRAMES: usize = patchlock_media::MOST_FRAMES;
     /// Longest side of a box or a frame, in pixels.
     pub const SIDE: f64 = 100_000.0;
     /// Largest id of a target. It is a whole number in every language, also where all numbers are `f64`.

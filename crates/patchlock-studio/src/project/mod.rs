@@ -122,7 +122,8 @@ impl Target {
 
     /// Whether a person said that the target is not visible in this frame.
     pub fn is_hidden(&self, frame: usize) -> bool {
-        self.hidden.iter().any(|&[from, to]| (from..=to).contains(&frame))
+        let after = self.hidden.partition_point(|stretch| stretch[1] < frame);
+        self.hidden.get(after).is_some_and(|stretch| stretch[0] <= frame)
     }
 }
 

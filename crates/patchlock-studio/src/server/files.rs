@@ -170,7 +170,13 @@ pub async fn export_boxes(
     let clip = app.clips.open(clip).await?;
     let format = export::Format::named(&format)?;
     let stem = stem(&clip.name);
-    let options = export::Options { format, name: stem.clone(), frames, key_frames };
+    let options = export::Options {
+        format,
+        name: stem.clone(),
+        frames,
+        key_frames,
+        limits: app.settings.limits,
+    };
     let written = aside(move || {
         let cannot = |error: io::Error| cannot_keep(&std::env::temp_dir(), &error);
         let project = clip.hold().store.project().clone();

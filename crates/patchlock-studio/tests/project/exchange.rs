@@ -4,6 +4,7 @@ use std::fs;
 
 use patchlock::{BoundingBox, Status};
 use patchlock_eval::export;
+use patchlock_media::Limits;
 use patchlock_studio::export::{Format, Options, write};
 use patchlock_studio::import;
 use patchlock_studio::project::{Edit, Project, Store, Target, Tracked};
@@ -56,7 +57,13 @@ fn filled(place: &Place) -> Store {
 
 fn exported(place: &Place, project: &Project, format: Format) -> Vec<u8> {
     let out = place.folder().join(format!("out-{}", format.name()));
-    let options = Options { format, name: "clip".into(), frames: true, key_frames: 1 };
+    let options = Options {
+        format,
+        name: "clip".into(),
+        frames: true,
+        key_frames: 1,
+        limits: Limits::default(),
+    };
     write(project, &place.video(), &options, &out, false).unwrap();
     let again = write(project, &place.video(), &options, &out, false).unwrap_err();
     assert!(again.to_string().contains("exists already") && again.is_misuse(), "{again}");
@@ -130,7 +137,13 @@ fn every_format_has_the_labels() {
     let all = Format::all().filter(|format| !format.is_file());
     for format in all {
         let out = place.folder().join(format.name());
-        let options = Options { format, name: "clip".into(), frames: true, key_frames: 1 };
+        let options = Options {
+            format,
+            name: "clip".into(),
+            frames: true,
+            key_frames: 1,
+            limits: Limits::default(),
+        };
         let slash = write(store.project(), &place.video(), &options, &out, false);
         assert!(slash.is_ok(), "{slash:?}");
         fs::remove_dir_all(&out).unwrap();
@@ -142,7 +155,13 @@ fn every_format_has_the_labels() {
     };
     store.apply(vec![rename("<car> & \"co\"", "car"), rename("target", "a/b")]).unwrap();
     let lasot = Format::Other(export::Format::Lasot);
-    let options = Options { format: lasot, name: "clip".into(), frames: false, key_frames: 1 };
+    let options = Options {
+        format: lasot,
+        name: "clip".into(),
+        frames: false,
+        key_frames: 1,
+        limits: Limits::default(),
+    };
     let out = place.folder().join("lasot");
     let error = write(store.project(), &place.video(), &options, &out, false).unwrap_err();
     assert!(error.to_string().contains("the label is \"a/b\""), "{error}");
@@ -180,7 +199,13 @@ fn a_project_without_boxes_is_not_exported() {
     let place = Place::new();
     let store = place.store();
     for format in Format::all() {
-        let options = Options { format, name: "clip".into(), frames: false, key_frames: 1 };
+        let options = Options {
+            format,
+            name: "clip".into(),
+            frames: false,
+            key_frames: 1,
+            limits: Limits::default(),
+        };
         let out = place.folder().join("out");
         let error = write(store.project(), &place.video(), &options, &out, false).unwrap_err();
         assert!(error.to_string().contains("no boxes"), "{error}");
@@ -275,6 +300,34 @@ fn files_that_are_wrong_are_refused_with_their_place() {
             "frame,x,y,w,h\n0,1,1,5,5\n12,1,1,5,5\n".into(),
             "line 3: frame 12 is not in the video",
         ),
+        (
+            Csv,
+            "frame,x,y,w,h\n18446744073709551615,1,1,5,5\n".into(),
+            "line 2: frame 18446744073709551615 is not in the video",
+        ),
+        (
+            Csv,
+            "{\"frame\":18446744073709551615,\"x\":1,\"y\":1,\"w\":5,\"h\":5}\n".into(),
+            "line 1: frame 18446744073709551615 is not in the video",
+        ),
+        (
+            Mot,
+            "18446744073709551615,1,1,1,5,5\n".into(),
+            "line 1: frame 18446744073709551614 is not",
+        ),
+        (
+            Cvat,
+            shape("").replace("\"0\"", "\"18446744073709551615\""),
+            "line 3: frame 18446744073709551615 is not in the video",
+        ),
+        (
+            Coco,
+            coco(
+                "{\"id\": 1, \"frame_id\": 18446744073709551615}",
+                "{\"image_id\": 1, \"bbox\": [1, 1, 5, 5]}",
+            ),
+            "annotation 1: frame 18446744073709551615 is not in the video",
+        ),
         (Csv, "frame,x,y,w,h\n0,1,1,5,a\n".into(), "line 2: "),
         (Csv, "frame,x,y,w,h\n0,1,1,5,\n".into(), "line 2: the box is incomplete"),
         (Csv, "frame,x,y,w,h\n0,1,1,5,NaN\n".into(), "line 2: the box is 1,1,5,NaN"),
@@ -328,4 +381,46 @@ fn files_that_are_wrong_are_refused_with_their_place() {
     let error = import::read(Csv, &[0xff, 0xfe], store.project()).unwrap_err().to_string();
     assert!(error.contains("not text in UTF-8"), "{error}");
     assert!(import::Format::named("xml").unwrap_err().to_string().contains("csv, mot, cvat, coco"));
+}
+
+/// The file of the project has a few hundred bytes.
+#[test]
+fn a_project_that_hides_a_target_in_millions_of_frames_is_not_exported() {
+    let place = Place::new();
+    let mut store = place.store_of(100_000_000);
+    store.apply(vec![add(0), Edit::Hide { target: 1, from: 1, to: 99_999_999 }]).unwrap();
+    for format in Format::all() {
+        let options = Options {
+            format,
+            name: "clip".into(),
+            frames: false,
+            key_frames: 1,
+            limits: Limits::default(),
+        };
+        let out = place.folder().join("out");
+        let error = write(store.project(), &place.video(), &options, &out, false).unwrap_err();
+        let expected = "1 boxes, and 99999999 frames in which a target is not visible";
+        assert!(error.to_string().contains(expected), "{error}");
+        assert!(!out.exists());
+    }
+}
+
+/// Takes minutes if the lines before each box are counted.
+#[test]
+fn a_long_file_of_cvat_is_read_in_a_time_that_follows_its_length() {
+    let place = Place::new();
+    let store = place.store_of(1_000_000);
+    let shape = |frame: usize| {
+        let outside = frame % 2;
+        format!(
+            "<box frame=\"{frame}\" outside=\"{outside}\" xtl=\"1\" ytl=\"1\" xbr=\"9\" ybr=\"9\"/>\n"
+        )
+    };
+    let boxes: String = (0..100_000).map(shape).collect();
+    let text =
+        format!("<annotations><track id=\"0\" label=\"target\">\n{boxes}</track></annotations>");
+    let begun = std::time::Instant::now();
+    let targets = imported(import::Format::Cvat, text.as_bytes(), &store);
+    assert!(begun.elapsed().as_secs() < 10, "{:?}", begun.elapsed());
+    assert_eq!((targets[0].keys.len(), targets[0].hidden.len()), (50_000, 50_000));
 }

@@ -16,6 +16,7 @@ use patchlock::BoundingBox;
 
 use super::subject::{Answer, Subject};
 use crate::Error;
+use crate::names::beginning;
 use crate::session;
 use crate::trax::image::{self, Image};
 use crate::trax::message::Message;
@@ -55,7 +56,7 @@ impl Trax {
         if hello.name != "hello" {
             return Err(subject(format!(
                 "the tracker sent the message {} instead of hello",
-                shortened(&hello.name)
+                beginning(&hello.name)
             )));
         }
         let capabilities = capabilities(&hello).map_err(subject)?;
@@ -72,7 +73,7 @@ impl Trax {
         match (state.name.as_str(), state.arguments.first()) {
             ("state", Some(region)) => {
                 let region = Region::parse(region)
-                    .map_err(|reason| format!("invalid region \"{}\": {reason}", shortened(region)))
+                    .map_err(|reason| format!("invalid region \"{}\": {reason}", beginning(region)))
                     .map_err(error)?;
                 Ok(Answer::of_box(region.bbox(), seconds))
             }
@@ -80,7 +81,7 @@ impl Trax {
             ("quit", _) => Err(error(format!("the tracker quit{}", reason_of(&state)))),
             (other, _) => Err(error(format!(
                 "the tracker sent the message {} instead of state",
-                shortened(other)
+                beginning(other)
             ))),
         }
     }
@@ -88,18 +89,7 @@ impl Trax {
 
 /// The reason that a tracker gives for quitting, if any.
 fn reason_of(quit: &Message) -> String {
-    quit.get("trax.reason").map(|reason| format!(": {}", shortened(reason))).unwrap_or_default()
-}
-
-/// The beginning of what a program sent, for a message on one line.
-fn shortened(text: &str) -> String {
-    const KEPT: usize = 200;
-    let plain = text.chars().map(|c| if c.is_control() { ' ' } else { c });
-    if text.chars().count() > KEPT {
-        plain.take(KEPT).chain("...".chars()).collect()
-    } else {
-        plain.collect()
-    }
+    quit.get("trax.reason").map(|reason| format!(": {}", beginning(reason))).unwrap_or_default()
 }
 
 /// Waits for the next message; lines that are not messages are skipped. `what` is the expected message.
@@ -108,8 +98,8 @@ fn next(process: &mut Process, what: &str) -> Result<Message, String> {
     match line {
         Ok(line) => match Message::parse(&line) {
             Some(Ok(message)) => Ok(message),
-            Some(Err(reason)) => Err(format!("invalid message \"{}\": {reason}", shortened(&line))),
-            None => Err(format!("not a message: {line}")),
+            Some(Err(reason)) => Err(format!("invalid message \"{}\": {reason}", beginning(&line))),
+            None => Err(format!("not a message: {}", beginning(&line))),
         },
         Err(NoLine::TimedOut(seconds)) => Err(format!(
             "the tracker did not send {what} within {seconds} s{}",
@@ -131,7 +121,8 @@ fn capabilities(hello: &Message) -> Result<Capabilities, String> {
     let known = version.parse().ok().filter(|version| (1..=NEWEST_VERSION).contains(version));
     let Some(version) = known else {
         return Err(format!(
-            "the tracker speaks version {version} of TraX; versions 1 to {NEWEST_VERSION} are supported"
+            "the tracker speaks version {} of TraX; versions 1 to {NEWEST_VERSION} are supported",
+            beginning(version)
         ));
     };
     let list = |key: &str, default: &str| -> Vec<String> {
@@ -145,13 +136,13 @@ fn capabilities(hello: &Message) -> Result<Capabilities, String> {
     };
     let images = list("trax.image", image::PATH);
     if !images.iter().any(|image| image == image::PATH) {
-        let images = images.join(", ");
+        let images = beginning(&images.join(", "));
         return Err(format!("the tracker accepts images as {images}; only path is supported"));
     }
     let regions = list("trax.region", RECTANGLE);
     let accepts = |name: &str| regions.iter().any(|region| region == name);
     if !accepts(RECTANGLE) && !accepts(POLYGON) {
-        let regions = regions.join(", ");
+        let regions = beginning(&regions.join(", "));
         return Err(format!(
             "the tracker accepts regions as {regions}; {RECTANGLE} and {POLYGON} are supported"
         ));

@@ -1,11 +1,13 @@
 //! A child process that exchanges lines of text, with a time limit for each line.
 
 use std::io::{BufRead, BufReader, Read, Write};
-use std::process::{Child, ChildStdin, Command, Stdio};
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
+
+use crate::names;
 
 /// The longest line that is kept, in bytes; the rest of a longer one is dropped.
 pub const MAX_LINE_BYTES: u64 = 1 << 16;
@@ -37,7 +39,9 @@ struct Line {
 /// A running program.
 pub struct Process {
     child: Child,
-    stdin: Option<ChildStdin>,
+    /// Lines for the thread that writes them, since a program that does not read would never let us go on.
+    /// `None` closes the program's input.
+    input: Option<Sender<String>>,
     lines: Receiver<Line>,
     output: Arc<Mutex<String>>,
     timeout: Duration,
@@ -65,17 +69,18 @@ impl Process {
             let output = Arc::clone(&output);
             thread::spawn(move || each_line(stderr, |line| remember(&output, &line.text)));
         }
-        let stdin = child.stdin.take();
-        Ok(Self { child, stdin, lines, output, timeout })
+        let (input, written) = mpsc::channel::<String>();
+        if let Some(mut stdin) = child.stdin.take() {
+            thread::spawn(move || {
+                written.into_iter().try_for_each(|line| stdin.write_all(line.as_bytes()))
+            });
+        }
+        Ok(Self { child, input: Some(input), lines, output, timeout })
     }
 
-    /// Writes a line to the program's standard input.
+    /// Sends a line to the program's standard input.
     pub fn write(&mut self, line: &str) -> Result<(), String> {
-        let sent = self
-            .stdin
-            .as_mut()
-            .map(|stdin| stdin.write_all(line.as_bytes()).and_then(|()| stdin.flush()));
-        match sent {
+        match self.input.as_ref().map(|input| input.send(line.to_string())) {
             Some(Ok(())) => Ok(()),
             _ => Err(format!("the tracker exited ({}){}", self.status(), self.recent_output())),
         }
@@ -105,7 +110,7 @@ impl Process {
     /// The end of the program's other output, as a suffix of an error message.
     pub fn recent_output(&self) -> String {
         let output = self.output.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        let output = output.split_whitespace().collect::<Vec<_>>().join(" ");
+        let output = names::plain(&output.split_whitespace().collect::<Vec<_>>().join(" "));
         if output.is_empty() { String::new() } else { format!("; its output: {output}") }
     }
 
@@ -120,7 +125,7 @@ impl Process {
 
 impl Drop for Process {
     fn drop(&mut self) {
-        self.stdin = None; // end of input, for programs that do not handle quit
+        self.input = None; // end of input, for programs that do not handle quit
         if wait(&mut self.child, EXIT_TIMEOUT).is_none() {
             let _ = self.child.kill();
             let _ = self.child.wait();
@@ -170,4 +175,26 @@ fn remember(output: &Mutex<String>, line: &str) -> bool {
         *output = output.chars().skip(count - KEPT_OUTPUT).collect();
     }
     true
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    /// Its input is soon full, since a pipe holds little.
+    #[test]
+    fn a_program_that_never_reads_is_not_waited_for() {
+        let script = "echo hello; sleep 1000 & echo $!; wait";
+        let command = ["sh", "-c", script].map(String::from);
+        let mut process = Process::start(&command, ("X", "1"), Duration::from_millis(500)).unwrap();
+        let line = "x".repeat(1 << 20) + "\n";
+        for _ in 0..4 {
+            process.write(&line).unwrap();
+        }
+        assert_eq!(process.next(|_| true).unwrap(), "hello");
+        let sleeper = process.next(|_| true).unwrap();
+        assert!(matches!(process.next(|_| true), Err(NoLine::TimedOut(_))));
+        drop(process);
+        assert!(Command::new("kill").arg(sleeper).status().unwrap().success());
+    }
 }

@@ -1,0 +1,104 @@
+//! A process whose output is read with a limit on its silence, and which does not outlive its owner.
+
+use std::io::{self, Cursor, ErrorKind, Read};
+use std::process::{Child, ExitStatus};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::thread;
+use std::time::Duration;
+
+/// Bytes that are read at once: what a pipe holds.
+const PIECE: usize = 1 << 16;
+/// Pieces that are read ahead.
+const QUEUED: usize = 4;
+/// Time between two looks at a process that is expected to end.
+const PAUSE: Duration = Duration::from_millis(5);
+
+/// A running process; it is killed when this is dropped.
+pub struct Running(Child);
+
+impl Running {
+    pub fn new(child: Child) -> Self {
+        Self(child)
+    }
+
+    /// Waits for the end of a process that has closed its output.
+    pub fn end(&mut self, patience: Duration) -> io::Result<ExitStatus> {
+        for _ in 0..=patience.as_millis() / PAUSE.as_millis() {
+            if let Some(status) = self.0.try_wait()? {
+                return Ok(status);
+            }
+            thread::sleep(PAUSE);
+        }
+        self.kill();
+        Err(silent(patience))
+    }
+
+    /// Ends the process at once.
+    pub fn kill(&mut self) {
+        // If it has exited already, both calls do nothing.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        self.kill();
+    }
+}
+
+/// The output of a process. It is read on a thread of its own, since a read cannot be given up. A time without
+/// a byte is an error of the kind `TimedOut`; time during which nobody reads does not count.
+pub struct Watched {
+    pieces: Receiver<io::Result<Vec<u8>>>,
+    piece: Cursor<Vec<u8>>,
+    patience: Duration,
+}
+
+impl Watched {
+    pub fn new(mut stream: impl Read + Send + 'static, patience: Duration) -> Self {
+        let (sender, pieces) = mpsc::sync_channel(QUEUED);
+        thread::spawn(move || {
+            loop {
+                let mut piece = vec![0; PIECE];
+                let read = match stream.read(&mut piece) {
+                    Err(error) if error.kind() == ErrorKind::Interrupted => continue,
+                    read => read,
+                };
+                let ends = matches!(read, Ok(0) | Err(_));
+                let read = read.map(|count| {
+                    piece.truncate(count);
+                    piece
+                });
+                if sender.send(read).is_err() || ends {
+                    return;
+                }
+            }
+        });
+        Self { pieces, piece: Cursor::default(), patience }
+    }
+}
+
+impl Read for Watched {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let count = self.piece.read(buffer)?;
+        if count > 0 || buffer.is_empty() {
+            return Ok(count);
+        }
+        match self.pieces.recv_timeout(self.patience) {
+            Ok(piece) => self.piece = Cursor::new(piece?),
+            Err(RecvTimeoutError::Timeout) => return Err(silent(self.patience)),
+            Err(RecvTimeoutError::Disconnected) => return Ok(0),
+        }
+        self.piece.read(buffer)
+    }
+}
+
+/// The error for a process that does nothing.
+pub fn silent(patience: Duration) -> io::Error {
+    let seconds = patience.as_secs_f64();
+    io::Error::new(
+        ErrorKind::TimedOut,
+        format!("ffmpeg wrote nothing for {seconds} s and was stopped"),
+    )
+}
