@@ -1,8 +1,8 @@
-//! The cost of tracking many targets: the preset `paper` on the rendered demo scene, on all cores.
+//! The cost of tracking many targets on the rendered demo scene, on all cores.
 //!
 //! ```sh
-//! cargo run --release -p patchlock --example targets -- 1 2 4 8 16 32 64
-//! cargo run --release -p patchlock --example targets -- --separate 1 2 4 8  # a Tracker per target
+//! cargo run --release -p patchlock --example targets -- robust 1 2 4 8 16 32 64
+//! cargo run --release -p patchlock --example targets -- robust --separate 1 2 4 8  # a Tracker per target
 //! ```
 //!
 //! For each number of targets it prints the median wall-clock time per frame and per target, the processor
@@ -16,7 +16,7 @@ use std::fs;
 use std::time::Instant;
 
 /// Number of frames that are timed, after one that is not.
-const FRAMES: usize = 5;
+const FRAMES: usize = 20;
 
 /// Milliseconds per frame: wall-clock time, and processor time of all threads.
 type Cost = [f64; 2];
@@ -24,7 +24,10 @@ type Cost = [f64; 2];
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut separate = false;
     let mut counts = Vec::new();
-    for word in std::env::args().skip(1) {
+    let mut words = std::env::args().skip(1);
+    let preset = words.next().ok_or("usage: targets PRESET [--separate] NUMBER...")?;
+    let config = TrackerConfig::preset(&preset)?;
+    for word in words {
         match word.as_str() {
             "--separate" => separate = true,
             word => counts.push(word.parse::<usize>()?),
@@ -38,13 +41,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for count in counts {
         let boxes = boxes(&scene, count);
         let costs = if separate {
-            separately(&frames, &boxes)?
+            separately(&frames, &boxes, &config)?
         } else {
-            with_one_tracker(&frames, &boxes)?
+            with_one_tracker(&frames, &boxes, &config)?
         };
         let [ms, cpu] = [0, 1].map(|k| median(costs.iter().map(|cost| cost[k]).collect()));
         let (targets, memory) = (count as f64, memory().unwrap_or_default());
-        println!("| {count} | {ms:.1} | {:.1} | {:.1} | {memory} |", ms / targets, cpu / targets);
+        println!("| {count} | {ms:.2} | {:.2} | {:.2} | {memory} |", ms / targets, cpu / targets);
     }
     Ok(())
 }
@@ -64,18 +67,26 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-fn with_one_tracker(frames: &[SceneFrame], boxes: &[BoundingBox]) -> Result<Vec<Cost>, Error> {
-    let mut tracker = MultiTracker::new(TrackerConfig::preset("paper")?)?;
+fn with_one_tracker(
+    frames: &[SceneFrame],
+    boxes: &[BoundingBox],
+    config: &TrackerConfig,
+) -> Result<Vec<Cost>, Error> {
+    let mut tracker = MultiTracker::new(config.clone())?;
     for &bbox in boxes {
         tracker.add(&view(&frames[0])?, bbox)?;
     }
     timed(frames, |frame| tracker.update(frame).map(drop))
 }
 
-fn separately(frames: &[SceneFrame], boxes: &[BoundingBox]) -> Result<Vec<Cost>, Error> {
+fn separately(
+    frames: &[SceneFrame],
+    boxes: &[BoundingBox],
+    config: &TrackerConfig,
+) -> Result<Vec<Cost>, Error> {
     let mut trackers = Vec::new();
     for &bbox in boxes {
-        let mut tracker = Tracker::new(TrackerConfig::preset("paper")?)?;
+        let mut tracker = Tracker::new(config.clone())?;
         tracker.init(&view(&frames[0])?, bbox)?;
         trackers.push(tracker);
     }

@@ -1,0 +1,140 @@
+//! How the cost of a frame grows with the size of the frame and of the target, on one thread.
+//!
+//! ```sh
+//! cargo run --release -p patchlock --example sizes -- robust
+//! ```
+//!
+//! The frames are views of one random texture, displaced a little from frame to frame, so that the target in
+//! their middle is never lost. The first table has frames of several sizes with a target of 64 x 64 pixels,
+//! the second targets of several sizes in frames of 3840 x 2160; both have the median and the slowest frame,
+//! and the memory that the tracker holds.
+
+use patchlock::{BoundingBox, Frame, Tracker, TrackerConfig};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::error::Error;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::time::Instant;
+
+const SIZES: [[usize; 2]; 5] = [[320, 240], [640, 480], [1280, 720], [1920, 1080], [3840, 2160]];
+const TARGETS: [usize; 8] = [10, 20, 40, 80, 160, 320, 640, 1000];
+const TARGET: usize = 64;
+
+/// Frames that are timed, after some that are not.
+const FRAMES: usize = 200;
+const WARM_UP: usize = 20;
+
+/// Counts the bytes in use.
+struct Counting;
+
+static IN_USE: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: all calls go to the system's allocator unchanged.
+#[allow(unsafe_code)]
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        IN_USE.fetch_add(layout.size(), Relaxed);
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        IN_USE.fetch_sub(layout.size(), Relaxed);
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let preset = std::env::args().nth(1).ok_or("usage: sizes PRESET")?;
+    let config = TrackerConfig::preset(&preset)?;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    let tables = pool.install(|| -> Result<(), patchlock::Error> {
+        println!("| frame | median ms | slowest ms | MB |\n|---|---|---|---|");
+        for size in SIZES {
+            let [w, h] = size;
+            println!("| {w} x {h} | {} |", cost(&config, size, TARGET)?);
+        }
+        println!("\n| target | median ms | slowest ms | MB |\n|---|---|---|---|");
+        for target in TARGETS {
+            println!("| {target} x {target} | {} |", cost(&config, [3840, 2160], target)?);
+        }
+        Ok(())
+    });
+    Ok(tables?)
+}
+
+/// Median and slowest frame in milliseconds, and the memory of the tracker in MB.
+fn cost(
+    config: &TrackerConfig,
+    size: [usize; 2],
+    target: usize,
+) -> Result<String, patchlock::Error> {
+    let views = Views::new(size);
+    let mut rgb = vec![0; size[0] * size[1] * 3];
+    let side = target as f64;
+    let at = |frame: usize, axis: usize| {
+        (size[axis] as f64 - side) / 2.0 - views.shift(frame)[axis] as f64
+    };
+    let before = IN_USE.load(Relaxed);
+    let mut tracker = Tracker::new(config.clone())?;
+    let mut times = Vec::with_capacity(FRAMES);
+    for frame in 0..WARM_UP + FRAMES {
+        views.fill(frame, &mut rgb);
+        let view = Frame::rgb8(&rgb, size[0], size[1])?;
+        if frame == 0 {
+            tracker.init(&view, BoundingBox { x: at(0, 0), y: at(0, 1), w: side, h: side })?;
+            continue;
+        }
+        let begun = Instant::now();
+        let estimate = tracker.update(&view)?;
+        times.push(begun.elapsed().as_secs_f64() * 1e3);
+        let truth = BoundingBox { x: at(frame, 0), y: at(frame, 1), w: side, h: side };
+        assert!(estimate.bbox.overlap(&truth) > 0.3, "frame {frame}: the target was lost");
+    }
+    let held = (IN_USE.load(Relaxed) - before) as f64 / 1e6;
+    let times = &mut times[WARM_UP..];
+    times.sort_by(f64::total_cmp);
+    Ok(format!("{:.2} | {:.2} | {held:.1}", times[times.len() / 2], times[times.len() - 1]))
+}
+
+/// Views of a texture that is larger than a frame.
+struct Views {
+    size: [usize; 2],
+    texture: Vec<u8>,
+}
+
+impl Views {
+    /// How far the views move, in pixels.
+    const REACH: usize = 16;
+
+    fn new(size: [usize; 2]) -> Self {
+        let [w, h] = size.map(|side| side + 2 * Self::REACH);
+        // Blobs of several sizes, so that targets of any size have texture.
+        let value = |x: usize, y: usize, c: usize| {
+            let cell = |side: usize| {
+                let key =
+                    (x / side * 0x9e37_79b9) ^ (y / side * 0x85eb_ca6b) ^ (c * 0xc2b2_ae35) ^ side;
+                (key.wrapping_mul(0x27d4_eb2f) >> 15) & 63
+            };
+            (cell(3) + cell(11) + cell(37) + cell(149)) as u8
+        };
+        let pixels = (0..w * h).flat_map(|k| (0..3).map(move |c| value(k % w, k / w, c)));
+        Self { size, texture: pixels.collect() }
+    }
+
+    /// By how much a view is displaced: a slow ellipse.
+    fn shift(&self, frame: usize) -> [usize; 2] {
+        let (sin, cos) = (frame as f64 * 0.15).sin_cos();
+        let reach = Self::REACH as f64;
+        [(reach * (1.0 + cos)) as usize, (reach * (1.0 + sin)) as usize]
+    }
+
+    fn fill(&self, frame: usize, rgb: &mut [u8]) {
+        let ([w, _], [dx, dy]) = (self.size, self.shift(frame));
+        let stride = (w + 2 * Self::REACH) * 3;
+        for (y, row) in rgb.chunks_exact_mut(w * 3).enumerate() {
+            row.copy_from_slice(&self.texture[(y + dy) * stride + dx * 3..][..w * 3]);
+        }
+    }
+}
