@@ -1,5 +1,5 @@
-//! Full disks, signals, closed pipes, limits of the system, and two programs on one output: files are whole or
-//! absent, and messages say what happened. `docs/promises.md` lists what is tried.
+//! Full disks, signals, closed pipes, limits of the system, and two programs on one output: files are whole
+//! or absent, and messages say what happened. `docs/promises.md` lists what is tried.
 #![cfg(unix)]
 
 mod support;
@@ -63,7 +63,8 @@ fn bench() -> Bench {
 
 const TRACK: [&str; 6] = ["track", "f", "--box", BOX, "--config", "quick.toml"];
 
-/// The command lines of all writers but `bench`, `report` and `demo`, with the file or folder that each makes.
+/// The command lines of all writers but `bench`, `report` and `demo`, with the file or folder that each
+/// makes.
 fn writers() -> Vec<(Vec<&'static str>, &'static str)> {
     let track = |option: &'static str, out: &'static str| {
         (TRACK.into_iter().chain([option, out]).collect::<Vec<_>>(), out)
