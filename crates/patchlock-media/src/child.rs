@@ -14,8 +14,8 @@ const QUEUED: usize = 4;
 /// Time between two looks at a process that is expected to end.
 const PAUSE: Duration = Duration::from_millis(5);
 
-/// All running processes. The thread that reads from one may still wait for it when the program ends, and then
-/// drops nothing.
+/// All running processes. The thread that reads from one may still wait for it when the program ends, and
+/// then drops nothing.
 static RUNNING: Mutex<Vec<Arc<Mutex<Child>>>> = Mutex::new(Vec::new());
 
 /// A running process; it is killed when this is dropped.
@@ -72,8 +72,8 @@ fn locked<T>(value: &Mutex<T>) -> MutexGuard<'_, T> {
     value.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The output of a process. It is read on a thread of its own, since a read cannot be given up. A time without
-/// a byte is an error of the kind `TimedOut`; time during which nobody reads does not count.
+/// The output of a process. It is read on a thread of its own, since a read cannot be given up. A time
+/// without a byte is an error of the kind `TimedOut`; time during which nobody reads does not count.
 pub struct Watched {
     pieces: Receiver<io::Result<Vec<u8>>>,
     piece: Cursor<Vec<u8>>,
