@@ -1,6 +1,7 @@
 //! Errors shown to the user: one line that says what failed and where, a hint what to do, an exit code.
 
 use std::fmt;
+use std::io::{self, Write as _};
 
 use patchlock_eval::names::plain;
 
@@ -94,8 +95,15 @@ impl From<patchlock_media::Error> for Failure {
 
 /// Prints a line on standard error. Names and messages of others cannot command the terminal.
 pub fn say(line: &str) {
-    eprintln!("{}", plain(line));
+    // Where standard error is closed or on a full disk, there is no way to report it.
+    let _ = writeln!(io::stderr(), "{}", plain(line));
 }
+
+/// How the operating system says that the program has as many open files as it may have.
+const TOO_MANY_FILES: &str = "(os error 24)";
+/// What helps against it.
+const MORE_FILES: &str =
+    "the limit of open files is too low: ulimit -n 1024 raises it in this shell";
 
 /// Prints an error as `error: ...` and `hint: ...`, and returns its exit code.
 pub fn report(error: &anyhow::Error) -> Exit {
@@ -107,7 +115,9 @@ pub fn report(error: &anyhow::Error) -> Exit {
         Some(failure) if failure.exit == Exit::Interrupted => say(&text),
         _ => say(&format!("error: {text}")),
     }
-    if let Some(hint) = failure.and_then(Failure::advice) {
+    let files = cfg!(unix) && text.contains(TOO_MANY_FILES);
+    let hint = failure.and_then(Failure::advice).filter(|_| !files);
+    if let Some(hint) = hint.or(files.then_some(MORE_FILES)) {
         say(&format!("hint: {hint}"));
     }
     failure.map_or(Exit::Failed, |failure| failure.exit)

@@ -5,9 +5,8 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context, Result};
-use patchlock_eval::names::plain;
 
-use crate::failure::Exit;
+use crate::failure::{Exit, say};
 use crate::output::unfinished::{self, Abandoned};
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
@@ -29,10 +28,13 @@ pub fn requested() -> bool {
 
 /// Exits without waiting for the current frame, but leaves no partly written files.
 fn exit_now() -> ! {
+    patchlock_media::stop_decoders();
     let line = last_line(&unfinished::abandon());
     // The progress bar is still on the terminal; print below it.
-    let gap = if std::io::stderr().is_terminal() { "\n" } else { "" };
-    eprintln!("{gap}{}", plain(&line));
+    if std::io::stderr().is_terminal() {
+        say("");
+    }
+    say(&line);
     std::process::exit(Exit::Interrupted as i32);
 }
 

@@ -36,6 +36,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
             message.exit_code() as u8
         }
     };
+    patchlock_media::stop_decoders();
     // Inside another process nothing else flushes the buffer. A closed pipe is not an error here.
     let _ = io::stdout().flush();
     code

@@ -31,8 +31,8 @@ pub fn some_of<S: AsRef<str>>(names: &[S]) -> String {
     }
 }
 
-/// A text for one line of a message. Characters that a terminal would obey, and those that change the order of
-/// text, are written as escapes.
+/// A text for one line of a message. Characters that a terminal would obey, and those that change the order
+/// of text, are written as escapes.
 pub fn plain(text: &str) -> String {
     let turns = |c| matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     let mut out = String::with_capacity(text.len());

@@ -3,6 +3,7 @@
 use std::io::{self, Cursor, ErrorKind, Read};
 use std::process::{Child, ExitStatus};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
@@ -13,18 +14,24 @@ const QUEUED: usize = 4;
 /// Time between two looks at a process that is expected to end.
 const PAUSE: Duration = Duration::from_millis(5);
 
+/// All running processes. The thread that reads from one may still wait for it when the program ends, and
+/// then drops nothing.
+static RUNNING: Mutex<Vec<Arc<Mutex<Child>>>> = Mutex::new(Vec::new());
+
 /// A running process; it is killed when this is dropped.
-pub struct Running(Child);
+pub struct Running(Arc<Mutex<Child>>);
 
 impl Running {
     pub fn new(child: Child) -> Self {
+        let child = Arc::new(Mutex::new(child));
+        locked(&RUNNING).push(Arc::clone(&child));
         Self(child)
     }
 
     /// Waits for the end of a process that has closed its output.
-    pub fn end(&mut self, patience: Duration) -> io::Result<ExitStatus> {
+    pub fn end(&self, patience: Duration) -> io::Result<ExitStatus> {
         for _ in 0..=patience.as_millis() / PAUSE.as_millis() {
-            if let Some(status) = self.0.try_wait()? {
+            if let Some(status) = locked(&self.0).try_wait()? {
                 return Ok(status);
             }
             thread::sleep(PAUSE);
@@ -34,21 +41,39 @@ impl Running {
     }
 
     /// Ends the process at once.
-    pub fn kill(&mut self) {
-        // If it has exited already, both calls do nothing.
-        let _ = self.0.kill();
-        let _ = self.0.wait();
+    pub fn kill(&self) {
+        kill(&mut locked(&self.0));
     }
 }
 
 impl Drop for Running {
     fn drop(&mut self) {
         self.kill();
+        locked(&RUNNING).retain(|child| !Arc::ptr_eq(child, &self.0));
     }
 }
 
-/// The output of a process. It is read on a thread of its own, since a read cannot be given up. A time without
-/// a byte is an error of the kind `TimedOut`; time during which nobody reads does not count.
+/// Ends all processes that decode videos. For a program that ends while a thread may still read one; the
+/// videos then fail.
+pub fn stop_decoders() {
+    for child in locked(&RUNNING).iter() {
+        kill(&mut locked(child));
+    }
+}
+
+fn kill(child: &mut Child) {
+    // If it has exited already, both calls do nothing.
+    let _ = child.kill();
+    let _ = child.wait();
+}
+
+/// A panic cannot leave these values in an inconsistent state.
+fn locked<T>(value: &Mutex<T>) -> MutexGuard<'_, T> {
+    value.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The output of a process. It is read on a thread of its own, since a read cannot be given up. A time
+/// without a byte is an error of the kind `TimedOut`; time during which nobody reads does not count.
 pub struct Watched {
     pieces: Receiver<io::Result<Vec<u8>>>,
     piece: Cursor<Vec<u8>>,

@@ -33,6 +33,7 @@ mod source;
 mod y4m;
 
 pub use ahead::{Ahead, Next};
+pub use child::stop_decoders;
 pub use error::{Error, without_path};
 pub use guard::{Panicked, silence_decoders};
 pub use limits::{Limits, MOST_FRAMES, TooLarge};

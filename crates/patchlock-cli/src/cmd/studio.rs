@@ -11,8 +11,9 @@ use patchlock_eval::settings::{self, Overrides};
 use patchlock_studio::server::{self, Options, Patience, Server};
 
 use super::{LimitArgs, PRESETS_SHOWN, ROTATE_SHOWN, THREADS_SHOWN, on_or_off, threads};
-use crate::failure::{Failure, failed, usage};
+use crate::failure::{Failure, failed, say, usage};
 use crate::interrupt;
+use crate::output::printed::print;
 
 const EXAMPLES: &str = "\
 EXAMPLES:
@@ -107,19 +108,19 @@ pub fn run(args: &StudioArgs) -> Result<()> {
     interrupt::listen()?;
     let server = Server::open(&options).map_err(failure)?;
     if !args.listen.is_loopback() {
-        eprintln!(
+        say(&format!(
             "warning: with --listen {} others on the network can reach this page, unencrypted: give \
              the address only to those who may change the annotations",
             args.listen
-        );
+        ));
     }
     let address = server.address();
-    println!("{address}");
-    eprintln!("Ctrl-C ends the program.");
+    print(&format!("{address}\n"))?;
+    say("Ctrl-C ends the program.");
     if !args.no_open
         && let Err(reason) = open_browser(&address)
     {
-        eprintln!("note: no browser was opened ({reason}): open the address yourself");
+        say(&format!("note: no browser was opened ({reason}): open the address yourself"));
     }
     server.run(interrupt::requested).map_err(failure)?;
     Ok(())

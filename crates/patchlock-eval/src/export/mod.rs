@@ -228,7 +228,8 @@ impl<'a> Job<'a> {
 ///
 /// # Errors
 /// [`Error::Export`] if the options are inconsistent, if there would be more than [`MOST_LINES`], or if `out`
-/// exists: a file is replaced only with `overwrite`, a folder never. [`Error::Read`] and [`Error::Frame`] for the images; [`Error::Write`].
+/// exists: a file is replaced only with `overwrite`, a folder never. [`Error::Read`] and [`Error::Frame`] for
+/// the images; [`Error::Write`].
 pub fn write(
     track: &Track,
     options: &Options,

@@ -2,7 +2,7 @@
 //! complete or does not exist.
 
 use std::fs;
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use image::codecs::jpeg::JpegEncoder;
@@ -64,11 +64,11 @@ pub fn write_folder(out: &Path, items: &[Item], limits: Limits) -> Result<(), Er
         .map_err(cannot)?;
     let mut reader = Reader { limits, video: None };
     for item in items {
-        let path = folder.path().join(&item.path);
+        let (path, shown) = (folder.path().join(&item.path), out.join(&item.path));
         if let Some(parent) = path.parent() {
             fs::create_dir_all(parent).map_err(cannot)?;
         }
-        write_item(&path, &item.content, &mut reader)?;
+        write_item((&path, &shown), &item.content, &mut reader)?;
     }
     // On Unix, renaming replaces an empty folder; elsewhere it has to be removed first.
     if out.is_dir() {
@@ -96,19 +96,26 @@ fn with_permissions<'a, 'b>(
     }
 }
 
-fn write_item(path: &Path, content: &Content, reader: &mut Reader) -> Result<(), Error> {
+/// Writes a file at a temporary place; errors name the other one.
+fn write_item(
+    (path, shown): (&Path, &Path),
+    content: &Content,
+    reader: &mut Reader,
+) -> Result<(), Error> {
+    use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
     match content {
-        Content::Text(text) => fs::write(path, text).map_err(|error| Error::write(path, error)),
-        Content::Copy(from) => {
-            fs::copy(from, path).map(drop).map_err(|error| Error::read(from, error))
-        }
+        Content::Text(text) => fs::write(path, text).map_err(|error| Error::write(shown, error)),
+        Content::Copy(from) => fs::copy(from, path).map(drop).map_err(|error| match error.kind() {
+            StorageFull | QuotaExceeded | FileTooLarge => Error::write(shown, error),
+            _ => Error::read(from, error),
+        }),
         Content::Jpeg(from) => {
             let picture = image_file::load_within(from, reader.limits).map_err(|error| {
                 Error::Frame { path: from.to_path_buf(), reason: error.to_string() }
             })?;
-            write_jpeg(path, &picture)
+            write_jpeg((path, shown), &picture)
         }
-        Content::Frame(from, index) => write_jpeg(path, &reader.frame_of(from, *index)?),
+        Content::Frame(from, index) => write_jpeg((path, shown), &reader.frame_of(from, *index)?),
     }
 }
 
@@ -137,13 +144,13 @@ impl Reader {
     }
 }
 
-fn write_jpeg(path: &Path, picture: &Picture) -> Result<(), Error> {
-    let file = fs::File::create(path).map_err(|error| Error::write(path, error))?;
+fn write_jpeg((path, shown): (&Path, &Path), picture: &Picture) -> Result<(), Error> {
+    let file = fs::File::create(path).map_err(|error| Error::write(shown, error))?;
     let mut out = std::io::BufWriter::new(file);
     let (width, height) = (picture.width as u32, picture.height as u32);
     let colour = image::ExtendedColorType::Rgb8;
     JpegEncoder::new_with_quality(&mut out, JPEG_QUALITY)
         .encode(&picture.to_rgb(), width, height, colour)
-        .map_err(|error| Error::write(path, std::io::Error::other(error)))?;
-    out.flush().map_err(|error| Error::write(path, error))
+        .map_err(|error| Error::write(shown, io::Error::other(error)))?;
+    out.flush().map_err(|error| Error::write(shown, error))
 }

@@ -10,7 +10,7 @@ use super::Error;
 #[derive(Debug)]
 pub struct Lock {
     path: PathBuf,
-    _file: File,
+    file: File,
 }
 
 impl Lock {
@@ -24,7 +24,7 @@ impl Lock {
         loop {
             let mut options = File::options();
             let file = options.create(true).truncate(false).read(true).write(true).open(&path);
-            let mut file = file.map_err(cannot)?;
+            let file = file.map_err(cannot)?;
             match file.try_lock() {
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => {
@@ -37,9 +37,11 @@ impl Lock {
             }
             // The one who had it may have removed the file after it was opened here.
             if is_at(&file, &path) {
-                file.set_len(0).map_err(cannot)?;
-                write!(file, "process {}", std::process::id()).map_err(cannot)?;
-                return Ok(Self { path, _file: file });
+                // From here on, an error removes the file.
+                let mut lock = Self { path: path.clone(), file };
+                lock.file.set_len(0).map_err(cannot)?;
+                write!(lock.file, "process {}", std::process::id()).map_err(cannot)?;
+                return Ok(lock);
             }
         }
     }
