@@ -10,9 +10,10 @@ import { Zoom } from './zoom.mjs';
 /** @typedef {{x: number, y: number}} Point */
 /**
  * What a pointer that is down does.
- * @typedef {{kind: 'draw', from: Point, target: number | null} | {kind: 'move', from: Point, box: Box, target: number}
- *     | {kind: 'resize', from: Point, box: Box, target: number, handle: Handle} | {kind: 'pan', last: Point}
- *     | {kind: 'pinch', last: Point, spread: number}} Gesture
+ * @typedef {{kind: 'draw', from: Point, target: number | null}
+ *     | {kind: 'move', from: Point, box: Box, target: number}
+ *     | {kind: 'resize', from: Point, box: Box, target: number, handle: Handle}
+ *     | {kind: 'pan', last: Point} | {kind: 'pinch', last: Point, spread: number}} Gesture
  */
 
 /** Pixels of the screen that a pointer may move in a click. */
