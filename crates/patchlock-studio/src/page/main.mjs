@@ -178,14 +178,9 @@ window.addEventListener('unhandledrejection', (event) => complain(event.reason))
 window.addEventListener('error', (event) => complain(event.error ?? event.message));
 if (matchMedia('(max-width: 1100px)').matches) clipList.toggle();
 
-if (!api.hasToken()) {
-    complain(
-        new api.Failure(
-            'This page has not the token of the server.',
-            'Open the whole address that patchlock studio has printed.',
-            401,
-        ),
-    );
+const refusal = await api.signIn();
+if (refusal) {
+    complain(refusal);
 } else {
     await editor.readClips();
     const first = editor.clips.find(({ error, opening }) => !error && !opening);
