@@ -157,8 +157,7 @@ export class Stage {
         if (handle) return { kind: 'resize', from, ...handle };
         const hit = fresh ? null : this.#hit(from);
         if (!hit) return { kind: 'draw', from, target: fresh ? null : editor.targetOfNewBox() };
-        if (editor.joinFirst !== null) void editor.join(hit.target);
-        else if (hit.target !== editor.selected) editor.select(hit.target);
+        editor.choose(hit.target);
         return { kind: 'move', from, ...hit };
     }
 

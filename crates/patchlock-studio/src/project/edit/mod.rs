@@ -145,6 +145,11 @@ pub enum Edit {
         /// Its name.
         name: String,
     },
+    /// Says whether the video is annotated completely.
+    SetDone {
+        /// Whether it is.
+        done: bool,
+    },
     /// Adds targets with new ids, in this order, the first with [`Project::next_id`]. Labels that do not
     /// exist are added.
     Import {
@@ -209,6 +214,10 @@ impl Edit {
                 labels::set_label(project, name, new_name, colour)
             }
             Self::RemoveLabel { name } => labels::remove_label(project, &name),
+            Self::SetDone { done } => {
+                let before = std::mem::replace(&mut project.done, done);
+                Ok(vec![Self::SetDone { done: before }])
+            }
             Self::Import { targets } => targets::import(project, targets),
             Self::Restore { target, at } => targets::restore(project, target, at),
             Self::SetFrames { target, from, to, frames } => {
@@ -246,6 +255,8 @@ impl Edit {
             Self::AddLabel { name, .. } => format!("add the label {name}"),
             Self::SetLabel { name, .. } => format!("change the label {name}"),
             Self::RemoveLabel { name } => format!("remove the label {name}"),
+            Self::SetDone { done: true } => "mark the clip as done".to_owned(),
+            Self::SetDone { done: false } => "mark the clip as not done".to_owned(),
             Self::Import { targets } => match targets.len() {
                 1 => "import a target".to_owned(),
                 count => format!("import {count} targets"),
