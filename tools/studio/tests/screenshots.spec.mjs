@@ -26,8 +26,9 @@ async function annotate(work) {
     await work.press('l');
     await page.getByLabel('New label', { exact: true }).fill('picture');
     await page.getByRole('button', { name: 'Add', exact: true }).click();
-    await expect(page.locator('.label-rows li')).toHaveCount(1);
+    await expect(page.locator('.label-rows li')).toHaveCount(2);
     await work.closeDialog();
+    await work.press('2');
     await work.draw(truth[0]);
     await work.tracked();
     await page.mouse.move(0, 0);
