@@ -38,7 +38,7 @@ test('the way of the guide', async ({ work, page, folder }) => {
         const keys = Object.keys(target().keys).length;
         await work.press('Enter');
         await expect.poll(() => Object.keys(target().keys).length).toBe(keys + 1);
-        await expect(page.locator('#job')).toBeHidden({ timeout: 40_000 });
+        await work.tracked();
     }
     expect(unchecked).toBeGreaterThan(0);
     await work.press('n');
