@@ -26,14 +26,14 @@ impl Drop for Studio {
 
 impl Studio {
     fn new(bench: &Bench, args: &[&str]) -> Self {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_patchlock"))
-            .current_dir(bench.folder.path())
-            .args(["studio", "--no-open"])
-            .args(args)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("starts");
+        let mut command = Command::new(env!("CARGO_BIN_EXE_patchlock"));
+        command.current_dir(bench.folder.path()).args(["studio", "--no-open"]).args(args);
+        Self::start(&mut command)
+    }
+
+    fn start(command: &mut Command) -> Self {
+        let command = command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().expect("starts");
         let mut line = String::new();
         let out = child.stdout.take().expect("is piped");
         BufReader::new(out).read_line(&mut line).expect("prints");
@@ -81,6 +81,36 @@ fn the_page_is_served_and_edits_are_beside_the_video() {
     let studio = Studio::new(&bench, &["f", "--camera", "--preset", "fast", "--threads", "1"]);
     let list = studio.ask("GET", "/api/clips", "");
     assert!(list.contains("\"keys\":1") && list.contains("\"camera\":true"), "{list}");
+}
+
+/// The arguments of a program can be read by all users of the machine.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_program_that_opens_the_browser_is_not_given_the_token() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let bench = Bench::new();
+    bench.images("f", 1);
+    std::fs::create_dir(bench.path("bin")).unwrap();
+    let (opener, said) = (bench.path("bin/xdg-open"), bench.path("said"));
+    let script = "#!/bin/sh\necho \"$@\" > said.part && mv said.part said\n";
+    std::fs::write(&opener, script).unwrap();
+    std::fs::set_permissions(&opener, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_patchlock"));
+    let path = std::env::var("PATH").unwrap();
+    command.env("PATH", format!("{}:{path}", bench.path("bin").display()));
+    let studio = Studio::start(command.current_dir(bench.folder.path()).args(["studio", "f"]));
+    let begun = std::time::Instant::now();
+    while !said.exists() {
+        assert!(begun.elapsed().as_secs() < 60, "nothing is opened");
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    let arguments = std::fs::read_to_string(said).unwrap();
+    assert!(!arguments.contains(&studio.token), "{arguments}");
+    let (address, code) = arguments.trim().split_once("/#").expect("an address with a code");
+    assert_eq!(address, format!("http://{}", studio.address));
+    let body = format!("{{\"code\": \"{code}\"}}");
+    assert!(studio.ask("POST", "/api/token", &body).contains(&studio.token));
+    assert!(studio.ask("POST", "/api/token", &body).starts_with("HTTP/1.1 401"));
 }
 
 #[test]

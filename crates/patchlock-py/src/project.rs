@@ -71,6 +71,17 @@ impl Project {
         py.detach(|| self.store.changed()).map(|change| change.to_string())
     }
 
+    /// Whether a person said that the video is annotated completely. It can be set.
+    #[getter]
+    fn done(&self) -> bool {
+        self.store.project().done
+    }
+
+    #[setter]
+    fn set_done(&mut self, done: bool) -> PyResult<()> {
+        self.apply(vec![Edit::SetDone { done }])
+    }
+
     /// Names and colours (`#rrggbb`) of the labels, in the order in which they are offered.
     #[getter]
     fn labels(&self) -> Vec<(String, String)> {

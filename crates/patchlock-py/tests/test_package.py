@@ -10,6 +10,11 @@ import patchlock
 from patchlock import _patchlock
 
 
+def is_setter(function: ast.FunctionDef) -> bool:
+    """Whether it sets a property; the documentation is at the one that reads it."""
+    return any(ast.unparse(decorator).endswith(".setter") for decorator in function.decorator_list)
+
+
 def stub_docs() -> dict[str, str]:
     """The documentation in the stubs, by name."""
     stubs = ast.parse((resources.files("patchlock") / "_patchlock.pyi").read_text())
@@ -18,7 +23,8 @@ def stub_docs() -> dict[str, str]:
         if isinstance(node, (ast.ClassDef, ast.FunctionDef)):
             found[node.name] = ast.get_docstring(node) or ""
         if isinstance(node, ast.ClassDef):
-            methods = [item for item in node.body if isinstance(item, ast.FunctionDef)]
+            functions = [item for item in node.body if isinstance(item, ast.FunctionDef)]
+            methods = [item for item in functions if not is_setter(item)]
             found |= {f"{node.name}.{item.name}": ast.get_docstring(item) or "" for item in methods}
     return found
 

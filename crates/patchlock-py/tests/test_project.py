@@ -74,6 +74,15 @@ def test_any_edit_can_be_undone(project: patchlock.Project):
     assert project.targets == []
 
 
+def test_a_clip_is_marked_as_done(project: patchlock.Project):
+    assert not project.done
+    project.done = True
+    project.save()
+    assert patchlock.Project(project.path).done
+    assert project.undo() and not project.done
+    assert project.redo() and project.done
+
+
 def test_projects_are_exported_and_files_imported(project: patchlock.Project, tmp_path: Path):
     target = project.add_target("dog", 0, BOX)
     project.set_tracked(target, [estimate(k) for k in range(1, 10)])

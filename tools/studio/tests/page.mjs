@@ -95,6 +95,20 @@ export class Work {
         await this.drag([x, y], [x + w, y + h]);
     }
 
+    /** Marks a stretch of the first target in the timeline, which shows the whole clip. */
+    async mark(from, to) {
+        const { x, y, width } = await this.page.locator('#timeline-rows').boundingBox();
+        const margin = 8;
+        const at = (frame) => x + margin + ((frame + 0.5) / FRAMES) * (width - 2 * margin);
+        const { mouse, keyboard } = this.page;
+        await keyboard.down('Shift');
+        await mouse.move(at(from), y + 13);
+        await mouse.down();
+        await mouse.move(at(to), y + 13, { steps: 4 });
+        await mouse.up();
+        await keyboard.up('Shift');
+    }
+
     /** What follows a new box: nothing, or tracking. */
     async afterDrawing(value) {
         await this.page.locator('#after-drawing').selectOption(value);

@@ -1,8 +1,9 @@
 // The program under test, and what it writes.
 
 import { spawn } from 'node:child_process';
-import { copyFileSync, existsSync, mkdirSync, mkdtempSync, readFileSync } from 'node:fs';
+import { copyFileSync, existsSync, mkdirSync, mkdtempSync, readFileSync, writeFileSync } from 'node:fs';
 import path from 'node:path';
+import { expect } from '@playwright/test';
 
 const root = path.resolve(import.meta.dirname, '../../..');
 const target = process.env.CARGO_TARGET_DIR ?? path.join(root, 'target');
@@ -12,7 +13,8 @@ export const scratch = path.join(root, 'target', 'studio');
 export const demo = path.join(scratch, 'demo');
 /** The sources of the page. */
 export const sources = path.join(root, 'crates', 'patchlock-studio', 'src', 'page');
-export const pictures = path.join(root, 'docs', 'images');
+export const guide = path.join(root, 'docs');
+export const pictures = path.join(guide, 'images');
 
 /** True boxes of the demo, by frame: `{x, y, w, h, hidden}`. */
 export function readTruth() {
@@ -66,15 +68,32 @@ export class Folder {
 export class Studio {
     /** Starts it and waits for the address. */
     static start(videos, options = []) {
-        const child = spawn(program, ['studio', '--no-open', ...options, ...videos], {
-            cwd: path.dirname(videos[0]),
-        });
+        return Studio.#run(['--no-open', ...options, ...videos], path.dirname(videos[0]));
+    }
+
+    /** Starts it with a desktop that writes down what it is asked to open. */
+    static startWithBrowser(videos) {
+        const folder = path.dirname(videos[0]);
+        for (const name of ['xdg-open', 'open']) {
+            writeFileSync(
+                path.join(folder, name),
+                '#!/bin/sh\necho "$@" > opened.part && mv opened.part opened\n',
+                {
+                    mode: 0o755,
+                },
+            );
+        }
+        return Studio.#run(videos, folder, { ...process.env, PATH: `${folder}:${process.env.PATH}` });
+    }
+
+    static #run(args, cwd, env = process.env) {
+        const child = spawn(program, ['studio', ...args], { cwd, env });
         return new Promise((resolve, reject) => {
             let said = '';
             const read = (data) => {
                 said += data;
                 const address = /http:\/\/\S+#\w+/.exec(said)?.[0];
-                if (address) resolve(new Studio(child, address));
+                if (address) resolve(new Studio(child, address, cwd));
             };
             child.stdout.on('data', read);
             child.stderr.on('data', read);
@@ -82,10 +101,22 @@ export class Studio {
         });
     }
 
-    constructor(child, address) {
+    constructor(child, address, folder) {
         this.child = child;
+        this.folder = folder;
         this.address = address;
         this.ended = new Promise((resolve) => child.on('exit', resolve));
+    }
+
+    get token() {
+        return new URL(this.address).hash.slice(1);
+    }
+
+    /** The arguments of the program that opened the browser. */
+    async opened() {
+        const file = path.join(this.folder, 'opened');
+        await expect.poll(() => existsSync(file)).toBe(true);
+        return readFileSync(file, 'utf8').trim();
     }
 
     get port() {
@@ -100,8 +131,8 @@ export class Studio {
 
     /** Asks the server, as the page does. */
     async ask(method, path, body) {
-        const { origin, hash } = new URL(this.address);
-        const headers = { Authorization: `Bearer ${hash.slice(1)}`, 'Content-Type': 'application/json' };
+        const { origin } = new URL(this.address);
+        const headers = { Authorization: `Bearer ${this.token}`, 'Content-Type': 'application/json' };
         const answer = await fetch(`${origin}/api${path}`, { method, headers, body: JSON.stringify(body) });
         return answer.json();
     }

@@ -108,6 +108,25 @@ test('without the token the page says where to find it', async ({ page, studio }
     await expect(page.locator('#errors')).toContainText('has not the token');
 });
 
+test('the address that the program opens works once', async ({ page, folder, context }) => {
+    const studio = await Studio.startWithBrowser(folder.videos);
+    const opened = await studio.opened();
+    const { token } = studio;
+    expect(opened).toContain('#once-');
+    expect(opened).not.toContain(token);
+    const work = new Work(page);
+    await work.open(opened);
+    expect(new URL(page.url()).hash).toBe('');
+    await page.reload();
+    await work.atFrame(0);
+    const second = await context.newPage();
+    await second.goto(opened);
+    await expect(second.locator('#errors')).toContainText('works once');
+    await second.goto(studio.address);
+    await expect(second.locator('#saved')).toHaveText('Saved');
+    await studio.kill();
+});
+
 test('the token is not left in the address', async ({ work, page }) => {
     expect(new URL(page.url()).hash).toBe('');
     await page.reload();

@@ -13,6 +13,8 @@ test.use({ names: ['forest.mp4', 'forest-2.mp4', 'forest-3.mp4'] });
 /** Saves what is on the screen. WebP keeps the text sharp in a tenth of the bytes of PNG. */
 async function shoot(page, name) {
     await expect(page.locator('#notices')).toBeEmpty({ timeout: 15_000 });
+    const places = await page.locator('#doubts > li').count();
+    await expect(page.locator('#doubts .doubt-picture canvas')).toHaveCount(places);
     const client = await page.context().newCDPSession(page);
     const { data } = await client.send('Page.captureScreenshot', { format: 'webp', quality: 82 });
     mkdirSync(pictures, { recursive: true });
@@ -26,8 +28,9 @@ async function annotate(work) {
     await work.press('l');
     await page.getByLabel('New label', { exact: true }).fill('picture');
     await page.getByRole('button', { name: 'Add', exact: true }).click();
-    await expect(page.locator('.label-rows li')).toHaveCount(1);
+    await expect(page.locator('.label-rows li')).toHaveCount(2);
     await work.closeDialog();
+    await work.press('2');
     await work.draw(truth[0]);
     await work.tracked();
     await page.mouse.move(0, 0);

@@ -122,6 +122,52 @@ test('the whole stretch in which the target is lost, with one key', async ({ wor
     await expect(work.page.locator('#doubts')).not.toContainText('lost');
 });
 
+test('a stretch that is marked in the timeline', async ({ work, folder }) => {
+    const { page } = work;
+    await work.draw(truth[0]);
+    await work.tracked();
+    const before = folder.project().targets[0].tracked;
+    const frames = () => Object.keys(folder.project().targets[0].tracked).map(Number);
+    const has = (from, to) => frames().filter((frame) => from <= frame && frame <= to).length;
+
+    // Its boxes are deleted, and tracked again.
+    await work.mark(30, 49);
+    await expect(page.locator('#hint')).toContainText('Frames 30 to 49');
+    await work.atFrame(49);
+    await work.press('Delete');
+    await expect.poll(() => has(30, 49)).toBe(0);
+    expect(frames()).toHaveLength(FRAMES - 1 - 20);
+    await expect(work.targets()).toHaveCount(1);
+    await work.mark(49, 30);
+    await page.locator('#stretch').getByRole('button', { name: 'Track again' }).click();
+    await work.tracked();
+    expect(folder.project().targets[0].tracked).toEqual(before);
+    expect(Object.keys(folder.project().targets[0].keys)).toEqual(['0']);
+
+    // Esc leaves the boxes as they are, and so does a click with Shift.
+    await work.mark(30, 49);
+    await work.press('Escape');
+    await expect(page.locator('#stretch')).toBeHidden();
+    await work.mark(60, 60);
+    await expect(page.locator('#stretch')).toBeHidden();
+
+    // With keys, too.
+    await work.goTo(95);
+    await work.press('s');
+    await expect(page.locator('#hint')).toContainText('A stretch from frame 95');
+    await work.goTo(130);
+    await work.press('s', 'h');
+    await expect.poll(() => folder.project().targets[0].hidden).toEqual([[95, 130]]);
+    await work.press('Control+z');
+    await expect.poll(() => has(95, 130)).toBe(36);
+
+    // The target itself is not deleted by the way.
+    await work.mark(0, 49);
+    await page.locator('#stretch').getByRole('button', { name: 'Delete boxes' }).click();
+    await expect(page.locator('#notices')).toContainText('All key frames are in this stretch');
+    expect(has(1, 49)).toBe(49);
+});
+
 test('split, join and delete', async ({ work, folder }) => {
     const { page } = work;
     await work.draw(truth[0]);
@@ -137,6 +183,15 @@ test('split, join and delete', async ({ work, folder }) => {
     await expect(work.targets()).toHaveCount(1);
     await expect.poll(() => Object.keys(folder.project().targets[0].tracked).length).toBe(FRAMES - 1);
 
+    // Without a mouse: the other target is chosen in the list.
+    await work.press('Control+z');
+    await expect(work.targets()).toHaveCount(2);
+    await work.press('m');
+    await work.targets().last().locator('.target-name').focus();
+    await work.press('Enter');
+    await expect(work.targets()).toHaveCount(1);
+
+    await page.locator('#stage').focus();
     await work.press('Delete');
     await expect(work.targets()).toHaveCount(0);
     await page.getByRole('button', { name: 'Undo' }).last().click();
@@ -303,4 +358,52 @@ test('a video that is dropped becomes a clip', async ({ work }) => {
     await expect(page.locator('#clip-title')).toHaveText('dropped.mp4');
     await expect(page.locator('#clips > li')).toHaveCount(2);
     await work.atFrame(0);
+});
+
+test.describe('with three clips', () => {
+    test.use({ names: ['a.mp4', 'b.mp4', 'c.mp4'] });
+
+    test('clips are marked as done, and the next one that is not is one key away', async ({
+        work,
+        page,
+        folder,
+    }) => {
+        const clip = (at) => page.locator('#clips > li').nth(at);
+        const title = page.locator('#clip-title');
+        await expect(page.locator('#clips-progress')).toHaveText('0 of 3 done');
+        await work.press('Shift+D');
+        await expect(page.locator('#clips-progress')).toHaveText('1 of 3 done');
+        await expect(clip(0)).toContainText('done · no targets');
+        await expect(clip(0).locator('svg')).toHaveCount(1);
+        await expect(page.locator('#done')).toHaveAttribute('aria-pressed', 'true');
+        expect(folder.project(0).done).toBe(true);
+        await work.press('Control+z');
+        await expect(page.locator('#clips-progress')).toHaveText('0 of 3 done');
+        await expect.poll(() => folder.project(0).done).toBeUndefined();
+        await work.press('Control+Shift+z');
+        await expect(page.locator('#clips-progress')).toHaveText('1 of 3 done');
+
+        await work.press('PageDown');
+        await expect(title).toHaveText('b.mp4');
+        await page.getByRole('button', { name: 'Done', exact: true }).click();
+        await expect(page.locator('#clips-progress')).toHaveText('2 of 3 done');
+        await work.press('PageUp');
+        await expect(title).toHaveText('a.mp4');
+        await work.press('Shift+PageDown');
+        await expect(title).toHaveText('c.mp4');
+        await work.press('Shift+PageDown');
+        await expect(page.locator('#notices')).toContainText('No other clip');
+
+        await page.reload();
+        await expect(page.locator('#clips-progress')).toHaveText('2 of 3 done');
+        await expect(title).toHaveText('a.mp4');
+        await expect(page.locator('#done')).toHaveAttribute('aria-pressed', 'true');
+        // After the last clip the first follows.
+        await work.press('Shift+D');
+        await expect(page.locator('#clips-progress')).toHaveText('1 of 3 done');
+        await clip(2).getByRole('button').click();
+        await expect(title).toHaveText('c.mp4');
+        await work.press('Shift+PageDown');
+        await expect(title).toHaveText('a.mp4');
+    });
 });

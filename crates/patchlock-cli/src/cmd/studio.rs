@@ -29,7 +29,9 @@ EXAMPLES:
 /// Annotates videos on a page in the browser: one drawn box becomes a track
 ///
 /// The page is served from this program to browsers on this machine; no frame leaves it. The address that is
-/// printed holds a token: whoever has it can see and change the annotations. Ctrl-C ends the program.
+/// printed holds a token: whoever has it can see and change the annotations. The browser is started with
+/// another address, which works once and within two minutes, since other users of this machine can see how
+/// it is started. Ctrl-C ends the program.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct StudioArgs {
@@ -118,7 +120,7 @@ pub fn run(args: &StudioArgs) -> Result<()> {
     print(&format!("{address}\n"))?;
     say("Ctrl-C ends the program.");
     if !args.no_open
-        && let Err(reason) = open_browser(&address)
+        && let Err(reason) = open_browser(&server)
     {
         say(&format!("note: no browser was opened ({reason}): open the address yourself"));
     }
@@ -136,8 +138,10 @@ fn failure(error: server::Error) -> Failure {
     }
 }
 
-/// Asks the desktop to open an address. Its messages are not ours.
-fn open_browser(address: &str) -> std::io::Result<()> {
+/// Asks the desktop to open the page. The messages of the desktop are not ours.
+fn open_browser(server: &Server) -> anyhow::Result<()> {
+    // The list of processes shows arguments to all users of the machine, so they hold no token.
+    let address = server.address_once()?;
     let mut command = if cfg!(target_os = "macos") {
         Command::new("open")
     } else if cfg!(windows) {

@@ -557,6 +557,12 @@ class Project:
         """How the video has changed since the project was begun, in words; `None` if it has not."""
 
     @property
+    def done(self) -> bool:
+        """Whether a person said that the video is annotated completely. It can be set."""
+
+    @done.setter
+    def done(self, done: bool) -> None: ...
+    @property
     def labels(self) -> list[tuple[str, str]]:
         """Names and colours (`#rrggbb`) of the labels, in the order in which they are offered."""
 

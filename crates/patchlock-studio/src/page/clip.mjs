@@ -24,6 +24,7 @@ export class Clip extends EventTarget {
             video: { path: info.name, frames: info.frames, width: info.width, height: info.height },
             labels: [],
             targets: [],
+            done: info.done,
         };
         this.revision = 0;
         this.loaded = false;

@@ -1,6 +1,6 @@
 // The list of clips, with a picture of each and how far it is.
 
-import { byId, counted, element } from './dom.mjs';
+import { byId, counted, element, icon } from './dom.mjs';
 import { thumbnails } from './frames.mjs';
 
 const THUMBNAIL = { width: 160, height: 90 };
@@ -21,8 +21,8 @@ export class ClipList {
 
     render() {
         const { clips, clip } = this.editor;
-        const begun = clips.filter(({ targets }) => targets > 0).length;
-        byId('clips-progress').textContent = clips.length ? `${begun} of ${clips.length} begun` : '';
+        const ready = clips.filter(({ done }) => done).length;
+        byId('clips-progress').textContent = clips.length ? `${ready} of ${clips.length} done` : '';
         const filter = /** @type {HTMLInputElement} */ (byId('clip-filter'));
         filter.hidden = clips.length < 8;
         const words = filter.value.toLowerCase();
@@ -39,11 +39,10 @@ export class ClipList {
         const picture = element('span', { class: 'clip-picture' });
         const path = `/clips/${encodeURIComponent(info.id)}`;
         if (!info.error && !info.opening) thumbnails.show(picture, { path, frame: 0, size: THUMBNAIL });
-        const { targets, keys } = info;
-        const done = targets === 0 ? 'not begun' : `${counted(targets, 'target')} · ${counted(keys, 'key')}`;
-        const state = info.error ?? (info.opening ? 'opening …' : (info.changed ?? done));
-        const kind =
-            info.error || info.changed ? 'clip-state wrong' : targets ? 'clip-state begun' : 'clip-state';
+        const wrong = info.error ?? info.changed;
+        const mark = info.done ? element('span', { class: 'clip-done' }, icon('done'), 'done') : null;
+        const state = wrong ?? (info.opening ? 'opening …' : progress(info));
+        const kind = wrong ? ' wrong' : info.targets && !info.done ? ' begun' : '';
         return element(
             'li',
             {},
@@ -61,8 +60,14 @@ export class ClipList {
                 },
                 picture,
                 element('span', { class: 'clip-name', text: info.name }),
-                element('span', { class: kind, text: state }),
+                element('span', { class: `clip-state${kind}` }, mark, mark ? ` · ${state}` : state),
             ),
         );
     }
+}
+
+/** @param {import('./types').ClipInfo} info */
+function progress({ targets, keys, done }) {
+    if (targets > 0) return `${counted(targets, 'target')} · ${counted(keys, 'key')}`;
+    return done ? 'no targets' : 'not begun';
 }

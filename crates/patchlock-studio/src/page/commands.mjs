@@ -117,7 +117,14 @@ function boxes(editor) {
             group,
             name: 'Not visible from here; again: to here',
             keys: ['H'],
-            run: () => void editor.markHidden(),
+            run: () => void (editor.stretch ? editor.hideStretch() : editor.markHidden()),
+        },
+        {
+            id: 'mark',
+            group,
+            name: 'Mark a stretch from here; again: to here',
+            keys: ['S'],
+            run: () => editor.toggleMark(),
         },
         {
             id: 'visible',
@@ -177,9 +184,9 @@ function targets(editor, { openLabels }) {
         {
             id: 'delete',
             group,
-            name: 'Delete the target',
+            name: 'Delete the target, or the boxes of a marked stretch',
             keys: ['Delete', 'Backspace'],
-            run: () => void editor.deleteTarget(),
+            run: () => void (editor.stretch ? editor.deleteBoxes() : editor.deleteTarget()),
         },
     ];
 }
@@ -205,9 +212,9 @@ function tracking(editor) {
         {
             id: 'track-both',
             group,
-            name: 'Track both ways from here',
+            name: 'Track both ways from here; a marked stretch again',
             keys: ['B'],
-            run: () => void editor.startTracking('both'),
+            run: () => void (editor.stretch ? editor.trackStretch() : editor.startTracking('both')),
         },
         { id: 'escape', group, name: 'Stop, cancel, deselect', keys: ['Escape'], run: () => editor.escape() },
     ];
@@ -258,12 +265,11 @@ function viewing(editor, stage, { toggleClips }) {
  */
 function projects(editor, { openExport, openImport, toggleCamera }) {
     const group = 'Project';
-    const saved = () =>
-        tell(
-            editor.clip?.unsaved
-                ? 'Saving …'
-                : `Everything is saved after each change${editor.clip?.file ? `, in ${editor.clip.file}` : ''}.`,
-        );
+    const saved = () => {
+        const { unsaved = 0, file = '' } = editor.clip ?? {};
+        const where = file ? `, in ${file}` : '';
+        tell(unsaved ? 'Saving …' : `Everything is saved after each change${where}.`);
+    };
     return [
         {
             id: 'undo',
@@ -290,6 +296,20 @@ function projects(editor, { openExport, openImport, toggleCamera }) {
             run: () => editor.openNeighbour(-1),
         },
         { id: 'next-clip', group, name: 'Next clip', keys: ['PageDown'], run: () => editor.openNeighbour(1) },
+        {
+            id: 'next-to-do',
+            group,
+            name: 'Next clip that is not done',
+            keys: ['Shift+PageDown'],
+            run: () => editor.openNextToDo(),
+        },
+        {
+            id: 'done',
+            group,
+            name: 'This clip is done; again: not done',
+            keys: ['Shift+D'],
+            run: () => void editor.toggleDone(),
+        },
         { id: 'export', group, name: 'Export', keys: ['Shift+E'], run: openExport },
         { id: 'import', group, name: 'Import (or drop a file)', keys: ['Shift+I'], run: openImport },
         { id: 'camera', group, name: 'Live camera', keys: ['Shift+C'], run: toggleCamera },
@@ -431,11 +451,13 @@ export class Commands {
         const mouse = element('p', {
             class: 'hint',
             text:
-                'Drag on the frame to draw a box, drag a box or its handles to correct it: the frame becomes a ' +
-                'key frame, and what lies between the neighbouring key frames is tracked again. Shift+drag ' +
-                'draws a new box wherever it begins; otherwise, where the selected target is lost, ' +
-                'a new box is its box. Wheel or pinch zooms, right or middle button pans. While a box is ' +
-                'edited with keys, arrows move it, Shift+arrows resize it, with Ctrl by ten pixels.',
+                'Drag on the frame to draw a box, drag a box or its handles to correct it: the frame ' +
+                'becomes a key frame, and what lies between the neighbouring key frames is tracked again. ' +
+                'Shift+drag draws a new box wherever it begins; otherwise, where the selected target is ' +
+                'lost, a new box is its box. Wheel or pinch zooms, right or middle button pans. While a ' +
+                'box is edited with keys, arrows move it, Shift+arrows resize it, with Ctrl by ten ' +
+                'pixels. Shift+drag in the row of a target below the frame marks a stretch, as S does: H ' +
+                'says that it is not visible there, B tracks it again, Del deletes its boxes there.',
         });
         openDialog('Keys', [mouse, element('div', { class: 'help' }, ...sections)], { wide: true });
     }

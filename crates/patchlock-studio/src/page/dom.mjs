@@ -78,7 +78,9 @@ export function openDialog(title, content, options = {}) {
     const name = `dialog-${Date.now()}`;
     const close = iconButton('close', 'Close', () => dialog.close(), 'Esc');
     const head = element('header', {}, element('h2', { text: title, attributes: { id: name } }), close);
-    const body = element('div', { class: 'dialog-body' }, ...content);
+    // Long pages are scrolled with keys, too.
+    const attributes = options.wide ? { tabindex: 0 } : {};
+    const body = element('div', { class: 'dialog-body', attributes }, ...content);
     const dialog = element(
         'dialog',
         {

@@ -5,7 +5,7 @@ import { Clip } from './clip.mjs';
 import { ask, counted } from './dom.mjs';
 import { Frames } from './frames.mjs';
 import { complain, describe, settle, tell } from './notices.mjs';
-import { asBox, tidy } from './tracks.mjs';
+import { asBox, ordered, tidy } from './tracks.mjs';
 
 /** @typedef {import('./types').Box} Box */
 /** @typedef {import('./types').Direction} Direction */
@@ -34,6 +34,8 @@ export class Editor extends EventTarget {
         this.frame = 0;
         /** @type {number | null} */
         this.selected = null;
+        /** Whether the person wants no target to be selected. */
+        this.deselected = false;
         /** Label of the next new target: @type {string | null} */
         this.label = null;
         this.playing = false;
@@ -47,6 +49,10 @@ export class Editor extends EventTarget {
         this.drawing = false;
         /** Where a stretch in which the target is not visible begins: @type {number | null} */
         this.hiddenFrom = null;
+        /** The frames of the selected target that are marked: @type {{from: number, to: number} | null} */
+        this.stretch = null;
+        /** Where a stretch begins that is being marked with keys: @type {number | null} */
+        this.markFrom = null;
         /** Targets that are not drawn: @type {Set<number>} */
         this.unseen = new Set();
         /** What the tracker sees in this frame: @type {import('./types').Look | null} */
@@ -114,10 +120,13 @@ export class Editor extends EventTarget {
         Object.assign(this, {
             frame: 0,
             selected: null,
+            deselected: false,
             playing: false,
             draft: null,
             drawing: false,
             hiddenFrom: null,
+            stretch: null,
+            markFrom: null,
             look: null,
             doubt: null,
             following: false,
@@ -163,11 +172,15 @@ export class Editor extends EventTarget {
     #loaded() {
         const { clip } = this;
         if (!clip) return;
-        const { labels, targets } = clip.project;
-        if (!targets.some(({ id }) => id === this.selected)) this.selected = targets[0]?.id ?? null;
+        const { labels, targets, done } = clip.project;
+        if (!this.deselected && !targets.some(({ id }) => id === this.selected)) {
+            this.selected = targets[0]?.id ?? null;
+            this.stretch = null;
+        }
         if (!labels.some(({ name }) => name === this.label)) this.label = labels[0]?.name ?? null;
         const entry = this.clips.find(({ id }) => id === clip.info.id);
         if (entry) {
+            entry.done = done;
             entry.targets = targets.length;
             entry.keys = targets.reduce((sum, { keys }) => sum + Object.keys(keys).length, 0);
             this.dispatchEvent(new Event('clips'));
@@ -182,6 +195,25 @@ export class Editor extends EventTarget {
         const next = readable[at + step];
         if (next) void this.open(next);
         else tell(step > 0 ? 'This is the last clip.' : 'This is the first clip.');
+    }
+
+    /** Opens the next clip that is not done; after the last one the first follows. */
+    openNextToDo() {
+        const at = this.clips.findIndex(({ id }) => id === this.clip?.info.id);
+        const others = [...this.clips.slice(at + 1), ...this.clips.slice(0, Math.max(0, at))];
+        const next = others.find(({ done, error, opening }) => !done && !error && !opening);
+        if (next) void this.open(next);
+        else tell('No other clip is left that is not done.');
+    }
+
+    /** Says that the clip is annotated completely, or takes it back. */
+    async toggleDone() {
+        const { clip } = this;
+        await clip?.settled();
+        if (!clip) return;
+        const done = !clip.project.done;
+        if (!(await clip.edit([{ edit: 'set_done', done }]))) return;
+        tell(`${clip.info.name} is ${done ? 'done' : 'not done'}.`);
     }
 
     // Frames
@@ -288,7 +320,8 @@ export class Editor extends EventTarget {
 
     /** @param {import('./types').Doubt} doubt */
     showDoubt(doubt) {
-        this.selected = doubt.target;
+        if (this.selected !== doubt.target) this.select(doubt.target);
+        this.stretch = null;
         this.unseen.delete(doubt.target);
         this.goTo(doubt.frame);
         this.doubt = doubt;
@@ -302,10 +335,22 @@ export class Editor extends EventTarget {
     select(id) {
         if (this.selected !== id) this.cancelDraft();
         this.selected = id;
+        this.deselected = id === null;
         this.hiddenFrom = null;
+        this.stretch = null;
+        this.markFrom = null;
         this.#readLook();
         this.#describe();
         this.changed();
+    }
+
+    /**
+     * What a click on a target means: to join it, if that was asked for, or to select it.
+     * @param {number} id
+     */
+    choose(id) {
+        if (this.joinFirst !== null) void this.join(id);
+        else if (id !== this.selected) this.select(id);
     }
 
     /** @param {number} step */
@@ -330,8 +375,8 @@ export class Editor extends EventTarget {
     }
 
     /**
-     * The target that a new box belongs to: the selected one where it is lost, or without a box between frames
-     * that have one; otherwise none, and the box is that of a new target.
+     * The target that a new box belongs to: the selected one where it is lost, or without a box between
+     * frames that have one; otherwise none, and the box is that of a new target.
      */
     targetOfNewBox() {
         const { track } = this;
@@ -447,13 +492,13 @@ export class Editor extends EventTarget {
         const track = this.#needTarget();
         if (!track) return;
         if (this.hiddenFrom === null) {
+            this.markFrom = null;
             this.hiddenFrom = this.frame;
             this.changed();
             return;
         }
-        const [from, to] = [this.hiddenFrom, this.frame].sort((a, b) => a - b);
-        this.hiddenFrom = null;
-        await this.hide(from ?? 0, to ?? 0);
+        const { from, to } = ordered(this.hiddenFrom, this.frame);
+        await this.hide(from, to);
     }
 
     /**
@@ -464,6 +509,7 @@ export class Editor extends EventTarget {
         const track = this.#needTarget();
         if (!track) return;
         this.hiddenFrom = null;
+        this.stretch = null;
         const made = await this.clip?.edit([{ edit: 'hide', target: track.target.id, from, to }]);
         if (made) tell(`Target ${track.target.id} is not visible from frame ${from} to ${to}.`);
     }
@@ -481,6 +527,59 @@ export class Editor extends EventTarget {
         }
         const [from, to] = stretch;
         await this.clip?.edit([{ edit: 'show', target: track.target.id, from, to }]);
+    }
+
+    // A stretch that is marked
+
+    /**
+     * Marks the frames between two of the selected target, and goes to the second.
+     * @param {number} begin
+     * @param {number} end
+     */
+    markStretch(begin, end) {
+        this.stretch = begin === end ? null : ordered(begin, end);
+        this.markFrom = null;
+        this.goTo(end);
+    }
+
+    /** Begins to mark a stretch at this frame, or ends it here. */
+    toggleMark() {
+        if (!this.#needTarget()) return;
+        if (this.markFrom !== null) return this.markStretch(this.markFrom, this.frame);
+        this.stretch = null;
+        this.hiddenFrom = null;
+        this.markFrom = this.frame;
+        this.changed();
+    }
+
+    /** Says that the target is not visible in the marked stretch. */
+    async hideStretch() {
+        if (this.stretch) await this.hide(this.stretch.from, this.stretch.to);
+    }
+
+    /** Tracks the marked stretch again. */
+    async trackStretch() {
+        const { stretch, track } = this;
+        if (!stretch || !track) return;
+        const request = track.requestWithin(stretch.from, stretch.to);
+        if (!request) return tell('There is no key frame to track these frames from. Draw a box there.');
+        this.stretch = null;
+        await this.clip?.startTracking(request);
+    }
+
+    /** Removes the boxes of the marked stretch. */
+    async deleteBoxes() {
+        const { stretch, track, clip } = this;
+        if (!stretch || !track || !clip) return;
+        const { from, to } = stretch;
+        if (track.keys.every((frame) => from <= frame && frame <= to)) {
+            return tell('All key frames are in this stretch. Press Esc, then Del to delete the target.');
+        }
+        this.stretch = null;
+        if (await clip.edit([track.removalWithin(from, to)])) {
+            const undo = { text: 'Undo', run: () => void clip.undo() };
+            tell(`Deleted: the boxes of target ${track.target.id} from frame ${from} to ${to}`, undo);
+        }
     }
 
     async deleteTarget() {
@@ -631,6 +730,8 @@ export class Editor extends EventTarget {
     /** Ends what is going on, one thing at a time. */
     escape() {
         if (this.draft || this.drawing) this.cancelDraft();
+        else if (this.stretch) this.stretch = null;
+        else if (this.markFrom !== null) this.markFrom = null;
         else if (this.hiddenFrom !== null) this.hiddenFrom = null;
         else if (this.joinFirst !== null) this.joinFirst = null;
         else if (this.clip?.job) void this.clip.stop();

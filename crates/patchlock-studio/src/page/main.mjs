@@ -86,6 +86,8 @@ function renderBars() {
     const saved = !clip ? '' : !clip.connected ? 'No connection' : clip.unsaved ? 'Saving …' : 'Saved';
     write('saved', saved);
     byId('saved').classList.toggle('wrong', Boolean(clip && !clip.connected));
+    byId('done').hidden = !clip?.loaded || camera.open;
+    byId('done').setAttribute('aria-pressed', String(Boolean(clip?.project.done)));
     byId('windows').hidden = (clip?.windows ?? 1) < 2;
     write('windows', `${clip?.windows ?? 1} windows`);
     write('frame-count', `/ ${Math.max(0, editor.count - 1)}`);
@@ -137,9 +139,17 @@ function hint() {
     if (failure) {
         return `Frame ${frame} can't be shown: ${failure instanceof Error ? failure.message : failure}`;
     }
-    if (editor.joinFirst !== null) return 'Click the target to join, on the frame or below. Esc cancels.';
+    if (editor.joinFirst !== null)
+        return 'Click the target to join, on the frame, below it or in the list. Esc cancels.';
     if (editor.draft && editor.drawing) {
         return 'Drag a box; or arrows move, Shift+arrows resize, Enter accepts, Esc cancels.';
+    }
+    if (editor.stretch) {
+        const { from, to } = editor.stretch;
+        return `Frames ${from} to ${to}: H not visible, B track again, Del delete the boxes. Esc cancels.`;
+    }
+    if (editor.markFrom !== null) {
+        return `A stretch from frame ${editor.markFrom}: go to its last frame, press S. Esc cancels.`;
     }
     if (hiddenFrom !== null) {
         return `Not visible from frame ${hiddenFrom}: go to the last such frame, press H. Esc cancels.`;
@@ -178,14 +188,9 @@ window.addEventListener('unhandledrejection', (event) => complain(event.reason))
 window.addEventListener('error', (event) => complain(event.error ?? event.message));
 if (matchMedia('(max-width: 1100px)').matches) clipList.toggle();
 
-if (!api.hasToken()) {
-    complain(
-        new api.Failure(
-            'This page has not the token of the server.',
-            'Open the whole address that patchlock studio has printed.',
-            401,
-        ),
-    );
+const refusal = await api.signIn();
+if (refusal) {
+    complain(refusal);
 } else {
     await editor.readClips();
     const first = editor.clips.find(({ error, opening }) => !error && !opening);

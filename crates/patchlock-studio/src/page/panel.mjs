@@ -90,7 +90,7 @@ export class Panel {
                 {
                     class: 'target-name',
                     attributes: { type: 'button', 'aria-pressed': String(id === editor.selected) },
-                    on: { click: () => editor.select(id) },
+                    on: { click: () => editor.choose(id) },
                 },
                 swatch,
                 element('span', { class: 'name', text: label }),
@@ -162,6 +162,11 @@ export class Panel {
             byId('visible-button').hidden = !stretch && seen.kind !== 'lost';
             byId('visible-button').textContent = stretch ? 'Visible after all' : 'Not visible while lost';
             byId('hidden-button').hidden = Boolean(stretch);
+        }
+        byId('stretch').hidden = editor.stretch === null;
+        if (editor.stretch) {
+            const { from, to } = editor.stretch;
+            byId('stretch-text').textContent = `Frames ${from} to ${to} are marked.`;
         }
         byId('hiding').hidden = editor.hiddenFrom === null;
         if (editor.hiddenFrom !== null) {

@@ -1,6 +1,9 @@
 // Requests to the server, with the token of the address.
 
 const STORED = 'patchlock-token';
+/** What a code begins with. */
+const ONCE = 'once-';
+const WITHOUT = 'This page has not the token of the server.';
 
 /** What the server, or the way to it, has against a request. */
 export class Failure extends Error {
@@ -16,19 +19,30 @@ export class Failure extends Error {
     }
 }
 
-/** Takes the token out of the address, so that it is neither seen nor kept in the history. */
-function readToken() {
-    const given = location.hash.slice(1);
-    if (given) {
-        sessionStorage.setItem(STORED, given);
-        history.replaceState(null, '', location.pathname + location.search);
+let token = '';
+
+/**
+ * Takes the token out of the address, so that it is neither seen nor kept in the history; or a code, which
+ * the server exchanges for the token. Answers what is wrong, or null.
+ * @returns {Promise<unknown>}
+ */
+export async function signIn() {
+    // An address that is entered in this window again differs only in what follows #, which loads nothing.
+    window.addEventListener('hashchange', () => location.reload());
+    let given = location.hash.slice(1);
+    if (given) history.replaceState(null, '', location.pathname + location.search);
+    if (given.startsWith(ONCE)) {
+        try {
+            given = (await json('POST', '/token', { json: { code: given } })).token;
+        } catch (error) {
+            return error;
+        }
     }
-    return sessionStorage.getItem(STORED) ?? '';
+    if (given) sessionStorage.setItem(STORED, given);
+    token = sessionStorage.getItem(STORED) ?? '';
+    const hint = 'Open the whole address that patchlock studio has printed.';
+    return token ? null : new Failure(WITHOUT, hint, 401);
 }
-
-const token = readToken();
-
-export const hasToken = () => token !== '';
 
 /**
  * @typedef {object} Request
@@ -69,7 +83,7 @@ async function failureOf(answer) {
     }
     if (answer.status === 401 || (answer.status === 403 && !said.error)) {
         const hint = 'Open the address that the running patchlock studio has printed.';
-        return new Failure('This page has not the token of the server.', said.hint || hint, answer.status);
+        return new Failure(WITHOUT, said.hint || hint, answer.status);
     }
     return new Failure(said.error || `The server answered ${answer.status}.`, said.hint ?? '', answer.status);
 }

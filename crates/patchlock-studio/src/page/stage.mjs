@@ -10,9 +10,10 @@ import { Zoom } from './zoom.mjs';
 /** @typedef {{x: number, y: number}} Point */
 /**
  * What a pointer that is down does.
- * @typedef {{kind: 'draw', from: Point, target: number | null} | {kind: 'move', from: Point, box: Box, target: number}
- *     | {kind: 'resize', from: Point, box: Box, target: number, handle: Handle} | {kind: 'pan', last: Point}
- *     | {kind: 'pinch', last: Point, spread: number}} Gesture
+ * @typedef {{kind: 'draw', from: Point, target: number | null}
+ *     | {kind: 'move', from: Point, box: Box, target: number}
+ *     | {kind: 'resize', from: Point, box: Box, target: number, handle: Handle}
+ *     | {kind: 'pan', last: Point} | {kind: 'pinch', last: Point, spread: number}} Gesture
  */
 
 /** Pixels of the screen that a pointer may move in a click. */
@@ -156,8 +157,7 @@ export class Stage {
         if (handle) return { kind: 'resize', from, ...handle };
         const hit = fresh ? null : this.#hit(from);
         if (!hit) return { kind: 'draw', from, target: fresh ? null : editor.targetOfNewBox() };
-        if (editor.joinFirst !== null) void editor.join(hit.target);
-        else if (hit.target !== editor.selected) editor.select(hit.target);
+        editor.choose(hit.target);
         return { kind: 'move', from, ...hit };
     }
 

@@ -2,7 +2,7 @@
 
 import { byId, element } from './dom.mjs';
 import { drawDiamond } from './drawing.mjs';
-import { KINDS } from './tracks.mjs';
+import { KINDS, ordered } from './tracks.mjs';
 
 /** @typedef {import('./tracks.mjs').Track} Track */
 
@@ -28,6 +28,8 @@ export class Timeline {
         this.to = 1;
         this.drawn = '';
         this.named = '';
+        /** Where the stretch begins that is being marked: @type {number | null} */
+        this.marking = null;
         new ResizeObserver(() => this.#invalidate()).observe(this.area);
         matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.#invalidate());
         editor.addEventListener('opened', () => this.fit());
@@ -36,13 +38,15 @@ export class Timeline {
 
     #listen() {
         const drag = (/** @type {PointerEvent} */ event) => {
-            if (event.buttons & 1) this.#scrub(event, false);
+            if (!(event.buttons & 1)) return;
+            if (this.marking === null) this.#scrub(event, false);
+            else this.editor.markStretch(this.marking, this.#frameAt(event));
         };
         for (const canvas of [this.ruler, this.rows]) {
             canvas.addEventListener('pointerdown', (event) => {
                 if (event.button !== 0) return;
                 canvas.setPointerCapture(event.pointerId);
-                this.#scrub(event, true);
+                if (!this.#beginMarking(event)) this.#scrub(event, true);
             });
             canvas.addEventListener('pointermove', drag);
         }
@@ -84,20 +88,48 @@ export class Timeline {
         return Math.min(Math.max(0, frame), this.editor.count - 1);
     }
 
+    /** @param {MouseEvent} event */
+    #xOf(event) {
+        return event.clientX - this.area.getBoundingClientRect().left;
+    }
+
+    /** @param {MouseEvent} event */
+    #frameAt(event) {
+        return this.#frame(this.#xOf(event));
+    }
+
+    /** @param {MouseEvent} event */
+    #trackAt(event) {
+        const isRow = event.currentTarget === this.rows;
+        return isRow ? this.editor.clip?.tracks[Math.floor(event.offsetY / ROW)] : undefined;
+    }
+
+    /**
+     * With Shift a drag in the row of a target marks a stretch.
+     * @param {PointerEvent} event
+     */
+    #beginMarking(event) {
+        const track = event.shiftKey ? this.#trackAt(event) : undefined;
+        this.marking = track ? this.#frameAt(event) : null;
+        if (!track) return false;
+        this.editor.select(track.target.id);
+        this.editor.goTo(this.#frameAt(event));
+        return true;
+    }
+
     /**
      * @param {PointerEvent} event
      * @param {boolean} pressed
      */
     #scrub(event, pressed) {
         const { editor } = this;
-        const bounds = this.area.getBoundingClientRect();
-        const x = event.clientX - bounds.left;
+        const x = this.#xOf(event);
         const frame = this.#frame(x);
-        const isRow = event.currentTarget === this.rows;
-        const track = isRow ? editor.clip?.tracks[Math.floor(event.offsetY / ROW)] : undefined;
-        if (pressed && track && track.target.id !== editor.selected) {
-            if (editor.joinFirst !== null) return void editor.join(track.target.id);
-            editor.select(track.target.id);
+        const track = this.#trackAt(event);
+        if (pressed && track) {
+            const joins = editor.joinFirst !== null;
+            editor.choose(track.target.id);
+            if (joins) return;
         }
         const key = pressed && track ? track.keys.find((at) => Math.abs(this.#x(at) - x) <= SNAP) : undefined;
         editor.goTo(key ?? frame);
@@ -107,8 +139,7 @@ export class Timeline {
     #wheel(event) {
         const sideways = event.shiftKey ? event.deltaX || event.deltaY : event.deltaX;
         if (event.ctrlKey || event.metaKey) {
-            const x = event.clientX - this.area.getBoundingClientRect().left;
-            this.#zoom(Math.exp(event.deltaY * 0.004), x);
+            this.#zoom(Math.exp(event.deltaY * 0.004), this.#xOf(event));
         } else if (sideways) {
             this.#shift((sideways / this.#length) * (this.to - this.from));
         } else return;
@@ -160,7 +191,7 @@ export class Timeline {
             this.width,
             devicePixelRatio,
             editor.selected,
-            editor.hiddenFrom === null ? null : [editor.hiddenFrom, editor.frame],
+            this.#marked(),
             editor.clip?.doubts.map(({ target, frame }) => [target, frame]),
             tracks.length,
         ]);
@@ -171,6 +202,14 @@ export class Timeline {
         }
         this.playhead.style.transform = `translateX(${this.#x(editor.frame)}px)`;
         this.#renderSlider();
+    }
+
+    /** The frames of the selected target that are marked, or being marked, or going to be hidden. */
+    #marked() {
+        const { stretch, markFrom, hiddenFrom, frame } = this.editor;
+        if (stretch) return stretch;
+        const begin = markFrom ?? hiddenFrom;
+        return begin === null ? null : ordered(begin, frame);
     }
 
     #renderSlider() {
@@ -204,7 +243,7 @@ export class Timeline {
                             'aria-pressed': String(id === editor.selected),
                             title: `${label} ${id}`,
                         },
-                        on: { click: () => editor.select(id) },
+                        on: { click: () => editor.choose(id) },
                     },
                     swatch,
                     element('span', { class: 'name', text: label }),
@@ -322,16 +361,13 @@ export class Timeline {
     #renderMarks(context, track, top, paint) {
         const { editor } = this;
         const middle = top + ROW / 2;
-        if (editor.hiddenFrom !== null && track.target.id === editor.selected) {
-            const [from = 0, to = 0] = [editor.hiddenFrom, editor.frame].sort((a, b) => a - b);
+        const marked = this.#marked();
+        if (marked && track.target.id === editor.selected) {
+            const left = this.#x(marked.from - 0.5);
+            const width = Math.max(3, this.#x(marked.to + 0.5) - left);
             context.strokeStyle = paint('--accent');
             context.lineWidth = 2;
-            context.strokeRect(
-                this.#x(from - 0.5),
-                top + 3,
-                Math.max(3, this.#x(to + 0.5) - this.#x(from - 0.5)),
-                ROW - 7,
-            );
+            context.strokeRect(left, top + 3, width, ROW - 7);
         }
         context.fillStyle = paint('--warn');
         for (const { target, frame } of editor.clip?.doubts ?? []) {

@@ -162,6 +162,39 @@ export class Track {
         return { target, around: frame };
     }
 
+    /**
+     * How to track a stretch again: on from the last key frame before it, or else backward from the first one
+     * after it. Null if a stretch in which the target is not visible lies between, or there is no key frame.
+     * @param {number} from
+     * @param {number} to
+     * @returns {import('./types').TrackRequest | null}
+     */
+    requestWithin(from, to) {
+        const target = this.target.id;
+        const isOpen = (/** @type {number} */ first, /** @type {number} */ last) =>
+            !this.target.hidden.some((stretch) => stretch[0] <= last && first <= stretch[1]);
+        const before = this.keyBefore(from + 1);
+        if (before !== undefined && isOpen(before, from)) {
+            return { target, from: before, direction: 'forward', until: to };
+        }
+        const after = this.keyAfter(to - 1);
+        if (after === undefined || !isOpen(to, after)) return null;
+        return { target, from: after, direction: 'backward', until: from };
+    }
+
+    /**
+     * The edit that removes all boxes of a stretch; where the target is not visible, it stays so.
+     * @param {number} from
+     * @param {number} to
+     * @returns {import('./types').Edit}
+     */
+    removalWithin(from, to) {
+        const hidden = this.target.hidden
+            .map(([first, last]) => [Math.max(first, from), Math.min(last, to)])
+            .filter(([first = 0, last = 0]) => first <= last);
+        return { edit: 'set_frames', target: this.target.id, from, to, frames: { hidden } };
+    }
+
     /** Share of the frames in which something is known. */
     coverage() {
         let known = 0;
@@ -181,6 +214,15 @@ const NOTHING = {
     truncated: false,
     live: false,
 };
+
+/**
+ * A stretch of frames, whichever of its ends is given first.
+ * @param {number} a
+ * @param {number} b
+ */
+export function ordered(a, b) {
+    return { from: Math.min(a, b), to: Math.max(a, b) };
+}
 
 /**
  * The box that a person sees, kept within what the server allows: at least one pixel wide and high.

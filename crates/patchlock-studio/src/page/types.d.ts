@@ -35,6 +35,7 @@ export interface Project {
     video: { path: string; frames: number; width: number; height: number };
     labels: Label[];
     targets: Target[];
+    done: boolean;
 }
 export interface ClipInfo {
     id: number;
@@ -45,6 +46,7 @@ export interface ClipInfo {
     rate?: number | null;
     targets: number;
     keys: number;
+    done: boolean;
     error?: string | null;
     opening?: boolean;
     changed?: string | null;

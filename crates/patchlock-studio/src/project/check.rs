@@ -30,7 +30,7 @@ type Result<T = ()> = std::result::Result<T, String>;
 
 /// Checks a whole project, as a file may hold it.
 pub fn project(project: &Project) -> Result {
-    let Project { video, labels, targets, next_id } = project;
+    let Project { video, labels, targets, next_id, done: _ } = project;
     self::video(video)?;
     at_most("labels", labels.len(), limits::LABELS)?;
     at_most("targets", targets.len(), limits::TARGETS)?;

@@ -38,6 +38,8 @@ struct Document {
     _version: u64,
     #[serde(default)]
     revision: u64,
+    #[serde(default)]
+    done: bool,
     video: Video,
     labels: Vec<Label>,
     next_id: Option<u64>,
@@ -91,6 +93,10 @@ pub fn write(project: &Project, revision: u64) -> serde_json::Result<Vec<u8>> {
     );
     member(&mut out, "revision", &|out| serde_json::to_writer(out, &revision))?;
     end(&mut out);
+    if project.done {
+        member(&mut out, "done", &|out| serde_json::to_writer(out, &true))?;
+        end(&mut out);
+    }
     member(&mut out, "video", &|out| serde_json::to_writer(out, &project.video))?;
     end(&mut out);
     member(&mut out, "labels", &|out| serde_json::to_writer(out, &project.labels))?;
@@ -118,7 +124,7 @@ pub fn read(text: &[u8]) -> Result<(Project, u64), Fault> {
         None => return Err(Fault::Invalid("it has no member `version`".to_owned())),
     }
     let document: Document = serde_json::from_slice(text).map_err(invalid)?;
-    let Document { revision, video, labels, next_id, targets, .. } = document;
+    let Document { revision, done, video, labels, next_id, targets, .. } = document;
     check::video(&video).map_err(Fault::Invalid)?;
     let targets = targets
         .into_iter()
@@ -127,7 +133,7 @@ pub fn read(text: &[u8]) -> Result<(Project, u64), Fault> {
         .map_err(Fault::Invalid)?;
     let largest = targets.iter().map(|target| target.id).max().unwrap_or(0);
     let next_id = next_id.unwrap_or(largest.saturating_add(1));
-    let project = Project { video, labels, targets, next_id };
+    let project = Project { video, labels, targets, next_id, done };
     check::project(&project).map_err(Fault::Invalid)?;
     Ok((project, revision))
 }

@@ -41,6 +41,9 @@ pub struct Project {
     pub targets: Vec<Target>,
     /// The id of the next new target, above all that were ever used.
     pub next_id: u64,
+    /// Whether a person said that the video is annotated completely.
+    #[serde(default)]
+    pub done: bool,
 }
 
 impl Project {

@@ -109,7 +109,8 @@ impl Store {
     fn begin(path: PathBuf, video: &Path, lock: Option<Lock>) -> Result<Self, Error> {
         let description = Video::describe(video, folder_of(&path))?;
         let labels = vec![Label::new("target", 0)];
-        let project = Project { video: description, labels, targets: Vec::new(), next_id: 1 };
+        let targets = Vec::new();
+        let project = Project { video: description, labels, targets, next_id: 1, done: false };
         check::project(&project)
             .map_err(|reason| Error::Edit(format!("{}: {reason}", video.display())))?;
         Ok(Self {

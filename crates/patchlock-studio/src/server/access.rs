@@ -1,5 +1,6 @@
 //! Who may ask. A page of another site must not reach this server, neither by its address nor by a name that
-//! was made to point here (DNS rebinding), and nothing under `/api` is answered without the token.
+//! was made to point here (DNS rebinding), and nothing under `/api` is answered without the token, except
+//! for [`once`], which hands it out.
 
 use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
@@ -10,8 +11,8 @@ use axum::http::{HeaderMap, HeaderValue, StatusCode, Uri};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
-use super::App;
 use super::answer::Refusal;
+use super::{App, once};
 
 /// Random bytes of a token.
 const TOKEN_BYTES: usize = 32;
@@ -28,15 +29,12 @@ pub struct Access {
 impl Access {
     /// Draws a token for a server that listens on this address.
     pub fn new(address: SocketAddr) -> Result<Self, String> {
-        let mut random = [0; TOKEN_BYTES + 4];
-        getrandom::fill(&mut random).map_err(|error| format!("no random numbers: {error}"))?;
-        let hex = |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02x}")).collect();
-        let (token, session) = random.split_at(TOKEN_BYTES);
-        Ok(Self { address, token: hex(token), session: hex(session) })
+        Ok(Self { address, token: random_hex::<TOKEN_BYTES>()?, session: random_hex::<4>()? })
     }
 
-    /// The address for the browser. What follows `#` is never sent to a server.
-    pub fn address(&self, camera: bool) -> String {
+    /// The address for the browser, with the token or a code for it. What follows `#` is never sent to a
+    /// server.
+    pub fn address(&self, camera: bool, secret: &str) -> String {
         let mut shown = self.address;
         if shown.ip().is_unspecified() {
             let local: IpAddr = if shown.is_ipv4() {
@@ -47,7 +45,12 @@ impl Access {
             shown.set_ip(local);
         }
         let page = if camera { "?camera" } else { "" };
-        format!("http://{shown}/{page}#{}", self.token)
+        format!("http://{shown}/{page}#{secret}")
+    }
+
+    /// The token.
+    pub fn token(&self) -> &str {
+        &self.token
     }
 
     /// A word that differs between two runs of the program, and is no secret.
@@ -101,18 +104,28 @@ impl Access {
         if headers.get("sec-fetch-site").is_some_and(|site| site == "cross-site") {
             return Err(Refusal::forbidden("requests of other pages are not answered"));
         }
+        if request.uri().path() == once::PATH {
+            return Ok(());
+        }
         match token(headers) {
-            Some(token) if self.is_token(token) => Ok(()),
+            Some(token) if same(token, &self.token) => Ok(()),
             Some(_) => Err(unauthorised("the token is not that of this server")),
             None => Err(unauthorised("the token is missing")),
         }
     }
+}
 
-    /// Compares in a time that does not depend on where the two differ.
-    fn is_token(&self, given: &str) -> bool {
-        let same = given.bytes().zip(self.token.bytes()).fold(0, |sum, (a, b)| sum | (a ^ b)) == 0;
-        given.len() == self.token.len() && same
-    }
+/// Random bytes in hexadecimal digits.
+pub fn random_hex<const BYTES: usize>() -> Result<String, String> {
+    let mut random = [0; BYTES];
+    getrandom::fill(&mut random).map_err(|error| format!("no random numbers: {error}"))?;
+    Ok(random.iter().map(|byte| format!("{byte:02x}")).collect())
+}
+
+/// Compares a secret in a time that does not depend on where the two differ.
+pub fn same(given: &str, secret: &str) -> bool {
+    let same = given.bytes().zip(secret.bytes()).fold(0, |sum, (a, b)| sum | (a ^ b)) == 0;
+    given.len() == secret.len() && same
 }
 
 fn unauthorised(message: &str) -> Refusal {

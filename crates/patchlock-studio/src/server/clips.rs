@@ -176,7 +176,8 @@ impl Clip {
             Some(Ok(opened)) => opened,
         };
         let held = opened.hold();
-        let targets = &held.store.project().targets;
+        let project = held.store.project();
+        let targets = &project.targets;
         json!({
             "id": id,
             "name": name,
@@ -186,6 +187,7 @@ impl Clip {
             "rate": opened.per_second(),
             "targets": targets.len(),
             "keys": targets.iter().map(|target| target.keys.len()).sum::<usize>(),
+            "done": project.done,
             "changed": opened.changed,
         })
     }

@@ -14,6 +14,7 @@ mod frames;
 mod jobs;
 mod live;
 mod look;
+mod once;
 mod video;
 
 use std::net::{SocketAddr, TcpListener};
@@ -36,6 +37,7 @@ use access::Access;
 use answer::{At, Refusal};
 use camera::Recordings;
 use clips::Clips;
+use once::Once;
 
 /// How long a window may take to receive a message.
 const SENDING: Duration = Duration::from_secs(20);
@@ -65,18 +67,25 @@ pub struct Options {
     pub camera: bool,
 }
 
-/// How long the server waits for a client before it closes the connection.
+/// How long the server waits for a client.
 #[derive(Debug, Clone, Copy)]
 pub struct Patience {
     /// For a request, until its headers are complete.
     pub headers: Duration,
     /// For a body, until its next bytes.
     pub body: Duration,
+    /// For the page that [`Server::address_once`] leads to, until it asks for the token.
+    pub code: Duration,
 }
 
 impl Default for Patience {
     fn default() -> Self {
-        Self { headers: Duration::from_secs(30), body: Duration::from_secs(20) }
+        Self {
+            headers: Duration::from_secs(30),
+            body: Duration::from_secs(20),
+            // Browsers that are installed as snaps may take a minute to start.
+            code: Duration::from_secs(120),
+        }
     }
 }
 
@@ -116,6 +125,7 @@ struct Settings {
 /// What all requests share.
 struct App {
     access: Access,
+    once: Once,
     clips: Clips,
     settings: Settings,
     patience: Patience,
@@ -147,6 +157,7 @@ impl Server {
         let settings = Settings { config: options.config.clone(), pool, limits: options.limits };
         let app = Arc::new(App {
             access,
+            once: Once::default(),
             clips: Clips::new(settings.clone()),
             settings,
             patience: options.patience,
@@ -171,7 +182,18 @@ impl Server {
 
     /// The address to open in the browser. It holds the token that allows changes.
     pub fn address(&self) -> String {
-        self.app.access.address(self.app.camera)
+        let access = &self.app.access;
+        access.address(self.app.camera, access.token())
+    }
+
+    /// An address for the arguments of a browser, which other users of the machine can read. Instead of the
+    /// token it holds a code: the first page that uses it within [`Patience::code`] gets the token.
+    ///
+    /// # Errors
+    /// [`Error::Start`] if the system gives no random numbers.
+    pub fn address_once(&self) -> Result<String, Error> {
+        let code = self.app.once.draw().map_err(Error::Start)?;
+        Ok(self.app.access.address(self.app.camera, &code))
     }
 
     /// Answers requests until `stopped` returns true, which is asked ten times a second.
@@ -217,6 +239,7 @@ fn open_in_order(app: &Arc<App>) {
 /// All addresses.
 fn routes(app: Arc<App>) -> Router {
     Router::new()
+        .route(once::PATH, post(once::exchange))
         .route("/api/clips", get(clips::list).post(files::upload))
         .route("/api/camera", get(camera::camera))
         .route("/api/camera/recordings/{number}/{what}", get(camera::recording))

@@ -352,6 +352,7 @@ fn edits_are_json() {
         r##"{"edit":"split","target":1,"frame":6}"##,
         r##"{"edit":"join","first":1,"second":2}"##,
         r##"{"edit":"delete_target","target":1}"##,
+        r##"{"edit":"set_done","done":true}"##,
         r##"{"edit":"import","targets":[{"id":1,"label":"car","attributes":{},"keys":{"0":{"box":{"x":1,
             "y":2,"w":3,"h":4},"truncated":true}},"tracked":{},"hidden":[]}]}"##,
     ];
@@ -425,11 +426,12 @@ fn any_edit() -> impl Strategy<Value = Edit> {
             Edit::SetLabel { name, new_name, colour: Some("#010203".to_owned()) }
         }),
         1 => label.prop_map(|name| Edit::RemoveLabel { name }),
+        1 => any::<bool>().prop_map(|done| Edit::SetDone { done }),
     ]
 }
 
 fn same(a: &Project, b: &Project) -> bool {
-    (&a.video, &a.labels, &a.targets) == (&b.video, &b.labels, &b.targets)
+    (&a.video, &a.labels, &a.targets, a.done) == (&b.video, &b.labels, &b.targets, b.done)
 }
 
 proptest! {

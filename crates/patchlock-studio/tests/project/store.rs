@@ -56,6 +56,25 @@ fn what_is_saved_is_read_again() {
 }
 
 #[test]
+fn a_clip_is_marked_as_done_and_a_file_without_the_mark_is_not() {
+    let place = Place::new();
+    let mut store = place.store();
+    store.apply(vec![Edit::SetDone { done: true }]).unwrap();
+    store.save().unwrap();
+    assert!(fs::read_to_string(place.file()).unwrap().contains("\n  \"done\": true,\n"));
+    let read = || Store::open_shared(&place.file(), None).unwrap().project().done;
+    assert!(read());
+    assert_eq!(store.undo_text(), Some("mark the clip as done"));
+    store.undo().unwrap();
+    store.save().unwrap();
+    // As version 1 wrote it before there was such a mark.
+    assert!(!fs::read_to_string(place.file()).unwrap().contains("done"));
+    assert!(!read());
+    store.redo().unwrap();
+    assert!(store.project().done);
+}
+
+#[test]
 fn the_file_is_beside_the_video() {
     let place = Place::new();
     let beside = |video: &Path| beside(video, |_| false);

@@ -1,6 +1,10 @@
 //! Who may ask.
 
-use crate::support::Running;
+use std::time::Duration;
+
+use serde_json::json;
+
+use crate::support::{Running, options, video};
 
 const ADDRESSES: [(&str, &str); 6] = [
     ("GET", "/api/clips"),
@@ -42,6 +46,46 @@ fn the_token_is_long_and_another_one_each_time() {
     assert!(before.len() == 64 && before.bytes().all(|byte| byte.is_ascii_hexdigit()));
     server.restart();
     assert_ne!(server.token, before);
+}
+
+/// Asks for the token without having it.
+fn exchange(server: &Running, code: &str, headers: &[&str]) -> crate::support::Answer {
+    let body = json!({ "code": code }).to_string();
+    server.send_with("POST", "/api/token", headers, body.as_bytes())
+}
+
+#[test]
+fn the_code_for_a_browser_gives_the_token_once() {
+    let server = Running::new();
+    assert!(server.code.starts_with("once-") && !server.code.contains(&server.token));
+    assert_eq!(exchange(&server, "once-00", &[]).status, 401);
+    assert_eq!(exchange(&server, &server.token, &[]).status, 401);
+    // A page of another site cannot use it up.
+    for header in
+        ["Origin: http://evil.example", "Sec-Fetch-Site: cross-site", "Host: evil.example"]
+    {
+        assert!(matches!(exchange(&server, &server.code, &[header]).status, 400 | 403), "{header}");
+    }
+    let answer = exchange(&server, &server.code, &[]);
+    assert_eq!((answer.status, answer.header("cache-control")), (200, Some("no-store")));
+    assert_eq!(answer.json()["token"], server.token.as_str());
+    let late = exchange(&server, &server.code, &[]);
+    assert!(late.error(401).contains("used already"));
+    // It is no token itself.
+    let bearer = format!("Authorization: Bearer {}", server.code);
+    assert_eq!(server.send_with("GET", "/api/clips", &[&bearer], &[]).status, 401);
+}
+
+#[test]
+fn the_code_for_a_browser_ends_soon() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("clip.mp4");
+    let truth = video(&file);
+    let mut options = options(vec![file], folder.path());
+    options.patience.code = Duration::ZERO;
+    let server = Running::with(options, folder, truth);
+    assert!(exchange(&server, &server.code, &[]).error(401).contains("too late"));
+    assert_eq!(server.get("/api/clips").status, 200);
 }
 
 #[test]

@@ -97,6 +97,20 @@ fn an_edit_is_written_at_once_and_found_again() {
 }
 
 #[test]
+fn the_list_of_clips_says_which_are_done() {
+    let server = Running::new();
+    let is_done = || server.get("/api/clips").json()["clips"][0]["done"].clone();
+    assert_eq!(is_done(), false);
+    let edits = json!({ "revision": server.clip()["revision"], "edits": [
+        { "edit": "set_done", "done": true },
+    ] });
+    assert_eq!(server.post("/api/clips/1/edits", &edits).status, 200);
+    assert!(is_done() == true && server.clip()["project"]["done"] == true);
+    server.post("/api/clips/1/undo", &json!({}));
+    assert_eq!(is_done(), false);
+}
+
+#[test]
 fn a_window_that_is_behind_cannot_overwrite() {
     let server = Running::new();
     let revision = server.clip()["revision"].clone();

@@ -43,6 +43,8 @@ pub fn video(file: &Path) -> Vec<BoundingBox> {
 pub struct Running {
     pub address: SocketAddr,
     pub token: String,
+    /// A code that is exchanged for the token.
+    pub code: String,
     /// The folder with the video `clip.mp4`.
     pub folder: TempDir,
     /// The true boxes.
@@ -59,8 +61,11 @@ impl Drop for Running {
 
 /// Options for these videos, with little patience.
 pub fn options(videos: Vec<PathBuf>, uploads: &Path) -> Options {
-    let patience =
-        Patience { headers: Duration::from_millis(700), body: Duration::from_millis(700) };
+    let patience = Patience {
+        headers: Duration::from_millis(700),
+        body: Duration::from_millis(700),
+        code: Duration::from_secs(60),
+    };
     Options {
         videos,
         project: None,
@@ -86,9 +91,13 @@ impl Running {
     /// A server with these files of a folder.
     pub fn serving(folder: TempDir, truth: Vec<BoundingBox>, names: &[&str]) -> Self {
         let videos = names.iter().map(|name| folder.path().join(name)).collect();
-        let options = options(videos, folder.path());
-        let (address, token, stop, thread) = start(&options);
-        Self { address, token, folder, truth, stop, thread: Some(thread) }
+        Self::with(options(videos, folder.path()), folder, truth)
+    }
+
+    /// A server with these options.
+    pub fn with(options: Options, folder: TempDir, truth: Vec<BoundingBox>) -> Self {
+        let (address, [token, code], stop, thread) = start(&options);
+        Self { address, token, code, folder, truth, stop, thread: Some(thread) }
     }
 
     /// Ends the server as Ctrl-C does.
@@ -103,8 +112,9 @@ impl Running {
     pub fn restart(&mut self) {
         self.end();
         let options = options(vec![self.folder.path().join("clip.mp4")], self.folder.path());
-        let (address, token, stop, thread) = start(&options);
-        (self.address, self.token, self.stop, self.thread) = (address, token, stop, Some(thread));
+        let (address, [token, code], stop, thread) = start(&options);
+        (self.address, self.token, self.code) = (address, token, code);
+        (self.stop, self.thread) = (stop, Some(thread));
     }
 
     /// Sends a request with the token and a body.
@@ -192,20 +202,25 @@ impl Running {
     }
 }
 
-fn start(options: &Options) -> (SocketAddr, String, Arc<AtomicBool>, JoinHandle<()>) {
+/// A server in a thread: its address, the token and a code for it, and what ends it.
+fn start(options: &Options) -> (SocketAddr, [String; 2], Arc<AtomicBool>, JoinHandle<()>) {
     let server = Server::open(options).expect("starts");
-    let shown = server.address();
-    let (address, token) = shown
-        .strip_prefix("http://")
-        .and_then(|rest| rest.split_once("/#"))
-        .expect("an address with a token");
-    let (address, token) = (address.parse().expect("an address"), token.to_owned());
+    let (address, token) = parts(&server.address());
+    let (same_address, code) = parts(&server.address_once().expect("draws a code"));
+    assert_eq!(same_address, address);
     let stop = Arc::new(AtomicBool::new(false));
     let stopped = Arc::clone(&stop);
     let thread = std::thread::spawn(move || {
         server.run(|| stopped.load(Ordering::SeqCst)).expect("runs");
     });
-    (address, token, stop, thread)
+    (address, [token, code], stop, thread)
+}
+
+/// What an address of the page says: where the server is, and the secret.
+fn parts(shown: &str) -> (SocketAddr, String) {
+    let rest = shown.strip_prefix("http://").expect("an address");
+    let (address, secret) = rest.split_once("/#").expect("an address with a secret");
+    (address.parse().expect("an address"), secret.to_owned())
 }
 
 /// An answer.

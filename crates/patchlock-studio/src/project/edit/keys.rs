@@ -1,0 +1,22 @@
+//! Edits of key frames.
+
+use std::collections::BTreeMap;
+
+use super::targets::target_mut;
+use super::tracks::change_frames;
+use super::{Edit, Frames, Key, Project, Result, check, refused};
+
+pub fn set_key(project: &mut Project, id: u64, frame: usize, key: Key) -> Result<Vec<Edit>> {
+    check::frame(frame, &project.video).map_err(refused)?;
+    check::drawn_box(key.bbox, &project.video).map_err(refused)?;
+    let new = Frames { keys: BTreeMap::from([(frame, key)]), ..Frames::default() };
+    Ok(change_frames(target_mut(project, id)?, [frame; 2], |_| new))
+}
+
+pub fn remove_key(project: &mut Project, id: u64, frame: usize) -> Result<Vec<Edit>> {
+    let target = target_mut(project, id)?;
+    if !target.keys.contains_key(&frame) {
+        return Err(refused(format!("target {id} has no key in frame {frame}")));
+    }
+    Ok(change_frames(target, [frame; 2], |_| Frames::default()))
+}

@@ -1,0 +1,282 @@
+//! Everything that can be done to a project: [`Edit`] is the list. Each of the modules makes the edits of one
+//! kind.
+
+mod keys;
+mod labels;
+mod split_join;
+mod targets;
+mod tracks;
+
+use std::collections::BTreeMap;
+
+use patchlock::BoundingBox;
+use serde::{Deserialize, Serialize};
+
+use super::{
+    Error, Frames, Key, Label, Project, Target, Tracked, by_frame, check, limits, stretches,
+};
+
+/// A change to a project. In JSON, the member `edit` has its name: `{"edit": "hide", "target": 1, "from": 5,
+/// "to": 9}`. Ranges of frames include both ends.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "edit", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Edit {
+    /// Adds a target with one key frame. Its id is [`Project::next_id`].
+    AddTarget {
+        /// Name of its label.
+        label: String,
+        /// The frame of the box.
+        frame: usize,
+        /// The box.
+        #[serde(rename = "box")]
+        bbox: BoundingBox,
+    },
+    /// Makes a frame a key frame, or changes its key. If it was hidden, it is so no more.
+    SetKey {
+        /// The target.
+        target: u64,
+        /// The frame.
+        frame: usize,
+        /// The box.
+        #[serde(rename = "box")]
+        bbox: BoundingBox,
+        /// Part of the target is hidden by something else.
+        #[serde(default)]
+        occluded: bool,
+        /// Part of the target is outside the frame.
+        #[serde(default)]
+        truncated: bool,
+    },
+    /// Removes a key; the frame then has no box.
+    RemoveKey {
+        /// The target.
+        target: u64,
+        /// The frame.
+        frame: usize,
+    },
+    /// Replaces the tracked boxes of a range. Key frames and hidden frames stay as they are: entries for them
+    /// are left out. Boxes are rounded to 1/1000 pixel, all else to 1/10000.
+    SetTracked {
+        /// The target.
+        target: u64,
+        /// First frame.
+        from: usize,
+        /// Last frame.
+        to: usize,
+        /// The boxes, by frame; frames of the range without an entry get no box.
+        #[serde(with = "by_frame")]
+        tracked: BTreeMap<usize, Tracked>,
+    },
+    /// Says that the target is not visible in a range; removes the keys and boxes there.
+    Hide {
+        /// The target.
+        target: u64,
+        /// First frame.
+        from: usize,
+        /// Last frame.
+        to: usize,
+    },
+    /// Takes back that the target is not visible in a range.
+    Show {
+        /// The target.
+        target: u64,
+        /// First frame.
+        from: usize,
+        /// Last frame.
+        to: usize,
+    },
+    /// Changes what is true of the whole target. What is not given stays as it is.
+    SetTarget {
+        /// The target.
+        target: u64,
+        /// Name of its label.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        label: Option<String>,
+        /// All its attributes.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        attributes: Option<BTreeMap<String, String>>,
+    },
+    /// Deletes a target.
+    DeleteTarget {
+        /// The target.
+        target: u64,
+    },
+    /// Makes a new target, with the same label and attributes, of all frames from `frame` on. Its id is
+    /// [`Project::next_id`].
+    Split {
+        /// The target that keeps the frames before.
+        target: u64,
+        /// The first frame of the new target.
+        frame: usize,
+    },
+    /// Adds the frames of the second target to the first and deletes the second. Label and attributes are
+    /// those of the first. A frame must not have a box of both; boxes of lost targets and hidden frames give
+    /// way to boxes.
+    Join {
+        /// The target that stays.
+        first: u64,
+        /// The target that becomes part of it.
+        second: u64,
+    },
+    /// Adds a label.
+    AddLabel {
+        /// Its name.
+        name: String,
+        /// Its colour, `#rrggbb`; without one, the next of a palette.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        colour: Option<String>,
+        /// Its place in the list, from 0; without one, the end.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        at: Option<usize>,
+    },
+    /// Changes a label, for all targets that have it. What is not given stays as it is.
+    SetLabel {
+        /// Its name so far.
+        name: String,
+        /// Its new name.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        new_name: Option<String>,
+        /// Its new colour, `#rrggbb`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        colour: Option<String>,
+    },
+    /// Removes a label that no target has.
+    RemoveLabel {
+        /// Its name.
+        name: String,
+    },
+    /// Says whether the video is annotated completely.
+    SetDone {
+        /// Whether it is.
+        done: bool,
+    },
+    /// Adds targets with new ids, in this order, the first with [`Project::next_id`]. Labels that do not
+    /// exist are added.
+    Import {
+        /// The targets; their ids are ignored.
+        targets: Vec<Target>,
+    },
+    /// Puts a deleted target back.
+    Restore {
+        /// The target.
+        target: Target,
+        /// Its place in the list, from 0.
+        at: usize,
+    },
+    /// Replaces everything that a target has in a range.
+    SetFrames {
+        /// The target.
+        target: u64,
+        /// First frame.
+        from: usize,
+        /// Last frame.
+        to: usize,
+        /// What it has there.
+        frames: Frames,
+    },
+}
+
+type Result<T> = std::result::Result<T, Error>;
+
+/// An edit that is refused, for this reason.
+fn refused(reason: impl Into<String>) -> Error {
+    Error::Edit(reason.into())
+}
+
+impl Edit {
+    /// Changes the project, and returns the edits that undo it, to be applied in order. Only
+    /// [`Project::next_id`] is not set back, so that no id is used twice.
+    ///
+    /// # Errors
+    /// [`Error::Edit`] if the edit is not possible; the project is unchanged.
+    pub fn apply(self, project: &mut Project) -> Result<Vec<Self>> {
+        match self {
+            Self::AddTarget { label, frame, bbox } => {
+                targets::add_target(project, label, frame, bbox)
+            }
+            Self::SetKey { target, frame, bbox, occluded, truncated } => {
+                keys::set_key(project, target, frame, Key { bbox, occluded, truncated })
+            }
+            Self::RemoveKey { target, frame } => keys::remove_key(project, target, frame),
+            Self::SetTracked { target, from, to, tracked } => {
+                tracks::set_tracked(project, target, [from, to], tracked)
+            }
+            Self::Hide { target, from, to } => tracks::hide(project, target, [from, to]),
+            Self::Show { target, from, to } => tracks::show(project, target, [from, to]),
+            Self::SetTarget { target, label, attributes } => {
+                targets::set_target(project, target, label, attributes)
+            }
+            Self::DeleteTarget { target } => targets::delete_target(project, target),
+            Self::Split { target, frame } => split_join::split(project, target, frame),
+            Self::Join { first, second } => split_join::join(project, first, second),
+            Self::AddLabel { name, colour, at } => labels::add_label(project, name, colour, at),
+            Self::SetLabel { name, new_name, colour } => {
+                labels::set_label(project, name, new_name, colour)
+            }
+            Self::RemoveLabel { name } => labels::remove_label(project, &name),
+            Self::SetDone { done } => {
+                let before = std::mem::replace(&mut project.done, done);
+                Ok(vec![Self::SetDone { done: before }])
+            }
+            Self::Import { targets } => targets::import(project, targets),
+            Self::Restore { target, at } => targets::restore(project, target, at),
+            Self::SetFrames { target, from, to, frames } => {
+                tracks::set_frames(project, target, [from, to], frames)
+            }
+        }
+    }
+
+    /// What the edit does, in a few words for a person: `hide target 3 in frames 5 to 9`.
+    pub fn text(&self) -> String {
+        match self {
+            Self::AddTarget { label, frame, .. } => format!("add {label} in frame {frame}"),
+            Self::SetKey { target, frame, .. } => {
+                format!("correct target {target} in frame {frame}")
+            }
+            Self::RemoveKey { target, frame } => {
+                format!("remove the key of target {target} in frame {frame}")
+            }
+            Self::SetTracked { target, from, to, .. } => {
+                format!("track target {target} in frames {from} to {to}")
+            }
+            Self::Hide { target, from, to } => {
+                format!("hide target {target} in frames {from} to {to}")
+            }
+            Self::Show { target, from, to } => {
+                format!("show target {target} in frames {from} to {to}")
+            }
+            Self::SetTarget { target, label: Some(label), .. } => {
+                format!("label target {target} as {label}")
+            }
+            Self::SetTarget { target, .. } => format!("change the attributes of target {target}"),
+            Self::DeleteTarget { target } => format!("delete target {target}"),
+            Self::Split { target, frame } => format!("split target {target} at frame {frame}"),
+            Self::Join { first, second } => format!("join targets {first} and {second}"),
+            Self::AddLabel { name, .. } => format!("add the label {name}"),
+            Self::SetLabel { name, .. } => format!("change the label {name}"),
+            Self::RemoveLabel { name } => format!("remove the label {name}"),
+            Self::SetDone { done: true } => "mark the clip as done".to_owned(),
+            Self::SetDone { done: false } => "mark the clip as not done".to_owned(),
+            Self::Import { targets } => match targets.len() {
+                1 => "import a target".to_owned(),
+                count => format!("import {count} targets"),
+            },
+            Self::Restore { target, .. } => format!("restore target {}", target.id),
+            Self::SetFrames { target, from, to, .. } => {
+                format!("change target {target} in frames {from} to {to}")
+            }
+        }
+    }
+
+    /// The number of boxes in the edit, which is what its memory grows with.
+    pub(super) fn boxes(&self) -> usize {
+        let of = |target: &Target| target.keys.len() + target.tracked.len();
+        match self {
+            Self::SetTracked { tracked, .. } => tracked.len(),
+            Self::Import { targets } => targets.iter().map(of).sum(),
+            Self::Restore { target, .. } => of(target),
+            Self::SetFrames { frames, .. } => frames.boxes(),
+            _ => 0,
+        }
+    }
+}

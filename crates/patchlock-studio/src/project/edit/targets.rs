@@ -1,0 +1,137 @@
+//! Edits of whole targets.
+
+use std::collections::BTreeMap;
+
+use patchlock::BoundingBox;
+
+use super::{Edit, Key, Label, Project, Result, Target, check, limits, refused};
+
+pub fn add_target(
+    project: &mut Project,
+    label: String,
+    frame: usize,
+    bbox: BoundingBox,
+) -> Result<Vec<Edit>> {
+    check::known_label(&label, &project.labels).map_err(refused)?;
+    check::frame(frame, &project.video).map_err(refused)?;
+    check::drawn_box(bbox, &project.video).map_err(refused)?;
+    let id = new_id(project)?;
+    let key = Key { bbox, occluded: false, truncated: false };
+    project.targets.push(Target { keys: BTreeMap::from([(frame, key)]), ..empty(id, label) });
+    Ok(vec![Edit::DeleteTarget { target: id }])
+}
+
+pub fn set_target(
+    project: &mut Project,
+    id: u64,
+    label: Option<String>,
+    attributes: Option<BTreeMap<String, String>>,
+) -> Result<Vec<Edit>> {
+    if let Some(label) = &label {
+        check::known_label(label, &project.labels).map_err(refused)?;
+    }
+    if let Some(attributes) = &attributes {
+        check::attributes(attributes).map_err(refused)?;
+    }
+    let target = target_mut(project, id)?;
+    let label = label.map(|label| std::mem::replace(&mut target.label, label));
+    let attributes = attributes.map(|new| std::mem::replace(&mut target.attributes, new));
+    Ok(vec![Edit::SetTarget { target: id, label, attributes }])
+}
+
+pub fn delete_target(project: &mut Project, id: u64) -> Result<Vec<Edit>> {
+    let at = index_of(project, id)?;
+    let target = project.targets.remove(at);
+    Ok(vec![Edit::Restore { target, at }])
+}
+
+pub fn restore(project: &mut Project, target: Target, at: usize) -> Result<Vec<Edit>> {
+    let (id, count) = (target.id, project.targets.len());
+    if project.target(id).is_some() {
+        return Err(refused(format!("there is a target {id} already")));
+    }
+    if at > count {
+        return Err(refused(format!("the place is {at}; allowed: 0 to {count}")));
+    }
+    if count >= limits::TARGETS {
+        return Err(refused(format!("there are {count} targets, and may not be more")));
+    }
+    check::target(&target, &project.labels, &project.video).map_err(refused)?;
+    project.next_id = project.next_id.max(id + 1);
+    project.targets.insert(at, target);
+    Ok(vec![Edit::DeleteTarget { target: id }])
+}
+
+pub fn import(project: &mut Project, targets: Vec<Target>) -> Result<Vec<Edit>> {
+    let mut labels = project.labels.clone();
+    for target in &targets {
+        if !labels.iter().any(|label| label.name == target.label) {
+            labels.push(Label::new(target.label.clone(), labels.len()));
+        }
+    }
+    for (k, target) in targets.iter().enumerate() {
+        // The id is a new one, so that of the file may be any.
+        let target = Target { id: 1, ..target.clone() };
+        check::target(&target, &labels, &project.video)
+            .map_err(|reason| refused(format!("target {} of those to import: {reason}", k + 1)))?;
+    }
+    labels[project.labels.len()..].iter().try_for_each(check::label).map_err(refused)?;
+    let count = targets.len();
+    if labels.len() > limits::LABELS || project.targets.len() + count > limits::TARGETS {
+        return Err(refused(format!(
+            "the project may have {} labels and {} targets; this would be more",
+            limits::LABELS,
+            limits::TARGETS
+        )));
+    }
+    if project.next_id + count as u64 > limits::ID {
+        return Err(refused("all ids of targets are used up"));
+    }
+    let mut undo = Vec::new();
+    for label in labels.split_off(project.labels.len()) {
+        undo.push(Edit::RemoveLabel { name: label.name.clone() });
+        project.labels.push(label);
+    }
+    for target in targets {
+        let id = new_id(project)?;
+        project.targets.push(Target { id, ..target });
+        undo.push(Edit::DeleteTarget { target: id });
+    }
+    undo.reverse();
+    Ok(undo)
+}
+
+pub fn index_of(project: &Project, id: u64) -> Result<usize> {
+    let index = project.targets.iter().position(|target| target.id == id);
+    index.ok_or_else(|| refused(format!("there is no target {id}")))
+}
+
+pub fn target_mut(project: &mut Project, id: u64) -> Result<&mut Target> {
+    let index = index_of(project, id)?;
+    Ok(&mut project.targets[index])
+}
+
+/// Takes the next id. The ids may only run out if a file claims so.
+pub fn new_id(project: &mut Project) -> Result<u64> {
+    if project.targets.len() >= limits::TARGETS {
+        let reason = format!("the project has {} targets, and may not have more", limits::TARGETS);
+        return Err(refused(reason));
+    }
+    let id = project.next_id;
+    if id >= limits::ID {
+        return Err(refused("all ids of targets are used up"));
+    }
+    project.next_id += 1;
+    Ok(id)
+}
+
+pub fn empty(id: u64, label: String) -> Target {
+    Target {
+        id,
+        label,
+        attributes: BTreeMap::new(),
+        keys: BTreeMap::new(),
+        tracked: BTreeMap::new(),
+        hidden: Vec::new(),
+    }
+}

@@ -1,0 +1,73 @@
+//! The code in the address that the program hands to a browser. The list of processes shows that address to
+//! other users of the machine, so the code is no token: it is exchanged for one, once, and soon after it was
+//! drawn.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use axum::Json;
+use axum::body::Body;
+use axum::extract::State;
+use axum::http::StatusCode;
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use super::App;
+use super::access::{random_hex, same};
+use super::answer::{Arriving, Refusal};
+
+/// Where a page exchanges a code for the token. It is answered without the token.
+pub const PATH: &str = "/api/token";
+/// The beginning of a code, which no token has.
+const PREFIX: &str = "once-";
+/// Random bytes of a code.
+const CODE_BYTES: usize = 32;
+/// Longest request, in bytes of JSON.
+const REQUEST_BYTES: u64 = 1024;
+
+/// The code that was drawn last, until it is used.
+#[derive(Default)]
+pub struct Once {
+    drawn: Mutex<Option<(String, Instant)>>,
+}
+
+impl Once {
+    /// Draws a code. The one before is void.
+    pub fn draw(&self) -> Result<String, String> {
+        let code = format!("{PREFIX}{}", random_hex::<CODE_BYTES>()?);
+        *self.drawn.lock().unwrap_or_else(PoisonError::into_inner) =
+            Some((code.clone(), Instant::now()));
+        Ok(code)
+    }
+
+    /// Whether this is the code, not older than `patience`. If so, it is void from now on.
+    fn take(&self, given: &str, patience: Duration) -> bool {
+        let mut drawn = self.drawn.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_good =
+            |(code, at): &mut (String, Instant)| same(given, code) && at.elapsed() <= patience;
+        drawn.take_if(is_good).is_some()
+    }
+}
+
+/// What a page has instead of the token.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Exchange {
+    code: String,
+}
+
+/// `POST /api/token`
+pub async fn exchange(State(app): State<Arc<App>>, body: Body) -> Result<Json<Value>, Refusal> {
+    let Exchange { code } = Arriving::new(body, REQUEST_BYTES, app.patience.body)?.json().await?;
+    match app.once.take(&code, app.patience.code) {
+        true => Ok(Json(json!({ "token": app.access.token() }))),
+        false => Err(Refusal::new(
+            StatusCode::UNAUTHORIZED,
+            "this address was used already, or opened too late",
+        )
+        .hint(
+            "The address that a browser is given works once: open the one that patchlock studio has \
+             printed. If nobody but you should have used it, end the program and start it again.",
+        )),
+    }
+}
