@@ -49,8 +49,8 @@ for target in "${targets[@]}"; do
         snapshot_*) longest=262144 ;;
     esac
     printf '\n=== fuzz %s: %s s\n' "$target" "$seconds"
-    # Without PATH, no ffmpeg is found: the surfaces are our own readers.
-    if ! env -u PATH TMPDIR="$scratch" RAYON_NUM_THREADS=1 RUST_BACKTRACE=1 \
+    # With this PATH no ffmpeg is found: the surfaces are our own readers.
+    if ! PATH="$scratch" TMPDIR="$scratch" RAYON_NUM_THREADS=1 RUST_BACKTRACE=1 \
         "$folder/build/$host/release/$target" \
         -max_total_time="$seconds" -max_len="$longest" -timeout=10 -rss_limit_mb=1024 \
         -malloc_limit_mb=1024 -print_final_stats=1 -verbosity=0 \

@@ -22,7 +22,7 @@ mod trax;
 pub use library::{UPDATES, library};
 pub use media::{h264, images, mp4, y4m};
 pub use project::project;
-pub use server::server;
+pub use server::{Studio, server};
 pub use settings::settings;
 pub use snapshots::{snapshot_fast, snapshot_paper, snapshot_robust};
 pub use tables::{boxes, imports, results, tracks, truth};

@@ -34,8 +34,10 @@ const CAPS: &[(&str, f64)] = &[
 /// Frames that trackers have found their target in, over all inputs: for records.
 pub static UPDATES: AtomicU64 = AtomicU64::new(0);
 
-/// A box stays within this many times the larger side of the frame, or of the box that tracking began on.
-const MULTIPLE: f64 = 10.0 * 1.001;
+/// A box stays within this many times the larger side of the frame, or within the longer side of the box that
+/// tracking began on, up to rounding.
+const MULTIPLE: f64 = 10.0;
+const ROUNDING: f64 = 1.001;
 /// Steps after which an input is not followed any further.
 const STEPS: usize = 40;
 
@@ -312,7 +314,7 @@ impl Tracked {
         let BoundingBox { w, h, .. } = found.bbox;
         let [x, y] = found.bbox.centre();
         let frame = self.size[0].max(self.size[1]) as f64;
-        let most = MULTIPLE * frame.max(begun.w).max(begun.h);
+        let most = ROUNDING * (MULTIPLE * frame).max(begun.w).max(begun.h);
         let all = [w, h, x.abs(), y.abs()];
         assert!(all.iter().all(|v| *v <= most), "{:?} of {:?}, {begun:?}", found.bbox, self.size);
     }

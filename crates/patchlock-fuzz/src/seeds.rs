@@ -32,8 +32,8 @@ pub fn seeds(surface: &str) -> Vec<Vec<u8>> {
         "results" => results(),
         "boxes" => boxes(),
         "tracks" => tracks(),
-        "imports" => imports(),
-        "settings" => settings(),
+        "imports" => [imports(), deep(&[0, 2, 3])].concat(),
+        "settings" => [settings(), deep(&[0, 3])].concat(),
         "snapshot_robust" => snapshots("robust"),
         "snapshot_fast" => snapshots("fast"),
         "snapshot_paper" => snapshots("paper"),
@@ -43,6 +43,18 @@ pub fn seeds(surface: &str) -> Vec<Vec<u8>> {
         "library" => plans(),
         _ => Vec::new(),
     }
+}
+
+/// Texts that are nested deeply, once with each of these first bytes.
+fn deep(choices: &[u8]) -> Vec<Vec<u8>> {
+    let texts = [
+        "[".repeat(4000),
+        "{\"a\":".repeat(4000),
+        format!("a = {}", "[".repeat(4000)),
+        format!("[{}a]", "a.".repeat(4000)),
+        "<annotations>".to_owned() + &"<a>".repeat(4000),
+    ];
+    texts.iter().flat_map(|text| with_choices(choices, text.as_bytes())).collect()
 }
 
 /// The input once with each of these first bytes.

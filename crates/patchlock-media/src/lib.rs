@@ -38,6 +38,8 @@ pub use limits::{Limits, TooLarge};
 pub use mp4_writer::Mp4Writer;
 pub use order::Order;
 pub use picture::{Picture, Pixels};
+#[doc(hidden)]
+pub use source::open_without_ffmpeg;
 pub use source::{FrameRate, FrameSource, open, open_within};
 
 /// Y4M from any reader, as [`open`] reads standard input. Only for fuzzing, and no part of the public

@@ -69,6 +69,23 @@ pub struct Options {
     pub key_frames: usize,
 }
 
+/// Most hidden frames that are written, over all targets: a project says them as stretches, in a few bytes,
+/// but a table has a row for each. They are 46 hours at 30 frames per second.
+const HIDDEN: usize = 5_000_000;
+
+/// Refuses a project with more hidden frames than are written.
+fn check_hidden(project: &Project) -> Result<(), Error> {
+    let stretches = project.targets.iter().flat_map(|target| &target.hidden);
+    let frames = stretches.fold(0, |sum: usize, [from, to]| sum.saturating_add(to - from + 1));
+    match frames <= HIDDEN {
+        true => Ok(()),
+        false => Err(refused(format!(
+            "the targets are hidden in {frames} frames together; at most {HIDDEN} can be exported. Hidden \
+             frames before the first and after the last box of a target can be shown without a loss"
+        ))),
+    }
+}
+
 fn refused(reason: impl Into<String>) -> Error {
     Error::from(patchlock_eval::Error::Export(reason.into()))
 }
@@ -116,8 +133,9 @@ fn write_table(project: &Project, out: &Path, overwrite: bool) -> Result<usize, 
 /// The boxes of all targets, with labels, attributes and what a person has said.
 ///
 /// # Errors
-/// [`Error::Export`] if there are no boxes.
+/// [`Error::Export`] if there are no boxes, or more than five million hidden frames.
 pub fn track(project: &Project) -> Result<Track, Error> {
+    check_hidden(project)?;
     let entries = project.targets.iter().flat_map(|target| {
         rows(target).into_iter().map(|row| Entry {
             frame: row.frame,
@@ -207,8 +225,9 @@ struct Line<'a> {
 /// [`Format::Csv`](crate::import::Format::Csv) lists.
 ///
 /// # Errors
-/// [`Error::Export`] if there are no boxes.
+/// [`Error::Export`] if there are no boxes, or more than five million hidden frames.
 pub fn table(project: &Project) -> Result<String, Error> {
+    check_hidden(project)?;
     let mut out = csv::Writer::from_writer(Vec::new());
     let mut count = 0;
     for target in &project.targets {

@@ -8,6 +8,10 @@ use patchlock::BoundingBox;
 use crate::text::Table;
 use crate::{Error, text};
 
+/// Largest number of a frame: nine hours at 30 frames per second. All frames before the last one take memory,
+/// also those that are not listed.
+const LAST_FRAME: f64 = 1e6;
+
 /// Whether the rows look like MOT: 7, 9 or 10 numbers, the first two of which are integers.
 pub fn is_mot(table: &Table) -> bool {
     let whole = |value: f64| value.fract() == 0.0;
@@ -24,8 +28,11 @@ pub fn boxes(file: &Path, table: &Table, origin: f64) -> Result<Vec<Option<Bound
     for (k, row) in table.rows.iter().enumerate() {
         let line = k + 1;
         let (frame, id) = (row[0], row[1]);
-        if !(1.0..=1e7).contains(&frame) {
-            return Err(error(line, format!("frame {frame}: frames count from 1")));
+        if !(1.0..=LAST_FRAME).contains(&frame) {
+            return Err(error(
+                line,
+                format!("frame {frame}: frames count from 1, and end at {LAST_FRAME}"),
+            ));
         }
         if *object.get_or_insert(id) != id {
             let first = object.unwrap_or(id);
