@@ -20,7 +20,8 @@ const WIDTH: usize = 64;
 const HEIGHT: usize = 48;
 /// Frames that are shown again and again.
 const FRAMES: usize = 50;
-/// Updates, cycles or visits before the first count: all buffers have grown, and all steps of learning occurred.
+/// Updates, cycles or visits before the first count, until all buffers have grown and every step of learning
+/// has occurred.
 const WARM_UP: usize = 300;
 /// Counts that are printed.
 const COUNTS: usize = 10;
@@ -132,8 +133,8 @@ fn server(hours: usize) -> bool {
     })
 }
 
-/// Does the work `count` times, and prints the bytes in use now and then. Returns whether the last count is no
-/// larger than the first.
+/// Does the work `count` times, and prints the bytes in use now and then. Returns whether the last count is
+/// no larger than the first.
 fn watch(what: impl fmt::Display, count: usize, mut work: impl FnMut()) -> bool {
     (0..WARM_UP).for_each(|_| work());
     let first = in_use();

@@ -1,5 +1,5 @@
-//! The library itself: configurations within their ranges, frames of every kind, boxes anywhere, and any order
-//! of calls.
+//! The library itself: configurations within their ranges, frames of every kind, boxes anywhere, and any
+//! order of calls.
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
@@ -320,8 +320,8 @@ impl Tracked {
     }
 }
 
-/// A result as text: errors may hold NaN, which is equal to nothing. The shortest text that is read as the same
-/// number is exact.
+/// A result as text: errors may hold NaN, which is equal to nothing. The shortest text that is read as the
+/// same number is exact.
 fn shown(result: &Result<Estimate, Error>) -> String {
     format!("{result:?}")
 }

@@ -19,8 +19,8 @@ const FRAMES: usize = 4;
 /// Frames of at most this many pixels are also written again.
 const WRITTEN_PIXELS: usize = 96 * 96;
 
-/// A file that says that it is MP4: its boxes, its index, and a few frames. An even first byte reads forwards,
-/// an odd one backwards; the rest is the file.
+/// A file that says that it is MP4: its boxes, its index, and a few frames. An even first byte reads
+/// forwards, an odd one backwards; the rest is the file.
 pub fn mp4(data: &[u8]) {
     let (first, file) = choice(data);
     video("v.mp4", file, first % 2 == 1);

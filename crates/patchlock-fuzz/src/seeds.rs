@@ -364,7 +364,8 @@ fn trax() -> Vec<Vec<u8>> {
     let memory = |k: u8| format!("\"image:32;24;gray8;{}\"", pixels(k));
     let file = BASE64_STANDARD.encode(encoded(ImageFormat::Png, &of_rgb(32, 24, 4)));
     let three = format!(
-        "@@TRAX:initialize {} \"4,3,10,8\" \"a=b c\"\n@@TRAX:frame {}\n@@TRAX:frame \"data:image/png;{file}\"\n\
+        "@@TRAX:initialize {} \"4,3,10,8\" \"a=b c\"\n@@TRAX:frame {}\n\
+         @@TRAX:frame \"data:image/png;{file}\"\n\
          @@TRAX:quit\n",
         memory(3),
         memory(4)

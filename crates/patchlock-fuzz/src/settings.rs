@@ -7,8 +7,8 @@ use crate::check::accepted;
 use crate::scratch::Scratch;
 use crate::{choice, parts};
 
-/// The first byte chooses the preset and the form: a settings file (also the plain names of version 0.1), lines
-/// of `--set`, both as two parts, or a configuration as JSON.
+/// The first byte chooses the preset and the form: a settings file (also the plain names of version 0.1),
+/// lines of `--set`, both as two parts, or a configuration as JSON.
 pub fn settings(data: &[u8]) {
     let (first, rest) = choice(data);
     let preset = PRESETS[usize::from(first / 4) % PRESETS.len()];

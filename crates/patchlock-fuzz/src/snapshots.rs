@@ -26,8 +26,8 @@ pub fn snapshot_paper(data: &[u8]) {
     restored(data, "paper");
 }
 
-/// Reads a snapshot, of one target or of many. If a tracker continues from it, it tracks, and its own snapshot
-/// is read again. Snapshots of another method than the preset's have a surface of their own.
+/// Reads a snapshot, of one target or of many. If a tracker continues from it, it tracks, and its own
+/// snapshot is read again. Snapshots of another method than the preset's have a surface of their own.
 fn restored(text: &[u8], preset: &str) {
     let method = TrackerConfig::preset(preset).expect("is a preset").method;
     let kept = |config: &TrackerConfig| config.method == method && is_quick(config);

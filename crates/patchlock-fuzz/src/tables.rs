@@ -183,7 +183,8 @@ fn readable(format: &str, file: &Path) {
     }
 }
 
-/// Annotations of the format that the first byte chooses, added to a project, which is exported in every format.
+/// Annotations of the format that the first byte chooses, added to a project, which is exported in every
+/// format.
 pub fn imports(data: &[u8]) {
     let (first, rest) = choice(data);
     let format = import::Format::ALL[usize::from(first) % import::Format::ALL.len()];
