@@ -80,6 +80,7 @@ fn mot() {
         ("1,1,3,4,5,6,1,-1,-1,-1\n1,2,3,4,5,6,1,-1,-1,-1\n", "a file holds one target"),
         ("2,1,3,4,5,6,1,-1,-1,-1\n2,1,3,4,5,6,1,-1,-1,-1\n", "frame 2 appears twice"),
         ("0,1,3,4,5,6,1,-1,-1,-1\n", "frames count from 1"),
+        ("10000000,1,3,4,5,6,1,-1,-1,-1\n", "and end at 1000000"),
     ] {
         folder.file("SORT/one.txt", rows);
         let faults = &read(&folder, "SORT")[0].faults;

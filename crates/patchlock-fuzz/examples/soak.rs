@@ -136,9 +136,11 @@ fn server(hours: usize) -> bool {
 /// Does the work `count` times, and prints the bytes in use now and then. Returns whether the last count is
 /// no larger than the first.
 fn watch(what: impl fmt::Display, count: usize, mut work: impl FnMut()) -> bool {
+    // The first line takes a buffer for the output.
+    println!("{WARM_UP} {what} to warm up");
     (0..WARM_UP).for_each(|_| work());
     let first = in_use();
-    println!("after {WARM_UP} {what} to warm up: {first} bytes");
+    println!("after them: {first} bytes");
     let mut last = first;
     for k in 0..COUNTS {
         let (from, to) = (count * k / COUNTS, count * (k + 1) / COUNTS);

@@ -77,8 +77,8 @@ pub fn open_within(
     guarded(name, || open_unguarded(name, reverse, limits, ffmpeg::open))
 }
 
-/// Opens a source as [`open`] does, but gives an error for what needs ffmpeg. Fuzzing tries our own readers with
-/// it; it is no part of the public interface.
+/// Opens a source as [`open`] does, but gives an error for what needs ffmpeg. Fuzzing tries our own readers
+/// with it; it is no part of the public interface.
 ///
 /// # Errors
 /// As [`open`].
