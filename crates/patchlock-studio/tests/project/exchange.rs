@@ -4,7 +4,7 @@ use std::fs;
 
 use patchlock::{BoundingBox, Status};
 use patchlock_eval::export;
-use patchlock_studio::export::{Format, Options, write};
+use patchlock_studio::export::{Format, Options, table, track, write};
 use patchlock_studio::import;
 use patchlock_studio::project::{Edit, Project, Store, Target, Tracked};
 
@@ -286,6 +286,15 @@ fn files_that_are_wrong_are_refused_with_their_place() {
             "640 x 480 pixels; those of",
         ),
         (Csv, "{\"frame\": 0\n".into(), "line 1: "),
+        (
+            Cvat,
+            shape("outside=\"0\"").replacen(
+                "</track>",
+                "<box frame=\"0\" outside=\"1\" xtl=\"1\" ytl=\"1\" xbr=\"9\" ybr=\"9\"/></track>",
+                1,
+            ),
+            "line 4: target 1 appears twice in frame 0",
+        ),
         (Mot, "1,1,1,1,5\n".into(), "line 1: there are 5 columns"),
         (Mot, "0,1,1,1,5,5\n".into(), "frames count from 1"),
         (Mot, "1e300,1,1,1,5,5\n".into(), "is not in the video"),
@@ -328,4 +337,19 @@ fn files_that_are_wrong_are_refused_with_their_place() {
     let error = import::read(Csv, &[0xff, 0xfe], store.project()).unwrap_err().to_string();
     assert!(error.contains("not text in UTF-8"), "{error}");
     assert!(import::Format::named("xml").unwrap_err().to_string().contains("csv, mot, cvat, coco"));
+}
+
+/// A project says hidden stretches in a few bytes; an export has a row for each frame.
+#[test]
+fn more_hidden_frames_than_can_be_written_are_refused() {
+    let place = Place::new();
+    let mut store = place.store_of(100_000_000);
+    store.apply(vec![add(0), Edit::Hide { target: 1, from: 1, to: 99_999_999 }]).unwrap();
+    let of_table = table(store.project()).unwrap_err().to_string();
+    let of_track = track(store.project()).unwrap_err().to_string();
+    for error in [of_table, of_track] {
+        assert!(error.contains("hidden in 99999999 frames together; at most 5000000"), "{error}");
+    }
+    store.apply(vec![Edit::Show { target: 1, from: 9, to: 99_999_999 }]).unwrap();
+    assert_eq!(table(store.project()).unwrap().lines().count(), 10);
 }
