@@ -129,7 +129,10 @@ pub fn region(row: &[f64], origin: f64) -> Result<Option<BoundingBox>, String> {
     match row {
         [x, y, w, h] => Ok(Some(BoundingBox { x: x - origin, y: y - origin, w: *w, h: *h })),
         points if points.len() >= 6 && points.len().is_multiple_of(2) => {
-            Ok(Some(bounding_box(points, origin)))
+            let bbox = bounding_box(points, origin);
+            // Points may be twice as far from each other as from the frame.
+            [bbox.w, bbox.h].into_iter().try_for_each(coordinate)?;
+            Ok(Some(bbox))
         }
         _ => Err(format!("{} numbers, where a box has 4 and a polygon 6, 8 or more", row.len())),
     }
@@ -216,6 +219,8 @@ mod tests {
         assert!(region(&[-1e9, 1e9, 1e9, 1e9], 1.0).is_ok());
         let error = region(&[1.0, -1e308, 3.0, 4.0], 1.0).unwrap_err();
         assert_eq!(error, "-1e308 is not a coordinate; allowed: -1e9 to 1e9");
+        let wide = region(&[-1e9, 0.0, 1e9, 0.0, 1.0, 5.0], 1.0).unwrap_err();
+        assert_eq!(wide, "2e9 is not a coordinate; allowed: -1e9 to 1e9");
         for bad in [&[1.0, 2.0, 3.0][..], &[1.0; 5], &[1.0, 2.0, f64::INFINITY, 4.0], &[]] {
             assert!(region(bad, 1.0).is_err(), "{bad:?}");
         }

@@ -603,7 +603,7 @@ fn a_short_track_does_not_become_a_huge_folder() {
         let error = export::write(&nested(5000), &options(format), &out, false).unwrap_err();
         let error = error.to_string();
         assert!(error.contains("25005000 for this track of 5000 targets"), "{error}");
-        assert!(error.contains("at most 10000000 are written"), "{error}");
+        assert!(error.contains("at most 5000000 are written"), "{error}");
         assert!(!out.exists());
         export::write(&nested(20), &options(format), &out, false).unwrap();
     }

@@ -40,4 +40,19 @@ pub use limits::{Limits, MOST_FRAMES, TooLarge};
 pub use mp4_writer::Mp4Writer;
 pub use order::Order;
 pub use picture::{Picture, Pixels};
+#[doc(hidden)]
+pub use source::open_without_ffmpeg;
 pub use source::{FrameRate, FrameSource, open, open_within};
+
+/// Y4M from any reader, as [`open`] reads standard input. Only for fuzzing, and no part of the public
+/// interface.
+///
+/// # Errors
+/// As [`open`].
+#[doc(hidden)]
+pub fn open_y4m(
+    input: impl std::io::Read + Send + 'static,
+    reverse: bool,
+) -> Result<Box<dyn FrameSource>, Error> {
+    y4m::open_stream(input, "the stream", reverse, Limits::default(), None, 0)
+}

@@ -74,11 +74,39 @@ pub fn open_within(
     reverse: bool,
     limits: Limits,
 ) -> Result<Box<dyn FrameSource>, Error> {
-    let opened = guard::decoding(|| open_unguarded(name, reverse, limits));
+    let others: OtherFormats = |path, reason, reverse, limits, times| {
+        ffmpeg::open(path, reason, reverse, limits, times, ffmpeg::Program::default())
+    };
+    guarded(name, || open_unguarded(name, reverse, limits, others))
+}
+
+/// Opens a source as [`open`] does, but gives an error for what needs ffmpeg. Fuzzing tries our own readers
+/// with it; it is no part of the public interface.
+///
+/// # Errors
+/// As [`open`].
+#[doc(hidden)]
+pub fn open_without_ffmpeg(name: &str, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
+    let refuse: OtherFormats = |path, reason, _, _, _| {
+        Err(Error::plain(format!("{} {reason}, which ffmpeg would read", path.display())))
+    };
+    guarded(name, || open_unguarded(name, reverse, Limits::default(), refuse))
+}
+
+/// Opens a source whose decoder may panic.
+fn guarded(
+    name: &str,
+    open: impl FnOnce() -> Result<Box<dyn FrameSource>, Error>,
+) -> Result<Box<dyn FrameSource>, Error> {
+    let opened = guard::decoding(open);
     let source =
         opened.map_err(|panicked| Error::plain(format!("cannot read {name}: {panicked}")))?;
     Ok(Box::new(Guarded { source: source?, name: name.to_string() }))
 }
+
+/// What reads the formats that we do not, as [`ffmpeg::open`].
+type OtherFormats =
+    fn(&Path, &str, bool, Limits, Option<Vec<i64>>) -> Result<Box<dyn FrameSource>, Error>;
 
 /// A source whose decoder may panic.
 struct Guarded {
@@ -111,6 +139,7 @@ fn open_unguarded(
     name: &str,
     reverse: bool,
     limits: Limits,
+    others: OtherFormats,
 ) -> Result<Box<dyn FrameSource>, Error> {
     if name == "-" {
         return y4m::open_stream(std::io::stdin(), "standard input", reverse, limits, None, 0);
@@ -121,7 +150,7 @@ fn open_unguarded(
         return Ok(Box::new(ImageSequence::folder(path)?.within(limits)));
     }
     if path.exists() {
-        return open_file(path, reverse, limits);
+        return open_file(path, reverse, limits, others);
     }
     if let Some(pattern) = Pattern::parse(name) {
         return Ok(Box::new(ImageSequence::pattern(name, &pattern)?.within(limits)));
@@ -137,7 +166,12 @@ fn open_unguarded(
     ))
 }
 
-fn open_file(path: &Path, reverse: bool, limits: Limits) -> Result<Box<dyn FrameSource>, Error> {
+fn open_file(
+    path: &Path,
+    reverse: bool,
+    limits: Limits,
+    others: OtherFormats,
+) -> Result<Box<dyn FrameSource>, Error> {
     // Opening a pipe could wait for ever, and a device may never end.
     if path.metadata().is_ok_and(|found| !found.is_file()) {
         return Err(Error::source(
@@ -161,21 +195,13 @@ fn open_file(path: &Path, reverse: bool, limits: Limits) -> Result<Box<dyn Frame
         return Ok(Box::new(ImageSequence::single(path).within(limits)));
     }
     if !mp4_reader::looks_like_mp4(&head) {
-        return ffmpeg::open(
-            path,
-            "is not an image, MP4 or Y4M file",
-            reverse,
-            limits,
-            None,
-            ffmpeg::Program::default(),
-        );
+        return others(path, "is not an image, MP4 or Y4M file", reverse, limits, None);
     }
     match Mp4::open(path, reverse, limits) {
         Ok(video) => Ok(Box::new(video)),
         Err(mp4_reader::OpenError::Codec(codec)) => {
             let times = mp4_reader::frame_times(path);
-            let reason = format!("holds {codec}");
-            ffmpeg::open(path, &reason, reverse, limits, times, ffmpeg::Program::default())
+            others(path, &format!("holds {codec}"), reverse, limits, times)
         }
         Err(mp4_reader::OpenError::Broken(error)) => Err(error),
     }

@@ -87,6 +87,11 @@ const CRATES: &[(&str, &[&str], &[&str])] = &[
         ],
         &[],
     ),
+    (
+        "patchlock-fuzz",
+        &["patchlock", "patchlock-media", "patchlock-eval", "patchlock-studio", "patchlock-cli"],
+        &[],
+    ),
 ];
 
 fn library() -> PathBuf {

@@ -117,7 +117,7 @@ impl Format {
 
 /// Most lines of an export that has more than the track: a line for each frame of a target's stretch, with
 /// or without a box. A small file can claim very many.
-pub const MOST_LINES: usize = 10_000_000;
+pub const MOST_LINES: usize = 5_000_000;
 
 /// The options of an export.
 #[derive(Debug, Clone, PartialEq)]

@@ -44,6 +44,10 @@ impl Message {
             if name.is_empty() {
                 return Err("a message without a name".to_string());
             }
+            if !name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
+                let shown: String = name.chars().take(24).collect();
+                return Err(format!("{shown:?} is not the name of a message, such as frame"));
+            }
             // Old trackers send status instead of state.
             let name = if name == "status" { "state".to_string() } else { name };
             let mut message = Self { name, ..Self::default() };
@@ -134,7 +138,9 @@ mod tests {
         let state = parsed("@@TRAX:state \"1,2,3,4\" confidence=0.5\r");
         assert_eq!((state.arguments, state.named.len()), (vec!["1,2,3,4".to_string()], 1));
         assert_eq!(Message::parse("loading weights"), None);
-        for bad in ["@@TRAX:", "@@TRAX:state \"1,2", "@@TRAX:state \\"] {
+        for bad in
+            ["@@TRAX:", "@@TRAX:state \"1,2", "@@TRAX:state \\", "@@TRAX:a\\nb", "@@TRAX:a\" \"b"]
+        {
             assert!(Message::parse(bad).is_some_and(|m| m.is_err()), "{bad}");
         }
     }

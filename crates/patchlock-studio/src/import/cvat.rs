@@ -107,6 +107,7 @@ impl Outlined {
             track: Some(id.to_owned()),
             label: Some(label.to_owned()),
             bbox: Some(bbox).filter(|_| !outside),
+            hidden: outside,
             key: Some(node.attribute("keyframe") != Some("0")),
             occluded: is("occluded"),
             truncated: attributes(node).any(|found| found == (TRUNCATED, "true")),

@@ -23,10 +23,14 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::Router;
+use axum::body::Body;
+use axum::http::Request;
 use axum::http::header::CONTENT_TYPE;
 use axum::middleware;
 use axum::response::{IntoResponse, Response};
 use axum::routing::{any, get, post};
+use hyper::service::Service as _;
+use hyper_util::service::TowerToHyperService;
 use patchlock::TrackerConfig;
 use patchlock_eval::session;
 use patchlock_media::Limits;
@@ -196,6 +200,12 @@ impl Server {
         Ok(self.app.access.address(self.app.camera, &code))
     }
 
+    /// The server without its listener.
+    #[doc(hidden)]
+    pub fn in_process(self) -> InProcess {
+        InProcess { routes: routes(Arc::clone(&self.app)), app: self.app }
+    }
+
     /// Answers requests until `stopped` returns true, which is asked ten times a second.
     ///
     /// # Errors
@@ -220,6 +230,28 @@ impl Server {
         self.app.clips.close();
         runtime.shutdown_timeout(Duration::from_secs(1));
         served.map_err(start)
+    }
+}
+
+/// A server without connections: fuzzing calls it in its own process. No part of the public interface.
+#[doc(hidden)]
+pub struct InProcess {
+    app: Arc<App>,
+    routes: Router,
+}
+
+impl InProcess {
+    /// The answer to a request, which passes all checks that one from a connection does.
+    pub async fn answer(&self, request: Request<Body>) -> Response {
+        let service = TowerToHyperService::new(self.routes.clone());
+        service.call(request).await.unwrap_or_else(|never| match never {})
+    }
+}
+
+/// Stops all jobs and waits for their threads.
+impl Drop for InProcess {
+    fn drop(&mut self) {
+        self.app.clips.close();
     }
 }
 

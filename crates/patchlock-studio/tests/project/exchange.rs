@@ -339,6 +339,15 @@ fn files_that_are_wrong_are_refused_with_their_place() {
             "640 x 480 pixels; those of",
         ),
         (Csv, "{\"frame\": 0\n".into(), "line 1: "),
+        (
+            Cvat,
+            shape("outside=\"0\"").replacen(
+                "</track>",
+                "<box frame=\"0\" outside=\"1\" xtl=\"1\" ytl=\"1\" xbr=\"9\" ybr=\"9\"/></track>",
+                1,
+            ),
+            "line 4: target 1 appears twice in frame 0",
+        ),
         (Mot, "1,1,1,1,5\n".into(), "line 1: there are 5 columns"),
         (Mot, "0,1,1,1,5,5\n".into(), "frames count from 1"),
         (Mot, "1e300,1,1,1,5,5\n".into(), "is not in the video"),

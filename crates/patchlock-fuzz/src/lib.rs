@@ -1,0 +1,66 @@
+//! What fuzzing feeds to Patchlock: one function for each surface that takes input from strangers. It gives
+//! the bytes to the surface and panics where something does not hold: that nothing panics, that errors have a
+//! text, that numbers are finite, and that what was accepted can be written and read again.
+//!
+//! [`SURFACES`] lists them. The targets of cargo-fuzz in `fuzz/` and the tests of this crate run them; the
+//! tests need no special compiler. [`seeds`] makes inputs to begin with, by the writers of the program.
+
+pub mod alloc;
+pub mod check;
+mod library;
+mod media;
+pub mod mutate;
+mod project;
+mod scratch;
+pub mod seeds;
+mod server;
+mod settings;
+mod snapshots;
+mod tables;
+mod trax;
+
+pub use library::{UPDATES, library};
+pub use media::{h264, images, mp4, y4m};
+pub use project::project;
+pub use server::{Studio, server};
+pub use settings::settings;
+pub use snapshots::{snapshot_fast, snapshot_paper, snapshot_robust};
+pub use tables::{boxes, imports, results, tracks, truth};
+pub use trax::trax;
+
+/// A surface: it takes any bytes.
+pub type Surface = fn(&[u8]);
+
+/// All surfaces by name.
+pub const SURFACES: &[(&str, Surface)] = &[
+    ("mp4", mp4),
+    ("h264", h264),
+    ("y4m", y4m),
+    ("images", images),
+    ("truth", truth),
+    ("results", results),
+    ("boxes", boxes),
+    ("tracks", tracks),
+    ("imports", imports),
+    ("settings", settings),
+    ("snapshot_robust", snapshot_robust),
+    ("snapshot_fast", snapshot_fast),
+    ("snapshot_paper", snapshot_paper),
+    ("trax", trax),
+    ("project", project),
+    ("server", server),
+    ("library", library),
+];
+
+/// Separates the parts of an input that stands for several files.
+pub const SEPARATOR: u8 = 0x1e;
+
+/// The first byte, which chooses among variants, and the rest.
+fn choice(data: &[u8]) -> (u8, &[u8]) {
+    data.split_first().map_or((0, data), |(first, rest)| (*first, rest))
+}
+
+/// The parts of an input.
+fn parts(data: &[u8]) -> impl Iterator<Item = &[u8]> {
+    data.split(|byte| *byte == SEPARATOR)
+}

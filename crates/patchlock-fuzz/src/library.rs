@@ -1,0 +1,425 @@
+//! The library itself: configurations within their ranges, frames of every kind, boxes anywhere, and any
+//! order of calls.
+
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+use arbitrary::{Arbitrary, Unstructured};
+use patchlock::{
+    BoundingBox, Error, Estimate, Frame, MultiTracker, PARAMETERS, PRESETS, Range, Snapshot,
+    Tracker, TrackerConfig,
+};
+use serde_json::{Value, json};
+
+use crate::check::{accepted, estimate, said};
+
+/// The largest value that is tried of numbers that cost time.
+const CAPS: &[(&str, f64)] = &[
+    ("particles", 60.0),
+    ("template_side", 36.0),
+    ("buffer", 6.0),
+    ("templates", 12.0),
+    ("update_interval", 6.0),
+    ("small_update_interval", 6.0),
+    ("guided_radius", 8.0),
+    ("max_patch", 100.0),
+    ("min_patch", 100.0),
+    ("scale_count", 33.0),
+    ("scale_area", 512.0),
+    ("first_frames", 12.0),
+    ("lost_after", 4.0),
+    ("trial", 4.0),
+    ("search_windows", 6.0),
+];
+
+/// Frames that trackers have found their target in, over all inputs: for records.
+pub static UPDATES: AtomicU64 = AtomicU64::new(0);
+
+/// A box stays within this many times the larger side of the frame, or within the longer side of the box that
+/// tracking began on, up to rounding.
+const MULTIPLE: f64 = 10.0;
+const ROUNDING: f64 = 1.001;
+/// Steps after which an input is not followed any further.
+const STEPS: usize = 40;
+
+/// Whether all numbers that cost time are small.
+pub fn is_quick(config: &TrackerConfig) -> bool {
+    let table = serde_json::to_value(config).expect("a configuration can be written");
+    PARAMETERS.iter().all(|row| {
+        let cap = CAPS.iter().find(|(name, _)| *name == row.name);
+        cap.is_none_or(|(_, cap)| {
+            field(&table, row.group, row.name).as_f64().is_some_and(|value| value <= *cap)
+        })
+    })
+}
+
+fn field<'a>(table: &'a Value, group: &str, name: &str) -> &'a Value {
+    if group.is_empty() { &table[name] } else { &table[group][name] }
+}
+
+/// A grey picture of a bright square on a gradient with some texture.
+pub fn pattern(width: usize, height: usize, variant: u8) -> Vec<u8> {
+    let (left, top) =
+        (usize::from(variant) % width.max(1), usize::from(variant / 3) % height.max(1));
+    let pixel = |k: usize| {
+        let (x, y) = (k % width, k / width);
+        let inside =
+            (left..left + width / 3 + 1).contains(&x) && (top..top + height / 3 + 1).contains(&y);
+        let texture = ((x * 7 + y * 13) % 32) as u8;
+        if inside { 190 + texture } else { ((x + y) % 120) as u8 + texture }
+    };
+    (0..width * height).map(pixel).collect()
+}
+
+/// A number of the configuration, by its row, and where in its range.
+#[derive(Arbitrary, Debug, Clone, Copy)]
+struct Change {
+    row: u8,
+    spread: Spread,
+    share: u16,
+}
+
+#[derive(Arbitrary, Debug, Clone, Copy)]
+enum Spread {
+    Even,
+    /// Each order of magnitude is as likely as the next.
+    Magnitudes,
+    Least,
+    Most,
+}
+
+#[derive(Arbitrary, Debug, Clone, Copy)]
+enum Samples {
+    Grey8,
+    Rgb8,
+    Bgr8,
+    Grey16,
+    Rgb16,
+    Grey32,
+    Rgb32,
+}
+
+#[derive(Arbitrary, Debug, Clone, Copy)]
+enum Shown {
+    Pattern(u8),
+    Flat(u8),
+    Noise(u64),
+    /// All samples have this value, as floats also a value that is refused.
+    Value(f32),
+}
+
+/// A frame: its size if it is not that of the others, the gap between rows, and what it shows.
+#[derive(Arbitrary, Debug, Clone, Copy)]
+struct Look {
+    other_size: Option<[u8; 2]>,
+    gap: u8,
+    samples: Samples,
+    shown: Shown,
+}
+
+/// A box: as shares of the frame, or any numbers.
+#[derive(Arbitrary, Debug, Clone, Copy)]
+enum Place {
+    Within([u8; 4]),
+    Around([i8; 2], [u8; 2]),
+    Any([f64; 4]),
+}
+
+#[derive(Arbitrary, Debug, Clone, Copy)]
+enum Call {
+    Update(Look),
+    Init(Look, Place),
+    Reinit(Look, Place),
+    /// Continues from a snapshot through text.
+    Save,
+    /// Returns to the last snapshot.
+    Back,
+}
+
+#[derive(Arbitrary, Debug)]
+struct Plan {
+    preset: u8,
+    size: [u8; 2],
+    changes: Vec<Change>,
+    first: (Look, Place),
+    calls: Vec<Call>,
+}
+
+/// Bytes as a configuration and a sequence of calls.
+pub fn library(data: &[u8]) {
+    if let Ok(plan) = Plan::arbitrary_take_rest(Unstructured::new(data)) {
+        run(&plan);
+    }
+}
+
+fn run(plan: &Plan) {
+    let Some(config) = plan.config() else { return };
+    let size = plan.size.map(|side| usize::from(side % 65));
+    let (look, place) = plan.first;
+    let mut tracked = Tracked {
+        tracker: Tracker::new(config.clone()).expect("is valid"),
+        many: MultiTracker::new(config).expect("is valid"),
+        size,
+        begun: None,
+    };
+    tracked.begin(look, place, false);
+    let mut saved = (tracked.tracker.snapshot(), tracked.begun, tracked.size);
+    for call in plan.calls.iter().take(STEPS) {
+        match *call {
+            Call::Update(look) => tracked.update(look),
+            Call::Init(look, place) => tracked.begin(look, place, false),
+            Call::Reinit(look, place) => tracked.begin(look, place, true),
+            Call::Save => {
+                saved = (tracked.tracker.snapshot(), tracked.begun, tracked.size);
+                tracked.tracker = through_text(&saved.0);
+            }
+            Call::Back => {
+                tracked.tracker = through_text(&saved.0);
+                (tracked.begun, tracked.size) = (saved.1, saved.2);
+                // The twin has no such snapshot, so it begins when the other does.
+                tracked.many = MultiTracker::new(tracked.tracker.config().clone()).expect("valid");
+            }
+        }
+    }
+}
+
+impl Plan {
+    /// The configuration, unless its numbers do not fit each other.
+    fn config(&self) -> Option<TrackerConfig> {
+        let preset = PRESETS[usize::from(self.preset) % PRESETS.len()];
+        let mut base = TrackerConfig::preset(preset).expect("is a preset");
+        (base.patchwise.particles, base.patchwise.small_step) = (30, 8);
+        (base.patchwise.update_interval, base.patchwise.small_update_interval) = (2, 3);
+        (base.robust.min_patch, base.robust.max_patch) = (40.0, 64.0);
+        let mut table = serde_json::to_value(base).expect("can be written");
+        let before = table.clone();
+        for change in self.changes.iter().take(12) {
+            let row = &PARAMETERS[usize::from(change.row) % PARAMETERS.len()];
+            if row.name != "method" {
+                let fields = if row.group.is_empty() { &mut table } else { &mut table[row.group] };
+                let whole = field(&before, row.group, row.name).is_u64();
+                fields[row.name] = change.value(row, whole);
+            }
+        }
+        let config: TrackerConfig = serde_json::from_value(table).expect("has the right types");
+        accepted(config.validate()).map(|()| config)
+    }
+}
+
+impl Change {
+    /// The value of a row of the table.
+    fn value(self, row: &patchlock::Parameter, whole: bool) -> Value {
+        let share = f64::from(self.share) / f64::from(u16::MAX);
+        let (min, max) = match row.range {
+            Range::Flag => return json!(share < 0.5),
+            Range::Words(words) => {
+                return json!(words[usize::from(self.share) % words.len()]);
+            }
+            Range::Number { min, max } => (min, max),
+        };
+        let cap = CAPS.iter().find(|(name, _)| *name == row.name).map_or(max, |(_, cap)| *cap);
+        let number = match self.spread {
+            Spread::Even => min + share * (cap - min),
+            Spread::Magnitudes => {
+                let least = min.max(1e-9_f64.min(cap));
+                least * (cap / least).powf(share)
+            }
+            Spread::Least => min,
+            Spread::Most => cap,
+        };
+        if whole { json!(number.round() as u64) } else { json!(number.clamp(min, cap)) }
+    }
+}
+
+/// A tracker, and one of many targets that is given the same; their estimates must be the same.
+struct Tracked {
+    tracker: Tracker,
+    many: MultiTracker,
+    size: [usize; 2],
+    /// The box on which tracking began last.
+    begun: Option<BoundingBox>,
+}
+
+impl Tracked {
+    fn begin(&mut self, look: Look, place: Place, again: bool) {
+        let [width, height] = self.size.map(|side| side as f64);
+        let bbox = place.bbox(width, height);
+        let Self { tracker, many, .. } = self;
+        let before = tracker.snapshot();
+        let id = many.ids().next();
+        let begun = look.see(self.size, |frame| {
+            let one = match again {
+                true => tracker.reinit(frame, bbox),
+                false => tracker.init(frame, bbox),
+            };
+            let other = match id {
+                Some(id) => many.reinit(id, frame, bbox),
+                None => many.add(frame, bbox).map(|(_, estimate)| estimate),
+            };
+            // One of many cannot change the size of the frames; it begins anew.
+            let other = match other {
+                Err(Error::FrameSize { .. }) => {
+                    *many = MultiTracker::new(tracker.config().clone()).expect("is valid");
+                    many.add(frame, bbox).map(|(_, estimate)| estimate)
+                }
+                other => other,
+            };
+            assert_eq!(shown(&one), shown(&other));
+            one
+        });
+        match begun {
+            Some(Ok(begun)) => {
+                estimate(&begun);
+                self.begun = Some(bbox);
+                self.size = look.size(self.size);
+            }
+            Some(Err(error)) => {
+                said(error);
+                assert_eq!(self.tracker.snapshot(), before, "a refused call changed the tracker");
+            }
+            None => {}
+        }
+    }
+
+    fn update(&mut self, look: Look) {
+        let mut twin = through_text(&self.tracker.snapshot());
+        let tracker = &mut self.tracker;
+        let Some(found) = look.see(self.size, |frame| (tracker.update(frame), twin.update(frame)))
+        else {
+            return;
+        };
+        assert_eq!(shown(&found.0), shown(&found.1), "a restored tracker differs");
+        assert_eq!(twin.snapshot(), self.tracker.snapshot());
+        let many = &mut self.many;
+        if many.ids().len() == 1 {
+            let of_many = look.see(self.size, |frame| many.update(frame)).expect("as before");
+            match (&found.0, of_many) {
+                (Ok(one), Ok(all)) => assert_eq!(*one, all[0].1, "one of many differs"),
+                (Err(one), Err(all)) => assert_eq!(format!("{one:?}"), format!("{all:?}")),
+                (one, all) => panic!("{one:?} and {all:?}"),
+            }
+        }
+        match found.0 {
+            Ok(found) => {
+                UPDATES.fetch_add(1, Relaxed);
+                self.near(&found);
+            }
+            Err(error) => drop(said(error)),
+        }
+    }
+
+    /// The box is near the frame.
+    fn near(&self, found: &Estimate) {
+        estimate(found);
+        let begun = self.begun.expect("tracking has begun");
+        let BoundingBox { w, h, .. } = found.bbox;
+        let [x, y] = found.bbox.centre();
+        let frame = self.size[0].max(self.size[1]) as f64;
+        let most = ROUNDING * (MULTIPLE * frame).max(begun.w).max(begun.h);
+        let all = [w, h, x.abs(), y.abs()];
+        assert!(all.iter().all(|v| *v <= most), "{:?} of {:?}, {begun:?}", found.bbox, self.size);
+    }
+}
+
+/// A result as text: errors may hold NaN, which is equal to nothing. The shortest text that is read as the
+/// same number is exact.
+fn shown(result: &Result<Estimate, Error>) -> String {
+    format!("{result:?}")
+}
+
+/// A tracker that continues from a snapshot as text.
+fn through_text(snapshot: &Snapshot) -> Tracker {
+    let text = serde_json::to_string(snapshot).expect("a snapshot can be written");
+    let read: Snapshot = serde_json::from_str(&text).expect("what was written can be read");
+    assert_eq!(read, *snapshot);
+    Tracker::restore(read).expect("what a tracker reaches can be restored")
+}
+
+impl Place {
+    fn bbox(self, width: f64, height: f64) -> BoundingBox {
+        let share = |v: u8| f64::from(v) / 255.0;
+        match self {
+            Self::Within([x, y, w, h]) => BoundingBox {
+                x: share(x) * width,
+                y: share(y) * height,
+                w: 1.0 + share(w) * width,
+                h: 1.0 + share(h) * height,
+            },
+            Self::Around([x, y], [w, h]) => BoundingBox {
+                x: f64::from(x),
+                y: f64::from(y),
+                w: f64::from(w).powi(2),
+                h: f64::from(h).powi(2),
+            },
+            Self::Any([x, y, w, h]) => BoundingBox { x, y, w, h },
+        }
+    }
+}
+
+impl Look {
+    fn size(self, usual: [usize; 2]) -> [usize; 2] {
+        self.other_size.map_or(usual, |size| size.map(|side| usize::from(side % 65)))
+    }
+
+    /// Calls `see` with the frame; `None` if no such frame can be made, which must be an error with a text.
+    fn see<T>(self, usual: [usize; 2], see: impl FnOnce(&Frame<'_>) -> T) -> Option<T> {
+        let [width, height] = self.size(usual);
+        let channels = match self.samples {
+            Samples::Grey8 | Samples::Grey16 | Samples::Grey32 => 1,
+            _ => 3,
+        };
+        let stride = width * channels + usize::from(self.gap % 8);
+        let bytes = self.bytes(width, height, channels, stride);
+        let wide = || bytes.iter().map(|v| u16::from(*v) * 257).collect::<Vec<u16>>();
+        let float = |v: &u8| match self.shown {
+            Shown::Value(value) => value,
+            _ => f32::from(*v) / 255.0,
+        };
+        let floats = || bytes.iter().map(float).collect::<Vec<f32>>();
+        let (shorts, reals);
+        let frame = match self.samples {
+            Samples::Grey8 => Frame::grey8(&bytes, width, height),
+            Samples::Rgb8 => Frame::rgb8(&bytes, width, height),
+            Samples::Bgr8 => Frame::rgb8(&bytes, width, height).map(Frame::bgr),
+            Samples::Grey16 => {
+                shorts = wide();
+                Frame::grey16(&shorts, width, height)
+            }
+            Samples::Rgb16 => {
+                shorts = wide();
+                Frame::rgb16(&shorts, width, height)
+            }
+            Samples::Grey32 => {
+                reals = floats();
+                Frame::grey32f(&reals, width, height)
+            }
+            Samples::Rgb32 => {
+                reals = floats();
+                Frame::rgb32f(&reals, width, height)
+            }
+        };
+        let frame = accepted(frame.and_then(|frame| frame.with_stride(stride)))?;
+        Some(see(&frame))
+    }
+
+    fn bytes(self, width: usize, height: usize, channels: usize, stride: usize) -> Vec<u8> {
+        let grey = match self.shown {
+            Shown::Pattern(variant) => pattern(width, height, variant),
+            _ => Vec::new(),
+        };
+        let sample = |k: usize| {
+            let (x, y, channel) = (k % stride / channels, k / stride, k % stride % channels);
+            match self.shown {
+                Shown::Pattern(_) if x < width => {
+                    grey[y * width + x].wrapping_add(40 * channel as u8)
+                }
+                Shown::Pattern(_) => 99,
+                Shown::Flat(value) => value,
+                Shown::Noise(seed) => {
+                    (seed ^ k as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15).to_be_bytes()[1]
+                }
+                Shown::Value(value) => value as u8,
+            }
+        };
+        (0..stride * height).map(sample).collect()
+    }
+}

@@ -1,0 +1,73 @@
+//! Project files, with edits, undo and redo.
+
+use patchlock_studio::project::{Edit, Project, Store};
+use patchlock_studio::tracking::doubt::doubts;
+
+use crate::check::{accepted, finite, said};
+use crate::parts;
+use crate::scratch::Scratch;
+use crate::tables::exported;
+
+/// Steps after which an input is not followed any further.
+const STEPS: usize = 32;
+
+/// The first part is a project file; each further part is a list of edits as JSON, or `undo`, `redo` or
+/// `save`.
+pub fn project(data: &[u8]) {
+    let mut parts = parts(data);
+    let scratch = Scratch::new();
+    let file = scratch.file("clip.json", parts.next().unwrap_or_default());
+    let Some(mut store) = accepted(Store::open_shared(&file, None)) else { return };
+    sound(store.project());
+    let mut states = vec![content(store.project())];
+    for part in parts.take(STEPS) {
+        match part {
+            b"undo" => drop(store.undo().expect("a step can be taken back")),
+            b"redo" => drop(store.redo().expect("a step can be done again")),
+            b"save" => saved(&mut store),
+            edits => {
+                let Some(edits) = accepted(serde_json::from_slice::<Vec<Edit>>(edits)) else {
+                    continue;
+                };
+                let before = content(store.project());
+                match store.apply(edits) {
+                    Ok(_) => sound(store.project()),
+                    Err(error) => {
+                        said(&error);
+                        assert_eq!(content(store.project()), before, "a refused edit changed it");
+                    }
+                }
+            }
+        }
+    }
+    saved(&mut store);
+    // Redo first, so that all steps are taken back.
+    while store.redo().expect("a step can be done again").is_some() {}
+    let last = content(store.project());
+    states.push(last);
+    while store.undo().expect("a step can be taken back").is_some() {}
+    assert_eq!(content(store.project()), states[0], "undo does not restore");
+    while store.redo().expect("a step can be done again").is_some() {}
+    assert_eq!(content(store.project()), states[1], "redo does not bring back");
+    exported(store.project());
+}
+
+/// What undo and redo restore: ids that were used are never used again.
+fn content(project: &Project) -> Project {
+    Project { next_id: 0, ..project.clone() }
+}
+
+fn sound(project: &Project) {
+    for target in &project.targets {
+        target.keys.values().for_each(|key| finite(key.bbox));
+        target.tracked.values().for_each(|tracked| finite(tracked.bbox));
+        doubts(target).iter().for_each(|doubt| assert!(doubt.gain.is_finite(), "{doubt:?}"));
+    }
+}
+
+/// Saves a project and reads it again.
+fn saved(store: &mut Store) {
+    store.save().expect("a project can be saved");
+    let read = Store::open_shared(store.path(), None).expect("what was saved can be read");
+    assert_eq!(read.project(), store.project());
+}

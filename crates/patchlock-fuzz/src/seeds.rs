@@ -1,0 +1,495 @@
+//! Inputs to begin with, made by the writers of the program.
+
+use std::fs;
+use std::io::Cursor;
+
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
+use image::{DynamicImage, ImageFormat};
+use patchlock::{
+    BoundingBox, Frame, MultiTracker, PRESETS, Snapshot, Status, Tracker, TrackerConfig,
+};
+use patchlock_eval::export::{self, Entry, Track};
+use patchlock_media::{FrameRate, Limits, Mp4Writer};
+use patchlock_studio::project::{Edit, Store};
+use serde_json::{Value, json};
+
+use crate::SEPARATOR;
+use crate::library::pattern;
+use crate::mutate::Draws;
+use crate::scratch::Scratch;
+
+/// The seeds of a surface; none for a name that is not one.
+pub fn seeds(surface: &str) -> Vec<Vec<u8>> {
+    match surface {
+        "mp4" => videos().into_iter().flat_map(|file| with_choices(&[0, 1], &file)).collect(),
+        "h264" => {
+            videos().iter().flat_map(|file| with_choices(&[0, 1, 2], &stream(file))).collect()
+        }
+        "y4m" => y4m().into_iter().flat_map(|file| with_choices(&[0, 1, 2, 3], &file)).collect(),
+        "images" => images(),
+        "truth" => truth(),
+        "results" => results(),
+        "boxes" => boxes(),
+        "tracks" => tracks(),
+        "imports" => [imports(), deep(&[0, 2, 3])].concat(),
+        "settings" => [settings(), deep(&[0, 3])].concat(),
+        "snapshot_robust" => snapshots("robust"),
+        "snapshot_fast" => snapshots("fast"),
+        "snapshot_paper" => snapshots("paper"),
+        "trax" => trax(),
+        "project" => projects(),
+        "server" => requests(),
+        "library" => plans(),
+        _ => Vec::new(),
+    }
+}
+
+/// Texts that are nested deeply, once with each of these first bytes.
+fn deep(choices: &[u8]) -> Vec<Vec<u8>> {
+    let texts = [
+        "[".repeat(4000),
+        "{\"a\":".repeat(4000),
+        format!("a = {}", "[".repeat(4000)),
+        format!("[{}a]", "a.".repeat(4000)),
+        "<annotations>".to_owned() + &"<a>".repeat(4000),
+    ];
+    texts.iter().flat_map(|text| with_choices(choices, text.as_bytes())).collect()
+}
+
+/// The input once with each of these first bytes.
+fn with_choices(choices: &[u8], data: &[u8]) -> Vec<Vec<u8>> {
+    choices.iter().map(|choice| [&[*choice], data].concat()).collect()
+}
+
+/// The input with a first byte, and parts that are divided by separators.
+fn joined(choice: Option<u8>, parts: &[&str]) -> Vec<u8> {
+    let parts: Vec<&[u8]> = parts.iter().map(|part| part.as_bytes()).collect();
+    [choice.as_slice(), &parts.join(&SEPARATOR)].concat()
+}
+
+fn rgb(width: usize, height: usize, variant: u8) -> Vec<u8> {
+    pattern(width, height, variant).iter().flat_map(|v| [*v, v / 2, 255 - v]).collect()
+}
+
+/// A small image of 24 bits per pixel; the width must be a multiple of 4.
+pub fn bmp(width: usize, height: usize, variant: usize) -> Vec<u8> {
+    encoded(ImageFormat::Bmp, &of_rgb(width, height, variant as u8))
+}
+
+fn of_rgb(width: usize, height: usize, variant: u8) -> DynamicImage {
+    let pixels = rgb(width, height, variant);
+    let image = image::RgbImage::from_raw(width as u32, height as u32, pixels);
+    image.expect("has the right length").into()
+}
+
+fn encoded(format: ImageFormat, image: &DynamicImage) -> Vec<u8> {
+    let mut out = Cursor::new(Vec::new());
+    image.write_to(&mut out, format).expect("can be encoded");
+    out.into_inner()
+}
+
+fn images() -> Vec<Vec<u8>> {
+    use ImageFormat::{Bmp, Jpeg, Png, Tiff, WebP};
+    let colour = of_rgb(12, 8, 3);
+    let grey = DynamicImage::from(colour.to_luma8());
+    let deep = DynamicImage::from(colour.to_luma16());
+    let of = |image: &DynamicImage, formats: &[ImageFormat]| -> Vec<Vec<u8>> {
+        formats.iter().map(|format| encoded(*format, image)).collect()
+    };
+    [
+        of(&colour, &[Bmp, Jpeg, Png, Tiff, WebP]),
+        of(&grey, &[Bmp, Jpeg, Png, Tiff]),
+        of(&deep, &[Png, Tiff]),
+    ]
+    .concat()
+}
+
+fn videos() -> Vec<Vec<u8>> {
+    let video = |width: usize, height: usize, frames: usize, expected: Option<usize>| {
+        let rate = FrameRate { frames: 25, seconds: 1 };
+        let out = Cursor::new(Vec::new());
+        let mut writer = Mp4Writer::with_quantiser(out, width, height, rate, expected, 40);
+        let writer_ref = writer.as_mut().expect("begins");
+        for k in 0..frames {
+            writer_ref.push(&rgb(width, height, k as u8 * 3)).expect("encodes");
+        }
+        writer.expect("begins").finish().expect("completes").into_inner()
+    };
+    let bframes = include_bytes!("../../patchlock-media/tests/data/bframes.mp4");
+    vec![
+        video(32, 32, 3, None),
+        video(64, 48, 5, Some(5)),
+        video(50, 30, 1, None),
+        bframes.to_vec(),
+    ]
+}
+
+/// The units of an MP4 of ours, each after a start code.
+fn stream(file: &[u8]) -> Vec<u8> {
+    let find = |kind: &[u8]| file.windows(4).position(|four| four == kind).map(|at| at + 4);
+    let mut out = Vec::new();
+    let mut unit = |unit: &[u8]| out.extend([&[0, 0, 1], unit].concat());
+    if let Some(mut at) = find(b"avcC").map(|at| at + 5) {
+        for mask in [31, 255] {
+            let count = file[at] & mask;
+            at += 1;
+            for _ in 0..count {
+                let length = usize::from(u16::from_be_bytes([file[at], file[at + 1]]));
+                unit(&file[at + 2..at + 2 + length]);
+                at += 2 + length;
+            }
+        }
+    }
+    let mut rest = find(b"mdat").map_or(&[][..], |at| &file[at..]);
+    while let Some((length, data)) = rest.split_first_chunk::<4>() {
+        let length = u32::from_be_bytes(*length) as usize;
+        // Behind the last unit is another box.
+        if length == 0 || length > data.len() || data.starts_with(b"moov") {
+            break;
+        }
+        unit(&data[..length]);
+        rest = &data[length..];
+    }
+    out
+}
+
+fn y4m() -> Vec<Vec<u8>> {
+    let file = |format: &str, bytes: usize| {
+        let frame = |k: u8| [b"FRAME\n".to_vec(), pattern(bytes, 1, k)].concat();
+        let header = format!(" W16 H8 F25:1 Ip A1:1 {format} XCOLORRANGE=FULL\n");
+        [header.into_bytes(), frame(1), frame(5)].concat()
+    };
+    let formats =
+        [("C420jpeg", 192), ("C422", 256), ("C444", 384), ("C411", 192), ("Cmono", 128), ("", 192)];
+    formats.into_iter().map(|(format, bytes)| file(format, bytes)).collect()
+}
+
+const TRUTH: &str = "10,5,30,20\n11,6,30,20\n12.5,7.25,30,20\nNaN,NaN,NaN,NaN\n14,9,31,21\n";
+const POLYGONS: &str = "10,5,40,5,40,25,10,25\n11,6,41,6,41,26,11,26\n";
+
+fn truth() -> Vec<Vec<u8>> {
+    let attributes = "sequence,OCC,SV\nX,1,0\n";
+    let wide: Vec<u8> = TRUTH.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    vec![
+        joined(Some(0), &[TRUTH, "", attributes]),
+        joined(Some(1), &[TRUTH, "", "0\n0\n1\n0\n0\n"]),
+        joined(Some(2), &[TRUTH, "", "0,0,1,0,0", "0,0,0,0,1"]),
+        joined(Some(3), &[TRUTH, ""]),
+        joined(Some(4), &[POLYGONS, ""]),
+        joined(Some(5), &["10,5,30,20\n", "", ""]),
+        joined(Some(6), &[TRUTH, "10\t5\t30\t20\r\n11 6 30 20\r\n", attributes]),
+        [vec![0xff, 0xfe], wide].concat(),
+    ]
+}
+
+fn results() -> Vec<Vec<u8>> {
+    let boxes: String = (0..12).map(|k| format!("{},{},30,20\n", 11 + k, 5 + k)).collect();
+    let mot: String = (1..9).map(|k| format!("{k},1,{},5,30,20,0.9,-1,-1,-1\n", 10 + k)).collect();
+    let times = "0.01\n".repeat(12);
+    let codes = format!("1\n{POLYGONS}0\n2\n1\n11,6,41,6,41,26,11,26\n");
+    let subject = json!({ "kind": "trax", "command": ["other"] });
+    let manifest = json!({
+        "format": 1, "tracker": "A", "configuration_hash": "c", "subject": subject,
+    });
+    let run = |protocol: &str| {
+        json!({
+            "tracker": "A", "configuration_hash": "c", "subject": subject, "protocol": protocol,
+            "target": "X", "seed": 0, "variant": 0, "first": 0,
+            "given": { "x": 9.0, "y": 4.0, "w": 30.0, "h": 20.0 }, "frames": 12,
+            "first_frame": "0001.png", "origin": 1.0,
+            "machine": { "os": "linux", "architecture": "x86_64", "processor": "p", "cores": 2 },
+            "threads": 1, "jobs": 1, "boxes_sha256": "HASH", "seconds": vec![0.01; 12],
+            "score": vec![0.5; 12], "status": vec!["tracked"; 12],
+        })
+        .to_string()
+    };
+    let manifest = manifest.to_string();
+    vec![
+        joined(Some(0), &[&boxes, &times, &mot]),
+        joined(Some(0), &[&mot, "", &boxes]),
+        joined(Some(1), &[&boxes, &boxes, &times]),
+        joined(Some(2), &[&codes, &codes]),
+        joined(Some(3), &[&manifest, &run("ope"), &boxes]),
+        joined(Some(4), &[&manifest, &run("tre"), &boxes]),
+    ]
+}
+
+fn boxes() -> Vec<Vec<u8>> {
+    let table = "frame,id,x,y,w,h,note\n0,1,1,2,8,6,a\n4,2,5.5,5,4,4,\n4,1,,,,,\n9,2,3,3,5,5,b\n";
+    vec![joined(Some(0), &[table]), joined(Some(1), &[TRUTH]), joined(Some(1), &["11 21 30 40"])]
+}
+
+/// A track of two targets, one of which is lost for a while.
+fn track() -> Track {
+    let entry = |k: usize, id: u64| Entry {
+        frame: k,
+        id,
+        bbox: (k != 5).then_some(BoundingBox { x: 10.5 + k as f64, y: 7.0, w: 32.25, h: 20.0 }),
+        score: Some(1.0 - k as f64 / 16.0),
+        corners: (id == 2).then_some([[10.0, 6.5], [42.0, 6.5], [42.0, 26.5], [10.0, 26.5]]),
+        status: Some(if k == 6 { Status::Lost } else { Status::Tracked }),
+        said: None,
+    };
+    let entries = (0..8).flat_map(|k| [entry(k, 1), entry(k, 2)]).collect();
+    Track::new(entries).expect("is valid").sized(640, 480)
+}
+
+fn tracks() -> Vec<Vec<u8>> {
+    let columns = "frame,id,x,y,w,h,score,x1,y1,x2,y2,x3,y3,x4,y4,status,frame_w,frame_h\n";
+    let row = |k: usize| {
+        let corners = "9.5,4.5,39.5,4.5,39.5,24.5,9.5,24.5";
+        format!("{k},1,{},5,30,20,0.75,{corners},tracked,640,480\n", 10 + k)
+    };
+    let csv = format!("{columns}{}{}2,1,,,,,,,,,,,,,,lost,640,480\n", row(0), row(1));
+    let line = |k: usize| {
+        let row = json!({
+            "frame": k, "id": 1, "x": 10 + k, "y": 5, "w": 30, "h": 20, "score": 0.75,
+            "status": "uncertain", "frame_w": 640, "frame_h": 480,
+        });
+        format!("{row}\n")
+    };
+    vec![
+        joined(Some(0), &[&csv]),
+        joined(Some(9), &["frame,x,y,w,h\n0,1,2,30,40\n1,2,2,30,40\n5,3,2,30,40\n"]),
+        joined(Some(1), &[&format!("{}{}", line(0), line(3))]),
+        joined(Some(2), &[TRUTH]),
+    ]
+}
+
+fn imports() -> Vec<Vec<u8>> {
+    let scratch = Scratch::new();
+    let written = |format: export::Format| {
+        let options = export::Options {
+            format,
+            name: "clip".to_owned(),
+            label: "car".to_owned(),
+            size: Some((640, 480)),
+            images: None,
+            key_frames: 1,
+            limits: Limits::default(),
+        };
+        let out = scratch.folder().join(format.name());
+        export::write(&track(), &options, &out, false).expect("can be written");
+        fs::read_to_string(out).expect("is text")
+    };
+    let own = "frame,id,label,x,y,w,h,score,status,key,occluded,truncated,hidden,visible,agreement,\
+               frame_w,frame_h\n0,1,car,10,5,30,20,,,true,false,true,false,,,640,480\n\
+               1,1,car,11,5,30,20,0.5,tracked,false,false,false,false,0.5,0.75,640,480\n\
+               2,1,car,,,,,,,false,false,false,true,,,640,480\n";
+    let lines = r#"{"frame":0,"x":1,"y":2,"w":30,"h":40}"#.to_owned() + "\n";
+    let truth = "1,1,10,5,30,20,1,2,0.5\n2,1,11,5,30,20,1,2,0.5\n1,2,50,60,30,20,0,1,1\n";
+    vec![
+        joined(Some(0), &[own]),
+        joined(Some(0), &[&lines]),
+        joined(Some(1), &[&written(export::Format::Mot)]),
+        joined(Some(1), &[truth]),
+        joined(Some(2), &[&written(export::Format::Cvat)]),
+        joined(Some(3), &[&written(export::Format::Coco)]),
+    ]
+}
+
+fn settings() -> Vec<Vec<u8>> {
+    let mut all = Vec::new();
+    for (k, preset) in (0..).zip(PRESETS) {
+        let config = TrackerConfig::preset(preset).expect("is a preset");
+        let text = toml::to_string(&config).expect("can be written");
+        all.push(joined(Some(4 * k), &[&text]));
+        all.push(joined(Some(4 * k + 1), &["search=7\nseed = 3\nrobust.rotate=false"]));
+        let text = serde_json::to_string(&config).expect("can be written");
+        all.push(joined(Some(4 * k + 3), &[&text]));
+    }
+    let plain = "particles = 300\nepsilon = 0.1\noutside = \"zero\"\ndivide = true\n";
+    all.push(joined(Some(0), &[plain]));
+    all.push(joined(Some(8), &["method = \"patchwise\"\n[patchwise]\nbeta = 1\n"]));
+    all.push(joined(Some(2), &["seed = 4\n", "filters=2\nsure=0.5"]));
+    all.push(joined(Some(9), &["particles=5\ngamma=none\nsubtract_mean=true"]));
+    all
+}
+
+/// A tracker of a preset, with small patches, after a few frames of 40 x 32 pixels.
+fn tracker(preset: &str, frames: u8) -> (TrackerConfig, Tracker) {
+    let mut config = TrackerConfig::preset(preset).expect("is a preset");
+    (config.robust.min_patch, config.robust.max_patch) = (32.0, 32.0);
+    config.robust.scale_count = 5;
+    let patchwise = &mut config.patchwise;
+    (patchwise.particles, patchwise.template_side, patchwise.templates) = (20, 8, 3);
+    (patchwise.large_patch, patchwise.small_patch, patchwise.small_step) = (4, 4, 4);
+    (patchwise.update_interval, patchwise.small_update_interval) = (2, 3);
+    (patchwise.buffer, patchwise.subspace_vectors) = (2, 3);
+    let mut tracker = Tracker::new(config.clone()).expect("is valid");
+    for k in 0..frames {
+        let pixels = pattern(40, 32, k + 3);
+        let frame = Frame::grey8(&pixels, 40, 32).expect("is a frame");
+        match k {
+            0 => drop(tracker.init(&frame, TARGET).expect("begins")),
+            _ => drop(tracker.update(&frame).expect("tracks")),
+        }
+    }
+    (config, tracker)
+}
+
+const TARGET: BoundingBox = BoundingBox { x: 4.0, y: 2.0, w: 14.0, h: 11.0 };
+
+fn snapshots(preset: &str) -> Vec<Vec<u8>> {
+    // Text, since `serde_json::Value` has no whole numbers of 128 bits.
+    let text = |tracker: &Tracker| {
+        serde_json::to_string(&tracker.snapshot()).expect("a snapshot can be written")
+    };
+    let (config, after_five) = tracker(preset, 5);
+    let mut many = MultiTracker::new(config).expect("is valid");
+    let pixels = pattern(40, 32, 3);
+    let frame = Frame::grey8(&pixels, 40, 32).expect("is a frame");
+    many.add(&frame, TARGET).expect("begins");
+    let several = serde_json::to_string(&many.snapshot()).expect("a snapshot can be written");
+    let now = text(&after_five);
+    let old = (preset == "paper").then(|| of_0_1(&now));
+    let all = [now, text(&tracker(preset, 0).1), several].into_iter().chain(old);
+    all.map(String::into_bytes).collect()
+}
+
+/// The snapshot of `paper` as version 0.1 wrote it.
+fn of_0_1(now: &str) -> String {
+    let size = r#""frame_size":{"width":40,"height":32},"target":{"patchwise":{"#;
+    let old = now.replace(r#""version":2"#, r#""version":1"#);
+    let old = old.replace(size, r#""memory":{"width":40,"height":32,"#);
+    let old = old.replace(r#""model":{"#, "");
+    let old = old.strip_suffix("}}").expect("is closed").to_owned();
+    let read: Result<Snapshot, _> = serde_json::from_str(&old);
+    read.expect("the snapshot of 0.1 can be read");
+    old
+}
+
+fn trax() -> Vec<Vec<u8>> {
+    let pixels = |k: u8| BASE64_STANDARD.encode(pattern(32, 24, k));
+    let memory = |k: u8| format!("\"image:32;24;gray8;{}\"", pixels(k));
+    let file = BASE64_STANDARD.encode(encoded(ImageFormat::Png, &of_rgb(32, 24, 4)));
+    let three = format!(
+        "@@TRAX:initialize {} \"4,3,10,8\" \"a=b c\"\n@@TRAX:frame {}\n\
+         @@TRAX:frame \"data:image/png;{file}\"\n\
+         @@TRAX:quit\n",
+        memory(3),
+        memory(4)
+    );
+    let four = format!(
+        "hello\n@@TRAX:initialize rect:4,3,10,8\n@@TRAX:initialize 4,3,14,3,14,11,4,11\n\
+         @@TRAX:frame {}\n@@TRAX:frame {}\n@@TRAX:initialize\n@@TRAX:initialize 1,2,9,9\n\
+         @@TRAX:frame {}\n@@TRAX:quit\n",
+        memory(3),
+        memory(4),
+        memory(5)
+    );
+    let path =
+        "@@TRAX:initialize file:///a.png 1,2,3,4\n@@TRAX:frame /b.png\n@@TRAX:status 1,2,3,4 k=v\n";
+    vec![joined(Some(0), &[&three]), joined(Some(1), &[&four]), joined(Some(0), &[path])]
+}
+
+/// Edits of every kind, as JSON.
+fn edits() -> Vec<Value> {
+    let bbox = json!({ "x": 5.0, "y": 4.0, "w": 12.0, "h": 9.0 });
+    let tracked = json!({ "box": bbox, "score": 0.5, "status": "tracked", "visible": 0.5 });
+    vec![
+        json!({ "edit": "add_target", "label": "target", "frame": 0, "box": bbox }),
+        json!({ "edit": "set_tracked", "target": 1, "from": 1, "to": 2,
+                "tracked": { "1": tracked, "2": tracked } }),
+        json!({ "edit": "set_key", "target": 1, "frame": 3, "box": bbox, "occluded": true }),
+        json!({ "edit": "hide", "target": 1, "from": 4, "to": 5 }),
+        json!({ "edit": "add_label", "name": "car", "colour": "#ff0000" }),
+        json!({ "edit": "set_target", "target": 1, "label": "car", "attributes": { "a": "b" } }),
+        json!({ "edit": "split", "target": 1, "frame": 3 }),
+        json!({ "edit": "join", "first": 1, "second": 2 }),
+        json!({ "edit": "show", "target": 1, "from": 5, "to": 5 }),
+        json!({ "edit": "remove_key", "target": 1, "frame": 3 }),
+        json!({ "edit": "delete_target", "target": 1 }),
+    ]
+}
+
+fn projects() -> Vec<Vec<u8>> {
+    let scratch = Scratch::new();
+    for k in 0..6 {
+        scratch.file(&format!("frames/{k:04}.bmp"), &bmp(64, 48, k));
+    }
+    let file = scratch.folder().join("p.json");
+    let mut store =
+        Store::create(&file, &scratch.folder().join("frames")).expect("the video can be read");
+    store.save().expect("can be written");
+    let empty = fs::read_to_string(&file).expect("is text");
+    let all = edits();
+    for edit in &all[..6] {
+        let edit: Edit = serde_json::from_value(edit.clone()).expect("is an edit");
+        store.apply(vec![edit]).expect("fits");
+    }
+    store.save().expect("can be written");
+    let full = fs::read_to_string(&file).expect("is text");
+    let steps: Vec<String> = all.iter().map(|edit| json!([edit]).to_string()).collect();
+    let steps: Vec<&str> = steps.iter().map(String::as_str).collect();
+    let with = |first: &str, rest: &[&str]| joined(None, &[&[first], rest].concat());
+    vec![
+        with(&empty, &steps),
+        with(&empty, &[&steps[..3], &["undo", "save", "redo", "undo", "undo"]].concat()),
+        with(&full, &[&["save"], &steps[6..], &["undo"]].concat()),
+    ]
+}
+
+fn requests() -> Vec<Vec<u8>> {
+    let edit = |revision: u64, edit: &Value| {
+        let body = json!({ "revision": revision, "edits": [edit] });
+        format!("POST /api/clips/1/edits\ncontent-type: application/json\n\n{body}")
+    };
+    let all: Vec<String> = (0..).zip(&edits()).map(|(k, change)| edit(k, change)).collect();
+    let all: Vec<&str> = all.iter().map(String::as_str).collect();
+    let reads = [
+        "GET /",
+        "GET /api/clips",
+        "GET /api/clips/1",
+        "GET /api/clips/1/frames/2?width=32",
+        "GET /api/clips/1/doubts?target=1",
+        "GET /api/camera",
+        "GET /page.js",
+        "GET /api/clips/1/look?target=1&frame=1",
+        "GET /api/clips/9",
+    ];
+    let table = "frame,x,y,w,h\n0,5,4,12,9\n1,6,4,12,9\n";
+    let import = format!("POST /api/clips/1/import?format=csv\n\n{table}");
+    let exports = ["csv", "mot", "coco", "cvat", "yolo", "voc", "label-studio", "lasot", "got10k"]
+        .map(|format| format!("GET /api/clips/1/export?format={format}"));
+    let exports: Vec<&str> = exports.iter().map(String::as_str).collect();
+    let track = "POST /api/clips/1/track\n\n{\"target\":1,\"from\":0,\"direction\":\"forward\"}";
+    let steps =
+        ["POST /api/clips/1/undo\n\n", "POST /api/clips/1/redo\n\n", "POST /api/clips/1/stop\n\n"];
+    let raw = [
+        "!GET /api/clips/1\nhost: HOST",
+        "!GET /\nhost: evil.example",
+        "GET /api/clips/1\norigin: http://evil.example",
+        "!DELETE /api/clips\nhost: HOST",
+    ];
+    let upload = [
+        b"POST /api/clips?name=a%20b.bmp\n\n".as_slice(),
+        &bmp(16, 8, 1),
+        &[SEPARATOR],
+        b"GET /api/clips/2/frames/0",
+    ]
+    .concat();
+    vec![
+        joined(None, &reads),
+        joined(None, &all),
+        joined(None, &[&all[..1], &[track], &steps[..]].concat()),
+        joined(None, &[&[import.as_str()], &exports[..]].concat()),
+        joined(None, &raw),
+        joined(
+            None,
+            &[all[0], "GET /api/clips/1/video", "GET /api/clips/1/targets/1/clip?frame=0"],
+        ),
+        upload,
+    ]
+}
+
+/// Bytes that stand for plans of the surface `library`.
+fn plans() -> Vec<Vec<u8>> {
+    let mut draws = Draws(11);
+    let plan = |_| {
+        let length = 200 + draws.next(600);
+        (0..length).map(|_| draws.next(256) as u8).collect()
+    };
+    (0..24).map(plan).collect()
+}

@@ -1,0 +1,51 @@
+//! Settings: TOML, JSON, and assignments on the command line.
+
+use patchlock::{PRESETS, TrackerConfig};
+use patchlock_eval::settings::{Overrides, resolve};
+
+use crate::check::accepted;
+use crate::scratch::Scratch;
+use crate::{choice, parts};
+
+/// The first byte chooses the preset and the form: a settings file (also the plain names of version 0.1),
+/// lines of `--set`, both as two parts, or a configuration as JSON.
+pub fn settings(data: &[u8]) {
+    let (first, rest) = choice(data);
+    let preset = PRESETS[usize::from(first / 4) % PRESETS.len()];
+    let mut files = parts(rest);
+    let mut next = || String::from_utf8_lossy(files.next().unwrap_or_default()).into_owned();
+    let (file, set) = match first % 4 {
+        0 => (Some(rest.to_vec()), String::new()),
+        1 => (None, String::from_utf8_lossy(rest).into_owned()),
+        2 => (Some(next().into_bytes()), next()),
+        _ => return json(rest),
+    };
+    let scratch = Scratch::new();
+    let file = file.map(|content| scratch.file("settings.toml", &content));
+    let set: Vec<String> = set.lines().map(str::to_owned).collect();
+    let options = Overrides { set: &set, seed: None, rotate: None };
+    match resolve(preset, file.as_deref(), options) {
+        Ok(config) => {
+            config.validate().expect("what was resolved is valid");
+            let text = toml::to_string(&config).expect("a configuration can be written");
+            let file = scratch.file("again.toml", text.as_bytes());
+            let again = resolve(preset, Some(&file), Overrides::default());
+            assert_eq!(again.expect("what was written can be read"), config);
+        }
+        Err(error) => {
+            crate::check::said(&error);
+            error.advice().into_iter().for_each(|advice| drop(crate::check::said(advice)));
+        }
+    }
+}
+
+fn json(text: &[u8]) {
+    let read: Result<TrackerConfig, _> = serde_json::from_slice(text);
+    let Some(config) = accepted(read) else { return };
+    if accepted(config.validate()).is_none() {
+        return;
+    }
+    let text = serde_json::to_string(&config).expect("a configuration can be written");
+    let again: TrackerConfig = serde_json::from_str(&text).expect("what was written can be read");
+    assert_eq!(again, config);
+}

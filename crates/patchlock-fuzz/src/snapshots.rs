@@ -1,0 +1,79 @@
+//! Saved trackers as text.
+
+use patchlock::{Frame, MultiSnapshot, MultiTracker, Snapshot, Tracker, TrackerConfig};
+use serde_json::Value;
+
+use crate::check::{accepted, estimate};
+use crate::library::{is_quick, pattern};
+
+/// Frames with a longer side are not tracked.
+const SIDE: usize = 128;
+/// Updates of what was restored.
+const UPDATES: usize = 2;
+
+/// A snapshot of the preset `robust`.
+pub fn snapshot_robust(data: &[u8]) {
+    restored(data, "robust");
+}
+
+/// A snapshot of the preset `fast`.
+pub fn snapshot_fast(data: &[u8]) {
+    restored(data, "fast");
+}
+
+/// A snapshot of the preset `paper`, also as version 0.1 wrote it.
+pub fn snapshot_paper(data: &[u8]) {
+    restored(data, "paper");
+}
+
+/// Reads a snapshot, of one target or of many. If a tracker continues from it, it tracks, and its own
+/// snapshot is read again. Snapshots of another method than the preset's have a surface of their own.
+fn restored(text: &[u8], preset: &str) {
+    let method = TrackerConfig::preset(preset).expect("is a preset").method;
+    let kept = |config: &TrackerConfig| config.method == method && is_quick(config);
+    if let Some(snapshot) = accepted(serde_json::from_slice::<Snapshot>(text)) {
+        let tracker = accepted(Tracker::restore(snapshot));
+        tracker.filter(|tracker| kept(tracker.config())).into_iter().for_each(one);
+    }
+    if let Some(snapshot) = accepted(serde_json::from_slice::<MultiSnapshot>(text)) {
+        let tracker = accepted(MultiTracker::restore(snapshot));
+        tracker.filter(|tracker| kept(tracker.config())).into_iter().for_each(many);
+    }
+}
+
+/// The size of the frames in the text of a snapshot, if frames of it can be made here.
+fn frame_size(text: &str) -> Option<[usize; 2]> {
+    let value: Value = serde_json::from_str(text).expect("is JSON");
+    let side = |name: &str| value["frame_size"][name].as_u64().map(|side| side as usize);
+    Some([side("width")?, side("height")?]).filter(|size| size.iter().all(|side| *side <= SIDE))
+}
+
+fn one(mut tracker: Tracker) {
+    for k in 0..UPDATES {
+        let snapshot = tracker.snapshot();
+        let text = serde_json::to_string(&snapshot).expect("a snapshot can be written");
+        let read: Snapshot = serde_json::from_str(&text).expect("what was written can be read");
+        assert_eq!(read, snapshot);
+        let mut twin = Tracker::restore(read).expect("what was written can be restored");
+        let Some([width, height]) = frame_size(&text) else { return };
+        let pixels = pattern(width, height, k as u8);
+        let frame = Frame::grey8(&pixels, width, height).expect("is a frame");
+        let found = tracker.update(&frame).expect("the frame has the right size");
+        estimate(&found);
+        assert_eq!(twin.update(&frame), Ok(found));
+        assert_eq!(twin.snapshot(), tracker.snapshot());
+    }
+}
+
+fn many(mut tracker: MultiTracker) {
+    let snapshot = tracker.snapshot();
+    let text = serde_json::to_string(&snapshot).expect("a snapshot can be written");
+    let read: MultiSnapshot = serde_json::from_str(&text).expect("what was written can be read");
+    assert_eq!(read, snapshot);
+    accepted(MultiTracker::restore(read)).expect("what was written can be restored");
+    let Some([width, height]) = frame_size(&text) else { return };
+    let pixels = pattern(width, height, 3);
+    let frame = Frame::grey8(&pixels, width, height).expect("is a frame");
+    let found = tracker.update(&frame).expect("the frame has the right size");
+    found.iter().for_each(|(_, found)| estimate(found));
+}

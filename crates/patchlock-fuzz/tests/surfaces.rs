@@ -1,0 +1,107 @@
+//! Every surface with its seeds, with random changes of them, and with inputs that once failed.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use patchlock_fuzz::alloc::{Counting, forget_most, in_use, most};
+use patchlock_fuzz::mutate::{Draws, mutated};
+use patchlock_fuzz::seeds::seeds;
+use patchlock_fuzz::{SURFACES, Surface};
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// The tests run one after another: each counts the memory of the process.
+static ALONE: Mutex<()> = Mutex::new(());
+
+/// The most memory that an input may take, in bytes.
+const MEMORY: usize = 1 << 30;
+/// The most time for one input. It takes far less; machines that test are busy.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// Changed inputs of each surface, and the time after which no more are tried.
+const INPUTS: usize = 3000;
+const TIME: Duration = Duration::from_secs(5);
+/// Inputs that are tried of every surface, however slow the machine is.
+const LEAST: usize = 50;
+
+fn alone() -> MutexGuard<'static, ()> {
+    patchlock_media::silence_decoders();
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Runs a surface, within limits. An input that fails is named, and kept if there is a folder for it.
+fn run(surface: Surface, input: &[u8], name: &str) {
+    forget_most();
+    let (before, begun) = (in_use(), Instant::now());
+    let outcome = std::panic::catch_unwind(|| surface(input));
+    let (time, memory) = (begun.elapsed(), most().saturating_sub(before));
+    if outcome.is_ok() && time < PATIENCE && memory < MEMORY {
+        return;
+    }
+    let kept = std::env::var_os("PATCHLOCK_FUZZ_KEEP").map(|folder| {
+        let file = PathBuf::from(folder).join(name.replace([' ', '/'], "-"));
+        fs::write(&file, input).expect("the folder in PATCHLOCK_FUZZ_KEEP can be written");
+        file
+    });
+    panic!("{name} failed after {time:?} with {memory} bytes; the input is in {kept:?}");
+}
+
+/// Tries the seeds, and then changes of them.
+fn try_changes(name: &str) {
+    let _alone = alone();
+    let surface = SURFACES.iter().find(|(known, _)| *known == name).expect("is a surface").1;
+    let seeds = seeds(name);
+    assert!(!seeds.is_empty(), "{name} has no seeds");
+    for (k, seed) in seeds.iter().enumerate() {
+        run(surface, seed, &format!("{name} seed {k}"));
+    }
+    let scale = std::env::var("PATCHLOCK_FUZZ_SCALE").ok().and_then(|scale| scale.parse().ok());
+    let scale: u32 = scale.unwrap_or(1);
+    let (mut draws, begun) = (Draws(u64::from(scale)), Instant::now());
+    let mut tried = 0;
+    while tried < INPUTS * scale as usize && (tried < LEAST || begun.elapsed() < TIME * scale) {
+        let seed = &seeds[draws.next(seeds.len())];
+        let other = &seeds[draws.next(seeds.len())];
+        run(surface, &mutated(seed, other, &mut draws), &format!("{name} input {tried}"));
+        tried += 1;
+    }
+    println!("{name}: {tried} inputs in {:?}", begun.elapsed());
+}
+
+macro_rules! surfaces {
+    ($($name:ident)*) => {
+        $(#[test]
+        fn $name() {
+            try_changes(stringify!($name));
+        })*
+
+        #[test]
+        fn every_surface_has_a_test() {
+            let tested = [$(stringify!($name)),*];
+            assert!(SURFACES.iter().map(|(name, _)| *name).eq(tested));
+        }
+    };
+}
+
+surfaces! {
+    mp4 h264 y4m images truth results boxes tracks imports settings snapshot_robust snapshot_fast
+    snapshot_paper trax project server library
+}
+
+/// Inputs that fuzzing found are small files in `fuzz/found/SURFACE`.
+#[test]
+fn what_was_found_is_mended() {
+    let _alone = alone();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/found");
+    for folder in fs::read_dir(&root).expect("the found inputs are in the repository").flatten() {
+        let name = folder.file_name().to_string_lossy().into_owned();
+        let known = SURFACES.iter().find(|(known, _)| *known == name);
+        let (_, surface) = known.unwrap_or_else(|| panic!("{name} is not a surface"));
+        for file in fs::read_dir(folder.path()).expect("is a folder").flatten() {
+            let input = fs::read(file.path()).expect("can be read");
+            run(*surface, &input, &format!("{name} {}", file.file_name().to_string_lossy()));
+        }
+    }
+}
