@@ -15,7 +15,7 @@ pub fn print(text: &str) -> Result<(), Failure> {
     print_as_it_is(&lines.join("\n"))
 }
 
-/// Prints a text that has no names in it, as [`print`] does.
+/// Prints a text that has no names in it, as [`print()`] does.
 pub fn print_as_it_is(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
