@@ -19,8 +19,9 @@ use crate::{Error, FrameRate, FrameSource, Picture, y4m};
 /// The option for "every frame exactly once", as spelled by new and by old versions of ffmpeg.
 const EVERY_FRAME_ONCE: [[&str; 2]; 2] = [["-fps_mode", "passthrough"], ["-vsync", "0"]];
 
-/// Formats in which frames are taken as they are; others are converted to the nearest. All have 8 bits.
-const FORMATS: &str = "format=yuv420p|yuv422p|yuv444p|yuv411p|gray";
+/// Formats in which frames are taken as they are; others are converted to the nearest. All have 8 bits. Those
+/// with a `j` are what older versions of ffmpeg call the full range.
+const FORMATS: &str = "format=yuv420p|yuvj420p|yuv422p|yuvj422p|yuv444p|yuvj444p|yuv411p|gray";
 /// Writes the time of each frame, in millionths of a second, to a file before the frame itself.
 const TIMES: &str = "settb=AVTB,metadata=mode=add:key=n:value=0,metadata=mode=print:direct=1:file=";
 const TIMES_FILE: &str = "times.txt";

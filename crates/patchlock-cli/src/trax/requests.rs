@@ -181,7 +181,10 @@ mod tests {
         long[8] = 0x1b;
         long.push(b'\n');
         let error = Requests::new(&long[..], Protocol::Four).next().unwrap_err();
-        assert!(error.starts_with("the message x\\u{1b}xx") && error.len() < 400, "{error}");
+        assert!(
+            error.starts_with("the message \"@@TRAX:x\\u{1b}xx") && error.len() < 400,
+            "{error}"
+        );
         let text = "@@TRAX:initialize 1,2,3,4\n".repeat(MOST_TARGETS + 1);
         let error = requests(Protocol::Four, &text).pop().unwrap().unwrap_err();
         assert_eq!(error, "more than 10000 targets begin before a frame");
