@@ -86,6 +86,9 @@ class Settings(TypedDict, total=False):
     lost_drop: float
     lost_hidden: float
     lost_after: int
+    covered_share: float
+    covered_below: float
+    covered_after: int
     found_above: float
     trial: int
     search_windows: int

@@ -234,6 +234,13 @@ parameters! {
             lost_hidden: f64 = 0.3, number(0.0, 10.0);
             /// for this many frames on end.
             lost_after: usize = 5, number(1.0, 10_000.0);
+            /// A frame is never sure if less than this share is visible of what was visible on sure frames.
+            covered_share: f64 = 0.1, number(0.0, 10.0);
+            /// The target is lost, too, when that stays so, the score below one half, and the memory's
+            /// response below this share of its mean,
+            covered_below: f64 = 0.55, number(0.0, 10.0);
+            /// for this many frames on end.
+            covered_after: usize = 10, number(1.0, 10_000.0);
             /// While lost, a place is found where the memory's response is above this share of its mean.
             found_above: f64 = 0.65, number(0.0, 10.0);
             /// What was found is believed after this many frames on which it did not count as lost.

@@ -170,7 +170,8 @@ impl Target {
         estimate: &Estimate,
     ) {
         let (rules, certainty) = (&config.robust, evidence.certainty);
-        let known = self.is_sure(certainty, rules) || self.frames <= rules.first_frames as u64;
+        let first = self.frames <= rules.first_frames as u64;
+        let known = self.is_sure(evidence, rules) || first && !self.is_covered(evidence, rules);
         let sure = known && matches!(self.phase, Phase::Following { .. });
         self.follower.learn(&self.window, certainty, sure, rules, scratch);
         let rates = Rates { target: rules.colour_rate as f32, around: rules.around_rate as f32 };

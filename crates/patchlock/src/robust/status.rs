@@ -67,9 +67,15 @@ impl Target {
     }
 
     /// Whether the memory is so sure of a place that it can learn from it. Appearance that changes slowly
-    /// makes it less sure; it then learns the change.
-    pub fn is_sure(&self, certainty: f64, config: &RobustConfig) -> bool {
-        certainty > config.sure * self.recent.min(1.0)
+    /// makes it less sure; it then learns the change, but not what covers the target slowly.
+    pub fn is_sure(&self, evidence: &Evidence, config: &RobustConfig) -> bool {
+        evidence.certainty > config.sure * self.recent.min(1.0)
+            && !self.is_covered(evidence, config)
+    }
+
+    /// Whether next to nothing of the target is visible.
+    pub fn is_covered(&self, evidence: &Evidence, config: &RobustConfig) -> bool {
+        evidence.visible < config.covered_share * self.seen
     }
 
     /// The next phase, by how sure the memory is of the place at hand.
@@ -78,8 +84,14 @@ impl Target {
         // Appearance that changes slowly makes the memory less sure, too, but never suddenly.
         let sudden = certainty < config.lost_drop * self.recent;
         let hidden = visible < config.lost_hidden * self.seen;
-        let unknown = certainty < config.lost_below && (sudden || hidden);
-        if self.is_sure(certainty, config) {
+        let strange = certainty < config.lost_below && (sudden || hidden);
+        // What covers the target slowly may look more like it than what comes suddenly.
+        let covered = self.is_covered(evidence, config)
+            && certainty < config.covered_below
+            && evidence.score(config) < 0.5;
+        let unknown = strange || covered;
+        let most = if strange { config.lost_after } else { config.covered_after };
+        if self.is_sure(evidence, config) {
             self.seen += RECENT_RATE * (visible - self.seen);
         }
         if !unknown {
@@ -88,7 +100,7 @@ impl Target {
         self.phase = match self.phase {
             Phase::Following { doubtful } if unknown => {
                 let doubtful = doubtful + 1;
-                if doubtful < config.lost_after as u32 {
+                if doubtful < most as u32 {
                     Phase::Following { doubtful }
                 } else {
                     Phase::Lost { next: 0 }

@@ -157,6 +157,9 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("lost_hidden", json!(9.0)),
         ("first_frames", json!(0)),
         ("lost_after", json!(4)),
+        ("covered_share", json!(0.0)),
+        ("covered_below", json!(0.0)),
+        ("covered_after", json!(5)),
         ("found_above", json!(0.9)),
         ("trial", json!(9)),
         ("search_windows", json!(40)),
@@ -191,6 +194,14 @@ fn every_field_matters() {
     for parameter in PARAMETERS {
         for value in others(parameter) {
             let mut given = base(parameter.group);
+            if parameter.name.starts_with("covered_") {
+                // The target counts as covered, with a low score, from the first frame on.
+                let covered = json!({
+                    "covered_share": 9.0, "covered_below": 9.0, "covered_after": 2, "score_bias": -9.0,
+                    "lost_below": 0.0,
+                });
+                given.extend(fields(covered));
+            }
             let key = Value::Object(given.clone()).to_string();
             let before = tracked.entry(key).or_insert_with(|| track(&given)).clone();
             given.insert(parameter.name.to_owned(), value.clone());
