@@ -56,8 +56,8 @@ impl Canvas {
         Some(Self { pixmap })
     }
 
-    /// A square part of the picture, resampled to this many pixels per side; black outside the picture. `None`
-    /// if the part or the result has no pixels.
+    /// A square part of the picture, resampled to this many pixels per side; black outside the picture.
+    /// `None` if the part or the result has no pixels.
     pub fn part(&self, area: Area, pixels: usize) -> Option<Self> {
         let mut part = Self::plain(pixels, pixels, [0; 3])?;
         if !(area.w > 0.0 && area.h > 0.0) {
