@@ -45,10 +45,9 @@ test('the way of the guide', async ({ work, page, folder }) => {
     await expect(page.locator('#notices')).toContainText('No doubtful place is left.');
 
     // Labels: without a selected target a digit chooses the label of the next box.
-    await work.press('Escape', 'l');
-    await page.getByLabel('New label', { exact: true }).fill('picture');
-    await page.getByRole('button', { name: 'Add', exact: true }).click();
-    await expect.poll(() => folder.project().labels.at(-1).name).toBe('picture');
+    await work.press('Escape');
+    await work.addLabel('picture');
+    expect(folder.project().labels.at(-1).name).toBe('picture');
     await work.closeDialog();
     await expect(page.locator('#target-part')).toBeHidden();
     await work.press(String(folder.project().labels.length));

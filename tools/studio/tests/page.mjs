@@ -144,6 +144,18 @@ export class Work {
         await this.rest();
     }
 
+    /**
+     * Opens the list of labels and adds one; the list stays open. The project file has a label before the page
+     * has heard so, therefore the row of the page is waited for.
+     * @param {string} name
+     */
+    async addLabel(name) {
+        await this.press('l');
+        await this.page.getByLabel('New label', { exact: true }).fill(name);
+        await this.page.getByRole('button', { name: 'Add', exact: true }).click();
+        await expect(this.page.getByLabel(`Colour of ${name}`, { exact: true })).toBeVisible();
+    }
+
     /** Closes the dialog; keys belong to the clip again when it is gone. */
     async closeDialog() {
         await this.press('Escape');

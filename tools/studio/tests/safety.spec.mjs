@@ -86,10 +86,8 @@ test.describe('names with HTML', () => {
         await work.draw(truth[0]);
         await expect(work.targets()).toHaveCount(1);
         await page.locator('#stage').focus();
-        await work.press('l');
-        await page.getByLabel('New label', { exact: true }).fill(MEAN);
-        await page.getByRole('button', { name: 'Add', exact: true }).click();
-        await expect.poll(() => folder.project().labels.at(-1).name).toBe(MEAN);
+        await work.addLabel(MEAN);
+        expect(folder.project().labels.at(-1).name).toBe(MEAN);
         await work.closeDialog();
         await work.press(String(folder.project().labels.length));
         await expect(work.targets().first().locator('.name')).toHaveText(MEAN);

@@ -25,10 +25,7 @@ async function shoot(page, name) {
 async function annotate(work) {
     const { page } = work;
     await page.locator('#stage').focus();
-    await work.press('l');
-    await page.getByLabel('New label', { exact: true }).fill('picture');
-    await page.getByRole('button', { name: 'Add', exact: true }).click();
-    await expect(page.locator('.label-rows li')).toHaveCount(2);
+    await work.addLabel('picture');
     await work.closeDialog();
     await work.press('2');
     await work.draw(truth[0]);

@@ -204,10 +204,7 @@ test('labels, their colours and attributes', async ({ work, folder }) => {
     await work.draw(truth[0]);
     await expect(work.targets()).toHaveCount(1);
     await page.locator('#stage').focus();
-    await work.press('l');
-    await page.getByLabel('New label', { exact: true }).fill('picture');
-    await page.getByRole('button', { name: 'Add', exact: true }).click();
-    await expect(page.locator('.label-rows li')).toHaveCount(folder.project().labels.length);
+    await work.addLabel('picture');
     await page.getByLabel('Colour of picture').fill('#12ab34');
     await expect.poll(() => folder.project().labels.at(-1)).toEqual({ name: 'picture', colour: '#12ab34' });
     await work.closeDialog();
