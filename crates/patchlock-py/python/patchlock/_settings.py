@@ -87,6 +87,9 @@ class Settings(TypedDict, total=False):
     lost_hidden: float
     lost_after: int
     covered_share: float
+    covered_visible: float
+    covered_elsewhere: float
+    covered_contrast: float
     covered_below: float
     covered_after: int
     found_above: float

@@ -236,8 +236,16 @@ parameters! {
             lost_after: usize = 5, number(1.0, 10_000.0);
             /// A frame is never sure if less than this share is visible of what was visible on sure frames.
             covered_share: f64 = 0.1, number(0.0, 10.0);
-            /// The target is lost, too, when that stays so, the score below one half, and the memory's
-            /// response below this share of its mean,
+            /// The target is lost, too, when that stays so, with a score below one half; or when less than this
+            /// share is visible of what was visible on sure frames,
+            covered_visible: f64 = 0.3, number(0.0, 10.0);
+            /// the memory responds more than half the target's size away with more than this share of its
+            /// response at the box,
+            covered_elsewhere: f64 = 0.6, number(0.0, 10.0);
+            /// and the contrast of the target's colours to those around it is below this share of what it was
+            /// on sure frames;
+            covered_contrast: f64 = 0.75, number(0.0, 10.0);
+            /// in both cases with the memory's response below this share of its mean,
             covered_below: f64 = 0.55, number(0.0, 10.0);
             /// for this many frames on end.
             covered_after: usize = 10, number(1.0, 10_000.0);

@@ -49,6 +49,8 @@ pub(crate) struct Target {
     recent: f64,
     /// The mean visible share on sure frames.
     seen: f64,
+    /// The mean contrast of colours on sure frames.
+    contrast: f64,
     /// Frames since the first.
     frames: u64,
 }
@@ -100,11 +102,13 @@ impl Target {
             phase,
             recent: 1.0,
             seen: 0.0,
+            contrast: 0.0,
             frames: 0,
         };
         let mut estimate = Estimate::empty();
         target.look(frame, scratch, &mut estimate);
         target.seen = estimate.visibility.as_ref().map_or(0.0, Visibility::share);
+        target.contrast = target.colours.contrast().into();
         let evidence = Evidence { visible: target.seen, ..target.ask_memory(frame, scratch) };
         target.finish_estimate(&evidence, rules, &mut estimate);
         (target, estimate)

@@ -47,6 +47,7 @@ pub(crate) struct Saved {
     pub phase: Phase,
     pub recent: f64,
     pub seen: f64,
+    pub contrast: f64,
     pub frames: u64,
 }
 
@@ -54,7 +55,7 @@ impl Target {
     /// The target as a snapshot holds it.
     pub fn saved(&self) -> Saved {
         let Self { place, window, follower, colours, size, rotation, visible, .. } = self;
-        let Self { phase, recent, seen, frames, .. } = self;
+        let Self { phase, recent, seen, contrast, frames, .. } = self;
         let pairs = |spectrum: &[Complex32]| spectrum.iter().map(|v| [v.re, v.im]).collect();
         Saved {
             place: *place,
@@ -75,6 +76,7 @@ impl Target {
             phase: *phase,
             recent: *recent,
             seen: *seen,
+            contrast: *contrast,
             frames: *frames,
         }
     }
@@ -103,7 +105,7 @@ impl Target {
         let rotation = Rotation::restore(saved.rotation)?;
         let model = PatchModel::restore(saved.patches, config.visible_rules());
         let visible = Visible::new(model, saved.rng, &config.patchwise);
-        let Saved { place, colours, phase, recent, seen, frames, .. } = saved;
+        let Saved { place, colours, phase, recent, seen, contrast, frames, .. } = saved;
         Ok(Self {
             place,
             window,
@@ -115,6 +117,7 @@ impl Target {
             phase,
             recent,
             seen,
+            contrast,
             frames,
         })
     }
@@ -147,8 +150,8 @@ impl Saved {
                 "the number of cells is not one that the tracker uses",
             ),
             (
-                self.recent.is_finite() && self.seen.is_finite(),
-                "how sure the memory was, or how much was visible, is not finite",
+                [self.recent, self.seen, self.contrast].iter().all(|mean| mean.is_finite()),
+                "how sure the memory was, how much was visible, or the contrast, is not finite",
             ),
             (self.colours.is_sound(), "the histograms of colours are damaged"),
             (positive(self.memory_mean), "the memory's mean response is not positive"),

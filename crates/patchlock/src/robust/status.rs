@@ -78,6 +78,15 @@ impl Target {
         evidence.visible < config.covered_share * self.seen
     }
 
+    /// Whether something that the patch model half recognises may cover the target: little of it is visible,
+    /// the memory responds elsewhere as well, and its colours stand out less from those around it, as where
+    /// what covers it is larger. Similar things nearby do the first two, but not the third.
+    fn is_blended(&self, evidence: &Evidence, config: &RobustConfig) -> bool {
+        evidence.visible < config.covered_visible * self.seen
+            && evidence.elsewhere > config.covered_elsewhere
+            && f64::from(self.colours.contrast()) < config.covered_contrast * self.contrast
+    }
+
     /// The next phase, by how sure the memory is of the place at hand.
     pub fn advance(&mut self, evidence: &Evidence, config: &RobustConfig) {
         let Evidence { certainty, visible, .. } = *evidence;
@@ -86,13 +95,14 @@ impl Target {
         let hidden = visible < config.lost_hidden * self.seen;
         let strange = certainty < config.lost_below && (sudden || hidden);
         // What covers the target slowly may look more like it than what comes suddenly.
-        let covered = self.is_covered(evidence, config)
-            && certainty < config.covered_below
-            && evidence.score(config) < 0.5;
+        let covered = self.is_covered(evidence, config) && evidence.score(config) < 0.5
+            || self.is_blended(evidence, config);
+        let covered = covered && certainty < config.covered_below;
         let unknown = strange || covered;
         let most = if strange { config.lost_after } else { config.covered_after };
         if self.is_sure(evidence, config) {
             self.seen += RECENT_RATE * (visible - self.seen);
+            self.contrast += RECENT_RATE * (f64::from(self.colours.contrast()) - self.contrast);
         }
         if !unknown {
             self.recent += RECENT_RATE * (certainty - self.recent);

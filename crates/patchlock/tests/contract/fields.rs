@@ -158,6 +158,9 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("first_frames", json!(0)),
         ("lost_after", json!(4)),
         ("covered_share", json!(0.0)),
+        ("covered_visible", json!(0.0)),
+        ("covered_elsewhere", json!(9.0)),
+        ("covered_contrast", json!(0.0)),
         ("covered_below", json!(0.0)),
         ("covered_after", json!(5)),
         ("found_above", json!(0.9)),
@@ -201,6 +204,16 @@ fn every_field_matters() {
                     "lost_below": 0.0,
                 });
                 given.extend(fields(covered));
+                if ["covered_visible", "covered_elsewhere", "covered_contrast"]
+                    .contains(&parameter.name)
+                {
+                    // Covered by what the patch model half recognises.
+                    let half = json!({
+                        "covered_share": 0.0, "covered_visible": 9.0, "covered_elsewhere": 0.0,
+                        "covered_contrast": 9.0,
+                    });
+                    given.extend(fields(half));
+                }
             }
             let key = Value::Object(given.clone()).to_string();
             let before = tracked.entry(key).or_insert_with(|| track(&given)).clone();
