@@ -145,8 +145,8 @@ export class Work {
     }
 
     /**
-     * Opens the list of labels and adds one; the list stays open. The project file has a label before the page
-     * has heard so, therefore the row of the page is waited for.
+     * Opens the list of labels and adds one; the list stays open. It waits for the row of the page, as the
+     * project file has the label before the page knows of it.
      * @param {string} name
      */
     async addLabel(name) {

@@ -236,8 +236,8 @@ parameters! {
             lost_after: usize = 5, number(1.0, 10_000.0);
             /// A frame is never sure if less than this share is visible of what was visible on sure frames.
             covered_share: f64 = 0.1, number(0.0, 10.0);
-            /// The target is lost, too, when that stays so, with a score below one half; or when less than this
-            /// share is visible of what was visible on sure frames,
+            /// The target is lost, too, when that stays so, with a score below one half; or when less than
+            /// this share is visible of what was visible on sure frames,
             covered_visible: f64 = 0.3, number(0.0, 10.0);
             /// the memory responds more than half the target's size away with more than this share of its
             /// response at the box,

@@ -81,7 +81,7 @@ impl Target {
     /// Whether something that the patch model half recognises may cover the target: little of it is visible,
     /// the memory responds elsewhere as well, and its colours stand out less from those around it, as where
     /// what covers it is larger. Similar things nearby do the first two, but not the third.
-    fn is_blended(&self, evidence: &Evidence, config: &RobustConfig) -> bool {
+    fn may_be_covered(&self, evidence: &Evidence, config: &RobustConfig) -> bool {
         evidence.visible < config.covered_visible * self.seen
             && evidence.elsewhere > config.covered_elsewhere
             && f64::from(self.colours.contrast()) < config.covered_contrast * self.contrast
@@ -96,7 +96,7 @@ impl Target {
         let strange = certainty < config.lost_below && (sudden || hidden);
         // What covers the target slowly may look more like it than what comes suddenly.
         let covered = self.is_covered(evidence, config) && evidence.score(config) < 0.5
-            || self.is_blended(evidence, config);
+            || self.may_be_covered(evidence, config);
         let covered = covered && certainty < config.covered_below;
         let unknown = strange || covered;
         let most = if strange { config.lost_after } else { config.covered_after };
