@@ -54,7 +54,7 @@ fn main() -> ExitCode {
 fn config(preset: &str) -> Option<TrackerConfig> {
     let mut config = TrackerConfig::preset(preset).ok()?;
     (config.robust.min_patch, config.robust.max_patch) = (48.0, 64.0);
-    (config.patchwise.particles, config.patchwise.small_step) = (50, 8);
+    (config.patchwise.particles, config.patchwise.small_step) = (12, 8);
     Some(config)
 }
 

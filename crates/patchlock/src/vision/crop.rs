@@ -11,6 +11,8 @@ use pulp::{Simd, WithSimd};
 
 /// The maximum number of source pixels, along each axis, that a pixel of the result is averaged from.
 const MAX_SHRINK: f64 = 4.0;
+/// The most taps of a pixel of the result along one axis: `MAX_SHRINK` and a part of a pixel at both ends.
+const MAX_TAPS: usize = MAX_SHRINK as usize + 1;
 
 /// Samples behind a row of pixels: a pixel with three samples is read with a fourth.
 const PADDING: usize = 1;
@@ -128,6 +130,8 @@ impl Axis {
         self.count = (start(size - 1) - self.low) as usize + self.taps;
         self.first.clear();
         self.weights.clear();
+        // Room for any scale, so that a target that grows takes no memory later.
+        self.weights.reserve(size * MAX_TAPS);
         for i in 0..size {
             let (position, start) = (position(i), start(i));
             self.first.push((start - self.low) as u32);
@@ -255,6 +259,7 @@ impl WithSimd for Resample<'_> {
 fn average_rows(frame: &Frame<'_>, j: usize, channels: usize, scratch: &mut CropScratch) {
     let CropScratch { columns, rows, row, .. } = scratch;
     row.clear();
+    row.reserve((columns.first.len() * MAX_SHRINK as usize + MAX_TAPS) * channels + PADDING);
     row.resize(columns.count * channels + PADDING, 0.0);
     for t in 0..rows.taps {
         let weight = rows.weights[j * rows.taps + t];
@@ -383,6 +388,25 @@ mod tests {
                     );
                 }
             }
+        }
+    }
+
+    #[test]
+    fn any_scale_fits_into_the_buffers_of_the_first() {
+        let frame = vec![7u8; 300 * 200 * 3];
+        let frame = Frame::rgb8(&frame, 300, 200).unwrap();
+        let (mut scratch, mut out) = (CropScratch::default(), Planes::default());
+        let mut cut = |scale: f64| {
+            let crop =
+                Crop { centre: [150.0, 90.0], scale: [scale; 2], size: [22, 17], rotation: 0.0 };
+            crop.cut(&frame, 3, &mut scratch, &mut out);
+            let CropScratch { columns, rows, row, pixels, .. } = &scratch;
+            let axes = [columns, rows].map(|axis| [axis.first.capacity(), axis.weights.capacity()]);
+            (axes, row.capacity(), pixels.capacity())
+        };
+        let first = cut(0.5);
+        for scale in (1..2000).map(|k| f64::from(k) * 0.01) {
+            assert_eq!(cut(scale), first, "{scale}");
         }
     }
 
