@@ -53,7 +53,7 @@ fn main() -> ExitCode {
 /// A preset that is fast enough for many frames.
 fn config(preset: &str) -> Option<TrackerConfig> {
     let mut config = TrackerConfig::preset(preset).ok()?;
-    (config.robust.min_patch, config.robust.max_patch) = (48.0, 64.0);
+    (config.robust.min_patch, config.robust.max_patch) = (32.0, 32.0);
     (config.patchwise.particles, config.patchwise.small_step) = (12, 8);
     Some(config)
 }
