@@ -11,10 +11,10 @@ use std::{env, fmt};
 
 use patchlock::{BoundingBox, Estimate, Frame, Tracker, TrackerConfig};
 use patchlock_fuzz::Studio;
-use patchlock_fuzz::alloc::{Counting, in_use};
+use peak_alloc::PeakAlloc;
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: PeakAlloc = PeakAlloc;
 
 const WIDTH: usize = 64;
 const HEIGHT: usize = 48;
@@ -139,13 +139,13 @@ fn watch(what: impl fmt::Display, count: usize, mut work: impl FnMut()) -> bool 
     // The first line takes a buffer for the output.
     println!("{WARM_UP} {what} to warm up");
     (0..WARM_UP).for_each(|_| work());
-    let first = in_use();
+    let first = ALLOCATOR.current_usage();
     println!("after them: {first} bytes");
     let mut last = first;
     for k in 0..COUNTS {
         let (from, to) = (count * k / COUNTS, count * (k + 1) / COUNTS);
         (from..to).for_each(|_| work());
-        last = in_use();
+        last = ALLOCATOR.current_usage();
         println!("after {to} more {what}: {last} bytes");
     }
     last <= first

@@ -5,7 +5,6 @@
 //! [`SURFACES`] lists them. The targets of cargo-fuzz in `fuzz/` and the tests of this crate run them; the
 //! tests need no special compiler. [`seeds`] makes inputs to begin with, by the writers of the program.
 
-pub mod alloc;
 pub mod check;
 mod library;
 mod media;

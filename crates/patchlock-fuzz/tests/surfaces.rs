@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use patchlock_fuzz::alloc::{Counting, forget_most, in_use, most};
 use patchlock_fuzz::mutate::{Draws, mutated};
 use patchlock_fuzz::seeds::seeds;
 use patchlock_fuzz::{SURFACES, Surface};
+use peak_alloc::PeakAlloc;
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: PeakAlloc = PeakAlloc;
 
 /// The tests run one after another: each counts the memory of the process.
 static ALONE: Mutex<()> = Mutex::new(());
@@ -33,10 +33,10 @@ fn alone() -> MutexGuard<'static, ()> {
 
 /// Runs a surface, within limits. An input that fails is named, and kept if there is a folder for it.
 fn run(surface: Surface, input: &[u8], name: &str) {
-    forget_most();
-    let (before, begun) = (in_use(), Instant::now());
+    ALLOCATOR.reset_peak_usage();
+    let (before, begun) = (ALLOCATOR.current_usage(), Instant::now());
     let outcome = std::panic::catch_unwind(|| surface(input));
-    let (time, memory) = (begun.elapsed(), most().saturating_sub(before));
+    let (time, memory) = (begun.elapsed(), ALLOCATOR.peak_usage().saturating_sub(before));
     if outcome.is_ok() && time < PATIENCE && memory < MEMORY {
         return;
     }

@@ -3,44 +3,23 @@
 
 mod support;
 
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::fs;
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
 use patchlock_media::{FrameSource, Limits, image_file, open, open_within};
+use peak_alloc::PeakAlloc;
 use support::bits::ue;
 use support::{boxed, change, parameter_set, put, small_mp4, with_parameter_set};
 
 const TABLES: &str = "moov/trak/mdia/minf/stbl";
 
-/// Counts the bytes in use, to know the most that a file takes.
-struct Counting;
+#[global_allocator]
+static ALLOCATOR: PeakAlloc = PeakAlloc;
 
-static IN_USE: AtomicUsize = AtomicUsize::new(0);
-static MOST: AtomicUsize = AtomicUsize::new(0);
 /// The tests run one after another: each counts the memory of the process.
 static ALONE: Mutex<()> = Mutex::new(());
-
-// SAFETY: all calls go to the system's allocator unchanged.
-#[allow(unsafe_code)]
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        let now = IN_USE.fetch_add(layout.size(), Relaxed) + layout.size();
-        MOST.fetch_max(now, Relaxed);
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        IN_USE.fetch_sub(layout.size(), Relaxed);
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 fn alone() -> MutexGuard<'static, ()> {
     patchlock_media::silence_decoders();
@@ -53,12 +32,12 @@ fn read(bytes: &[u8], extension: &str, reverse: bool) -> (Option<String>, Durati
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join(format!("v.{extension}"));
     fs::write(&file, bytes).unwrap();
-    MOST.store(IN_USE.load(Relaxed), Relaxed);
-    let (before, start) = (IN_USE.load(Relaxed), Instant::now());
+    ALLOCATOR.reset_peak_usage();
+    let (before, start) = (ALLOCATOR.current_usage(), Instant::now());
     let error = open(file.to_str().unwrap(), reverse)
         .map_err(|error| error.to_string())
         .and_then(|mut source| ten_frames(&mut *source, reverse));
-    (error.err(), start.elapsed(), MOST.load(Relaxed) - before)
+    (error.err(), start.elapsed(), ALLOCATOR.peak_usage() - before)
 }
 
 fn ten_frames(source: &mut dyn FrameSource, reverse: bool) -> Result<(), String> {
@@ -293,8 +272,8 @@ fn mutated_files_give_errors_and_no_panic() {
     let bframes = fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bframes.mp4"));
     let originals = [small_mp4(64, 48, 6), bframes.unwrap()];
     let mut draws = Draws(7);
-    let (start, before) = (Instant::now(), IN_USE.load(Relaxed));
-    MOST.store(before, Relaxed);
+    ALLOCATOR.reset_peak_usage();
+    let (start, before) = (Instant::now(), ALLOCATOR.current_usage());
     let (mut tried, mut whole) = (0, 0);
     while tried < 4000 && start.elapsed() < Duration::from_secs(30) {
         fs::write(&file, mutated(&originals[tried % 2], &mut draws)).unwrap();
@@ -312,7 +291,7 @@ fn mutated_files_give_errors_and_no_panic() {
             }
         }
     }
-    let memory = MOST.load(Relaxed) - before;
+    let memory = ALLOCATOR.peak_usage() - before;
     println!("{tried} files, {whole} without an error, {:?}, {memory} bytes", start.elapsed());
     assert!(tried >= 1000, "only {tried} files in {:?}", start.elapsed());
     assert!(whole > tried / 10 && whole < tried, "the mutations do too much or too little");

@@ -9,10 +9,9 @@
 //! the second targets of several sizes in frames of 3840 x 2160; both have the median and the slowest frame,
 //! and the memory that the tracker holds.
 
+use allocation_counter::measure;
 use patchlock::{BoundingBox, Frame, Tracker, TrackerConfig};
-use std::alloc::{GlobalAlloc, Layout, System};
 use std::error::Error;
-use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::time::Instant;
 
 const SIZES: [[usize; 2]; 5] = [[320, 240], [640, 480], [1280, 720], [1920, 1080], [3840, 2160]];
@@ -22,28 +21,6 @@ const TARGET: usize = 64;
 /// Frames that are timed, after some that are not.
 const FRAMES: usize = 200;
 const WARM_UP: usize = 20;
-
-/// Counts the bytes in use.
-struct Counting;
-
-static IN_USE: AtomicUsize = AtomicUsize::new(0);
-
-// SAFETY: all calls go to the system's allocator unchanged.
-#[allow(unsafe_code)]
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        IN_USE.fetch_add(layout.size(), Relaxed);
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        IN_USE.fetch_sub(layout.size(), Relaxed);
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let preset = std::env::args().nth(1).ok_or("usage: sizes PRESET")?;
@@ -70,18 +47,32 @@ fn cost(
     size: [usize; 2],
     target: usize,
 ) -> Result<String, patchlock::Error> {
-    let views = Views::new(size);
-    let mut rgb = vec![0; size[0] * size[1] * 3];
-    let side = target as f64;
+    let (views, mut rgb) = (Views::new(size), vec![0; size[0] * size[1] * 3]);
+    let mut followed = None;
+    let held = measure(|| followed = Some(follow(config, &views, &mut rgb, target)));
+    let (_tracker, mut times) = followed.expect("has run")?;
+    let times = &mut times[WARM_UP..];
+    times.sort_by(f64::total_cmp);
+    let (median, slowest) = (times[times.len() / 2], times[times.len() - 1]);
+    Ok(format!("{median:.2} | {slowest:.2} | {:.1}", held.bytes_current as f64 / 1e6))
+}
+
+/// The tracker after all frames, and the milliseconds of each.
+fn follow(
+    config: &TrackerConfig,
+    views: &Views,
+    rgb: &mut [u8],
+    target: usize,
+) -> Result<(Tracker, Vec<f64>), patchlock::Error> {
+    let (size, side) = (views.size, target as f64);
     let at = |frame: usize, axis: usize| {
         (size[axis] as f64 - side) / 2.0 - views.shift(frame)[axis] as f64
     };
-    let before = IN_USE.load(Relaxed);
     let mut tracker = Tracker::new(config.clone())?;
     let mut times = Vec::with_capacity(FRAMES);
     for frame in 0..WARM_UP + FRAMES {
-        views.fill(frame, &mut rgb);
-        let view = Frame::rgb8(&rgb, size[0], size[1])?;
+        views.fill(frame, rgb);
+        let view = Frame::rgb8(rgb, size[0], size[1])?;
         if frame == 0 {
             tracker.init(&view, BoundingBox { x: at(0, 0), y: at(0, 1), w: side, h: side })?;
             continue;
@@ -92,10 +83,7 @@ fn cost(
         let truth = BoundingBox { x: at(frame, 0), y: at(frame, 1), w: side, h: side };
         assert!(estimate.bbox.overlap(&truth) > 0.3, "frame {frame}: the target was lost");
     }
-    let held = (IN_USE.load(Relaxed) - before) as f64 / 1e6;
-    let times = &mut times[WARM_UP..];
-    times.sort_by(f64::total_cmp);
-    Ok(format!("{:.2} | {:.2} | {held:.1}", times[times.len() / 2], times[times.len() - 1]))
+    Ok((tracker, times))
 }
 
 /// Views of a texture that is larger than a frame.

@@ -2,49 +2,13 @@
 //!
 //! Counted on one thread. With several threads, `rayon` occasionally allocates for its task queues.
 
+use allocation_counter::measure;
+
 use crate::methods::{all, default_settings};
 use crate::sequence::SIMPLE;
 use patchlock::appearance::model::{LookScratch, PatchModel, cut_candidate};
 use patchlock::vision::frame::GreyImage;
 use patchlock::{Estimate, PatchwiseConfig, State, Tracker, TrackerConfig, Visibility};
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
-/// The system's allocator, with two counters per thread.
-struct Counting;
-
-#[global_allocator]
-static COUNTING: Counting = Counting;
-
-thread_local! {
-    static CALLS: Cell<u64> = const { Cell::new(0) };
-    static HELD: Cell<i64> = const { Cell::new(0) };
-}
-
-fn count(calls: u64, bytes: i64) {
-    CALLS.set(CALLS.get() + calls);
-    HELD.set(HELD.get() + bytes);
-}
-
-// SAFETY: every call is passed on to the system's allocator unchanged. The counters are plain numbers,
-// initialised at compile time: accessing them neither allocates nor runs a destructor.
-#[allow(unsafe_code)]
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count(1, layout.size() as i64);
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        count(0, -(layout.size() as i64));
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count(1, size as i64 - layout.size() as i64);
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
 
 /// What one frame did: the number of allocations, and the change of the number of bytes held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,9 +37,8 @@ impl Endless {
         let last = SIMPLE.len() - 1;
         let position = self.frame % (2 * last);
         let frame = SIMPLE.frame(position.min(2 * last - position));
-        let before = (CALLS.get(), HELD.get());
-        self.tracker.update_into(&frame, &mut self.estimate).unwrap();
-        Counted { frame: self.frame, calls: CALLS.get() - before.0, held: HELD.get() - before.1 }
+        let info = measure(|| self.tracker.update_into(&frame, &mut self.estimate).unwrap());
+        Counted { frame: self.frame, calls: info.count_total, held: info.bytes_current }
     }
 }
 
@@ -102,16 +65,16 @@ fn no_frame_allocates() {
 /// The bytes that a tracker holds, measured every `every` frames.
 fn held(config: &TrackerConfig, count: usize, every: usize) -> Vec<i64> {
     on_one_thread(|| {
-        let before = HELD.get();
-        let mut endless = Endless::new(config);
-        let mut held = Vec::with_capacity(count / every);
-        for _ in 0..count / every {
-            for _ in 0..every {
-                endless.step();
-            }
-            held.push(HELD.get() - before);
-        }
-        held
+        let mut endless = None;
+        let mut held = measure(|| endless = Some(Endless::new(config))).bytes_current;
+        let mut endless = endless.unwrap();
+        let mut after = |steps| (0..steps).map(|_| endless.step().held).sum::<i64>();
+        (0..count / every)
+            .map(|_| {
+                held += after(every);
+                held
+            })
+            .collect()
     })
 }
 
@@ -159,10 +122,8 @@ fn no_look_allocates() {
         for k in 0..40 {
             let near = State { x: state.x + f64::from(k % 7) - 3.0, ..state };
             cut_candidate(&image, &near.matrix(), &rules, &mut candidate);
-            let before = (CALLS.get(), HELD.get());
-            model.look(&candidate, &mut scratch, &mut visibility);
-            let after = (CALLS.get(), HELD.get());
-            assert!(k < 7 || before == after, "look {k}: {before:?}, {after:?}");
+            let info = measure(|| model.look(&candidate, &mut scratch, &mut visibility));
+            assert!(k < 7 || info.count_total == 0, "look {k}: {info:?}");
         }
     });
 }
