@@ -18,8 +18,10 @@ use crate::mp4_edits::{self, Shown};
 use crate::mp4_index::{self, Sample, Track};
 use crate::{Error, FrameRate, FrameSource, Picture, guard, orientation};
 
-/// Frames kept when reading backwards, if they are not too large. A longer group of pictures is decoded once
-/// per window of this size.
+/// Pixels of the frames kept when reading backwards, which take 200 MB: 64 frames of 1920 x 1080. A longer
+/// group of pictures is decoded once per window of this size.
+const BACKWARD_PIXELS: usize = 64 * 1920 * 1088;
+/// Most frames kept when reading backwards.
 const BACKWARD_WINDOW: usize = 64;
 /// Number of pictures decoded on opening to check that the decoder supports the video. By then, an encoder
 /// has usually used all of its tools.
@@ -401,7 +403,7 @@ impl FrameSource for Mp4 {
         let seconds = ticks as f64 / f64::from(self.timescale);
         let backwards = self.reverse || picture < self.last_wanted;
         self.last_wanted = picture;
-        let window = self.limits.held_frames(self.info.pixels(), BACKWARD_WINDOW);
+        let window = (BACKWARD_PIXELS / self.info.pixels().max(1)).clamp(1, BACKWARD_WINDOW);
         let keep_from = if backwards { picture.saturating_sub(window) } else { picture };
         if !self.ready.contains_key(&picture) {
             self.seek_for(picture);
