@@ -6,6 +6,7 @@
 //!
 //! It ends with 1 where memory has grown.
 
+use std::ops::Range;
 use std::process::ExitCode;
 use std::{env, fmt};
 
@@ -20,9 +21,13 @@ const WIDTH: usize = 64;
 const HEIGHT: usize = 48;
 /// Frames that are shown again and again.
 const FRAMES: usize = 50;
-/// Updates, cycles or visits before the first count, until all buffers have grown and every step of learning
-/// has occurred.
+const DIFFERENT: Range<usize> = 25..30;
+const AWAY: Range<usize> = 40..48;
+/// Updates, cycles or visits before the first count, until all buffers have grown: at least this many, and
+/// one in so many of those that follow. Some buffers of the sparse coder are as large as the hardest frame so
+/// far asks for.
 const WARM_UP: usize = 300;
+const WARM_UP_SHARE: usize = 50;
 /// Counts that are printed.
 const COUNTS: usize = 10;
 const VISITS_PER_HOUR: usize = 120;
@@ -58,14 +63,20 @@ fn config(preset: &str) -> Option<TrackerConfig> {
     Some(config)
 }
 
-/// A bright target that moves to and fro over texture.
+/// A bright target that moves to and fro over texture. For a while it looks different, and at the end it is
+/// away, so that the tracker does all that it ever does.
 fn frame(k: usize) -> (Vec<u8>, BoundingBox) {
     let left = 5 + (k % FRAMES).min(FRAMES - k % FRAMES);
     let pixel = |at: usize| {
         let (x, y) = (at % WIDTH, at / WIDTH);
         let texture = ((x * 7 + y * 13) % 32) as u8;
         let inside = (left..left + 18).contains(&x) && (14..30).contains(&y);
-        if inside { 180 + ((x - left) * 3 + y) as u8 % 60 } else { 40 + texture }
+        match k % FRAMES {
+            _ if !inside => 40 + texture,
+            k if AWAY.contains(&k) => 40 + texture,
+            k if DIFFERENT.contains(&k) => 180 + (x - left + y * 3) as u8 % 60,
+            _ => 180 + ((x - left) * 3 + y) as u8 % 60,
+        }
     };
     let bbox = BoundingBox { x: left as f64, y: 14.0, w: 18.0, h: 16.0 };
     ((0..WIDTH * HEIGHT).map(pixel).collect(), bbox)
@@ -137,8 +148,9 @@ fn server(hours: usize) -> bool {
 /// no larger than the first.
 fn watch(what: impl fmt::Display, count: usize, mut work: impl FnMut()) -> bool {
     // The first line takes a buffer for the output.
-    println!("{WARM_UP} {what} to warm up");
-    (0..WARM_UP).for_each(|_| work());
+    let warm_up = WARM_UP.max(count / WARM_UP_SHARE);
+    println!("{warm_up} {what} to warm up");
+    (0..warm_up).for_each(|_| work());
     let first = ALLOCATOR.current_usage();
     println!("after them: {first} bytes");
     let mut last = first;
