@@ -1,7 +1,7 @@
 //! Which targets a run follows, and when each starts, restarts or ends: from `--box`, `--box-from` or
 //! `--boxes`.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use patchlock::BoundingBox;
@@ -29,7 +29,8 @@ pub struct Event {
 /// All starts, restarts and ends of targets in a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Targets {
-    events: Vec<Event>,
+    /// By frame; those of the first tracked frame have none.
+    events: BTreeMap<Option<usize>, Vec<Event>>,
     /// Whether the output contains ids: not for a single box from `--box` or `--box-from`.
     pub many: bool,
     started: bool,
@@ -50,18 +51,21 @@ impl Targets {
     /// Targets with these boxes in the first tracked frame and the ids 1, 2 and so on.
     pub fn in_first_frame(boxes: &[BoundingBox]) -> Self {
         let event = |(id, &bbox)| Event { frame: None, id, bbox: Some(bbox) };
-        let events = (1..).zip(boxes).map(event).collect();
-        Self { events, many: boxes.len() > 1, started: false }
+        Self { many: boxes.len() > 1, ..Self::at_frames((1..).zip(boxes).map(event).collect()) }
     }
 
     /// Targets that start and end at the frames of these events.
     pub fn at_frames(events: Vec<Event>) -> Self {
-        Self { events, many: true, started: false }
+        let mut by_frame = BTreeMap::<_, Vec<Event>>::new();
+        for event in events {
+            by_frame.entry(event.frame).or_default().push(event);
+        }
+        Self { events: by_frame, many: true, started: false }
     }
 
     /// Frame and id of each start and restart; no frame for the first tracked one.
     pub fn starts(&self) -> impl Iterator<Item = (Option<usize>, u64)> {
-        let starts = self.events.iter().filter(|event| event.bbox.is_some());
+        let starts = self.events.values().flatten().filter(|event| event.bbox.is_some());
         starts.map(|event| (event.frame, event.id))
     }
 
@@ -89,12 +93,13 @@ impl Targets {
         if events.is_empty() {
             return Err(usage(format!("{name}: the file has no target")).hint(TABLE));
         }
-        Ok(Self { events, many: true, started: false })
+        Ok(Self::at_frames(events))
     }
 
     /// Fails if an event belongs to a frame that will not be tracked.
     pub fn check(&self, order: &Order, length: Option<usize>) -> Result<(), Failure> {
-        let frames = self.events.iter().filter_map(|event| Some((event.frame?, event.id)));
+        let frames =
+            self.events.values().flatten().filter_map(|event| Some((event.frame?, event.id)));
         match { frames }.find(|(frame, _)| !order.holds(*frame, length)) {
             Some((frame, id)) => Err(untracked(frame, id)),
             None => Ok(()),
@@ -103,7 +108,8 @@ impl Targets {
 
     /// Fails if a target starts in this frame on a box that does not fit the frame.
     pub fn check_boxes(&self, frame: usize, picture: &Picture) -> Result<(), Failure> {
-        let due = self.events.iter().filter(|event| self.is_due(event, frame));
+        let first = self.events.get(&None).filter(|_| !self.started);
+        let due = first.into_iter().chain(self.events.get(&Some(frame))).flatten();
         for bbox in due.filter_map(|event| event.bbox) {
             start_box::check(&bbox, frame, picture.width, picture.height)?;
         }
@@ -113,21 +119,17 @@ impl Targets {
     /// Removes and returns the events of this frame, in the order of the ids. Frames must be passed in the
     /// order of tracking.
     pub fn due(&mut self, frame: usize) -> Vec<Event> {
-        let (mut due, later) =
-            self.events.iter().partition::<Vec<Event>, _>(|event| self.is_due(event, frame));
-        (self.events, self.started) = (later, true);
+        let first = if self.started { None } else { self.events.remove(&None) };
+        self.started = true;
+        let mut due = first.unwrap_or_default();
+        due.append(&mut self.events.remove(&Some(frame)).unwrap_or_default());
         due.sort_by_key(|event| event.id);
         due
     }
 
-    /// Whether an event belongs to this frame, which is the next one.
-    fn is_due(&self, event: &Event, frame: usize) -> bool {
-        event.frame.map_or(!self.started, |at| at == frame)
-    }
-
     /// Fails if the source ended before the frame of an event.
     pub fn check_all_done(&self) -> Result<(), Failure> {
-        match self.events.first() {
+        match self.events.values().flatten().next() {
             Some(event) => Err(untracked(event.frame.unwrap_or(0), event.id)),
             None => Ok(()),
         }
