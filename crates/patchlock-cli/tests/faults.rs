@@ -242,6 +242,35 @@ fn signals_to_end_leave_whole_files() {
     }
 }
 
+/// A shell script in place of ffmpeg that writes a frame now and then, without end.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_export_that_is_told_to_end_leaves_nothing() {
+    let bench = Bench::new();
+    fs::write(bench.path("real.y4m"), support::y4m(1)).unwrap();
+    fs::write(bench.path("v.webm"), "something").unwrap();
+    let lines: String = (0..2000).map(|k| format!("{k},1,1,9,9,1,96,72\n")).collect();
+    fs::write(bench.path("t.csv"), format!("frame,x,y,w,h,score,frame_w,frame_h\n{lines}"))
+        .unwrap();
+    let script = "case \"$*\" in *showinfo*) exit 0;; esac\ncat real.y4m\n\
+                  while tail -n +2 real.y4m; do sleep 0.05; done";
+    drop(bench.track_with_ffmpeg("v.webm", script));
+    for signal in ["-TERM", "-HUP", "-INT"] {
+        let child = Command::new(program())
+            .current_dir(bench.folder.path())
+            .args(["export", "t.csv", "--format", "yolo", "--images", "v.webm", "--out", "data"])
+            .env("PATH", format!("{}:/usr/bin:/bin", bench.path("bin").display()))
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        until(|| !bench.leftovers().is_empty());
+        let (code, said) = Waiting { child }.signalled(signal);
+        assert_eq!(code, Some(130), "{signal}: {said}");
+        assert!(said.contains("nothing was written"), "{said}");
+        assert!(bench.leftovers().is_empty() && !bench.path("data").exists());
+    }
+}
+
 #[test]
 fn kill_leaves_nothing_under_the_names_of_the_outputs() {
     let bench = Bench::new();

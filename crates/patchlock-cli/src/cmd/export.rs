@@ -9,7 +9,8 @@ use patchlock_studio::export as of_project;
 use patchlock_studio::project::Store;
 
 use super::LimitArgs;
-use crate::failure::{Failure, say, usage};
+use crate::failure::{Failure, interrupted, say, usage};
+use crate::interrupt;
 
 const EXAMPLES: &str = "\
 EXAMPLES:
@@ -130,8 +131,13 @@ fn export_track(args: &ExportArgs, track: &Track) -> Result<()> {
         key_frames: args.keyframes,
         limits: args.limits.limits(),
     };
-    let files = export::write(track, &options, &args.out, args.overwrite).map_err(Failure::from)?;
-    conclude(args, track, files);
+    interrupt::listen()?;
+    let stopped = &interrupt::requested;
+    match export::write_unless(track, &options, &args.out, args.overwrite, stopped) {
+        Ok(files) => conclude(args, track, files),
+        Err(_) if stopped() => return Err(interrupted("stopped; nothing was written").into()),
+        Err(error) => return Err(Failure::from(error).into()),
+    }
     Ok(())
 }
 

@@ -109,7 +109,9 @@ impl Bench {
     /// Temporary files that were left in the folder.
     pub fn leftovers(&self) -> Vec<PathBuf> {
         let entries = fs::read_dir(self.folder.path()).unwrap().map(|entry| entry.unwrap().path());
-        entries.filter(|path| path.extension().is_some_and(|e| e == "part")).collect()
+        let is_temporary =
+            |path: &PathBuf| path.file_name().unwrap().to_string_lossy().starts_with(".patchlock-");
+        entries.filter(is_temporary).collect()
     }
 }
 

@@ -236,6 +236,20 @@ pub fn write(
     out: &Path,
     overwrite: bool,
 ) -> Result<usize, Error> {
+    write_unless(track, options, out, overwrite, &|| false)
+}
+
+/// As [`write`], but ends soon after `stopped` returns true, with an error and without any file.
+///
+/// # Errors
+/// As [`write`]; [`Error::Export`] if it was stopped.
+pub fn write_unless(
+    track: &Track,
+    options: &Options,
+    out: &Path,
+    overwrite: bool,
+    stopped: &dyn Fn() -> bool,
+) -> Result<usize, Error> {
     check_word("label", &options.label)?;
     check_word("name", &options.name)?;
     let (format, key_frames) = (options.format, options.key_frames);
@@ -266,7 +280,7 @@ pub fn write(
     match files {
         Files::One(text) => output::write_file(out, &text, overwrite).map(|()| 1),
         Files::Folder(items) => {
-            output::write_folder(out, &items, options.limits).map(|()| items.len())
+            output::write_folder(out, &items, options.limits, stopped).map(|()| items.len())
         }
     }
 }

@@ -56,14 +56,22 @@ pub fn write_file(out: &Path, text: &str, overwrite: bool) -> Result<(), Error> 
     persisted.map(drop).map_err(|error| cannot(error.error))
 }
 
-/// Writes a folder of files.
-pub fn write_folder(out: &Path, items: &[Item], limits: Limits) -> Result<(), Error> {
+/// Writes a folder of files, unless it is stopped.
+pub fn write_folder(
+    out: &Path,
+    items: &[Item],
+    limits: Limits,
+    stopped: &dyn Fn() -> bool,
+) -> Result<(), Error> {
     let cannot = |error| Error::write(out, error);
     let folder = with_permissions(tempfile::Builder::new().prefix(PREFIX), 0o777)
         .tempdir_in(parent(out))
         .map_err(cannot)?;
     let mut reader = Reader { limits, video: None };
     for item in items {
+        if stopped() {
+            return Err(Error::Export("stopped before all files were written".to_string()));
+        }
         let (path, shown) = (folder.path().join(&item.path), out.join(&item.path));
         if let Some(parent) = path.parent() {
             fs::create_dir_all(parent).map_err(cannot)?;
