@@ -14,8 +14,9 @@ const RECENT_RATE: f64 = 0.05;
 /// Upper limit of the response elsewhere, relative to that at the place.
 const MOST_ELSEWHERE: f64 = 2.0;
 
-/// Upper limit of the score of a lost target.
-const LOST_SCORE: f64 = 0.5;
+/// The score of a box that is as likely to be on the target as not: the least of a tracked target, and the
+/// most of a lost one.
+const EVEN_SCORE: f64 = 0.5;
 
 /// What memory and patch model say of a place.
 #[derive(Debug, Clone, Copy)]
@@ -95,7 +96,7 @@ impl Target {
         let hidden = visible < config.lost_hidden * self.seen;
         let strange = certainty < config.lost_below && (sudden || hidden);
         // What covers the target slowly may look more like it than what comes suddenly.
-        let covered = self.is_covered(evidence, config) && evidence.score(config) < 0.5
+        let covered = self.is_covered(evidence, config) && evidence.score(config) < EVEN_SCORE
             || self.may_be_covered(evidence, config);
         let covered = covered && certainty < config.covered_below;
         let unknown = strange || covered;
@@ -139,11 +140,11 @@ impl Target {
         out.score = evidence.score(config);
         out.status = match self.phase {
             Phase::Lost { .. } => Status::Lost,
-            Phase::Following { .. } if out.score >= 0.5 => Status::Tracked,
+            Phase::Following { .. } if out.score >= EVEN_SCORE => Status::Tracked,
             _ => Status::Uncertain,
         };
         if out.status == Status::Lost {
-            out.score = out.score.min(LOST_SCORE);
+            out.score = out.score.min(EVEN_SCORE);
             out.visibility = None;
         }
     }
