@@ -34,9 +34,10 @@ impl Progress {
             if visible { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(frames.map(|count| count as u64), target);
         let template = if frames.is_some() {
-            "{bar:32.cyan/8} {pos}/{len}  {msg}  {eta} left"
+            // What is too wide for the terminal is cut off at its end.
+            "{bar:24.cyan/8} {pos}/{len}  {eta} left  {wide_msg}"
         } else {
-            "{spinner:.cyan} {pos} frames  {msg}"
+            "{spinner:.cyan} {pos} frames  {wide_msg}"
         };
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style.progress_chars("━━─"));
@@ -96,7 +97,7 @@ impl Watch for RunsProgress {
     fn begins(&self, task: &Task<'_>) {
         let number = (self.ended.load(Ordering::Relaxed) + 1).min(self.runs);
         self.bar.bar.set_message(format!(
-            "frames  run {number} of {}: {} seed {}",
+            "run {number} of {}: {} seed {}",
             self.runs, task.target, task.seed
         ));
     }

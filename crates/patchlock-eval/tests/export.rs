@@ -484,14 +484,31 @@ fn label_studio_has_percent_and_stretches() {
         (&"videorectangle".into(), &"toy car".into())
     );
     assert_eq!(region["value"]["framesCount"], 31);
+    // Without times in the track, 30 frames per second.
+    assert_eq!(region["value"]["duration"], 1.0333);
     let keys = region["value"]["sequence"].as_array().unwrap();
     let frames: Vec<(u64, bool)> = keys
         .iter()
         .map(|key| (key["frame"].as_u64().unwrap(), key["enabled"].as_bool().unwrap()))
         .collect();
     assert_eq!(frames, [(1, true), (11, true), (21, false), (26, true), (31, false)]);
-    let [x, y, w, h] = ["x", "y", "width", "height"].map(|name| keys[1][name].as_f64().unwrap());
-    assert_eq!([x, y, w, h], [25.0, 16.6667, 10.0, 10.0]);
+    let [x, y, w, h, time] =
+        ["x", "y", "width", "height", "time"].map(|name| keys[1][name].as_f64().unwrap());
+    assert_eq!([x, y, w, h, time], [25.0, 16.6667, 10.0, 10.0, 0.3333]);
+}
+
+#[test]
+fn label_studio_has_the_times_of_the_table() {
+    let workspace = Workspace::new();
+    let (table, out) = (workspace.path("a.csv"), workspace.path("a.json"));
+    fs::write(&table, "frame,x,y,w,h,time\n0,1,2,3,4,0\n1,1,2,3,4,0.05\n2,1,2,3,4,0.2\n").unwrap();
+    export::write(&Track::read(&table).unwrap(), &options(Format::LabelStudio), &out, false)
+        .unwrap();
+    let tasks: Value = serde_json::from_str(&text(&out)).unwrap();
+    let value = &tasks[0]["predictions"][0]["result"][0]["value"];
+    let keys = value["sequence"].as_array().unwrap();
+    let times: Vec<f64> = keys.iter().map(|key| key["time"].as_f64().unwrap()).collect();
+    assert_eq!((times, &value["duration"]), (vec![0.0, 0.05, 0.2], &0.3.into()));
 }
 
 #[test]
@@ -500,8 +517,9 @@ fn voc_counts_from_one_and_clips() {
     let images = workspace.images();
     let (files, out) =
         workspace.export(&Options { images: Some(images), ..options(Format::Voc) }).unwrap();
-    assert_eq!(files, 1 + 2 * 4);
+    assert_eq!(files, 2 + 2 * 4);
     assert_eq!(text(out.join("ImageSets/Main/trainval.txt")), "0\n2\n4\n6\n");
+    assert_eq!(text(out.join("labelmap.txt")), "# label:color_rgb:parts:actions\ntoy car:::\n");
     let first = text(out.join("Annotations/0.xml"));
     for part in [
         "<filename>0.jpg</filename>",

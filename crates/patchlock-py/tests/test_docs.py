@@ -6,11 +6,14 @@ line before it.
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from PIL import Image
 
@@ -18,6 +21,7 @@ import patchlock
 
 ROOT = Path(__file__).parents[3]
 PAGES = [ROOT / "README.md", ROOT / "crates/patchlock-py/README.md", *sorted((ROOT / "docs").glob("*.md"))]
+NOTEBOOKS = sorted((ROOT / "docs/notebooks").glob("*.ipynb"))
 CODE = re.compile(r"(?<! -->\n)^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 LEFT_OUT = re.compile(r"^<!-- not run: \S.* -->\n```python$", re.MULTILINE)
 
@@ -54,16 +58,49 @@ def test_pages_can_be_followed_one_after_the_other_in_one_folder(video, tmp_path
     subprocess.run(command, check=True)
 
 
-def run(page: Path) -> None:
-    """Runs the code of a page in the working directory."""
+def run(page: Path) -> dict[str, Any]:
+    """Runs the code of a page in the working directory; returns what it has defined."""
     text = page.read_text()
-    names = {"__name__": "page"}
+    names: dict[str, Any] = {"__name__": "page"}
     for match in CODE.finditer(text):
         line = text.count("\n", 0, match.start(1))
         exec(compile("\n" * line + match.group(1), str(page), "exec"), names)
+    return names
+
+
+def test_supervision_takes_what_the_page_makes(video, tmp_path, monkeypatch):
+    supervision = pytest.importorskip("supervision", reason="needs the extra export")
+    (tmp_path / "video.mp4").write_bytes(video.read_bytes())
+    monkeypatch.chdir(tmp_path)
+    names = run(ROOT / "docs/many-targets.md")
+    found = names["detections"](names["found"])
+    ids = [id for id, estimate in names["found"].items() if estimate.status != "lost"]
+    assert list(found.tracker_id) == ids and len(found) == len(ids) > 0
+    frame = np.zeros((180, 240, 3), np.uint8)
+    assert supervision.BoxAnnotator().annotate(frame.copy(), found).any()
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_no_code_is_skipped_without_a_reason(page):
     text = page.read_text()
     assert text.count("```python") == len(CODE.findall(text)) + len(LEFT_OUT.findall(text))
+
+
+@pytest.mark.parametrize("file", NOTEBOOKS, ids=lambda file: file.stem)
+def test_notebooks_are_kept_with_their_outputs(file):
+    """As `tools/python/notebooks.sh` stores them."""
+    text = file.read_text()
+    cells = [cell for cell in json.loads(text)["cells"] if cell["cell_type"] == "code"]
+    assert [cell["execution_count"] for cell in cells] == list(range(1, len(cells) + 1))
+    for cell in cells:
+        source = "".join(cell["source"])
+        last = source.rstrip().splitlines()[-1]
+        assert all(output["output_type"] != "error" for output in cell["outputs"]), source
+        kinds = {kind for output in cell["outputs"] for kind in output.get("data", {})}
+        if "plt.subplots(" in source or "plt.figure(" in source:
+            assert "image/jpeg" in kinds, source
+        elif re.match(r"[\w.]+$|table\.", last):
+            assert "text/plain" in kinds, source
+    # Small, and without paths of the machine on which they ran.
+    assert len(text) < 200_000
+    assert str(Path.home()) not in text and str(ROOT) not in text and sys.prefix not in text

@@ -205,7 +205,7 @@ def test_pycocotools_reads_coco_and_finds_every_box(tmp_path):
     assert judge.stats[0] == pytest.approx(1.0)
 
 
-# ---- datumaro, which reads four of the formats
+# ---- datumaro, which reads five of the formats
 
 
 def read_by_datumaro(path: Path, format: str):
@@ -277,3 +277,30 @@ def test_datumaro_reads_yolo(tmp_path, images):
     # Written with six digits, relative to the frame.
     np.testing.assert_allclose([box for _, box in found], [box for _, box in wanted], atol=1e-3)
     assert labels == ["car"]
+
+
+def test_datumaro_reads_voc(tmp_path, images):
+    dataset, labels = read_by_datumaro(export("voc", tmp_path / "data", images=images), "voc")
+    found = [(name, box) for name, _, box in boxes_in(dataset)]
+    wanted = sorted((f"{k:04}", list(box)) for (k, _), box in BOXES.items())
+    assert [name for name, _ in found] == [name for name, _ in wanted]
+    # Whole pixels, counted from 1; datumaro takes right minus left as the width, which is one less.
+    found_sides = np.array([[x - 1, y - 1, w + 1, h + 1] for _, (x, y, w, h) in found])
+    np.testing.assert_allclose(found_sides, [box for _, box in wanted], atol=1)
+    assert labels == ["car"]
+
+
+# ---- supervision
+
+
+def test_supervision_reads_voc(tmp_path, images):
+    supervision = pytest.importorskip("supervision", reason="needs the extra export")
+    out = export("voc", tmp_path / "data", images=images)
+    dataset = supervision.DetectionDataset.from_pascal_voc(str(out / "JPEGImages"), str(out / "Annotations"))
+    assert dataset.classes == ["car"]
+    found = {int(Path(path).stem): detections.xyxy for path, _, detections in dataset}
+    assert sorted(found) == list(range(len(FRAMES)))
+    for (k, i), (x, y, w, h) in BOXES.items():
+        sides = found[k][list(FRAMES[k]).index(i)]
+        # Rounded to whole pixels.
+        np.testing.assert_allclose(sides, [x, y, x + w, y + h], atol=0.5)

@@ -22,20 +22,26 @@ use crate::progress::RunsProgress;
 const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock bench OTB --out out
-      tracks every target in the folder OTB once, with the preset robust; results go to out/robust
+      tracks every target in the folder OTB once, with the preset robust;
+      results go to out/robust
   patchlock bench OTB --out out --seeds 5 --sequences David,Jogging
       five seeds on three targets: Jogging has two
-  patchlock bench OTB --out out --config wide.toml --name wide --attributes FM,MB
-      other settings under another name, on the targets with fast motion or motion blur
+  patchlock bench OTB --out out --config wide.toml --name wide \\
+    --attributes FM,MB
+      other settings under another name, on the targets with fast motion or
+      motion blur
   patchlock bench OTB --out out --shard 1/4
-      every fourth run, from the first; all four may run at the same time on machines that share the folder
+      every fourth run, from the first; all four may run at the same time on
+      machines that share the folder
   patchlock bench OTB --out out --cmd \"python3 my_tracker.py\" --name mine
-      your own tracker, if it implements the TraX protocol, measured in the same way
+      your own tracker, if it implements the TraX protocol, measured in the same
+      way
   patchlock score out --truth OTB
       scores the results
 
-It can be killed at any time: the same command continues where it stopped, with the same results. Times are \
-meaningful only with --jobs 1 and if nothing else is running.";
+It can be killed at any time: the same command continues where it stopped, with
+the same results. Times are meaningful only with --jobs 1 and if nothing else is
+running.";
 
 /// Runs a tracker on the sequences of a dataset and stores boxes and times
 ///

@@ -15,7 +15,8 @@ EXAMPLES:
       shows every setting with its meaning, range and source
   patchlock config > my.toml
   patchlock track video.mp4 --box 120,80,64,48 --config my.toml
-      changes settings; a file may also contain only the settings that differ from the preset";
+      changes settings; a file may also contain only the settings that differ
+      from the preset";
 
 /// Width of comment lines.
 const LINE: usize = 100;

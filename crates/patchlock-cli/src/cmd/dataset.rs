@@ -15,20 +15,27 @@ use crate::output::text_table::TextTable;
 const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock dataset OTB
-      lists the targets with their frames, truth and attributes, and anything unusual
+      lists the targets with their frames, truth and attributes, and anything
+      unusual
   patchlock dataset OTB --json > otb.json
 
 Supported layouts:
-  OTB          <Name>/img/0001.jpg, <Name>/groundtruth_rect.txt, or groundtruth_rect.1.txt and so on
+  OTB          <Name>/img/0001.jpg, <Name>/groundtruth_rect.txt, or
+               groundtruth_rect.1.txt and so on
   GOT-10k      <Name>/00000001.jpg, <Name>/groundtruth.txt, <Name>/absence.label
-  LaSOT        <Name>/img/00000001.jpg, <Name>/groundtruth.txt, also in a folder for each class
+  LaSOT        <Name>/img/00000001.jpg, <Name>/groundtruth.txt, also in a folder
+               for each class
   UAV123       data_seq/UAV123/<name>/000001.jpg, anno/UAV123/<name>.txt
-  VOT          <name>/color/00000001.jpg, <name>/groundtruth.txt with boxes or polygons
-  TrackingNet  frames/<name>/0.jpg, anno/<name>.txt, also in TEST, TRAIN_0 and so on
-and a folder of text files, <name>.txt, with truth only, which is enough for patchlock score.
+  VOT          <name>/color/00000001.jpg, <name>/groundtruth.txt with boxes or
+               polygons
+  TrackingNet  frames/<name>/0.jpg, anno/<name>.txt, also in TEST, TRAIN_0 and
+               so on
+and a folder of text files, <name>.txt, with truth only, which is enough for
+patchlock score.
 
-The attributes of OTB-2013 are built in. Others are read from attributes.csv in or beside the folder: a \
-header with sequence and the short names of the attributes, then one line per target with 0 or 1.";
+The attributes of OTB-2013 are built in. Others are read from attributes.csv in
+or beside the folder: a header with sequence and the short names of the
+attributes, then one line per target with 0 or 1.";
 
 /// Lists what a folder of sequences holds and reports anything unusual
 ///

@@ -33,8 +33,8 @@ EXAMPLES:
   patchlock demo --out pictures
       writes to another folder
 
-The files of an earlier demo are replaced. Files of the same names that were not written by a demo are \
-replaced only with --overwrite.";
+The files of an earlier demo are replaced. Files of the same names that were not
+written by a demo are replaced only with --overwrite.";
 
 /// The files that the demo writes, with descriptions.
 const FILES: [(&str, &str); 8] = [

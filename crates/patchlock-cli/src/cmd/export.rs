@@ -16,7 +16,8 @@ const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock export track.csv --format mot --out track.txt
       a text file in the format of MOTChallenge, for TrackEval and motmetrics
-  patchlock export track.csv --format cvat --keyframes 10 --label car --out track.xml
+  patchlock export track.csv --format cvat --keyframes 10 --label car \\
+    --out track.xml
       to correct the track in CVAT: Upload annotations, CVAT 1.1
   patchlock export video.patchlock.json --format coco --out video.json
       the targets of a project, with their labels
@@ -24,20 +25,29 @@ EXAMPLES:
       a folder to train a detector on, with the frames of the video as images
 
 FORMATS:
-  mot     a text file: frame,id,left,top,width,height,confidence (the score),-1,-1,-1; counted from 1
-  coco    a JSON file: COCO with videos, tracks and track_id; the rotated outline is the segmentation
-  cvat    an XML file: CVAT for video 1.1; targets with a score below 0.5 are marked as occluded
-  yolo    a folder: data.yaml and labels/train; boxes are clipped to the frame, ids are lost
-  voc     a folder: Annotations and JPEGImages, Pascal VOC; boxes are clipped to the frame, ids are lost
+  mot     a text file: frame,id,left,top,width,height,confidence (the
+          score),-1,-1,-1; counted from 1
+  coco    a JSON file: COCO with videos, tracks and track_id; the rotated
+          outline is the segmentation
+  cvat    an XML file: CVAT for video 1.1; targets with a score below 0.5 are
+          marked as occluded
+  yolo    a folder: data.yaml and labels/train; boxes are clipped to the frame,
+          ids are lost
+  voc     a folder: Annotations and JPEGImages, Pascal VOC; boxes are clipped to
+          the frame, ids are lost
   label-studio  a JSON file: a task with a prediction, for VideoRectangle
-  lasot   a folder: <label>/<label>-<id>/groundtruth.txt for each target, with its flags
-  got10k  a folder: <name>_<id>/groundtruth.txt for each target, with its labels; and list.txt
-  csv     of a project only: a table with all that it says of each target and frame
+  lasot   a folder: <label>/<label>-<id>/groundtruth.txt for each target, with
+          its flags
+  got10k  a folder: <name>_<id>/groundtruth.txt for each target, with its
+          labels; and list.txt
+  csv     of a project only: a table with all that it says of each target and
+          frame
 
-Frames in which a target is lost (column status) are marked: in mot by confidence 0, in coco by the attribute
-status, in cvat as outside, in label-studio by the end of a stretch, in lasot as full occlusion, in got10k as
-absence. In yolo and voc these frames are left out. If the row has no box either, there is no line in mot and
-no annotation in coco.";
+Frames in which a target is lost (column status) are marked: in mot by
+confidence 0, in coco by the attribute status, in cvat as outside, in
+label-studio by the end of a stretch, in lasot as full occlusion, in got10k as
+absence. In yolo and voc these frames are left out. If the row has no box
+either, there is no line in mot and no annotation in coco.";
 
 /// Converts a track for other tools: MOT, COCO, CVAT, YOLO, VOC, Label Studio, LaSOT, GOT-10k
 ///

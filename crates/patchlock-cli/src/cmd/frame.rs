@@ -15,7 +15,8 @@ use crate::output::pending::{self, PendingFile};
 const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock frame video.mp4 --grid
-      writes frame_000000.png with a grid: read left, top, width and height of the object off it
+      writes frame_000000.png with a grid: read left, top, width and height of
+      the object off it
   patchlock frame video.mp4 --at 250 --out start.png
       writes frame 250 as it is";
 

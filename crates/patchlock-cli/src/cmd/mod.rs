@@ -82,10 +82,12 @@ const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock demo
       renders a scene, tracks it and shows the results
-  patchlock track video.mp4 --box 120,80,64,48 --save boxes.csv --video tracked.mp4
+  patchlock track video.mp4 --box 120,80,64,48 --save boxes.csv \\
+    --video tracked.mp4
       tracks the object in the box of the first frame
   patchlock config > my.toml
-      writes all settings to a file; change some and use it with track --config my.toml
+      writes all settings to a file; change some and use it with track --config
+      my.toml
   patchlock bench OTB --out out && patchlock score out --truth OTB
       tracks every target of a benchmark and scores it
   patchlock report out --truth OTB --out report.html
@@ -93,11 +95,13 @@ EXAMPLES:
 
 EXIT CODES:
   0    success
-  1    failure: a file can't be read or written, or a frame is damaged; earlier results are kept
+  1    failure: a file can't be read or written, or a frame is damaged; earlier
+       results are kept
   2    usage error: the options are invalid or do not fit the source
   130  stopped by Ctrl-C; the files are complete up to that frame
 
-A second Ctrl-C stops immediately: track then keeps its tables, and no file is left partly written.";
+A second Ctrl-C stops immediately: track then keeps its tables, and no file is
+left partly written.";
 
 /// A visual object tracker: you draw a box in the first frame of a video, it finds the object in all other
 /// frames and reports how certain that is and which parts are hidden.

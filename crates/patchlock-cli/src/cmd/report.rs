@@ -18,17 +18,28 @@ use crate::output::pending::{self, PendingFile};
 use crate::output::printed::print;
 use crate::progress::Progress;
 
+/// On one line, it would be wider than a terminal.
+const USAGE: &str = "\
+patchlock report [OPTIONS] --truth <DATASET|DIR> --out <FILE.html>
+                        <RESULTS>...";
+
 const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock report out --truth OTB --out report.html
-      all trackers whose results are in the folder out, as patchlock bench writes them
-  patchlock report out published --truth OTB --show paper,Struck --out report.html
-      the same beside other trackers; the report is about paper, and every plot labels it and Struck
-  patchlock report published/SCM published/Struck --truth published/annotations --out two.html
-      two trackers, with the truth in text files; without frames there are no thumbnails
+      all trackers whose results are in the folder out, as patchlock bench
+      writes them
+  patchlock report out published --truth OTB --show paper,Struck \\
+    --out report.html
+      the same beside other trackers; the report is about paper, and every plot
+      labels it and Struck
+  patchlock report published/SCM published/Struck \\
+    --truth published/annotations --out two.html
+      two trackers, with the truth in text files; without frames there are no
+      thumbnails
 
-The page needs no other files and no network. Every figure is also written as SVG, PNG and CSV, with tables \
-of all numbers, to a folder beside the page. The same input gives the same files.";
+The page needs no other files and no network. Every figure is also written as
+SVG, PNG and CSV, with tables of all numbers, to a folder beside the page. The
+same input gives the same files.";
 
 /// Compares trackers on one page: plots, tables, differences with intervals, every sequence over time
 ///
@@ -36,7 +47,7 @@ of all numbers, to a folder beside the page. The same input gives the same files
 /// reads. The trackers are compared on the targets that all of them have; the page lists the targets that are
 /// left out. A tracker with a trajectory of the wrong length is left out and named.
 #[derive(Debug, Args)]
-#[command(after_help = EXAMPLES)]
+#[command(override_usage = USAGE, after_help = EXAMPLES)]
 pub struct ReportArgs {
     /// Folders of trackers, or folders that contain such folders
     #[arg(required = true)]

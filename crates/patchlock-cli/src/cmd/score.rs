@@ -20,25 +20,30 @@ use crate::output::text_table::TextTable;
 const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock score out --truth OTB
-      every tracker whose results are in the folder out, as patchlock bench writes them
+      every tracker whose results are in the folder out, as patchlock bench
+      writes them
   patchlock score published/SCM published/Struck --truth published/annotations
-      published results of two trackers, with the truth in a folder of text files, one per target
+      published results of two trackers, with the truth in a folder of text
+      files, one per target
   patchlock score out --truth OTB --by attribute
       also scores the targets of each attribute separately
   patchlock score out --truth OTB --json > scores.json
 
-The layout of RESULTS is detected: the output of patchlock bench; <target>.txt with x,y,w,h per line (OTB, \
-got10k); <target>/<target>_001.txt (got10k, VOT with its codes and polygons); <target>.txt with \
-frame,id,x,y,w,h,... (MOT). Names of targets may differ in case and in - _ . before a number.
+The layout of RESULTS is detected: the output of patchlock bench; <target>.txt
+with x,y,w,h per line (OTB, got10k); <target>/<target>_001.txt (got10k, VOT with
+its codes and polygons); <target>.txt with frame,id,x,y,w,h,... (MOT). Names of
+targets may differ in case and in - _ . before a number.
 
-DP is the share of frames in which the centre is within 20 pixels of the truth, AUC the mean success over 21 \
-overlap thresholds, lost share the share of frames with an overlap below 0.1, not lost the mean overlap of \
-the others.
+DP is the share of frames in which the centre is within 20 pixels of the truth,
+AUC the mean success over 21 overlap thresholds, lost share the share of frames
+with an overlap below 0.1, not lost the mean overlap of the others.
 
-If a tracker said in each frame whether the target is lost, and how sure it is: the precision and recall of \
-lost (right where the target is absent or the overlap below 0.1), its share of the frames with an overlap of \
-0.5 or more (false lost), recoveries per target, and how well the score predicts an overlap of 0.5: its \
-expected calibration error (ECE) and the area under the ROC curve (AUROC).
+If a tracker said in each frame whether the target is lost, and how sure it is:
+the precision and recall of lost (right where the target is absent or the
+overlap below 0.1), its share of the frames with an overlap of 0.5 or more
+(false lost), recoveries per target, and how well the score predicts an overlap
+of 0.5: its expected calibration error (ECE) and the area under the ROC curve
+(AUROC).
 
 METHODOLOGY.md documents all conventions.";
 

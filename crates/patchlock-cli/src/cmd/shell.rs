@@ -11,7 +11,8 @@ use crate::output::printed::print_as_it_is;
 
 const COMPLETIONS: &str = "\
 EXAMPLES:
-  patchlock completions bash > ~/.local/share/bash-completion/completions/patchlock
+  patchlock completions bash > \\
+    ~/.local/share/bash-completion/completions/patchlock
   patchlock completions zsh > ~/.zfunc/_patchlock
       the folder must be in fpath, before compinit
   patchlock completions fish > ~/.config/fish/completions/patchlock.fish";
@@ -21,7 +22,8 @@ EXAMPLES:
   patchlock man | man -l -
       shows the manual page
   patchlock man --out ~/.local/share/man/man1
-      writes one page for the program and one for each command: man patchlock-track";
+      writes one page for the program and one for each command: man
+      patchlock-track";
 
 /// Prints the completions of the command line for a shell
 #[derive(Debug, Args)]

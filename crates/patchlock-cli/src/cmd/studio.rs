@@ -18,7 +18,8 @@ use crate::output::printed::print;
 const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock studio clip.mp4
-      opens the page in the browser; draw a box, press t, and correct where the track is wrong
+      opens the page in the browser; draw a box, press t, and correct where the
+      track is wrong
   patchlock studio clips/*.mp4
       several clips, each with its own project
   patchlock studio frames/

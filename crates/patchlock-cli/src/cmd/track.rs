@@ -25,23 +25,38 @@ use crate::run::Run;
 use crate::target::{self, Truth};
 use crate::targets::Targets;
 
+/// On one line, it would be wider than a terminal.
+const USAGE: &str = "\
+patchlock track [OPTIONS] --box <X,Y,W,H> <SOURCE>
+       patchlock track [OPTIONS] --box-from <FILE> <SOURCE>
+       patchlock track [OPTIONS] --boxes <FILE.csv> <SOURCE>
+       patchlock track [OPTIONS] --project <FILE.json> <SOURCE>";
+
 const EXAMPLES: &str = "\
 EXAMPLES:
-  patchlock track video.mp4 --box 120,80,64,48 --save boxes.csv --video tracked.mp4
+  patchlock track video.mp4 --box 120,80,64,48 --save boxes.csv \\
+    --video tracked.mp4
       saves the boxes as a table, and a video with the track drawn in
   patchlock track frames/ --box 120,80,64,48 > boxes.csv
       without an output option the CSV table goes to standard output
-  patchlock track 'img/%04d.jpg' --box-from groundtruth_rect.txt --save result.txt
-      reads frames and first box of an OTB sequence, and saves the boxes in the format of OTB
-  patchlock track video.mp4 --box 120,80,64,48 --box 300,90,50,80 --save boxes.csv --video tracked.mp4
+  patchlock track 'img/%04d.jpg' --box-from groundtruth_rect.txt \\
+    --save result.txt
+      reads frames and first box of an OTB sequence, and saves the boxes in the
+      format of OTB
+  patchlock track video.mp4 --box 120,80,64,48 --box 300,90,50,80 \\
+    --save boxes.csv --video tracked.mp4
       tracks two targets at once, with the ids 1 and 2
   patchlock track video.mp4 --boxes starts.csv --save boxes.csv
-      tracks many targets that start and end at any frame: the lines of starts.csv are frame,id,x,y,w,h
-  patchlock track video.mp4 --box 300,90,50,80 --start 0 --end 251 --reverse --save back.csv
+      tracks many targets that start and end at any frame: the lines of
+      starts.csv are frame,id,x,y,w,h
+  patchlock track video.mp4 --box 300,90,50,80 --start 0 --end 251 --reverse \\
+    --save back.csv
       tracks backwards from frame 250, in which the box is given, to frame 0
   patchlock track video.mp4 --project video.patchlock.json
-      tracks the targets of a project from their key frames, and adds the boxes to it
-  ffmpeg -i video.webm -f yuv4mpegpipe -pix_fmt yuv420p - | patchlock track - --box 120,80,64,48
+      tracks the targets of a project from their key frames, and adds the boxes
+      to it
+  ffmpeg -i video.webm -f yuv4mpegpipe -pix_fmt yuv420p - | patchlock track - \\
+    --box 120,80,64,48
       reads frames from any program that writes Y4M";
 
 /// Tracks the objects in one or several boxes through a video or a folder of frames
@@ -63,6 +78,7 @@ EXAMPLES:
 /// written.
 #[derive(Debug, Args)]
 #[command(
+    override_usage = USAGE,
     after_help = EXAMPLES,
     group(ArgGroup::new("target").args(["bbox", "box_from", "boxes"])),
     group(
@@ -92,7 +108,7 @@ pub struct TrackArgs {
     /// Add the boxes to the project of SOURCE, as patchlock studio writes it; it is begun if there is none.
     /// Boxes that are given become new targets. Without any, its targets are tracked: they start at their key
     /// frames, restart at the next ones, and end where they are hidden
-    #[arg(long, value_name = "FILE.patchlock.json")]
+    #[arg(long, value_name = "FILE.json")]
     project: Option<PathBuf>,
 
     #[arg(long, value_name = "NAME", default_value = "robust", help = PRESETS_SHOWN)]

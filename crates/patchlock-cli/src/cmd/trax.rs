@@ -17,7 +17,8 @@ const EXAMPLES: &str = "\
 EXAMPLES:
   patchlock trax --config my.toml
       waits on standard input for a client, such as the VOT toolkit
-  patchlock bench OTB --out out --name mine --cmd \"patchlock trax --preset robust\"
+  patchlock bench OTB --out out --name mine \\
+    --cmd \"patchlock trax --preset robust\"
       a client that starts the server itself
 
 Entry for trackers.ini of the VOT toolkit:

@@ -1,6 +1,7 @@
 //! Label Studio: a JSON file with one task, to import into a project with a `Video`, a `VideoRectangle` named
 //! `box` and its `Labels`. The tracks are its prediction. Positions are percent of the frame, frames count
-//! from 1. A key frame that is not enabled ends a stretch; between the others the tool interpolates.
+//! from 1, and times are those of the frames. A key frame that is not enabled ends a stretch; between the
+//! others the tool interpolates.
 
 use serde_json::{Value, json};
 
@@ -10,14 +11,18 @@ use super::{Job, round};
 /// The contents of the file.
 pub fn text(job: &Job<'_>) -> String {
     let frames: Vec<usize> = job.track.frames().into_iter().collect();
-    let count = frames[frames.len() - 1] + 1;
+    let last = frames[frames.len() - 1];
+    let (count, end) = (last + 1, job.track.time(last));
+    // As long as a mean frame, or that of a source without times.
+    let step = if last > 0 { end / last as f64 } else { job.track.time(1) };
     let region = |(id, entries): (u64, Vec<&Entry>)| {
         let sequence = sequence(job, &frames, entries.into_iter());
         json!({
             "id": format!("target-{id}"), "type": "videorectangle", "from_name": "box", "to_name": "video",
             "origin": "prediction",
             "value": {
-                "labels": [job.label(id)], "framesCount": count, "sequence": sequence,
+                "labels": [job.label(id)], "framesCount": count, "duration": round(end + step),
+                "sequence": sequence,
             },
         })
     };
@@ -49,7 +54,8 @@ fn sequence<'a>(
         if since % job.key_frames == 0 || ends {
             since = 0;
             keys.push(json!({
-                "frame": entry.frame + 1, "enabled": !ends, "rotation": 0,
+                "frame": entry.frame + 1, "time": round(job.track.time(entry.frame)), "enabled": !ends,
+                "rotation": 0,
                 "x": round(100.0 * bbox.x / width), "y": round(100.0 * bbox.y / height),
                 "width": round(100.0 * bbox.w / width), "height": round(100.0 * bbox.h / height),
             }));

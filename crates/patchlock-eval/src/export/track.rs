@@ -62,6 +62,9 @@ impl Entry {
 /// A target with a score below this is marked as occluded.
 const OCCLUDED: f64 = 0.5;
 
+/// Frames per second of a source that has no times, as in videos of its track.
+const DEFAULT_RATE: f64 = 30.0;
+
 /// What is true of a target in all frames.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct About {
@@ -76,6 +79,8 @@ pub struct About {
 pub struct Track {
     entries: Vec<Entry>,
     size: Option<(usize, usize)>,
+    /// Seconds from the first frame of the source, by frame.
+    times: BTreeMap<usize, f64>,
     about: BTreeMap<u64, About>,
 }
 
@@ -105,22 +110,27 @@ struct Row {
     status: Option<Status>,
     frame_w: Option<usize>,
     frame_h: Option<usize>,
+    time: Option<f64>,
 }
 
-/// An entry and, if the table has it, the size of its frame.
+/// An entry and, if the table has them, size and time of its frame.
 #[derive(Deserialize)]
 #[serde(try_from = "Row")]
 struct Line {
     entry: Entry,
     size: Option<(usize, usize)>,
+    time: Option<f64>,
 }
 
 impl TryFrom<Row> for Line {
     type Error = &'static str;
 
     fn try_from(row: Row) -> Result<Self, Self::Error> {
-        let size = row.frame_w.zip(row.frame_h);
-        Ok(Self { entry: row.try_into()?, size })
+        let (size, time) = (row.frame_w.zip(row.frame_h), row.time);
+        if time.is_some_and(|time| !(0.0..=1e9).contains(&time)) {
+            return Err("the time is not a number of seconds; allowed: 0 to 1e9");
+        }
+        Ok(Self { entry: row.try_into()?, size, time })
     }
 }
 
@@ -177,7 +187,7 @@ impl Track {
                 "target {} appears twice in frame {}",
                 entry.id, entry.frame
             ))),
-            _ => Ok(Self { entries, size: None, about: BTreeMap::new() }),
+            _ => Ok(Self { entries, size: None, times: BTreeMap::new(), about: BTreeMap::new() }),
         }
     }
 
@@ -202,8 +212,15 @@ impl Track {
             )));
         };
         let size = one_size(lines.iter().map(|line| line.size), path)?;
+        let times = lines.iter().filter_map(|line| Some((line.entry.frame, line.time?))).collect();
         let entries = lines.into_iter().map(|line| line.entry).collect();
-        Ok(Self { size, ..Self::new(entries)? })
+        Ok(Self { size, times, ..Self::new(entries)? })
+    }
+
+    /// Seconds from the first frame of the source to this one; by 30 frames per second if the file has no
+    /// times.
+    pub(super) fn time(&self, frame: usize) -> f64 {
+        self.times.get(&frame).copied().unwrap_or(frame as f64 / DEFAULT_RATE)
     }
 
     /// Width and height of the frames in pixels, if the file has them.
@@ -417,6 +434,17 @@ mod tests {
         assert_eq!(read("a.txt", "1,2,3,4\n").unwrap().size(), None);
         let error = read("a.csv", &csv.replace("1,1,2,3,4,64", "1,1,2,3,4,65")).unwrap_err();
         assert!(error.contains("the lines differ in frame_w and frame_h"), "{error}");
+    }
+
+    #[test]
+    fn the_times_of_the_frames_are_read() {
+        let csv = "frame,x,y,w,h,time\n0,1,2,3,4,0\n3,1,2,3,4,0.25\n4,1,2,3,4,\n";
+        let track = read("a.csv", csv).unwrap();
+        assert_eq!([0, 3, 4].map(|frame| track.time(frame)), [0.0, 0.25, 4.0 / 30.0]);
+        for wrong in ["-1", "nan", "1e10"] {
+            let error = read("a.csv", &csv.replace("0.25", wrong)).unwrap_err();
+            assert!(error.contains("line 3: the time is not a number of seconds"), "{error}");
+        }
     }
 
     #[test]

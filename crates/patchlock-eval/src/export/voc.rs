@@ -1,5 +1,5 @@
-//! Pascal VOC: `Annotations/<image>.xml` for each frame, `ImageSets/Main/trainval.txt` with their names, and
-//! the frames in `JPEGImages`. Pixels count from 1, and the right and lower sides are those of the last
+//! Pascal VOC: `Annotations/<image>.xml` for each frame, `ImageSets/Main/trainval.txt` with their names, the
+//! frames in `JPEGImages`, and `labelmap.txt`, which CVAT and datumaro need for labels that VOC has not. Pixels count from 1, and the right and lower sides are those of the last
 //! pixel. Boxes are clipped to the frame and rounded; boxes outside it are omitted. Frames in which a target
 //! is lost are left out, as in YOLO.
 
@@ -23,7 +23,14 @@ pub fn items(job: &Job<'_>) -> Vec<Item> {
         let _ = writeln!(names, "{}", image.with_extension("").display());
     }
     items.push(Item::text("ImageSets/Main/trainval.txt", names));
+    items.push(Item::text("labelmap.txt", label_map(&job.labels)));
     items
+}
+
+/// The labels, without colours, parts and actions. One with a colon cannot be written there.
+fn label_map(labels: &[&str]) -> String {
+    let lines = labels.iter().filter(|label| !label.contains(':'));
+    lines.fold("# label:color_rgb:parts:actions\n".to_owned(), |map, label| map + label + ":::\n")
 }
 
 fn annotation(job: &Job<'_>, image: &Path, objects: &str) -> String {
