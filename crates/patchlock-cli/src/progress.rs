@@ -56,11 +56,11 @@ impl Progress {
         self.bar.inc(1);
     }
 
-    /// Removes the bar; prints one line instead if the bar was visible.
-    pub fn finish(&self, line: &str) {
+    /// Removes the bar; prints this text instead if the bar was visible.
+    pub fn finish(&self, text: &str) {
         self.bar.finish_and_clear();
         if self.visible {
-            say(line);
+            text.lines().for_each(say);
         }
     }
 }

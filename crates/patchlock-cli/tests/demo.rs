@@ -14,7 +14,12 @@ fn the_demo_shows_a_turn_a_loss_and_the_return() {
     let mut demo = patchlock();
     demo.current_dir(bench.folder.path()).args(["demo", "--quiet", "--out", "d"]);
     let shown = demo.assert().success();
+    let text = String::from_utf8(shown.get_output().stdout.clone()).unwrap();
     shown.stdout(contains("Lost in frame ").and(contains(", found in frame ")));
+    // The program is named by its path, since it is not in the PATH.
+    let text = text.replace(&patchlock().get_program().to_string_lossy()[..], "patchlock");
+    assert_eq!(text.lines().find(|line| line.chars().count() > 80), None);
+    suggestion_works(&bench, &text);
 
     let (boxes, truth) = (bench.lines("d/demo.csv"), bench.lines("d/truth.csv"));
     let hidden = column(&truth, "hidden");
@@ -37,4 +42,17 @@ fn the_demo_shows_a_turn_a_loss_and_the_return() {
     let strip = image::load_from_memory(&png).unwrap();
     // Five frames: the first, a turn, the loss, the return and the darkest.
     assert_eq!(strip.width(), 5 * (320 + 14) + 14);
+}
+
+/// Runs the command that the demo suggests, in its first frames.
+fn suggestion_works(bench: &Bench, text: &str) {
+    let lines = text.lines().skip_while(|line| !line.starts_with("To do the same")).skip(1);
+    let suggested: Vec<&str> = lines.take_while(|line| !line.is_empty()).collect();
+    let command = suggested.join(" ").replace(" \\ ", " ");
+    let mut words = command.split_whitespace();
+    assert_eq!(words.next(), Some("patchlock"));
+    let mut again = patchlock();
+    again.current_dir(bench.folder.path()).args(words).args(["--end", "5", "--quiet"]);
+    again.assert().success();
+    assert_eq!(bench.lines("d/mine.csv").len(), 6);
 }

@@ -83,6 +83,34 @@ def test_ctrl_c_leaves_complete_files(tmp_path, scene):
     assert 1 < len(rows) < 41 and rows[0].startswith("frame,x,y")
 
 
+@pytest.mark.skipif(os.name == "nt", reason="needs a terminal")
+def test_the_last_lines_fit_a_terminal_of_80_columns(tmp_path):
+    import pty
+
+    scene = patchlock.Scene("demo")
+    for k in range(60, 100):
+        Image.fromarray(scene[k]).save(tmp_path / f"{k:03}.png")
+    box = ",".join(map(str, scene.truth(60)))
+    ours, theirs = pty.openpty()
+    arguments = ["track", str(tmp_path), "--box", box, "--save", str(tmp_path / "out.csv")]
+    environment = {**os.environ, "TERM": "xterm", "COLUMNS": "80"}
+    process = subprocess.Popen([COMMAND, *arguments], stderr=theirs, env=environment)
+    os.close(theirs)
+    said = b""
+    try:
+        while part := os.read(ours, 4096):
+            said += part
+    except OSError:  # Linux says so at the end
+        pass
+    os.close(ours)
+    assert process.wait(timeout=60) == 0
+    # After the bar, which is drawn with escape sequences.
+    last = said.decode().rsplit("\x1b[2K", 1)[-1].split("\r\n")
+    assert last[0].lstrip("\r").startswith("tracked 40 frames at "), last
+    assert last[1].startswith("lost in frame ") and "not back" in last[1], last
+    assert max(map(len, last)) <= 80 and "\\n" not in "".join(last), last
+
+
 def wait_for(condition) -> None:
     end = time.monotonic() + 60
     while not condition():

@@ -202,3 +202,9 @@ def test_errors_of_files_name_the_argument_or_the_file(folder, tmp_path):
         next(estimates)
     with pytest.raises(ValueError, match="no frames"):
         list(track([], (70, 60, 40, 30)))
+
+
+def test_a_printed_box_fits_a_line_and_its_repr_is_exact():
+    box = patchlock.Box(46.61571345319628, 158.561945343746835, 48.0, 1 / 3)
+    assert str(box) == f"{box}" == "Box(x=46.62, y=158.56, w=48.00, h=0.33)"
+    assert eval(repr(box), {"Box": patchlock.Box}) == box

@@ -77,7 +77,7 @@ fn text_of(dataset: &Dataset, findings: &Findings, remarks: &[&Remark]) -> Strin
     let rows: usize = dataset.sequences.iter().map(|s| s.truth.len()).sum();
     let known: usize = dataset.sequences.iter().map(|s| s.truth.iter().flatten().count()).sum();
     let mut text = format!(
-        "{}: layout {}, {} targets, {frames} frames, {rows} rows of truth, {known} of these with a box\n\n",
+        "{}: layout {}, {} targets, {frames} frames, {rows} rows of truth, {known} with a box\n\n",
         dataset.root.display(),
         dataset.layout,
         dataset.sequences.len()

@@ -353,8 +353,8 @@ fn print_summary(
     let command_out = |name: &str| quoted(&out.join(name));
     let mut text = format!(
         "Tracked {} rendered frames at {fps:.1} frames per second.\n\
-         Overlap with the truth: mean {:.3}, lowest {least:.3} (frame {frame}), in the {} frames in which \
-         the target is visible.\n",
+         Overlap with the truth: mean {:.3}, lowest {least:.3} (frame {frame}),\n\
+         in the {} frames in which the target is visible.\n",
         overlap.len(),
         mean(&seen),
         seen.len(),
@@ -368,9 +368,12 @@ fn print_summary(
     FILES.iter().for_each(|(name, what)| text += &format!("  {name:<12} {what}\n"));
     text += &format!(
         "\nTo do the same from the video file:\n  \
-         {program} track {} --box {x},{y},{w},{h} --video {} --save {}\n\n\
-         For your own video, look up left, top, width and height of the object in its first frame, then:\n  \
-         {program} track VIDEO.mp4 --box X,Y,W,H --video tracked.mp4 --save boxes.csv\n",
+         {program} track {} --box {x},{y},{w},{h} \\\n    \
+         --video {} --save {}\n\n\
+         For your own video, read left, top, width and height of the object off a grid:\n  \
+         {program} frame VIDEO.mp4 --grid\n  \
+         {program} track VIDEO.mp4 --box X,Y,W,H \\\n    \
+         --video tracked.mp4 --save boxes.csv\n",
         command_out("input.mp4"),
         command_out("mine.mp4"),
         command_out("mine.csv")

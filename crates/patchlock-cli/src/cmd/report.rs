@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use clap::Args;
 use patchlock_eval::dataset::Dataset;
+use patchlock_eval::names::counted;
 use patchlock_eval::protocol::Protocol;
 use patchlock_eval::report::{self, Options, Plot, Rasteriser, Report};
 use patchlock_eval::results;
@@ -129,9 +130,9 @@ pub fn run(args: &ReportArgs) -> Result<()> {
     write_plots(&folder, &report, args)?;
     let page = page.filled(report.html.as_bytes())?.commit()?;
     Ok(print(&format!(
-        "{}: {} trackers\n{}: {} figures as SVG, PNG and CSV, {} tables\n",
+        "{}: {}\n{}: {} figures as SVG, PNG and CSV, {} tables\n",
         page.display(),
-        board.trackers.len(),
+        counted(board.trackers.len(), "tracker"),
         folder.display(),
         report.plots.len(),
         report.tables.len()

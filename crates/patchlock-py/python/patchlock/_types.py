@@ -31,6 +31,10 @@ class Box(NamedTuple):
     h: float
     """Height in pixels."""
 
+    def __str__(self) -> str:
+        """For reading: two digits after the point, while `repr` has all of them."""
+        return f"Box(x={self.x:.2f}, y={self.y:.2f}, w={self.w:.2f}, h={self.h:.2f})"
+
 
 class Visibility(NamedTuple):
     """Shares of the target's patches that are visible, each 0 to 1."""

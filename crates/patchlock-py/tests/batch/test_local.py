@@ -253,6 +253,14 @@ def test_an_interrupted_batch_can_be_continued(
     assert not [path for path in leftovers(out) if ending == signal.SIGINT]
 
 
+def test_truth_is_missed_before_anything_runs(tmp_path: Path, frames: Path) -> None:
+    (tmp_path / "clips.csv").write_text(f"source,x,y,w,h\n{frames},10,10,30,30\n")
+    command = [sys.executable, "-m", "patchlock.batch", "clips.csv", "--out", "out", "--truth-to", "truth"]
+    ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert ran.returncode == 2 and "no clip of clips.csv has truth" in ran.stderr, ran.stderr
+    assert [path.name for path in tmp_path.iterdir() if path != frames] == ["clips.csv"]
+
+
 def test_score_and_report_read_the_results_and_the_collected_truth(
     tmp_path: Path, frames: Path, scene: patchlock.Scene
 ) -> None:

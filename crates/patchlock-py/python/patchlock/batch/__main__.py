@@ -118,8 +118,11 @@ def _work(arguments: argparse.Namespace) -> Summary:
         )
     if arguments.seeds is not None:
         raise ValueError("--seeds is for datasets; in a manifest, each clip has its own seed")
-    if arguments.truth_to is not None:
-        write_truth(arguments.manifest, arguments.truth_to)
+    if arguments.truth_to is not None and not write_truth(arguments.manifest, arguments.truth_to):
+        raise ValueError(
+            f"--truth-to {arguments.truth_to}: no clip of {arguments.manifest} has truth; "
+            "name its file in the column truth"
+        )
     return run(arguments.manifest, arguments.out, **common)
 
 

@@ -149,7 +149,8 @@ def read(manifest: str | os.PathLike[str] | Iterable[Clip]) -> list[Row]:
 def write_truth(manifest: str | os.PathLike[str] | Iterable[Clip], folder: str | os.PathLike[str]) -> int:
     """Collects the truth of the clips in a folder, for `patchlock score --truth`.
 
-    Writes `<folder>/<name>.txt` for each clip that has truth, with one line per tracked frame.
+    Writes `<folder>/<name>.txt` for each clip that has truth, with one line per tracked frame. Without any,
+    the folder is not created.
 
     Returns:
         The number of files.
@@ -160,8 +161,9 @@ def write_truth(manifest: str | os.PathLike[str] | Iterable[Clip], folder: str |
         OSError: A file can't be read or written.
     """
     target = Path(folder)
-    target.mkdir(parents=True, exist_ok=True)
     clips = {row.name: row for row in read(manifest) if isinstance(row, Clip) and row.truth is not None}
+    if clips:
+        target.mkdir(parents=True, exist_ok=True)
     for clip in clips.values():
         clip.check()
         lines = (
