@@ -62,20 +62,22 @@ impl View {
     pub fn draw(&mut self, tracked: &Tracked<'_>) -> Result<Canvas> {
         let (width, height) = (tracked.picture.width, tracked.picture.height);
         let whole = Canvas::from_rgb(width, height, &tracked.picture.to_rgb());
-        let whole = whole.with_context(|| format!("cannot draw on {width} x {height} pixels"))?;
+        let mut whole =
+            whole.with_context(|| format!("cannot draw on {width} x {height} pixels"))?;
         let panels = self.panels.as_mut();
-        let (mut canvas, targets) = match (&mut self.crop, tracked.targets) {
-            (Some(crop), [seen]) => crop.cut(&whole, seen)?,
-            (_, targets) => (whole, targets.to_vec()),
-        };
-        annotate_on(&mut canvas, tracked.frame, &targets, panels);
-        Ok(canvas)
+        if let (Some(crop), [seen]) = (&mut self.crop, tracked.targets) {
+            let (mut part, seen) = crop.cut(&whole, seen)?;
+            annotate_on(&mut part, tracked.frame, &[seen], panels);
+            return Ok(part);
+        }
+        annotate_on(&mut whole, tracked.frame, tracked.targets, panels);
+        Ok(whole)
     }
 }
 
 impl Crop {
     /// The part of the frame around the target, and the target there.
-    fn cut(&mut self, frame: &Canvas, seen: &Seen) -> Result<(Canvas, Vec<Seen>)> {
+    fn cut(&mut self, frame: &Canvas, seen: &Seen) -> Result<(Canvas, Seen)> {
         let BoundingBox { w, h, .. } = seen.bbox;
         if self.pixels == 0 {
             self.target = w.max(h);
@@ -89,7 +91,7 @@ impl Crop {
         let area = Area { x: x as f32, y: y as f32, w: side as f32, h: side as f32 };
         let part = frame.part(area, self.pixels).context("the video has no pixels")?;
         let scale = self.pixels as f64 / side;
-        Ok((part, vec![seen.shifted(-x, -y).scaled(scale)]))
+        Ok((part, seen.shifted(-x, -y).scaled(scale)))
     }
 }
 
