@@ -135,3 +135,17 @@ fn a_huge_frame_number_is_an_error_with_its_line() {
         assert!(!bench.path("out").exists());
     }
 }
+
+#[test]
+fn boxes_of_lost_frames_are_counted_only_where_they_are_written() {
+    let bench = Bench::new();
+    let rows =
+        "frame,x,y,w,h,status,frame_w,frame_h\n0,1,1,9,9,tracked,96,72\n1,1,1,9,9,lost,96,72\n";
+    fs::write(bench.path("t.csv"), rows).unwrap();
+    let said = |format: &str, said: &'static str| {
+        let args = ["t.csv", "--format", format, "--out", &format!("out.{format}")];
+        export(&bench, &args).success().stderr(predicate::str::contains(said));
+    };
+    said("yolo", "1 box of 1 target in 2 files; without 1 of lost frames");
+    said("coco", "2 boxes of 1 target in 1 file\n");
+}

@@ -126,7 +126,7 @@ fn export_project(args: &ExportArgs) -> Result<()> {
         of_project::Options { format, name: String::new(), frames: false, key_frames: 1, limits };
     let files =
         of_project::write(store.project(), store.video(), &options, &args.out, args.overwrite);
-    conclude(args, &track, files.map_err(Failure::from)?);
+    conclude(args, &track, files.map_err(Failure::from)?, 0);
     Ok(())
 }
 
@@ -144,19 +144,23 @@ fn export_track(args: &ExportArgs, track: &Track) -> Result<()> {
     interrupt::listen()?;
     let stopped = &interrupt::requested;
     match export::write_unless(track, &options, &args.out, args.overwrite, stopped) {
-        Ok(files) => conclude(args, track, files),
+        Ok(files) => {
+            let lost = if options.format.leaves_out_lost() { track.lost_boxes() } else { 0 };
+            conclude(args, track, files, lost);
+        }
         Err(_) if stopped() => return Err(interrupted("stopped; nothing was written").into()),
         Err(error) => return Err(Failure::from(error).into()),
     }
     Ok(())
 }
 
-/// Says what was written.
-fn conclude(args: &ExportArgs, track: &Track, files: usize) {
-    let (targets, boxes) = (track.ids().len(), track.boxes());
+/// Says what was written; `lost` boxes were not.
+fn conclude(args: &ExportArgs, track: &Track, files: usize, lost: usize) {
+    let (targets, boxes) = (track.ids().len(), track.boxes() - lost);
     let plural = |count: usize| if count == 1 { "" } else { "s" };
+    let without = if lost > 0 { format!("; without {lost} of lost frames") } else { String::new() };
     say(&format!(
-        "{}: {boxes} box{} of {targets} target{} in {files} file{}",
+        "{}: {boxes} box{} of {targets} target{} in {files} file{}{without}",
         args.out.display(),
         if boxes == 1 { "" } else { "es" },
         plural(targets),

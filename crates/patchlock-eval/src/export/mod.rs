@@ -94,6 +94,11 @@ impl Format {
         })
     }
 
+    /// Whether boxes of frames in which the target is lost are left out.
+    pub fn leaves_out_lost(self) -> bool {
+        matches!(self, Self::Yolo | Self::Voc)
+    }
+
     /// Whether the format needs the frame size.
     pub fn needs_size(self) -> bool {
         !matches!(self, Self::Mot | Self::Lasot)

@@ -256,6 +256,11 @@ impl Track {
         self.entries.iter().filter(|entry| entry.bbox.is_some()).count()
     }
 
+    /// The number of boxes of frames in which the target is lost.
+    pub fn lost_boxes(&self) -> usize {
+        self.boxes() - self.entries.iter().filter(|entry| entry.found().is_some()).count()
+    }
+
     /// The ids of all targets, in increasing order.
     pub fn ids(&self) -> BTreeSet<u64> {
         self.entries.iter().map(|entry| entry.id).collect()
