@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use patchlock_media::Order;
+use patchlock_media::{Limits, Order};
 use patchlock_studio::project::{self, Edit, Project, Store, Target};
 use patchlock_studio::tracking::Found;
 
@@ -13,7 +13,7 @@ use crate::output::{Sink, Tracked};
 use crate::targets::{Event, Targets};
 
 /// Opens the project of a source, or begins it.
-pub fn open(file: &Path, source: &str) -> Result<Store, Failure> {
+pub fn open(file: &Path, source: &str, limits: Limits) -> Result<Store, Failure> {
     let video = Path::new(source);
     if !video.exists() {
         return Err(usage(format!(
@@ -23,7 +23,7 @@ pub fn open(file: &Path, source: &str) -> Result<Store, Failure> {
             "a project belongs to one file or folder, so that it can tell whether that has changed",
         ));
     }
-    let store = Store::open(file, Some(video))?;
+    let store = Store::open_within(file, Some(video), limits)?;
     match store.changed() {
         None => Ok(store),
         Some(change) => Err(failed(format!("{}: {change}", file.display()))

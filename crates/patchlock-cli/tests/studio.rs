@@ -83,6 +83,20 @@ fn the_page_is_served_and_edits_are_beside_the_video() {
     assert!(list.contains("\"keys\":1") && list.contains("\"camera\":true"), "{list}");
 }
 
+#[test]
+fn a_clip_of_too_many_pixels_is_refused_with_a_hint() {
+    let bench = Bench::new();
+    bench.images("f", 2);
+    let mut refused = patchlock();
+    refused.current_dir(bench.folder.path());
+    refused.args(["studio", "--no-open", "f", "--max-pixels", "6911"]);
+    refused.assert().code(1).stderr(
+        contains("96 x 72 pixels are more than the 6911").and(contains("--max-pixels 6912")),
+    );
+    let studio = Studio::new(&bench, &["f", "--max-pixels", "6912"]);
+    assert!(studio.ask("GET", "/api/clips/1/frames/1", "").starts_with("HTTP/1.1 200"));
+}
+
 /// The arguments of a program can be read by all users of the machine.
 #[cfg(target_os = "linux")]
 #[test]

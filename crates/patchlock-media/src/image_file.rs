@@ -100,7 +100,11 @@ pub fn decode(bytes: &[u8]) -> Result<Picture, LoadError> {
     decode_within(bytes, Limits::default())
 }
 
-fn decode_within(bytes: &[u8], limits: Limits) -> Result<Picture, LoadError> {
+/// Decodes the bytes of an image file, as [`load_within`] does.
+///
+/// # Errors
+/// [`LoadError`].
+pub fn decode_within(bytes: &[u8], limits: Limits) -> Result<Picture, LoadError> {
     guard::decoding(|| decode_unguarded(bytes, limits))?
 }
 

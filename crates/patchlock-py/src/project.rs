@@ -22,6 +22,8 @@ use crate::estimate::{Estimate, box_tuple, to_box};
 /// Args:
 ///     path: The project file, such as `clip.patchlock.json`.
 ///     video: The video file or folder of images. Needed to begin a project; without it the file must exist.
+///     max_pixels: Most pixels of a frame, width times height. A video that claims more is refused before
+///         memory is taken for it.
 ///
 /// Raises:
 ///     ValueError: The file is not a project, or belongs to another video.
@@ -34,9 +36,15 @@ pub struct Project {
 #[pymethods]
 impl Project {
     #[new]
-    #[pyo3(signature = (path, video = None))]
-    fn new(py: Python<'_>, path: PathBuf, video: Option<PathBuf>) -> PyResult<Self> {
-        let store = py.detach(|| Store::open_shared(&path, video.as_deref()));
+    #[pyo3(signature = (path, video = None, *, max_pixels = 36_000_000))]
+    fn new(
+        py: Python<'_>,
+        path: PathBuf,
+        video: Option<PathBuf>,
+        max_pixels: usize,
+    ) -> PyResult<Self> {
+        let limits = Limits { pixels: max_pixels };
+        let store = py.detach(|| Store::open_shared_within(&path, video.as_deref(), limits));
         Ok(Self { store: store.map_err(to_python)? })
     }
 
@@ -315,7 +323,7 @@ impl Project {
         let format = Format::named(format).map_err(to_python)?;
         let stem =
             || self.store.video().file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let (name, limits) = (name.unwrap_or_else(stem), Limits::default());
+        let (name, limits) = (name.unwrap_or_else(stem), self.store.limits());
         let options = Options { format, name, frames, key_frames, limits };
         let (project, video) = (self.store.project(), self.store.video());
         let written = py.detach(|| export::write(project, video, &options, &out, overwrite));

@@ -35,6 +35,17 @@ def estimate(frame: int, status: str = "tracked") -> patchlock.Estimate:
     return patchlock.Estimate(BOX, corners, 0.75, status, None, frame=frame)  # type: ignore[arg-type]
 
 
+def test_a_video_of_too_many_pixels_begins_no_project(tmp_path: Path, video: Path):
+    path = tmp_path / "frames.patchlock.json"
+    with pytest.raises(OSError, match="96 x 64 pixels are more than the 6143 that are accepted"):
+        patchlock.Project(path, video, max_pixels=6143)
+    Image.new("L", (6001, 6000)).save(video / "0000.png")
+    with pytest.raises(OSError, match="6001 x 6000 pixels are more than the 36000000"):
+        patchlock.Project(path, video)
+    large = patchlock.Project(path, video, max_pixels=36_006_000)
+    assert large.size == (6001, 6000)
+
+
 def test_a_project_is_begun_changed_saved_and_opened(project: patchlock.Project, video: Path):
     assert (project.frames, project.size, project.targets, project.changed) == (10, (96, 64), [], None)
     assert project.video == video and not project.path.exists()

@@ -135,6 +135,7 @@ fn failure(error: server::Error) -> Failure {
         server::Error::Listen { .. } => {
             failure.hint("choose another --port, or none for a free one")
         }
+        server::Error::Clip { hint: Some(hint), .. } => failure.hint(hint),
         _ => failure,
     }
 }

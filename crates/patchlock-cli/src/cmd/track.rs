@@ -254,7 +254,8 @@ impl Start {
 pub fn run(args: &TrackArgs) -> Result<()> {
     let order = args.order();
     order.check().map_err(Failure::from)?;
-    let project = args.project.as_deref().map(|file| project::open(file, &args.source));
+    let limits = args.limits.limits();
+    let project = args.project.as_deref().map(|file| project::open(file, &args.source, limits));
     let project = project.transpose()?;
     let start = args.start(project.as_ref())?;
     let options = Overrides { seed: args.seed, rotate: args.rotate, set: &args.set };
@@ -263,7 +264,7 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let settings = Settings::new(&args.preset, &config);
     let plan = args.plan(&start)?;
 
-    let source = patchlock_media::open_within(&args.source, args.reverse, args.limits.limits());
+    let source = patchlock_media::open_within(&args.source, args.reverse, limits);
     let source = source.map_err(Failure::from)?;
     let rate = source.rate();
     let length = source.length();

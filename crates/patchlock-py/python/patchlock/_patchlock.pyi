@@ -529,13 +529,21 @@ class Project:
     Args:
         path: The project file, such as `clip.patchlock.json`.
         video: The video file or folder of images. Needed to begin a project; without it the file must exist.
+        max_pixels: Most pixels of a frame, width times height. A video that claims more is refused before
+            memory is taken for it.
 
     Raises:
         ValueError: The file is not a project, or belongs to another video.
         OSError: The file or the video can't be read.
     """
 
-    def __new__(cls, path: str | os.PathLike[str], video: str | os.PathLike[str] | None = None) -> Self: ...
+    def __new__(
+        cls,
+        path: str | os.PathLike[str],
+        video: str | os.PathLike[str] | None = None,
+        *,
+        max_pixels: int = 36_000_000,
+    ) -> Self: ...
     @property
     def path(self) -> Path:
         """The project file."""

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use patchlock_eval::files;
+use patchlock_media::Limits;
 
 use super::file::{self, Fault};
 use super::history::History;
@@ -29,6 +30,8 @@ pub struct Store {
     /// The text that was last read or written, of a shared project.
     text: Vec<u8>,
     lock: Option<Lock>,
+    /// What the video may claim.
+    limits: Limits,
 }
 
 /// The project file of a video, beside it: `clip.patchlock.json` for `clip.mp4`, `frames.patchlock.json` for
@@ -71,11 +74,16 @@ impl Store {
     /// [`Error::InUse`] if the project is open elsewhere; [`Error::OtherVideo`] if the project belongs to
     /// another video that still exists; else as [`Store::create`] and [`Store::open_shared`].
     pub fn open(path: &Path, video: Option<&Path>) -> Result<Self, Error> {
+        Self::open_within(path, video, Limits::default())
+    }
+
+    /// The same as [`Store::open`], with limits on what the video may claim.
+    ///
+    /// # Errors
+    /// As [`Store::open`].
+    pub fn open_within(path: &Path, video: Option<&Path>, limits: Limits) -> Result<Self, Error> {
         let (path, lock) = locked(path)?;
-        match video {
-            Some(video) if !path.exists() => Self::begin(path, video, Some(lock)),
-            _ => Self::read(path, video, Some(lock)),
-        }
+        Self::open_or_begin(path, video, Some(lock), limits)
     }
 
     /// Begins a project for a video, with the label `target`. The file is written by the first
@@ -88,7 +96,7 @@ impl Store {
         let (path, lock) = locked(path)?;
         match path.exists() {
             true => Err(Error::Exists { path }),
-            false => Self::begin(path, video, Some(lock)),
+            false => Self::begin(path, video, Some(lock), Limits::default()),
         }
     }
 
@@ -99,15 +107,40 @@ impl Store {
     /// [`Error::Read`]; [`Error::Invalid`] and [`Error::Version`] if the file is not a project;
     /// [`Error::OtherVideo`].
     pub fn open_shared(path: &Path, video: Option<&Path>) -> Result<Self, Error> {
-        let path = real(path)?;
+        Self::open_shared_within(path, video, Limits::default())
+    }
+
+    /// The same as [`Store::open_shared`], with limits on what the video may claim.
+    ///
+    /// # Errors
+    /// As [`Store::open_shared`].
+    pub fn open_shared_within(
+        path: &Path,
+        video: Option<&Path>,
+        limits: Limits,
+    ) -> Result<Self, Error> {
+        Self::open_or_begin(real(path)?, video, None, limits)
+    }
+
+    fn open_or_begin(
+        path: PathBuf,
+        video: Option<&Path>,
+        lock: Option<Lock>,
+        limits: Limits,
+    ) -> Result<Self, Error> {
         match video {
-            Some(video) if !path.exists() => Self::begin(path, video, None),
-            _ => Self::read(path, video, None),
+            Some(video) if !path.exists() => Self::begin(path, video, lock, limits),
+            _ => Self::read(path, video, lock, limits),
         }
     }
 
-    fn begin(path: PathBuf, video: &Path, lock: Option<Lock>) -> Result<Self, Error> {
-        let description = Video::describe(video, folder_of(&path))?;
+    fn begin(
+        path: PathBuf,
+        video: &Path,
+        lock: Option<Lock>,
+        limits: Limits,
+    ) -> Result<Self, Error> {
+        let description = Video::describe(video, folder_of(&path), limits)?;
         let labels = vec![Label::new("target", 0)];
         let targets = Vec::new();
         let project = Project { video: description, labels, targets, next_id: 1, done: false };
@@ -122,10 +155,16 @@ impl Store {
             saved: None,
             text: Vec::new(),
             lock,
+            limits,
         })
     }
 
-    fn read(path: PathBuf, video: Option<&Path>, lock: Option<Lock>) -> Result<Self, Error> {
+    fn read(
+        path: PathBuf,
+        video: Option<&Path>,
+        lock: Option<Lock>,
+        limits: Limits,
+    ) -> Result<Self, Error> {
         let text = files::read(&path).map_err(|error| Error::read(&path, error))?;
         let (mut project, revision) = file::read(&text).map_err(|fault| match fault {
             Fault::Version(version) => Error::Version { path: path.clone(), version },
@@ -141,7 +180,8 @@ impl Store {
         };
         let history = History::default();
         let text = if lock.is_none() { text } else { Vec::new() };
-        Ok(Self { path, video, project, history, revision, saved: Some(revision), text, lock })
+        let saved = Some(revision);
+        Ok(Self { path, video, project, history, revision, saved, text, lock, limits })
     }
 
     /// The project.
@@ -157,6 +197,11 @@ impl Store {
     /// The video, as [`patchlock_media::open`] takes it.
     pub fn video(&self) -> &Path {
         &self.video
+    }
+
+    /// What the video may claim.
+    pub fn limits(&self) -> Limits {
+        self.limits
     }
 
     /// A number that grows with each change, also over several runs of the program.
@@ -278,7 +323,7 @@ impl Store {
     /// # Errors
     /// [`Error::Edit`] if targets have boxes beyond its end; as [`Store::create`] if it cannot be read.
     pub fn accept_video(&mut self) -> Result<u64, Error> {
-        let video = Video::describe(&self.video, folder_of(&self.path))?;
+        let video = Video::describe(&self.video, folder_of(&self.path), self.limits)?;
         let old = std::mem::replace(&mut self.project.video, video);
         if let Err(reason) = check::project(&self.project) {
             self.project.video = old;

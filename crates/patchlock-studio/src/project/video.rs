@@ -6,6 +6,7 @@ use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::{Component, Path, PathBuf};
 
 use patchlock_eval::files;
+use patchlock_media::Limits;
 use sha2::{Digest as _, Sha256};
 
 use super::{Error, Video};
@@ -47,13 +48,13 @@ impl fmt::Display for Change {
 
 impl Video {
     /// Describes a video for a project file in this folder. Reads the first frame, and all of them if the
-    /// file does not say how many there are.
+    /// file does not say how many there are. A video that claims more than the limits is refused.
     ///
     /// # Errors
     /// [`Error::Read`] and [`Error::Video`] if it cannot be read or has no frames.
-    pub fn describe(video: &Path, folder: &Path) -> Result<Self, Error> {
+    pub fn describe(video: &Path, folder: &Path, limits: Limits) -> Result<Self, Error> {
         let (bytes, hash) = fingerprint(video).map_err(|error| Error::read(video, error))?;
-        let mut source = patchlock_media::open(&video.to_string_lossy(), false)?;
+        let mut source = patchlock_media::open_within(&video.to_string_lossy(), false, limits)?;
         let unreadable =
             || Error::read(video, io::Error::new(io::ErrorKind::InvalidData, "it has no frames"));
         let first = source.frame(0)?.ok_or_else(unreadable)?;

@@ -208,7 +208,7 @@ impl Follower {
     }
 
     fn follow(&mut self, number: usize, jpeg: &[u8]) -> Result<Value, Refusal> {
-        let picture = image_file::decode(jpeg);
+        let picture = image_file::decode_within(jpeg, self.app.settings.limits);
         let picture = picture.map_err(|error| Refusal::bad(format!("not a picture: {error}")))?;
         let begun = Instant::now();
         let estimate = self.estimate(&picture)?;

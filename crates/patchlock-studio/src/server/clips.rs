@@ -138,8 +138,8 @@ impl Clip {
     }
 
     fn open_now(&self) -> Result<Opened, Refusal> {
-        let store = Store::open(&self.project, Some(&self.video))?;
         let limits = self.settings.limits;
+        let store = Store::open_within(&self.project, Some(&self.video), limits)?;
         let source = patchlock_media::open_within(&self.video.to_string_lossy(), false, limits)?;
         let video = &store.project().video;
         let (frames, width, height) = (video.frames, video.width, video.height);

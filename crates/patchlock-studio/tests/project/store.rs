@@ -7,6 +7,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use patchlock::Status;
+use patchlock_media::Limits;
 use patchlock_studio::project::{Change, Edit, Error, Store, Tracked, beside};
 
 use crate::support::{FRAMES, Place, add, bbox, bmp, write_images};
@@ -150,6 +151,25 @@ fn a_project_has_one_writer() {
     assert_eq!(Store::open(&place.file(), None).unwrap().project().targets.len(), 3);
     let error = Store::create(&place.file(), &place.video()).unwrap_err();
     assert!(matches!(error, Error::Exists { .. }), "{error}");
+}
+
+#[test]
+fn a_video_of_too_many_pixels_begins_no_project() {
+    let place = Place::new();
+    let few = Limits { pixels: 64 * 48 - 1 };
+    for open in [Store::open_within, Store::open_shared_within] {
+        let error = open(&place.file(), Some(&place.video()), few).unwrap_err();
+        assert!(error.to_string().contains("are more than the 3071"), "{error}");
+        assert!(error.hint().unwrap().contains("--max-pixels 3072"), "{:?}", error.hint());
+    }
+    assert!(!place.file().exists());
+
+    let enough = Limits { pixels: 64 * 48 };
+    let mut store = Store::open_within(&place.file(), Some(&place.video()), enough).unwrap();
+    assert_eq!((store.project().video.width, store.limits()), (64, enough));
+    fs::write(place.video().join("0000.bmp"), bmp(64, 49)).unwrap();
+    let error = store.accept_video().unwrap_err().to_string();
+    assert!(error.contains("64 x 49 pixels are more than the 3072"), "{error}");
 }
 
 #[test]
