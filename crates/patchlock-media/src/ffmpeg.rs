@@ -1,5 +1,6 @@
 //! Decodes all other video formats with an `ffmpeg` process, whose Y4M output is read through a pipe.
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, BufReader, Read};
@@ -14,6 +15,7 @@ use tempfile::TempDir;
 use crate::child::{Running, Watched, silent};
 use crate::colour::Matrix;
 use crate::limits::{self, Limits};
+use crate::source::count_by_reading;
 use crate::{Error, FrameRate, FrameSource, Picture, y4m};
 
 /// The option for "every frame exactly once", as spelled by new and by old versions of ffmpeg.
@@ -51,17 +53,21 @@ pub fn open(
     program: Program,
 ) -> Result<Box<dyn FrameSource>, Error> {
     let about = About::of(path, reason, limits, &program)?;
-    let task = Task {
-        program,
-        path: path.to_path_buf(),
-        reason: reason.to_string(),
-        limits,
-        reverse,
-        matrix: about.matrix,
+    let About { sound, pixels, .. } = about;
+    let places = match times {
+        Some(times) => Places::of(times),
+        None if about.is_countable => Places::NotRead,
+        None => Places::Unknown,
     };
-    let part = task.start(None)?;
-    let times = times.filter(|_| !reverse);
-    Ok(Box::new(Video { task, part, times, waiting: None, sound: about.sound }))
+    let (path, reason) = (path.to_path_buf(), reason.to_string());
+    let task = Task { program, path, reason, limits, matrix: about.matrix };
+    let part = task.start(None, false)?;
+    let (kept, length) = (BTreeMap::new(), None);
+    let mut video = Video { task, part, next: 0, places, kept, reverse, length, pixels, sound };
+    if reverse {
+        video.prepare_reverse()?;
+    }
+    Ok(Box::new(video))
 }
 
 /// How to decode a video.
@@ -70,14 +76,14 @@ struct Task {
     path: PathBuf,
     reason: String,
     limits: Limits,
-    reverse: bool,
     matrix: Option<Matrix>,
 }
 
 impl Task {
     /// Starts ffmpeg: at the beginning, or with the frame of this number, which is the first one shown at
-    /// this time, in millionths of a second, or later.
-    fn start(&self, from: Option<(usize, i64)>) -> Result<Part, Error> {
+    /// this time, in millionths of a second, or later. With `whole`, the frames are copied to a temporary
+    /// file, in which they can be read in any order.
+    fn start(&self, from: Option<(usize, i64)>, whole: bool) -> Result<Part, Error> {
         let (first, from) = (from.map_or(0, |(first, _)| first), from.map(|(_, time)| time));
         let name = self.path.display().to_string();
         let folder =
@@ -87,7 +93,7 @@ impl Task {
             let mut command = self.decoding(from, sync)?;
             command.current_dir(folder.path());
             let pipe = Pipe::start(&mut command, self)?;
-            match y4m::open_stream(pipe, &name, self.reverse, self.limits, self.matrix, first) {
+            match y4m::open_stream(pipe, &name, whole, self.limits, self.matrix, first) {
                 Ok(frames) => {
                     let times = Times { folder, lines: None, first, read: Vec::new(), start: None };
                     return Ok(Part { frames, times });
@@ -118,6 +124,52 @@ impl Task {
         command.args(["-strict", "-1", "-f", "yuv4mpegpipe", "-"]);
         Ok(command)
     }
+
+    /// When the frames are shown, from the packets of the file, which are read but not decoded; `None` if
+    /// they do not tell.
+    fn packet_times(&self) -> Option<Vec<i64>> {
+        let most = limits::frames(self.path.metadata().ok()?.len()) as usize;
+        let mut command = self.program.command(&self.path, "error", None, self.limits).ok()?;
+        command.args(["-c", "copy", "-f", "framecrc", "-"]);
+        let mut lines = BufReader::new(Pipe::start(&mut command, self).ok()?);
+        let (mut unit, mut times) = (None, Vec::new());
+        while let Some(line) = y4m::piece_of_line(&mut lines).ok()? {
+            if let Some(text) = line.strip_prefix("#tb 0: ") {
+                let (over, under) = text.trim().split_once('/')?;
+                unit = Some((over.parse::<i128>().ok()?, under.parse::<i128>().ok()?));
+            } else if !line.starts_with('#') {
+                let ticks: i64 = line.split(',').nth(2)?.trim().parse().ok()?;
+                let (over, under) = unit.filter(|&(over, under)| over > 0 && under > 0)?;
+                let micros = 1_000_000 * over * i128::from(ticks);
+                times.push(i64::try_from((micros + under / 2).div_euclid(under)).ok()?);
+            }
+            if times.len() > most {
+                return None;
+            }
+        }
+        // Packets are in the order of decoding.
+        times.sort_unstable();
+        Some(times)
+    }
+}
+
+/// When each frame is shown, in millionths of a second: where ffmpeg has to begin to start with that frame.
+enum Places {
+    /// The packets of the file have not been read yet.
+    NotRead,
+    Known(Vec<i64>),
+    /// All frames before a frame have to be decoded.
+    Unknown,
+}
+
+impl Places {
+    /// Frames that are shown twice, or at the same time, have no certain place.
+    fn of(times: Vec<i64>) -> Self {
+        match !times.is_empty() && times.is_sorted_by(|a, b| a < b) {
+            true => Self::Known(times),
+            false => Self::Unknown,
+        }
+    }
 }
 
 /// Frames from one run of ffmpeg, with their times.
@@ -127,7 +179,7 @@ struct Part {
 }
 
 impl Program {
-    /// A command line up to the input. With `from`, decoding starts there and times are those of the file.
+    /// A command line up to the input. With `from`, decoding starts there. Times are those of the file.
     fn command(
         &self,
         path: &Path,
@@ -143,8 +195,9 @@ impl Program {
         command
             .args(["-hide_banner", "-v", level, "-nostdin", "-protocol_whitelist", "file"])
             .args(["-max_pixels", &limits.pixels.to_string()]);
+        command.arg("-copyts");
         if let Some(from) = from {
-            command.args(["-copyts", "-seek_timestamp", "1", "-ss", &format!("{from}us")]);
+            command.args(["-seek_timestamp", "1", "-ss", &format!("{from}us")]);
         }
         command.arg("-i").arg(input).args(["-map", "0:v:0"]).stdin(Stdio::null());
         Ok(command)
@@ -156,6 +209,10 @@ struct About {
     /// The matrix of the colours; `None` if the video does not say.
     matrix: Option<Matrix>,
     sound: bool,
+    /// Pixels of a frame, 0 if that is not known.
+    pixels: usize,
+    /// Whether each packet of the file is a frame that is shown.
+    is_countable: bool,
 }
 
 impl About {
@@ -170,7 +227,8 @@ impl About {
         let errors = child.stderr.take();
         // What it prints is all that matters; it is killed in the end.
         let _running = Running::new(child);
-        let mut about = Self { matrix: None, sound: false };
+        let mut about = Self { matrix: None, sound: false, pixels: 0, is_countable: false };
+        let mut one_each = false;
         let Some(errors) = errors else { return Ok(about) };
         let mut errors = BufReader::new(Watched::new(errors, program.patience));
         loop {
@@ -182,12 +240,35 @@ impl About {
                 }
                 Ok(None) | Err(_) => return Ok(about),
             };
-            about.sound |= line.contains("Stream #") && line.contains(": Audio:");
+            let is_stream = line.contains("Stream #");
+            about.sound |= is_stream && line.contains(": Audio:");
+            one_each |= is_stream && ONE_FRAME_EACH.iter().any(|codec| line.contains(codec));
+            // Other containers than MP4 may store the two fields of an interlaced frame apart.
+            about.is_countable |= one_each && line.contains(" i:P ");
+            let size = line.split(' ').find_map(|word| word.strip_prefix("s:"));
+            about.pixels = size.and_then(area).unwrap_or(about.pixels);
             let space = line.split(' ').find_map(|word| word.strip_prefix("color_space:"));
             about.matrix = about.matrix.or(space.and_then(matrix));
         }
     }
 }
+
+/// Width times height of a size such as `640x480`.
+fn area(size: &str) -> Option<usize> {
+    let (width, height) = size.split_once('x')?;
+    width.parse::<usize>().ok()?.checked_mul(height.parse().ok()?)
+}
+
+/// Encodings in which each packet holds one frame that is shown. VP8 and MPEG-4, for example, have others.
+const ONE_FRAME_EACH: [&str; 7] = [
+    "Video: h264",
+    "Video: hevc",
+    "Video: vp9",
+    "Video: av1",
+    "Video: mjpeg",
+    "Video: prores",
+    "Video: ffv1",
+];
 
 /// The matrix with this name in ffmpeg; `None` if the video does not say.
 fn matrix(name: &str) -> Option<Matrix> {
@@ -200,43 +281,113 @@ fn matrix(name: &str) -> Option<Matrix> {
     }
 }
 
+/// Frames kept when reading backwards, if they are not too large.
+const BACKWARD_WINDOW: usize = 32;
+/// To reach a frame that is not farther ahead, ffmpeg is not started again.
+const NEAR: usize = 48;
+
 /// A video that ffmpeg decodes.
 struct Video {
     task: Task,
     part: Part,
-    /// When each frame is shown, in millionths of a second; to start at a later frame.
-    times: Option<Vec<i64>>,
-    /// The frame with this number, read in advance.
-    waiting: Option<(usize, Picture)>,
+    /// The frame that the part gives next.
+    next: usize,
+    places: Places,
+    /// Frames that were read in advance.
+    kept: BTreeMap<usize, Picture>,
+    /// Whether frames before the wanted one are kept, since they may be wanted next.
+    reverse: bool,
+    /// The number of frames, if it had to be known.
+    length: Option<usize>,
+    /// Pixels of a frame.
+    pixels: usize,
     sound: bool,
 }
 
 impl Video {
-    /// Starts at a later frame, if it is certain that ffmpeg then begins with that one: otherwise all frames
-    /// are decoded.
-    fn skip_to(&mut self, index: usize) -> Option<()> {
-        let times = self.times.take()?;
-        let (before, wanted) = (*times.get(index.checked_sub(1)?)?, *times.get(index)?);
-        // Frames that are shown twice have no certain place.
-        if !times.is_sorted_by(|a, b| a < b) {
-            return None;
+    /// When all frames are shown, if that is certain enough to start at any of them.
+    fn places(&mut self) -> Option<&[i64]> {
+        if let Places::NotRead = self.places {
+            self.places = self.task.packet_times().map_or(Places::Unknown, Places::of);
         }
-        let from = before + (wanted - before) / 2;
-        let mut part = self.task.start(Some((index, from))).ok()?;
+        match &self.places {
+            Places::Known(times) => Some(times),
+            Places::NotRead | Places::Unknown => None,
+        }
+    }
+
+    /// Reading backwards takes places of the frames, or else a copy of the decoded video.
+    fn prepare_reverse(&mut self) -> Result<(), Error> {
+        self.length = match self.places().map(<[i64]>::len) {
+            Some(length) => Some(length),
+            None => {
+                self.reverse = false;
+                self.part = self.task.start(None, true)?;
+                self.part.frames.length()
+            }
+        };
+        Ok(())
+    }
+
+    /// Sees to it that the part gives this frame next, or one not far before it.
+    fn approach(&mut self, index: usize) -> Result<(), Error> {
+        if (self.next..=self.next + NEAR).contains(&index) || self.part.frames.length().is_some() {
+            return Ok(());
+        }
+        if self.start_at(index).is_some() {
+            return Ok(());
+        }
+        // A start that failed shows that the places are wrong.
+        self.places = Places::Unknown;
+        if index < self.next {
+            (self.part, self.next) = (self.task.start(None, false)?, 0);
+        }
+        Ok(())
+    }
+
+    /// Starts with this frame, if it is certain that ffmpeg then begins with that one.
+    fn start_at(&mut self, index: usize) -> Option<()> {
+        let times = self.places()?;
+        let (first, wanted) = (*times.first()?, *times.get(index)?);
+        let before = index.checked_sub(1).map(|before| times[before]);
+        let from = before.map(|before| (index, before + (wanted - before) / 2));
+        let mut part = self.task.start(from, false).ok()?;
         let picture = part.frames.frame(index).ok()??;
         if (part.times.absolute(index)? - wanted).abs() > 1 {
             return None;
         }
-        part.times.start = times.first().copied();
-        self.part = part;
-        self.waiting = Some((index, picture));
+        part.times.start = Some(first);
+        (self.part, self.next) = (part, index + 1);
+        self.kept.insert(index, picture);
         Some(())
+    }
+
+    /// Reads a frame that is kept, or one at or after the next one of the part.
+    fn read(&mut self, index: usize) -> Result<Option<Picture>, Error> {
+        if let Some(picture) = self.kept.remove(&index) {
+            return Ok(Some(picture));
+        }
+        let picture = self.part.frames.frame(index)?;
+        self.next = index + 1;
+        // A frame that comes at another time than the packets say has another number.
+        if let (Places::Known(times), Some(now)) = (&self.places, self.part.times.absolute(index))
+            && times.get(index).is_none_or(|time| time.abs_diff(now) > 1)
+        {
+            self.places = Places::Unknown;
+        }
+        Ok(picture)
+    }
+
+    /// The first frame to read for this one.
+    fn window(&self, index: usize) -> usize {
+        let held = self.task.limits.held_frames(self.pixels, BACKWARD_WINDOW);
+        (index + 1).saturating_sub(if self.reverse { held } else { 1 })
     }
 }
 
 impl FrameSource for Video {
     fn length(&self) -> Option<usize> {
-        self.part.frames.length()
+        self.length
     }
 
     fn rate(&self) -> Option<FrameRate> {
@@ -247,17 +398,34 @@ impl FrameSource for Video {
         self.sound
     }
 
-    fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
-        if self.times.is_some() {
-            self.skip_to(index);
+    fn count(&mut self) -> Result<usize, Error> {
+        if let Some(length) = self.length {
+            return Ok(length);
         }
-        let waiting = self.waiting.take().filter(|(number, _)| *number == index);
-        let picture = match waiting {
-            Some((_, picture)) => Some(picture),
-            None => self.part.frames.frame(index)?,
-        };
+        // The places are wrong if the first frame comes at another time.
+        let first = self.frame(0)?;
+        self.kept.extend(first.map(|picture| (0, picture)));
+        match self.places().map(<[i64]>::len) {
+            Some(length) => Ok(length),
+            None => count_by_reading(self, 1),
+        }
+    }
+
+    fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
+        if self.length.is_some_and(|length| index >= length) {
+            return Ok(None);
+        }
+        if !self.kept.contains_key(&index) {
+            self.kept.clear();
+            let first = self.window(index);
+            self.approach(first)?;
+            for before in first..index {
+                let picture = self.read(before)?;
+                self.kept.extend(picture.map(|picture| (before, picture)));
+            }
+        }
         // A frame without a time has that of an even rate.
-        Ok(picture.map(|picture| {
+        Ok(self.read(index)?.map(|picture| {
             let time = self.part.times.of(index).or(picture.time);
             picture.at(time)
         }))

@@ -39,6 +39,12 @@ pub fn begins_picture(unit: &[u8]) -> bool {
         && unit.get(1).is_some_and(|byte| byte & 0x80 != 0)
 }
 
+/// Whether no other picture needs these units: none is a parameter set or a part of a reference.
+pub fn is_disposable(stream: &[u8]) -> bool {
+    const REFERENCE_BITS: u8 = 0x60;
+    units(stream).all(|unit| unit.first().is_none_or(|header| header & REFERENCE_BITS == 0))
+}
+
 /// Properties of a stream that must be known before it is decoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct StreamInfo {

@@ -286,6 +286,9 @@ impl Mp4 {
             let shown = self.pictures.shown[self.next];
             let data = self.read_sample(self.next)?;
             self.next += 1;
+            if shown < keep_from && h264::is_disposable(&data) {
+                continue;
+            }
             let Some(frame) = self.decode(&data)? else { continue };
             if shown < keep_from {
                 continue;

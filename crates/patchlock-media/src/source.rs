@@ -49,11 +49,34 @@ pub trait FrameSource: Send {
         false
     }
 
+    /// The number of frames. If it is neither known nor told by the file, frames are read to the end.
+    ///
+    /// # Errors
+    /// As [`FrameSource::frame`].
+    fn count(&mut self) -> Result<usize, Error> {
+        match self.length() {
+            Some(length) => Ok(length),
+            None => count_by_reading(self, 0),
+        }
+    }
+
     /// Reads the frame with this index; `None` after the last frame.
     ///
     /// # Errors
     /// [`Error::Source`] names the frame that cannot be read and the reason.
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error>;
+}
+
+/// The number of frames of a source of which this many are known to be there.
+pub(crate) fn count_by_reading(
+    source: &mut (impl FrameSource + ?Sized),
+    known: usize,
+) -> Result<usize, Error> {
+    let mut count = known;
+    while source.frame(count)?.is_some() {
+        count += 1;
+    }
+    Ok(count)
 }
 
 /// Opens a folder of images, a printf pattern, a glob, an image, a video file, or `-` for Y4M on standard
@@ -125,6 +148,12 @@ impl FrameSource for Guarded {
 
     fn has_sound(&self) -> bool {
         self.source.has_sound()
+    }
+
+    fn count(&mut self) -> Result<usize, Error> {
+        guard::decoding(|| self.source.count()).unwrap_or_else(|panicked| {
+            Err(Error::plain(format!("cannot count the frames of {}: {panicked}", self.name)))
+        })
     }
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {

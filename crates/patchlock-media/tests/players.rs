@@ -197,6 +197,37 @@ fn a_later_start_gives_the_same_frames() {
     }
 }
 
+/// Whatever the order of reading, and whether ffmpeg has to start again for a frame or not.
+#[test]
+fn frames_of_ffmpeg_do_not_depend_on_the_order_of_reading() {
+    if !ffmpeg_is_there("frames in any order") {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    fs::write(path("plain.mp4"), small_mp4(64, 48, 150)).unwrap();
+    // Packets that tell the times, and those that do not.
+    let kinds: [(&str, &[&str]); 2] = [
+        ("known.mkv", &["-c", "copy", "-bsf:v", "setts=ts=TS+90000"]),
+        ("unknown.avi", &["-c:v", "mpeg4", "-bf", "2", "-g", "60"]),
+    ];
+    for (name, options) in kinds {
+        let file = path(name);
+        ffmpeg(&[&["-i", &path("plain.mp4")][..], options, &[&file]].concat());
+        let straight = all_frames(file.as_ref());
+        for reverse in [false, true] {
+            let mut video = open(&file, reverse).unwrap();
+            assert_eq!(video.count().unwrap(), straight.len(), "{name}");
+            for k in [100, 101, 99, 3, 149, 148, 30] {
+                let picture = video.frame(k).unwrap();
+                assert!(picture.as_ref() == Some(&straight[k]), "frame {k} of {name}");
+            }
+            assert_eq!(video.frame(straight.len()).unwrap(), None);
+            assert!(video.frame(149).unwrap().as_ref() == Some(&straight[149]));
+        }
+    }
+}
+
 /// Later parts of a video that ffmpeg decodes do not wait for the parts before them.
 #[test]
 fn ffmpeg_starts_near_the_first_frame_that_is_read() {

@@ -47,8 +47,8 @@ impl fmt::Display for Change {
 }
 
 impl Video {
-    /// Describes a video for a project file in this folder. Reads the first frame, and all of them if the
-    /// file does not say how many there are. A video that claims more than the limits is refused.
+    /// Describes a video for a project file in this folder. Reads the first frame, and all of them if neither
+    /// the file nor its packets say how many there are. A video that claims more than the limits is refused.
     ///
     /// # Errors
     /// [`Error::Read`] and [`Error::Video`] if it cannot be read or has no frames.
@@ -57,17 +57,8 @@ impl Video {
         let mut source = patchlock_media::open_within(&video.to_string_lossy(), false, limits)?;
         let unreadable =
             || Error::read(video, io::Error::new(io::ErrorKind::InvalidData, "it has no frames"));
+        let frames = source.count()?;
         let first = source.frame(0)?.ok_or_else(unreadable)?;
-        let frames = match source.length() {
-            Some(length) => length,
-            None => {
-                let mut count = 1;
-                while source.frame(count)?.is_some() {
-                    count += 1;
-                }
-                count
-            }
-        };
         let path = relative(video, folder).map_err(|error| Error::read(video, error))?;
         Ok(Self { path, bytes, hash, frames, width: first.width, height: first.height })
     }

@@ -30,9 +30,14 @@ const CACHE_BYTES: usize = 256 << 20;
 const QUALITY: u8 = 88;
 /// A frame of at most this width is a thumbnail.
 const THUMBNAIL: u32 = 320;
-/// Frames prepared in the direction of the last step, and against it.
+/// Frames prepared after a step forward.
 const AHEAD: usize = 24;
+/// Frames prepared after a step back. A decoder comes to them many at a time, and may take longer.
+const BACK: usize = 64;
+/// Frames prepared against the direction of the last step, after those in the direction.
 const BEHIND: usize = 6;
+/// Frames prepared before the one that a source has to start again for: a step back would take a start, too.
+const BEFORE: usize = 12;
 /// A decoder that nobody needs for this long is closed.
 const IDLE: Duration = Duration::from_secs(60);
 
@@ -285,17 +290,11 @@ impl Job {
 
     /// Decodes and encodes a frame, and those before it that have to be decoded anyway.
     fn encode(&self, source: &mut Option<Source>, key: Key) -> Result<Bytes, Refusal> {
-        let opened = match source.take() {
-            Some(opened) if opened.reaches(key.frame) => opened,
-            _ => Source::open(&self.path, self.limits)?,
+        let opened = match source {
+            Some(opened) => opened,
+            None => source.insert(Source::open(&self.path, self.limits, self.prepares)?),
         };
-        let opened = source.insert(opened);
-        // A source that only goes forward comes to frames before this one at no cost, and would have to begin
-        // again when they are asked for.
-        let first = match opened.any_order || !self.prepares {
-            true => key.frame,
-            false => key.frame.saturating_sub(AHEAD).max(opened.next).min(key.frame),
-        };
+        let first = if self.prepares { opened.first(key.frame) } else { key.frame };
         let mut wanted = None;
         for frame in first..=key.frame {
             let picture = match opened.frame(frame) {
@@ -317,29 +316,34 @@ impl Job {
 /// An open video.
 struct Source {
     frames: Box<dyn FrameSource>,
-    /// Whether frames can be read in any order; otherwise only forward.
-    any_order: bool,
+    /// Whether it keeps frames for steps back. What comes from another program does not: that has to start
+    /// again.
+    keeps: bool,
     /// The frame after the last one that was read.
     next: usize,
 }
 
 impl Source {
-    fn open(path: &Path, limits: Limits) -> Result<Self, patchlock_media::Error> {
+    fn open(path: &Path, limits: Limits, keeps: bool) -> Result<Self, patchlock_media::Error> {
         let name = path.to_string_lossy();
         let frames = patchlock_media::open_within(&name, false, limits)?;
-        // What comes from another program has no known length, and reading it backward would need a copy of
-        // the decoded video.
-        let any_order = frames.length().is_some();
-        let frames = match any_order {
+        // What comes from another program has no known length.
+        let keeps = keeps && frames.length().is_some();
+        let frames = match keeps {
             true => patchlock_media::open_within(&name, true, limits)?,
             false => frames,
         };
-        Ok(Self { frames, any_order, next: 0 })
+        Ok(Self { frames, keeps, next: 0 })
     }
 
-    /// Whether a frame can be read without opening the video again.
-    fn reaches(&self, frame: usize) -> bool {
-        self.any_order || frame >= self.next
+    /// The first frame to read for this one: if the source has to start again, it does so for many steps
+    /// back at once.
+    fn first(&self, frame: usize) -> usize {
+        if self.keeps || (self.next..=self.next + AHEAD).contains(&frame) {
+            return frame;
+        }
+        let is_step_back = frame < self.next && self.next - frame <= BACK;
+        frame.saturating_sub(if is_step_back { AHEAD } else { BEFORE })
     }
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, patchlock_media::Error> {
@@ -367,10 +371,8 @@ fn neighbours(frame: usize, forward: bool, frames: usize) -> impl Iterator<Item 
         true => frame.checked_add(step).filter(|&there| there < frames),
         false => frame.checked_sub(step),
     };
-    (1..=AHEAD).flat_map(move |step| {
-        let against = (step <= BEHIND).then(|| at(step, !forward)).flatten();
-        at(step, forward).into_iter().chain(against)
-    })
+    let ahead = (1..=if forward { AHEAD } else { BACK }).filter_map(move |step| at(step, forward));
+    ahead.chain((1..=BEHIND).filter_map(move |step| at(step, !forward)))
 }
 
 /// Encodes a frame, scaled down to a width unless that is 0.
@@ -445,6 +447,23 @@ pub async fn frame(
 mod tests {
     use super::*;
 
+    /// A video without frames.
+    struct Nothing;
+
+    impl FrameSource for Nothing {
+        fn length(&self) -> Option<usize> {
+            Some(0)
+        }
+
+        fn rate(&self) -> Option<patchlock_media::FrameRate> {
+            None
+        }
+
+        fn frame(&mut self, _: usize) -> Result<Option<Picture>, patchlock_media::Error> {
+            Ok(None)
+        }
+    }
+
     fn key(frame: usize) -> Key {
         Key { clip: 1, frame, width: 0 }
     }
@@ -467,12 +486,21 @@ mod tests {
 
     #[test]
     fn neighbours_are_prepared_in_the_direction_of_the_last_step() {
-        let near = |frame, forward| neighbours(frame, forward, 50).take(5).collect::<Vec<_>>();
-        assert_eq!(near(10, true), [11, 9, 12, 8, 13]);
-        assert_eq!(near(10, false), [9, 11, 8, 12, 7]);
-        assert_eq!(near(49, true), [48, 47, 46, 45, 44]);
+        let near = |frame, forward| neighbours(frame, forward, 50).collect::<Vec<_>>();
+        assert_eq!(near(40, true), [41, 42, 43, 44, 45, 46, 47, 48, 49, 39, 38, 37, 36, 35, 34]);
+        assert_eq!(near(3, false), [2, 1, 0, 4, 5, 6, 7, 8, 9]);
+        assert_eq!(near(49, true), [48, 47, 46, 45, 44, 43]);
         assert!(neighbours(25, true, 50).all(|frame| frame < 50 && frame != 25));
         assert_eq!(neighbours(0, true, 1).count(), 0);
+    }
+
+    #[test]
+    fn a_source_that_starts_again_begins_before_the_frame() {
+        let mut source = Source { frames: Box::new(Nothing), keeps: false, next: 500 };
+        assert_eq!([500, 524, 525, 900].map(|frame| source.first(frame)), [500, 524, 513, 888]);
+        assert_eq!([499, 436, 435, 5].map(|frame| source.first(frame)), [475, 412, 423, 0]);
+        source.keeps = true;
+        assert_eq!([5, 499, 900].map(|frame| source.first(frame)), [5, 499, 900]);
     }
 
     #[test]
