@@ -4,6 +4,7 @@
 //! mark, UTF-16, and any kind of line end. Anything unusual is recorded. A line that is not understood is an
 //! error that names the line; lines are never skipped.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use patchlock::BoundingBox;
@@ -172,6 +173,25 @@ pub(crate) fn bounding_box(points: &[f64], origin: f64) -> BoundingBox {
     BoundingBox { x: left - origin, y: top - origin, w: right - left, h: bottom - top }
 }
 
+/// A text as a cell of a CSV table. What a spreadsheet would take for a formula has an apostrophe before it;
+/// a number is none. [`of_cell`] takes it off again.
+pub fn as_cell(text: &str) -> Cow<'_, str> {
+    match is_formula(text.trim_start_matches('\'')) {
+        true => format!("'{text}").into(),
+        false => text.into(),
+    }
+}
+
+/// The text of a cell that [`as_cell`] made.
+pub fn of_cell(cell: &str) -> &str {
+    let text = cell.strip_prefix('\'').filter(|rest| is_formula(rest.trim_start_matches('\'')));
+    text.unwrap_or(cell)
+}
+
+fn is_formula(text: &str) -> bool {
+    text.starts_with(['=', '+', '-', '@', '\t', '\r']) && text.parse::<f64>().is_err()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -223,6 +243,23 @@ mod tests {
         assert_eq!(wide, "2e9 is not a coordinate; allowed: -1e9 to 1e9");
         for bad in [&[1.0, 2.0, 3.0][..], &[1.0; 5], &[1.0, 2.0, f64::INFINITY, 4.0], &[]] {
             assert!(region(bad, 1.0).is_err(), "{bad:?}");
+        }
+    }
+
+    #[test]
+    fn formulas_are_texts_in_cells() {
+        for (text, cell) in [
+            ("=1+1", "'=1+1"),
+            ("+a", "'+a"),
+            ("-a", "'-a"),
+            ("@A1", "'@A1"),
+            ("'=1", "''=1"),
+            ("-0.5", "-0.5"),
+            ("'t Hooft", "'t Hooft"),
+            ("car", "car"),
+            ("", ""),
+        ] {
+            assert_eq!((as_cell(text).as_ref(), of_cell(cell)), (cell, text));
         }
     }
 }

@@ -1,11 +1,13 @@
 //! Writes a project in the formats of other tools, and as a table.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io;
 use std::path::Path;
 
 use patchlock::{BoundingBox, Status};
 use patchlock_eval::export::{self, About, Entry, Said, Track};
+use patchlock_eval::text::as_cell;
 use patchlock_media::Limits;
 use serde::Serialize;
 
@@ -206,7 +208,7 @@ fn rows(target: &Target) -> Vec<Row> {
 struct Line<'a> {
     frame: usize,
     id: u64,
-    label: &'a str,
+    label: Cow<'a, str>,
     x: Option<f64>,
     y: Option<f64>,
     w: Option<f64>,
@@ -240,7 +242,7 @@ pub fn table(project: &Project) -> Result<String, Error> {
             let line = Line {
                 frame: row.frame,
                 id: target.id,
-                label: &target.label,
+                label: as_cell(&target.label),
                 x: side(|b| b.x),
                 y: side(|b| b.y),
                 w: side(|b| b.w),

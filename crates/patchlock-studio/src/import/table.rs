@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use patchlock::{BoundingBox, Status};
+use patchlock_eval::text::of_cell;
 use serde::Deserialize;
 
 use super::{Found, Outcome, Row};
@@ -61,7 +62,9 @@ pub fn read(text: &str, found: &mut Found<'_>) -> Outcome {
     while reader.read_record(&mut record).map_err(|error| error.to_string())? {
         let number = record.position().map_or(0, csv::Position::line) as usize;
         let line = record.deserialize(Some(&columns));
-        add(number, line.map_err(|error| format!("line {number}: {}", reason(&error)))?)?;
+        let mut line: Line = line.map_err(|error| format!("line {number}: {}", reason(&error)))?;
+        line.label = line.label.map(|label| of_cell(&label).to_owned());
+        add(number, line)?;
     }
     Ok(())
 }

@@ -1,6 +1,6 @@
 //! One track of a forward and a backward one.
 
-use patchlock::BoundingBox;
+use patchlock::{BoundingBox, Status};
 
 use super::Found;
 use crate::project::Tracked;
@@ -12,6 +12,9 @@ const LEAST_OVERLAP: f64 = 0.3;
 /// development sequences of `examples/annotator.rs`, 6 and 24 give nearly the same number of key frames.
 const SHORT: usize = 12;
 
+/// A track with a lower score is not sure.
+const SURE: f64 = 0.5;
+
 /// Joins what was found between two neighbouring key frames, `first` and `last`.
 ///
 /// `forward` was tracked from the first key frame and holds the frames after it, up to and with the last key
@@ -20,8 +23,9 @@ const SHORT: usize = 12;
 /// result has the `n - 1` frames between the key frames. If one is longer, its further elements are ignored.
 ///
 /// A track that arrives at the other key frame loses its drift, in equal parts on each frame. Where both
-/// arrive and agree, the box moves from the one to the other; elsewhere it is that of one track up to a frame
-/// and of the other from there on, or, in short spans, on the straight line.
+/// arrive and agree, the box moves from the one to the other. Elsewhere it is on a straight line from where
+/// the forward track was last sure to where the backward track is sure again, or, in short spans, between the
+/// key frames. In all other frames it is that of one track up to a frame and of the other from there on.
 pub fn join(
     first: BoundingBox,
     forward: &[Found],
@@ -39,19 +43,55 @@ pub fn join(
     let forward = without(there, &forward[..span - 1], share);
     let backward = without(back, &backward[1..span], |at| 1.0 - share(at));
     let switch = best_switch(&forward, &backward);
+    let gap = Gap::between(&forward, &backward);
     let join = |(at, (forward, backward)): (usize, (&Found, &Found))| {
-        let agreement = forward.bbox.overlap(&backward.bbox);
+        let mut agreement = forward.bbox.overlap(&backward.bbox);
         let found = if at < switch { *forward } else { *backward };
         let bbox = if arrived && agreement >= LEAST_OVERLAP {
             between(forward.bbox, backward.bbox, share(at))
+        } else if let Some(bbox) = gap.as_ref().and_then(|gap| gap.at(at)) {
+            bbox
         } else if span <= SHORT {
-            between(first, last, share(at))
+            let line = between(first, last, share(at));
+            // A line that one of the tracks is on is probably right.
+            agreement =
+                agreement.max(line.overlap(&forward.bbox)).max(line.overlap(&backward.bbox));
+            line
         } else {
             found.bbox
         };
         Tracked { bbox, agreement: Some(agreement), ..found.into() }
     };
     forward.iter().zip(&backward).enumerate().map(join).collect()
+}
+
+/// A stretch in which neither track is sure: what each finds there is no better than a straight line.
+struct Gap {
+    /// The last frame before it, and the box of the forward track.
+    before: (usize, BoundingBox),
+    /// The first frame after it, and the box of the backward track.
+    after: (usize, BoundingBox),
+}
+
+impl Gap {
+    /// The gap between the frames in which the forward track is sure from the first on, and those in which
+    /// the backward track is sure up to the last.
+    fn between(forward: &[Found], backward: &[Found]) -> Option<Self> {
+        let is_unsure = |found: &Found| found.status == Status::Lost || found.score < SURE;
+        let before = forward.iter().position(is_unsure)?.checked_sub(1)?;
+        let after = backward.iter().rposition(is_unsure)? + 1;
+        let before = (before, forward[before].bbox);
+        let after = (after, backward.get(after)?.bbox);
+        (before.0 < after.0).then_some(Self { before, after })
+    }
+
+    /// The box on the line, within the gap.
+    fn at(&self, frame: usize) -> Option<BoundingBox> {
+        let (before, after) = (self.before.0, self.after.0);
+        let share = |frame: usize| (frame - before) as f64 / (after - before) as f64;
+        let is_within = before < frame && frame < after;
+        is_within.then(|| between(self.before.1, self.after.1, share(frame)))
+    }
 }
 
 /// What was found, each box without a share of the drift.
@@ -181,7 +221,28 @@ mod tests {
     fn short_spans_in_which_tracks_disagree_are_straight() {
         let truth = |k: usize| at(30.0 * k as f64, 20.0);
         let (forward, backward) = (vec![found(truth(0), 0.9); 6], vec![found(truth(6), 0.9); 6]);
-        assert_near(&join(truth(0), &forward, &backward, truth(6)), truth);
+        let joined = join(truth(0), &forward, &backward, truth(6));
+        assert_near(&joined, truth);
+        assert!(joined.iter().all(|tracked| tracked.agreement.unwrap() < 0.5));
+        // One track follows the target, the other does not.
+        let forward: Vec<_> = (1..=6).map(|k| found(truth(k), 0.9)).collect();
+        let joined = join(truth(0), &forward, &backward, truth(6));
+        assert_near(&joined, truth);
+        assert!(joined.iter().all(|tracked| tracked.agreement.unwrap() > 0.99));
+    }
+
+    /// The target is hidden from frame 20 to 39. Both tracks stay where it disappeared.
+    #[test]
+    fn where_neither_is_sure_the_box_is_on_a_line() {
+        let n = 60;
+        let truth = |k: usize| at(5.0 * k as f64, 20.0);
+        let hidden = |k: usize| (20..40).contains(&k);
+        let score = |sure: bool| if sure { 0.9 } else { 0.2 };
+        let forward: Vec<_> = (1..=n).map(|k| found(truth(k.min(19)), score(k < 20))).collect();
+        let backward: Vec<_> = (0..n).map(|k| found(truth(k.max(40)), score(k >= 40))).collect();
+        let joined = join(truth(0), &forward, &backward, truth(n));
+        assert_near(&joined, truth);
+        assert!((1..n).all(|k| (joined[k - 1].agreement.unwrap() < 0.5) || !hidden(k)));
     }
 
     #[test]

@@ -131,6 +131,23 @@ fn what_is_exported_can_be_imported() {
 }
 
 #[test]
+fn a_label_is_no_formula_in_a_table_and_comes_back() {
+    for label in ["=HYPERLINK(\"x\")", "+1 car", "-2", "@SUM(A1)", "'=1", "'s", "a, b"] {
+        let place = Place::new();
+        let mut store = place.store();
+        let add = Edit::AddTarget { label: label.into(), frame: 0, bbox: bbox(1.0, 2.0, 9.0, 9.0) };
+        let name = Edit::AddLabel { name: label.into(), colour: None, at: None };
+        store.apply(vec![name, add]).unwrap();
+        let text = exported(&place, store.project(), Format::Csv);
+        let mut table = csv::Reader::from_reader(text.as_slice());
+        let cell = table.records().next().unwrap().unwrap()[2].to_owned();
+        let is_formula = cell.starts_with(['=', '+', '-', '@']) && cell.parse::<f64>().is_err();
+        assert!(!is_formula, "{cell}");
+        assert_eq!(imported(import::Format::Csv, &text, &store)[0].label, label);
+    }
+}
+
+#[test]
 fn every_format_has_the_labels() {
     let place = Place::new();
     let mut store = filled(&place);

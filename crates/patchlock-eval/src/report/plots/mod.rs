@@ -10,6 +10,7 @@ pub mod timeline;
 
 use super::svg::{Rasteriser, Svg};
 use crate::Error;
+use crate::text::as_cell;
 
 /// A plot with its numbers.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,14 +55,11 @@ impl Plot {
 /// Formats rows as CSV. Cells with commas, quotes or line breaks are quoted. A text that a spreadsheet would
 /// take for a formula has an apostrophe before it.
 pub fn csv(table: &[Vec<String>]) -> String {
-    let is_formula = |cell: &str| {
-        cell.starts_with(['=', '+', '-', '@', '\t', '\r']) && cell.parse::<f64>().is_err()
-    };
     let cell = |cell: &String| {
-        let text = if is_formula(cell) { format!("'{cell}") } else { cell.clone() };
+        let text = as_cell(cell);
         match text.contains(['"', ',', '\n', '\r']) {
             true => format!("\"{}\"", text.replace('"', "\"\"")),
-            false => text,
+            false => text.into_owned(),
         }
     };
     let row = |row: &Vec<String>| row.iter().map(cell).collect::<Vec<_>>().join(",") + "\n";
