@@ -244,10 +244,10 @@ pub fn write(
     write_unless(track, options, out, overwrite, &|| false)
 }
 
-/// As [`write`], but ends soon after `stopped` returns true, with an error and without any file.
+/// As [`write()`], but ends soon after `stopped` returns true, with an error and without any file.
 ///
 /// # Errors
-/// As [`write`]; [`Error::Export`] if it was stopped.
+/// As [`write()`]; [`Error::Export`] if it was stopped.
 pub fn write_unless(
     track: &Track,
     options: &Options,
