@@ -2,12 +2,13 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use patchlock_fuzz::mutate::{Draws, mutated};
 use patchlock_fuzz::seeds::seeds;
-use patchlock_fuzz::{SURFACES, Surface};
+use patchlock_fuzz::{SURFACES, Surface, UPDATES};
 use peak_alloc::PeakAlloc;
 
 #[global_allocator]
@@ -68,6 +69,9 @@ fn try_changes(name: &str) {
         tried += 1;
     }
     println!("{name}: {tried} inputs in {:?}", begun.elapsed());
+    if name == "library" {
+        println!("{} frames tracked", UPDATES.load(Relaxed));
+    }
 }
 
 macro_rules! surfaces {
