@@ -11,14 +11,17 @@ use crate::output::unfinished::{self, Abandoned};
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
-/// Installs the handler, once for the whole program.
+/// Installs the handler, once for the whole process: Python may run several commands in one.
 pub fn listen() -> Result<()> {
-    ctrlc::set_handler(|| {
+    let installed = ctrlc::set_handler(|| {
         if REQUESTED.swap(true, Ordering::SeqCst) {
             exit_now();
         }
-    })
-    .context("cannot listen for Ctrl-C")
+    });
+    match installed {
+        Err(ctrlc::Error::MultipleHandlers) => Ok(()),
+        installed => installed.context("cannot listen for Ctrl-C"),
+    }
 }
 
 /// Whether the user has pressed Ctrl-C.
