@@ -152,7 +152,7 @@ pub fn library(data: &[u8]) {
 }
 
 fn run(plan: &Plan) {
-    let Some(config) = plan.config() else { return };
+    let config = plan.config();
     let size = plan.size.map(|side| usize::from(side % 65));
     let (look, place) = plan.first;
     let mut tracked = Tracked {
@@ -183,25 +183,28 @@ fn run(plan: &Plan) {
 }
 
 impl Plan {
-    /// The configuration, unless its numbers do not fit each other.
-    fn config(&self) -> Option<TrackerConfig> {
+    /// The configuration, without those changes that do not fit the others.
+    fn config(&self) -> TrackerConfig {
         let preset = PRESETS[usize::from(self.preset) % PRESETS.len()];
         let mut base = TrackerConfig::preset(preset).expect("is a preset");
         (base.patchwise.particles, base.patchwise.small_step) = (30, 8);
         (base.patchwise.update_interval, base.patchwise.small_update_interval) = (2, 3);
         (base.robust.min_patch, base.robust.max_patch) = (40.0, 64.0);
-        let mut table = serde_json::to_value(base).expect("can be written");
-        let before = table.clone();
+        let before = serde_json::to_value(&base).expect("can be written");
+        let mut config = base;
         for change in self.changes.iter().take(12) {
             let row = &PARAMETERS[usize::from(change.row) % PARAMETERS.len()];
             if row.name != "method" {
+                let mut table = serde_json::to_value(&config).expect("can be written");
                 let fields = if row.group.is_empty() { &mut table } else { &mut table[row.group] };
                 let whole = field(&before, row.group, row.name).is_u64();
                 fields[row.name] = change.value(row, whole);
+                let changed: TrackerConfig =
+                    serde_json::from_value(table).expect("has the right types");
+                config = accepted(changed.validate()).map_or(config, |()| changed);
             }
         }
-        let config: TrackerConfig = serde_json::from_value(table).expect("has the right types");
-        accepted(config.validate()).map(|()| config)
+        config
     }
 }
 
@@ -357,7 +360,9 @@ impl Place {
 
 impl Look {
     fn size(self, usual: [usize; 2]) -> [usize; 2] {
-        self.other_size.map_or(usual, |size| size.map(|side| usize::from(side % 65)))
+        // Few frames have another size, since they are refused while a target is tracked.
+        let other = self.other_size.filter(|[width, _]| width % 8 == 0);
+        other.map_or(usual, |size| size.map(|side| usize::from(side % 65)))
     }
 
     /// Calls `see` with the frame; `None` if no such frame can be made, which must be an error with a text.
