@@ -282,6 +282,7 @@ pub fn write_unless(
         Format::Lasot => Files::Folder(lasot::items(&job)?),
         Format::Got10k => Files::Folder(got10k::items(&job)?),
     };
+    output::check_not(stopped)?;
     match files {
         Files::One(text) => output::write_file(out, &text, overwrite).map(|()| 1),
         Files::Folder(items) => {

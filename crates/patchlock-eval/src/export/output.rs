@@ -56,6 +56,14 @@ pub fn write_file(out: &Path, text: &str, overwrite: bool) -> Result<(), Error> 
     persisted.map(drop).map_err(|error| cannot(error.error))
 }
 
+/// Fails if the export is to stop.
+pub fn check_not(stopped: &dyn Fn() -> bool) -> Result<(), Error> {
+    match stopped() {
+        true => Err(Error::Export("stopped before all files were written".to_string())),
+        false => Ok(()),
+    }
+}
+
 /// Writes a folder of files, unless it is stopped.
 pub fn write_folder(
     out: &Path,
@@ -69,9 +77,7 @@ pub fn write_folder(
         .map_err(cannot)?;
     let mut reader = Reader { limits, video: None };
     for item in items {
-        if stopped() {
-            return Err(Error::Export("stopped before all files were written".to_string()));
-        }
+        check_not(stopped)?;
         let (path, shown) = (folder.path().join(&item.path), out.join(&item.path));
         if let Some(parent) = path.parent() {
             fs::create_dir_all(parent).map_err(cannot)?;
