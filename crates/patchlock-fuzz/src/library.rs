@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use arbitrary::{Arbitrary, Unstructured};
 use patchlock::{
-    BoundingBox, Error, Estimate, Frame, MultiTracker, PARAMETERS, PRESETS, Range, Snapshot,
-    Tracker, TrackerConfig,
+    BoundingBox, Error, Estimate, Frame, Method, MultiTracker, PARAMETERS, PRESETS,
+    PatchwiseConfig, Range, Snapshot, Tracker, TrackerConfig,
 };
 use serde_json::{Value, json};
 
@@ -40,6 +40,27 @@ const MULTIPLE: f64 = 10.0;
 const ROUNDING: f64 = 1.001;
 /// Steps after which an input is not followed any further.
 const STEPS: usize = 40;
+/// Frames for which one call follows a target, at most.
+const FRAMES: u8 = 32;
+/// Patches of a template at each of both scales, at most: with all that fit, a frame takes seconds.
+const PATCHES: usize = 64;
+
+/// Whether few patches of the templates are coded.
+fn has_few_patches(config: &TrackerConfig) -> bool {
+    let PatchwiseConfig { template_side, large_patch, large_step, .. } = config.patchwise;
+    let PatchwiseConfig { small_patch, small_step, .. } = config.patchwise;
+    [(large_patch, large_step), (small_patch, small_step)]
+        .iter()
+        .all(|(patch, step)| ((template_side - patch) / step + 1).pow(2) <= PATCHES)
+}
+
+/// Frames of an input, at most: those of `patchwise` take far longer.
+fn most_frames(method: Method) -> u32 {
+    match method {
+        Method::Robust => 160,
+        Method::Patchwise => 10,
+    }
+}
 
 /// Whether all numbers that cost time are small.
 pub fn is_quick(config: &TrackerConfig) -> bool {
@@ -129,6 +150,8 @@ enum Call {
     Update(Look),
     Init(Look, Place),
     Reinit(Look, Place),
+    /// Follows a target for so many frames, on which it moves; tracking begins on the box if none is tracked.
+    Follow(Look, Place, u8),
     /// Continues from a snapshot through text.
     Save,
     /// Returns to the last snapshot.
@@ -155,11 +178,13 @@ fn run(plan: &Plan) {
     let config = plan.config();
     let size = plan.size.map(|side| usize::from(side % 65));
     let (look, place) = plan.first;
+    let left = most_frames(config.method);
     let mut tracked = Tracked {
         tracker: Tracker::new(config.clone()).expect("is valid"),
         many: MultiTracker::new(config).expect("is valid"),
         size,
         begun: None,
+        left,
     };
     tracked.begin(look, place, false);
     let mut saved = (tracked.tracker.snapshot(), tracked.begun, tracked.size);
@@ -168,6 +193,7 @@ fn run(plan: &Plan) {
             Call::Update(look) => tracked.update(look),
             Call::Init(look, place) => tracked.begin(look, place, false),
             Call::Reinit(look, place) => tracked.begin(look, place, true),
+            Call::Follow(look, place, frames) => tracked.follow(look, place, frames),
             Call::Save => {
                 saved = (tracked.tracker.snapshot(), tracked.begun, tracked.size);
                 tracked.tracker = through_text(&saved.0);
@@ -201,7 +227,9 @@ impl Plan {
                 fields[row.name] = change.value(row, whole);
                 let changed: TrackerConfig =
                     serde_json::from_value(table).expect("has the right types");
-                config = accepted(changed.validate()).map_or(config, |()| changed);
+                if accepted(changed.validate()).is_some() && has_few_patches(&changed) {
+                    config = changed;
+                }
             }
         }
         config
@@ -240,6 +268,8 @@ struct Tracked {
     size: [usize; 2],
     /// The box on which tracking began last.
     begun: Option<BoundingBox>,
+    /// Frames that may still come.
+    left: u32,
 }
 
 impl Tracked {
@@ -283,31 +313,48 @@ impl Tracked {
         }
     }
 
+    fn follow(&mut self, look: Look, place: Place, frames: u8) {
+        let look = Look { other_size: None, ..look };
+        if self.begun.is_none() {
+            self.begin(look, place, false);
+        }
+        let frames = frames % FRAMES;
+        for k in 1..frames {
+            self.advance(look.later(k));
+        }
+        self.update(look.later(frames));
+    }
+
+    /// Updates the tracker, and one that was restored from its snapshot before.
     fn update(&mut self, look: Look) {
         let mut twin = through_text(&self.tracker.snapshot());
-        let tracker = &mut self.tracker;
-        let Some(found) = look.see(self.size, |frame| (tracker.update(frame), twin.update(frame)))
-        else {
-            return;
-        };
-        assert_eq!(shown(&found.0), shown(&found.1), "a restored tracker differs");
+        let Some(found) = self.advance(look) else { return };
+        let of_twin = look.see(self.size, |frame| twin.update(frame)).expect("as before");
+        assert_eq!(shown(&found), shown(&of_twin), "a restored tracker differs");
         assert_eq!(twin.snapshot(), self.tracker.snapshot());
-        let many = &mut self.many;
+    }
+
+    /// Updates the tracker, and the one of many targets.
+    fn advance(&mut self, look: Look) -> Option<Result<Estimate, Error>> {
+        let Self { tracker, many, .. } = self;
+        self.left = self.left.checked_sub(1)?;
+        let found = look.see(self.size, |frame| tracker.update(frame))?;
         if many.ids().len() == 1 {
             let of_many = look.see(self.size, |frame| many.update(frame)).expect("as before");
-            match (&found.0, of_many) {
+            match (&found, of_many) {
                 (Ok(one), Ok(all)) => assert_eq!(*one, all[0].1, "one of many differs"),
                 (Err(one), Err(all)) => assert_eq!(format!("{one:?}"), format!("{all:?}")),
                 (one, all) => panic!("{one:?} and {all:?}"),
             }
         }
-        match found.0 {
+        match &found {
             Ok(found) => {
                 UPDATES.fetch_add(1, Relaxed);
-                self.near(&found);
+                self.near(found);
             }
             Err(error) => drop(said(error)),
         }
+        Some(found)
     }
 
     /// The box is near the frame.
@@ -363,6 +410,16 @@ impl Look {
         // Few frames have another size, since they are refused while a target is tracked.
         let other = self.other_size.filter(|[width, _]| width % 8 == 0);
         other.map_or(usual, |size| size.map(|side| usize::from(side % 65)))
+    }
+
+    /// The frame so many frames later.
+    fn later(self, frames: u8) -> Self {
+        let shown = match self.shown {
+            Shown::Pattern(variant) => Shown::Pattern(variant.wrapping_add(frames)),
+            Shown::Noise(seed) => Shown::Noise(seed.wrapping_add(u64::from(frames))),
+            still => still,
+        };
+        Self { shown, ..self }
     }
 
     /// Calls `see` with the frame; `None` if no such frame can be made, which must be an error with a text.

@@ -62,7 +62,7 @@ impl Batch {
         scratch: &mut BatchScratch,
     ) {
         scratch.fit(self.n);
-        Instructions::default().dispatch(Forward { batch: self, planes, window, out, scratch });
+        Instructions::of_eight().dispatch(Forward { batch: self, planes, window, out, scratch });
     }
 
     /// The spectra of planes with these spectra that are set to zero outside the mask.
@@ -74,7 +74,7 @@ impl Batch {
         scratch: &mut BatchScratch,
     ) {
         scratch.fit(self.n);
-        Instructions::default().dispatch(Masked { batch: self, spectra, mask, out, scratch });
+        Instructions::of_eight().dispatch(Masked { batch: self, spectra, mask, out, scratch });
     }
 }
 

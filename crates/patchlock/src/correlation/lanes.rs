@@ -18,6 +18,8 @@ pub struct Vector([f32; LANES]);
 
 /// Eight complex numbers.
 #[derive(Debug, Clone, Copy)]
+// So, no vector lies across two cache lines.
+#[repr(align(64))]
 pub struct Octet {
     /// Their real parts.
     pub re: Vector,
@@ -133,15 +135,40 @@ impl Mul<f32> for Octet {
     }
 }
 
+/// Complex numbers that are summed side by side, whatever the width of the processor's vectors: so, a sum has
+/// the same last digits on all of them.
+const BLOCK: usize = 8;
+
 /// The sum of the products of one sequence, conjugated, with another.
 #[inline(always)]
 pub fn inner<S: Simd>(simd: S, a: &[Complex32], b: &[Complex32]) -> Complex32 {
-    let ((a, a_rest), (b, b_rest)) = (S::as_simd_c32s(a), S::as_simd_c32s(b));
-    let mut sums = simd.splat_c32s(Complex32::ZERO);
-    for (&a, &b) in a.iter().zip(b) {
-        sums = simd.conj_mul_add_e_c32s(a, b, sums);
+    match S::C32_LANES {
+        1 => inner_of::<S, BLOCK>(simd, a, b),
+        2 => inner_of::<S, { BLOCK / 2 }>(simd, a, b),
+        4 => inner_of::<S, { BLOCK / 4 }>(simd, a, b),
+        _ => inner_of::<S, 1>(simd, a, b),
     }
-    let mut sum = simd.reduce_sum_c32s(sums);
+}
+
+/// The same with blocks of so many vectors.
+#[inline(always)]
+fn inner_of<S: Simd, const VECTORS: usize>(simd: S, a: &[Complex32], b: &[Complex32]) -> Complex32 {
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<BLOCK>(), b.as_chunks::<BLOCK>());
+    let mut sums = [simd.splat_c32s(Complex32::ZERO); VECTORS];
+    for (a, b) in a.iter().zip(b) {
+        for ((sum, &a), &b) in sums.iter_mut().zip(S::as_simd_c32s(a).0).zip(S::as_simd_c32s(b).0) {
+            *sum = simd.conj_mul_add_e_c32s(a, b, *sum);
+        }
+    }
+    // In halves, as a vector is summed.
+    let mut half = VECTORS / 2;
+    while half > 0 {
+        for k in 0..half {
+            sums[k] = simd.add_c32s(sums[k], sums[k + half]);
+        }
+        half /= 2;
+    }
+    let mut sum = simd.reduce_sum_c32s(sums[0]);
     for (a, b) in a_rest.iter().zip(b_rest) {
         sum += a.conj() * b;
     }
@@ -151,9 +178,12 @@ pub fn inner<S: Simd>(simd: S, a: &[Complex32], b: &[Complex32]) -> Complex32 {
 /// Adds to one sequence another, multiplied with a factor.
 #[inline(always)]
 pub fn add<S: Simd>(simd: S, out: &mut [Complex32], values: &[Complex32], factor: Complex32) {
-    let ((out, out_rest), (values, rest)) = (S::as_mut_simd_c32s(out), S::as_simd_c32s(values));
+    // What is left over is not multiplied and added in one, and must be the same with all vectors.
+    let (out, out_rest) = out.as_chunks_mut::<BLOCK>();
+    let (values, rest) = values.as_chunks::<BLOCK>();
     let factors = simd.splat_c32s(factor);
-    for (out, &value) in out.iter_mut().zip(values) {
+    let (out, values) = (out.as_flattened_mut(), values.as_flattened());
+    for (out, &value) in S::as_mut_simd_c32s(out).0.iter_mut().zip(S::as_simd_c32s(values).0) {
         *out = simd.mul_add_e_c32s(value, factors, *out);
     }
     for (out, value) in out_rest.iter_mut().zip(rest) {
@@ -194,6 +224,51 @@ impl WithSimd for Learn<'_> {
             }
             add(simd, a, x, label * rate);
             *b = *b * (1.0 - rate) + rate * inner(simd, x, x).re;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use pulp::{Scalar256b, Scalar512b};
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_pcg::Pcg64;
+
+    struct Both<'a>(&'a [Complex32], &'a [Complex32]);
+
+    impl WithSimd for Both<'_> {
+        type Output = (Complex32, Vec<Complex32>);
+
+        #[inline(always)]
+        fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+            let mut sum = self.0.to_vec();
+            add(simd, &mut sum, self.1, Complex32::new(0.3, -0.7));
+            (inner(simd, self.0, self.1), sum)
+        }
+    }
+
+    #[test]
+    fn sums_do_not_depend_on_the_width_of_vectors() {
+        let mut rng = Pcg64::new(7, 1);
+        let mut normal = || StandardNormal.sample(&mut rng);
+        for count in 0..70 {
+            let [a, b] = [(); 2].map(|()| {
+                (0..count).map(|_| Complex32::new(normal(), normal())).collect::<Vec<_>>()
+            });
+            let (expected, out) = Scalar512b.vectorize(Both(&a, &b));
+            let twin: Complex32 = a.iter().zip(&b).map(|(a, b)| a.conj() * b).sum();
+            assert!((expected - twin).norm() < 1e-4, "{count}: {expected} and {twin}");
+            for (k, out) in out.iter().enumerate() {
+                let twin = a[k] + b[k] * Complex32::new(0.3, -0.7);
+                assert!((out - twin).norm() < 1e-5, "{count}: {out} and {twin}");
+            }
+            let found = Scalar256b.vectorize(Both(&a, &b));
+            assert_eq!(found, (expected, out.clone()), "{count}");
+            for (name, instructions) in Instructions::available() {
+                let found = instructions.dispatch(Both(&a, &b));
+                assert_eq!(found, (expected, out.clone()), "{name}: {count}");
+            }
         }
     }
 }

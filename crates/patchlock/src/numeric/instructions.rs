@@ -2,12 +2,16 @@
 //! variable `PATCHLOCK_SIMD` selects others.
 //!
 //! Its values are `avx512`, `avx2`, `neon` and `plain`, as far as the processor supports them. The boxes are
-//! the same with all of them: candidates and patches have the same bits, and everything that decides about
-//! codes is computed in `f64` in a fixed order. `plain` is the same source compiled for every processor of
-//! the architecture.
+//! the same with all of them: candidates and patches have the same bits, everything that decides about codes
+//! is computed in `f64` in a fixed order, and sums over channels are taken in blocks of a fixed length.
+//! `plain` is the same source compiled for every processor of the architecture.
 
 use crate::error::Error;
-use pulp::{Arch, Scalar256b, Simd, WithSimd};
+#[cfg(target_arch = "aarch64")]
+use pulp::aarch64::Neon;
+#[cfg(target_arch = "x86_64")]
+use pulp::x86::{V3, V4};
+use pulp::{Scalar256b, Simd, WithSimd};
 use std::env::VarError;
 use std::sync::OnceLock;
 
@@ -17,10 +21,17 @@ pub const VARIABLE: &str = "PATCHLOCK_SIMD";
 /// The CPU instructions that the tracker uses.
 #[derive(Debug, Clone, Copy)]
 pub enum Instructions {
-    /// Vector instructions that not every processor of the architecture supports.
-    Vectors(Arch),
     /// Instructions that every processor of the architecture supports.
     Plain,
+    /// AVX2 and FMA.
+    #[cfg(target_arch = "x86_64")]
+    Avx2(V3),
+    /// AVX-512.
+    #[cfg(target_arch = "x86_64")]
+    Avx512(V4),
+    /// NEON.
+    #[cfg(target_arch = "aarch64")]
+    Neon(Neon),
 }
 
 impl Instructions {
@@ -41,25 +52,22 @@ impl Instructions {
     }
 
     fn widest() -> Self {
-        match Arch::new() {
-            Arch::Scalar => Self::Plain,
-            arch => Self::Vectors(arch),
-        }
+        Self::available().last().map_or(Self::Plain, |&(_, widest)| widest)
     }
 
-    /// All instructions that this processor supports, with their names.
+    /// All instructions that this processor supports, with their names; the widest are the last.
     pub fn available() -> Vec<(&'static str, Self)> {
-        let mut all = vec![("plain", Self::Plain)];
+        let plain = ("plain", Self::Plain);
         #[cfg(target_arch = "x86_64")]
-        {
-            all.extend(pulp::x86::V3::try_new().map(|v| ("avx2", Self::Vectors(Arch::V3(v)))));
-            all.extend(pulp::x86::V4::try_new().map(|v| ("avx512", Self::Vectors(Arch::V4(v)))));
-        }
+        let vectors = [
+            V3::try_new().map(|v| ("avx2", Self::Avx2(v))),
+            V4::try_new().map(|v| ("avx512", Self::Avx512(v))),
+        ];
         #[cfg(target_arch = "aarch64")]
-        if let arch @ Self::Vectors(_) = Self::widest() {
-            all.push(("neon", arch));
-        }
-        all
+        let vectors = [Neon::try_new().map(|v| ("neon", Self::Neon(v)))];
+        #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+        let vectors = [];
+        std::iter::once(plain).chain(vectors.into_iter().flatten()).collect()
     }
 
     /// The instructions of this name.
@@ -76,12 +84,27 @@ impl Instructions {
         })
     }
 
+    /// The chosen instructions, or AVX2 instead of AVX-512: for computations on eight values at a time, which
+    /// take longer when compiled for wider vectors.
+    pub fn of_eight() -> Self {
+        match Self::default() {
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(_) => V3::try_new().map_or(Self::Plain, Self::Avx2),
+            chosen => chosen,
+        }
+    }
+
     /// Runs `op` compiled for these instructions.
     #[inline]
     pub fn dispatch<Op: WithSimd>(self, op: Op) -> Op::Output {
         match self {
-            Self::Vectors(arch) => arch.dispatch(op),
-            Self::Plain => Scalar256b.vectorize(op),
+            Self::Plain => Simd::vectorize(Scalar256b, op),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(simd) => Simd::vectorize(simd, op),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(simd) => Simd::vectorize(simd, op),
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon(simd) => Simd::vectorize(simd, op),
         }
     }
 }

@@ -74,8 +74,9 @@ fn products<S: Simd, const SIZE: usize>(
 mod tests {
     use super::*;
     use crate::numeric::aligned::Aligned;
+    use crate::numeric::instructions::Instructions;
     use crate::sparse::somp::vectors::{panel_index, tiles_mut};
-    use pulp::{Arch, WithSimd};
+    use pulp::WithSimd;
 
     struct Correlate<'a>(&'a [f32], &'a Dictionary, &'a mut [f32]);
 
@@ -102,7 +103,7 @@ mod tests {
             let signals: Vec<f32> = (0..ROWS * dim).map(|k| value(k + 17)).collect();
             let mut out = Aligned::default();
             out.resize(ROWS * dictionary.stride());
-            Arch::new().dispatch(Correlate(&signals, &dictionary, &mut out));
+            Instructions::default().dispatch(Correlate(&signals, &dictionary, &mut out));
             for (row, signal) in signals.chunks_exact(dim).enumerate() {
                 let at = |k: usize| out[panel_index(k, row, ROWS)] - 0.5;
                 for k in 0..atoms {
