@@ -262,14 +262,26 @@ test('frames are exact, and the newest counts when steps come fast', async ({ wo
     for (const [at, value] of expected.entries()) expect(Math.abs(value - shown[at])).toBeLessThan(40);
 });
 
+const frame = async (page) => Number(await page.locator('#frame').inputValue());
+
 test('playing, at any speed', async ({ work }) => {
     const { page } = work;
+    const button = page.locator('#play');
     await page.locator('#speed').selectOption('4');
     await work.press('Space');
-    await expect.poll(async () => Number(await page.locator('#frame').inputValue())).toBeGreaterThan(60);
+    // It ends by itself at the last frame, and begins there anew.
+    await work.atFrame(FRAMES - 1);
+    await expect(button).toHaveAccessibleName('Play');
+    // So slow that it can't end before it is paused.
+    await page.locator('#speed').selectOption('0.25');
     await work.press('Space');
-    const frame = await page.locator('#frame').inputValue();
-    await work.atFrame(Number(frame));
+    await expect.poll(() => frame(page)).toBeLessThan(FRAMES - 1);
+    await expect.poll(() => frame(page)).toBeGreaterThan(5);
+    await work.press('Space');
+    await expect(button).toHaveAccessibleName('Play');
+    const paused = await frame(page);
+    expect(paused).toBeLessThan(FRAMES - 1);
+    await work.atFrame(paused);
 });
 
 test('zoom and pan, and boxes stay where they are', async ({ work, folder }) => {
