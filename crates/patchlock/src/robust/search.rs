@@ -16,6 +16,9 @@ const PROMISING: f64 = 0.5;
 /// Sizes, relative to the last one, of one pass over the frame after the other.
 const SIZES: [f64; 4] = [1.0, 1.2, 0.8, 1.0];
 
+/// Sizes, relative to the last one, that are tried at a place that was found.
+const TRIED: [f64; 3] = [1.0, 0.8, 1.25];
+
 impl Target {
     /// Looks at the last place and at some more windows. Goes to the place that the memory knows best if that
     /// counts as found, and says whether it did.
@@ -40,15 +43,38 @@ impl Target {
                 best = (certainty, Some(found));
             }
         }
-        let Some(found) = best.1 else {
+        let (certainty, Some(found)) = best else {
             self.phase = Phase::Lost { next: next + windows - 1 };
             return false;
         };
-        self.place = found;
+        self.place = self.best_size(frame, (certainty, found), last.scale, config, scratch);
         self.follower.begin_from_memory();
         self.follower.elsewhere = 0;
         self.phase = Phase::Trial { left: config.trial as u32, back: last };
         true
+    }
+
+    /// The size that the memory knows best at a place that was found with this certainty. The window in which
+    /// a target is found may have any size of the search, and the target would keep it: the scale filter
+    /// learns from there on.
+    fn best_size(
+        &self,
+        frame: &Frame<'_>,
+        found: (f64, Place),
+        last: f64,
+        config: &RobustConfig,
+        scratch: &mut Scratch,
+    ) -> Place {
+        let mut best = found;
+        for size in TRIED {
+            let place = Place { scale: last * size, ..found.1 };
+            if let Some((certainty, place)) = self.look_around(frame, place, config, scratch)
+                && certainty > best.0
+            {
+                best = (certainty, place);
+            }
+        }
+        best.1
     }
 
     /// The place of a window of the search: row by row over the frame, then again in another size.
@@ -101,5 +127,33 @@ impl Target {
         place.keep_within(frame, self.window.base());
         self.window.sample(frame, place, scratch);
         Some((self.follower.certainty(&self.window, scratch), place))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::TrackerConfig;
+    use crate::vision::geometry::BoundingBox;
+    use patchlock_scene::Scene;
+
+    #[test]
+    fn what_is_found_in_a_window_of_another_size_gets_its_own() {
+        let scene = Scene::demo();
+        let (rendered, [x, y, w, h]) = (scene.frame(0), scene.truth(0).bbox);
+        let frame = Frame::rgb8(&rendered.rgb, rendered.width, rendered.height).unwrap();
+        let (config, mut scratch) = (TrackerConfig::default(), Scratch::default());
+        let bbox = BoundingBox { x, y, w, h };
+        let (target, _) = Target::begin(&frame, bbox, &config, &mut scratch);
+        let rules = &config.robust;
+        for size in SIZES {
+            let place = Place { scale: size, ..target.place };
+            let found = target.look_around(&frame, place, rules, &mut scratch).unwrap();
+            assert_eq!(found.1.scale, size);
+            let best = target.best_size(&frame, found, 1.0, rules, &mut scratch);
+            assert_eq!(best.scale, 1.0, "found at {size}");
+            let [x, y] = [0, 1].map(|axis| best.centre[axis] - bbox.centre()[axis]);
+            assert!(x.hypot(y) < 1.0, "found at {size}: {x}, {y} from the target");
+        }
     }
 }
