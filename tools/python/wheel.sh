@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Builds the wheel that is published, without the paths of this machine and with the date of the commit, so
 # that it does not depend on where and when it is built. The argument is the folder for the wheel,
-# `target/wheels` if there is none. MATURIN names another
-# maturin than that of the virtual environment that tools/python/prepare.sh makes.
+# `target/wheels` if there is none. MATURIN names another maturin than that of the virtual environment that
+# tools/python/prepare.sh makes.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 

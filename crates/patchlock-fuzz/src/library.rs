@@ -40,7 +40,7 @@ const MULTIPLE: f64 = 10.0;
 const ROUNDING: f64 = 1.001;
 /// Steps after which an input is not followed any further.
 const STEPS: usize = 40;
-/// Frames for which one call follows a target, at most.
+/// One call follows a target for fewer frames than this.
 const FRAMES: u8 = 32;
 /// Patches of a template at each of both scales, at most: with all that fit, a frame takes seconds.
 const PATCHES: usize = 64;

@@ -18,7 +18,7 @@ pub struct Vector([f32; LANES]);
 
 /// Eight complex numbers.
 #[derive(Debug, Clone, Copy)]
-// So, no vector lies across two cache lines.
+// So that no vector lies across two cache lines.
 #[repr(align(64))]
 pub struct Octet {
     /// Their real parts.
@@ -135,8 +135,8 @@ impl Mul<f32> for Octet {
     }
 }
 
-/// Complex numbers that are summed side by side, whatever the width of the processor's vectors: so, a sum has
-/// the same last digits on all of them.
+/// Complex numbers that are summed side by side, whatever the width of the processor's vectors, so that a sum
+/// has the same last digits on all of them.
 const BLOCK: usize = 8;
 
 /// The sum of the products of one sequence, conjugated, with another.
