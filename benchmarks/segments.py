@@ -6,10 +6,10 @@
     python3 benchmarks/ablate.py segments/OTB segments/MINE --out results/tried --jobs 2 --targets \\
         --variant robust --variant wide search=6
 
-A tracker that hardly keeps a target, or hardly loses it, does the other after the smallest change, which moves
-the mean over a dataset by as much as most ideas do. DATASET is a folder in the OTB layout. Each target is
-tracked forwards from the first frame, from a quarter and from half of its frames, and backwards from the last
-frame likewise. Images are symbolic links; OUT must not exist. Requires only Python 3.11 or newer.
+A tracker that hardly keeps a target, or hardly loses it, does the other after the smallest change, which
+moves the mean over a dataset by as much as most ideas do. DATASET is a folder in the OTB layout. Each target
+is tracked forwards from the first frame, from a quarter and from half of its frames, and backwards from the
+last frame likewise. Images are symbolic links; OUT must not exist. Requires only Python 3.11 or newer.
 """
 
 import argparse
