@@ -38,6 +38,8 @@ def main() -> None:
         parser.error(f"{args.dataset}: no groundtruth_rect*.txt in its folders; is it in the OTB layout?")
     if args.out.exists():
         parser.error(f"--out {args.out}: exists already; name another folder, or remove it")
+    if lacking := [truth.parent for truth in truths if not (truth.parent / "img").is_dir()]:
+        parser.error(f"{lacking[0]}: has no folder img; is it in the OTB layout?")
     for truth in truths:
         boxes = [line for line in truth.read_text(encoding="utf-8").splitlines() if line.strip()]
         # Some sequences have more images than boxes.
