@@ -43,7 +43,9 @@ def build() -> Path:
         "cargo",
         "bench",
         "--locked",
-        # With the features of the whole workspace, so that the tests share this build.
+        # With the profile and the features of the tests, which share this build.
+        "--profile",
+        "checks",
         "--workspace",
         "--bench",
         "instructions",

@@ -1,11 +1,9 @@
 //! Tests of `patchlock track` with every kind of source and output.
 
-mod support;
-
 use std::fs;
 
+use crate::support::{BOX, Bench, COLUMNS, column};
 use predicates::prelude::*;
-use support::{BOX, Bench, COLUMNS, column};
 
 #[test]
 fn a_folder_gives_all_outputs() {
@@ -147,7 +145,7 @@ fn ranges_strides_and_reverse_select_frames() {
     let bench = Bench::new();
     bench.images("f", 9);
     bench.mp4("v.mp4", 9);
-    fs::write(bench.path("v.y4m"), support::y4m(9)).unwrap();
+    fs::write(bench.path("v.y4m"), crate::support::y4m(9)).unwrap();
     let frames = |source: &str, options: &[&str], stdin: Vec<u8>| {
         let output = bench.track(source).args(options).write_stdin(stdin).output().unwrap();
         let text = String::from_utf8(output.stdout).unwrap();
@@ -156,7 +154,7 @@ fn ranges_strides_and_reverse_select_frames() {
         column(&lines, "frame")
     };
     for source in ["f", "v.mp4", "v.y4m", "-"] {
-        let data = || if source == "-" { support::y4m(9) } else { Vec::new() };
+        let data = || if source == "-" { crate::support::y4m(9) } else { Vec::new() };
         assert_eq!(
             frames(source, &["--start", "2", "--end", "7", "--stride", "2"], data()),
             [2.0, 4.0, 6.0],
@@ -188,8 +186,8 @@ fn grey_images_of_both_depths_are_tracked() {
     fs::create_dir(bench.path("deep")).unwrap();
     fs::create_dir(bench.path("jpeg")).unwrap();
     for k in 0..3 {
-        support::grey16(&bench.path(&format!("deep/{k}.png")), k);
-        support::grey_jpeg(&bench.path(&format!("jpeg/{k}.jpg")), k);
+        crate::support::grey16(&bench.path(&format!("deep/{k}.png")), k);
+        crate::support::grey_jpeg(&bench.path(&format!("jpeg/{k}.jpg")), k);
     }
     for source in ["deep", "jpeg"] {
         bench
@@ -205,7 +203,7 @@ fn grey_images_of_both_depths_are_tracked() {
 #[test]
 fn other_formats_are_decoded_by_ffmpeg() {
     let bench = Bench::new();
-    fs::write(bench.path("real.y4m"), support::y4m(3)).unwrap();
+    fs::write(bench.path("real.y4m"), crate::support::y4m(3)).unwrap();
     fs::write(bench.path("v.webm"), "not ours").unwrap();
     let script = |text: &str| bench.track_with_ffmpeg("v.webm", text).assert();
     script("cat real.y4m").success().stdout(predicate::str::contains("\n2,"));
@@ -229,7 +227,7 @@ fn other_formats_are_decoded_by_ffmpeg() {
 #[test]
 fn damage_reported_by_ffmpeg_is_an_error() {
     let bench = Bench::new();
-    fs::write(bench.path("real.y4m"), support::y4m(3)).unwrap();
+    fs::write(bench.path("real.y4m"), crate::support::y4m(3)).unwrap();
     fs::write(bench.path("v.webm"), "not ours").unwrap();
     let script = "cat real.y4m; echo '[mov @ 0x55] bad unit' >&2; \
                   echo '    Last message repeated 1 times' >&2; echo 'partial file' >&2";
@@ -256,7 +254,7 @@ fn damage_reported_by_ffmpeg_is_an_error() {
 #[test]
 fn unsupported_kinds_of_h264_are_decoded_by_ffmpeg() {
     let bench = Bench::new();
-    fs::write(bench.path("real.y4m"), support::y4m(3)).unwrap();
+    fs::write(bench.path("real.y4m"), crate::support::y4m(3)).unwrap();
     let data = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/lossless.mp4");
     bench
         .track_with_ffmpeg(data, "cat real.y4m")
@@ -274,11 +272,11 @@ fn the_output_of_config_gives_the_same_boxes() {
     let bench = Bench::new();
     bench.images("f", 2);
     let printed =
-        support::patchlock().args(["config", "--preset", "paper"]).output().unwrap().stdout;
+        crate::support::patchlock().args(["config", "--preset", "paper"]).output().unwrap().stdout;
     let text = String::from_utf8(printed).unwrap().replace("particles = 650", "particles = 12");
     fs::write(bench.path("all.toml"), text).unwrap();
     let x = |config: &str| {
-        let mut command = support::patchlock();
+        let mut command = crate::support::patchlock();
         command
             .current_dir(bench.folder.path())
             .args(["track", "f", "--box", BOX, "--config", config]);
@@ -291,7 +289,7 @@ fn the_output_of_config_gives_the_same_boxes() {
 #[test]
 fn help_has_examples() {
     for command in ["track", "demo", "config"] {
-        let help = support::patchlock().args([command, "--help"]).assert().success();
+        let help = crate::support::patchlock().args([command, "--help"]).assert().success();
         help.stdout(predicate::str::contains("EXAMPLES:"));
     }
 }
@@ -340,7 +338,7 @@ fn ctrl_c_leaves_complete_files() {
         .unwrap();
     // The pipe stays open: without Ctrl-C the program would wait for more frames forever.
     let mut stdin = child.stdin.take().unwrap();
-    stdin.write_all(&support::y4m(3)).unwrap();
+    stdin.write_all(&crate::support::y4m(3)).unwrap();
     stdin.flush().unwrap();
     let started = |bench: &Bench| {
         bench
@@ -430,7 +428,7 @@ fn single_settings_are_changed_on_the_command_line() {
     fs::write(bench.path("my.toml"), "method = \"patchwise\"\nparticles = 25\nsigma_x = 3.0\n")
         .unwrap();
     let track = |args: &[&str]| {
-        let mut command = support::patchlock();
+        let mut command = crate::support::patchlock();
         command.current_dir(bench.folder.path()).args(["track", "f", "--box", "20,18,32,28"]);
         command.args(args);
         command

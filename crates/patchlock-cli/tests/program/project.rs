@@ -1,13 +1,11 @@
 //! Tests of `track --project`, and of `export` with a project.
 
-mod support;
-
 use std::fs;
 
+use crate::support::{BOX, Bench, patchlock};
 use patchlock::BoundingBox;
 use patchlock_studio::project::{Edit, Project, Store};
 use predicates::prelude::*;
-use support::{BOX, Bench, patchlock};
 
 const PROJECT: [&str; 2] = ["--project", "f.patchlock.json"];
 

@@ -1,14 +1,12 @@
 //! `patchlock studio` prints its address, serves the page, and ends in order.
 
-mod support;
-
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::TcpStream;
 use std::process::{Child, Command, Stdio};
 
+use crate::support::{Bench, patchlock};
 use predicates::prelude::*;
 use predicates::str::contains;
-use support::{Bench, patchlock};
 
 /// A running server, killed at the end of the test at the latest.
 struct Studio {

@@ -1,8 +1,5 @@
 //! Full disks, signals, closed pipes, limits of the system, and two programs on one output: files are whole
 //! or absent, and messages say what happened. `docs/promises.md` lists what is tried.
-#![cfg(unix)]
-
-mod support;
 
 use std::fs;
 use std::io::Write as _;
@@ -11,11 +8,11 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::support::benchmark::Benchmark;
+use crate::support::{BOX, Bench};
 use assert_cmd::assert::Assert;
 use predicates::prelude::*;
 use predicates::str::contains;
-use support::benchmark::Benchmark;
-use support::{BOX, Bench};
 
 fn program() -> PathBuf {
     assert_cmd::cargo::cargo_bin("patchlock")
@@ -193,7 +190,7 @@ impl Waiting {
             .spawn()
             .unwrap();
         let stdin = child.stdin.as_mut().unwrap();
-        stdin.write_all(&support::y4m(3)).unwrap();
+        stdin.write_all(&crate::support::y4m(3)).unwrap();
         stdin.flush().unwrap();
         let tracked = |path: &PathBuf| {
             fs::read(path).is_ok_and(|text| text.iter().filter(|byte| **byte == b'\n').count() == 4)
@@ -247,7 +244,7 @@ fn signals_to_end_leave_whole_files() {
 #[test]
 fn an_export_that_is_told_to_end_leaves_nothing() {
     let bench = Bench::new();
-    fs::write(bench.path("real.y4m"), support::y4m(1)).unwrap();
+    fs::write(bench.path("real.y4m"), crate::support::y4m(1)).unwrap();
     fs::write(bench.path("v.webm"), "something").unwrap();
     let lines: String = (0..2000).map(|k| format!("{k},1,1,9,9,1,96,72\n")).collect();
     fs::write(bench.path("t.csv"), format!("frame,x,y,w,h,score,frame_w,frame_h\n{lines}"))
@@ -291,7 +288,7 @@ fn kill_leaves_nothing_under_the_names_of_the_outputs() {
 #[test]
 fn no_ffmpeg_outlives_a_program_that_was_told_to_end() {
     let bench = Bench::new();
-    fs::write(bench.path("real.y4m"), support::y4m(3)).unwrap();
+    fs::write(bench.path("real.y4m"), crate::support::y4m(3)).unwrap();
     fs::write(bench.path("v.webm"), "something").unwrap();
     let script =
         "case \"$*\" in *showinfo*) exit 0;; esac\necho $$ > id\ncat real.y4m\nexec sleep 1000";

@@ -1,12 +1,10 @@
 //! Tests of `patchlock demo`: it shows a turn, a loss and the return.
 
-mod support;
-
 use std::fs;
 
+use crate::support::{Bench, column, patchlock};
 use predicates::prelude::*;
 use predicates::str::contains;
-use support::{Bench, column, patchlock};
 
 #[test]
 fn the_demo_shows_a_turn_a_loss_and_the_return() {

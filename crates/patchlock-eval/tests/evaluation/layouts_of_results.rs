@@ -1,11 +1,9 @@
 //! Reads a tiny example of every layout of results.
 
-mod support;
-
+use crate::support::{Folder, rows};
 use patchlock::BoundingBox;
 use patchlock_eval::dataset::Dataset;
 use patchlock_eval::results::{self, Layout, Results};
-use support::{Folder, rows};
 
 const BOX: Option<BoundingBox> = Some(BoundingBox { x: 2.0, y: 3.0, w: 5.0, h: 6.0 });
 

@@ -1,10 +1,8 @@
 //! Reads a tiny example of every dataset layout.
 
-mod support;
-
+use crate::support::{Folder, remarks, rows};
 use patchlock::BoundingBox;
 use patchlock_eval::dataset::{Dataset, Layout, Severity};
-use support::{Folder, remarks, rows};
 
 /// `3,4,5,6` in a file that counts from 1.
 const FROM_ONE: BoundingBox = BoundingBox { x: 2.0, y: 3.0, w: 5.0, h: 6.0 };

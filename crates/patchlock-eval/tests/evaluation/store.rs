@@ -1,9 +1,8 @@
 //! Stores runs on disk and reads them back.
 
-mod support;
-
 use std::path::Path;
 
+use crate::support::{Folder, rows};
 use patchlock::{BoundingBox, Status, TrackerConfig};
 use patchlock_eval::bench::runner::{self, Watch};
 use patchlock_eval::bench::schemes::{Scheme, Start};
@@ -11,7 +10,6 @@ use patchlock_eval::bench::store::{Clip, Footage, Identity, Run, Series, Store, 
 use patchlock_eval::bench::subject::{Answer, Subject};
 use patchlock_eval::dataset::Dataset;
 use patchlock_eval::{Error, results};
-use support::{Folder, rows};
 
 fn open_store(out: &Path, subject: Identity, origin: f64) -> Result<Store, Error> {
     Store::open(out, Series { tracker: "ours".into(), scheme: Scheme::Ope, subject, origin })

@@ -1,13 +1,11 @@
 //! Tests of `patchlock score` and `patchlock dataset`.
 
-mod support;
-
 use std::fs;
 
+use crate::support::benchmark::Benchmark;
 use predicates::prelude::*;
 use predicates::str::contains;
 use serde_json::Value;
-use support::benchmark::Benchmark;
 
 /// A benchmark of targets A and B, and a tracker whose boxes equal the truth for A and are far off for B.
 fn half_right() -> Benchmark {

@@ -1,12 +1,10 @@
 //! Invalid input: each error says what failed, where, and what to do, and has the right exit code.
 
-mod support;
-
 use std::fs;
 
+use crate::support::{Bench, patchlock};
 use assert_cmd::assert::Assert;
 use predicates::prelude::*;
-use support::{Bench, patchlock};
 
 /// Checks the exit code and that the error contains these words.
 fn fails(result: Assert, code: i32, words: &[&str]) {
@@ -52,7 +50,7 @@ fn damaged_images_in_the_middle_keep_what_was_tracked() {
                 fs::write(&victim, &data[..data.len() / 2]).unwrap();
             }
             _ => {
-                support::grey_jpeg(&bench.path("t.jpg"), 2);
+                crate::support::grey_jpeg(&bench.path("t.jpg"), 2);
                 let data = fs::read(bench.path("t.jpg")).unwrap();
                 fs::write(&victim, &data[..data.len() * 2 / 3]).unwrap();
             }
@@ -360,7 +358,7 @@ fn full_disk_behind_standard_output() {
     }
     let bench = Bench::new();
     bench.images("f", 2);
-    let track = ["track", "f", "--config", "quick.toml", "--box", support::BOX];
+    let track = ["track", "f", "--config", "quick.toml", "--box", crate::support::BOX];
     for arguments in [&["config"][..], &track] {
         let words = ["cannot write to standard output", "hint: the disk is full"];
         fails(printed_to_full(&bench, arguments), 1, &words);
@@ -389,7 +387,7 @@ fn a_demo_on_a_full_disk_leaves_no_files() {
 fn no_temporary_folder_for_a_reversed_stream() {
     let bench = Bench::new();
     let mut run = bench.track("-");
-    run.arg("--reverse").env("TMPDIR", bench.path("gone")).write_stdin(support::y4m(2));
+    run.arg("--reverse").env("TMPDIR", bench.path("gone")).write_stdin(crate::support::y4m(2));
     fails(run.assert(), 1, &["standard input", "gone, which --reverse needs", "set TMPDIR"]);
 }
 
@@ -412,7 +410,8 @@ fn ranges_without_frames() {
         2,
         &["--end 2", "not after"],
     );
-    let stream = bench.track("-").args(["--start", "9"]).write_stdin(support::y4m(3)).assert();
+    let stream =
+        bench.track("-").args(["--start", "9"]).write_stdin(crate::support::y4m(3)).assert();
     fails(stream, 2, &["--start 9", "beyond the end"]);
     fails(
         bench.track("f").args(["--threads", "0"]).assert(),
@@ -426,7 +425,7 @@ fn bad_streams() {
     let bench = Bench::new();
     fails(bench.track("-").write_stdin("no video").assert(), 1, &["standard input", "YUV4MPEG2"]);
     fails(bench.track("-").write_stdin("").assert(), 1, &["standard input"]);
-    let mut cut = support::y4m(3);
+    let mut cut = crate::support::y4m(3);
     cut.truncate(cut.len() - 100);
     let result = bench.track("-").args(["--save", "a.csv"]).write_stdin(cut).assert();
     fails(result, 1, &["frame 2", "truncated", "note: the 2 frames"]);

@@ -1,7 +1,5 @@
 //! The page of the command line in the documentation is the program's own help.
 
-mod support;
-
 use std::fs;
 use std::path::Path;
 
@@ -9,7 +7,7 @@ const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
 /// The help on a terminal of that many columns.
 fn help(words: &[&str], columns: usize) -> String {
-    let mut command = support::patchlock();
+    let mut command = crate::support::patchlock();
     let output = command.args(words).env("COLUMNS", columns.to_string()).output().expect("runs");
     assert!(output.status.success(), "{words:?}");
     let text = String::from_utf8(output.stdout).expect("is text");
@@ -69,7 +67,8 @@ fn help_and_usage_errors_are_whole_on_a_terminal_of_80_columns() {
         check(&[name, "--help"]);
     }
     for name in ["track", "export", "score", "report", "no-such-command"] {
-        let output = support::patchlock().arg(name).env("COLUMNS", "80").output().expect("runs");
+        let output =
+            crate::support::patchlock().arg(name).env("COLUMNS", "80").output().expect("runs");
         let said = String::from_utf8(output.stderr).expect("is text");
         assert!(output.status.code() == Some(2) && too_long(&said).is_none(), "{said}");
     }

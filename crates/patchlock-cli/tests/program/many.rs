@@ -1,11 +1,9 @@
 //! Tests of `patchlock track` with many targets.
 
-mod support;
-
 use std::fs;
 
+use crate::support::{BOX, Bench, COLUMNS};
 use predicates::prelude::*;
-use support::{BOX, Bench, COLUMNS};
 
 /// A box inside the card: on the smooth background the atoms are almost equal, which makes coding slow.
 const OTHER: &str = "30,24,20,18";
@@ -84,7 +82,7 @@ fn exports_keep_the_ids_of_targets() {
     let bench = Bench::new();
     bench.images("f", 3);
     bench.track("f").args(["--box", OTHER, "--save", "a.csv"]).assert().success();
-    let mut export = support::patchlock();
+    let mut export = crate::support::patchlock();
     export.current_dir(bench.folder.path());
     export.args(["export", "a.csv", "--format", "mot", "--out", "a.txt"]).assert().success();
     let ids: Vec<String> =
@@ -117,7 +115,7 @@ fn errors_name_their_cause() {
     // A source of unknown length that ends too early.
     fs::write(bench.path("t.csv"), format!("frame,id,x,y,w,h\n0,1,{BOX}\n7,2,{OTHER}\n")).unwrap();
     let mut piped = bench.bare("-");
-    piped.args(["--boxes", "t.csv", "--save", "b.csv"]).write_stdin(support::y4m(3));
+    piped.args(["--boxes", "t.csv", "--save", "b.csv"]).write_stdin(crate::support::y4m(3));
     piped.assert().code(2).stderr(says("target 2 has a line for frame 7"));
     assert_eq!(bench.lines("b.csv").len(), 4);
 }

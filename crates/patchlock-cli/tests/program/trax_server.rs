@@ -1,16 +1,14 @@
 //! Tests of `patchlock trax`, with our own client and message by message.
 
-mod support;
-
 use std::fs;
 
+use crate::support::benchmark::Benchmark;
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use patchlock_eval::trax::message::Message;
 use patchlock_eval::trax::region::Region;
 use predicates::prelude::*;
 use predicates::str::contains;
-use support::benchmark::Benchmark;
 
 /// The box in the first frame of the film.
 const BOX: &str = "20,18,32,28";
@@ -200,8 +198,8 @@ fn images_may_be_sent_as_pixels_or_files() {
     let bytes = |k: usize| fs::read(session.0.path(&format!("data/A/img/{k}.png"))).unwrap();
     let buffer = |k: usize| format!("data:image/png;{}", BASE64_STANDARD.encode(bytes(k)));
     let memory = |k: usize| {
-        let (width, height) = (support::WIDTH, support::HEIGHT);
-        let data = BASE64_STANDARD.encode(support::film(k, width, height));
+        let (width, height) = (crate::support::WIDTH, crate::support::HEIGHT);
+        let data = BASE64_STANDARD.encode(crate::support::film(k, width, height));
         format!("image:{width};{height};rgb;{data}")
     };
     for image in [&buffer as &dyn Fn(usize) -> String, &memory] {

@@ -1,16 +1,14 @@
 //! The annotated video, read back.
 
-mod support;
-
 use std::fs;
 
+use crate::support::film;
 use patchlock_media::{FrameRate, Mp4Writer};
 use predicates::prelude::*;
-use support::film;
 
 #[test]
 fn the_annotated_video_has_all_frames_at_the_rate_of_the_source() {
-    let bench = support::Bench::new();
+    let bench = crate::support::Bench::new();
     bench.mp4("v.mp4", 6);
     bench.track("v.mp4").args(["--video", "out.mp4"]).assert().success();
     bench.track("v.mp4").args(["--video", "half.mp4", "--stride", "2"]).assert().success();
@@ -25,7 +23,7 @@ fn the_annotated_video_has_all_frames_at_the_rate_of_the_source() {
 /// Frames at uneven times, as phones and screen recorders write them.
 const TIMES: [f64; 5] = [0.0, 0.04, 0.24, 0.25, 0.95];
 
-fn uneven(bench: &support::Bench) {
+fn uneven(bench: &crate::support::Bench) {
     let file = fs::File::create(bench.path("v.mp4")).unwrap();
     let mut writer = Mp4Writer::new(file, 96, 72, FrameRate::DEFAULT, None).unwrap();
     for (k, &time) in TIMES.iter().enumerate() {
@@ -36,7 +34,7 @@ fn uneven(bench: &support::Bench) {
 
 #[test]
 fn uneven_times_are_kept_in_video_and_tables() {
-    let bench = support::Bench::new();
+    let bench = crate::support::Bench::new();
     uneven(&bench);
     let times = |name: &str| -> Vec<f64> {
         let mut video = patchlock_media::open(bench.path(name).to_str().unwrap(), false).unwrap();
@@ -51,20 +49,20 @@ fn uneven_times_are_kept_in_video_and_tables() {
     };
     near(&times("out.mp4"), &TIMES);
     let csv = bench.lines("a.csv");
-    assert_eq!(csv[0], format!("{},time", support::COLUMNS));
-    near(&support::column(&csv, "time"), &TIMES);
+    assert_eq!(csv[0], format!("{},time", crate::support::COLUMNS));
+    near(&crate::support::column(&csv, "time"), &TIMES);
     assert!(bench.lines("a.jsonl")[3].ends_with(",\"time\":0.25}"), "{:?}", bench.lines("a.jsonl"));
     bench.track("v.mp4").args(["--video", "half.mp4", "--stride", "2"]).assert().success();
     near(&times("half.mp4"), &[0.0, 0.24, 0.95]);
     let export = ["export", "a.csv", "--format", "mot", "--out", "a.mot"];
-    support::patchlock().current_dir(bench.folder.path()).args(export).assert().success();
+    crate::support::patchlock().current_dir(bench.folder.path()).args(export).assert().success();
     bench.images("f", 2);
     bench.track("f").assert().success().stdout(predicate::str::contains("time").not());
 }
 
 #[test]
 fn the_quality_of_the_video_can_be_chosen() {
-    let bench = support::Bench::new();
+    let bench = crate::support::Bench::new();
     bench.mp4("v.mp4", 4);
     let size = |quality: Option<&str>| {
         let mut command = bench.track("v.mp4");
@@ -84,7 +82,7 @@ fn the_quality_of_the_video_can_be_chosen() {
 }
 
 /// Size and delays, in hundredths of a second, of an animation.
-fn animation(bench: &support::Bench, name: &str) -> ((u16, u16), Vec<u16>) {
+fn animation(bench: &crate::support::Bench, name: &str) -> ((u16, u16), Vec<u16>) {
     let file = fs::File::open(bench.path(name)).unwrap();
     let mut decoder = gif::DecodeOptions::new().read_info(file).unwrap();
     let size = (decoder.width(), decoder.height());
@@ -97,7 +95,7 @@ fn animation(bench: &support::Bench, name: &str) -> ((u16, u16), Vec<u16>) {
 
 #[test]
 fn an_animation_has_ten_frames_per_second() {
-    let bench = support::Bench::new();
+    let bench = crate::support::Bench::new();
     bench.mp4("v.mp4", 20);
     bench.track("v.mp4").args(["--gif", "out.gif"]).assert().success();
     let ((width, height), delays) = animation(&bench, "out.gif");
@@ -115,7 +113,7 @@ fn an_animation_has_ten_frames_per_second() {
 
 #[test]
 fn the_part_around_the_target_can_be_shown_alone() {
-    let bench = support::Bench::new();
+    let bench = crate::support::Bench::new();
     bench.mp4("v.mp4", 6);
     let outputs = ["--video", "out.mp4", "--gif", "out.gif", "--crop", "3", "--panel", "off"];
     bench.track("v.mp4").args(outputs).assert().success();
@@ -136,11 +134,11 @@ fn the_part_around_the_target_can_be_shown_alone() {
 
 #[test]
 fn sound_is_left_out_with_a_note() {
-    let bench = support::Bench::new();
+    let bench = crate::support::Bench::new();
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../patchlock-media/tests/data/turned.mov");
     let note = "note: out.mp4 has no sound: only pictures are written\n";
     let run = || {
-        let mut command = support::patchlock();
+        let mut command = crate::support::patchlock();
         command.current_dir(bench.folder.path());
         command.args(["track", file, "--box", "10,10,30,30", "--quiet", "--end", "2"]);
         command

@@ -1,15 +1,13 @@
 //! Tests of `bench --cmd`, which runs other trackers through the TraX protocol. The tracker here is a short
 //! script that needs only the Python standard library. Without `python3` these tests print SKIPPED and pass.
 
-mod support;
-
 use std::fs;
 use std::io::Write;
 use std::process::Command;
 
+use crate::support::benchmark::Benchmark;
 use predicates::prelude::*;
 use predicates::str::contains;
-use support::benchmark::Benchmark;
 
 /// A tracker that moves the box by two pixels per frame and misbehaves as its argument demands.
 const SERVER: &str = r#"

@@ -1,17 +1,15 @@
 //! Runs as messages: executed anywhere, they give the results of `bench` and the boxes of `track`.
 
-mod support;
-
 use std::fs;
 use std::path::Path;
 
+use crate::support::Bench;
+use crate::support::benchmark::Benchmark;
 use patchlock::{BoundingBox, TrackerConfig};
 use patchlock_eval::bench::job::{self, Frames, Job};
 use patchlock_eval::bench::plan::{Entrant, Options};
 use patchlock_eval::bench::schemes::{Scheme, Start};
 use patchlock_eval::bench::store::{Clip, Identity, Series};
-use support::Bench;
-use support::benchmark::Benchmark;
 
 /// The job after a round trip through its JSON message.
 fn sent(job: &Job) -> Job {

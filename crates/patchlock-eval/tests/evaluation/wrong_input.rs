@@ -1,12 +1,10 @@
 //! Invalid ground truth and results are reported; nothing is guessed.
 
-mod support;
-
+use crate::support::{Folder, remarks, rows};
 use patchlock_eval::dataset::{Dataset, Severity};
 use patchlock_eval::protocol::Protocol;
 use patchlock_eval::score::{self, Scoreboard};
 use patchlock_eval::{Error, results};
-use support::{Folder, remarks, rows};
 
 /// Everything that prevents the use of a target's frames or ground truth.
 fn faults(folder: &Folder, target: &str) -> String {

@@ -1,12 +1,10 @@
 //! `patchlock frame` saves a frame, and the pages and completions cover every command.
 
-mod support;
-
 use std::fs;
 
+use crate::support::{Bench, patchlock};
 use predicates::prelude::*;
 use predicates::str::contains;
-use support::{Bench, patchlock};
 
 fn frame(bench: &Bench, args: &[&str]) -> assert_cmd::assert::Assert {
     patchlock().current_dir(bench.folder.path()).arg("frame").args(args).assert()
@@ -38,7 +36,7 @@ fn errors_say_what_to_do() {
     frame(&bench, &["f", "--at", "2"])
         .code(2)
         .stderr(contains("--at 2 is beyond the end: the source has 2 frames"));
-    let y4m = support::y4m(3);
+    let y4m = crate::support::y4m(3);
     let mut stream = patchlock();
     stream.current_dir(bench.folder.path()).args(["frame", "-", "--at", "3", "--out", "s.png"]);
     stream.write_stdin(y4m).assert().code(2).stderr(contains("--at 3 is beyond the end"));

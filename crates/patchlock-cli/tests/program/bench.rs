@@ -1,16 +1,14 @@
 //! Tests of `patchlock bench`: stored runs survive crashes, and results do not depend on how runs are split.
 
-mod support;
-
 use std::fs;
 use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use crate::support::benchmark::Benchmark;
 use predicates::prelude::*;
 use predicates::str::contains;
 use serde_json::Value;
-use support::benchmark::Benchmark;
 
 fn json(text: &[u8]) -> Value {
     serde_json::from_slice(text).unwrap()

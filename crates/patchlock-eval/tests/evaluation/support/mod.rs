@@ -1,5 +1,4 @@
 //! Helpers shared by the tests: tiny datasets in a temporary folder.
-#![allow(dead_code, reason = "each test file uses its own part")]
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,4 @@
 //! Shared by the tests of the command line: a small film in every kind of source, and fast settings.
-#![allow(dead_code, reason = "each test file uses its own part")]
 
 pub mod benchmark;
 

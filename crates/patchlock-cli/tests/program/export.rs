@@ -1,12 +1,10 @@
 //! Tests of `patchlock export` with tables saved by `track`.
 
-mod support;
-
 use std::fs;
 
+use crate::support::{Bench, patchlock};
 use predicates::prelude::*;
 use predicates::str::contains;
-use support::{Bench, patchlock};
 
 fn export(bench: &Bench, args: &[&str]) -> assert_cmd::assert::Assert {
     let mut command = patchlock();

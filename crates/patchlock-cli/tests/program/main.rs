@@ -1,0 +1,22 @@
+//! The program `patchlock`, run as a user runs it. One binary, as a build of it takes longer than most tests.
+
+mod bad_input;
+mod bench;
+mod demo;
+mod export;
+#[cfg(unix)]
+mod faults;
+mod frame;
+mod help;
+mod job;
+mod many;
+mod project;
+mod real;
+mod report;
+mod score;
+mod studio;
+mod support;
+mod track;
+mod trax;
+mod trax_server;
+mod video;

@@ -1,0 +1,11 @@
+//! Datasets, results, scores, exports and pages, on made-up and on real data.
+
+mod datasets;
+mod export;
+mod layouts_of_results;
+mod published;
+mod report;
+mod same_boxes;
+mod store;
+mod support;
+mod wrong_input;
