@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Tests the page of `patchlock studio`: format, types, and what a person does with it, in Chromium and with
-# the program built for release, or with the profile in PATCHLOCK_PROFILE. Arguments are handed to Playwright:
-# `tools/studio/check.sh camera` runs one file, and `PATCHLOCK_SCREENSHOTS=1 tools/studio/check.sh screenshots`
-# writes the pictures of docs/.
+# the program built for release, or with the profile in PATCHLOCK_PROFILE. Arguments are handed to
+# Playwright: `tools/studio/check.sh camera` runs one file, and
+# `PATCHLOCK_SCREENSHOTS=1 tools/studio/check.sh screenshots` writes the pictures of docs/.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../.." && pwd)
