@@ -27,11 +27,12 @@ pub async fn events(
     let clip = app.clips.open(clip).await?;
     let upgrade = upgrade.map_err(|error| Refusal::bad(error.body_text()))?;
     let upgrade = upgrade.protocols([PROTOCOL]).max_message_size(MESSAGE_BYTES);
-    Ok(upgrade.on_upgrade(move |socket| window(socket, clip)))
+    // The window reads the project as soon as it has the answer; what changes after that must reach it.
+    let events = clip.events.subscribe();
+    Ok(upgrade.on_upgrade(move |socket| window(socket, events, clip)))
 }
 
-async fn window(socket: WebSocket, clip: Arc<Opened>) {
-    let events = clip.events.subscribe();
+async fn window(socket: WebSocket, events: Receiver<Utf8Bytes>, clip: Arc<Opened>) {
     clip.window(true);
     forward(socket, events, &clip).await;
     clip.window(false);
