@@ -1,7 +1,7 @@
 //! Pascal VOC: `Annotations/<image>.xml` for each frame, `ImageSets/Main/trainval.txt` with their names, the
 //! frames in `JPEGImages`, and `labelmap.txt`, which CVAT and datumaro need for labels of one's own. Pixels
-//! count from 1, and the right and lower sides are those of the last pixel. Boxes are clipped to the frame and
-//! rounded; boxes outside it are omitted. Frames in which a target is lost are left out, as in YOLO.
+//! count from 1, and the right and lower sides are those of the last pixel. Boxes are clipped to the frame
+//! and rounded; boxes outside it are omitted. Frames in which a target is lost are left out, as in YOLO.
 
 use std::fmt::Write;
 use std::path::Path;
