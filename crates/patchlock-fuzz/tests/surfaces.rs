@@ -23,7 +23,7 @@ const MEMORY: usize = 1 << 30;
 const PATIENCE: Duration = Duration::from_secs(10);
 /// Changed inputs of each surface, and the time after which no more are tried.
 const INPUTS: usize = 3000;
-const TIME: Duration = Duration::from_secs(2);
+const TIME: Duration = Duration::from_secs(5);
 /// Inputs that are tried of every surface, however slow the machine is.
 const LEAST: usize = 50;
 

@@ -3,10 +3,9 @@
 //! the folder that contains `otb2013-published/`, by default `../shared/data` relative to the workspace root.
 //! If it does not exist, the tests print a note and pass.
 
-use std::env;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use crate::support::real_data;
 use patchlock_eval::dataset::{Dataset, Layout};
 use patchlock_eval::protocol::Protocol;
 use patchlock_eval::{results, score};
@@ -21,15 +20,8 @@ const PUBLISHED: [(&str, f64, f64); 5] = [
 ];
 
 fn published(test: &str) -> Option<PathBuf> {
-    let near = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-    let folder =
-        env::var_os("PATCHLOCK_DATA").map_or_else(near, PathBuf::from).join("otb2013-published");
-    if folder.join("annotations").is_dir() {
-        return Some(folder);
-    }
-    let skipped = format!("{test}: SKIPPED, there is no {}", folder.display());
-    let _ = writeln!(std::io::stderr(), "{skipped} (set PATCHLOCK_DATA to its parent folder)");
-    None
+    let truth = real_data(test, "otb2013-published/annotations")?;
+    truth.parent().map(Path::to_owned)
 }
 
 #[test]

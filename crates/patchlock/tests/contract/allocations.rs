@@ -81,7 +81,7 @@ fn held(config: &TrackerConfig, count: usize, every: usize) -> Vec<i64> {
 #[test]
 fn memory_does_not_grow_with_the_video() {
     for config in all() {
-        let held = held(&config, 2000, 100);
+        let held = held(&config, 3000, 100);
         println!("bytes held: {held:?}");
         // How much some buffers grow depends on which candidates are similar; their capacity doubles a few
         // times at most.
