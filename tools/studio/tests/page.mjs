@@ -13,15 +13,18 @@ export const FRAMES = 210;
 /** Tests with a running program (`studio`), its files (`folder`) and an open page (`work`). */
 export const test = base.extend({
     names: [['clip.mp4'], { option: true }],
-    folder: async ({ names }, use) => use(new Folder(names)),
+    /** Whether the target of the clip is already tracked, as after a box in the first frame. */
+    begun: [false, { option: true }],
+    folder: async ({ names, begun }, use) => use(new Folder(names, begun)),
     studio: async ({ folder }, use) => {
         const studio = await Studio.start(folder.videos);
         await use(studio);
         await studio.kill();
     },
-    work: async ({ page, studio }, use) => {
+    work: async ({ page, studio, begun }, use) => {
         const work = new Work(page);
         await work.open(studio.address);
+        if (begun) await work.choose(0);
         await use(work);
         // Whatever else a test checks: nothing is thrown, and nothing is refused by the content policy.
         expect(work.thrown).toEqual([]);
@@ -160,6 +163,12 @@ export class Work {
     async closeDialog() {
         await this.press('Escape');
         await expect(this.page.getByRole('dialog')).toHaveCount(0);
+    }
+
+    /** Selects a target in the list; keys then belong to the clip again. */
+    async choose(at) {
+        await this.targets().nth(at).locator('.target-name').click();
+        await this.page.locator('#stage').focus();
     }
 
     targets() {

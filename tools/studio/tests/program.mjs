@@ -46,18 +46,23 @@ function byFrame(runs) {
     return Object.fromEntries(boxes);
 }
 
-/** A folder with copies of the demo. */
+/** A folder with copies of the demo, whose target is already tracked on request. */
 export class Folder {
-    constructor(names = ['clip.mp4']) {
+    constructor(names = ['clip.mp4'], tracked = false) {
         mkdirSync(scratch, { recursive: true });
         this.path = mkdtempSync(path.join(scratch, 'test-'));
         this.videos = names.map((name) => path.join(this.path, name));
         for (const video of this.videos) copyFileSync(path.join(demo, 'input.mp4'), video);
+        if (tracked) copyFileSync(path.join(demo, 'clip.patchlock.json'), this.#file(0));
+    }
+
+    #file(at) {
+        return this.videos[at].replace(/\.mp4$/, '.patchlock.json');
     }
 
     /** The project of a clip, as it is on disk. The file appears with the first change. */
     project(at = 0) {
-        const file = this.videos[at].replace(/\.mp4$/, '.patchlock.json');
+        const file = this.#file(at);
         if (!existsSync(file)) return { labels: [], targets: [] };
         const project = JSON.parse(readFileSync(file, 'utf8'));
         const targets = project.targets.map((target) => ({ ...target, tracked: byFrame(target.tracked) }));

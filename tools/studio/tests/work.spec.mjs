@@ -55,147 +55,171 @@ test('tracking can be stopped, and what was tracked is kept', async ({ work, fol
     expect(frames).toEqual(frames.map((_, at) => at + 1));
 });
 
-test('the next doubtful place is one key away', async ({ work, folder }) => {
-    const { page } = work;
-    await work.draw(truth[0]);
-    await work.tracked();
-    await expect(page.locator('#doubts > li')).not.toHaveCount(0);
-    const reason = await page.locator('#doubts .doubt-why').first().textContent();
-    await work.press('n');
-    await expect(page.locator('#hint')).toContainText(reason.slice(1));
-    const frame = Number(await page.locator('#frame').inputValue());
-    expect(frame).toBeGreaterThan(0);
-    await work.press('Enter');
-    await work.tracked();
-    expect(folder.project().targets[0].keys).toHaveProperty(String(frame));
-});
+test.describe('a target that is tracked', () => {
+    test.use({ begun: true });
 
-test('where the target is lost, a new box is its box', async ({ work, folder }) => {
-    await work.draw(truth[0]);
-    await work.tracked();
-    await work.goTo(110);
-    await expect(work.targets().first()).toContainText('lost');
-    await work.press('t');
-    await expect(work.page.locator('#notices')).toContainText('lost here');
-    await work.draw({ x: 10, y: 10, w: 60, h: 50 });
-    await work.tracked();
-    await expect(work.targets()).toHaveCount(1);
-    expect(Object.keys(folder.project().targets[0].keys)).toEqual(['0', '110']);
-    // With Shift it is always a new target.
-    await work.goTo(0);
-    await work.afterDrawing('none');
-    await work.page.keyboard.down('Shift');
-    await work.draw({ x: 60, y: 210, w: 40, h: 40 });
-    await work.page.keyboard.up('Shift');
-    await expect(work.targets()).toHaveCount(2);
-});
+    test('the next doubtful place is one key away', async ({ work, folder }) => {
+        const { page } = work;
+        await expect(page.locator('#doubts > li')).not.toHaveCount(0);
+        const reason = await page.locator('#doubts .doubt-why').first().textContent();
+        await work.press('n');
+        await expect(page.locator('#hint')).toContainText(reason.slice(1));
+        const frame = Number(await page.locator('#frame').inputValue());
+        expect(frame).toBeGreaterThan(0);
+        await work.press('Enter');
+        await work.tracked();
+        expect(folder.project().targets[0].keys).toHaveProperty(String(frame));
+    });
 
-test('a stretch in which the target is not visible', async ({ work, folder }) => {
-    await work.draw(truth[0]);
-    await work.tracked();
-    await work.goTo(90);
-    await work.press('h');
-    await expect(work.page.locator('#hint')).toContainText('Not visible from frame 90');
-    await work.goTo(130);
-    await work.press('h');
-    await expect.poll(() => folder.project().targets[0].hidden).toEqual([[90, 130]]);
-    expect(folder.project().targets[0].tracked).not.toHaveProperty('100');
-    await work.goTo(100);
-    await expect(work.targets().first()).toContainText('not visible');
-    await work.press('Shift+H');
-    await expect.poll(() => folder.project().targets[0].hidden ?? []).toEqual([]);
-});
+    test('where the target is lost, a new box is its box', async ({ work, folder }) => {
+        await work.goTo(110);
+        await expect(work.targets().first()).toContainText('lost');
+        await work.press('t');
+        await expect(work.page.locator('#notices')).toContainText('lost here');
+        await work.draw({ x: 10, y: 10, w: 60, h: 50 });
+        await work.tracked();
+        await expect(work.targets()).toHaveCount(1);
+        expect(Object.keys(folder.project().targets[0].keys)).toEqual(['0', '110']);
+        // With Shift it is always a new target.
+        await work.goTo(0);
+        await work.afterDrawing('none');
+        await work.page.keyboard.down('Shift');
+        await work.draw({ x: 60, y: 210, w: 40, h: 40 });
+        await work.page.keyboard.up('Shift');
+        await expect(work.targets()).toHaveCount(2);
+    });
 
-test('the whole stretch in which the target is lost, with one key', async ({ work, folder }) => {
-    await work.draw(truth[0]);
-    await work.tracked();
-    await work.press('n');
-    await expect(work.page.locator('#hint')).toContainText('Shift+H');
-    await work.press('Shift+H');
-    await expect.poll(() => folder.project().targets[0].hidden?.length).toBe(1);
-    const [{ hidden, tracked }] = folder.project().targets;
-    const [from, to] = hidden[0];
-    // The tree hides the picture completely in these frames.
-    expect(from).toBeLessThan(95);
-    expect(to).toBeGreaterThan(130);
-    expect([tracked[from - 1].status, tracked[to + 1].status]).not.toContain('l');
-    await expect(work.page.locator('#doubts')).not.toContainText('lost');
-});
+    test('a stretch in which the target is not visible', async ({ work, folder }) => {
+        await work.goTo(90);
+        await work.press('h');
+        await expect(work.page.locator('#hint')).toContainText('Not visible from frame 90');
+        await work.goTo(130);
+        await work.press('h');
+        await expect.poll(() => folder.project().targets[0].hidden).toEqual([[90, 130]]);
+        expect(folder.project().targets[0].tracked).not.toHaveProperty('100');
+        await work.goTo(100);
+        await expect(work.targets().first()).toContainText('not visible');
+        await work.press('Shift+H');
+        await expect.poll(() => folder.project().targets[0].hidden ?? []).toEqual([]);
+    });
 
-test('a stretch that is marked in the timeline', async ({ work, folder }) => {
-    const { page } = work;
-    await work.draw(truth[0]);
-    await work.tracked();
-    const before = folder.project().targets[0].tracked;
-    const frames = () => Object.keys(folder.project().targets[0].tracked).map(Number);
-    const has = (from, to) => frames().filter((frame) => from <= frame && frame <= to).length;
+    test('the whole stretch in which the target is lost, with one key', async ({ work, folder }) => {
+        await work.press('n');
+        await expect(work.page.locator('#hint')).toContainText('Shift+H');
+        await work.press('Shift+H');
+        await expect.poll(() => folder.project().targets[0].hidden?.length).toBe(1);
+        const [{ hidden, tracked }] = folder.project().targets;
+        const [from, to] = hidden[0];
+        // The tree hides the picture completely in these frames.
+        expect(from).toBeLessThan(95);
+        expect(to).toBeGreaterThan(130);
+        expect([tracked[from - 1].status, tracked[to + 1].status]).not.toContain('l');
+        await expect(work.page.locator('#doubts')).not.toContainText('lost');
+    });
 
-    // Its boxes are deleted, and tracked again.
-    await work.mark(30, 49);
-    await expect(page.locator('#hint')).toContainText('Frames 30 to 49');
-    await work.atFrame(49);
-    await work.press('Delete');
-    await expect.poll(() => has(30, 49)).toBe(0);
-    expect(frames()).toHaveLength(FRAMES - 1 - 20);
-    await expect(work.targets()).toHaveCount(1);
-    await work.mark(49, 30);
-    await page.locator('#stretch').getByRole('button', { name: 'Track again' }).click();
-    await work.tracked();
-    expect(folder.project().targets[0].tracked).toEqual(before);
-    expect(Object.keys(folder.project().targets[0].keys)).toEqual(['0']);
+    test('a stretch that is marked in the timeline', async ({ work, folder }) => {
+        const { page } = work;
+        const before = folder.project().targets[0].tracked;
+        const frames = () => Object.keys(folder.project().targets[0].tracked).map(Number);
+        const has = (from, to) => frames().filter((frame) => from <= frame && frame <= to).length;
 
-    // Esc leaves the boxes as they are, and so does a click with Shift.
-    await work.mark(30, 49);
-    await work.press('Escape');
-    await expect(page.locator('#stretch')).toBeHidden();
-    await work.mark(60, 60);
-    await expect(page.locator('#stretch')).toBeHidden();
+        // Its boxes are deleted, and tracked again.
+        await work.mark(30, 49);
+        await expect(page.locator('#hint')).toContainText('Frames 30 to 49');
+        await work.atFrame(49);
+        await work.press('Delete');
+        await expect.poll(() => has(30, 49)).toBe(0);
+        expect(frames()).toHaveLength(FRAMES - 1 - 20);
+        await expect(work.targets()).toHaveCount(1);
+        await work.mark(49, 30);
+        await page.locator('#stretch').getByRole('button', { name: 'Track again' }).click();
+        await work.tracked();
+        expect(folder.project().targets[0].tracked).toEqual(before);
+        expect(Object.keys(folder.project().targets[0].keys)).toEqual(['0']);
 
-    // With keys, too.
-    await work.goTo(95);
-    await work.press('s');
-    await expect(page.locator('#hint')).toContainText('A stretch from frame 95');
-    await work.goTo(130);
-    await work.press('s', 'h');
-    await expect.poll(() => folder.project().targets[0].hidden).toEqual([[95, 130]]);
-    await work.press('Control+z');
-    await expect.poll(() => has(95, 130)).toBe(36);
+        // Esc leaves the boxes as they are, and so does a click with Shift.
+        await work.mark(30, 49);
+        await work.press('Escape');
+        await expect(page.locator('#stretch')).toBeHidden();
+        await work.mark(60, 60);
+        await expect(page.locator('#stretch')).toBeHidden();
 
-    // The target itself is not deleted by the way.
-    await work.mark(0, 49);
-    await page.locator('#stretch').getByRole('button', { name: 'Delete boxes' }).click();
-    await expect(page.locator('#notices')).toContainText('All key frames are in this stretch');
-    expect(has(1, 49)).toBe(49);
-});
+        // With keys, too.
+        await work.goTo(95);
+        await work.press('s');
+        await expect(page.locator('#hint')).toContainText('A stretch from frame 95');
+        await work.goTo(130);
+        await work.press('s', 'h');
+        await expect.poll(() => folder.project().targets[0].hidden).toEqual([[95, 130]]);
+        await work.press('Control+z');
+        await expect.poll(() => has(95, 130)).toBe(36);
 
-test('split, join and delete', async ({ work, folder }) => {
-    const { page } = work;
-    await work.draw(truth[0]);
-    await work.tracked();
-    await work.goTo(50);
-    await work.press('x');
-    await expect(work.targets()).toHaveCount(2);
-    expect(Math.max(...Object.keys(folder.project().targets[0].tracked).map(Number))).toBe(49);
+        // The target itself is not deleted by the way.
+        await work.mark(0, 49);
+        await page.locator('#stretch').getByRole('button', { name: 'Delete boxes' }).click();
+        await expect(page.locator('#notices')).toContainText('All key frames are in this stretch');
+        expect(has(1, 49)).toBe(49);
+    });
 
-    await work.targets().first().locator('.target-name').click();
-    await work.press('m');
-    await page.locator('#timeline-rows').click({ position: { x: 400, y: 26 + 13 } });
-    await expect(work.targets()).toHaveCount(1);
-    await expect.poll(() => Object.keys(folder.project().targets[0].tracked).length).toBe(FRAMES - 1);
+    test('split, join and delete', async ({ work, folder }) => {
+        const { page } = work;
+        await work.goTo(50);
+        await work.press('x');
+        await expect(work.targets()).toHaveCount(2);
+        expect(Math.max(...Object.keys(folder.project().targets[0].tracked).map(Number))).toBe(49);
 
-    // Without a mouse: the other target is chosen in the list.
-    await work.press('Control+z');
-    await expect(work.targets()).toHaveCount(2);
-    await work.press('m');
-    await work.targets().last().locator('.target-name').focus();
-    await work.press('Enter');
-    await expect(work.targets()).toHaveCount(1);
+        await work.targets().first().locator('.target-name').click();
+        await work.press('m');
+        await page.locator('#timeline-rows').click({ position: { x: 400, y: 26 + 13 } });
+        await expect(work.targets()).toHaveCount(1);
+        await expect.poll(() => Object.keys(folder.project().targets[0].tracked).length).toBe(FRAMES - 1);
 
-    await page.locator('#stage').focus();
-    await work.press('Delete');
-    await expect(work.targets()).toHaveCount(0);
-    await page.getByRole('button', { name: 'Undo' }).last().click();
-    await expect(work.targets()).toHaveCount(1);
+        // Without a mouse: the other target is chosen in the list.
+        await work.press('Control+z');
+        await expect(work.targets()).toHaveCount(2);
+        await work.press('m');
+        await work.targets().last().locator('.target-name').focus();
+        await work.press('Enter');
+        await expect(work.targets()).toHaveCount(1);
+
+        await page.locator('#stage').focus();
+        await work.press('Delete');
+        await expect(work.targets()).toHaveCount(0);
+        await page.getByRole('button', { name: 'Undo' }).last().click();
+        await expect(work.targets()).toHaveCount(1);
+    });
+
+    test('what the tracker sees, in pictures and words', async ({ work }) => {
+        const { page } = work;
+        await work.goTo(83);
+        await work.press('i');
+        await expect(page.locator('#look-pictures canvas')).toHaveCount(2);
+        await expect(page.locator('#look-words')).toContainText(/hidden|score|unusual|look/);
+    });
+
+    test('export: tables, formats in folders, videos', async ({ work }) => {
+        const { page } = work;
+        const save = async (name) => {
+            await work.press('Shift+E');
+            const [download] = await Promise.all([
+                page.waitForEvent('download'),
+                page.getByRole('button', { name }).click(),
+            ]);
+            return { name: download.suggestedFilename(), bytes: readFileSync(await download.path()) };
+        };
+        const mot = await save(/MOTChallenge/);
+        expect(mot.bytes.toString().trim().split('\n')).toHaveLength(FRAMES);
+        const cvat = await save(/CVAT/);
+        expect(cvat.bytes.toString()).toContain('<track id=');
+        const coco = await save(/COCO/);
+        expect(JSON.parse(coco.bytes.toString()).annotations.length).toBeGreaterThan(100);
+        const yolo = await save(/YOLO/);
+        expect(yolo.bytes.subarray(0, 2).toString()).toBe('PK');
+        const video = await save(/Annotated video/);
+        expect(video.bytes.subarray(4, 8).toString()).toBe('ftyp');
+        const cut = await save(/Clip of/);
+        expect(cut.bytes.subarray(4, 8).toString()).toBe('ftyp');
+    });
 });
 
 test('labels, their colours and attributes', async ({ work, folder }) => {
@@ -220,16 +244,6 @@ test('labels, their colours and attributes', async ({ work, folder }) => {
     await page.getByLabel('Value').fill('a boat');
     await page.getByRole('button', { name: 'Save' }).click();
     await expect.poll(() => folder.project().targets[0].attributes).toEqual({ motif: 'a boat' });
-});
-
-test('what the tracker sees, in pictures and words', async ({ work }) => {
-    const { page } = work;
-    await work.draw(truth[0]);
-    await work.tracked();
-    await work.goTo(83);
-    await work.press('i');
-    await expect(page.locator('#look-pictures canvas')).toHaveCount(2);
-    await expect(page.locator('#look-words')).toContainText(/hidden|score|unusual|look/);
 });
 
 test('frames are exact, and the newest counts when steps come fast', async ({ work, studio }) => {
@@ -301,32 +315,6 @@ test('zoom and pan, and boxes stay where they are', async ({ work, folder }) => 
     expect(Math.hypot(x - 88, y - 236)).toBeLessThan(1.5);
     await work.press('0');
     await expect(page.locator('#zoom')).toHaveText(whole);
-});
-
-test('export: tables, formats in folders, videos', async ({ work }) => {
-    const { page } = work;
-    await work.draw(truth[0]);
-    await work.tracked();
-    const save = async (name) => {
-        await work.press('Shift+E');
-        const [download] = await Promise.all([
-            page.waitForEvent('download'),
-            page.getByRole('button', { name }).click(),
-        ]);
-        return { name: download.suggestedFilename(), bytes: readFileSync(await download.path()) };
-    };
-    const mot = await save(/MOTChallenge/);
-    expect(mot.bytes.toString().trim().split('\n')).toHaveLength(FRAMES);
-    const cvat = await save(/CVAT/);
-    expect(cvat.bytes.toString()).toContain('<track id=');
-    const coco = await save(/COCO/);
-    expect(JSON.parse(coco.bytes.toString()).annotations.length).toBeGreaterThan(100);
-    const yolo = await save(/YOLO/);
-    expect(yolo.bytes.subarray(0, 2).toString()).toBe('PK');
-    const video = await save(/Annotated video/);
-    expect(video.bytes.subarray(4, 8).toString()).toBe('ftyp');
-    const cut = await save(/Clip of/);
-    expect(cut.bytes.subarray(4, 8).toString()).toBe('ftyp');
 });
 
 test('import: dropped boxes become targets; a file that is none says why', async ({ work, folder }) => {
