@@ -7,6 +7,8 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 venv=$PWD/target/python-venv
 pip=("$venv/bin/pip" install --quiet --disable-pip-version-check --no-compile)
+# uv needs a third of the processor time, but does not read the configuration of pip.
+uv=("$venv/bin/uv" pip install --quiet --python "$venv/bin/python")
 
 skip() {
     rm -rf "$venv"
@@ -24,12 +26,12 @@ command -v "$python" >/dev/null || skip "there is no $python"
     skip "$("$python" --version) is older than 3.10"
 if [ ! -x "$venv/bin/maturin" ] || ! cmp -s tools/python/requirements.txt "$venv/requirements.txt"; then
     "$python" -m venv --clear "$venv" || skip "$python can't create a virtual environment"
-    "${pip[@]}" --requirement tools/python/requirements.txt || skip "maturin could not be installed"
+    "${pip[@]}" --requirement tools/python/requirements.txt || skip "maturin and uv could not be installed"
     cp tools/python/requirements.txt "$venv/requirements.txt"
 fi
 install() {
     "$venv/bin/python" tools/python/requirements.py "$@" >"$venv/extras.txt"
-    "${pip[@]}" --requirement "$venv/extras.txt"
+    "${uv[@]}" --requirement "$venv/extras.txt" || "${pip[@]}" --requirement "$venv/extras.txt"
 }
 
 if ! install "$@"; then
