@@ -140,13 +140,6 @@ export class Work {
         await this.rest();
     }
 
-    /** Stops the tracking that has just begun. */
-    async stop() {
-        await expect(this.page.locator('#job-text')).toContainText('frames/s');
-        await this.press('Escape');
-        await this.rest();
-    }
-
     /**
      * Opens the list of labels and adds one; the list stays open. It waits for the row of the page, as the
      * project file has the label before the page knows of it.
