@@ -105,9 +105,9 @@ fn small_dictionary() {
     counted(&mut || scale.learn(Some(&bench.templates), Some(&buffer)));
 }
 
-/// An update without learning: frame 4.
+/// An update without learning: frame 2.
 fn update() {
-    frame(paper(), &Scene::simple(), 4);
+    frame(paper(), &Scene::simple(), 2);
 }
 
 /// An update with a new template, large dictionary and buffer: frame 5.
