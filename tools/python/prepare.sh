@@ -7,7 +7,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 venv=$PWD/target/python-venv
 pip=("$venv/bin/pip" install --quiet --disable-pip-version-check --no-compile)
-# uv needs a third of the processor time, but does not read the configuration of pip.
+# uv needs about half of the processor time, but does not read the configuration of pip.
 uv=("$venv/bin/uv" pip install --quiet --python "$venv/bin/python")
 
 skip() {
