@@ -17,9 +17,9 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
-use patchlock::appearance::scale::{CodingScratch, PatchScores, Scale, ScaleRules};
-use patchlock::sparse::codes::CodeRules;
-use patchlock::sparse::somp::batched::BLOCK;
+use patchlock::patch_model::scale::{CodingScratch, PatchScores, Scale, ScaleRules};
+use patchlock::patch_model::sparse::codes::CodeRules;
+use patchlock::patch_model::sparse::somp::batched::BLOCK;
 use patchlock::vision::frame::GreyImage;
 use patchlock::vision::patches::{PatchGrid, normalise};
 use patchlock::vision::warp::warp;

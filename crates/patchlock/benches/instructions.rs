@@ -5,9 +5,9 @@
 #[allow(dead_code)] // each benchmark uses a part of it
 mod setup;
 
-use patchlock::appearance::buffer;
-use patchlock::appearance::scale::{CodingScratch, Scale, ScaleRules};
-use patchlock::sparse::somp::batched::BLOCK;
+use patchlock::patch_model::buffer;
+use patchlock::patch_model::scale::{CodingScratch, Scale, ScaleRules};
+use patchlock::patch_model::sparse::somp::batched::BLOCK;
 use patchlock::vision::patches::{PatchGrid, normalise};
 use patchlock::vision::warp::warp;
 use patchlock::{Tracker, TrackerConfig};

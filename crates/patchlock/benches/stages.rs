@@ -4,9 +4,9 @@
 mod setup;
 
 use divan::{Bencher, black_box};
-use patchlock::appearance::model::{LookScratch, PatchModel};
-use patchlock::sparse::codes::Code;
-use patchlock::sparse::somp::{batched, definition};
+use patchlock::patch_model::model::{LookScratch, PatchModel};
+use patchlock::patch_model::sparse::codes::Code;
+use patchlock::patch_model::sparse::somp::{batched, definition};
 use patchlock::vision::frame::GreyImage;
 use patchlock::vision::warp;
 use patchlock::{PatchwiseConfig, State, Tracker, TrackerConfig, Visibility};

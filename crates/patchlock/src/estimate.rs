@@ -1,6 +1,6 @@
 //! What a tracker says of a frame.
 
-use crate::appearance::visibility::Visibility;
+use crate::patch_model::visibility::Visibility;
 use crate::vision::geometry::{BoundingBox, Point};
 use serde::{Deserialize, Serialize};
 use std::fmt;

@@ -17,67 +17,63 @@
 //! | the whole | `robust` |
 //! | features, filters, responses, map of colours, scale, rotation | `correlation` |
 //! | windows of the frame | `vision::crop` |
-//! | which parts are visible | `appearance`, the paper's patch model |
+//! | which parts are visible | `patch_model`, the paper's patch model |
 //!
 //! # Where each step of the paper is
 //!
 //! | step | paper | module |
 //! |---|---|---|
-//! | the whole | Fig. 1 | `patchwise` |
+//! | the whole | Fig. 1 | `paper` |
 //! | frame, grey | Sec. 2 | `vision::frame` |
-//! | affine state, motion, particles | Sec. 2, Eq. 22-23 | `motion`, `patchwise::particles` |
+//! | affine state, motion, particles | Sec. 2, Eq. 22-23 | `paper::{state, motion, particles}` |
 //! | candidates: bilinear warp | Sec. 2 | `vision::warp` |
 //! | patches at two scales | Eq. 1 | `vision::patches` |
-//! | dictionaries | Eq. 2 | `sparse::dictionary` |
-//! | joint sparse codes with buffers | Eq. 3-9 | `sparse::somp`, `appearance::buffer` |
-//! | pooling by alignment | Eq. 10-11 | `appearance::pooling` |
-//! | occlusion levels, weights | Eq. 12-14, 18-19 | `appearance::weights` |
-//! | likelihood | Eq. 24 | `appearance::likelihood` |
-//! | subspace, reconstruction | Eq. 15-16 | `appearance::subspace`, `sparse::lasso` |
-//! | mask, new template | Eq. 17, 20-21 | `appearance::mask`, `appearance::update` |
-//! | first templates, replacement | Sec. 2.5 | `appearance::templates`, `appearance::memory` |
+//! | dictionaries | Eq. 2 | `patch_model::sparse::dictionary` |
+//! | joint sparse codes with buffers | Eq. 3-9 | `patch_model::sparse::somp`, `patch_model::buffer` |
+//! | pooling by alignment | Eq. 10-11 | `patch_model::pooling` |
+//! | occlusion levels, weights | Eq. 12-14, 18-19 | `patch_model::weights` |
+//! | likelihood | Eq. 24 | `patch_model::likelihood` |
+//! | subspace, reconstruction | Eq. 15-16 | `patch_model::subspace`, `patch_model::sparse::lasso` |
+//! | mask, new template | Eq. 17, 20-21 | `patch_model::mask`, `patch_model::update` |
+//! | first templates, replacement | Sec. 2.5 | `patch_model::templates`, `patch_model::memory` |
 //!
 //! These modules are no part of the public interface: they are visible so that the tests and benchmarks of
 //! this crate can reach them, and change without notice.
 
-#[doc(hidden)]
-pub mod appearance;
 mod config;
 #[doc(hidden)]
 pub mod correlation;
 mod error;
 mod estimate;
 mod method;
-#[doc(hidden)]
-pub mod motion;
 mod multi;
 #[doc(hidden)]
 pub mod numeric;
 mod observe;
 #[doc(hidden)]
-pub mod patchwise;
+pub mod paper;
+#[doc(hidden)]
+pub mod patch_model;
 #[doc(hidden)]
 pub mod robust;
 mod snapshot;
-#[doc(hidden)]
-pub mod sparse;
 mod target_id;
 mod tracker;
 #[doc(hidden)]
 pub mod vision;
 
-pub use appearance::likelihood::{Feature, Gamma, Scales};
-pub use appearance::visibility::{Visibility, VisibilityMap};
 pub use config::{
     Method, PARAMETERS, PRESETS, Parameter, PatchwiseConfig, Range, RobustConfig, TrackerConfig,
 };
 pub use error::Error;
 pub use estimate::{Estimate, Status};
-pub use motion::state::State;
 pub use multi::MultiTracker;
 pub use observe::{FrameView, Observer, PatchView, PatchwiseView, RobustView, UpdateView};
+pub use paper::state::State;
+pub use patch_model::likelihood::{Feature, Gamma, Scales};
+pub use patch_model::sparse::codes::Code;
+pub use patch_model::visibility::{Visibility, VisibilityMap};
 pub use snapshot::{MultiSnapshot, Snapshot};
-pub use sparse::codes::Code;
 pub use target_id::TargetId;
 pub use tracker::Tracker;
 pub use vision::frame::Frame;

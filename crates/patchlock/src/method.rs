@@ -7,14 +7,14 @@ use crate::observe::{FrameView, Observer, PatchwiseView, RobustView};
 use crate::vision::frame::{Frame, GreyImage};
 use crate::vision::geometry::BoundingBox;
 use crate::{Error, error};
-use crate::{patchwise, robust};
+use crate::{paper, robust};
 use serde::{Deserialize, Serialize};
 
 /// One target, under the method that follows it.
 #[derive(Debug)]
 #[expect(clippy::large_enum_variant, reason = "all targets of a tracker have the same method")]
 pub(crate) enum Target {
-    Patchwise(patchwise::Target),
+    Patchwise(paper::Target),
     Robust(robust::Target),
 }
 
@@ -23,7 +23,7 @@ pub(crate) enum Target {
 #[serde(rename_all = "lowercase")]
 #[expect(clippy::large_enum_variant, reason = "all targets of a tracker have the same method")]
 pub(crate) enum SavedTarget {
-    Patchwise(patchwise::Saved),
+    Patchwise(paper::Saved),
     Robust(robust::Saved),
 }
 
@@ -36,7 +36,7 @@ pub(crate) struct Images {
 /// Buffers of one thread for the targets of any method. Those of methods that are not used stay empty.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
-    patchwise: patchwise::Scratch,
+    patchwise: paper::Scratch,
     robust: robust::Scratch,
 }
 
@@ -63,7 +63,7 @@ impl Target {
                 let settings = (config.seed, &config.patchwise);
                 let scratch = &mut scratch.patchwise;
                 let (target, estimate) =
-                    patchwise::Target::begin(&images.grey, bbox, settings, scratch);
+                    paper::Target::begin(&images.grey, bbox, settings, scratch);
                 (Self::Patchwise(target), estimate)
             }
             Method::Robust => {
@@ -116,7 +116,7 @@ impl Target {
     pub fn restore(saved: SavedTarget, config: &TrackerConfig) -> Result<Self, Error> {
         match (config.method, saved) {
             (Method::Patchwise, SavedTarget::Patchwise(saved)) => {
-                patchwise::Target::restore(saved, &config.patchwise)
+                paper::Target::restore(saved, &config.patchwise)
                     .map(Self::Patchwise)
                     .map_err(error::snapshot)
             }

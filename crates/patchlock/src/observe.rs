@@ -1,6 +1,6 @@
 //! Access to the intermediate results of a tracker, with one kind of view per method.
 
-pub use crate::patchwise::view::{PatchView, PatchwiseView, UpdateView};
+pub use crate::paper::view::{PatchView, PatchwiseView, UpdateView};
 pub use crate::robust::view::RobustView;
 
 /// The intermediate results of one frame, in the terms of the method that tracked it.

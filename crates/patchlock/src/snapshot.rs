@@ -2,15 +2,15 @@
 //! any method. What version 0.1 of the library wrote is read too.
 
 use crate::Error;
-use crate::appearance::memory::PatchMemory;
-use crate::appearance::subspace::Subspace;
 use crate::config::{Method, TrackerConfig};
 use crate::error;
 use crate::method::SavedTarget;
-use crate::motion::state::State;
+use crate::paper::state::State;
+use crate::patch_model::memory::PatchMemory;
+use crate::patch_model::subspace::Subspace;
 use crate::target_id::TargetId;
 use crate::vision::frame::FrameSize;
-use crate::{patchwise, robust};
+use crate::{paper, robust};
 use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 
@@ -170,7 +170,7 @@ fn unknown_version(version: u32) -> Error {
 /// A target as any version wrote it: under the name of its method, or in version 1 as its fields.
 #[derive(Deserialize)]
 struct TargetForm {
-    patchwise: Option<patchwise::Saved>,
+    patchwise: Option<paper::Saved>,
     robust: Option<robust::Saved>,
     width: Option<usize>,
     height: Option<usize>,
@@ -209,7 +209,7 @@ impl TargetForm {
             subspace: given(self.subspace, "subspace")?,
             batch: given(self.batch, "batch")?,
         };
-        let saved = patchwise::Saved {
+        let saved = paper::Saved {
             state: given(self.state, "state")?,
             rng: given(self.rng, "rng")?,
             frames: given(self.frames, "frames")?,

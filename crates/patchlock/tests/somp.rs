@@ -2,11 +2,11 @@
 
 mod solvers;
 
-use patchlock::appearance::templates::shifts;
 use patchlock::numeric::instructions::Instructions;
-use patchlock::sparse::codes::{Code, CodeRules};
-use patchlock::sparse::dictionary::Dictionary;
-use patchlock::sparse::somp::batched;
+use patchlock::patch_model::sparse::codes::{Code, CodeRules};
+use patchlock::patch_model::sparse::dictionary::Dictionary;
+use patchlock::patch_model::sparse::somp::batched;
+use patchlock::patch_model::templates::shifts;
 use patchlock::vision::{frame::GreyImage, patches::PatchGrid, warp::warp};
 use patchlock::{BoundingBox, Frame, State};
 use patchlock_scene::Scene;

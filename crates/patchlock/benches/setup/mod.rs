@@ -1,10 +1,10 @@
 //! Input data of the benchmarks: a rendered scene, processed with the paper's settings.
 
-use patchlock::appearance::{buffer, templates};
-use patchlock::motion::model::{Limits, Motion};
-use patchlock::patchwise::particles::Particles;
-use patchlock::sparse::codes::CodeRules;
-use patchlock::sparse::dictionary::Dictionary;
+use patchlock::paper::motion::{Limits, Motion};
+use patchlock::paper::particles::Particles;
+use patchlock::patch_model::sparse::codes::CodeRules;
+use patchlock::patch_model::sparse::dictionary::Dictionary;
+use patchlock::patch_model::{buffer, templates};
 use patchlock::vision::frame::GreyImage;
 use patchlock::vision::patches::{PatchGrid, normalise};
 use patchlock::vision::warp;

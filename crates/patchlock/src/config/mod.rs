@@ -9,15 +9,14 @@ mod reading;
 mod table;
 
 use crate::Error;
-use crate::appearance::likelihood::{Gamma, LikelihoodRules, Scales};
-use crate::appearance::memory::LearningRules;
-use crate::appearance::model::PatchRules;
-use crate::appearance::scale::ScaleRules;
-use crate::appearance::subspace::SubspaceRules;
-use crate::appearance::update::TemplateRules;
-use crate::motion::model::{Limits, Motion};
-use crate::sparse::codes::{CodeRules, MAX_ATOMS};
-use crate::sparse::dictionary::MAX_DICTIONARY;
+use crate::patch_model::likelihood::{Gamma, LikelihoodRules, Scales};
+use crate::patch_model::memory::LearningRules;
+use crate::patch_model::model::PatchRules;
+use crate::patch_model::scale::ScaleRules;
+use crate::patch_model::sparse::codes::{CodeRules, MAX_ATOMS};
+use crate::patch_model::sparse::dictionary::MAX_DICTIONARY;
+use crate::patch_model::subspace::SubspaceRules;
+use crate::patch_model::update::TemplateRules;
 use crate::vision::patches::PatchGrid;
 use serde::{Deserialize, Serialize};
 pub use table::{Parameter, Range};
@@ -389,21 +388,6 @@ impl PatchwiseConfig {
                 guided_radius: self.guided_radius,
                 guided_epsilon: self.guided_epsilon,
             },
-        }
-    }
-
-    /// The motion model in frames of this width and height.
-    pub(crate) fn motion(&self, frame: [usize; 2]) -> Motion {
-        Motion {
-            limits: Limits::new(frame, self.template_side),
-            sigma: [
-                self.sigma_x,
-                self.sigma_y,
-                self.sigma_scale,
-                self.sigma_rotation,
-                self.sigma_aspect,
-                self.sigma_skew,
-            ],
         }
     }
 

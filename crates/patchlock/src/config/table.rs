@@ -1,7 +1,7 @@
 //! The table's machinery: ranges, rows, and the macro that makes structs of them.
 
 use super::Method;
-use crate::appearance::likelihood::{Gamma, Scales};
+use crate::patch_model::likelihood::{Gamma, Scales};
 use std::fmt;
 
 /// The values that a field may take.

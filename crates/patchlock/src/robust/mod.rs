@@ -13,7 +13,6 @@ mod turn;
 pub(crate) mod view;
 mod visible;
 
-use crate::appearance::visibility::Visibility;
 use crate::config::TrackerConfig;
 use crate::correlation::features::FeatureScratch;
 use crate::correlation::filter::FilterScratch;
@@ -23,6 +22,7 @@ use crate::correlation::response::Response;
 use crate::correlation::rotation::RotationScratch;
 use crate::correlation::scale::{ScaleFilter, ScaleScratch};
 use crate::estimate::Estimate;
+use crate::patch_model::visibility::Visibility;
 use crate::vision::crop::{CropScratch, Planes};
 use crate::vision::frame::Frame;
 use crate::vision::geometry::BoundingBox;

@@ -1,10 +1,10 @@
 //! The paper's patch model, asked about the one box that was found: which parts of the target are visible.
 
-use crate::appearance::memory::{LearningScratch, LearningStep};
-use crate::appearance::model::{LookScratch, PatchModel};
-use crate::appearance::templates;
-use crate::appearance::visibility::Visibility;
 use crate::config::{PatchwiseConfig, TrackerConfig};
+use crate::patch_model::memory::{LearningScratch, LearningStep};
+use crate::patch_model::model::{LookScratch, PatchModel};
+use crate::patch_model::templates;
+use crate::patch_model::visibility::Visibility;
 use crate::vision::crop::{CropScratch, Planes, Region};
 use crate::vision::frame::Frame;
 use crate::vision::patches::normalise;

@@ -6,7 +6,7 @@ use allocation_counter::measure;
 
 use crate::methods::{all, default_settings};
 use crate::sequence::SIMPLE;
-use patchlock::appearance::model::{LookScratch, PatchModel, cut_candidate};
+use patchlock::patch_model::model::{LookScratch, PatchModel, cut_candidate};
 use patchlock::vision::frame::GreyImage;
 use patchlock::{Estimate, PatchwiseConfig, State, Tracker, TrackerConfig, Visibility};
 

@@ -2,7 +2,7 @@
 
 use crate::{difference, golden};
 use nalgebra::{DMatrix, DVector};
-use patchlock::sparse::lasso::Reconstruction;
+use patchlock::patch_model::sparse::lasso::Reconstruction;
 use serde::Deserialize;
 
 #[derive(Deserialize)]

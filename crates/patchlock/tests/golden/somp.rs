@@ -2,8 +2,8 @@
 
 use crate::solvers::{RULES, Solver, Span, energy, indices};
 use crate::{golden, read};
-use patchlock::sparse::codes::{Code, CodeRules};
-use patchlock::sparse::dictionary::Dictionary;
+use patchlock::patch_model::sparse::codes::{Code, CodeRules};
+use patchlock::patch_model::sparse::dictionary::Dictionary;
 use patchlock::vision::patches::PatchGrid;
 use serde::Deserialize;
 use std::collections::BTreeMap;

@@ -2,7 +2,7 @@
 
 use crate::{difference, golden};
 use nalgebra::{DMatrix, DVector};
-use patchlock::appearance::subspace::{Scratch, Subspace, SubspaceRules};
+use patchlock::patch_model::subspace::{Scratch, Subspace, SubspaceRules};
 use serde::Deserialize;
 
 #[derive(Deserialize)]

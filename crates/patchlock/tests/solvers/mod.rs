@@ -4,9 +4,9 @@
 #![allow(dead_code)]
 
 use patchlock::numeric::instructions::Instructions;
-use patchlock::sparse::codes::{Code, CodeRules};
-use patchlock::sparse::dictionary::Dictionary;
-use patchlock::sparse::somp::{batched, definition};
+use patchlock::patch_model::sparse::codes::{Code, CodeRules};
+use patchlock::patch_model::sparse::dictionary::Dictionary;
+use patchlock::patch_model::sparse::somp::{batched, definition};
 
 /// The rules of the preset `paper`.
 pub const RULES: CodeRules = CodeRules { atoms: 4, min_residual: 1e-6 };

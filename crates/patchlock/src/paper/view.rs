@@ -1,12 +1,12 @@
 //! What an observer is shown of a frame of the paper's tracker.
 
 use super::particles::Particles;
-use crate::appearance::likelihood::Feature;
-use crate::appearance::memory::{Learned, LearningScratch};
-use crate::appearance::model::{PatchModel, Weighed};
-use crate::appearance::scale::PatchScores;
-use crate::motion::state::State;
-use crate::sparse::codes::Code;
+use super::state::State;
+use crate::patch_model::likelihood::Feature;
+use crate::patch_model::memory::{Learned, LearningScratch};
+use crate::patch_model::model::{PatchModel, Weighed};
+use crate::patch_model::scale::PatchScores;
+use crate::patch_model::sparse::codes::Code;
 
 /// What happened on one frame, after the estimate was found and learned from.
 #[derive(Debug)]

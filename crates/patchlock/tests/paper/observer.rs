@@ -2,8 +2,8 @@
 
 use crate::methods::patchwise;
 use crate::sequence::OCCLUDED;
-use patchlock::appearance::weights::{patch_weight, position_weights};
-use patchlock::patchwise::particles::most_likely;
+use patchlock::paper::particles::most_likely;
+use patchlock::patch_model::weights::{patch_weight, position_weights};
 use patchlock::vision::patches::PatchGrid;
 use patchlock::{
     Estimate, FrameView, PatchView, PatchwiseConfig, PatchwiseView, Tracker, TrackerConfig,

@@ -2,8 +2,8 @@
 //! every step solved anew as a least-squares problem. Far too slow for tracking; the tests compare the fast
 //! solver with it.
 
-use crate::sparse::codes::{Code, CodeRules, final_energy};
-use crate::sparse::dictionary::Dictionary;
+use crate::patch_model::sparse::codes::{Code, CodeRules, final_energy};
+use crate::patch_model::sparse::dictionary::Dictionary;
 use nalgebra::DMatrix;
 
 /// Codes `candidate` jointly with the `shared` signals (rows of `dim` samples).

@@ -1,4 +1,4 @@
-//! The patch-based appearance model of a target: codes, weights, likelihood and learning.
+//! The paper's patch model of a target's appearance: codes, weights, likelihood and learning.
 //!
 //! [`model`] combines the steps, which are the other modules.
 
@@ -10,6 +10,7 @@ pub mod model;
 pub mod pooling;
 pub mod pruning;
 pub mod scale;
+pub mod sparse;
 pub mod subspace;
 pub mod templates;
 pub mod update;

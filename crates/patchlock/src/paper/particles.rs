@@ -1,9 +1,9 @@
 //! The particles of a frame (Eq. 22, 23): states drawn anew around the last estimate, and their candidates.
 
-use crate::appearance::model::{PatchRules, cut_candidate};
-use crate::motion::model::Motion;
-use crate::motion::state::State;
-use crate::sparse::somp::batched::BLOCK;
+use super::motion::Motion;
+use super::state::State;
+use crate::patch_model::model::{PatchRules, cut_candidate};
+use crate::patch_model::sparse::somp::batched::BLOCK;
 use crate::vision::frame::GreyImage;
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
@@ -95,7 +95,7 @@ pub fn most_likely(likelihoods: &[f64]) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::motion::model::Limits;
+    use crate::paper::motion::Limits;
 
     const LAST: State =
         State { x: 100.0, y: 50.0, scale: 1.2, rotation: 0.1, aspect: 0.8, skew: 0.0 };

@@ -14,7 +14,7 @@
 //! the small ones in the order of what the seeds lost there. Similar candidates are coded next to each other,
 //! because they share more of the work.
 
-use crate::sparse::somp::batched::BLOCK;
+use crate::patch_model::sparse::somp::batched::BLOCK;
 
 /// Number of candidates coded at all locations before the others, and of further ones, selected by their
 /// large patches.

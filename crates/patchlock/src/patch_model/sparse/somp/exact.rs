@@ -3,8 +3,8 @@
 use super::node::Path;
 use super::vectors::{U, dots_each, widen};
 use crate::numeric::dot_wide;
-use crate::sparse::codes::{CodeRules, MAX_ATOMS};
-use crate::sparse::dictionary::Dictionary;
+use crate::patch_model::sparse::codes::{CodeRules, MAX_ATOMS};
+use crate::patch_model::sparse::dictionary::Dictionary;
 use pulp::Simd;
 
 /// An atom that can be chosen.

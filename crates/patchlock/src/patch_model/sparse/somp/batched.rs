@@ -83,8 +83,8 @@ use super::vectors::{TILE, project_out, tile_index, tiles, tiles_mut, widen};
 use crate::numeric::aligned::Aligned;
 use crate::numeric::dot_wide;
 use crate::numeric::instructions::Instructions;
-use crate::sparse::codes::{Code, CodeRules, MAX_ATOMS, final_energy};
-use crate::sparse::dictionary::Dictionary;
+use crate::patch_model::sparse::codes::{Code, CodeRules, MAX_ATOMS, final_energy};
+use crate::patch_model::sparse::dictionary::Dictionary;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 

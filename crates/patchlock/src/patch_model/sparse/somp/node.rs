@@ -3,8 +3,8 @@
 
 use super::vectors::{dots_each, subtract_scaled_wide, widen};
 use crate::numeric::dot_wide;
-use crate::sparse::codes::MAX_ATOMS;
-use crate::sparse::dictionary::Dictionary;
+use crate::patch_model::sparse::codes::MAX_ATOMS;
+use crate::patch_model::sparse::dictionary::Dictionary;
 use pulp::Simd;
 
 /// A node in the tree of chosen atoms. The root has no atoms; each node has one more than its parent.

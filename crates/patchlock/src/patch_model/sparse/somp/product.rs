@@ -2,7 +2,7 @@
 //! the cache.
 
 use super::vectors::{TILE, Tile, mul_add, tile_index, tiles};
-use crate::sparse::dictionary::{Dictionary, LANES};
+use crate::patch_model::sparse::dictionary::{Dictionary, LANES};
 use pulp::Simd;
 
 /// Writes the inner products of each signal (rows of `dim` samples) with the atoms of tile `t`, plus that
@@ -75,7 +75,7 @@ mod tests {
     use super::*;
     use crate::numeric::aligned::Aligned;
     use crate::numeric::instructions::Instructions;
-    use crate::sparse::somp::vectors::{panel_index, tiles_mut};
+    use crate::patch_model::sparse::somp::vectors::{panel_index, tiles_mut};
     use pulp::WithSimd;
 
     struct Correlate<'a>(&'a [f32], &'a Dictionary, &'a mut [f32]);

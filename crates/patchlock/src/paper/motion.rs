@@ -1,6 +1,7 @@
 //! The motion model (Sec. 2): independent Gaussian noise around the last estimate.
 
 use super::state::State;
+use crate::config::PatchwiseConfig;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
@@ -46,6 +47,21 @@ impl Limits {
 }
 
 impl Motion {
+    /// The motion model in frames of this width and height.
+    pub fn new(config: &PatchwiseConfig, frame: [usize; 2]) -> Self {
+        Self {
+            limits: Limits::new(frame, config.template_side),
+            sigma: [
+                config.sigma_x,
+                config.sigma_y,
+                config.sigma_scale,
+                config.sigma_rotation,
+                config.sigma_aspect,
+                config.sigma_skew,
+            ],
+        }
+    }
+
     /// Draws a state around `last`. A state that is not valid or beyond the limits is drawn again.
     pub fn draw(&self, last: &State, rng: &mut Pcg64) -> State {
         for _ in 0..MAX_REDRAWS {

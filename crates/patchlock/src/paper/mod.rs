@@ -1,23 +1,26 @@
 //! The paper's tracker (Fig. 1): particles around the last state are weighed by the patch model, the most
 //! likely one is the estimate, and the model learns from it every few frames.
 
+pub mod motion;
 pub mod particles;
 mod saved;
+pub mod state;
 pub(crate) mod view;
 
-use crate::appearance::memory::{LearningScratch, LearningStep};
-use crate::appearance::model::{
-    Candidates, LookScratch, PatchModel, Wanted, Weighed, cut_candidate,
-};
 use crate::config::PatchwiseConfig;
 use crate::estimate::{Estimate, Status};
-use crate::motion::state::State;
+use crate::patch_model::memory::{LearningScratch, LearningStep};
+use crate::patch_model::model::{
+    Candidates, LookScratch, PatchModel, Wanted, Weighed, cut_candidate,
+};
 use crate::vision::frame::GreyImage;
 use crate::vision::geometry::BoundingBox;
 use crate::vision::warp;
+use motion::Motion;
 use particles::Particles;
 use rand_pcg::Pcg64;
 pub(crate) use saved::Saved;
+use state::State;
 use view::PatchwiseView;
 
 /// The stream of the random numbers; any fixed one will do.
@@ -75,7 +78,7 @@ impl Target {
     ) {
         let Scratch { particles, weighed, learning, .. } = scratch;
         // Particles and their candidates (Sec. 2, Eq. 22).
-        let motion = config.motion([image.width(), image.height()]);
+        let motion = Motion::new(config, [image.width(), image.height()]);
         particles.draw(config.particles, &self.state, &motion, &mut self.rng);
         particles.warp(image, &config.patch_rules());
         // Patches, joint codes, pooling, weights, likelihoods (Sec. 2.1 to 2.4).

@@ -1,7 +1,7 @@
 //! Masked reconstruction errors and position weights (Eq. 12-14, 18-19).
 
-use crate::sparse::codes::{Code, MAX_ATOMS};
-use crate::sparse::dictionary::Dictionary;
+use crate::patch_model::sparse::codes::{Code, MAX_ATOMS};
+use crate::patch_model::sparse::dictionary::Dictionary;
 
 /// Samples that are processed together.
 const LANES: usize = 16;

@@ -1,8 +1,8 @@
 //! The patch model on its own: `look` gives the same visibility as weighing a candidate among many, and
 //! changes nothing.
 
-use patchlock::appearance::memory::{LearningScratch, LearningStep};
-use patchlock::appearance::model::{
+use patchlock::patch_model::memory::{LearningScratch, LearningStep};
+use patchlock::patch_model::model::{
     Candidates, LookScratch, PatchModel, PatchRules, Wanted, Weighed, cut_candidate,
 };
 use patchlock::vision::frame::GreyImage;

@@ -1,10 +1,10 @@
 //! A target of the paper's tracker between two frames, as a snapshot holds it.
 
 use super::Target;
-use crate::appearance::memory::PatchMemory;
-use crate::appearance::model::PatchModel;
+use super::state::State;
 use crate::config::PatchwiseConfig;
-use crate::motion::state::State;
+use crate::patch_model::memory::PatchMemory;
+use crate::patch_model::model::PatchModel;
 use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
 

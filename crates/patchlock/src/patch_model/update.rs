@@ -3,7 +3,7 @@
 
 use super::mask::OcclusionMask;
 use super::subspace::Subspace;
-use crate::sparse::lasso::Reconstruction;
+use crate::patch_model::sparse::lasso::Reconstruction;
 use crate::vision::patches::{PatchGrid, normalise};
 
 /// How a new template is made.
@@ -65,7 +65,7 @@ impl NewTemplate {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::appearance::subspace::{Scratch, SubspaceRules};
+    use crate::patch_model::subspace::{Scratch, SubspaceRules};
 
     #[test]
     fn hidden_samples_come_from_the_subspace() {

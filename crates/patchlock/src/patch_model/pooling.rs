@@ -4,7 +4,7 @@
 //! locations. Of the resulting vector, only the entry of the patch's own location is kept (the diagonal of
 //! `diag(Z)`; `F_i` for large and `G_i` for small patches).
 
-use crate::sparse::codes::Code;
+use crate::patch_model::sparse::codes::Code;
 
 /// The pooled feature of the patch at `location` of `locations`, from 0 to 1; 0 for an empty code.
 pub fn own_share(code: &Code, location: usize, locations: usize) -> f64 {

@@ -5,8 +5,8 @@ use super::likelihood::{Feature, LikelihoodRules};
 use super::pruning::{Pruning, ScaleSize, UpperBounds};
 use super::scale::{CodingScratch, PatchScores, Scale};
 use crate::numeric::thread_team::ThreadTeam;
-use crate::sparse::codes::Code;
-use crate::sparse::somp::batched::BLOCK;
+use crate::patch_model::sparse::codes::Code;
+use crate::patch_model::sparse::somp::batched::BLOCK;
 use std::sync::{Mutex, MutexGuard, PoisonError, RwLock};
 
 /// The candidates whose likelihoods are wanted.

@@ -8,8 +8,8 @@ use super::vectors::{
     tile_index, tiles, tiles_mut, widen,
 };
 use crate::numeric::aligned::Aligned;
-use crate::sparse::codes::{CodeRules, MAX_ATOMS};
-use crate::sparse::dictionary::{Dictionary, LANES};
+use crate::patch_model::sparse::codes::{CodeRules, MAX_ATOMS};
+use crate::patch_model::sparse::dictionary::{Dictionary, LANES};
 use pulp::Simd;
 
 /// Stored instead of `||d_res||^2` for an atom that cannot be chosen: every score divided by it is

@@ -112,7 +112,7 @@ impl PatchModel {
     }
 
     /// Which patches of one candidate are visible (Eq. 12, 18): the candidate of a box is what
-    /// [`cut_candidate`] makes of the matrix of [`State::from_box`](crate::motion::state::State::from_box).
+    /// [`cut_candidate`] makes of the matrix of [`State::from_box`](crate::paper::state::State::from_box).
     /// It takes 0.9 to 2.1 ms on one core with the paper's grid and 0.2 ms with small patches 4 samples apart
     /// (benchmark `look`). Nothing is allocated once the buffers have grown, and nothing is learned.
     pub fn look(&self, candidate: &[f32], scratch: &mut LookScratch, out: &mut Visibility) {

@@ -3,7 +3,7 @@
 //! The `f64` loops give the same bits on every processor, as [`dot_wide`] does.
 
 use crate::numeric::{dot_wide, dots_wide};
-use crate::sparse::dictionary::LANES;
+use crate::patch_model::sparse::dictionary::LANES;
 use pulp::{Scalar256b, Simd};
 use std::any::TypeId;
 

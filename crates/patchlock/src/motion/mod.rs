@@ -1,4 +1,0 @@
-//! The affine state of a target and its motion model.
-
-pub mod model;
-pub mod state;
