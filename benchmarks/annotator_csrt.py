@@ -4,7 +4,7 @@
     pip install -r benchmarks/peers-requirements.txt
     python3 benchmarks/annotator_csrt.py OTB MINE
 
-What `cargo run --release -p patchlock-studio --example annotator` asks of Patchlock, asked of a tool with a
+What `cargo run --release -p patchlock-cli --example annotator` asks of Patchlock, asked of a tool with a
 forward tracker: the person starts CSRT on the first frame, corrects the first frame whose overlap with
 the truth is below 0.5, and so on to the end. While the mean overlap is then below 0.8, the person also
 corrects the frame with the smallest overlap, from which CSRT goes on to the next key frame. Datasets are in

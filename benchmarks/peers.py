@@ -46,7 +46,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 REQUIREMENTS = HERE / "peers-requirements.txt"
-SEQUENCE_TABLE = ROOT / "crates/patchlock-eval/src/dataset/otb_sequences.txt"
+SEQUENCE_TABLE = ROOT / "crates/patchlock-bench/src/dataset/otb_sequences.txt"
 # Name of the results folder, and whether the tracker uses random numbers. The names include the library,
 # since there are other implementations of MIL.
 TRACKERS = {"OpenCV-CSRT": False, "OpenCV-KCF": False, "OpenCV-MIL": True, "dlib": False}

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures speed: whole runs compared with other trackers and another solver, and how the cost grows.
 
-    cargo build --release && cargo build --release -p patchlock-eval --example somp_problems
+    cargo build --release && cargo build --release -p patchlock-bench --example somp_problems
     python3 benchmarks/speed.py runs DATA --record benchmarks/record/DATE-speed.md
     python3 benchmarks/speed.py curves DATA --out benchmarks/record/DATE-curves
 

@@ -49,7 +49,7 @@ def main() -> None:
         f"got10k {version('got10k')}, numpy {version('numpy')}, Python {platform.python_version()}; "
         "tools/judge/judge.py"
     )
-    header = {"made_by": made_by, "what": "ExperimentOTB.report on crates/patchlock-eval/tests/judge/made_up"}
+    header = {"made_by": made_by, "what": "ExperimentOTB.report on crates/patchlock-bench/tests/judge/made_up"}
     target.write_text(
         json.dumps({"header": header, "trackers": performance}, indent=1) + "\n", encoding="utf-8"
     )

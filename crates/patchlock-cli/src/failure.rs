@@ -3,7 +3,7 @@
 use std::fmt;
 use std::io::{self, Write as _};
 
-use patchlock_eval::names::plain;
+use patchlock_track::names::plain;
 
 /// Exit codes of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,16 +67,23 @@ impl fmt::Display for Failure {
 
 impl std::error::Error for Failure {}
 
-impl From<patchlock_eval::Error> for Failure {
-    fn from(error: patchlock_eval::Error) -> Self {
+impl From<patchlock_track::Error> for Failure {
+    fn from(error: patchlock_track::Error) -> Self {
         let exit = if error.is_misuse() { Exit::Usage } else { Exit::Failed };
         Self { exit, message: error.to_string(), hint: error.advice() }
     }
 }
 
-impl From<patchlock_eval::settings::SettingsError> for Failure {
-    fn from(error: patchlock_eval::settings::SettingsError) -> Self {
-        patchlock_eval::Error::from(error).into()
+impl From<patchlock_bench::Error> for Failure {
+    fn from(error: patchlock_bench::Error) -> Self {
+        let exit = if error.is_misuse() { Exit::Usage } else { Exit::Failed };
+        Self { exit, message: error.to_string(), hint: error.advice() }
+    }
+}
+
+impl From<patchlock_track::settings::SettingsError> for Failure {
+    fn from(error: patchlock_track::settings::SettingsError) -> Self {
+        patchlock_track::Error::from(error).into()
     }
 }
 
@@ -89,7 +96,7 @@ impl From<patchlock_studio::project::Error> for Failure {
 
 impl From<patchlock_media::Error> for Failure {
     fn from(error: patchlock_media::Error) -> Self {
-        patchlock_eval::Error::from(error).into()
+        patchlock_track::Error::from(error).into()
     }
 }
 

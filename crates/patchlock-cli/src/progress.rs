@@ -4,8 +4,8 @@ use std::io::IsTerminal;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use patchlock_eval::bench::runner::Watch;
-use patchlock_eval::bench::store::Task;
+use patchlock_bench::bench::runner::Watch;
+use patchlock_bench::bench::store::Task;
 
 use crate::failure::say;
 use crate::interrupt;

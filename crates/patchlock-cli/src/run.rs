@@ -3,9 +3,9 @@
 
 use anyhow::Result;
 use patchlock::TrackerConfig;
-use patchlock_eval::many_targets::ManyTargets;
-use patchlock_eval::session;
 use patchlock_media::Picture;
+use patchlock_track::many_targets::ManyTargets;
+use patchlock_track::session;
 
 use crate::failure::{Failure, failed, usage};
 use crate::interrupt;

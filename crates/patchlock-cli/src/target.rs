@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use patchlock::BoundingBox;
-use patchlock_eval::start_box::SYNTAX;
-use patchlock_eval::{files, text};
+use patchlock_track::start_box::SYNTAX;
+use patchlock_track::{files, text};
 
 use crate::failure::{Failure, failed, named, usage};
 

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use patchlock::BoundingBox;
-use patchlock_eval::{files, start_box, text};
 use patchlock_media::{Order, Picture};
+use patchlock_track::{files, start_box, text};
 use serde::Deserialize;
 
 use crate::failure::{Failure, failed, usage};

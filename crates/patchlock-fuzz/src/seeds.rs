@@ -9,9 +9,9 @@ use image::{DynamicImage, ImageFormat};
 use patchlock::{
     BoundingBox, Frame, MultiTracker, PRESETS, Snapshot, Status, Tracker, TrackerConfig,
 };
-use patchlock_eval::export::{self, Entry, Track};
 use patchlock_media::{FrameRate, Limits, Mp4Writer};
 use patchlock_studio::project::{Edit, Store};
+use patchlock_track::export::{self, Entry, Track};
 use serde_json::{Value, json};
 
 use crate::SEPARATOR;

@@ -1,7 +1,7 @@
 //! Settings: TOML, JSON, and assignments on the command line.
 
 use patchlock::{PRESETS, TrackerConfig};
-use patchlock_eval::settings::{Overrides, resolve};
+use patchlock_track::settings::{Overrides, resolve};
 
 use crate::check::accepted;
 use crate::scratch::Scratch;

@@ -5,17 +5,18 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use patchlock::BoundingBox;
+use patchlock_bench::bench::store::sha256;
+use patchlock_bench::dataset::Dataset;
+use patchlock_bench::protocol::Protocol;
+use patchlock_bench::results as read_results;
+use patchlock_bench::score::{self, TrackerScore};
 use patchlock_cli::target::Truth;
 use patchlock_cli::targets::Targets;
-use patchlock_eval::bench::store::sha256;
-use patchlock_eval::dataset::Dataset;
-use patchlock_eval::export::{self, Track};
-use patchlock_eval::protocol::Protocol;
-use patchlock_eval::score::{self, TrackerScore};
-use patchlock_eval::{results as read_results, text};
 use patchlock_media::{Limits, Picture};
 use patchlock_studio::project::{Edit, Project, Store, Target};
 use patchlock_studio::{export as studio_export, import};
+use patchlock_track::export::{self, Track};
+use patchlock_track::text;
 use serde_json::json;
 
 use crate::check::{accepted, finite, said};

@@ -1,11 +1,11 @@
 //! Lines of TraX: messages, regions and images, and whole conversations with the server.
 
 use patchlock::TrackerConfig;
+use patchlock_bench::trax::image::Image;
+use patchlock_bench::trax::message::Message;
+use patchlock_bench::trax::region::Region;
 use patchlock_cli::trax::{Protocol, Targets, serve};
-use patchlock_eval::session;
-use patchlock_eval::trax::image::Image;
-use patchlock_eval::trax::message::Message;
-use patchlock_eval::trax::region::Region;
+use patchlock_track::session;
 
 use crate::check::{accepted, finite, picture};
 use crate::choice;

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use patchlock::{BoundingBox, TrackerConfig};
-use patchlock_eval::bench::job::{self, BenchJobs, Frames, Job};
-use patchlock_eval::bench::plan::{Entrant, MOST_SECONDS, MOST_SEEDS, Options};
-use patchlock_eval::bench::schemes::{Scheme, Start};
-use patchlock_eval::bench::store::{self, Clip, Identity, Series, Written};
-use patchlock_eval::settings::Overrides;
-use patchlock_eval::text;
+use patchlock_bench::bench::job::{self, BenchJobs, Frames, Job};
+use patchlock_bench::bench::plan::{Entrant, MOST_SECONDS, MOST_SEEDS, Options};
+use patchlock_bench::bench::schemes::{Scheme, Start};
+use patchlock_bench::bench::store::{self, Clip, Identity, Series, Written};
+use patchlock_track::settings::Overrides;
+use patchlock_track::text;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -44,8 +44,8 @@ impl Store {
         own: &Bound<'_, PyDict>,
     ) -> PyResult<Self> {
         let common =
-            patchlock_eval::settings::resolve(preset, config.as_deref(), Overrides::default())
-                .map_err(|error| errors::of_eval(error.into()))?;
+            patchlock_track::settings::resolve(preset, config.as_deref(), Overrides::default())
+                .map_err(|error| errors::of_bench(error.into()))?;
         let named = match chosen {
             true => settings::changed(common.clone(), base)?,
             false => common.clone(),
@@ -106,19 +106,19 @@ impl Store {
 
     /// Whether the complete run is already stored.
     fn holds(&self, py: Python<'_>, job: &str) -> PyResult<bool> {
-        py.detach(|| self.store.holds(&read(job)?.run()).map_err(errors::of_eval))
+        py.detach(|| self.store.holds(&read(job)?.run()).map_err(errors::of_bench))
     }
 
     /// Stores the two files of a run.
     fn keep(&self, py: Python<'_>, job: &str, boxes: String, manifest: String) -> PyResult<()> {
         let written = Written { boxes, manifest };
-        py.detach(|| self.store.keep(&read(job)?.run(), &written).map_err(errors::of_eval))
+        py.detach(|| self.store.keep(&read(job)?.run(), &written).map_err(errors::of_bench))
     }
 }
 
 impl Store {
     fn open(out: &Path, series: Series, configuration: &TrackerConfig) -> PyResult<Self> {
-        let store = store::Store::open(out, series).map_err(errors::of_eval)?;
+        let store = store::Store::open(out, series).map_err(errors::of_bench)?;
         Ok(Self { store, first_seed: configuration.seed })
     }
 }
@@ -139,7 +139,7 @@ fn read(job: &str) -> PyResult<Job> {
 #[pyfunction]
 pub fn track_job(py: Python<'_>, job: &str) -> PyResult<(String, String)> {
     let written = py.detach(|| read(job).map(|job| job.track()))?;
-    let written = written.map_err(errors::of_eval)?;
+    let written = written.map_err(errors::of_bench)?;
     Ok((written.boxes, written.manifest))
 }
 
@@ -183,7 +183,7 @@ pub fn bench_jobs(
         shard: (1, 1),
     };
     let found = py.detach(|| job::of_bench(&options, threads, side_by_side));
-    let BenchJobs { jobs, store, before, failures } = found.map_err(errors::of_eval)?;
+    let BenchJobs { jobs, store, before, failures } = found.map_err(errors::of_bench)?;
     let named = |job: &Job| Ok((job.target.clone(), job.label(), message(job)?));
     let jobs = jobs.iter().map(named).collect::<PyResult<_>>()?;
     let failures = failures.into_iter().map(|f| (f.target, f.run, f.error.to_string())).collect();
@@ -226,7 +226,7 @@ type Sides = (f64, f64, f64, f64);
 /// The file counts pixels from 1; the boxes returned count from 0.
 #[pyfunction]
 pub fn read_truth(path: PathBuf) -> PyResult<Vec<Option<Sides>>> {
-    let rows = text::read(&path).map_err(errors::of_eval)?.rows;
+    let rows = text::read(&path).map_err(errors::of_track)?.rows;
     let region = |(k, row): (usize, &Vec<f64>)| {
         let bbox = text::region(row, ORIGIN).map_err(|reason| {
             PyValueError::new_err(format!("{}, line {}: {reason}", path.display(), k + 1))

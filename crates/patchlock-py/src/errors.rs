@@ -14,14 +14,23 @@ pub fn of_tracker(error: Error) -> PyErr {
     }
 }
 
+/// An error of a session, a setting or an export, with its advice.
+pub fn of_track(error: patchlock_track::Error) -> PyErr {
+    with_advice(&error, error.advice(), error.is_misuse())
+}
+
 /// An error of the benchmark, with its advice.
-pub fn of_eval(error: patchlock_eval::Error) -> PyErr {
-    let text = match error.advice() {
+pub fn of_bench(error: patchlock_bench::Error) -> PyErr {
+    with_advice(&error, error.advice(), error.is_misuse())
+}
+
+fn with_advice(error: &dyn std::error::Error, advice: Option<String>, is_misuse: bool) -> PyErr {
+    let text = match advice {
         Some(advice) => format!("{error} ({advice})"),
         None => error.to_string(),
     };
     let text = keywords(&text);
-    if error.is_misuse() { PyValueError::new_err(text) } else { PyOSError::new_err(text) }
+    if is_misuse { PyValueError::new_err(text) } else { PyOSError::new_err(text) }
 }
 
 /// Command line options in messages, and the keyword arguments that correspond to them.
@@ -65,5 +74,5 @@ fn keywords(text: &str) -> String {
 
 /// An error of a frame source, with its advice.
 pub fn of_media(error: patchlock_media::Error) -> PyErr {
-    of_eval(error.into())
+    of_track(error.into())
 }

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use patchlock::BoundingBox;
-use patchlock_eval::export::{Entry, Format, Options, Track, write};
 use patchlock_media::Limits;
+use patchlock_track::export::{Entry, Format, Options, Track, write};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 
@@ -59,8 +59,8 @@ fn entry((frame, id, [x, y, w, h], score, corners, status): Row) -> PyResult<Ent
 }
 
 /// File system errors become `OSError`, all others `ValueError`.
-fn to_python(error: &patchlock_eval::Error) -> PyErr {
-    use patchlock_eval::Error;
+fn to_python(error: &patchlock_track::Error) -> PyErr {
+    use patchlock_track::Error;
     match error {
         Error::Read { .. } | Error::Write { .. } | Error::Frame { .. } => {
             PyOSError::new_err(error.to_string())

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use patchlock::{Error, Method, PARAMETERS, Parameter, Range, TrackerConfig};
-use patchlock_eval::names::near_matches;
-use patchlock_eval::settings::Overrides;
+use patchlock_track::names::near_matches;
+use patchlock_track::settings::Overrides;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
@@ -20,8 +20,8 @@ pub fn resolve(
 ) -> PyResult<TrackerConfig> {
     let config = match file {
         None => TrackerConfig::preset(preset).map_err(errors::of_tracker)?,
-        Some(_) => patchlock_eval::settings::resolve(preset, file, Overrides::default())
-            .map_err(|error| errors::of_eval(error.into()))?,
+        Some(_) => patchlock_track::settings::resolve(preset, file, Overrides::default())
+            .map_err(|error| errors::of_track(error.into()))?,
     };
     match overrides {
         Some(overrides) => changed(config, overrides),

@@ -5,7 +5,7 @@
 use std::process;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use patchlock_eval::session::{self, MOST_THREADS};
+use patchlock_track::session::{self, MOST_THREADS};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use rayon::ThreadPool;

@@ -6,9 +6,9 @@ use std::io;
 use std::path::Path;
 
 use patchlock::{BoundingBox, Status};
-use patchlock_eval::export::{self, About, Entry, Said, Track};
-use patchlock_eval::text::as_cell;
 use patchlock_media::Limits;
+use patchlock_track::export::{self, About, Entry, Said, Track};
+use patchlock_track::text::as_cell;
 use serde::Serialize;
 
 use crate::project::{Error, Project, Target, file};
@@ -75,7 +75,7 @@ pub struct Options {
 }
 
 fn refused(reason: impl Into<String>) -> Error {
-    Error::from(patchlock_eval::Error::Export(reason.into()))
+    Error::from(patchlock_track::Error::Export(reason.into()))
 }
 
 /// Writes a project to a file, or to a folder that does not exist yet or is empty; all or nothing. `video` is

@@ -56,11 +56,23 @@ const CRATES: &[(&str, &[&str], &[&str])] = &[
     ("patchlock-scene", &[], &[]),
     ("patchlock", &[], &["patchlock-scene"]),
     ("patchlock-media", &["patchlock"], &["patchlock-scene"]),
-    ("patchlock-eval", &["patchlock", "patchlock-media"], &["patchlock-scene"]),
-    ("patchlock-studio", &["patchlock", "patchlock-media", "patchlock-eval"], &["patchlock-scene"]),
+    ("patchlock-track", &["patchlock", "patchlock-media"], &[]),
+    ("patchlock-bench", &["patchlock", "patchlock-media", "patchlock-track"], &["patchlock-scene"]),
+    (
+        "patchlock-studio",
+        &["patchlock", "patchlock-media", "patchlock-track"],
+        &["patchlock-scene"],
+    ),
     (
         "patchlock-cli",
-        &["patchlock", "patchlock-media", "patchlock-eval", "patchlock-studio", "patchlock-scene"],
+        &[
+            "patchlock",
+            "patchlock-media",
+            "patchlock-track",
+            "patchlock-bench",
+            "patchlock-studio",
+            "patchlock-scene",
+        ],
         &[],
     ),
     (
@@ -68,7 +80,8 @@ const CRATES: &[(&str, &[&str], &[&str])] = &[
         &[
             "patchlock",
             "patchlock-media",
-            "patchlock-eval",
+            "patchlock-track",
+            "patchlock-bench",
             "patchlock-studio",
             "patchlock-cli",
             "patchlock-scene",
@@ -77,7 +90,14 @@ const CRATES: &[(&str, &[&str], &[&str])] = &[
     ),
     (
         "patchlock-fuzz",
-        &["patchlock", "patchlock-media", "patchlock-eval", "patchlock-studio", "patchlock-cli"],
+        &[
+            "patchlock",
+            "patchlock-media",
+            "patchlock-track",
+            "patchlock-bench",
+            "patchlock-studio",
+            "patchlock-cli",
+        ],
         &[],
     ),
 ];
@@ -272,7 +292,7 @@ fn crates_depend_in_one_direction() {
 
 #[test]
 fn metrics_see_boxes_and_a_protocol() {
-    let metrics = library().join("../../patchlock-eval/src/metrics");
+    let metrics = library().join("../../patchlock-bench/src/metrics");
     for file in rust_files(&metrics) {
         let code = code(&file);
         let own: BTreeSet<_> = names_behind(&code, "crate");
@@ -292,21 +312,23 @@ fn metrics_see_boxes_and_a_protocol() {
 }
 
 #[test]
-fn the_benchmark_prints_nothing_and_only_sessions_and_runs_have_a_clock() {
-    let source = library().join("../../patchlock-eval/src");
-    for file in rust_files(&source) {
-        let code = code(&file);
-        let code = code.split("#[cfg(test)]").next().unwrap();
-        let path = file.strip_prefix(&source).unwrap();
-        let runs = path.starts_with("bench");
-        let has_clock = runs || path == Path::new("session.rs");
-        for word in FORBIDDEN_WORDS {
-            let is_clock = matches!(*word, "Instant" | "SystemTime");
-            let allowed = has_clock && is_clock;
-            assert!(!code.contains(word) || allowed, "{} has {word}", path.display());
+fn nothing_prints_and_only_sessions_and_runs_have_a_clock() {
+    for name in ["patchlock-track", "patchlock-bench"] {
+        let source = library().join("../..").join(name).join("src");
+        for file in rust_files(&source) {
+            let code = code(&file);
+            let code = code.split("#[cfg(test)]").next().unwrap();
+            let path = file.strip_prefix(&source).unwrap();
+            let runs = name == "patchlock-bench" && path.starts_with("bench");
+            let has_clock = runs || path == Path::new("session.rs");
+            for word in FORBIDDEN_WORDS {
+                let is_clock = matches!(*word, "Instant" | "SystemTime");
+                let allowed = has_clock && is_clock;
+                assert!(!code.contains(word) || allowed, "{} has {word}", path.display());
+            }
+            let starts_programs = names_behind(code, "std").contains("process");
+            assert!(!starts_programs || runs, "{} starts programs", path.display());
         }
-        let starts_programs = names_behind(code, "std").contains("process");
-        assert!(!starts_programs || runs, "{} starts programs", path.display());
     }
 }
 

@@ -5,13 +5,13 @@ use std::time::Duration;
 
 use anyhow::Result;
 use clap::Args;
-use patchlock_eval::bench::plan::{self, Entrant, MOST_SECONDS, MOST_SEEDS, Options, Plan};
-use patchlock_eval::bench::runner;
-use patchlock_eval::bench::schemes::Scheme;
-use patchlock_eval::bench::store::{Store, Task};
-use patchlock_eval::bench::subject;
-use patchlock_eval::dataset::Dataset;
-use patchlock_eval::names::{self, counted};
+use patchlock_bench::bench::plan::{self, Entrant, MOST_SECONDS, MOST_SEEDS, Options, Plan};
+use patchlock_bench::bench::runner;
+use patchlock_bench::bench::schemes::Scheme;
+use patchlock_bench::bench::store::{Store, Task};
+use patchlock_bench::bench::subject;
+use patchlock_bench::dataset::Dataset;
+use patchlock_track::names::{self, counted};
 
 use super::{PRESETS_SHOWN, THREADS_SHOWN, threads};
 use crate::failure::{Failure, failed, interrupted, say};

@@ -3,7 +3,7 @@
 use anyhow::Result;
 use clap::Args;
 use patchlock::{PARAMETERS, Parameter, TrackerConfig};
-use patchlock_eval::settings;
+use patchlock_track::settings;
 
 use super::PRESETS_SHOWN;
 use crate::failure::Failure;

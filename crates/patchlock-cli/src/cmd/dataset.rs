@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use patchlock_eval::dataset::{Dataset, Findings, Remark, Severity};
-use patchlock_eval::names::counted;
+use patchlock_bench::dataset::{Dataset, Findings, Remark, Severity};
+use patchlock_track::names::counted;
 use serde_json::{Value, json};
 
 use crate::failure::{Failure, failed};

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::Args;
-use patchlock_eval::export::{self, Format, Options, Track};
 use patchlock_studio::export as of_project;
 use patchlock_studio::project::Store;
+use patchlock_track::export::{self, Format, Options, Track};
 
 use super::LimitArgs;
 use crate::failure::{Failure, interrupted, say, usage};

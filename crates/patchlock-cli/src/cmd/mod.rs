@@ -19,8 +19,8 @@ use std::ops::RangeInclusive;
 use anyhow::Result;
 use clap::builder::{PossibleValuesParser, RangedU64ValueParser, TypedValueParser};
 use clap::{Args, CommandFactory, Parser, Subcommand};
-use patchlock_eval::session::MOST_THREADS;
 use patchlock_media::Limits;
+use patchlock_track::session::MOST_THREADS;
 
 /// Valid seeds. Every file format represents whole numbers up to the maximum exactly.
 const SEEDS: RangeInclusive<u64> = 0..=(1 << 53) - 1;

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::Args;
-use patchlock_eval::dataset::Dataset;
-use patchlock_eval::names::counted;
-use patchlock_eval::protocol::Protocol;
-use patchlock_eval::report::{self, Options, Plot, Rasteriser, Report};
-use patchlock_eval::results;
-use patchlock_eval::score::{self, Scoreboard};
+use patchlock_bench::dataset::Dataset;
+use patchlock_bench::protocol::Protocol;
+use patchlock_bench::report::{self, Options, Plot, Rasteriser, Report};
+use patchlock_bench::results;
+use patchlock_bench::score::{self, Scoreboard};
+use patchlock_track::names::counted;
 use rayon::prelude::*;
 
 use crate::failure::{Failure, interrupted, say, usage};

@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::{Args, ValueEnum};
-use patchlock_eval::dataset::Dataset;
-use patchlock_eval::names;
-use patchlock_eval::protocol::Protocol;
-use patchlock_eval::results;
-use patchlock_eval::score::{
+use patchlock_bench::dataset::Dataset;
+use patchlock_bench::protocol::Protocol;
+use patchlock_bench::results;
+use patchlock_bench::score::{
     self, CalibrationSummary, Measure, Scoreboard, StatusSummary, Summary, TrackerScore,
 };
+use patchlock_track::names;
 use serde_json::{Value, json};
 
 use crate::failure::{Failure, failed, say};

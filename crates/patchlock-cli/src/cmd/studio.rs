@@ -7,8 +7,8 @@ use std::process::{Command, Stdio};
 use anyhow::Result;
 use clap::Args;
 use clap::builder::RangedU64ValueParser;
-use patchlock_eval::settings::{self, Overrides};
 use patchlock_studio::server::{self, Options, Patience, Server};
+use patchlock_track::settings::{self, Overrides};
 
 use super::{LimitArgs, PRESETS_SHOWN, ROTATE_SHOWN, THREADS_SHOWN, on_or_off, threads};
 use crate::failure::{Failure, failed, say, usage};

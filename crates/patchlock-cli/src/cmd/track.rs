@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Error, Result};
 use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args};
-use patchlock_eval::settings::{self, Overrides};
 use patchlock_media::{Ahead, FrameRate, Order, Picture};
 use patchlock_studio::project::Store;
+use patchlock_track::settings::{self, Overrides};
 
 use super::pictures::PictureArgs;
 use super::{

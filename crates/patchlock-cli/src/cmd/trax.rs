@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use patchlock_eval::bench::trax::SEED_VARIABLE;
-use patchlock_eval::session;
-use patchlock_eval::settings::{self, Overrides};
+use patchlock_bench::bench::trax::SEED_VARIABLE;
+use patchlock_track::session;
+use patchlock_track::settings::{self, Overrides};
 
 use super::{PRESETS_SHOWN, ROTATE_SHOWN, SEEDS_SHOWN, THREADS_SHOWN, on_or_off, seed, threads};
 use crate::failure::Failure;

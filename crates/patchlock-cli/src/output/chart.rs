@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::ops::Range;
 
 use anyhow::Result;
-use patchlock_eval::report::{FAMILY, Rasteriser};
+use patchlock_bench::report::{FAMILY, Rasteriser};
 
 use crate::failure::Failure;
 

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use patchlock_eval::names::plain;
+use patchlock_track::names::plain;
 
 use super::pending::cannot_write;
 use crate::failure::Failure;

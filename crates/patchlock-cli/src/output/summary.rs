@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use patchlock::{Method, Status, TrackerConfig};
-use patchlock_eval::settings::basis;
 use patchlock_media::FrameRate;
+use patchlock_track::settings::basis;
 use serde::Serialize;
 
 use super::measured::{Loss, Low, Measured};

@@ -8,9 +8,9 @@ use std::fmt;
 use std::io::{self, BufRead, Write};
 
 use anyhow::Result;
-use patchlock_eval::trax::image;
-use patchlock_eval::trax::message::Message;
-use patchlock_eval::trax::region::{POLYGON, RECTANGLE};
+use patchlock_bench::trax::image;
+use patchlock_bench::trax::message::Message;
+use patchlock_bench::trax::region::{POLYGON, RECTANGLE};
 
 use crate::failure::failed;
 use requests::{Request, Requests};

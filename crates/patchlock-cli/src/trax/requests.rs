@@ -2,10 +2,10 @@
 
 use std::io::{BufRead, Read as _};
 
-use patchlock_eval::names::beginning;
-use patchlock_eval::trax::image::Image;
-use patchlock_eval::trax::message::Message;
-use patchlock_eval::trax::region::Region;
+use patchlock_bench::trax::image::Image;
+use patchlock_bench::trax::message::Message;
+use patchlock_bench::trax::region::Region;
+use patchlock_track::names::beginning;
 
 use super::Protocol;
 

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use patchlock::{BoundingBox, Error, Estimate, TrackerConfig};
-use patchlock_eval::many_targets::ManyTargets;
-use patchlock_eval::trax::message::Message;
-use patchlock_eval::trax::region::Region;
+use patchlock_bench::trax::message::Message;
+use patchlock_bench::trax::region::Region;
 use patchlock_media::Picture;
+use patchlock_track::many_targets::ManyTargets;
 use rayon::ThreadPool;
 
 /// The targets, in the order in which they were given.

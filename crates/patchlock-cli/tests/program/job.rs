@@ -6,10 +6,10 @@ use std::path::Path;
 use crate::support::Bench;
 use crate::support::benchmark::Benchmark;
 use patchlock::{BoundingBox, TrackerConfig};
-use patchlock_eval::bench::job::{self, Frames, Job};
-use patchlock_eval::bench::plan::{Entrant, Options};
-use patchlock_eval::bench::schemes::{Scheme, Start};
-use patchlock_eval::bench::store::{Clip, Identity, Series};
+use patchlock_bench::bench::job::{self, Frames, Job};
+use patchlock_bench::bench::plan::{Entrant, Options};
+use patchlock_bench::bench::schemes::{Scheme, Start};
+use patchlock_bench::bench::store::{Clip, Identity, Series};
 
 /// The job after a round trip through its JSON message.
 fn sent(job: &Job) -> Job {

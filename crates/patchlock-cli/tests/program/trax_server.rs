@@ -5,8 +5,8 @@ use std::fs;
 use crate::support::benchmark::Benchmark;
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
-use patchlock_eval::trax::message::Message;
-use patchlock_eval::trax::region::Region;
+use patchlock_bench::trax::message::Message;
+use patchlock_bench::trax::region::Region;
 use predicates::prelude::*;
 use predicates::str::contains;
 

@@ -1,7 +1,7 @@
 //! Draws text on pictures with an embedded font.
 
 use ab_glyph::{Font, FontRef, Glyph, ScaleFont, point};
-use patchlock_eval::report::FONT;
+use epaint_default_fonts::HACK_REGULAR as FONT;
 use resvg::tiny_skia::{ColorU8, Pixmap};
 
 /// The font; `None` if its data is invalid, which a test rules out.

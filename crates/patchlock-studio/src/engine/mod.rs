@@ -8,8 +8,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use patchlock::{Tracker, TrackerConfig};
-use patchlock_eval::session::Session;
 use patchlock_media::{Ahead, Limits, Picture};
+use patchlock_track::session::Session;
 use rayon::ThreadPool;
 
 use crate::project::Tracked;

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use patchlock::{BoundingBox, Status};
-use patchlock_eval::text::of_cell;
+use patchlock_track::text::of_cell;
 use serde::Deserialize;
 
 use super::{Found, Outcome, Row};

@@ -145,8 +145,8 @@ impl Error {
     }
 }
 
-impl From<patchlock_eval::Error> for Error {
-    fn from(error: patchlock_eval::Error) -> Self {
+impl From<patchlock_track::Error> for Error {
+    fn from(error: patchlock_track::Error) -> Self {
         let (hint, is_misuse) = (error.advice(), error.is_misuse());
         Self::Export { message: error.to_string(), hint, is_misuse }
     }

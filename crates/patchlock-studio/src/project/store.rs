@@ -4,8 +4,8 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use patchlock_eval::files;
 use patchlock_media::Limits;
+use patchlock_track::files;
 
 use super::file::{self, Fault};
 use super::history::History;

@@ -5,8 +5,8 @@ use std::fs::{self, File};
 use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::path::{Component, Path, PathBuf};
 
-use patchlock_eval::files;
 use patchlock_media::Limits;
+use patchlock_track::files;
 use sha2::{Digest as _, Sha256};
 
 use super::{Error, Video};
@@ -80,7 +80,7 @@ impl Video {
     }
 }
 
-fn other(error: patchlock_eval::Error) -> io::Error {
+fn other(error: patchlock_track::Error) -> io::Error {
     io::Error::other(error.to_string())
 }
 

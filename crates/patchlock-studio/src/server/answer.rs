@@ -103,8 +103,8 @@ impl From<project::Error> for Refusal {
     }
 }
 
-impl From<patchlock_eval::Error> for Refusal {
-    fn from(error: patchlock_eval::Error) -> Self {
+impl From<patchlock_track::Error> for Refusal {
+    fn from(error: patchlock_track::Error) -> Self {
         let status = match error.is_misuse() {
             true => StatusCode::BAD_REQUEST,
             false => StatusCode::INTERNAL_SERVER_ERROR,

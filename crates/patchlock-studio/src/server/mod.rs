@@ -32,8 +32,8 @@ use axum::routing::{any, get, post};
 use hyper::service::Service as _;
 use hyper_util::service::TowerToHyperService;
 use patchlock::TrackerConfig;
-use patchlock_eval::session;
 use patchlock_media::Limits;
+use patchlock_track::session;
 use rayon::ThreadPool;
 
 use crate::page;

@@ -3,11 +3,11 @@
 use std::fs;
 
 use patchlock::{BoundingBox, Status};
-use patchlock_eval::export;
 use patchlock_media::Limits;
 use patchlock_studio::export::{Format, Options, write};
 use patchlock_studio::import;
 use patchlock_studio::project::{Edit, Project, Store, Target, Tracked};
+use patchlock_track::export;
 
 use crate::support::{FRAMES, Place, add, bbox};
 

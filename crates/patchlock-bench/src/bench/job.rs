@@ -1,0 +1,157 @@
+//! A run as a self-contained, serialisable job: everything that another process or machine needs to make it.
+//! The answer is the two files of the run.
+
+use std::path::{self, PathBuf};
+use std::time::Duration;
+
+use patchlock_media::{Ahead, Order, Picture};
+use serde::{Deserialize, Serialize};
+
+use super::plan::{self, Options, Plan};
+use super::runner::{self, Failure};
+use super::schemes::Start;
+use super::store::{Clip, Footage, Run, Series, Store, Task, Trajectory, Written};
+use super::subject::{self, Patchlock};
+use crate::Error;
+use crate::dataset::Dataset;
+use patchlock_track::start_box;
+
+/// A run to make.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Job {
+    /// What the run has in common with the others of its series.
+    pub series: Series,
+    /// The target's name.
+    pub target: String,
+    /// Seed of the tracker.
+    pub seed: u64,
+    /// The frame and box to start on.
+    pub start: Start,
+    /// The frames to track on.
+    pub frames: Frames,
+    /// Number of threads of the tracker.
+    pub threads: usize,
+    /// Number of runs made in parallel, for the manifest.
+    pub side_by_side: usize,
+    /// Time limit for each answer of an external tracker.
+    pub patience: Duration,
+}
+
+/// Where the frames are.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Frames {
+    /// Image files, in order.
+    Files(Vec<PathBuf>),
+    /// A part of a source. `path` does not depend on the working directory.
+    Clip {
+        /// The source's full path.
+        path: String,
+        /// The range of frames.
+        clip: Clip,
+    },
+}
+
+impl Job {
+    /// The run, as the store identifies it.
+    pub fn run(&self) -> Run<'_> {
+        let footage = match &self.frames {
+            Frames::Files(files) => Footage::Files(files),
+            Frames::Clip { clip, .. } => Footage::Clip(clip),
+        };
+        Run { target: &self.target, seed: self.seed, start: self.start, footage }
+    }
+
+    /// Seed and start of the run, in words.
+    pub fn label(&self) -> String {
+        runner::label(self.seed, self.start.variant)
+    }
+
+    /// Makes the run and returns the contents of its two files.
+    ///
+    /// # Errors
+    /// An error of the frames or of the tracker.
+    pub fn track(&self) -> Result<Written, Error> {
+        let trajectory = match &self.frames {
+            Frames::Files(files) => self.track_files(files)?,
+            Frames::Clip { path, clip } => self.track_clip(path, clip)?,
+        };
+        Ok(self.series.write(&self.run(), trajectory, self.threads, self.side_by_side))
+    }
+
+    fn track_files(&self, files: &[PathBuf]) -> Result<Trajectory, Error> {
+        let subject = &self.series.subject;
+        let mut subject = subject::start(subject, self.seed, self.threads, self.patience)?;
+        runner::trace(files.iter().map(Ok), |file, is_first| match is_first {
+            true => subject.begin(file, self.start.bbox),
+            false => subject.follow(file),
+        })
+    }
+
+    fn track_clip(&self, path: &str, clip: &Clip) -> Result<Trajectory, Error> {
+        let Clip { start, end, stride, .. } = *clip;
+        let order = Order { start, end, stride, reverse: false };
+        order.check()?;
+        let source = patchlock_media::open(path, false)?;
+        let indices = order.indices(source.length())?;
+        let frames = Ahead::start(source, indices).map(|frame| frame.map_err(Error::from));
+        let mut subject = Patchlock::of(&self.series.subject, self.seed, self.threads)?;
+        let trajectory = runner::trace(frames, |(index, picture): (usize, Picture), is_first| {
+            let bbox = self.start.bbox;
+            let answer = if is_first {
+                start_box::check(&bbox, index, picture.width, picture.height)?;
+                subject.begin_on(&picture, bbox)
+            } else {
+                subject.follow_to(&picture)
+            };
+            answer.map_err(|error| {
+                let reason = error.to_string();
+                Error::from(patchlock_track::Error::TrackerInFrame { index, reason })
+            })
+        })?;
+        if trajectory.boxes.is_empty() { Err(order.nothing().into()) } else { Ok(trajectory) }
+    }
+}
+
+/// The runs that a benchmark requires.
+#[derive(Debug)]
+pub struct BenchJobs {
+    /// The runs to make.
+    pub jobs: Vec<Job>,
+    /// The store that they are saved to.
+    pub store: Store,
+    /// Number of runs in the store already.
+    pub before: usize,
+    /// The runs that cannot be made, with the reasons.
+    pub failures: Vec<Failure>,
+}
+
+/// The jobs that a benchmark with these options consists of. The caller chooses how many of them run in
+/// parallel, and on how many threads each.
+///
+/// # Errors
+/// As [`plan::plan`].
+pub fn of_bench(
+    options: &Options,
+    threads: usize,
+    side_by_side: usize,
+) -> Result<BenchJobs, Error> {
+    let dataset = Dataset::open(&options.dataset)?;
+    let Plan { store, tasks, before, failures } = plan::plan(options, &dataset)?;
+    let job = |task: Task<'_>| {
+        let files = task.frames.iter();
+        let files = files.map(|file| path::absolute(file).map_err(|e| Error::read(file, e)));
+        Ok(Job {
+            series: store.series().clone(),
+            target: task.target.to_string(),
+            seed: task.seed,
+            start: task.start,
+            frames: Frames::Files(files.collect::<Result<_, Error>>()?),
+            threads,
+            side_by_side,
+            patience: options.entrant.patience(),
+        })
+    };
+    let jobs = tasks.into_iter().map(job).collect::<Result<_, Error>>()?;
+    Ok(BenchJobs { jobs, store, before, failures })
+}

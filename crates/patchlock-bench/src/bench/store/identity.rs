@@ -1,0 +1,78 @@
+//! Identifies the tracker that was run, so that runs of different trackers are never mixed.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use patchlock::TrackerConfig;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::files::sha256;
+use patchlock_track::settings;
+
+/// The tracker that was run. Runs are comparable only if their identities are equal.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+pub enum Identity {
+    /// The tracker of this project.
+    Patchlock {
+        /// Version of Patchlock.
+        version: String,
+        /// Name of the preset that the configuration is based on.
+        preset: String,
+        /// The configuration. Its seed is 0, since each run has its own.
+        configuration: Box<TrackerConfig>,
+    },
+    /// An external program that speaks TraX.
+    Trax {
+        /// The command that starts it, with its arguments.
+        command: Vec<String>,
+    },
+}
+
+impl Identity {
+    /// The identity of Patchlock with a configuration that began as a preset. If its method is another one
+    /// now, the preset of that method is recorded.
+    pub fn patchlock(configuration: &TrackerConfig, preset: &str) -> Self {
+        Self::Patchlock {
+            version: env!("CARGO_PKG_VERSION").to_string(),
+            preset: settings::basis(preset, configuration).to_string(),
+            configuration: Box::new(TrackerConfig { seed: 0, ..configuration.clone() }),
+        }
+    }
+
+    /// The SHA-256 of its JSON, in hexadecimal.
+    pub fn hash(&self) -> String {
+        sha256(serde_json::to_string(self).unwrap_or_default().as_bytes())
+    }
+
+    /// The identity as a JSON object, as stored in manifests.
+    pub(super) fn fields(&self) -> Value {
+        serde_json::to_value(self).unwrap_or_default()
+    }
+}
+
+/// The fields that differ between a stored identity and this one, in words.
+pub(super) fn difference(stored: &Value, current: &Value) -> String {
+    let (stored, current) = (flat(stored), flat(current));
+    let value = |fields: &BTreeMap<String, String>, name: &String| {
+        fields.get(name).cloned().unwrap_or("not set".to_string())
+    };
+    let names: BTreeSet<&String> = stored.keys().chain(current.keys()).collect();
+    let differing: Vec<String> = names
+        .into_iter()
+        .map(|name| (name, value(&stored, name), value(&current, name)))
+        .filter(|(_, stored, current)| stored != current)
+        .map(|(name, stored, current)| format!("{name} is {stored} there and {current} here"))
+        .collect();
+    patchlock_track::names::some_of(&differing)
+}
+
+/// The fields of an object, with nested objects flattened.
+fn flat(value: &Value) -> BTreeMap<String, String> {
+    let Some(fields) = value.as_object() else { return BTreeMap::new() };
+    let fields = fields.iter().flat_map(|(name, value)| match value.as_object() {
+        Some(_) => flat(value),
+        None => BTreeMap::from([(name.clone(), value.to_string())]),
+    });
+    fields.collect()
+}

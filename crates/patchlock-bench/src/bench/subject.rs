@@ -1,0 +1,146 @@
+//! The tracker under test: Patchlock or an external program.
+
+use std::path::Path;
+use std::time::Duration;
+
+use patchlock::{BoundingBox, Estimate, Status, Tracker, TrackerConfig};
+use patchlock_media::{Picture, image_file};
+
+use super::store::Identity;
+use super::trax::Trax;
+use crate::Error;
+use patchlock_track::session::{self, Session};
+
+/// The answer of a tracker for one frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Answer {
+    /// The box, in pixels counted from 0; `None` if the tracker reported none.
+    pub bbox: Option<BoundingBox>,
+    /// Time that the tracker took, in seconds.
+    pub seconds: f64,
+    /// How sure the tracker is, 0 to 1; `None` if it does not say.
+    pub score: Option<f64>,
+    /// Whether the target is followed; `None` if the tracker does not say.
+    pub status: Option<Status>,
+}
+
+impl Answer {
+    /// The answer of a tracker that says nothing but a box.
+    pub fn of_box(bbox: Option<BoundingBox>, seconds: f64) -> Self {
+        Self { bbox, seconds, score: None, status: None }
+    }
+
+    fn of_estimate(estimate: &Estimate, seconds: f64) -> Self {
+        let (score, status) = (Some(estimate.score), Some(estimate.status));
+        Self { bbox: Some(estimate.bbox), seconds, score, status }
+    }
+}
+
+/// A tracker under test: started on a box, then given one frame after another.
+pub trait Subject {
+    /// Starts on a box in a frame.
+    ///
+    /// # Errors
+    /// [`Error::Frame`], [`Error::Tracker`].
+    fn begin(&mut self, frame: &Path, bbox: BoundingBox) -> Result<Answer, Error>;
+
+    /// Tracks the target in the next frame.
+    ///
+    /// # Errors
+    /// As [`Subject::begin`].
+    fn follow(&mut self, frame: &Path) -> Result<Answer, Error>;
+}
+
+/// The tracker of this project. Its times exclude decoding.
+pub struct Patchlock {
+    session: Session<Tracker>,
+}
+
+impl Patchlock {
+    /// Creates a tracker with this number of threads.
+    ///
+    /// # Errors
+    /// [`Error::Subject`] if the configuration is invalid; [`Error::Threads`].
+    pub fn new(config: TrackerConfig, threads: usize) -> Result<Self, Error> {
+        let tracker = Tracker::new(config).map_err(|error| Error::Subject(error.to_string()))?;
+        Ok(Self { session: Session::new(tracker, session::pool(Some(threads))?) })
+    }
+
+    /// Creates the tracker that an identity describes, with this seed.
+    ///
+    /// # Errors
+    /// [`Error::Subject`] if the identity is that of another program or version.
+    pub fn of(identity: &Identity, seed: u64, threads: usize) -> Result<Self, Error> {
+        let Identity::Patchlock { version, configuration, .. } = identity else {
+            return Err(Error::Subject("the tracker is an external program".to_string()));
+        };
+        let here = env!("CARGO_PKG_VERSION");
+        if version != here {
+            let reason = format!(
+                "the runs need Patchlock {version}, but this is {here}: install the same version everywhere"
+            );
+            return Err(Error::Subject(reason));
+        }
+        Self::new(TrackerConfig { seed, ..(**configuration).clone() }, threads)
+    }
+
+    /// Starts on a box in a picture.
+    ///
+    /// # Errors
+    /// The error of the tracker.
+    pub fn begin_on(
+        &mut self,
+        picture: &Picture,
+        bbox: BoundingBox,
+    ) -> Result<Answer, patchlock::Error> {
+        let frame = picture.frame()?;
+        let (estimate, seconds) = self.session.step(|tracker| tracker.init(&frame, bbox))?;
+        // The first box of a trajectory is the one that was given.
+        Ok(Answer { bbox: Some(bbox), ..Answer::of_estimate(&estimate, seconds) })
+    }
+
+    /// Tracks the target in the next picture.
+    ///
+    /// # Errors
+    /// The error of the tracker.
+    pub fn follow_to(&mut self, picture: &Picture) -> Result<Answer, patchlock::Error> {
+        let frame = picture.frame()?;
+        let (estimate, seconds) = self.session.step(|tracker| tracker.update(&frame))?;
+        Ok(Answer::of_estimate(&estimate, seconds))
+    }
+}
+
+fn load(file: &Path) -> Result<Picture, Error> {
+    image_file::load(file).map_err(|reason| Error::frame(file, reason))
+}
+
+fn stopped_at(file: &Path, reason: &patchlock::Error) -> Error {
+    Error::Tracker { path: file.to_path_buf(), reason: reason.to_string() }
+}
+
+impl Subject for Patchlock {
+    fn begin(&mut self, frame: &Path, bbox: BoundingBox) -> Result<Answer, Error> {
+        self.begin_on(&load(frame)?, bbox).map_err(|error| stopped_at(frame, &error))
+    }
+
+    fn follow(&mut self, frame: &Path) -> Result<Answer, Error> {
+        self.follow_to(&load(frame)?).map_err(|error| stopped_at(frame, &error))
+    }
+}
+
+/// Creates the tracker for one run: Patchlock with `threads` threads, or an external program with the time
+/// limit `patience` for each answer.
+///
+/// # Errors
+/// [`Error::Subject`] if the tracker cannot be started or is of a different version than the runs.
+pub fn start(
+    identity: &Identity,
+    seed: u64,
+    threads: usize,
+    patience: Duration,
+) -> Result<Box<dyn Subject>, Error> {
+    Ok(match identity {
+        Identity::Patchlock { .. } => Box::new(Patchlock::of(identity, seed, threads)?),
+        Identity::Trax { command } => Box::new(Trax::start(command, seed, patience)?),
+    })
+}

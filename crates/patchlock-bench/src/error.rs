@@ -1,0 +1,168 @@
+//! Errors of the benchmark, with hints for the user.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::dataset::selection::SelectionError;
+
+/// An error of this crate. The message names the file or option and the reason; [`Error::advice`] suggests
+/// what to do.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// The folder has no sequences in a supported layout.
+    #[error("{} is not a dataset: {reason}", path.display())]
+    NoDataset {
+        /// The folder.
+        path: PathBuf,
+        /// What was expected.
+        reason: String,
+    },
+    /// The path has no results in a supported layout.
+    #[error("{} holds no results: {reason}", path.display())]
+    NoResults {
+        /// The folder or file.
+        path: PathBuf,
+        /// What was expected.
+        reason: String,
+    },
+    /// The trackers cannot be compared.
+    #[error("there is nothing to compare: {reason}")]
+    NothingToCompare {
+        /// The reason.
+        reason: String,
+    },
+    /// A plot or page cannot be drawn.
+    #[error("cannot draw: {reason}")]
+    Picture {
+        /// The reason.
+        reason: String,
+    },
+    /// A manifest is invalid.
+    #[error("{} is not a valid manifest: {reason}", path.display())]
+    Manifest {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A folder holds runs of a different tracker, or of different frames.
+    #[error("{} already holds different runs: {difference}", path.display())]
+    Conflict {
+        /// The folder.
+        path: PathBuf,
+        /// The difference.
+        difference: String,
+    },
+    /// The frames or the ground truth of a sequence cannot be used.
+    #[error("{0}")]
+    Sequence(String),
+    /// The tracker failed on an image file.
+    #[error("the tracker failed on {}: {reason}", path.display())]
+    Tracker {
+        /// The image file.
+        path: PathBuf,
+        /// The reason given by the tracker.
+        reason: String,
+    },
+    /// A tracker cannot be started.
+    #[error("{0}")]
+    Subject(String),
+    /// The dataset has no frames to track on.
+    #[error("{} has ground truth but no frames", path.display())]
+    NoFrames {
+        /// The dataset.
+        path: PathBuf,
+    },
+    /// The command line of an external tracker is invalid.
+    #[error("--cmd {0}: not a valid command line")]
+    CommandLine(String),
+    /// The name of a folder of results is invalid.
+    #[error("--name {0:?}: not a valid folder name")]
+    FolderName(String),
+    /// A selection of targets is invalid.
+    #[error(transparent)]
+    Selection(#[from] SelectionError),
+    /// A file, frame or setting cannot be used.
+    #[error(transparent)]
+    Track(#[from] patchlock_track::Error),
+}
+
+impl From<patchlock_track::settings::SettingsError> for Error {
+    fn from(error: patchlock_track::settings::SettingsError) -> Self {
+        Self::Track(error.into())
+    }
+}
+
+impl From<patchlock_media::Error> for Error {
+    fn from(error: patchlock_media::Error) -> Self {
+        Self::Track(error.into())
+    }
+}
+
+impl Error {
+    /// The file or folder cannot be read.
+    pub(crate) fn read(path: &Path, source: io::Error) -> Self {
+        patchlock_track::Error::read(path, source).into()
+    }
+
+    /// The file or folder cannot be written.
+    pub(crate) fn write(path: &Path, source: io::Error) -> Self {
+        patchlock_track::Error::write(path, source).into()
+    }
+
+    /// A line of a file is invalid; lines count from 1.
+    pub(crate) fn line(path: &Path, line: usize, reason: impl Into<String>) -> Self {
+        patchlock_track::Error::line(path, line, reason).into()
+    }
+
+    /// The image file cannot be read.
+    pub(crate) fn frame(path: &Path, reason: impl ToString) -> Self {
+        patchlock_track::Error::frame(path, reason).into()
+    }
+
+    /// Whether the request was invalid (a usage error), as opposed to a failure while serving it.
+    pub fn is_misuse(&self) -> bool {
+        match self {
+            Self::NoDataset { .. }
+            | Self::NoResults { .. }
+            | Self::Conflict { .. }
+            | Self::NoFrames { .. }
+            | Self::CommandLine(_)
+            | Self::FolderName(_)
+            | Self::Selection(_) => true,
+            Self::Track(error) => error.is_misuse(),
+            _ => false,
+        }
+    }
+
+    /// One line on what the user can do about the error, if anything.
+    pub fn advice(&self) -> Option<String> {
+        let advice = match self {
+            Self::Selection(error) => return Some(error.advice()),
+            Self::Track(error) => return error.advice(),
+            Self::NoDataset { .. } => {
+                "name the folder of the sequences; patchlock dataset DIR lists what a folder holds"
+            }
+            Self::NoResults { .. } => {
+                "name a tracker's folder with one text file per target, or a folder of such folders"
+            }
+            Self::Manifest { .. } => "remove the file, so that the run is made again",
+            Self::Conflict { .. } => {
+                "choose another name with --name, or another folder with --out"
+            }
+            Self::Sequence(_) => "patchlock dataset DIR lists the problems of each sequence",
+            Self::Tracker { .. } | Self::Subject(_) => "the other sequences are not affected",
+            Self::NothingToCompare { .. } => {
+                "patchlock score RESULTS --truth DATASET lists the trackers and targets"
+            }
+            Self::Picture { .. } => "this is a bug in Patchlock: please report it",
+            Self::NoFrames { .. } => {
+                "name the folder of the sequences; patchlock dataset DIR shows what was detected"
+            }
+            Self::CommandLine(_) => "quote it as in a shell: --cmd \"python3 'my tracker.py'\"",
+            Self::FolderName(_) => "use letters, digits, - and _, at most 200 of them",
+        };
+        Some(advice.to_string())
+    }
+}

@@ -1,0 +1,219 @@
+//! The compared trackers: restricted to the targets that all of them have, and ranked.
+
+use std::collections::BTreeSet;
+
+use super::palette::Look;
+use crate::Error;
+use crate::dataset::Dataset;
+use crate::metrics::Curves;
+use crate::score::{self, Scoreboard, Summary, TargetScore, TrackerScore};
+use patchlock_track::names;
+
+/// A tracker in the comparison.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ComparedTracker<'a> {
+    /// Name of the tracker.
+    pub name: &'a str,
+    /// The seeds that count.
+    pub seeds: &'a [u64],
+    /// The scores on the targets of the comparison, in the order of [`Comparison::targets`].
+    pub targets: Vec<&'a TargetScore>,
+    /// The means over these targets.
+    pub overall: Summary,
+    /// The line style in every plot.
+    pub look: Look,
+}
+
+impl ComparedTracker<'_> {
+    /// A value of the curves for each target, averaged over seeds.
+    pub fn each(&self, value: impl Fn(&Curves) -> f64) -> Vec<f64> {
+        self.targets.iter().map(|target| self.mean(target, &value)).collect()
+    }
+
+    /// A value of the curves for one target, averaged over seeds.
+    pub fn mean(&self, target: &TargetScore, value: impl Fn(&Curves) -> f64) -> f64 {
+        let counts = target.seeds.iter().filter(|seed| self.seeds.contains(&seed.seed));
+        let values: Vec<f64> = counts.map(|seed| value(&seed.curves)).collect();
+        values.iter().sum::<f64>() / values.len().max(1) as f64
+    }
+}
+
+/// The protocol of the runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// One pass from the first frame and box.
+    Ope,
+    /// Several start frames.
+    Tre,
+    /// Several first boxes.
+    Sre,
+}
+
+impl Kind {
+    /// The protocol that the runs of a tracker follow.
+    fn of(tracker: &TrackerScore) -> Self {
+        let seeds = tracker.targets.iter().flat_map(|target| &target.seeds);
+        let passes: Vec<_> = seeds.flat_map(|seed| &seed.passes).collect();
+        if passes.iter().any(|pass| pass.first > 0) {
+            Self::Tre
+        } else if passes.iter().any(|pass| pass.variant > 0) {
+            Self::Sre
+        } else {
+            Self::Ope
+        }
+    }
+
+    /// The short name used by OTB.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ope => "OPE",
+            Self::Tre => "TRE",
+            Self::Sre => "SRE",
+        }
+    }
+}
+
+/// All compared trackers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison<'a> {
+    /// The protocol of all runs.
+    pub kind: Kind,
+    /// Names of the targets that all trackers have, in the order of the dataset.
+    pub targets: Vec<&'a str>,
+    /// The trackers, in decreasing order of AUC.
+    pub trackers: Vec<ComparedTracker<'a>>,
+    /// Index in `trackers` of the tracker that the report is about.
+    pub about: usize,
+    /// Remarks on what was left out.
+    pub notes: Vec<String>,
+}
+
+impl<'a> Comparison<'a> {
+    /// Selects and ranks the trackers. `shown` names the trackers that every plot names; the report is about
+    /// the first of them, or by default about the best tracker. Trackers with another protocol than the first
+    /// of `shown` (by default OPE, if any tracker has it) are left out.
+    ///
+    /// # Errors
+    /// [`Error::NothingToCompare`] if there are no trackers, they have no target in common, or a name in
+    /// `shown` is unknown.
+    pub fn new(board: &'a Scoreboard, truth: &'a Dataset, shown: &[String]) -> Result<Self, Error> {
+        let nothing = |reason: String| Err(Error::NothingToCompare { reason });
+        if board.trackers.is_empty() {
+            return nothing("no tracker could be scored".to_string());
+        }
+        let known: Vec<&str> = board.trackers.iter().map(|tracker| tracker.name.as_str()).collect();
+        if let Some(unknown) = shown.iter().find(|name| !known.contains(&name.as_str())) {
+            return nothing(format!(
+                "there is no tracker {unknown}; the trackers are {}",
+                names::some_of(&known)
+            ));
+        }
+        let (kind, trackers, mut notes) = of_one_kind(board, shown);
+        let (targets, left_out) = common_targets(&trackers, truth);
+        notes.extend(left_out);
+        if targets.is_empty() {
+            return nothing(format!("no target has results from all {} trackers", trackers.len()));
+        }
+        let mut compared: Vec<ComparedTracker> = Vec::new();
+        for tracker in trackers {
+            let find = |name: &&str| tracker.targets.iter().find(|target| target.target == **name);
+            let own: Vec<&TargetScore> = targets.iter().filter_map(find).collect();
+            let Some(overall) = score::summary(own.iter().copied(), &tracker.seeds) else {
+                continue;
+            };
+            let look = Look::FIRST; // until the ranking is known
+            compared.push(ComparedTracker {
+                name: &tracker.name,
+                seeds: &tracker.seeds,
+                targets: own,
+                overall,
+                look,
+            });
+        }
+        if compared.is_empty() {
+            return nothing("no tracker has a seed that all of its targets have".to_string());
+        }
+        compared.sort_by(|a, b| b.overall.auc.mean.total_cmp(&a.overall.auc.mean));
+        let first =
+            shown.first().and_then(|name| compared.iter().position(|tracker| tracker.name == name));
+        let about = first.unwrap_or(0);
+        set_looks(&mut compared, about, shown);
+        Ok(Self { kind, targets, trackers: compared, about, notes })
+    }
+
+    /// The number of targets, in words.
+    pub fn size(&self) -> String {
+        let count = self.targets.len();
+        format!("{count} target{}", if count == 1 { "" } else { "s" })
+    }
+
+    /// The tracker that the report is about.
+    pub fn about(&self) -> &ComparedTracker<'a> {
+        &self.trackers[self.about]
+    }
+
+    /// Whether plots name the tracker regardless of its rank.
+    pub fn is_shown(&self, tracker: &ComparedTracker) -> bool {
+        tracker.look.strong
+    }
+}
+
+/// The trackers with the protocol of the report, and a note on each of the others.
+fn of_one_kind<'a>(
+    board: &'a Scoreboard,
+    shown: &[String],
+) -> (Kind, Vec<&'a TrackerScore>, Vec<String>) {
+    let first = board.trackers.iter().find(|tracker| shown.first() == Some(&tracker.name));
+    let least = board.trackers.iter().map(Kind::of).min().unwrap_or(Kind::Ope);
+    let kind = first.map_or(least, Kind::of);
+    let (own, others): (Vec<_>, Vec<_>) =
+        board.trackers.iter().partition(|tracker| Kind::of(tracker) == kind);
+    let note = |tracker: &&TrackerScore| {
+        let (theirs, ours) = (Kind::of(tracker).name(), kind.name());
+        format!("{} is left out: its runs are {theirs}, this report compares {ours}.", tracker.name)
+    };
+    let notes = others.iter().map(note).collect();
+    (kind, own, notes)
+}
+
+/// The targets of the dataset that all trackers have results for, and a note if some have results for more.
+fn common_targets<'a>(
+    trackers: &[&TrackerScore],
+    truth: &'a Dataset,
+) -> (Vec<&'a str>, Option<String>) {
+    let of = |tracker: &&TrackerScore| -> BTreeSet<String> {
+        tracker.targets.iter().map(|target| target.target.clone()).collect()
+    };
+    let sets: Vec<BTreeSet<String>> = trackers.iter().map(of).collect();
+    let in_all = |name: &str| sets.iter().all(|set| set.contains(name));
+    let in_some = |name: &str| sets.iter().any(|set| set.contains(name));
+    let named = truth.sequences.iter().map(|sequence| sequence.name.as_str());
+    let (common, rest): (Vec<&str>, Vec<&str>) =
+        named.filter(|name| in_some(name)).partition(|name| in_all(name));
+    let most = sets.iter().map(BTreeSet::len).max().unwrap_or(0);
+    let lacking: Vec<&str> = (trackers.iter().zip(&sets))
+        .filter(|(_, set)| set.len() < most)
+        .map(|(tracker, _)| tracker.name.as_str())
+        .collect();
+    let note = format!(
+        "Compared on the {} targets that all trackers have. Left out, because there are no results \
+         from {}: {}.",
+        common.len(),
+        names::some_of(&lacking),
+        names::some_of(&rest)
+    );
+    let note = (!rest.is_empty()).then_some(note);
+    (common, note)
+}
+
+fn set_looks(trackers: &mut [ComparedTracker], about: usize, shown: &[String]) {
+    let mut k = 0;
+    for (index, tracker) in trackers.iter_mut().enumerate() {
+        tracker.look = if index == about {
+            Look::FIRST
+        } else {
+            k += 1;
+            Look::other(k - 1, shown.iter().any(|name| name == tracker.name))
+        };
+    }
+}

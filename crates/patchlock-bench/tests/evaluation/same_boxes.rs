@@ -1,0 +1,60 @@
+//! On real sequences, the pruned computation gives exactly the same boxes as the plain one, in which every
+//! candidate is coded at every location. `PATCHLOCK_DATA` is the folder that contains `otb-dev/`, by default
+//! `../shared/data` relative to the workspace root. If it does not exist, the test prints a note and passes.
+//! `PATCHLOCK_FULL=1` tests whole sequences, which takes most of an hour on two cores; `PATCHLOCK_SIMD=plain`
+//! selects the code without SIMD.
+
+use std::env;
+use std::io::Write;
+
+use crate::support::real_data;
+use patchlock::{FrameView, Tracker, TrackerConfig};
+use patchlock_bench::dataset::{Dataset, Sequence};
+use patchlock_media::image_file;
+use rayon::prelude::*;
+
+/// Tracks the first `count` frames both ways and compares the boxes. Returns the number of boxes.
+fn compare_boxes(sequence: &Sequence, count: usize) -> usize {
+    let config = TrackerConfig::preset("paper").unwrap();
+    let (mut fast, mut plain) =
+        (Tracker::new(config.clone()).unwrap(), Tracker::new(config).unwrap());
+    for (k, path) in sequence.frames.iter().take(count).enumerate() {
+        let picture = image_file::load(path).unwrap();
+        let frame = picture.frame().unwrap();
+        let (a, b) = if k == 0 {
+            let first = sequence.truth[0].unwrap();
+            (fast.init(&frame, first), plain.init(&frame, first))
+        } else {
+            // An observer receives all likelihoods, so no candidate is pruned.
+            let mut all = true;
+            let mut observer = |view: &FrameView<'_>| {
+                let FrameView::Patchwise(view) = view else { panic!("another method's view") };
+                all = view.likelihoods.iter().all(|likelihood| likelihood.is_finite());
+            };
+            let plain = plain.update_observed(&frame, &mut observer);
+            assert!(all, "{}: a candidate was pruned", sequence.name);
+            (fast.update(&frame), plain)
+        };
+        assert_eq!(a.unwrap(), b.unwrap(), "{}, frame {k}", sequence.name);
+    }
+    let boxes = sequence.frames.len().min(count);
+    let _ = writeln!(std::io::stderr(), "{}: {boxes} boxes are the same", sequence.name);
+    boxes
+}
+
+#[test]
+fn pruning_does_not_change_any_box() {
+    let Some(folder) = real_data("pruning_does_not_change_any_box", "otb-dev") else { return };
+    let whole = env::var_os("PATCHLOCK_FULL").is_some_and(|value| value == "1");
+    let count = |sequence: &Sequence| match sequence.name.as_str() {
+        _ if whole => usize::MAX,
+        // Until everything has been updated, including the small dictionary and its buffer.
+        "Crossing" | "CarScale" => 22,
+        _ => 3,
+    };
+    let dataset = Dataset::open(&folder).unwrap();
+    let sequences = dataset.sequences.par_iter();
+    let all: usize = sequences.map(|sequence| compare_boxes(sequence, count(sequence))).sum();
+    assert!(all > 0, "{} holds no sequences", folder.display());
+    let _ = writeln!(std::io::stderr(), "{all} boxes of {} targets", dataset.sequences.len());
+}

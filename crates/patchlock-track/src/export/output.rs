@@ -1,0 +1,169 @@
+//! Writes the files of an export under temporary names beside the output, then renames them: the output is
+//! complete or does not exist.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use image::codecs::jpeg::JpegEncoder;
+use patchlock_media::{FrameSource, Limits, Picture, image_file};
+
+use super::{Content, Item};
+use crate::Error;
+
+/// Quality of JPEGs converted from other formats; no loss is visible.
+const JPEG_QUALITY: u8 = 95;
+/// Prefix of temporary names.
+const PREFIX: &str = ".patchlock-";
+
+/// Checks that the output can be written, before any work is done. `is_file` tells whether the format is one
+/// file.
+pub fn check(out: &Path, is_file: bool, overwrite: bool) -> Result<(), Error> {
+    let parent = parent(out);
+    if !parent.is_dir() {
+        return Err(Error::Export(format!("there is no folder {}", parent.display())));
+    }
+    let reason = if is_file {
+        match (out.is_dir(), out.exists() && !overwrite) {
+            (true, _) => "is a folder; this format is one file",
+            (_, true) => "exists already",
+            _ => return Ok(()),
+        }
+    } else {
+        let is_used = || fs::read_dir(out).is_ok_and(|mut entries| entries.next().is_some());
+        match (out.exists() && !out.is_dir(), is_used()) {
+            (true, _) => "is a file; this format is a folder",
+            (_, true) => "already has files; a folder is never replaced: name another one",
+            _ => return Ok(()),
+        }
+    };
+    Err(Error::Export(format!("{} {reason}", out.display())))
+}
+
+fn parent(out: &Path) -> PathBuf {
+    let parent = out.parent().filter(|parent| !parent.as_os_str().is_empty());
+    parent.unwrap_or(Path::new(".")).to_path_buf()
+}
+
+/// Writes a single file.
+pub fn write_file(out: &Path, text: &str, overwrite: bool) -> Result<(), Error> {
+    let cannot = |error| Error::write(out, error);
+    let mut file = with_permissions(tempfile::Builder::new().prefix(PREFIX), 0o666)
+        .tempfile_in(parent(out))
+        .map_err(cannot)?;
+    file.write_all(text.as_bytes()).and_then(|()| file.as_file().sync_all()).map_err(cannot)?;
+    let persisted = if overwrite { file.persist(out) } else { file.persist_noclobber(out) };
+    persisted.map(drop).map_err(|error| cannot(error.error))
+}
+
+/// Fails if the export is to stop.
+pub fn check_not(stopped: &dyn Fn() -> bool) -> Result<(), Error> {
+    match stopped() {
+        true => Err(Error::Export("stopped before all files were written".to_string())),
+        false => Ok(()),
+    }
+}
+
+/// Writes a folder of files, unless it is stopped.
+pub fn write_folder(
+    out: &Path,
+    items: &[Item],
+    limits: Limits,
+    stopped: &dyn Fn() -> bool,
+) -> Result<(), Error> {
+    let cannot = |error| Error::write(out, error);
+    let folder = with_permissions(tempfile::Builder::new().prefix(PREFIX), 0o777)
+        .tempdir_in(parent(out))
+        .map_err(cannot)?;
+    let mut reader = Reader { limits, video: None };
+    for item in items {
+        check_not(stopped)?;
+        let (path, shown) = (folder.path().join(&item.path), out.join(&item.path));
+        if let Some(parent) = path.parent() {
+            fs::create_dir_all(parent).map_err(cannot)?;
+        }
+        write_item((&path, &shown), &item.content, &mut reader)?;
+    }
+    // On Unix, renaming replaces an empty folder; elsewhere it has to be removed first.
+    if out.is_dir() {
+        fs::remove_dir(out).map_err(cannot)?;
+    }
+    fs::rename(folder.path(), out).map_err(cannot)?;
+    let _ = folder.keep(); // it has been renamed, so there is nothing to remove
+    Ok(())
+}
+
+/// Sets the permissions of an ordinary new file; temporary files are private by default.
+fn with_permissions<'a, 'b>(
+    builder: &'a mut tempfile::Builder<'b, 'b>,
+    mode: u32,
+) -> &'a mut tempfile::Builder<'b, 'b> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(mode))
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = mode;
+        builder
+    }
+}
+
+/// Writes a file at a temporary place; errors name the other one.
+fn write_item(
+    (path, shown): (&Path, &Path),
+    content: &Content,
+    reader: &mut Reader,
+) -> Result<(), Error> {
+    use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
+    match content {
+        Content::Text(text) => fs::write(path, text).map_err(|error| Error::write(shown, error)),
+        Content::Copy(from) => fs::copy(from, path).map(drop).map_err(|error| match error.kind() {
+            StorageFull | QuotaExceeded | FileTooLarge => Error::write(shown, error),
+            _ => Error::read(from, error),
+        }),
+        Content::Jpeg(from) => {
+            let picture = image_file::load_within(from, reader.limits)
+                .map_err(|error| Error::frame(from, error))?;
+            write_jpeg((path, shown), &picture)
+        }
+        Content::Frame(from, index) => write_jpeg((path, shown), &reader.frame_of(from, *index)?),
+    }
+}
+
+/// Reads frames of a video.
+struct Reader {
+    limits: Limits,
+    /// The video, and the number of the next frame that can be read from it.
+    video: Option<(Box<dyn FrameSource>, usize)>,
+}
+
+impl Reader {
+    /// The frame of a video. It is opened anew for a frame that was passed.
+    fn frame_of(&mut self, from: &Path, index: usize) -> Result<Picture, Error> {
+        let mut source = match self.video.take().filter(|(_, next)| *next <= index) {
+            Some((source, _)) => source,
+            None => patchlock_media::open_within(&from.to_string_lossy(), false, self.limits)?,
+        };
+        let picture = source.frame(index)?.ok_or_else(|| {
+            Error::Export(format!(
+                "the track has boxes in frame {index}, counted from 0, but {} ends before it",
+                from.display()
+            ))
+        })?;
+        self.video = Some((source, index + 1));
+        Ok(picture)
+    }
+}
+
+fn write_jpeg((path, shown): (&Path, &Path), picture: &Picture) -> Result<(), Error> {
+    let file = fs::File::create(path).map_err(|error| Error::write(shown, error))?;
+    let mut out = std::io::BufWriter::new(file);
+    let (width, height) = (picture.width as u32, picture.height as u32);
+    let colour = image::ExtendedColorType::Rgb8;
+    JpegEncoder::new_with_quality(&mut out, JPEG_QUALITY)
+        .encode(&picture.to_rgb(), width, height, colour)
+        .map_err(|error| Error::write(shown, io::Error::other(error)))?;
+    out.flush().map_err(|error| Error::write(shown, error))
+}
