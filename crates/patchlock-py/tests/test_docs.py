@@ -22,8 +22,8 @@ import patchlock
 ROOT = Path(__file__).parents[3]
 PAGES = [ROOT / "README.md", ROOT / "crates/patchlock-py/README.md", *sorted((ROOT / "docs").glob("*.md"))]
 NOTEBOOKS = sorted((ROOT / "docs/notebooks").glob("*.ipynb"))
-CODE = re.compile(r"(?<! -->\n)^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-LEFT_OUT = re.compile(r"^<!-- not run: \S.* -->\n```python$", re.MULTILINE)
+CODE = re.compile(r"(?<! -->\n\n)^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+LEFT_OUT = re.compile(r"^<!-- not run: \S.* -->\n\n```python$", re.MULTILINE)
 
 
 @pytest.fixture(scope="module")
