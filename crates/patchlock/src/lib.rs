@@ -15,9 +15,14 @@
 //! | step | module |
 //! |---|---|
 //! | the whole | `robust` |
-//! | features, filters, responses, map of colours, scale, rotation | `correlation` |
-//! | windows of the frame | `vision::crop` |
-//! | which parts are visible | `patch_model`, the paper's patch model |
+//! | sample: window, patch, features, spectra | `robust::window`, `vision::crop`, `correlation::features` |
+//! | hypotheses of follower and memory, map of colours | `robust::{follower, memory, colours}` |
+//! | choice among them | `robust::choose` |
+//! | rotation, size | `robust::{turn, size}` |
+//! | evidence: certainty, visible parts | `robust::{memory, visible}`, `patch_model` |
+//! | decision: phase, status, score, what learns | `robust::status` |
+//! | search after a loss | `robust::search` |
+//! | filters, responses, histograms | `correlation` |
 //!
 //! # Where each step of the paper is
 //!

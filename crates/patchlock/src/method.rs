@@ -96,10 +96,10 @@ impl Target {
             Self::Robust(target) => {
                 let scratch = &mut scratch.robust;
                 let Some(observer) = observer else {
-                    return target.step(frame, config, scratch, None, estimate);
+                    return target.step(frame, scratch, None, estimate);
                 };
                 let mut show = |view: RobustView<'_>| observer.observe(&FrameView::Robust(view));
-                target.step(frame, config, scratch, Some(&mut show), estimate);
+                target.step(frame, scratch, Some(&mut show), estimate);
             }
         }
     }

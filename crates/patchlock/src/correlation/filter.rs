@@ -17,9 +17,9 @@ use std::ops::Range;
 /// The penalty on the difference of `f` and `g` in the first round.
 const FIRST_PENALTY: f32 = 1.0;
 
-/// The numbers of a filter.
+/// The parameters of a filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FilterNumbers {
+pub struct FilterParams {
     /// Standard deviation of the label, in roots of the target's area.
     pub label_width: f64,
     /// Width and height of the mask, relative to the target.
@@ -31,9 +31,9 @@ pub struct FilterNumbers {
     pub temporal: f32,
 }
 
-/// What filters are learnt towards, and where they may be other than zero.
+/// Learns filters: the label that they are learnt towards, and the mask outside which they are zero.
 #[derive(Debug, Clone)]
-pub struct FilterRules {
+pub struct FilterLearner {
     /// The spectrum of the label; it is real, as the label is symmetric.
     label: Vec<f32>,
     /// The cells inside the target.
@@ -42,7 +42,7 @@ pub struct FilterRules {
     temporal: f32,
 }
 
-/// Buffers of [`FilterRules::learn`].
+/// Buffers of [`FilterLearner::learn`].
 #[derive(Debug, Default)]
 pub struct FilterScratch {
     energy: Vec<f32>,
@@ -51,10 +51,10 @@ pub struct FilterScratch {
     batch: BatchScratch,
 }
 
-impl FilterRules {
-    /// Rules for a target of `size` cells (width, height) in the middle of a patch; the label is a Gaussian.
-    pub fn new(fourier: &Fourier, size: [f64; 2], numbers: FilterNumbers) -> Self {
-        let FilterNumbers { label_width, mask, penalty, temporal } = numbers;
+impl FilterLearner {
+    /// The learner for a target of `size` cells (width, height) in the middle of a patch; the label is a Gaussian.
+    pub fn new(fourier: &Fourier, size: [f64; 2], params: FilterParams) -> Self {
+        let FilterParams { label_width, mask, penalty, temporal } = params;
         let n = fourier.side();
         let sigma = label_width * (size[0] * size[1]).sqrt();
         // Distance around the circle: the filter is centred on the first cell.
@@ -99,25 +99,31 @@ impl FilterRules {
         filter: &mut [Complex32],
         scratch: &mut FilterScratch,
     ) {
-        Instructions::default().dispatch(Learn { rules: self, fourier, sample, filter, scratch });
+        Instructions::default().dispatch(LearnFilter {
+            learner: self,
+            fourier,
+            sample,
+            filter,
+            scratch,
+        });
     }
 }
 
-/// The arguments of [`FilterRules::learn`].
-struct Learn<'a> {
-    rules: &'a FilterRules,
+/// The arguments of [`FilterLearner::learn`].
+struct LearnFilter<'a> {
+    learner: &'a FilterLearner,
     fourier: &'a Fourier,
     sample: &'a [Complex32],
     filter: &'a mut [Complex32],
     scratch: &'a mut FilterScratch,
 }
 
-impl WithSimd for Learn<'_> {
+impl WithSimd for LearnFilter<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { rules, fourier, sample, filter, scratch } = self;
+        let Self { learner, fourier, sample, filter, scratch } = self;
         let FilterScratch { energy, free, masked, batch } = scratch;
         let channels = sample.len() / fourier.bins();
         energy.resize(fourier.bins(), 0.0);
@@ -126,25 +132,25 @@ impl WithSimd for Learn<'_> {
         }
         masked.resize(sample.len(), Complex32::ZERO);
         // Round 1, with the multiplier at 0: f is drawn to the filter before alone.
-        let (mu, first, second) = (rules.temporal, FIRST_PENALTY, rules.penalty);
+        let (mu, first, second) = (learner.temporal, FIRST_PENALTY, learner.penalty);
         free.resize(sample.len(), Complex32::ZERO);
         for (f, p) in free.iter_mut().zip(filter.iter()) {
             *f = p * (mu / (mu + first));
         }
-        rules.solve(simd, (sample, energy), mu + first, fourier, free);
-        fourier.batch().mask(free, &rules.mask, masked, batch);
+        learner.solve(simd, (sample, energy), mu + first, fourier, free);
+        fourier.batch().mask(free, &learner.mask, masked, batch);
         // Round 2: the multiplier is `first (f - g)`. The right side is built where f is.
         let scale = 1.0 / (mu + second);
         let [of_f, of_p, of_g] = [-first * scale, mu * scale, (second + first) * scale];
         for ((f, p), g) in free.iter_mut().zip(filter.iter()).zip(masked.iter()) {
             *f = *f * of_f + p * of_p + g * of_g;
         }
-        rules.solve(simd, (sample, energy), mu + second, fourier, free);
-        fourier.batch().mask(free, &rules.mask, filter, batch);
+        learner.solve(simd, (sample, energy), mu + second, fourier, free);
+        fourier.batch().mask(free, &learner.mask, filter, batch);
     }
 }
 
-impl FilterRules {
+impl FilterLearner {
     /// Moves `filter` to the minimum of `|<x, f> - y|^2 / 2 + strength * T / 2 |f - filter|^2` for each
     /// frequency, where `T` is the number of cells: a step along the sample, as far as the filter is wrong.
     #[inline(always)]
@@ -174,9 +180,9 @@ mod tests {
     const N: usize = 8;
     const CHANNELS: usize = GROUP;
 
-    fn rules(fourier: &Fourier, size: [f64; 2], temporal: f32) -> FilterRules {
-        let numbers = FilterNumbers { label_width: 0.2, mask: 1.0, penalty: 0.1, temporal };
-        FilterRules::new(fourier, size, numbers)
+    fn learner(fourier: &Fourier, size: [f64; 2], temporal: f32) -> FilterLearner {
+        let params = FilterParams { label_width: 0.2, mask: 1.0, penalty: 0.1, temporal };
+        FilterLearner::new(fourier, size, params)
     }
 
     fn noise(count: usize, seed: usize) -> Vec<f32> {
@@ -207,13 +213,13 @@ mod tests {
         out
     }
 
-    fn inside(rules: &FilterRules, cell: usize) -> bool {
-        rules.mask.x.contains(&(cell % N)) && rules.mask.y.contains(&(cell / N % N))
+    fn inside(learner: &FilterLearner, cell: usize) -> bool {
+        learner.mask.x.contains(&(cell % N)) && learner.mask.y.contains(&(cell / N % N))
     }
 
     /// Two rounds from their definition in `f64`, as dense systems for each frequency.
     fn learn_densely(
-        rules: &FilterRules,
+        learner: &FilterLearner,
         fourier: &Fourier,
         sample: &[Complex32],
         mu: f64,
@@ -233,7 +239,7 @@ mod tests {
                         (0..CHANNELS).map(|c| wide(all[bin * CHANNELS + c])),
                     )
                 };
-                let (x, y) = (of(sample), Complex::from(f64::from(rules.label[bin])));
+                let (x, y) = (of(sample), Complex::from(f64::from(learner.label[bin])));
                 // (x x^H + T (gamma + mu) I) f = x y + T (gamma g - h + mu p)
                 let real = |v: f64| Complex::new(v, 0.0);
                 let left = &x * x.adjoint()
@@ -250,7 +256,7 @@ mod tests {
             let free: Vec<Complex32> =
                 f.iter().zip(&h).map(|(f, h)| f + h / penalty as f32).collect();
             let mut masked = planes(fourier, &free);
-            let outside = masked.iter_mut().enumerate().filter(|(k, _)| !inside(rules, *k));
+            let outside = masked.iter_mut().enumerate().filter(|(k, _)| !inside(learner, *k));
             outside.for_each(|(_, v)| *v = 0.0);
             g = spectra(fourier, &masked);
             h.iter_mut()
@@ -265,22 +271,22 @@ mod tests {
         let fourier = Fourier::new(N);
         let sample = spectra(&fourier, &noise(CHANNELS * N * N, 1));
         for mu in [0.0, 15.0] {
-            let rules = rules(&fourier, [3.0, 4.0], mu as f32);
+            let learner = learner(&fourier, [3.0, 4.0], mu as f32);
             let mut before = spectra(&fourier, &noise(CHANNELS * N * N, 5));
             let mut filter = before.clone();
             if mu == 0.0 {
-                rules.begin(&fourier, &sample, &mut filter, &mut FilterScratch::default());
+                learner.begin(&fourier, &sample, &mut filter, &mut FilterScratch::default());
                 before.fill(Complex32::ZERO);
             } else {
-                rules.learn(&fourier, &sample, &mut filter, &mut FilterScratch::default());
+                learner.learn(&fourier, &sample, &mut filter, &mut FilterScratch::default());
             }
-            let dense = learn_densely(&rules, &fourier, &sample, mu, &before);
+            let dense = learn_densely(&learner, &fourier, &sample, mu, &before);
             let largest = dense.iter().map(|v| v.norm()).fold(0.0, f32::max);
             for (a, b) in filter.iter().zip(&dense) {
                 assert!((a - b).norm() < 1e-5 * largest, "mu {mu}: {a} {b}");
             }
             let outside = planes(&fourier, &filter).into_iter().enumerate();
-            for (k, v) in outside.filter(|(k, _)| !inside(&rules, *k)) {
+            for (k, v) in outside.filter(|(k, _)| !inside(&learner, *k)) {
                 assert!(v.abs() < 1e-6, "{k}: {v}");
             }
         }
@@ -289,11 +295,11 @@ mod tests {
     #[test]
     fn drawn_strongly_it_stays_what_it_was() {
         let fourier = Fourier::new(N);
-        let rules = rules(&fourier, [8.0, 8.0], 1e9);
+        let learner = learner(&fourier, [8.0, 8.0], 1e9);
         let sample = spectra(&fourier, &noise(CHANNELS * N * N, 1));
         let before = spectra(&fourier, &noise(CHANNELS * N * N, 2));
         let mut filter = before.clone();
-        rules.learn(&fourier, &sample, &mut filter, &mut FilterScratch::default());
+        learner.learn(&fourier, &sample, &mut filter, &mut FilterScratch::default());
         assert!(filter.iter().zip(&before).all(|(a, b)| (a - b).norm() < 1e-4 * b.norm().max(1.0)));
     }
 }

@@ -4,10 +4,30 @@
 use super::batch::Batch;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner};
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::Arc;
 
 pub use rustfft::num_complex::Complex32;
+
+/// A spectrum as a snapshot holds it: pairs of real and imaginary parts.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct SavedSpectrum(Vec<[f32; 2]>);
+
+impl SavedSpectrum {
+    /// The pairs of a spectrum.
+    pub fn of(spectrum: &[Complex32]) -> Self {
+        Self(spectrum.iter().map(|value| [value.re, value.im]).collect())
+    }
+
+    /// The spectrum, if it has this length and all numbers are finite.
+    pub fn restore(self, length: usize) -> Option<Vec<Complex32>> {
+        let Self(pairs) = self;
+        let sound = pairs.len() == length && pairs.iter().flatten().all(|v| v.is_finite());
+        sound.then(|| pairs.into_iter().map(|[re, im]| Complex32::new(re, im)).collect())
+    }
+}
 
 /// Transforms of planes with side `n`, which must be even and have no prime factor above 7.
 #[derive(Clone)]
@@ -133,6 +153,16 @@ mod tests {
 
     fn noise(n: usize) -> Vec<f32> {
         (0..n * n).map(|k| ((k * 7919 + k * k * 31) % 1009) as f32 / 1009.0 - 0.5).collect()
+    }
+
+    #[test]
+    fn a_saved_spectrum_has_its_length_and_is_finite() {
+        let spectrum = [Complex32::new(1.0, -2.0), Complex32::new(0.5, 3.0)];
+        let saved = SavedSpectrum::of(&spectrum);
+        assert_eq!(saved.clone().restore(2), Some(spectrum.to_vec()));
+        assert_eq!(saved.restore(3), None);
+        let damaged = SavedSpectrum::of(&[Complex32::new(1.0, f32::NAN)]);
+        assert_eq!(damaged.restore(1), None);
     }
 
     #[test]

@@ -51,8 +51,7 @@ pub struct MapScratch {
     likelihoods: Vec<f32>,
     /// Of the likelihoods in the rectangle from the first pixel to before this one.
     sums: Vec<f32>,
-    /// For each displacement in cells, in the order of a response, the mean likelihood of the box there.
-    pub map: Vec<f32>,
+    map: Vec<f32>,
 }
 
 impl Histograms {
@@ -97,8 +96,15 @@ impl Histograms {
         self.contrast = bins.map(|(&t, &a)| likelihood(t, a) * (t - a)).sum();
     }
 
-    /// Fills the map for a target of this width and height in pixels of the patch.
-    pub fn fill_map(&self, patch: &Planes, size: [f64; 2], scratch: &mut MapScratch) {
+    /// The map of where the target's colours are, for a target of this width and height in pixels of the
+    /// patch: for each displacement in cells, in the order of a response, the mean likelihood of the box
+    /// there, from 0 to 1.
+    pub fn map<'a>(
+        &self,
+        patch: &Planes,
+        size: [f64; 2],
+        scratch: &'a mut MapScratch,
+    ) -> &'a [f32] {
         let MapScratch { likelihoods, sums, map, .. } = scratch;
         likelihoods.clear();
         likelihoods.extend(self.target.iter().zip(&self.around).map(|(&t, &a)| likelihood(t, a)));
@@ -115,6 +121,7 @@ impl Histograms {
                 map.push(sum / (y.len() * x.len()) as f32);
             }
         }
+        map
     }
 }
 
@@ -217,13 +224,13 @@ mod tests {
         let (size, scratch) = ([16.0, 8.0], &mut MapScratch::default());
         let histograms = Histograms::begin(&patch(size, [0.0; 2]), size, scratch);
         assert!(histograms.contrast() > 0.99);
-        histograms.fill_map(&patch(size, [12.0, -8.0]), size, scratch);
+        let map = histograms.map(&patch(size, [12.0, -8.0]), size, scratch);
         let cells = SIDE / CELL;
-        let best = (0..cells * cells).max_by(|&a, &b| scratch.map[a].total_cmp(&scratch.map[b]));
+        let best = (0..cells * cells).max_by(|&a, &b| map[a].total_cmp(&map[b]));
         // Three cells to the right and two up.
         assert_eq!(best, Some((cells - 2) * cells + 3));
-        assert!(scratch.map[best.unwrap()] > 0.99);
-        assert!(scratch.map[0] < 0.2);
+        assert!(map[best.unwrap()] > 0.99);
+        assert!(map[0] < 0.2);
     }
 
     #[test]
@@ -231,9 +238,10 @@ mod tests {
         let (size, scratch) = ([10.0, 14.0], &mut MapScratch::default());
         let seen = patch([20.0, 6.0], [3.0, 5.0]);
         let histograms = Histograms::begin(&seen, size, scratch);
-        histograms.fill_map(&seen, size, scratch);
+        let map = histograms.map(&seen, size, scratch);
         let (cells, planes) = (SIDE / CELL, seen.rgb());
-        for cell in 0..cells * cells {
+        assert_eq!(map.len(), cells * cells);
+        for (cell, value) in map.iter().enumerate() {
             let (x, y) = (
                 span(cell % cells, cells, SIDE, size[0]),
                 span(cell / cells, cells, SIDE, size[1]),
@@ -244,7 +252,7 @@ mod tests {
                 .map(|k| likelihood(histograms.target[k], histograms.around[k]))
                 .collect();
             let mean = values.iter().sum::<f32>() / values.len() as f32;
-            assert!((scratch.map[cell] - mean).abs() < 1e-3, "{cell}");
+            assert!((value - mean).abs() < 1e-3, "{cell}");
         }
     }
 

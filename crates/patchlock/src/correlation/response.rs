@@ -9,10 +9,19 @@ use std::f64::consts::TAU;
 /// The longest side of a plane.
 const MAX_SIDE: usize = 512;
 
-/// The response of a filter, as its spectrum and cell by cell. Cell 0 stands for no displacement, and cells
-/// beyond half the side for negative ones.
+/// The response of a filter to a sample: at each displacement of the target, how much the sample there looks
+/// like it. It is held as a spectrum and cell by cell; cell 0 stands for no displacement, and cells beyond half
+/// the side for negative ones.
+#[derive(Debug, Clone, Copy)]
+pub struct Response<'a> {
+    fourier: &'a Fourier,
+    spectrum: &'a [Complex32],
+    cells: &'a [f32],
+}
+
+/// The buffers of a [`Response`].
 #[derive(Debug, Default)]
-pub struct Response {
+pub struct ResponseBuffers {
     spectrum: Vec<Complex32>,
     cells: Vec<f32>,
     scratch: FourierScratch,
@@ -49,44 +58,50 @@ impl WithSimd for Sum<'_> {
     }
 }
 
-impl Response {
-    /// Fills it with the response of a filter to a sample: spectra bin by bin, channels side by side.
-    pub fn fill(&mut self, fourier: &Fourier, filter: &[Complex32], sample: &[Complex32]) {
+impl<'a> Response<'a> {
+    /// The response of a filter to a sample: spectra bin by bin, channels side by side.
+    pub fn new(
+        fourier: &'a Fourier,
+        filter: &[Complex32],
+        sample: &[Complex32],
+        buffers: &'a mut ResponseBuffers,
+    ) -> Self {
+        let ResponseBuffers { spectrum, cells, scratch } = buffers;
         let channels = filter.len() / fourier.bins();
-        let spectrum = &mut self.spectrum;
         Instructions::default().dispatch(Sum { filter, sample, channels, spectrum });
-        self.cells.resize(fourier.side() * fourier.side(), 0.0);
-        fourier.inverse(&self.spectrum, &mut self.cells, &mut self.scratch);
+        cells.resize(fourier.side() * fourier.side(), 0.0);
+        fourier.inverse(spectrum, cells, scratch);
+        Self { fourier, spectrum, cells }
     }
 
     /// The response at each displacement, row by row.
-    pub fn cells(&self) -> &[f32] {
-        &self.cells
+    pub fn cells(self) -> &'a [f32] {
+        self.cells
     }
 
     /// The largest response, to a fraction of a cell: Newton steps on the series that the spectrum is, from
     /// the largest cell, unless they lead away from it.
-    pub fn peak(&self, fourier: &Fourier) -> Peak {
-        self.climb_from(fourier, largest(self.cells.iter().copied()))
+    pub fn peak(&self) -> Peak {
+        self.climb(largest(self.cells.iter().copied()))
     }
 
     /// As [`peak`](Self::peak), from the cell where the response with a map added is largest; the map has a
     /// value for each cell, with this weight. The value is that of the response alone.
-    pub fn peak_with(&self, fourier: &Fourier, map: &[f32], weight: f32) -> Peak {
+    pub fn peak_with(&self, map: &[f32], weight: f32) -> Peak {
         let sums = self.cells.iter().zip(map).map(|(value, extra)| value + weight * extra);
-        let cell = largest(sums).0;
-        self.climb_from(fourier, (cell, self.cells[cell]))
+        let cell = largest(sums).cell;
+        self.climb(Largest { cell, value: self.cells[cell] })
     }
 
     /// The response at a displacement between cells.
-    pub fn at(&self, fourier: &Fourier, shift: [f64; 2]) -> f64 {
-        if shift == [0.0; 2] { f64::from(self.cells[0]) } else { self.expand(fourier, shift).value }
+    pub fn at(&self, shift: [f64; 2]) -> f64 {
+        if shift == [0.0; 2] { f64::from(self.cells[0]) } else { self.expand(shift).value }
     }
 
     /// The largest response at a displacement of at least this many cells along x or along y; 0 if there is
     /// none above.
-    pub fn beyond(&self, fourier: &Fourier, least: [f64; 2]) -> f64 {
-        let n = fourier.side();
+    pub fn beyond(&self, least: [f64; 2]) -> f64 {
+        let n = self.fourier.side();
         let is_near = |cell: usize, least: f64| wrap(cell, n).abs() < least;
         let mut largest = 0.0f32;
         for (y, row) in self.cells.chunks_exact(n).enumerate() {
@@ -100,16 +115,13 @@ impl Response {
         largest.into()
     }
 
-    fn climb_from(&self, fourier: &Fourier, (cell, value): (usize, f32)) -> Peak {
-        let n = fourier.side();
-        let shift = [wrap(cell % n, n), wrap(cell / n, n)];
-        self.climb(fourier, Peak { shift, value: f64::from(value) })
-    }
-
-    fn climb(&self, fourier: &Fourier, start: Peak) -> Peak {
+    /// The peak near a cell.
+    fn climb(&self, Largest { cell, value }: Largest) -> Peak {
+        let n = self.fourier.side();
+        let start = Peak { shift: [wrap(cell % n, n), wrap(cell / n, n)], value: value.into() };
         let mut shift = start.shift;
         for _ in 0..5 {
-            let series = self.expand(fourier, shift);
+            let series = self.expand(shift);
             let [xx, xy, yy] = series.curvature;
             let determinant = xx * yy - xy * xy;
             if xx >= 0.0 || determinant <= 0.0 {
@@ -123,13 +135,13 @@ impl Response {
                 return start;
             }
         }
-        let value = self.expand(fourier, shift).value;
+        let value = self.expand(shift).value;
         if value >= start.value { Peak { shift, value } } else { start }
     }
 
     /// The series at a displacement, with its derivatives per cell.
-    fn expand(&self, fourier: &Fourier, shift: [f64; 2]) -> Series {
-        let (n, spectrum) = (fourier.side(), &self.spectrum);
+    fn expand(&self, shift: [f64; 2]) -> Series {
+        let (n, spectrum) = (self.fourier.side(), self.spectrum);
         Instructions::default().dispatch(Expand { n, spectrum, shift })
     }
 }
@@ -209,10 +221,17 @@ struct Series {
     curvature: [f64; 3],
 }
 
-/// The first of the largest values, with its place.
-fn largest(values: impl Iterator<Item = f32>) -> (usize, f32) {
-    let larger = |best: (usize, f32), (k, v): (usize, f32)| if v > best.1 { (k, v) } else { best };
-    values.enumerate().fold((0, f32::MIN), larger)
+/// The first cell with the largest value.
+#[derive(Clone, Copy)]
+struct Largest {
+    cell: usize,
+    value: f32,
+}
+
+fn largest(values: impl Iterator<Item = f32>) -> Largest {
+    values.enumerate().fold(Largest { cell: 0, value: f32::MIN }, |best, (cell, value)| {
+        if value > best.value { Largest { cell, value } } else { best }
+    })
 }
 
 /// The displacement that a cell stands for, also the frequency of a bin.
@@ -225,7 +244,11 @@ mod tests {
     use super::*;
 
     /// The response whose spectrum is that of this plane.
-    fn of(fourier: &Fourier, plane: &[f32]) -> Response {
+    fn of<'a>(
+        fourier: &'a Fourier,
+        plane: &[f32],
+        buffers: &'a mut ResponseBuffers,
+    ) -> Response<'a> {
         let bins = fourier.bins();
         let (mut spectrum, mut one) = (vec![Complex32::ZERO; bins], vec![Complex32::ZERO; bins]);
         let scratch = &mut FourierScratch::default();
@@ -233,9 +256,7 @@ mod tests {
         let mut impulse = vec![0.0; plane.len()];
         impulse[0] = 1.0;
         fourier.forward(&impulse, &mut one, scratch);
-        let mut response = Response::default();
-        response.fill(fourier, &one, &spectrum);
-        response
+        Response::new(fourier, &one, &spectrum, buffers)
     }
 
     #[test]
@@ -243,10 +264,11 @@ mod tests {
         let n = 10;
         let fourier = Fourier::new(n);
         let plane: Vec<f32> = (0..n * n).map(|k| ((k * 37 + k * k) % 101) as f32).collect();
-        let response = of(&fourier, &plane);
+        let mut buffers = ResponseBuffers::default();
+        let response = of(&fourier, &plane, &mut buffers);
         for (k, &value) in plane.iter().enumerate() {
             let shift = [wrap(k % n, n), wrap(k / n, n)];
-            assert!((response.at(&fourier, shift) - f64::from(value)).abs() < 1e-3, "{k}");
+            assert!((response.at(shift) - f64::from(value)).abs() < 1e-3, "{k}");
             assert!((response.cells()[k] - value).abs() < 1e-3);
         }
     }
@@ -258,8 +280,9 @@ mod tests {
         let mut plane = vec![-1.0; n * n];
         // Four cells to the left, one cell down, and at the centre.
         (plane[n - 4], plane[n], plane[0]) = (2.0, 3.0, 5.0);
-        let response = of(&fourier, &plane);
-        let beyond = |least| (response.beyond(&fourier, least) * 1e3).round() / 1e3;
+        let mut buffers = ResponseBuffers::default();
+        let response = of(&fourier, &plane, &mut buffers);
+        let beyond = |least| (response.beyond(least) * 1e3).round() / 1e3;
         assert_eq!(beyond([0.0, 0.0]), 5.0);
         assert_eq!(beyond([1.0, 1.0]), 3.0);
         assert_eq!(beyond([4.0, 1.5]), 2.0);
@@ -275,7 +298,7 @@ mod tests {
                 .map(|k| (wrap(k % n, n) - x).powi(2) + (wrap(k / n, n) - y).powi(2))
                 .map(|squared| (-squared / 8.0).exp() as f32)
                 .collect();
-            let peak = of(&fourier, &plane).peak(&fourier);
+            let peak = of(&fourier, &plane, &mut ResponseBuffers::default()).peak();
             assert!((peak.shift[0] - x).abs() < 0.02, "{peak:?}");
             assert!((peak.shift[1] - y).abs() < 0.02, "{peak:?}");
             assert!((peak.value - 1.0).abs() < 0.01, "{peak:?}");

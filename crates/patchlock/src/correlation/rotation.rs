@@ -5,9 +5,9 @@
 
 use super::batch::{BatchScratch, GROUP};
 use super::fhog::{self, CELL, FhogScratch, fhog};
-use super::fourier::{Complex32, Fourier, FourierScratch};
+use super::fourier::{Complex32, Fourier, FourierScratch, SavedSpectrum};
 use super::lanes::learn;
-use super::response::Response;
+use super::response::{Response, ResponseBuffers};
 use crate::vision::crop::{CropScratch, Planes, Region};
 use crate::vision::frame::Frame;
 use serde::{Deserialize, Serialize};
@@ -49,10 +49,10 @@ pub struct RotationFilter {
     denominator: Vec<f32>,
 }
 
-/// What a filter over rotation has learnt. Spectra are pairs of real and imaginary parts.
+/// What a filter over rotation has learnt.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SavedRotation {
-    numerator: Vec<[f32; 2]>,
+    numerator: SavedSpectrum,
     denominator: Vec<f32>,
 }
 
@@ -67,7 +67,7 @@ pub struct RotationScratch {
     sample: Vec<Complex32>,
     filter: Vec<Complex32>,
     batch: BatchScratch,
-    response: Response,
+    response: ResponseBuffers,
 }
 
 /// By how much a target has turned.
@@ -109,7 +109,7 @@ impl RotationFilter {
 
     /// What it has learnt.
     pub fn saved(&self) -> SavedRotation {
-        let numerator = self.numerator.iter().map(|v| [v.re, v.im]).collect();
+        let numerator = SavedSpectrum::of(&self.numerator);
         SavedRotation { numerator, denominator: self.denominator.clone() }
     }
 
@@ -120,14 +120,10 @@ impl RotationFilter {
     pub fn restore(saved: SavedRotation) -> Result<Self, &'static str> {
         let mut filter = Self::untaught();
         let SavedRotation { numerator, denominator } = saved;
-        let fits = numerator.len() == filter.numerator.len()
-            && denominator.len() == filter.denominator.len();
-        let sound = numerator.iter().flatten().all(|v| v.is_finite())
+        let sound = denominator.len() == filter.denominator.len()
             && denominator.iter().all(|v| v.is_finite() && *v >= 0.0);
-        if !fits || !sound {
-            return Err("the filter over rotation is damaged");
-        }
-        filter.numerator = numerator.into_iter().map(|[re, im]| Complex32::new(re, im)).collect();
+        let numerator = numerator.restore(filter.numerator.len()).filter(|_| sound);
+        filter.numerator = numerator.ok_or("the filter over rotation is damaged")?;
         filter.denominator = denominator;
         Ok(filter)
     }
@@ -142,8 +138,7 @@ impl RotationFilter {
             let scale = 1.0 / (b + LAMBDA);
             filter.iter_mut().zip(numerator).for_each(|(f, a)| *f = a * scale);
         }
-        response.fill(&self.fourier, filter, sample);
-        let peak = response.peak(&self.fourier);
+        let peak = Response::new(&self.fourier, filter, sample, response).peak();
         Turn { rotation: peak.shift[1] * TAU / CELLS as f64, response: peak.value }
     }
 

@@ -6,7 +6,7 @@
 //! the true scale says by its peak how much larger or smaller the target has become.
 
 use super::fhog::{self, CELL, FhogScratch, fhog};
-use super::fourier::Complex32;
+use super::fourier::{Complex32, SavedSpectrum};
 use super::lanes::{LANES, Octet, Vector, inner, learn};
 use crate::numeric::instructions::Instructions;
 use crate::vision::crop::{CropScratch, Planes, Region};
@@ -21,9 +21,9 @@ use std::sync::Arc;
 /// Regularisation of the filter, relative to the energy of the features.
 const LAMBDA: f32 = 0.01;
 
-/// The numbers of a scale filter.
+/// The parameters of a scale filter.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ScaleRules {
+pub struct ScaleFilterParams {
     /// Number of scales, odd.
     pub scales: usize,
     /// Ratio of neighbouring scales.
@@ -39,7 +39,7 @@ pub struct ScaleRules {
 /// A filter along scale.
 #[derive(Clone)]
 pub struct ScaleFilter {
-    rules: ScaleRules,
+    params: ScaleFilterParams,
     /// Width and height of the resampled crops.
     model: [usize; 2],
     fft: Arc<dyn Fft<f32>>,
@@ -55,16 +55,16 @@ pub struct ScaleFilter {
     denominator: Vec<f32>,
 }
 
-/// What a scale filter has learnt. Spectra are pairs of real and imaginary parts.
+/// What a scale filter has learnt.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SavedScale {
-    numerator: Vec<[f32; 2]>,
+    numerator: SavedSpectrum,
     denominator: Vec<f32>,
 }
 
 impl fmt::Debug for ScaleFilter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "ScaleFilter({:?}, {:?})", self.rules, self.model)
+        write!(f, "ScaleFilter({:?}, {:?})", self.params, self.model)
     }
 }
 
@@ -91,63 +91,60 @@ impl ScaleFilter {
         frame: &Frame<'_>,
         channels: usize,
         region: Region,
-        rules: ScaleRules,
+        params: ScaleFilterParams,
         scratch: &mut ScaleScratch,
     ) -> Self {
-        let mut filter = Self::untaught(region.size, rules);
+        let mut filter = Self::untaught(region.size, params);
         filter.learn(frame, channels, region, 1.0, scratch);
         filter
     }
 
-    fn untaught(base: [f64; 2], rules: ScaleRules) -> Self {
-        let shrink = (rules.area / (base[0] * base[1])).sqrt().min(1.0);
+    fn untaught(base: [f64; 2], params: ScaleFilterParams) -> Self {
+        let shrink = (params.area / (base[0] * base[1])).sqrt().min(1.0);
         // Whole cells, and at least two of them for their blocks.
         let cells =
             |side: f64| ((side * shrink / CELL as f64).round() as usize).clamp(2, 64) * CELL;
         let model = [cells(base[0]), cells(base[1])];
-        let fft = FftPlanner::new().plan_fft_forward(rules.scales);
-        let mut label: Vec<Complex32> = (0..rules.scales)
-            .map(|k| exponent(k, rules.scales) / rules.sigma)
+        let fft = FftPlanner::new().plan_fft_forward(params.scales);
+        let mut label: Vec<Complex32> = (0..params.scales)
+            .map(|k| exponent(k, params.scales) / params.sigma)
             .map(|t| Complex32::new((-0.5 * t * t).exp() as f32, 0.0))
             .collect();
         fft.process(&mut label);
-        let bins = rules.scales / 2 + 1;
+        let bins = params.scales / 2 + 1;
         let label = label[..bins].iter().map(Complex32::conj).collect();
-        let turns = |k: f64| k / rules.scales as f64 * TAU;
-        let window = (0..rules.scales).map(|k| 0.5 - 0.5 * turns(k as f64 + 0.5).cos() as f32);
+        let turns = |k: f64| k / params.scales as f64 * TAU;
+        let window = (0..params.scales).map(|k| 0.5 - 0.5 * turns(k as f64 + 0.5).cos() as f32);
         let turned = (0..bins).flat_map(|bin| (0..bins).map(move |k| turns((bin * k) as f64)));
         let cosines = turned.clone().map(|angle| angle.cos() as f32).collect();
         let sines = turned.map(|angle| -angle.sin() as f32).collect();
         let (window, numerator, denominator) = (window.collect(), Vec::new(), Vec::new());
-        Self { rules, model, fft, label, window, cosines, sines, numerator, denominator }
+        Self { params, model, fft, label, window, cosines, sines, numerator, denominator }
     }
 
     /// What it has learnt.
     pub fn saved(&self) -> SavedScale {
-        let numerator = self.numerator.iter().map(|v| [v.re, v.im]).collect();
+        let numerator = SavedSpectrum::of(&self.numerator);
         SavedScale { numerator, denominator: self.denominator.clone() }
     }
 
     /// The filter that has learnt this, for a target of this width and height at scale 1.
     ///
     /// # Errors
-    /// What does not fit the rules.
+    /// What does not fit the parameters.
     pub fn restore(
         saved: SavedScale,
         base: [f64; 2],
-        rules: ScaleRules,
+        params: ScaleFilterParams,
     ) -> Result<Self, &'static str> {
-        let mut filter = Self::untaught(base, rules);
+        let mut filter = Self::untaught(base, params);
         let SavedScale { numerator, denominator } = saved;
         let bins = filter.label.len();
-        if numerator.len() != filter.features() * bins || denominator.len() != bins {
-            return Err("the scale filter does not fit the configuration");
-        }
         let positive = |v: &f32| v.is_finite() && *v >= 0.0;
-        if !numerator.iter().flatten().all(|v| v.is_finite()) || !denominator.iter().all(positive) {
-            return Err("the scale filter is damaged");
-        }
-        filter.numerator = numerator.into_iter().map(|[re, im]| Complex32::new(re, im)).collect();
+        let sound = denominator.len() == bins && denominator.iter().all(positive);
+        let numerator = numerator.restore(filter.features() * bins).filter(|_| sound);
+        filter.numerator =
+            numerator.ok_or("the scale filter is damaged, or does not fit the configuration")?;
         filter.denominator = denominator;
         Ok(filter)
     }
@@ -167,7 +164,7 @@ impl ScaleFilter {
         scratch: &mut ScaleScratch,
     ) -> f64 {
         self.signals(frame, channels, region, scratch);
-        let scales = self.rules.scales;
+        let scales = self.params.scales;
         Instructions::default().dispatch(Respond { filter: self, scratch });
         let ScaleScratch { work, response, .. } = scratch;
         // The inverse transform of v is the conjugate of the transform of its conjugate.
@@ -182,7 +179,7 @@ impl ScaleFilter {
                 offset = f64::from(0.5 * (before - after) / curvature).clamp(-0.5, 0.5);
             }
         }
-        self.rules.step.powf(exponent(best, scales) + offset)
+        self.params.step.powf(exponent(best, scales) + offset)
     }
 
     /// Learns the target in this region with the filter's rate.
@@ -193,7 +190,7 @@ impl ScaleFilter {
         region: Region,
         scratch: &mut ScaleScratch,
     ) {
-        self.learn(frame, channels, region, self.rules.rate as f32, scratch);
+        self.learn(frame, channels, region, self.params.rate as f32, scratch);
     }
 
     fn learn(
@@ -220,10 +217,10 @@ impl ScaleFilter {
         scratch: &mut ScaleScratch,
     ) {
         let ScaleScratch { crop, patch, fhog: fhog_scratch, features, .. } = scratch;
-        let (scales, length) = (self.rules.scales, self.features());
+        let (scales, length) = (self.params.scales, self.features());
         features.resize(length * scales, 0.0);
         for (k, features) in features.chunks_exact_mut(length).enumerate() {
-            let factor = self.rules.step.powf(exponent(k, scales));
+            let factor = self.params.step.powf(exponent(k, scales));
             let part = region.scaled(factor).crop(self.model);
             part.cut(frame, channels, crop, patch);
             // No crop reaches the last values.
@@ -289,9 +286,9 @@ impl WithSimd for Respond<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let ScaleFilter { rules, label, numerator, denominator, fft, .. } = self.filter;
+        let ScaleFilter { params, label, numerator, denominator, fft, .. } = self.filter;
         let ScaleScratch { signals, work, response, .. } = self.scratch;
-        let (scales, length) = (rules.scales, signals.len() / label.len());
+        let (scales, length) = (params.scales, signals.len() / label.len());
         work.resize(fft.get_inplace_scratch_len(), Complex32::ZERO);
         response.resize(scales, Complex32::ZERO);
         let bins = numerator.chunks_exact(length).zip(signals.chunks_exact(length));
@@ -314,14 +311,14 @@ mod tests {
     use super::*;
     use crate::correlation::fourier::Complex32;
 
-    const RULES: ScaleRules =
-        ScaleRules { scales: 33, step: 1.02, sigma: 1.4, rate: 0.025, area: 512.0 };
+    const PARAMS: ScaleFilterParams =
+        ScaleFilterParams { scales: 33, step: 1.02, sigma: 1.4, rate: 0.025, area: 512.0 };
 
     #[test]
     fn signals_have_the_spectra_of_their_definition() {
         for scales in [3, 17, 33] {
-            let rules = ScaleRules { scales, ..RULES };
-            let filter = ScaleFilter::untaught([10.0, 10.0], rules);
+            let params = ScaleFilterParams { scales, ..PARAMS };
+            let filter = ScaleFilter::untaught([10.0, 10.0], params);
             let (length, mut scratch) = (2 * LANES, ScaleScratch::default());
             let noise = |k: usize| ((k * 7919 + k * k * 31) % 1009) as f32 / 1009.0;
             scratch.features = (0..scales * length).map(noise).collect();
@@ -355,7 +352,7 @@ mod tests {
         let (first, mut scratch) = (render(1.0), ScaleScratch::default());
         let frame = Frame::grey8(&first, 120, 120).unwrap();
         let region = Region { centre: [60.0; 2], size: [40.0, 32.0], rotation: 0.0 };
-        let filter = ScaleFilter::begin(&frame, 1, region, RULES, &mut scratch);
+        let filter = ScaleFilter::begin(&frame, 1, region, PARAMS, &mut scratch);
         for grown in [0.9, 1.0, 1.04, 1.15] {
             let pixels = render(grown);
             let frame = Frame::grey8(&pixels, 120, 120).unwrap();

@@ -1,9 +1,14 @@
-//! The method `robust`. One follows, one knows, one sees: the mean of correlation filters that learn on every
-//! frame follows the target, with a map of its colours; the mean of these filters over frames that were sure
-//! knows it, says how sure a place is, and finds the target again; the paper's patch model sees which parts
-//! are visible.
+//! The method `robust`. Three models: tracking filters, long-term memory, patch visibility. Filters that learn
+//! on every frame, with a map of the target's colours, locate the target. Their mean over sure frames is the
+//! memory: it says how sure a place is, and finds the target again after a loss. The paper's patch model says
+//! which parts are visible.
 
-mod follow;
+mod choose;
+mod colours;
+mod estimate;
+mod follower;
+mod locate;
+mod memory;
 mod place;
 mod saved;
 mod search;
@@ -12,64 +17,45 @@ mod status;
 mod turn;
 pub(crate) mod view;
 mod visible;
+mod window;
 
 use crate::config::TrackerConfig;
-use crate::correlation::features::FeatureScratch;
-use crate::correlation::filter::FilterScratch;
-use crate::correlation::fourier::Complex32;
-use crate::correlation::histogram::{Histograms, MapScratch, Rates};
-use crate::correlation::response::Response;
-use crate::correlation::rotation::RotationScratch;
-use crate::correlation::scale::{ScaleFilter, ScaleScratch};
 use crate::estimate::Estimate;
-use crate::patch_model::visibility::Visibility;
-use crate::vision::crop::{CropScratch, Planes};
+use crate::patch_model::memory::LearningScratch;
 use crate::vision::frame::Frame;
 use crate::vision::geometry::BoundingBox;
-use follow::Follower;
-use place::{Place, Window};
+use locate::{Locator, LocatorScratch, Setting};
+use memory::Memory;
+use place::Place;
 pub(crate) use saved::Saved;
-use status::{Evidence, Phase};
-use turn::Rotation;
+use search::{SearchParams, Searcher};
+use status::{Belief, Evidence, Phase, StatusParams};
 use view::RobustView;
-use visible::{Visible, VisibleScratch};
+use visible::{Seen, SeenBuffers, Visible};
+use window::{SampleBuffers, Window};
 
 /// A target of the method `robust`.
 #[derive(Debug)]
 pub(crate) struct Target {
     place: Place,
     window: Window,
-    follower: Follower,
-    colours: Histograms,
-    size: ScaleFilter,
-    rotation: Rotation,
+    locator: Locator,
+    memory: Memory,
     visible: Visible,
-    phase: Phase,
-    /// The running mean of how sure the memory was on recent frames on which the place was known.
-    recent: f64,
-    /// The mean visible share on sure frames.
-    seen: f64,
-    /// The mean contrast of colours on sure frames.
-    contrast: f64,
+    belief: Belief,
     /// Frames since the first.
     frames: u64,
+    search: SearchParams,
+    status: StatusParams,
 }
 
 /// Buffers that live from frame to frame. Their content does not, so that all targets of a thread share them.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
-    crop: CropScratch,
-    patch: Planes,
-    features: FeatureScratch,
-    /// The spectra of the sample at hand.
-    sample: Vec<Complex32>,
-    filter: FilterScratch,
-    follower: Response,
-    memory: Response,
-    map: MapScratch,
-    scale: ScaleScratch,
-    rotation: RotationScratch,
-    visible: VisibleScratch,
+    sample: SampleBuffers,
+    locator: LocatorScratch,
+    seen: SeenBuffers,
+    learning: LearningScratch,
 }
 
 impl Target {
@@ -80,37 +66,23 @@ impl Target {
         config: &TrackerConfig,
         scratch: &mut Scratch,
     ) -> (Self, Estimate) {
-        let rules = &config.robust;
-        let place = Place { centre: bbox.centre(), scale: 1.0, rotation: 0.0 };
-        let window = Window::begin(frame, bbox, rules, scratch);
-        let follower = Follower::begin(frame, &window, place, rules, scratch);
-        let colours = Histograms::begin(&scratch.patch, window.pixels(), &mut scratch.map);
-        let (region, channels) = (place.region(window.base()), window.planes());
-        let size =
-            ScaleFilter::begin(frame, channels, region, size::rules(rules), &mut scratch.scale);
-        let rotation = Rotation::begin(frame, region, &mut scratch.rotation);
-        let visible = Visible::begin(frame, region, config);
-        let phase = Phase::Following { doubtful: 0 };
-        let mut target = Self {
-            place,
-            window,
-            follower,
-            colours,
-            size,
-            rotation,
-            visible,
-            phase,
-            recent: 1.0,
-            seen: 0.0,
-            contrast: 0.0,
-            frames: 0,
-        };
+        let Scratch { sample, locator: buffers, seen, .. } = scratch;
+        let (place, robust) = (Place::first(bbox), &config.robust);
+        let window = Window::begin(frame, bbox, robust, sample);
+        let sample = window.sample(frame, place, sample);
+        let locator = Locator::begin(frame, &sample, robust, buffers);
+        let memory = Memory::begin(&sample, locator.filter(), robust, &mut buffers.memory);
+        let visible = Visible::begin(frame, sample.region(), config);
         let mut estimate = Estimate::empty();
-        target.look(frame, scratch, &mut estimate);
-        target.seen = estimate.visibility.as_ref().map_or(0.0, Visibility::share);
-        target.contrast = target.colours.contrast().into();
-        let evidence = Evidence { visible: target.seen, ..target.ask_memory(frame, scratch) };
-        target.finish_estimate(&evidence, rules, &mut estimate);
+        let visibility = estimate.visibility.get_or_insert_default();
+        let seen = visible.look(frame, sample.region(), seen, visibility);
+        let known = memory.recognise(&sample, &mut buffers.memory);
+        let evidence = Evidence::new(known, seen.share(), locator.contrast());
+        let (belief, status) = (Belief::first(&evidence), StatusParams::new(robust));
+        estimate::fill(place, window.base(), belief.verdict(&evidence, &status), &mut estimate);
+        let (frames, search) = (0, SearchParams::new(robust));
+        let target =
+            Self { place, window, locator, memory, visible, belief, frames, search, status };
         (target, estimate)
     }
 
@@ -118,82 +90,60 @@ impl Target {
     pub fn step(
         &mut self,
         frame: &Frame<'_>,
-        config: &TrackerConfig,
         scratch: &mut Scratch,
         show: Option<&mut dyn FnMut(RobustView<'_>)>,
         estimate: &mut Estimate,
     ) {
-        let rules = &config.robust;
         self.frames += 1;
-        let lost = matches!(self.phase, Phase::Lost { .. });
-        let evidence = if lost && !self.search(frame, rules, scratch) {
-            self.ask_memory(frame, scratch)
-        } else {
-            self.track(frame, config, scratch, estimate)
-        };
-        self.finish_estimate(&evidence, rules, estimate);
+        // The place: located from the last one or, after a loss, from where the memory finds the target.
+        let is_located = !self.belief.is_lost() || self.find_again(frame, scratch);
+        let Scratch { sample, locator: buffers, seen, learning } = scratch;
+        if is_located {
+            let setting = Setting { frame, window: &self.window, memory: &self.memory };
+            self.place = self.locator.locate(setting, self.place, sample, buffers);
+        }
+        // The evidence: what memory, patch model and colours say of it.
+        let sample = self.window.sample(frame, self.place, sample);
+        let known = self.memory.recognise(&sample, &mut buffers.memory);
+        let seen = is_located.then(|| {
+            let visibility = estimate.visibility.get_or_insert_default();
+            self.visible.look(frame, sample.region(), seen, visibility)
+        });
+        let visible = seen.map_or(0.0, Seen::share);
+        let evidence = Evidence::new(known, visible, self.locator.contrast());
+        // The decision: phase, status, score, and what learns.
+        let decision = self.belief.advance(&evidence, self.frames, &self.status);
+        self.belief = decision.belief;
+        if let Some(lessons) = decision.lessons {
+            self.locator.learn(frame, &sample, lessons.size, buffers);
+            if lessons.sure
+                && let Some(seen) = seen
+            {
+                self.memory.learn(self.locator.filter(), evidence.certainty);
+                self.visible.learn(seen, self.memory.sure(), learning);
+            }
+        }
+        self.place = decision.back.unwrap_or(self.place);
+        estimate::fill(self.place, self.window.base(), decision.verdict, estimate);
         if let Some(show) = show {
             show(self.view(frame, &evidence, scratch));
         }
     }
 
-    /// Follows the target from the place at hand, and returns what is known of where that leads.
-    fn track(
-        &mut self,
-        frame: &Frame<'_>,
-        config: &TrackerConfig,
-        scratch: &mut Scratch,
-        estimate: &mut Estimate,
-    ) -> Evidence {
-        let rules = &config.robust;
-        // Where the follower responds, unless the memory knows better; then rotation and size.
-        let peak = self.follow(frame, rules, scratch);
-        self.check_turn(frame, peak, rules, scratch);
-        self.measure(frame, scratch);
-        self.place.keep_within(frame, self.window.base());
-        // How sure that is, and which parts are visible.
-        let known = self.ask_memory(frame, scratch);
-        self.look(frame, scratch, estimate);
-        let visible = estimate.visibility.as_ref().map_or(0.0, Visibility::share);
-        let evidence = Evidence { visible, ..known };
-        self.advance(&evidence, rules);
-        if !matches!(self.phase, Phase::Lost { .. }) {
-            self.learn(frame, &evidence, config, scratch, estimate);
+    /// Searches for the target while it is lost, and goes on trial where it is found. Says whether it is.
+    fn find_again(&mut self, frame: &Frame<'_>, scratch: &mut Scratch) -> bool {
+        let Phase::Lost { next } = self.belief.phase else { return false };
+        let setting = Setting { frame, window: &self.window, memory: &self.memory };
+        let Scratch { sample, locator: LocatorScratch { memory: response, .. }, .. } = scratch;
+        let mut searcher = Searcher { setting, sample, response };
+        let found = searcher.search(self.place, next, &self.search);
+        if let Some(place) = found {
+            self.locator.restart(&self.memory);
+            self.belief.begin_trial(self.place, &self.status);
+            self.place = place;
+        } else {
+            self.belief.search_on(self.search.windows - 1);
         }
-        evidence
-    }
-
-    /// Follower, colours and rotation always learn, size if the score is not low, the memory and the patch
-    /// model only what is sure.
-    fn learn(
-        &mut self,
-        frame: &Frame<'_>,
-        evidence: &Evidence,
-        config: &TrackerConfig,
-        scratch: &mut Scratch,
-        estimate: &Estimate,
-    ) {
-        let (rules, certainty) = (&config.robust, evidence.certainty);
-        let first = self.frames <= rules.first_frames as u64;
-        let known = self.is_sure(evidence, rules) || first && !self.is_covered(evidence, rules);
-        let sure = known && matches!(self.phase, Phase::Following { .. });
-        self.follower.learn(&self.window, certainty, sure, rules, scratch);
-        let rates = Rates { target: rules.colour_rate as f32, around: rules.around_rate as f32 };
-        self.colours.learn(&scratch.patch, self.window.pixels(), rates, &mut scratch.map);
-        let region = self.place.region(self.window.base());
-        if evidence.score(rules) >= rules.scale_least {
-            self.size.update(frame, self.window.planes(), region, &mut scratch.scale);
-        }
-        self.rotation.learn(frame, region, rules, &mut scratch.rotation);
-        if sure && let Some(visibility) = &estimate.visibility {
-            self.visible.learn(self.follower.sure, visibility, config, &mut scratch.visible);
-        }
-    }
-
-    /// Which parts are visible in the box at hand.
-    fn look(&self, frame: &Frame<'_>, scratch: &mut Scratch, estimate: &mut Estimate) {
-        let region = self.place.region(self.window.base());
-        let visibility = estimate.visibility.get_or_insert_default();
-        self.visible.look(frame, region, &mut scratch.visible, visibility);
+        found.is_some()
     }
 }

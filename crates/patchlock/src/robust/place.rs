@@ -1,31 +1,31 @@
-//! Where the target is, and the window around it that filters see.
+//! Where the target is.
 
-use super::Scratch;
-use crate::config::RobustConfig;
-use crate::correlation::features::Features;
-use crate::correlation::fhog::CELL;
-use crate::correlation::fourier::smooth_side;
-use crate::vision::crop::{Crop, Region};
-use crate::vision::frame::Frame;
+use crate::vision::crop::Region;
+use crate::vision::frame::FrameSize;
 use crate::vision::geometry::{BoundingBox, Point};
 use serde::{Deserialize, Serialize};
 
 /// The smallest side of a target to which its scale may shrink, in pixels.
 const LEAST_SIDE: f64 = 5.0;
 
-/// Where the target is.
+/// Where the target is: position, size and rotation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Place {
     /// The centre in the frame.
     pub centre: Point,
     /// The target's size, relative to the first frame.
     pub scale: f64,
-    /// By how much the target has turned since the first frame, in radians: from x towards y, so clockwise as
-    /// seen.
+    /// By how much the target has turned since the first frame, in radians: from x towards y, clockwise on
+    /// screen.
     pub rotation: f64,
 }
 
 impl Place {
+    /// The place in the first frame.
+    pub fn first(bbox: BoundingBox) -> Self {
+        Self { centre: bbox.centre(), scale: 1.0, rotation: 0.0 }
+    }
+
     /// Width and height of a target with this size in the first frame.
     pub fn size(self, base: [f64; 2]) -> [f64; 2] {
         base.map(|side| side * self.scale)
@@ -36,116 +36,81 @@ impl Place {
         Region { centre: self.centre, size: self.size(base), rotation: self.rotation }
     }
 
-    /// Moves the centre by this many frame pixels along the target's own axes.
-    pub fn shift(&mut self, [dx, dy]: [f64; 2]) {
+    /// The place with its centre moved by this many frame pixels along the target's own axes.
+    pub fn shifted(mut self, [dx, dy]: [f64; 2]) -> Self {
         let (sin, cos) = self.rotation.sin_cos();
         self.centre[0] += cos * dx - sin * dy;
         self.centre[1] += sin * dx + cos * dy;
+        self
     }
 
-    /// Moves the centre into the frame and limits the size to what the frame can show.
-    pub fn keep_within(&mut self, frame: &Frame<'_>, base: [f64; 2]) {
-        let size = [frame.width() as f64, frame.height() as f64];
+    /// The place with its centre moved into the frame, and its size limited to what the frame can show.
+    pub fn kept_within(mut self, frame: FrameSize, base: [f64; 2]) -> Self {
+        let size = [frame.width as f64, frame.height as f64];
         for (centre, side) in self.centre.iter_mut().zip(size) {
             *centre = centre.clamp(0.0, side - 1.0);
         }
         let least = (LEAST_SIDE / base[0].min(base[1])).min(1.0);
         let most = (size[0] / base[0]).min(size[1] / base[1]).max(1.0);
         self.scale = self.scale.clamp(least, most);
+        self
+    }
+
+    /// Whether all numbers are finite, and the scale positive.
+    pub fn is_sound(self) -> bool {
+        let Self { centre: [x, y], scale, rotation } = self;
+        [x, y, scale, rotation].iter().all(|v| v.is_finite()) && scale > 0.0
     }
 }
 
-/// The square window around the target: its features, and its size in the frame.
-#[derive(Debug)]
-pub(crate) struct Window {
-    base: [f64; 2],
-    /// Frame pixels per pixel of the patch, at scale 1.
-    pixel: f64,
-    /// Whether patches have three planes, not one of grey.
-    colour: bool,
-    features: Features,
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::FRAC_PI_2;
 
-impl Window {
-    /// The window for a target in this box. Patches are in colour if there is colour in it.
-    pub fn begin(
-        frame: &Frame<'_>,
-        bbox: BoundingBox,
-        config: &RobustConfig,
-        scratch: &mut Scratch,
-    ) -> Self {
-        let base = [bbox.w, bbox.h];
-        let side = config.search * (bbox.w * bbox.h).sqrt();
-        let patch = side.clamp(config.min_patch, config.max_patch.max(config.min_patch));
-        let n = smooth_side(patch / CELL as f64);
-        let pixel = side / (n * CELL) as f64;
-        let size = [n * CELL; 2];
-        let crop = Crop { centre: bbox.centre(), scale: [pixel; 2], size, rotation: 0.0 };
-        let mut colour = frame.has_colour();
-        if colour {
-            crop.cut(frame, 3, &mut scratch.crop, &mut scratch.patch);
-            let [red, green, blue] = [0, 1, 2].map(|plane| scratch.patch.plane(plane));
-            colour = red != green || green != blue;
+    const FRAME: FrameSize = FrameSize { width: 100, height: 60 };
+    const PLACE: Place = Place { centre: [30.0, 20.0], scale: 1.0, rotation: 0.0 };
+
+    #[test]
+    fn a_shift_is_along_the_targets_own_axes() {
+        assert_eq!(PLACE.shifted([3.0, -2.0]).centre, [33.0, 18.0]);
+        let turned = Place { rotation: FRAC_PI_2, ..PLACE }.shifted([3.0, -2.0]);
+        // The target's x axis points down, and its y axis to the left.
+        let [x, y] = [turned.centre[0] - 32.0, turned.centre[1] - 23.0];
+        assert!(x.abs() < 1e-12 && y.abs() < 1e-12, "{turned:?}");
+        assert_eq!((turned.scale, turned.rotation), (1.0, FRAC_PI_2));
+    }
+
+    #[test]
+    fn a_place_within_the_frame_stays() {
+        assert_eq!(PLACE.kept_within(FRAME, [20.0, 10.0]), PLACE);
+    }
+
+    #[test]
+    fn the_centre_is_kept_on_the_pixels_of_the_frame() {
+        for (centre, kept) in
+            [([-3.0, 80.0], [0.0, 59.0]), ([99.5, -0.1], [99.0, 0.0]), ([1e9, 5.0], [99.0, 5.0])]
+        {
+            assert_eq!(Place { centre, ..PLACE }.kept_within(FRAME, [20.0, 10.0]).centre, kept);
         }
-        Self::new(base, pixel, colour, n)
     }
 
-    /// A window with `n` cells on a side.
-    pub fn new(base: [f64; 2], pixel: f64, colour: bool, n: usize) -> Self {
-        Self { base, pixel, colour, features: Features::new(n) }
+    #[test]
+    fn the_scale_is_limited() {
+        let scale = |scale, base| Place { scale, ..PLACE }.kept_within(FRAME, base).scale;
+        // The shorter side has at least 5 pixels, and no side is longer than the frame's.
+        assert_eq!(scale(0.1, [20.0, 10.0]), 0.5);
+        assert_eq!(scale(9.0, [20.0, 10.0]), 5.0);
+        assert_eq!(scale(9.0, [10.0, 20.0]), 3.0);
+        // A target that begins smaller or larger than that may keep its size.
+        assert_eq!(scale(0.1, [4.0, 10.0]), 1.0);
+        assert_eq!(scale(9.0, [200.0, 10.0]), 1.0);
     }
 
-    /// Width and height of the target in the first frame.
-    pub fn base(&self) -> [f64; 2] {
-        self.base
-    }
-
-    /// Frame pixels per pixel of the patch, at scale 1.
-    pub fn pixel(&self) -> f64 {
-        self.pixel
-    }
-
-    /// Frame pixels per cell for a target of this scale.
-    pub fn cell(&self, scale: f64) -> f64 {
-        self.pixel * scale * CELL as f64
-    }
-
-    /// Side of the window in the frame for a target of this scale.
-    pub fn side(&self, scale: f64) -> f64 {
-        self.cell(scale) * self.features.fourier().side() as f64
-    }
-
-    /// Width and height of the target in cells.
-    pub fn cells(&self) -> [f64; 2] {
-        self.base.map(|side| side / self.cell(1.0))
-    }
-
-    pub fn features(&self) -> &Features {
-        &self.features
-    }
-
-    /// Whether patches are in colour.
-    pub fn colour(&self) -> bool {
-        self.colour
-    }
-
-    /// Width and height of the target in pixels of the patch.
-    pub fn pixels(&self) -> [f64; 2] {
-        self.cells().map(|cells| cells * CELL as f64)
-    }
-
-    /// Number of planes of a patch.
-    pub fn planes(&self) -> usize {
-        if self.colour { 3 } else { 1 }
-    }
-
-    /// Fills `scratch.sample` with the spectra of the window around a place.
-    pub fn sample(&self, frame: &Frame<'_>, place: Place, scratch: &mut Scratch) {
-        let Scratch { crop, patch, features, sample, .. } = scratch;
-        let scale = [self.pixel * place.scale; 2];
-        let (Place { centre, rotation, .. }, size) = (place, [self.features.side(); 2]);
-        let part = Crop { centre, scale, size, rotation };
-        part.cut(frame, self.planes(), crop, patch);
-        self.features.spectra(patch, features, sample);
+    #[test]
+    fn a_region_has_the_targets_size() {
+        let place = Place { scale: 1.5, rotation: 0.3, ..PLACE };
+        let region = place.region([20.0, 10.0]);
+        assert_eq!(region, Region { centre: PLACE.centre, size: [30.0, 15.0], rotation: 0.3 });
     }
 }

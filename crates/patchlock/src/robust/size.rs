@@ -1,25 +1,70 @@
 //! The target's size, which a filter along scale measures.
 
-use super::{Scratch, Target};
+use super::place::Place;
+use super::window::Window;
 use crate::config::RobustConfig;
-use crate::correlation::scale::ScaleRules;
+use crate::correlation::scale::{SavedScale, ScaleFilter, ScaleFilterParams, ScaleScratch};
+use crate::vision::crop::Region;
 use crate::vision::frame::Frame;
 
-/// The rules of the scale filter.
-pub(super) fn rules(config: &RobustConfig) -> ScaleRules {
-    ScaleRules {
+/// What is known about the target's size.
+#[derive(Debug)]
+pub(crate) struct Size {
+    filter: ScaleFilter,
+    base: [f64; 2],
+    planes: usize,
+}
+
+impl Size {
+    /// A filter that has learnt the target in this region.
+    pub fn begin(
+        frame: &Frame<'_>,
+        region: Region,
+        window: &Window,
+        config: &RobustConfig,
+        scratch: &mut ScaleScratch,
+    ) -> Self {
+        let (base, planes) = (window.base(), window.planes());
+        let filter = ScaleFilter::begin(frame, planes, region, params(config), scratch);
+        Self { filter, base, planes }
+    }
+
+    /// As a snapshot holds it.
+    pub fn saved(&self) -> SavedScale {
+        self.filter.saved()
+    }
+
+    /// From a snapshot.
+    ///
+    /// # Errors
+    /// What does not fit the configuration.
+    pub fn restore(
+        saved: SavedScale,
+        window: &Window,
+        config: &RobustConfig,
+    ) -> Result<Self, &'static str> {
+        let (base, planes) = (window.base(), window.planes());
+        Ok(Self { filter: ScaleFilter::restore(saved, base, params(config))?, base, planes })
+    }
+
+    /// The place with the size that is measured there.
+    pub fn measured(&self, frame: &Frame<'_>, place: Place, scratch: &mut ScaleScratch) -> Place {
+        let factor = self.filter.find(frame, self.planes, place.region(self.base), scratch);
+        Place { scale: place.scale * factor, ..place }
+    }
+
+    /// Learns the target in this region.
+    pub fn learn(&mut self, frame: &Frame<'_>, region: Region, scratch: &mut ScaleScratch) {
+        self.filter.update(frame, self.planes, region, scratch);
+    }
+}
+
+fn params(config: &RobustConfig) -> ScaleFilterParams {
+    ScaleFilterParams {
         scales: config.scale_count,
         step: config.scale_step,
         sigma: config.scale_label_width * (config.scale_count as f64).sqrt(),
         rate: config.scale_rate,
         area: config.scale_area,
-    }
-}
-
-impl Target {
-    /// Takes over what the scale filter measures.
-    pub fn measure(&mut self, frame: &Frame<'_>, scratch: &mut Scratch) {
-        let (region, channels) = (self.place.region(self.window.base()), self.window.planes());
-        self.place.scale *= self.size.find(frame, channels, region, &mut scratch.scale);
     }
 }

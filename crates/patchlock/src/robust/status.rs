@@ -1,43 +1,42 @@
-//! From what memory and patch model say of a place to a phase, a status and a score.
+//! The state machine: turns evidence into phase, status, score and lessons. It sees no frame.
 
+use super::memory::Recognition;
 use super::place::Place;
-use super::{Scratch, Target};
 use crate::config::RobustConfig;
-use crate::estimate::{Estimate, Status};
-use crate::vision::frame::Frame;
-use crate::vision::geometry::BoundingBox;
+use crate::estimate::Status;
 use serde::{Deserialize, Serialize};
 
-/// Rate of the running mean of how sure the memory was.
+/// Rate of the running means.
 const RECENT_RATE: f64 = 0.05;
-
-/// Upper limit of the response elsewhere, relative to that at the place.
-const MOST_ELSEWHERE: f64 = 2.0;
 
 /// The score of a box that is as likely to be on the target as not: the least of a tracked target, and the
 /// most of a lost one.
 const EVEN_SCORE: f64 = 0.5;
 
-/// What memory and patch model say of a place.
-#[derive(Debug, Clone, Copy)]
+/// More windows than any search has; counting on from here never overflows.
+const MAX_WINDOWS: u64 = 1 << 53;
+
+/// Everything that the models say of a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Evidence {
     /// How sure the memory is: its response, relative to its mean over sure frames.
     pub certainty: f64,
     /// The memory's strongest response outside half the target's size around the place, relative to that at
     /// the place, from 0 to 2.
     pub elsewhere: f64,
-    /// The visible share of the target; 0 where that is not known.
+    /// The visible share of the target, from 0 to 1; 0 where that is unknown.
     pub visible: f64,
+    /// How well colour tells the target from what is around it: from -1, through 0, not at all, to 1.
+    pub contrast: f64,
 }
 
 impl Evidence {
-    /// The probability that the box overlaps the target by at least half: a logistic function, fitted by
-    /// `benchmarks/calibrate.py`.
-    pub fn score(&self, config: &RobustConfig) -> f64 {
-        let sum = config.score_bias
-            + config.score_visible * self.visible
-            + config.score_elsewhere * self.elsewhere;
-        1.0 / (1.0 + (-sum).exp())
+    pub fn new(
+        Recognition { certainty, elsewhere }: Recognition,
+        visible: f64,
+        contrast: f64,
+    ) -> Self {
+        Self { certainty, elsewhere, visible, contrast }
     }
 }
 
@@ -45,107 +44,573 @@ impl Evidence {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(crate) enum Phase {
-    /// It follows the target; for this many frames on end the memory has not known the place.
+    /// It follows the target; on this many consecutive frames the memory has not known the place.
     Following { doubtful: u32 },
     /// It has lost the target and searches; `next` is the number of the next window of the search.
     Lost { next: u64 },
-    /// It follows what it found while lost, for this many more frames until that is believed; otherwise it
-    /// goes back.
+    /// It follows what it found while lost. After this many more frames that is trusted; if the memory does
+    /// not know the place before, the tracker goes back.
     Trial { left: u32, back: Place },
 }
 
-impl Target {
-    /// What the memory says of the place at hand, of which nothing is known to be visible.
-    pub fn ask_memory(&self, frame: &Frame<'_>, scratch: &mut Scratch) -> Evidence {
-        let Self { window, follower, .. } = self;
-        window.sample(frame, self.place, scratch);
-        let certainty = follower.certainty(window, scratch);
-        let here = certainty * follower.mean;
-        let away =
-            scratch.memory.beyond(window.features().fourier(), window.cells().map(|s| s / 2.0));
-        let elsewhere = if away <= 0.0 { 0.0 } else { MOST_ELSEWHERE.min(away / here.max(0.0)) };
-        Evidence { certainty, elsewhere, visible: 0.0 }
+/// What is believed of the target from frame to frame.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Belief {
+    pub phase: Phase,
+    /// The running mean of how sure the memory was on recent frames on which the place was known.
+    recent: f64,
+    /// The mean visible share on sure frames.
+    seen: f64,
+    /// The mean contrast of colours on sure frames.
+    contrast: f64,
+}
+
+/// What follows from the evidence of a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Decision {
+    /// What is believed now.
+    pub belief: Belief,
+    pub verdict: Verdict,
+    /// What learns, unless the target is lost.
+    pub lessons: Option<Lessons>,
+    /// The place to go back to, if a trial failed.
+    pub back: Option<Place>,
+}
+
+/// What is said of a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Verdict {
+    pub status: Status,
+    /// The probability that the box overlaps the target by at least half; at most 0.5 while it is lost.
+    pub score: f64,
+}
+
+/// What learns on a frame besides follower, colours and rotation, which always do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Lessons {
+    /// Memory and patch model: the frame is sure.
+    pub sure: bool,
+    /// The filter over scale.
+    pub size: bool,
+}
+
+/// The thresholds of the state machine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct StatusParams {
+    /// The first frames are sure, whatever the memory says, unless the target is covered.
+    first_frames: u64,
+    /// A frame is sure above this share of the recent certainty, or of 1 if that is less.
+    sure: f64,
+    /// The size learns from this score on.
+    size_least: f64,
+    strange: StrangeParams,
+    covered: CoveredParams,
+    /// Frames of a trial.
+    trial: u32,
+    score: ScoreParams,
+}
+
+/// When the memory does not know a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct StrangeParams {
+    /// Its certainty is below this,
+    below: f64,
+    /// and below this share of what it was on recent frames,
+    drop: f64,
+    /// or less than this share is visible of what was visible on sure frames.
+    hidden: f64,
+    /// The target is lost after this many such frames.
+    after: u32,
+}
+
+/// When something covers the target.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct CoveredParams {
+    /// Less than this share is visible of what was visible on sure frames;
+    share: f64,
+    /// or less than this,
+    visible: f64,
+    /// the memory's response elsewhere is above this,
+    elsewhere: f64,
+    /// and the contrast of colours is below this share of what it was on sure frames.
+    contrast: f64,
+    /// In both cases its certainty is below this.
+    below: f64,
+    /// The target is lost after this many such frames.
+    after: u32,
+}
+
+/// The score is the logistic function of a sum, fitted by `benchmarks/calibrate.py`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct ScoreParams {
+    bias: f64,
+    /// Times the visible share.
+    visible: f64,
+    /// Times the response elsewhere.
+    elsewhere: f64,
+}
+
+impl StatusParams {
+    pub fn new(config: &RobustConfig) -> Self {
+        Self {
+            first_frames: config.first_frames as u64,
+            sure: config.sure,
+            size_least: config.scale_least,
+            strange: StrangeParams {
+                below: config.lost_below,
+                drop: config.lost_drop,
+                hidden: config.lost_hidden,
+                after: config.lost_after as u32,
+            },
+            covered: CoveredParams {
+                share: config.covered_share,
+                visible: config.covered_visible,
+                elsewhere: config.covered_elsewhere,
+                contrast: config.covered_contrast,
+                below: config.covered_below,
+                after: config.covered_after as u32,
+            },
+            trial: config.trial as u32,
+            score: ScoreParams {
+                bias: config.score_bias,
+                visible: config.score_visible,
+                elsewhere: config.score_elsewhere,
+            },
+        }
+    }
+}
+
+impl ScoreParams {
+    /// The probability that the box overlaps the target by at least half.
+    fn score(&self, evidence: &Evidence) -> f64 {
+        let sum = self.bias + self.visible * evidence.visible + self.elsewhere * evidence.elsewhere;
+        1.0 / (1.0 + (-sum).exp())
+    }
+}
+
+/// What the evidence of a frame says of the target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Doubt {
+    /// The memory knows the place.
+    None,
+    /// The memory does not know the place.
+    Strange,
+    /// Something covers the target.
+    Covered,
+}
+
+impl Belief {
+    /// What is believed of the target in the first frame.
+    pub fn first(evidence: &Evidence) -> Self {
+        let Evidence { visible: seen, contrast, .. } = *evidence;
+        Self { phase: Phase::Following { doubtful: 0 }, recent: 1.0, seen, contrast }
+    }
+
+    /// Whether all numbers are ones that evidence can lead to.
+    pub fn is_sound(&self) -> bool {
+        let phase = match self.phase {
+            Phase::Following { .. } => true,
+            Phase::Lost { next } => next <= MAX_WINDOWS,
+            Phase::Trial { back, .. } => back.is_sound(),
+        };
+        phase && [self.recent, self.seen, self.contrast].iter().all(|mean| mean.is_finite())
+    }
+
+    /// Whether the target is lost.
+    pub fn is_lost(&self) -> bool {
+        matches!(self.phase, Phase::Lost { .. })
+    }
+
+    /// Puts a place on trial that was found while lost; `back` is the last place before.
+    pub fn begin_trial(&mut self, back: Place, params: &StatusParams) {
+        self.phase = Phase::Trial { left: params.trial, back };
+    }
+
+    /// Goes on with the search, after this many windows in which nothing was found.
+    pub fn search_on(&mut self, windows: u64) {
+        if let Phase::Lost { next } = &mut self.phase {
+            *next += windows;
+        }
+    }
+
+    /// What follows from the evidence of the frame with this number; the first has number 0. While the target
+    /// is lost, no belief changes.
+    pub fn advance(self, evidence: &Evidence, frame: u64, params: &StatusParams) -> Decision {
+        if self.is_lost() {
+            let verdict = self.verdict(evidence, params);
+            return Decision { belief: self, verdict, lessons: None, back: None };
+        }
+        let doubt = self.doubt(evidence, params);
+        let mut belief = self.learned(evidence, doubt, params);
+        belief.phase = self.next_phase(doubt, params);
+        let back = match self.phase {
+            Phase::Trial { back, .. } if belief.is_lost() => Some(back),
+            _ => None,
+        };
+        let verdict = belief.verdict(evidence, params);
+        let lessons = (!belief.is_lost()).then(|| belief.lessons(evidence, frame, params));
+        Decision { belief, verdict, lessons, back }
+    }
+
+    /// Status and score.
+    pub fn verdict(&self, evidence: &Evidence, params: &StatusParams) -> Verdict {
+        let score = params.score.score(evidence);
+        match self.phase {
+            Phase::Lost { .. } => Verdict { status: Status::Lost, score: score.min(EVEN_SCORE) },
+            Phase::Following { .. } if score >= EVEN_SCORE => {
+                Verdict { status: Status::Tracked, score }
+            }
+            _ => Verdict { status: Status::Uncertain, score },
+        }
+    }
+
+    /// Whether the memory knows the place, and whether the target is covered.
+    fn doubt(&self, evidence: &Evidence, params: &StatusParams) -> Doubt {
+        let Evidence { certainty, visible, .. } = *evidence;
+        let StatusParams { strange, covered, .. } = params;
+        // Appearance that changes slowly makes the memory less sure, too, but never suddenly.
+        let sudden = certainty < strange.drop * self.recent;
+        let hidden = visible < strange.hidden * self.seen;
+        if certainty < strange.below && (sudden || hidden) {
+            return Doubt::Strange;
+        }
+        // What covers the target slowly may look more like it than what comes suddenly.
+        let is_covered = self.is_covered(evidence, params)
+            && params.score.score(evidence) < EVEN_SCORE
+            || self.may_be_covered(evidence, params);
+        if is_covered && certainty < covered.below { Doubt::Covered } else { Doubt::None }
     }
 
     /// Whether the memory is so sure of a place that it can learn from it. Appearance that changes slowly
     /// makes it less sure; it then learns the change, but not what covers the target slowly.
-    pub fn is_sure(&self, evidence: &Evidence, config: &RobustConfig) -> bool {
-        evidence.certainty > config.sure * self.recent.min(1.0)
-            && !self.is_covered(evidence, config)
+    fn is_sure(&self, evidence: &Evidence, params: &StatusParams) -> bool {
+        evidence.certainty > params.sure * self.recent.min(1.0)
+            && !self.is_covered(evidence, params)
     }
 
     /// Whether next to nothing of the target is visible.
-    pub fn is_covered(&self, evidence: &Evidence, config: &RobustConfig) -> bool {
-        evidence.visible < config.covered_share * self.seen
+    fn is_covered(&self, evidence: &Evidence, params: &StatusParams) -> bool {
+        evidence.visible < params.covered.share * self.seen
     }
 
     /// Whether something that the patch model half recognises may cover the target: little of it is visible,
     /// the memory responds elsewhere as well, and its colours stand out less from those around it, as where
     /// what covers it is larger. Similar things nearby do the first two, but not the third.
-    fn may_be_covered(&self, evidence: &Evidence, config: &RobustConfig) -> bool {
-        evidence.visible < config.covered_visible * self.seen
-            && evidence.elsewhere > config.covered_elsewhere
-            && f64::from(self.colours.contrast()) < config.covered_contrast * self.contrast
+    fn may_be_covered(&self, evidence: &Evidence, params: &StatusParams) -> bool {
+        let covered = &params.covered;
+        evidence.visible < covered.visible * self.seen
+            && evidence.elsewhere > covered.elsewhere
+            && evidence.contrast < covered.contrast * self.contrast
     }
 
-    /// The next phase, by how sure the memory is of the place at hand.
-    pub fn advance(&mut self, evidence: &Evidence, config: &RobustConfig) {
-        let Evidence { certainty, visible, .. } = *evidence;
-        // Appearance that changes slowly makes the memory less sure, too, but never suddenly.
-        let sudden = certainty < config.lost_drop * self.recent;
-        let hidden = visible < config.lost_hidden * self.seen;
-        let strange = certainty < config.lost_below && (sudden || hidden);
-        // What covers the target slowly may look more like it than what comes suddenly.
-        let covered = self.is_covered(evidence, config) && evidence.score(config) < EVEN_SCORE
-            || self.may_be_covered(evidence, config);
-        let covered = covered && certainty < config.covered_below;
-        let unknown = strange || covered;
-        let most = if strange { config.lost_after } else { config.covered_after };
-        if self.is_sure(evidence, config) {
-            self.seen += RECENT_RATE * (visible - self.seen);
-            self.contrast += RECENT_RATE * (f64::from(self.colours.contrast()) - self.contrast);
+    /// The running means after a frame.
+    fn learned(mut self, evidence: &Evidence, doubt: Doubt, params: &StatusParams) -> Self {
+        if self.is_sure(evidence, params) {
+            self.seen += RECENT_RATE * (evidence.visible - self.seen);
+            self.contrast += RECENT_RATE * (evidence.contrast - self.contrast);
         }
-        if !unknown {
-            self.recent += RECENT_RATE * (certainty - self.recent);
+        if doubt == Doubt::None {
+            self.recent += RECENT_RATE * (evidence.certainty - self.recent);
         }
-        self.phase = match self.phase {
-            Phase::Following { doubtful } if unknown => {
-                let doubtful = doubtful + 1;
-                if doubtful < most as u32 {
-                    Phase::Following { doubtful }
-                } else {
-                    Phase::Lost { next: 0 }
-                }
-            }
-            Phase::Following { .. } => Phase::Following { doubtful: 0 },
-            Phase::Trial { back, .. } if unknown => {
-                self.place = back;
-                Phase::Lost { next: 0 }
-            }
-            Phase::Trial { left, back } if left > 1 => Phase::Trial { left: left - 1, back },
-            Phase::Trial { .. } => Phase::Following { doubtful: 0 },
-            lost @ Phase::Lost { .. } => lost,
-        };
+        self
     }
 
-    /// Box, outline, score and status.
-    pub fn finish_estimate(&self, evidence: &Evidence, config: &RobustConfig, out: &mut Estimate) {
-        let [w, h] = self.place.size(self.window.base());
-        out.bbox = BoundingBox::around(self.place.centre, w, h);
-        out.corners = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|[dx, dy]| {
-            let mut corner = self.place;
-            corner.shift([dx * (w - 1.0), dy * (h - 1.0)]);
-            corner.centre
-        });
-        out.score = evidence.score(config);
-        out.status = match self.phase {
-            Phase::Lost { .. } => Status::Lost,
-            Phase::Following { .. } if out.score >= EVEN_SCORE => Status::Tracked,
-            _ => Status::Uncertain,
+    /// The phase after a frame.
+    fn next_phase(&self, doubt: Doubt, params: &StatusParams) -> Phase {
+        let most = match doubt {
+            Doubt::None => None,
+            Doubt::Strange => Some(params.strange.after),
+            Doubt::Covered => Some(params.covered.after),
         };
-        if out.status == Status::Lost {
-            out.score = out.score.min(EVEN_SCORE);
-            out.visibility = None;
+        match (self.phase, most) {
+            (Phase::Following { doubtful }, Some(most)) if doubtful.saturating_add(1) < most => {
+                Phase::Following { doubtful: doubtful + 1 }
+            }
+            (Phase::Following { .. } | Phase::Trial { .. }, Some(_)) => Phase::Lost { next: 0 },
+            (Phase::Trial { left, back }, None) if left > 1 => {
+                Phase::Trial { left: left - 1, back }
+            }
+            (Phase::Following { .. } | Phase::Trial { .. }, None) => {
+                Phase::Following { doubtful: 0 }
+            }
+            (lost @ Phase::Lost { .. }, _) => lost,
         }
+    }
+
+    /// What learns on a frame.
+    fn lessons(&self, evidence: &Evidence, frame: u64, params: &StatusParams) -> Lessons {
+        let first = frame <= params.first_frames;
+        let known = self.is_sure(evidence, params) || first && !self.is_covered(evidence, params);
+        Lessons {
+            sure: known && matches!(self.phase, Phase::Following { .. }),
+            size: params.score.score(evidence) >= params.size_least,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Thresholds with room between them.
+    const PARAMS: StatusParams = StatusParams {
+        first_frames: 10,
+        sure: 0.7,
+        size_least: 0.3,
+        strange: StrangeParams { below: 0.4, drop: 0.6, hidden: 0.3, after: 3 },
+        covered: CoveredParams {
+            share: 0.1,
+            visible: 0.35,
+            elsewhere: 0.6,
+            contrast: 0.75,
+            below: 0.55,
+            after: 5,
+        },
+        trial: 4,
+        score: ScoreParams { bias: 0.0, visible: 4.0, elsewhere: -4.0 },
+    };
+
+    /// A place that the memory knows, with all of the target visible.
+    const KNOWN: Evidence =
+        Evidence { certainty: 0.9, elsewhere: 0.2, visible: 0.8, contrast: 0.5 };
+
+    /// A place that the memory does not know.
+    const STRANGE: Evidence = Evidence { certainty: 0.1, ..KNOWN };
+
+    /// A place at which next to nothing is visible, with a low score.
+    const COVERED: Evidence = Evidence { certainty: 0.5, visible: 0.0, elsewhere: 0.5, ..KNOWN };
+
+    const BELIEF: Belief =
+        Belief { phase: Phase::Following { doubtful: 0 }, recent: 0.9, seen: 0.8, contrast: 0.5 };
+
+    const BACK: Place = Place { centre: [3.0, 4.0], scale: 1.2, rotation: 0.1 };
+
+    /// The number of a frame after the first ones.
+    const LATER: u64 = 50;
+
+    fn in_phase(phase: Phase) -> Belief {
+        Belief { phase, ..BELIEF }
+    }
+
+    fn following(doubtful: u32) -> Belief {
+        in_phase(Phase::Following { doubtful })
+    }
+
+    #[test]
+    fn the_phase_follows_from_the_evidence() {
+        let trial = |left| Phase::Trial { left, back: BACK };
+        let following = |doubtful| Phase::Following { doubtful };
+        let lost = Phase::Lost { next: 0 };
+        // The phase before, the evidence, the phase after, and whether the tracker goes back.
+        for (before, evidence, after, goes_back) in [
+            (following(0), KNOWN, following(0), false),
+            (following(2), KNOWN, following(0), false),
+            (following(0), STRANGE, following(1), false),
+            (following(1), STRANGE, following(2), false),
+            (following(2), STRANGE, lost, false),
+            // Doubt of either kind counts on; its kind on the last frame decides how much is too much.
+            (following(0), COVERED, following(1), false),
+            (following(2), COVERED, following(3), false),
+            (following(4), COVERED, lost, false),
+            (following(3), STRANGE, lost, false),
+            (trial(4), KNOWN, trial(3), false),
+            (trial(2), KNOWN, trial(1), false),
+            (trial(1), KNOWN, following(0), false),
+            // On trial, one frame is enough.
+            (trial(4), STRANGE, lost, true),
+            (trial(1), COVERED, lost, true),
+            (Phase::Lost { next: 7 }, KNOWN, Phase::Lost { next: 7 }, false),
+            (Phase::Lost { next: 7 }, STRANGE, Phase::Lost { next: 7 }, false),
+        ] {
+            let decision = in_phase(before).advance(&evidence, LATER, &PARAMS);
+            assert_eq!(decision.belief.phase, after, "{before:?} {evidence:?}");
+            assert_eq!(decision.back, goes_back.then_some(BACK), "{before:?} {evidence:?}");
+            let is_lost = matches!(after, Phase::Lost { .. });
+            assert_eq!(decision.lessons.is_none(), is_lost, "{before:?} {evidence:?}");
+        }
+    }
+
+    #[test]
+    fn a_place_is_strange_if_the_memory_is_unsure_and_that_is_sudden_or_the_target_hidden() {
+        let sudden = Belief { recent: 0.9, ..BELIEF };
+        let slow = Belief { recent: 0.4, ..BELIEF };
+        // The belief, the certainty and the visible share; whether the place is strange.
+        for (belief, certainty, visible, strange) in [
+            (sudden, 0.39, 0.8, true),
+            (sudden, 0.4, 0.8, false),
+            (sudden, 0.4, 0.0, false),
+            // Below 0.6 times 0.4.
+            (slow, 0.25, 0.8, false),
+            (slow, 0.23, 0.8, true),
+            // Less than 0.3 times 0.8 is visible.
+            (slow, 0.25, 0.23, true),
+            (slow, 0.25, 0.25, false),
+        ] {
+            // Without a response elsewhere nothing covers the target.
+            let evidence = Evidence { certainty, visible, elsewhere: 0.0, ..KNOWN };
+            let doubt = belief.doubt(&evidence, &PARAMS);
+            assert_eq!(doubt == Doubt::Strange, strange, "{evidence:?} {doubt:?}");
+        }
+    }
+
+    #[test]
+    fn a_target_is_covered_by_either_rule_if_the_memory_is_unsure() {
+        let doubt = |evidence: Evidence| BELIEF.doubt(&evidence, &PARAMS);
+        // Next to nothing is visible, and the score is low.
+        assert_eq!(doubt(COVERED), Doubt::Covered);
+        for spared in [
+            Evidence { certainty: 0.55, ..COVERED },
+            Evidence { visible: 0.09, ..COVERED },
+            // The score is one half.
+            Evidence { elsewhere: 0.0, ..COVERED },
+        ] {
+            assert_eq!(doubt(spared), Doubt::None, "{spared:?}");
+        }
+        assert_eq!(doubt(Evidence { visible: 0.07, ..COVERED }), Doubt::Covered);
+        // Little is visible, the memory responds elsewhere as well, and the colours stand out less.
+        let half = Evidence { certainty: 0.5, visible: 0.27, elsewhere: 0.61, contrast: 0.37 };
+        assert_eq!(doubt(half), Doubt::Covered);
+        for spared in [
+            Evidence { certainty: 0.55, ..half },
+            Evidence { visible: 0.29, ..half },
+            Evidence { elsewhere: 0.6, ..half },
+            Evidence { contrast: 0.38, ..half },
+        ] {
+            assert_eq!(doubt(spared), Doubt::None, "{spared:?}");
+        }
+    }
+
+    #[test]
+    fn a_frame_is_sure_if_the_memory_is_about_as_sure_as_before() {
+        // How sure the memory was, is, and what is visible; whether the frame is sure.
+        for (recent, certainty, visible, sure) in [
+            (0.9, 0.64, 0.8, true),
+            (0.9, 0.62, 0.8, false),
+            // Where it was surer than its mean, its mean counts.
+            (2.0, 0.71, 0.8, true),
+            (2.0, 0.7, 0.8, false),
+            // Never if next to nothing is visible.
+            (0.9, 0.9, 0.09, true),
+            (0.9, 0.9, 0.07, false),
+        ] {
+            let evidence = Evidence { certainty, visible, ..KNOWN };
+            let belief = Belief { recent, ..BELIEF };
+            assert_eq!(belief.is_sure(&evidence, &PARAMS), sure, "{recent} {certainty} {visible}");
+        }
+    }
+
+    #[test]
+    fn memory_and_patch_model_learn_on_sure_and_on_first_frames_outside_trials() {
+        let unsure = Evidence { certainty: 0.5, ..KNOWN };
+        let hidden = Evidence { visible: 0.0, elsewhere: 0.0, certainty: 0.6, ..KNOWN };
+        let trial = in_phase(Phase::Trial { left: 2, back: BACK });
+        let last_of_trial = in_phase(Phase::Trial { left: 1, back: BACK });
+        for (belief, evidence, frame, sure) in [
+            (BELIEF, KNOWN, LATER, true),
+            (BELIEF, unsure, LATER, false),
+            (BELIEF, unsure, 10, true),
+            (BELIEF, unsure, 11, false),
+            (BELIEF, hidden, 10, false),
+            (trial, KNOWN, LATER, false),
+            (last_of_trial, KNOWN, LATER, true),
+        ] {
+            let lessons = belief.advance(&evidence, frame, &PARAMS).lessons.unwrap();
+            assert_eq!(lessons.sure, sure, "{:?} {evidence:?} {frame}", belief.phase);
+        }
+    }
+
+    #[test]
+    fn the_size_learns_where_the_score_is_not_low() {
+        // The logarithm of the odds of 0.3 is -0.847.
+        for (elsewhere, size) in [(0.21, true), (0.212, false), (2.0, false)] {
+            let evidence = Evidence { certainty: 0.9, visible: 0.0, elsewhere, contrast: 0.5 };
+            let lessons = BELIEF.advance(&evidence, LATER, &PARAMS).lessons.unwrap();
+            assert_eq!(lessons.size, size, "{elsewhere}");
+        }
+    }
+
+    #[test]
+    fn the_means_follow_known_and_sure_frames() {
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-12;
+        let after = |evidence| BELIEF.advance(&evidence, LATER, &PARAMS).belief;
+        let evidence = Evidence { certainty: 1.1, visible: 0.4, elsewhere: 0.0, contrast: 0.9 };
+        // Sure: all three move by a twentieth of the way.
+        let sure = after(evidence);
+        assert!(near(sure.recent, 0.91) && near(sure.seen, 0.78) && near(sure.contrast, 0.52));
+        // Known, but not sure: the certainty alone.
+        let known = after(Evidence { certainty: 0.5, ..evidence });
+        assert!(near(known.recent, 0.88), "{known:?}");
+        assert_eq!((known.seen, known.contrast), (BELIEF.seen, BELIEF.contrast));
+        // Neither in doubt nor while lost.
+        for unchanged in [after(STRANGE), after(COVERED)] {
+            assert_eq!(Belief { phase: BELIEF.phase, ..unchanged }, BELIEF);
+        }
+        let lost = in_phase(Phase::Lost { next: 3 });
+        assert_eq!(lost.advance(&evidence, LATER, &PARAMS).belief, lost);
+    }
+
+    #[test]
+    fn what_learns_is_decided_with_the_means_of_this_frame() {
+        // Just below 0.7 times the recent certainty before, and above 0.7 times that with this frame.
+        let belief = Belief { recent: 0.8, ..BELIEF };
+        let evidence = Evidence { certainty: 0.555, ..KNOWN };
+        assert!(!belief.is_sure(&evidence, &PARAMS));
+        let decision = belief.advance(&evidence, LATER, &PARAMS);
+        assert!(decision.lessons.unwrap().sure);
+        // The means of sure frames do not take it in.
+        assert_eq!(
+            (decision.belief.seen, decision.belief.contrast),
+            (belief.seen, belief.contrast)
+        );
+    }
+
+    #[test]
+    fn status_and_score() {
+        let trial = in_phase(Phase::Trial { left: 2, back: BACK });
+        let lost = in_phase(Phase::Lost { next: 0 });
+        let with = |visible, elsewhere| Evidence { visible, elsewhere, ..KNOWN };
+        // A sum of 0, of 2 and of -2.
+        let (even, high, low) = (with(0.5, 0.5), with(0.5, 0.0), with(0.0, 0.5));
+        let (most, least) = (1.0 / (1.0 + (-2.0f64).exp()), 1.0 / (1.0 + 2.0f64.exp()));
+        for (belief, evidence, status, score) in [
+            (BELIEF, even, Status::Tracked, 0.5),
+            (BELIEF, high, Status::Tracked, most),
+            (BELIEF, low, Status::Uncertain, least),
+            (following(2), high, Status::Tracked, most),
+            (trial, high, Status::Uncertain, most),
+            (lost, high, Status::Lost, 0.5),
+            (lost, low, Status::Lost, least),
+        ] {
+            let verdict = belief.verdict(&evidence, &PARAMS);
+            assert_eq!(verdict, Verdict { status, score }, "{:?} {evidence:?}", belief.phase);
+        }
+    }
+
+    #[test]
+    fn the_verdict_is_that_of_the_new_phase() {
+        let decision = following(2).advance(&STRANGE, LATER, &PARAMS);
+        assert_eq!(decision.verdict, Verdict { status: Status::Lost, score: 0.5 });
+        let trial = in_phase(Phase::Trial { left: 1, back: BACK });
+        assert_eq!(trial.advance(&KNOWN, LATER, &PARAMS).verdict.status, Status::Tracked);
+    }
+
+    #[test]
+    fn a_search_goes_on_and_what_it_finds_is_on_trial() {
+        let mut belief = in_phase(Phase::Lost { next: 7 });
+        belief.search_on(4);
+        assert_eq!(belief, in_phase(Phase::Lost { next: 11 }));
+        belief.begin_trial(BACK, &PARAMS);
+        assert_eq!(belief, in_phase(Phase::Trial { left: 4, back: BACK }));
+    }
+
+    #[test]
+    fn the_first_belief_is_the_first_frame() {
+        let first = Belief::first(&KNOWN);
+        assert_eq!(first, Belief { recent: 1.0, ..BELIEF });
+        assert!(first.is_sound());
+        assert!(!Belief { seen: f64::NAN, ..first }.is_sound());
+        assert!(!in_phase(Phase::Lost { next: u64::MAX }).is_sound());
+        let nowhere = Place { scale: 0.0, ..BACK };
+        assert!(!in_phase(Phase::Trial { left: 1, back: nowhere }).is_sound());
     }
 }

@@ -32,24 +32,23 @@ pub struct RobustView<'a> {
 impl Target {
     /// Computes the responses to the window around the estimate again, with the filters as they are now.
     pub fn view<'a>(
-        &self,
+        &'a self,
         frame: &Frame<'_>,
         evidence: &Evidence,
         scratch: &'a mut Scratch,
     ) -> RobustView<'a> {
-        self.window.sample(frame, self.place, scratch);
-        self.follower.certainty(&self.window, scratch);
-        let fourier = self.window.features().fourier();
-        scratch.follower.fill(fourier, &self.follower.filter, &scratch.sample);
+        let Self { window, locator, memory, .. } = self;
+        let Scratch { sample, locator: buffers, .. } = scratch;
+        let sample = window.sample(frame, self.place, sample);
         RobustView {
             frame: self.frames,
             certainty: evidence.certainty,
             elsewhere: evidence.elsewhere,
-            contrast: self.colours.contrast().into(),
-            side: self.window.features().fourier().side(),
-            cell: self.window.cell(self.place.scale),
-            follower: scratch.follower.cells(),
-            memory: scratch.memory.cells(),
+            contrast: locator.contrast(),
+            side: window.fourier().side(),
+            cell: window.cell(self.place.scale),
+            follower: sample.respond(locator.filter(), &mut buffers.follower).cells(),
+            memory: memory.respond(&sample, &mut buffers.memory).cells(),
         }
     }
 }

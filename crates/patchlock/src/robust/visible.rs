@@ -1,7 +1,7 @@
 //! The paper's patch model, asked about the one box that was found: which parts of the target are visible.
 
-use crate::config::{PatchwiseConfig, TrackerConfig};
-use crate::patch_model::memory::{LearningScratch, LearningStep};
+use crate::config::TrackerConfig;
+use crate::patch_model::memory::{LearningScratch, LearningStep, PatchMemory};
 use crate::patch_model::model::{LookScratch, PatchModel};
 use crate::patch_model::templates;
 use crate::patch_model::visibility::Visibility;
@@ -9,6 +9,7 @@ use crate::vision::crop::{CropScratch, Planes, Region};
 use crate::vision::frame::Frame;
 use crate::vision::patches::normalise;
 use rand_pcg::Pcg64;
+use serde::{Deserialize, Serialize};
 
 /// The stream of the random numbers that choose which template is replaced.
 const STREAM: u128 = 0x726f_6275_7374;
@@ -16,73 +17,144 @@ const STREAM: u128 = 0x726f_6275_7374;
 /// The patch model of a target.
 #[derive(Debug)]
 pub(crate) struct Visible {
-    pub model: PatchModel,
-    pub rng: Pcg64,
-    side: usize,
+    model: PatchModel,
+    rng: Pcg64,
+    params: VisibleParams,
 }
 
-/// Buffers of a patch model.
+/// A patch model as a snapshot holds it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct SavedVisible {
+    patches: PatchMemory,
+    rng: Pcg64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct VisibleParams {
+    /// Side of a candidate in samples.
+    side: usize,
+    /// Sure frames between updates of templates, large dictionary, large buffer and subspace.
+    update_interval: usize,
+    /// Sure frames between updates of the small dictionary and the small buffer.
+    small_update_interval: usize,
+}
+
+/// What was seen of the target in a region.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Seen<'a> {
+    /// The region's luma, resampled to the template's side, with norm 1.
+    candidate: &'a [f32],
+    /// Which parts are visible.
+    visibility: &'a Visibility,
+}
+
+/// The buffers of what was [`Seen`].
 #[derive(Debug, Default)]
-pub(crate) struct VisibleScratch {
+pub(crate) struct SeenBuffers {
     crop: CropScratch,
-    /// The candidate at hand.
     candidate: Planes,
     look: LookScratch,
-    learning: LearningScratch,
+}
+
+impl VisibleParams {
+    fn new(config: &TrackerConfig) -> Self {
+        Self {
+            side: config.patchwise.template_side,
+            update_interval: config.patchwise.update_interval,
+            small_update_interval: config.patchwise.small_update_interval,
+        }
+    }
+
+    /// What learns on this sure frame, as Sec. 2.5 of the paper says of all frames.
+    fn step(&self, sure: u64) -> LearningStep {
+        let every = |interval: usize| sure.is_multiple_of(interval as u64);
+        LearningStep {
+            templates: every(self.update_interval),
+            small_dictionary: every(self.small_update_interval),
+        }
+    }
 }
 
 impl Visible {
     /// The model of the target in this region.
     pub fn begin(frame: &Frame<'_>, region: Region, config: &TrackerConfig) -> Self {
-        let (rules, mut scratch) = (config.visible_rules(), VisibleScratch::default());
+        let (rules, mut buffers) = (config.visible_rules(), SeenBuffers::default());
         let first = templates::shifts(rules.templates).into_iter().map(|[dx, dy]| {
             let centre = [region.centre[0] + dx, region.centre[1] + dy];
-            cut(frame, Region { centre, ..region }, rules.template_side, &mut scratch);
-            scratch.candidate.samples.clone()
+            buffers.cut(frame, Region { centre, ..region }, rules.template_side);
+            buffers.candidate.samples.clone()
         });
         let model = PatchModel::of_templates(first.collect(), rules);
-        Self::new(model, Pcg64::new(u128::from(config.seed), STREAM), &config.patchwise)
+        let rng = Pcg64::new(u128::from(config.seed), STREAM);
+        Self { model, rng, params: VisibleParams::new(config) }
     }
 
-    pub fn new(model: PatchModel, rng: Pcg64, config: &PatchwiseConfig) -> Self {
-        Self { model, rng, side: config.template_side }
+    /// As a snapshot holds it.
+    pub fn saved(&self) -> SavedVisible {
+        SavedVisible { patches: self.model.memory().clone(), rng: self.rng.clone() }
     }
 
-    /// Which parts of the region are visible. Leaves its candidate in the scratch.
-    pub fn look(
+    /// From a snapshot.
+    ///
+    /// # Errors
+    /// What does not fit the configuration.
+    pub fn restore(saved: SavedVisible, config: &TrackerConfig) -> Result<Self, &'static str> {
+        let SavedVisible { patches, rng } = saved;
+        let (rules, params) = (config.visible_rules(), VisibleParams::new(config));
+        patches.check(&rules, params.update_interval)?;
+        Ok(Self { model: PatchModel::restore(patches, rules), rng, params })
+    }
+
+    /// Which parts of the target are visible in this region.
+    pub fn look<'a>(
         &self,
         frame: &Frame<'_>,
         region: Region,
-        scratch: &mut VisibleScratch,
-        out: &mut Visibility,
-    ) {
-        cut(frame, region, self.side, scratch);
-        self.model.look(&scratch.candidate.samples, &mut scratch.look, out);
+        buffers: &'a mut SeenBuffers,
+        visibility: &'a mut Visibility,
+    ) -> Seen<'a> {
+        buffers.cut(frame, region, self.params.side);
+        let candidate = &buffers.candidate.samples;
+        self.model.look(candidate, &mut buffers.look, visibility);
+        Seen { candidate, visibility }
     }
 
-    /// Learns the candidate that was looked at last, on every so many sure frames, as Sec. 2.5 of the paper
-    /// says of all frames; `sure` counts them.
-    pub fn learn(
-        &mut self,
-        sure: u64,
-        visibility: &Visibility,
-        config: &TrackerConfig,
-        scratch: &mut VisibleScratch,
-    ) {
-        let VisibleScratch { candidate, learning, .. } = scratch;
-        let candidate = candidate.samples.as_slice();
-        let every = |interval: usize| sure.is_multiple_of(interval as u64);
-        let step = LearningStep {
-            templates: every(config.patchwise.update_interval),
-            small_dictionary: every(config.patchwise.small_update_interval),
-        };
-        self.model.collect(candidate, learning);
-        self.model.learn((candidate, visibility), step, &mut self.rng, learning);
+    /// Learns what was seen on a sure frame; `sure` is the number of these.
+    pub fn learn(&mut self, seen: Seen<'_>, sure: u64, scratch: &mut LearningScratch) {
+        let Seen { candidate, visibility } = seen;
+        let step = self.params.step(sure);
+        self.model.collect(candidate, scratch);
+        self.model.learn((candidate, visibility), step, &mut self.rng, scratch);
     }
 }
 
-/// The candidate of a region: luma, resampled to the template's side, with norm 1.
-fn cut(frame: &Frame<'_>, region: Region, side: usize, scratch: &mut VisibleScratch) {
-    region.crop([side; 2]).cut(frame, 1, &mut scratch.crop, &mut scratch.candidate);
-    normalise(&mut scratch.candidate.samples);
+impl Seen<'_> {
+    /// The visible share of the target, from 0 to 1.
+    pub fn share(self) -> f64 {
+        self.visibility.share()
+    }
+}
+
+impl SeenBuffers {
+    /// Cuts out the candidate of a region.
+    fn cut(&mut self, frame: &Frame<'_>, region: Region, side: usize) {
+        region.crop([side; 2]).cut(frame, 1, &mut self.crop, &mut self.candidate);
+        normalise(&mut self.candidate.samples);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn templates_and_small_dictionary_learn_at_their_own_intervals() {
+        let params = VisibleParams { side: 32, update_interval: 5, small_update_interval: 20 };
+        for (sure, templates, small_dictionary) in
+            [(1, false, false), (5, true, false), (19, false, false), (20, true, true)]
+        {
+            let step = LearningStep { templates, small_dictionary };
+            assert_eq!(params.step(sure), step, "{sure}");
+        }
+    }
 }

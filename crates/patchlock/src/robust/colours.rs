@@ -1,0 +1,92 @@
+//! The target's colours: a map of where they are supports the follower.
+
+use super::window::Sample;
+use crate::config::RobustConfig;
+use crate::correlation::histogram::{Histograms, MapScratch, Rates};
+
+/// The colours of the target and of what is around it.
+#[derive(Debug)]
+pub(crate) struct Colours {
+    histograms: Histograms,
+    params: ColourParams,
+}
+
+#[derive(Debug)]
+struct ColourParams {
+    /// Weight of the map, relative to the memory's mean response.
+    weight: f64,
+    /// The map counts from this contrast on.
+    contrast: f64,
+    rates: Rates,
+}
+
+/// Where the target's colours are.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ColourMap<'a> {
+    /// For each displacement in cells, in the order of a response, the mean likelihood of the box there, from
+    /// 0 to 1.
+    pub cells: &'a [f32],
+    /// The weight of a cell, in units of the follower's response.
+    pub weight: f32,
+}
+
+impl ColourParams {
+    fn new(config: &RobustConfig) -> Self {
+        let (target, around) = (config.colour_rate as f32, config.around_rate as f32);
+        Self {
+            weight: config.colour_weight,
+            contrast: config.colour_contrast,
+            rates: Rates { target, around },
+        }
+    }
+}
+
+impl Colours {
+    /// The colours of the target in the middle of a sample.
+    pub fn begin(sample: &Sample<'_>, config: &RobustConfig, scratch: &mut MapScratch) -> Self {
+        let histograms = Histograms::begin(sample.patch, sample.window.pixels(), scratch);
+        Self { histograms, params: ColourParams::new(config) }
+    }
+
+    /// As a snapshot holds them.
+    pub fn saved(&self) -> Histograms {
+        self.histograms.clone()
+    }
+
+    /// From a snapshot.
+    ///
+    /// # Errors
+    /// What is damaged.
+    pub fn restore(histograms: Histograms, config: &RobustConfig) -> Result<Self, &'static str> {
+        if !histograms.is_sound() {
+            return Err("the histograms of colours are damaged");
+        }
+        Ok(Self { histograms, params: ColourParams::new(config) })
+    }
+
+    /// How well colour tells the target from what is around it: from -1, through 0, not at all, to 1.
+    pub fn contrast(&self) -> f64 {
+        self.histograms.contrast().into()
+    }
+
+    /// Where the colours are in a sample, unless they tell too little. `mean` is the memory's mean response.
+    pub fn map<'a>(
+        &self,
+        sample: &Sample<'_>,
+        mean: f64,
+        scratch: &'a mut MapScratch,
+    ) -> Option<ColourMap<'a>> {
+        let ColourParams { weight, contrast, .. } = self.params;
+        if weight <= 0.0 || self.contrast() < contrast {
+            return None;
+        }
+        let cells = self.histograms.map(sample.patch, sample.window.pixels(), scratch);
+        Some(ColourMap { cells, weight: (weight * mean) as f32 })
+    }
+
+    /// Learns the colours of the target in the middle of a sample.
+    pub fn learn(&mut self, sample: &Sample<'_>, scratch: &mut MapScratch) {
+        let (size, rates) = (sample.window.pixels(), self.params.rates);
+        self.histograms.learn(sample.patch, size, rates, scratch);
+    }
+}

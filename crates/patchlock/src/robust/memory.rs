@@ -1,0 +1,249 @@
+//! The memory: the mean of the follower's filter over sure frames. It says how sure a place is, and where else
+//! the target could be.
+
+use super::choose::{Hypothesis, Source};
+use super::window::{Sample, Window};
+use crate::config::RobustConfig;
+use crate::correlation::fourier::{Complex32, SavedSpectrum};
+use crate::correlation::response::{Response, ResponseBuffers};
+use serde::{Deserialize, Serialize};
+
+/// The smallest mean response: frames without texture give no response at all.
+const LEAST_MEAN: f64 = 1e-9;
+
+/// Upper limit of the response elsewhere, relative to that at the place.
+const MOST_ELSEWHERE: f64 = 2.0;
+
+/// More frames than any video has; counting on from here never overflows.
+const MAX_FRAMES: u64 = 1 << 53;
+
+/// A filter that remembers the target.
+#[derive(Debug)]
+pub(crate) struct Memory {
+    filter: Vec<Complex32>,
+    /// The mean of its response at the target over sure frames.
+    mean: f64,
+    /// Sure frames since the first.
+    sure: u64,
+    /// Learning rate; the first frames count alike.
+    rate: f64,
+}
+
+/// A memory as a snapshot holds it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct SavedMemory {
+    filter: SavedSpectrum,
+    mean: f64,
+    sure: u64,
+}
+
+/// What the memory says of a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Recognition {
+    /// How sure it is: its response, relative to its mean over sure frames.
+    pub certainty: f64,
+    /// Its strongest response outside half the target's size around the place, relative to that at the place,
+    /// from 0 to 2.
+    pub elsewhere: f64,
+}
+
+impl Memory {
+    /// A memory of this filter, which was learnt from this sample.
+    pub fn begin(
+        sample: &Sample<'_>,
+        filter: &[Complex32],
+        config: &RobustConfig,
+        buffers: &mut ResponseBuffers,
+    ) -> Self {
+        let mean = sample.respond(filter, buffers).at([0.0; 2]).max(LEAST_MEAN);
+        Self { filter: filter.to_vec(), mean, sure: 0, rate: config.memory_rate }
+    }
+
+    /// As a snapshot holds it.
+    pub fn saved(&self) -> SavedMemory {
+        let Self { filter, mean, sure, .. } = self;
+        SavedMemory { filter: SavedSpectrum::of(filter), mean: *mean, sure: *sure }
+    }
+
+    /// From a snapshot.
+    ///
+    /// # Errors
+    /// What is damaged.
+    pub fn restore(
+        saved: SavedMemory,
+        window: &Window,
+        config: &RobustConfig,
+    ) -> Result<Self, &'static str> {
+        let SavedMemory { filter, mean, sure } = saved;
+        if !(mean.is_finite() && mean > 0.0) {
+            return Err("the memory's mean response is not positive");
+        }
+        if sure > MAX_FRAMES {
+            return Err("the memory has counted more frames than a video has");
+        }
+        let filter = filter.restore(window.spectra()).ok_or("the memory is damaged")?;
+        Ok(Self { filter, mean, sure, rate: config.memory_rate })
+    }
+
+    /// The filter that remembers.
+    pub fn filter(&self) -> &[Complex32] {
+        &self.filter
+    }
+
+    /// The mean of its response at the target over sure frames.
+    pub fn mean(&self) -> f64 {
+        self.mean
+    }
+
+    /// Sure frames since the first.
+    pub fn sure(&self) -> u64 {
+        self.sure
+    }
+
+    /// The response to a sample.
+    pub fn respond<'b>(
+        &self,
+        sample: &Sample<'b>,
+        buffers: &'b mut ResponseBuffers,
+    ) -> Response<'b> {
+        sample.respond(&self.filter, buffers)
+    }
+
+    /// The place in a sample where it responds strongest.
+    pub fn propose(&self, sample: &Sample<'_>, response: Response<'_>) -> Hypothesis {
+        let peak = response.peak();
+        Hypothesis {
+            place: sample.place_at(peak.shift),
+            source: Source::Memory,
+            response: peak.value,
+            memory: peak.value,
+        }
+    }
+
+    /// How sure it is that the target is in the middle of a sample: its response there, relative to the mean.
+    pub fn certainty(&self, response: Response<'_>) -> f64 {
+        response.at([0.0; 2]) / self.mean
+    }
+
+    /// What it says of the target in the middle of a sample.
+    pub fn recognise(&self, sample: &Sample<'_>, buffers: &mut ResponseBuffers) -> Recognition {
+        let response = self.respond(sample, buffers);
+        let certainty = self.certainty(response);
+        let here = certainty * self.mean;
+        let away = response.beyond(sample.window.cells().map(|side| side / 2.0));
+        let elsewhere = if away <= 0.0 { 0.0 } else { MOST_ELSEWHERE.min(away / here.max(0.0)) };
+        Recognition { certainty, elsewhere }
+    }
+
+    /// Learns the follower's filter on a sure frame, on which it was this sure of the place.
+    pub fn learn(&mut self, filter: &[Complex32], certainty: f64) {
+        self.sure += 1;
+        let rate = self.rate.max(1.0 / (self.sure + 1) as f64) as f32;
+        let pairs = self.filter.iter_mut().zip(filter);
+        pairs.for_each(|(memory, filter)| *memory = *memory * (1.0 - rate) + filter * rate);
+        // The response to the frame that the filter was learnt from is no measure of later ones.
+        let rate = self.rate.max(1.0 / self.sure as f64);
+        self.mean = (self.mean * (1.0 + rate * (certainty - 1.0))).max(LEAST_MEAN);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robust::place::Place;
+    use crate::robust::window::tests::{SIDE, plane, spectra, window};
+    use crate::vision::crop::Planes;
+
+    /// A memory of an impulse, with this mean response and a learning rate of 0.25: it responds to a sample
+    /// with the sample's own plane.
+    fn memory(window: &Window, mean: f64) -> Memory {
+        Memory { filter: spectra(window, &plane(&[(0, 1.0)])), mean, sure: 0, rate: 0.25 }
+    }
+
+    fn on_sample<T>(cells: &[(usize, f32)], ask: impl FnOnce(&Sample<'_>) -> T) -> T {
+        let (window, patch) = (window(), Planes::default());
+        let spectra = spectra(&window, &plane(cells));
+        let place = Place { centre: [100.0; 2], scale: 1.0, rotation: 0.0 };
+        ask(&Sample { place, window: &window, patch: &patch, spectra: &spectra })
+    }
+
+    fn recognise(cells: &[(usize, f32)], mean: f64) -> Recognition {
+        on_sample(cells, |sample| {
+            memory(sample.window, mean).recognise(sample, &mut ResponseBuffers::default())
+        })
+    }
+
+    #[test]
+    fn certainty_is_relative_to_the_mean_and_elsewhere_to_the_place() {
+        // The target has 2 x 3 cells: displacements from one cell along x, or 1.5 along y, are elsewhere.
+        let (right, down, two_down) = (1, SIDE, 2 * SIDE);
+        for (cells, mean, certainty, elsewhere) in [
+            (vec![(0, 0.5)], 1.0, 0.5, 0.0),
+            (vec![(0, 0.5)], 0.25, 2.0, 0.0),
+            (vec![(0, 0.5), (right, 0.4)], 1.0, 0.5, 0.8),
+            (vec![(0, 0.5), (down, 0.4)], 1.0, 0.5, 0.0),
+            (vec![(0, 0.5), (two_down, 0.25)], 1.0, 0.5, 0.5),
+            // Never more than 2, also where the response at the place is not positive.
+            (vec![(0, 0.1), (right, 0.9)], 1.0, 0.1, 2.0),
+            (vec![(0, -0.5), (right, 0.1)], 1.0, -0.5, 2.0),
+        ] {
+            let found = recognise(&cells, mean);
+            assert!((found.certainty - certainty).abs() < 1e-6, "{cells:?}: {found:?}");
+            assert!((found.elsewhere - elsewhere).abs() < 1e-5, "{cells:?}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn it_proposes_its_peak() {
+        let hypothesis = on_sample(&[(0, 0.5), (3, 0.9)], |sample| {
+            let (memory, mut buffers) = (memory(sample.window, 1.0), ResponseBuffers::default());
+            memory.propose(sample, memory.respond(sample, &mut buffers))
+        });
+        let cell = window().cell(1.0);
+        assert!((hypothesis.place.centre[0] - 100.0 - 3.0 * cell).abs() < 0.2 * cell);
+        assert!((hypothesis.response - 0.9).abs() < 0.05, "{hypothesis:?}");
+        assert_eq!(hypothesis.memory, hypothesis.response);
+        assert_eq!(hypothesis.source, Source::Memory);
+    }
+
+    #[test]
+    fn the_first_sure_frames_count_alike_and_later_ones_with_the_rate() {
+        let window = window();
+        let mut memory = memory(&window, 1.0);
+        let other = vec![Complex32::ZERO; memory.filter.len()];
+        // The share of the first frame in the mean: a half, a third, a quarter, and then falling by a quarter.
+        for share in [0.5, 1.0 / 3.0, 0.25, 0.1875] {
+            memory.learn(&other, 1.0);
+            assert!((memory.filter[0].re - share).abs() < 1e-6, "{} {share}", memory.filter[0]);
+        }
+        assert_eq!((memory.sure(), memory.mean()), (4, 1.0));
+    }
+
+    #[test]
+    fn the_mean_follows_the_certainty_but_stays_positive() {
+        let window = window();
+        let (mut memory, same) = (memory(&window, 2.0), memory(&window, 1.0).filter);
+        // On the first sure frame it becomes the response there: the first frame itself does not count.
+        memory.learn(&same, 0.5);
+        assert_eq!(memory.mean(), 1.0);
+        memory.learn(&same, 0.8);
+        assert!((memory.mean() - 0.9).abs() < 1e-12);
+        memory.learn(&same, -1e6);
+        assert_eq!(memory.mean(), LEAST_MEAN);
+    }
+
+    #[test]
+    fn a_saved_memory_is_restored_or_refused() {
+        let (window, config) = (window(), crate::config::TrackerConfig::default().robust);
+        let good = memory(&window, 1.0).saved();
+        assert_eq!(Memory::restore(good.clone(), &window, &config).unwrap().saved(), good);
+        for damaged in [
+            SavedMemory { mean: 0.0, ..good.clone() },
+            SavedMemory { mean: f64::NAN, ..good.clone() },
+            SavedMemory { sure: u64::MAX, ..good.clone() },
+            SavedMemory { filter: SavedSpectrum::of(&[]), ..good.clone() },
+        ] {
+            assert!(Memory::restore(damaged, &window, &config).is_err());
+        }
+    }
+}
