@@ -1,92 +1,92 @@
-//! "CVAT for video 1.1": one track per target, and one box per key frame. A box with `outside="1"` ends a
-//! stretch where the target leaves or is lost; the next box starts a new one. A target of which less than
-//! half is visible, or whose position is uncertain, is marked as occluded.
+//! "CVAT for video 1.1": one track per target, and one box per key frame. A box with `outside="1"`
+//! ends a stretch where the target leaves or is lost; the next box starts a new one. A target of
+//! which less than half is visible, or whose position is uncertain, is marked as occluded.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::fmt::Write;
 
 use patchlock::{BoundingBox, Status};
 
 use super::track::Entry;
-use super::xml::escaped;
+use super::xml::{Document, digit};
 use super::{Job, round};
+
+/// Name of the attribute of a box of which a part is outside the frame.
+const TRUNCATED: &str = "truncated";
 
 /// The contents of the file.
 pub fn text(job: &Job<'_>) -> String {
     let frames: Vec<usize> = job.track.frames().into_iter().collect();
-    let (width, height) = job.frames.size;
-    let mut out = format!(
-        "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<annotations>\n  <version>1.1</version>\n  <meta>\n    \
-         <task>\n      <name>{}</name>\n      <size>{}</size>\n      <mode>interpolation</mode>\n      \
-         <labels>\n{}      </labels>\n      <original_size>\n        \
-         <width>{width}</width>\n        <height>{height}</height>\n      </original_size>\n    \
-         </task>\n  </meta>\n",
-        escaped(job.name),
-        frames[frames.len() - 1] + 1,
-        labels(job),
-    );
-    for (id, entries) in job.track.by_target() {
-        let label = escaped(job.label(id));
-        let _ = writeln!(out, "  <track id=\"{id}\" label=\"{label}\" source=\"auto\">");
-        add_boxes(&mut out, job, &frames, entries.into_iter());
-        out += "  </track>\n";
-    }
-    out += "</annotations>\n";
-    out
+    let mut xml = Document::new();
+    xml.declare();
+    xml.element("annotations", &[], |xml| {
+        xml.leaf("version", &[], "1.1");
+        xml.element("meta", &[], |xml| {
+            xml.element("task", &[], |xml| write_task(xml, job, frames[frames.len() - 1] + 1));
+        });
+        for (id, entries) in job.track.by_target() {
+            let (id_text, label) = (id.to_string(), job.label(id));
+            let attributes = [("id", id_text.as_str()), ("label", label), ("source", "auto")];
+            xml.element("track", &attributes, |xml| {
+                write_boxes(xml, job, &frames, entries.into_iter());
+            });
+        }
+    });
+    xml.into_text()
 }
 
-/// The definitions of all labels.
-fn labels(job: &Job<'_>) -> String {
+/// Writes the name, the number of frames, the labels and the size of the frames.
+fn write_task(xml: &mut Document, job: &Job<'_>, frames: usize) {
+    let (width, height) = job.frames.size;
+    xml.leaf("name", &[], job.name);
+    xml.leaf("size", &[], &frames.to_string());
+    xml.leaf("mode", &[], "interpolation");
+    xml.element("labels", &[], |xml| write_labels(xml, job));
+    xml.element("original_size", &[], |xml| {
+        xml.leaf("width", &[], &width.to_string());
+        xml.leaf("height", &[], &height.to_string());
+    });
+}
+
+/// Writes the definitions of all labels, each with the attributes that its targets have.
+fn write_labels(xml: &mut Document, job: &Job<'_>) {
     let mut attributes: BTreeMap<&str, BTreeSet<&String>> = BTreeMap::new();
     for id in job.track.ids() {
         let of_target = job.attributes(id).map(|(name, _)| name);
         attributes.entry(job.label(id)).or_default().extend(of_target);
     }
     let truncated = job.track.entries().iter().any(|entry| entry.said.is_some());
-    let labels = job.labels.iter();
-    labels.map(|label| label_meta(label, &attributes[label], truncated)).collect()
-}
-
-/// The definition of a label, with the attributes that its targets have.
-fn label_meta(label: &str, names: &BTreeSet<&String>, truncated: bool) -> String {
-    let define = |name: &str, mutable: &str, kind: &str, default: &str| {
-        format!(
-            "<attribute><name>{name}</name><mutable>{mutable}</mutable><input_type>{kind}</input_type>\
-             <default_value>{default}</default_value><values>{default}</values></attribute>"
-        )
-    };
-    let mut attributes: String =
-        names.iter().map(|name| define(&escaped(name), "False", "text", "")).collect();
-    if truncated {
-        attributes += &define(TRUNCATED, "True", "checkbox", "false");
+    for label in &job.labels {
+        xml.element("label", &[], |xml| {
+            xml.leaf("name", &[], label);
+            xml.element("attributes", &[], |xml| {
+                for name in &attributes[label] {
+                    write_definition(xml, name, ["False", "text", ""]);
+                }
+                if truncated {
+                    write_definition(xml, TRUNCATED, ["True", "checkbox", "false"]);
+                }
+            });
+        });
     }
-    format!(
-        "        <label>\n          <name>{}</name>\n          \
-             <attributes>{attributes}</attributes>\n        \
-         </label>\n",
-        escaped(label)
-    )
 }
 
-/// Name of the attribute of a box of which a part is outside the frame.
-const TRUNCATED: &str = "truncated";
-
-/// The attributes of a target in a frame.
-fn attributes(job: &Job<'_>, entry: &Entry) -> String {
-    let line = |name: &str, value: &str| {
-        format!("      <attribute name=\"{}\">{}</attribute>\n", escaped(name), escaped(value))
-    };
-    let own = job.attributes(entry.id).map(|(name, value)| line(name, value));
-    let said =
-        entry.said.map(|said| line(TRUNCATED, if said.truncated { "true" } else { "false" }));
-    own.chain(said).collect()
+/// Writes the definition of an attribute: its name, whether it may change from frame to frame, how
+/// it is entered, and its first value.
+fn write_definition(xml: &mut Document, name: &str, [mutable, kind, default]: [&str; 3]) {
+    xml.element("attribute", &[], |xml| {
+        xml.leaf("name", &[], name);
+        xml.leaf("mutable", &[], mutable);
+        xml.leaf("input_type", &[], kind);
+        xml.leaf("default_value", &[], default);
+        xml.leaf("values", &[], default);
+    });
 }
 
-/// Writes the boxes of a target: the first and the last of each stretch, every `step`-th between them, and
-/// those where it begins or ceases to be occluded. If it is not found in the next tracked frame, the last box
-/// is repeated there as outside.
-fn add_boxes<'a>(
-    out: &mut String,
+/// Writes the boxes of a target: the first and the last of each stretch, every
+/// `key_frames`-th between them, and those where it begins or ceases to be occluded. If it is not
+/// found in the next tracked frame, the last box is repeated there as outside.
+fn write_boxes<'a>(
+    xml: &mut Document,
     job: &Job<'_>,
     frames: &[usize],
     entries: impl Iterator<Item = &'a Entry>,
@@ -98,42 +98,59 @@ fn add_boxes<'a>(
         let after = frames.get(frames.partition_point(|&frame| frame <= entry.frame));
         let next = found.peek().map(|(entry, _)| entry.frame);
         let outside = after.filter(|after| next.is_none_or(|next| next > **after));
-        let attributes = attributes(job, entry);
+        let of_frame = Shape { frame: entry.frame, bbox, outside: false, occluded };
         if since % job.key_frames == 0
             || entry.said.is_some()
             || before != Some(occluded)
             || outside.is_some()
             || next.is_none()
         {
-            add_box(out, entry.frame, bbox, (false, occluded), &attributes);
+            of_frame.write(xml, job, entry);
             since = 0;
         }
         (since, before) = (since + 1, Some(occluded));
         if let Some(&after) = outside {
-            add_box(out, after, bbox, (true, occluded), &attributes);
+            Shape { frame: after, outside: true, ..of_frame }.write(xml, job, entry);
             (since, before) = (0, None);
         }
     }
 }
 
-fn add_box(
-    out: &mut String,
+/// A box of a track.
+struct Shape {
     frame: usize,
     bbox: BoundingBox,
-    (outside, occluded): (bool, bool),
-    attributes: &str,
-) {
-    let inside = if attributes.is_empty() { "" } else { "\n" };
-    let indent = if attributes.is_empty() { "" } else { "    " };
-    let _ = writeln!(
-        out,
-        "    <box frame=\"{frame}\" keyframe=\"1\" outside=\"{}\" occluded=\"{}\" xtl=\"{}\" ytl=\"{}\" \
-         xbr=\"{}\" ybr=\"{}\" z_order=\"0\">{inside}{attributes}{indent}</box>",
-        u8::from(outside),
-        u8::from(occluded),
-        round(bbox.x),
-        round(bbox.y),
-        round(bbox.x + bbox.w),
-        round(bbox.y + bbox.h),
-    );
+    outside: bool,
+    occluded: bool,
+}
+
+impl Shape {
+    /// Writes the box, with the attributes of an entry.
+    fn write(&self, xml: &mut Document, job: &Job<'_>, entry: &Entry) {
+        let BoundingBox { x, y, w, h } = self.bbox;
+        let sides = [x, y, x + w, y + h].map(|side| round(side).to_string());
+        let frame = self.frame.to_string();
+        let of_box = [
+            ("frame", frame.as_str()),
+            ("keyframe", "1"),
+            ("outside", digit(self.outside)),
+            ("occluded", digit(self.occluded)),
+            ("xtl", &sides[0]),
+            ("ytl", &sides[1]),
+            ("xbr", &sides[2]),
+            ("ybr", &sides[3]),
+            ("z_order", "0"),
+        ];
+        let truncated = entry.said.map(|said| if said.truncated { "true" } else { "false" });
+        let own = job.attributes(entry.id).map(|(name, value)| (name.as_str(), value.as_str()));
+        let inside: Vec<_> = own.chain(truncated.map(|value| (TRUNCATED, value))).collect();
+        if inside.is_empty() {
+            return xml.leaf("box", &of_box, "");
+        }
+        xml.element("box", &of_box, |xml| {
+            for (name, value) in inside {
+                xml.leaf("attribute", &[("name", name)], value);
+            }
+        });
+    }
 }

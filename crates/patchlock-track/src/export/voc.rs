@@ -1,12 +1,13 @@
-//! Pascal VOC: `Annotations/<image>.xml` for each frame, `ImageSets/Main/trainval.txt` with their names, the
-//! frames in `JPEGImages`, and `labelmap.txt`, which CVAT and datumaro need for labels of one's own. Pixels
-//! count from 1, and the right and lower sides are those of the last pixel. Boxes are clipped to the frame
-//! and rounded; boxes outside it are omitted. Frames in which a target is lost are left out, as in YOLO.
+//! Pascal VOC: `Annotations/<image>.xml` for each frame, `ImageSets/Main/trainval.txt` with their
+//! names, the frames in `JPEGImages`, and `labelmap.txt`, which CVAT and datumaro need for labels
+//! that VOC does not define. Pixels count from 1, and the right and lower sides are those of the
+//! last pixel. Boxes are clipped to the frame and rounded; boxes outside it are omitted. Frames in
+//! which a target is lost are left out, as in YOLO.
 
 use std::fmt::Write;
 use std::path::Path;
 
-use super::xml::escaped;
+use super::xml::{Document, digit};
 use super::yolo::clipped;
 use super::{Entry, Item, Job};
 
@@ -33,22 +34,54 @@ fn label_map(labels: &[&str]) -> String {
     lines.fold("# label:color_rgb:parts:actions\n".to_owned(), |map, label| map + label + ":::\n")
 }
 
-fn annotation(job: &Job<'_>, image: &Path, objects: &str) -> String {
+fn annotation(job: &Job<'_>, image: &Path, objects: &[Object<'_>]) -> String {
     let (width, height) = job.frames.size;
-    format!(
-        "<annotation>\n  <folder>JPEGImages</folder>\n  <filename>{}</filename>\n  <source>\n    \
-         <database>{}</database>\n  </source>\n  <size>\n    <width>{width}</width>\n    \
-         <height>{height}</height>\n    <depth>3</depth>\n  </size>\n  <segmented>0</segmented>\n\
-         {objects}</annotation>\n",
-        escaped(&image.to_string_lossy()),
-        escaped(job.name),
-    )
+    let mut xml = Document::new();
+    xml.element("annotation", &[], |xml| {
+        xml.leaf("folder", &[], "JPEGImages");
+        xml.leaf("filename", &[], &image.to_string_lossy());
+        xml.element("source", &[], |xml| xml.leaf("database", &[], job.name));
+        xml.element("size", &[], |xml| {
+            xml.leaf("width", &[], &width.to_string());
+            xml.leaf("height", &[], &height.to_string());
+            xml.leaf("depth", &[], "3");
+        });
+        xml.leaf("segmented", &[], "0");
+        for object in objects {
+            xml.element("object", &[], |xml| object.write(xml));
+        }
+    });
+    xml.into_text()
+}
+
+/// A target in a frame.
+struct Object<'a> {
+    label: &'a str,
+    truncated: bool,
+    occluded: bool,
+    /// Left, top, right and bottom: the first and the last pixel, which count from 1.
+    sides: [f64; 4],
+}
+
+impl Object<'_> {
+    fn write(&self, xml: &mut Document) {
+        xml.leaf("name", &[], self.label);
+        xml.leaf("pose", &[], "Unspecified");
+        xml.leaf("truncated", &[], digit(self.truncated));
+        xml.leaf("occluded", &[], digit(self.occluded));
+        xml.leaf("difficult", &[], "0");
+        xml.element("bndbox", &[], |xml| {
+            for (name, side) in ["xmin", "ymin", "xmax", "ymax"].iter().zip(self.sides) {
+                xml.leaf(name, &[], &side.to_string());
+            }
+        });
+    }
 }
 
 /// The objects of one frame; `None` if a target is lost in it.
-fn objects(job: &Job<'_>, entries: &[Entry]) -> Option<String> {
+fn objects<'a>(job: &'a Job<'_>, entries: &[Entry]) -> Option<Vec<Object<'a>>> {
     let (width, height) = (job.frames.size.0 as f64, job.frames.size.1 as f64);
-    let mut out = String::new();
+    let mut objects = Vec::new();
     for entry in entries.iter().filter(|entry| !entry.is_hidden()) {
         let bbox = entry.found()?;
         let Some(sides) = clipped(&bbox, width, height) else { continue };
@@ -56,18 +89,12 @@ fn objects(job: &Job<'_>, entries: &[Entry]) -> Option<String> {
         // Left and top of the first pixel, right and bottom of the last one, at least one pixel large.
         let [left, top, right, bottom] = sides.map(f64::round);
         let (left, top) = (left.min(width - 1.0) + 1.0, top.min(height - 1.0) + 1.0);
-        let (right, bottom) = (right.max(left), bottom.max(top));
-        let truncated = !whole || entry.said.is_some_and(|said| said.truncated);
-        let _ = write!(
-            out,
-            "  <object>\n    <name>{}</name>\n    <pose>Unspecified</pose>\n    \
-             <truncated>{}</truncated>\n    <occluded>{}</occluded>\n    <difficult>0</difficult>\n    \
-             <bndbox>\n      <xmin>{left}</xmin>\n      <ymin>{top}</ymin>\n      \
-             <xmax>{right}</xmax>\n      <ymax>{bottom}</ymax>\n    </bndbox>\n  </object>\n",
-            escaped(job.label(entry.id)),
-            u8::from(truncated),
-            u8::from(entry.is_occluded()),
-        );
+        objects.push(Object {
+            label: job.label(entry.id),
+            truncated: !whole || entry.said.is_some_and(|said| said.truncated),
+            occluded: entry.is_occluded(),
+            sides: [left, top, right.max(left), bottom.max(top)],
+        });
     }
-    Some(out)
+    Some(objects)
 }
