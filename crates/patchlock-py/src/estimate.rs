@@ -1,13 +1,16 @@
 //! The Python class `Estimate`.
 
-use numpy::{PyArray2, PyReadonlyArray2, ToPyArray, ndarray::Array2};
+use numpy::{PyArray2, PyArray3, PyReadonlyArray2, ToPyArray, ndarray::Array2};
 use patchlock::{BoundingBox, Status, Visibility, VisibilityMap};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyType};
 
-/// The maps of hidden patches, large and small.
+use crate::draw;
+use crate::pixels::Channels;
+
+/// The maps of visible patches, large and small.
 type Maps<'py> = (Bound<'py, PyArray2<bool>>, Bound<'py, PyArray2<bool>>);
 
 /// What `__reduce__` returns: the class and the arguments that make an equal value.
@@ -25,7 +28,7 @@ type Reduced<'py> = (
 ///     corners: Corners of the rotated outline, shape (4, 2).
 ///     score: How certain the tracker is, 0 to 1.
 ///     status: `"tracked"`, `"uncertain"` or `"lost"`.
-///     occlusion: Maps of the hidden patches, large and small; `None` if the method does not know.
+///     visibility: Maps of the visible patches, large and small; `None` if the method does not know.
 ///     frame: Number of the frame.
 ///     ms: Milliseconds that the tracker took for the frame.
 ///
@@ -53,13 +56,13 @@ impl Estimate {
 #[pymethods]
 impl Estimate {
     #[new]
-    #[pyo3(signature = (r#box, corners, score, status, occlusion = None, frame = 0, ms = 0.0))]
+    #[pyo3(signature = (r#box, corners, score, status, visibility = None, frame = 0, ms = 0.0))]
     fn new(
         r#box: &Bound<'_, PyAny>,
         corners: &Bound<'_, PyAny>,
         score: f64,
         status: &str,
-        occlusion: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
+        visibility: Option<(Bound<'_, PyAny>, Bound<'_, PyAny>)>,
         frame: u64,
         ms: f64,
     ) -> PyResult<Self> {
@@ -69,10 +72,10 @@ impl Estimate {
             .collect::<PyResult<_>>()?;
         let corners =
             corners.try_into().map_err(|_| PyValueError::new_err("there must be four corners"))?;
-        let visible = |(large, small): (Bound<'_, PyAny>, Bound<'_, PyAny>)| -> PyResult<_> {
+        let maps = |(large, small): (Bound<'_, PyAny>, Bound<'_, PyAny>)| -> PyResult<_> {
             Ok(Visibility { large: map(&large)?, small: map(&small)? })
         };
-        let visibility = occlusion.map(visible).transpose()?;
+        let visibility = visibility.map(maps).transpose()?;
         let (bbox, status) = (to_box(r#box)?, to_status(status)?);
         let inner = patchlock::Estimate { bbox, corners, score, status, visibility };
         Ok(Self { frame, ms, inner })
@@ -123,21 +126,13 @@ impl Estimate {
         self.inner.status.name()
     }
 
-    /// Shares of visible patches, `(large, small)`, each 0 to 1; `None` if the method does not know.
-    #[getter]
-    fn visibility<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let Some(visibility) = &self.inner.visibility else { return Ok(None) };
-        let shares = (visibility.large.share(), visibility.small.share());
-        named(py, &VISIBILITY, "Visibility")?.call1(shares).map(Some)
-    }
-
-    /// Hidden patches, `(large, small)`, as boolean arrays; `None` if the method does not know.
+    /// Which patches are visible, large and small; `None` if the method does not know.
     ///
     /// Patches are in row order of the unrotated target: by default 3 x 3 and 7 x 7.
     #[getter]
-    fn occlusion<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+    fn visibility<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
         let Some(maps) = self.maps(py)? else { return Ok(None) };
-        named(py, &OCCLUSION, "Occlusion")?.call1(maps).map(Some)
+        named(py, &VISIBILITY, "Visibility")?.call1(maps).map(Some)
     }
 
     /// One row of the table that `patchlock track` saves, by column name, without the time.
@@ -169,6 +164,33 @@ impl Estimate {
         Self { frame, ms: self.ms, inner: self.inner.clone() }
     }
 
+    /// Draws the estimate on a copy of a frame.
+    ///
+    /// The lines are those of the command `patchlock track --video`: the upright box is white, the outline
+    /// goes from orange to teal with the score, both are dashed while the target is uncertain. Of a lost target
+    /// the last known box is drawn in grey.
+    ///
+    /// Args:
+    ///     frame: The frame, as for `Tracker`. uint16 samples are divided by 256, float32 samples are from 0
+    ///         to 1.
+    ///     channels: Channel order of colour arrays, also of the result.
+    ///
+    /// Returns:
+    ///     The picture, uint8, shape (height, width, 3).
+    ///
+    /// Raises:
+    ///     TypeError: The frame is neither an array of a supported type nor an image.
+    ///     ValueError: The frame has an invalid shape.
+    #[pyo3(signature = (frame, *, channels = "rgb"))]
+    fn draw<'py>(
+        &self,
+        py: Python<'py>,
+        frame: &Bound<'py, PyAny>,
+        channels: &str,
+    ) -> PyResult<Bound<'py, PyArray3<u8>>> {
+        draw::on_frame(py, &self.inner, frame, Channels::parse(channels)?)
+    }
+
     fn __eq__(&self, other: &Self) -> bool {
         // The time is left out: it differs between otherwise equal runs.
         self.frame == other.frame && self.inner == other.inner
@@ -194,13 +216,12 @@ impl Estimate {
 impl Estimate {
     fn maps<'py>(&self, py: Python<'py>) -> PyResult<Option<Maps<'py>>> {
         let Some(Visibility { large, small }) = &self.inner.visibility else { return Ok(None) };
-        Ok(Some((hidden(py, large)?, hidden(py, small)?)))
+        Ok(Some((visible(py, large)?, visible(py, small)?)))
     }
 }
 
 static BOX: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 static VISIBILITY: PyOnceLock<Py<PyType>> = PyOnceLock::new();
-static OCCLUSION: PyOnceLock<Py<PyType>> = PyOnceLock::new();
 
 /// A named tuple of the package.
 fn named<'a, 'py>(
@@ -211,9 +232,8 @@ fn named<'a, 'py>(
     class.import(py, "patchlock._types", name)
 }
 
-fn hidden<'py>(py: Python<'py>, map: &VisibilityMap) -> PyResult<Bound<'py, PyArray2<bool>>> {
-    let hidden = map.visible.iter().map(|visible| !visible).collect();
-    let array = Array2::from_shape_vec((map.rows, map.columns), hidden)
+fn visible<'py>(py: Python<'py>, map: &VisibilityMap) -> PyResult<Bound<'py, PyArray2<bool>>> {
+    let array = Array2::from_shape_vec((map.rows, map.columns), map.visible.clone())
         .map_err(|error| PyValueError::new_err(error.to_string()))?;
     Ok(array.to_pyarray(py))
 }
@@ -227,13 +247,13 @@ pub fn to_status(name: &str) -> PyResult<Status> {
     })
 }
 
-fn map(hidden: &Bound<'_, PyAny>) -> PyResult<VisibilityMap> {
-    let hidden: PyReadonlyArray2<'_, bool> = hidden.extract().map_err(|_| {
-        PyTypeError::new_err("occlusion must hold two boolean arrays of shape (rows, columns)")
+fn map(visible: &Bound<'_, PyAny>) -> PyResult<VisibilityMap> {
+    let visible: PyReadonlyArray2<'_, bool> = visible.extract().map_err(|_| {
+        PyTypeError::new_err("visibility must hold two boolean arrays of shape (rows, columns)")
     })?;
-    let array = hidden.as_array();
+    let array = visible.as_array();
     let (rows, columns) = array.dim();
-    Ok(VisibilityMap { rows, columns, visible: array.iter().map(|hidden| !hidden).collect() })
+    Ok(VisibilityMap { rows, columns, visible: array.iter().copied().collect() })
 }
 
 /// The box as the package's named tuple.

@@ -5,6 +5,7 @@
 
 mod batch;
 mod command;
+mod draw;
 mod errors;
 mod estimate;
 mod export;

@@ -126,6 +126,38 @@ impl<'py> Pixels<'py> {
         Ok(if self.bgr { frame.bgr() } else { frame })
     }
 
+    /// Width and height, of a frame that is valid.
+    pub fn size(&self) -> PyResult<(usize, usize)> {
+        self.frame().map(|frame| (frame.width(), frame.height()))
+    }
+
+    /// The pixels as 8-bit RGB. 16-bit samples are divided by 256, float samples are from 0 to 1.
+    pub fn to_rgb(&self) -> PyResult<Vec<u8>> {
+        self.frame()?;
+        Ok(match &self.memory {
+            Memory::U8(array) => self.rgb(self.part(array)?, |sample| sample),
+            Memory::U16(array) => self.rgb(self.part(array)?, |sample| (sample >> 8) as u8),
+            Memory::F32(array) => {
+                self.rgb(self.part(array)?, |sample| (255.0 * sample).round() as u8)
+            }
+        })
+    }
+
+    fn rgb<T: Copy>(&self, samples: &[T], to_byte: impl Fn(T) -> u8) -> Vec<u8> {
+        let Layout { height, width, channels, stride, .. } = self.layout;
+        let mut rgb = Vec::with_capacity(3 * width * height);
+        for row in samples.chunks(stride).take(height) {
+            for pixel in row.chunks_exact(channels).take(width) {
+                let mut bytes = [0, 1, 2].map(|k| to_byte(pixel[k.min(channels - 1)]));
+                if self.bgr {
+                    bytes.reverse();
+                }
+                rgb.extend(bytes);
+            }
+        }
+        rgb
+    }
+
     fn part<'a, T: Element>(&self, array: &'a PyReadonlyArrayDyn<'py, T>) -> PyResult<&'a [T]> {
         Ok(array.as_slice()?.get(self.start..).unwrap_or(&[]))
     }

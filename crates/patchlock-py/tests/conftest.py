@@ -26,14 +26,13 @@ def film(scene: patchlock.Scene) -> list[npt.NDArray[np.uint8]]:
 
 def numbers(estimate: patchlock.Estimate) -> tuple[Any, ...]:
     """All fields of an estimate except the time, exact to the last bit."""
-    assert estimate.visibility is not None and estimate.occlusion is not None
-    large, small = estimate.occlusion
+    assert estimate.visibility is not None
+    large, small = estimate.visibility
     return (
         *estimate.box,
         *estimate.corners.ravel(),
         estimate.score,
         estimate.status,
-        *estimate.visibility,
         large.tobytes(),
         small.tobytes(),
     )

@@ -20,8 +20,8 @@ ONE = {
     "score",
     "visible/large",
     "visible/small",
-    "occlusion/large",
-    "occlusion/small",
+    "patches/large",
+    "patches/small",
 }
 INSIDE = {"frame/particles", "candidate", "templates"}
 

@@ -41,11 +41,10 @@ def test_an_estimate_has_all_fields(scene, film):
     assert estimate.box.w == estimate.box[2]
     assert estimate.corners.shape == (4, 2) and estimate.corners.dtype == np.float64
     assert np.all(estimate.corners[0] < estimate.corners[2])
-    large, small = estimate.occlusion
+    large, small = estimate.visibility
     assert (large.shape, small.shape, large.dtype) == ((3, 3), (13, 13), bool)
-    assert estimate.visibility.large == pytest.approx(1 - large.mean())
-    assert estimate.visibility.small == pytest.approx(1 - small.mean())
-    assert estimate.score == pytest.approx(sum(estimate.visibility) / 2)
+    assert estimate.visibility.shares == (large.mean(), small.mean())
+    assert estimate.score == pytest.approx(sum(estimate.visibility.shares) / 2)
     assert estimate.status == "tracked"
     assert "box=(" in repr(estimate) and "status='tracked'" in repr(estimate)
     assert list(estimate.to_dict().values())[5] == estimate.score
@@ -65,14 +64,14 @@ def test_estimates_compare_and_pickle(scene, film):
 
 
 CORNERS = [[9.5, 19.5], [39.5, 19.5], [39.5, 59.5], [9.5, 59.5]]
-MAPS = (np.array([[True, False], [False, False]]), np.zeros((3, 3), bool))
+MAPS = (np.array([[False, True], [True, True]]), np.ones((3, 3), bool))
 
 
-@pytest.mark.parametrize("occlusion", [None, MAPS])
+@pytest.mark.parametrize("visibility", [None, MAPS])
 @pytest.mark.parametrize("status", ["tracked", "uncertain", "lost"])
-def test_pickling_keeps_every_field(occlusion, status):
+def test_pickling_keeps_every_field(visibility, status):
     """Score and status are stored: here neither follows from the visible share."""
-    made = patchlock.Estimate((10, 20, 30, 40), CORNERS, 0.123, status, occlusion, frame=7, ms=2.5)
+    made = patchlock.Estimate((10, 20, 30, 40), CORNERS, 0.123, status, visibility, frame=7, ms=2.5)
     for back in (made, pickle.loads(pickle.dumps(made)), copy.deepcopy(made)):
         assert back == made
         assert (back.box, back.score, back.status, back.frame, back.ms) == (
@@ -84,15 +83,15 @@ def test_pickling_keeps_every_field(occlusion, status):
         )
         assert back.corners.tolist() == CORNERS
         assert list(back.to_dict().items())[-1] == ("status", status)
-        if occlusion is None:
-            assert back.visibility is None and back.occlusion is None
+        if visibility is None:
+            assert back.visibility is None
             assert back.to_dict()["visible_large"] is None
         else:
-            assert back.visibility == (0.75, 1.0)
-            assert all(np.array_equal(a, b) for a, b in zip(back.occlusion, occlusion, strict=True))
+            assert back.visibility.shares == (0.75, 1.0)
+            assert all(np.array_equal(a, b) for a, b in zip(back.visibility, visibility, strict=True))
 
 
-def test_estimates_differ_in_score_status_and_occlusion():
+def test_estimates_differ_in_score_status_and_visibility():
     made = patchlock.Estimate((10, 20, 30, 40), CORNERS, 0.5, "tracked")
     assert made == patchlock.Estimate((10, 20, 30, 40), CORNERS, 0.5, "tracked", ms=9)
     assert made != patchlock.Estimate((10, 20, 30, 40), CORNERS, 0.6, "tracked")

@@ -33,9 +33,11 @@ from patchlock._patchlock import (
     __version__,
 )
 from patchlock._settings import Settings, parameters
+from patchlock._supervision import to_supervision
 from patchlock._track import to_dataframe, track
-from patchlock._types import Box, BoxLike, FrameLike, Occlusion, Parameter, Visibility
+from patchlock._types import Box, BoxLike, FrameLike, Parameter, Visibility
 
+# Without the module `rerun`: a star import must not replace the package of that name.
 __all__ = [
     "PRESETS",
     "Box",
@@ -45,7 +47,6 @@ __all__ = [
     "Frames",
     "MultiTracker",
     "Observation",
-    "Occlusion",
     "Parameter",
     "Project",
     "RobustObservation",
@@ -56,7 +57,7 @@ __all__ = [
     "__version__",
     "export",
     "parameters",
-    "rerun",
     "to_dataframe",
+    "to_supervision",
     "track",
 ]

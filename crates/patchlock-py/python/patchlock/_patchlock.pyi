@@ -10,7 +10,7 @@ import numpy.typing as npt
 from typing_extensions import Self, Unpack
 
 from patchlock._settings import Settings
-from patchlock._types import Box, BoxLike, FrameLike, Occlusion, Visibility
+from patchlock._types import Box, BoxLike, FrameLike, Visibility
 
 __version__: Final[str]
 __all__ = [
@@ -290,7 +290,7 @@ class Estimate:
         corners: Corners of the rotated outline, shape (4, 2).
         score: How certain the tracker is, 0 to 1.
         status: `"tracked"`, `"uncertain"` or `"lost"`.
-        occlusion: Maps of the hidden patches, large and small; `None` if the method does not know.
+        visibility: Maps of the visible patches, large and small; `None` if the method does not know.
         frame: Number of the frame.
         ms: Milliseconds that the tracker took for the frame.
 
@@ -305,7 +305,7 @@ class Estimate:
         corners: Sequence[Sequence[float]] | npt.NDArray[np.float64],
         score: float,
         status: Literal["tracked", "uncertain", "lost"],
-        occlusion: tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]] | None = None,
+        visibility: tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]] | None = None,
         frame: int = 0,
         ms: float = 0.0,
     ) -> Self: ...
@@ -348,11 +348,7 @@ class Estimate:
 
     @property
     def visibility(self) -> Visibility | None:
-        """Shares of visible patches, `(large, small)`, each 0 to 1; `None` if the method does not know."""
-
-    @property
-    def occlusion(self) -> Occlusion | None:
-        """Hidden patches, `(large, small)`, as boolean arrays; `None` if the method does not know.
+        """Which patches are visible, large and small; `None` if the method does not know.
 
         Patches are in row order of the unrotated target: by default 3 x 3 and 7 x 7.
         """
@@ -367,6 +363,28 @@ class Estimate:
 
     def numbered(self, frame: int) -> Estimate:
         """A copy of the estimate with another frame number."""
+
+    def draw(
+        self, frame: FrameLike, *, channels: Literal["rgb", "bgr"] = "rgb"
+    ) -> npt.NDArray[np.uint8]:
+        """Draws the estimate on a copy of a frame.
+
+        The lines are those of the command `patchlock track --video`: the upright box is white, the outline
+        goes from orange to teal with the score, both are dashed while the target is uncertain. Of a lost target
+        the last known box is drawn in grey.
+
+        Args:
+            frame: The frame, as for `Tracker`. uint16 samples are divided by 256, float32 samples are from 0
+                to 1.
+            channels: Channel order of colour arrays, also of the result.
+
+        Returns:
+            The picture, uint8, shape (height, width, 3).
+
+        Raises:
+            TypeError: The frame is neither an array of a supported type nor an image.
+            ValueError: The frame has an invalid shape.
+        """
 
     def __eq__(self, other: object, /) -> bool: ...
 

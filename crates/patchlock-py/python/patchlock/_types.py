@@ -31,27 +31,33 @@ class Box(NamedTuple):
     h: float
     """Height in pixels."""
 
+    @property
+    def xywh(self) -> tuple[float, float, float, float]:
+        """Left, top, width, height."""
+        return self.x, self.y, self.w, self.h
+
+    @property
+    def xyxy(self) -> tuple[float, float, float, float]:
+        """Left, top, right, bottom; the right and bottom edges are `x + w` and `y + h`."""
+        return self.x, self.y, self.x + self.w, self.y + self.h
+
     def __str__(self) -> str:
         """For reading: two digits after the point, while `repr` has all of them."""
         return f"Box(x={self.x:.2f}, y={self.y:.2f}, w={self.w:.2f}, h={self.h:.2f})"
 
 
 class Visibility(NamedTuple):
-    """Shares of the target's patches that are visible, each 0 to 1."""
-
-    large: float
-    """Share of the large patches."""
-    small: float
-    """Share of the small patches."""
-
-
-class Occlusion(NamedTuple):
-    """Which of the target's patches are hidden, in row order of the unrotated target."""
+    """Which of the target's patches are visible, in row order of the unrotated target."""
 
     large: npt.NDArray[np.bool_]
     """The large patches; 3 x 3 by default."""
     small: npt.NDArray[np.bool_]
     """The small patches; 7 x 7 by default, 13 x 13 with the preset `paper`."""
+
+    @property
+    def shares(self) -> tuple[float, float]:
+        """Shares of the large and of the small patches that are visible, each 0 to 1."""
+        return float(self.large.mean()), float(self.small.mean())
 
 
 class Parameter(NamedTuple):

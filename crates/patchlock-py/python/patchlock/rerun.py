@@ -54,7 +54,7 @@ def log(
     | `<entity>/frame` | the frame, if given |
     | `<entity>/frame/box`, `/outline` | the upright box, the rotated outline; grey if the target is lost |
     | `<entity>/score`, `/visible/large`, `/visible/small` | the score and the visible shares over time |
-    | `<entity>/occlusion/large`, `/small` | the patches: green is visible, orange is hidden |
+    | `<entity>/patches/large`, `/small` | the patches: green is visible, orange is hidden |
 
     An `Observation`, of the method `patchwise`, adds:
 
@@ -71,8 +71,7 @@ def log(
     | `<entity>/certainty` | how certain the memory is of the estimate, over time |
     | `<entity>/follower`, `/memory` | their responses around the estimate, which is in the middle |
 
-    If the method does not know which patches are visible, the entities of visibility and occlusion are left
-    out. With several targets, the id is appended to every entity except the frame, as in
+    If the method does not know which patches are visible, the entities of patches are left out. With several targets, the id is appended to every entity except the frame, as in
     `patchlock/score/2`. Without targets, nothing is logged.
 
     Args:
@@ -132,11 +131,11 @@ def _of_estimate(estimate: Estimate, name: str) -> Iterator[tuple[str, rr.AsComp
     outline = estimate.corners[[0, 1, 2, 3, 0]] + 0.5
     yield "frame/outline", rr.LineStrips2D([outline], colors=[outline_colour])
     yield "score", rr.Scalars(estimate.score)
-    if estimate.visibility is None or estimate.occlusion is None:
+    if estimate.visibility is None:
         return
-    for scale, share, hidden in zip(("large", "small"), estimate.visibility, estimate.occlusion, strict=True):
-        yield f"visible/{scale}", rr.Scalars(share)
-        yield f"occlusion/{scale}", rr.Image(np.where(hidden[..., None], _HIDDEN, _VISIBLE).astype(np.uint8))
+    for scale, visible in zip(("large", "small"), estimate.visibility, strict=True):
+        yield f"visible/{scale}", rr.Scalars(float(visible.mean()))
+        yield f"patches/{scale}", rr.Image(np.where(visible[..., None], _VISIBLE, _HIDDEN).astype(np.uint8))
 
 
 def _of_observation(seen: Observation | RobustObservation) -> Iterator[tuple[str, rr.AsComponents]]:
