@@ -13,7 +13,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from PIL import Image
 
@@ -66,18 +65,6 @@ def run(page: Path) -> dict[str, Any]:
         line = text.count("\n", 0, match.start(1))
         exec(compile("\n" * line + match.group(1), str(page), "exec"), names)
     return names
-
-
-def test_supervision_takes_what_the_page_makes(video, tmp_path, monkeypatch):
-    supervision = pytest.importorskip("supervision", reason="needs the extra export")
-    (tmp_path / "video.mp4").write_bytes(video.read_bytes())
-    monkeypatch.chdir(tmp_path)
-    names = run(ROOT / "docs/many-targets.md")
-    found = names["detections"](names["found"])
-    ids = [id for id, estimate in names["found"].items() if estimate.status != "lost"]
-    assert list(found.tracker_id) == ids and len(found) == len(ids) > 0
-    frame = np.zeros((180, 240, 3), np.uint8)
-    assert supervision.BoxAnnotator().annotate(frame.copy(), found).any()
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
