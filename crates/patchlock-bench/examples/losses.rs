@@ -25,7 +25,7 @@ use std::error::Error;
 use std::ops::Range;
 use std::time::{Duration, Instant};
 
-use patchlock::{BoundingBox, Estimate, Frame, Method, Status, Tracker, TrackerConfig};
+use patchlock::{BoundingBox, Estimate, Frame, Method, Preset, Status, Tracker, TrackerConfig};
 use patchlock_bench::protocol::HIT_OVERLAP;
 use patchlock_scene::{Absences, Scene, SceneConfig, Truth};
 
@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         [preset, numbers @ ..] if numbers.len() <= 2 => (preset, numbers),
         _ => return Err("usage: losses PRESET [FRAMES [CLIPS]]".into()),
     };
-    let config = TrackerConfig::preset(preset)?;
+    let config = TrackerConfig::from(preset.parse::<Preset>()?);
     let number = |at: usize, default| numbers.get(at).map_or(Ok(default), |text| text.parse());
     let (frames, clips) = (number(0, 3000)?, number(1, 10)?);
     println!("| clip | losses | frames | false | returns | frames | overlap | hidden | ms |");
@@ -118,20 +118,23 @@ struct Counts {
 /// Tracks a scene from its first true box on.
 fn track(scene: &Scene, config: &TrackerConfig) -> Result<Counts, patchlock::Error> {
     let (mut counts, mut said) = (Counts::default(), Vec::new());
-    let mut tracker = Tracker::new(config.clone())?;
+    let mut tracker: Option<Tracker> = None;
     for k in 0..scene.len() {
         let (rendered, truth) = (scene.frame(k), scene.truth(k));
         let frame = Frame::rgb8(&rendered.rgb, rendered.width, rendered.height)?;
-        if k == 0 {
-            tracker.init(&frame, true_box(&truth))?;
+        let Some(tracker) = &mut tracker else {
+            tracker = Some(Tracker::start(config.clone(), &frame, true_box(&truth))?);
             continue;
-        }
+        };
         let begin = Instant::now();
         let estimate = tracker.update(&frame)?;
         counts.time += begin.elapsed();
-        said.push(counts.add(&estimate, truth));
+        said.push(counts.add(estimate, truth));
     }
-    let trial = if config.method == Method::Robust { config.robust.trial } else { 0 };
+    let trial = match &config.method {
+        Method::Robust(config) => config.trial,
+        Method::Paper(_) => 0,
+    };
     for absence in absences(&said) {
         counts.add_absence(&said, absence, RETURN_FRAMES + trial);
     }

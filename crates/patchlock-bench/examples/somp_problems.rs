@@ -23,7 +23,7 @@ use patchlock::patch_model::sparse::somp::batched::BLOCK;
 use patchlock::vision::frame::GreyImage;
 use patchlock::vision::patches::{PatchGrid, normalise};
 use patchlock::vision::warp::warp;
-use patchlock::{FrameView, PatchwiseConfig, State, Tracker, TrackerConfig};
+use patchlock::{FrameView, PaperConfig, State, Tracker};
 use patchlock_bench::dataset::Dataset;
 use patchlock_media::image_file;
 use serde::Deserialize;
@@ -71,16 +71,21 @@ fn text(error: Box<dyn Error>) -> String {
 /// The required parts of a snapshot.
 #[derive(Deserialize)]
 struct Saved {
+    track: SavedTrack,
+}
+
+#[derive(Deserialize)]
+struct SavedTrack {
     target: SavedTarget,
 }
 
 #[derive(Deserialize)]
 struct SavedTarget {
-    patchwise: SavedPatchwise,
+    paper: SavedPaper,
 }
 
 #[derive(Deserialize)]
-struct SavedPatchwise {
+struct SavedPaper {
     model: Memory,
 }
 
@@ -94,7 +99,7 @@ struct Memory {
 
 /// The state of the tracker before a frame, and the particles that it draws there.
 struct Moment {
-    config: PatchwiseConfig,
+    config: PaperConfig,
     memory: Memory,
     particles: Vec<State>,
     image: GreyImage,
@@ -108,9 +113,9 @@ impl Moment {
         if !(1..sequence.frames.len()).contains(&frame) {
             return Err(format!("the target has frames 1 to {}", sequence.frames.len() - 1).into());
         }
-        let config = TrackerConfig::preset("paper")?;
-        let mut tracker = Tracker::new(config.clone())?;
-        tracker.init(&image_file::load(&sequence.frames[0])?.frame()?, first)?;
+        let config = PaperConfig::default();
+        let picture = image_file::load(&sequence.frames[0])?;
+        let mut tracker = Tracker::start(config.clone(), &picture.frame()?, first)?;
         for path in &sequence.frames[1..frame] {
             tracker.update(&image_file::load(path)?.frame()?)?;
         }
@@ -120,17 +125,12 @@ impl Moment {
         let picture = image_file::load(&sequence.frames[frame])?;
         image.fill(&picture.frame()?)?;
         let mut observer = |view: &FrameView<'_>| {
-            if let FrameView::Patchwise(view) = view {
+            if let FrameView::Paper(view) = view {
                 particles = view.particles.to_vec();
             }
         };
         tracker.update_observed(&picture.frame()?, &mut observer)?;
-        Ok(Self {
-            config: config.patchwise,
-            memory: saved.target.patchwise.model,
-            particles,
-            image,
-        })
+        Ok(Self { config, memory: saved.track.target.paper.model, particles, image })
     }
 
     /// Times the coding of one scale, and writes the problems of the chosen particles.
@@ -140,7 +140,7 @@ impl Moment {
         let begin = Instant::now();
         let candidates = self.candidates();
         let warp_ms = begin.elapsed().as_secs_f64() * 1e3;
-        let length = self.config.template_side * self.config.template_side;
+        let length = self.config.patches.template_side * self.config.patches.template_side;
         let which: Vec<u32> = (0..self.particles.len() as u32).collect();
         let (mut scratch, mut scores) = (CodingScratch::default(), PatchScores::default());
         scores.begin(which.len(), grid.locations());
@@ -176,7 +176,7 @@ impl Moment {
         folder: &Path,
     ) -> Result<()> {
         let (grid, templates, buffer) = self.parts(name);
-        let length = self.config.template_side * self.config.template_side;
+        let length = self.config.patches.template_side * self.config.patches.template_side;
         fs::create_dir_all(folder)?;
         let dictionary: Vec<f32> = templates.iter().flat_map(|t| grid.cut_all(t)).collect();
         let by_location = |images: &[&[f32]]| -> Vec<f32> {
@@ -199,13 +199,13 @@ impl Moment {
         write(folder, "patches", "<f4", &[chosen.len(), count, dim], &bytes(&patches))?;
         let atoms: Vec<i32> = chosen.iter().flat_map(|&k| self.atoms(scores, k)).collect();
         let atoms: Vec<u8> = atoms.into_iter().flat_map(i32::to_le_bytes).collect();
-        write(folder, "atoms", "<i4", &[chosen.len(), count, self.config.atoms], &atoms)?;
+        write(folder, "atoms", "<i4", &[chosen.len(), count, self.config.patches.atoms], &atoms)?;
         Ok(())
     }
 
     /// The atoms of a candidate's codes, padded with -1.
     fn atoms(&self, scores: &PatchScores, candidate: usize) -> Vec<i32> {
-        let count = self.config.atoms;
+        let count = self.config.patches.atoms;
         let one = |support: &[u32]| -> Vec<i32> {
             (0..count).map(|k| support.get(k).map_or(-1, |&atom| atom as i32)).collect()
         };
@@ -215,15 +215,16 @@ impl Moment {
     /// Patch grid, templates of the dictionary, and buffer of one scale.
     fn parts(&self, name: &str) -> (PatchGrid, &Templates, &Templates) {
         let (config, memory) = (&self.config, &self.memory);
+        let patches = &config.patches;
         let grid =
-            |patch, step| PatchGrid::new(config.template_side, patch, step, config.subtract_mean);
+            |patch, step| PatchGrid::new(patches.template_side, patch, step, patches.subtract_mean);
         match name {
             "large" => {
-                let grid = grid(config.large_patch, config.large_step);
+                let grid = grid(patches.large_patch, patches.large_step);
                 (grid, &memory.templates, &memory.large_buffer)
             }
             _ => {
-                let grid = grid(config.small_patch, config.small_step);
+                let grid = grid(patches.small_patch, patches.small_step);
                 (grid, &memory.small_templates, &memory.small_buffer)
             }
         }
@@ -231,7 +232,7 @@ impl Moment {
 
     /// The samples of all candidates, concatenated.
     fn candidates(&self) -> Vec<f32> {
-        let side = self.config.template_side;
+        let side = self.config.patches.template_side;
         let mut all = vec![0.0; self.particles.len() * side * side];
         for (state, out) in self.particles.iter().zip(all.chunks_exact_mut(side * side)) {
             warp(&self.image, &state.matrix(), side, out);
@@ -243,7 +244,10 @@ impl Moment {
     fn rules(&self) -> ScaleRules {
         let config = &self.config;
         ScaleRules {
-            codes: CodeRules { atoms: config.atoms, min_residual: config.min_residual },
+            codes: CodeRules {
+                atoms: config.patches.atoms,
+                min_residual: config.patches.min_residual,
+            },
             beta: config.beta,
             position_weights: config.position_weights,
         }

@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use patchlock::{Tracker, TrackerConfig};
+use patchlock::{Preset, Tracker};
 use patchlock_bench::dataset::{Dataset, Sequence};
 use patchlock_media::image_file;
 use patchlock_studio::project::{Key, Target, Tracked};
@@ -203,16 +203,18 @@ impl<'a> Course<'a> {
         {
             return Ok(found[..count].to_vec());
         }
-        let mut tracker = Tracker::new(TrackerConfig::preset("robust")?)?;
+        let mut tracker: Option<Tracker> = None;
         let mut found = Vec::new();
         for step in 0..=count {
             let frame = if to > from { from + step } else { from - step };
             let picture = image_file::load(&self.sequence.frames[frame])?;
             let pixels = picture.frame()?;
-            if step == 0 {
-                tracker.init(&pixels, self.key(from).bbox)?;
-            } else {
-                found.push(Found::from(&tracker.update(&pixels)?));
+            match &mut tracker {
+                Some(tracker) => found.push(Found::from(tracker.update(&pixels)?)),
+                None => {
+                    let bbox = self.key(from).bbox;
+                    tracker = Some(Tracker::start(Preset::Robust, &pixels, bbox)?);
+                }
             }
         }
         self.found.insert(key, found.clone());

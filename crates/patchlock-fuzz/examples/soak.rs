@@ -10,7 +10,7 @@ use std::ops::Range;
 use std::process::ExitCode;
 use std::{env, fmt};
 
-use patchlock::{BoundingBox, Estimate, Frame, Tracker, TrackerConfig};
+use patchlock::{BoundingBox, Frame, Method, Preset, Tracker, TrackerConfig};
 use patchlock_fuzz::Studio;
 use peak_alloc::PeakAlloc;
 
@@ -57,9 +57,11 @@ fn main() -> ExitCode {
 
 /// A preset that is fast enough for many frames.
 fn config(preset: &str) -> Option<TrackerConfig> {
-    let mut config = TrackerConfig::preset(preset).ok()?;
-    (config.robust.min_patch, config.robust.max_patch) = (32.0, 32.0);
-    (config.patchwise.particles, config.patchwise.small_step) = (12, 8);
+    let mut config = TrackerConfig::from(preset.parse::<Preset>().ok()?);
+    match &mut config.method {
+        Method::Robust(robust) => (robust.min_patch, robust.max_patch) = (32.0, 32.0),
+        Method::Paper(paper) => (paper.particles, paper.patches.small_step) = (12, 8),
+    }
     Some(config)
 }
 
@@ -83,32 +85,30 @@ fn frame(k: usize) -> (Vec<u8>, BoundingBox) {
 }
 
 /// Begins a tracker on the first frame.
-fn begin(config: &TrackerConfig, frames: &[(Vec<u8>, BoundingBox)]) -> (Tracker, Estimate) {
-    let mut tracker = Tracker::new(config.clone()).expect("is valid");
+fn begin(config: &TrackerConfig, frames: &[(Vec<u8>, BoundingBox)]) -> Tracker {
     let (pixels, bbox) = &frames[0];
     let first = Frame::grey8(pixels, WIDTH, HEIGHT).expect("is a frame");
-    let estimate = tracker.init(&first, *bbox).expect("begins");
-    (tracker, estimate)
+    Tracker::start(config.clone(), &first, *bbox).expect("begins")
 }
 
 fn updates((count, config): (usize, TrackerConfig)) -> bool {
     let frames: Vec<_> = (0..FRAMES).map(frame).collect();
-    let (mut tracker, mut estimate) = begin(&config, &frames);
+    let mut tracker = begin(&config, &frames);
     let mut next = (1..).map(|k| &frames[k % FRAMES].0);
     watch("updates", count, || {
         let pixels = next.next().expect("has no end");
         let frame = Frame::grey8(pixels, WIDTH, HEIGHT).expect("is a frame");
-        tracker.update_into(&frame, &mut estimate).expect("tracks");
+        tracker.update(&frame).expect("tracks");
     })
 }
 
 fn cycles((count, config): (usize, TrackerConfig)) -> bool {
     let frames: Vec<_> = (0..4).map(frame).collect();
     watch("cycles", count, || {
-        let (mut tracker, mut estimate) = begin(&config, &frames);
+        let mut tracker = begin(&config, &frames);
         for (pixels, _) in &frames[1..] {
             let frame = Frame::grey8(pixels, WIDTH, HEIGHT).expect("is a frame");
-            tracker.update_into(&frame, &mut estimate).expect("tracks");
+            tracker.update(&frame).expect("tracks");
         }
     })
 }

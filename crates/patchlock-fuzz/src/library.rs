@@ -5,10 +5,9 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use arbitrary::{Arbitrary, Unstructured};
 use patchlock::{
-    BoundingBox, Error, Estimate, Frame, Method, MultiTracker, PARAMETERS, PRESETS,
-    PatchwiseConfig, Range, Snapshot, Tracker, TrackerConfig,
+    BoundingBox, Error, Estimate, Frame, Kind, Method, MultiTracker, PARAMETERS, Parameter,
+    PatchModelConfig, Preset, Range, Snapshot, Tracker, TrackerConfig, Value,
 };
-use serde_json::{Value, json};
 
 use crate::check::{accepted, estimate, said};
 
@@ -47,34 +46,38 @@ const PATCHES: usize = 64;
 
 /// Whether few patches of the templates are coded.
 fn has_few_patches(config: &TrackerConfig) -> bool {
-    let PatchwiseConfig { template_side, large_patch, large_step, .. } = config.patchwise;
-    let PatchwiseConfig { small_patch, small_step, .. } = config.patchwise;
+    let PatchModelConfig { template_side, large_patch, large_step, .. } = *config.method.patches();
+    let PatchModelConfig { small_patch, small_step, .. } = *config.method.patches();
     [(large_patch, large_step), (small_patch, small_step)]
         .iter()
         .all(|(patch, step)| ((template_side - patch) / step + 1).pow(2) <= PATCHES)
 }
 
-/// Frames of an input, at most: those of `patchwise` take far longer.
-fn most_frames(method: Method) -> u32 {
+/// Frames of an input, at most: those of `paper` take far longer.
+fn most_frames(method: &Method) -> u32 {
     match method {
-        Method::Robust => 160,
-        Method::Patchwise => 10,
+        Method::Robust(_) => 160,
+        Method::Paper(_) => 10,
     }
 }
 
 /// Whether all numbers that cost time are small.
 pub fn is_quick(config: &TrackerConfig) -> bool {
-    let table = serde_json::to_value(config).expect("a configuration can be written");
-    PARAMETERS.iter().all(|row| {
-        let cap = CAPS.iter().find(|(name, _)| *name == row.name);
-        cap.is_none_or(|(_, cap)| {
-            field(&table, row.group, row.name).as_f64().is_some_and(|value| value <= *cap)
-        })
+    CAPS.iter().all(|(name, cap)| match config.get(name) {
+        Ok(Value::Whole(number)) => number as f64 <= *cap,
+        Ok(Value::Number(number)) => number <= *cap,
+        Ok(value) => panic!("{name} is {value}"),
+        Err(error) => matches!(error, Error::UnusedSetting { .. }),
     })
 }
 
-fn field<'a>(table: &'a Value, group: &str, name: &str) -> &'a Value {
-    if group.is_empty() { &table[name] } else { &table[group][name] }
+/// The settings of a preset, with a small patch where the method has one: it is fast enough for many frames.
+pub fn small(preset: Preset) -> TrackerConfig {
+    let mut config = TrackerConfig::from(preset);
+    if let Method::Robust(robust) = &mut config.method {
+        (robust.min_patch, robust.max_patch) = (32.0, 32.0);
+    }
+    config
 }
 
 /// A grey picture of a bright square on a gradient with some texture.
@@ -148,8 +151,8 @@ enum Place {
 #[derive(Arbitrary, Debug, Clone, Copy)]
 enum Call {
     Update(Look),
-    Init(Look, Place),
-    Reinit(Look, Place),
+    Start(Look, Place),
+    Restart(Look, Place),
     /// Follows a target for so many frames, on which it moves; tracking begins on the box if none is tracked.
     Follow(Look, Place, u8),
     /// Continues from a snapshot through text.
@@ -178,31 +181,29 @@ fn run(plan: &Plan) {
     let config = plan.config();
     let size = plan.size.map(|side| usize::from(side % 65));
     let (look, place) = plan.first;
-    let left = most_frames(config.method);
     let mut tracked = Tracked {
-        tracker: Tracker::new(config.clone()).expect("is valid"),
-        many: MultiTracker::new(config).expect("is valid"),
+        left: most_frames(&config.method),
+        many: MultiTracker::new(config.clone()).expect("is valid"),
+        config,
         size,
         begun: None,
-        left,
     };
     tracked.begin(look, place, false);
-    let mut saved = (tracked.tracker.snapshot(), tracked.begun, tracked.size);
+    let mut saved = tracked.saved();
     for call in plan.calls.iter().take(STEPS) {
         match *call {
             Call::Update(look) => tracked.update(look),
-            Call::Init(look, place) => tracked.begin(look, place, false),
-            Call::Reinit(look, place) => tracked.begin(look, place, true),
+            Call::Start(look, place) => tracked.begin(look, place, false),
+            Call::Restart(look, place) => tracked.begin(look, place, true),
             Call::Follow(look, place, frames) => tracked.follow(look, place, frames),
             Call::Save => {
-                saved = (tracked.tracker.snapshot(), tracked.begun, tracked.size);
-                tracked.tracker = through_text(&saved.0);
+                saved = tracked.saved();
+                tracked.restore(&saved);
             }
             Call::Back => {
-                tracked.tracker = through_text(&saved.0);
-                (tracked.begun, tracked.size) = (saved.1, saved.2);
+                tracked.restore(&saved);
                 // The twin has no such snapshot, so it begins when the other does.
-                tracked.many = MultiTracker::new(tracked.tracker.config().clone()).expect("valid");
+                tracked.many = MultiTracker::new(tracked.config.clone()).expect("is valid");
             }
         }
     }
@@ -211,25 +212,29 @@ fn run(plan: &Plan) {
 impl Plan {
     /// The configuration, without those changes that do not fit the others.
     fn config(&self) -> TrackerConfig {
-        let preset = PRESETS[usize::from(self.preset) % PRESETS.len()];
-        let mut base = TrackerConfig::preset(preset).expect("is a preset");
-        (base.patchwise.particles, base.patchwise.small_step) = (30, 8);
-        (base.patchwise.update_interval, base.patchwise.small_update_interval) = (2, 3);
-        (base.robust.min_patch, base.robust.max_patch) = (40.0, 64.0);
-        let before = serde_json::to_value(&base).expect("can be written");
-        let mut config = base;
+        let preset = Preset::ALL[usize::from(self.preset) % Preset::ALL.len()];
+        let mut config = TrackerConfig::from(preset);
+        match &mut config.method {
+            Method::Robust(robust) => {
+                (robust.min_patch, robust.max_patch) = (40.0, 64.0);
+                (robust.patches.update_interval, robust.patches.small_update_interval) = (2, 3);
+            }
+            Method::Paper(paper) => {
+                (paper.particles, paper.patches.small_step) = (30, 8);
+                (paper.patches.update_interval, paper.patches.small_update_interval) = (2, 3);
+            }
+        }
         for change in self.changes.iter().take(12) {
             let row = &PARAMETERS[usize::from(change.row) % PARAMETERS.len()];
-            if row.name != "method" {
-                let mut table = serde_json::to_value(&config).expect("can be written");
-                let fields = if row.group.is_empty() { &mut table } else { &mut table[row.group] };
-                let whole = field(&before, row.group, row.name).is_u64();
-                fields[row.name] = change.value(row, whole);
-                let changed: TrackerConfig =
-                    serde_json::from_value(table).expect("has the right types");
-                if accepted(changed.validate()).is_some() && has_few_patches(&changed) {
-                    config = changed;
-                }
+            let mut changed = config.clone();
+            let set = changed.set(row.name, change.value(row));
+            if row.is_used_by(&config.method) {
+                set.expect("is within its range");
+            } else {
+                said(set.expect_err("belongs to another method"));
+            }
+            if accepted(changed.validate()).is_some() && has_few_patches(&changed) {
+                config = changed;
             }
         }
         config
@@ -238,12 +243,12 @@ impl Plan {
 
 impl Change {
     /// The value of a row of the table.
-    fn value(self, row: &patchlock::Parameter, whole: bool) -> Value {
+    fn value(self, row: &Parameter) -> Value {
         let share = f64::from(self.share) / f64::from(u16::MAX);
         let (min, max) = match row.range {
-            Range::Flag => return json!(share < 0.5),
+            Range::Flag => return Value::from(share < 0.5),
             Range::Words(words) => {
-                return json!(words[usize::from(self.share) % words.len()]);
+                return Value::from(words[usize::from(self.share) % words.len()]);
             }
             Range::Number { min, max } => (min, max),
         };
@@ -257,57 +262,86 @@ impl Change {
             Spread::Least => min,
             Spread::Most => cap,
         };
-        if whole { json!(number.round() as u64) } else { json!(number.clamp(min, cap)) }
+        match row.kind {
+            Kind::Whole => Value::from(number.round() as u64),
+            _ => Value::from(number.clamp(min, cap)),
+        }
     }
 }
 
+/// The tracker of a target, and what is known of it.
+struct Begun {
+    tracker: Tracker,
+    /// The box on which tracking began last.
+    on: BoundingBox,
+}
+
+/// What a call returns to: the snapshot and the box on which tracking began, if it did, and the size of frames.
+type Saved = (Option<(Snapshot, BoundingBox)>, [usize; 2]);
+
 /// A tracker, and one of many targets that is given the same; their estimates must be the same.
 struct Tracked {
-    tracker: Tracker,
+    config: TrackerConfig,
+    begun: Option<Begun>,
     many: MultiTracker,
     size: [usize; 2],
-    /// The box on which tracking began last.
-    begun: Option<BoundingBox>,
     /// Frames that may still come.
     left: u32,
 }
 
 impl Tracked {
+    fn saved(&self) -> Saved {
+        let begun = self.begun.as_ref().map(|begun| (begun.tracker.snapshot(), begun.on));
+        (begun, self.size)
+    }
+
+    fn restore(&mut self, (saved, size): &Saved) {
+        let begun = |(snapshot, on): &_| Begun { tracker: through_text(snapshot), on: *on };
+        (self.begun, self.size) = (saved.as_ref().map(begun), *size);
+    }
+
+    /// Begins with a new tracker, or again with the one that there is.
     fn begin(&mut self, look: Look, place: Place, again: bool) {
         let [width, height] = self.size.map(|side| side as f64);
         let bbox = place.bbox(width, height);
-        let Self { tracker, many, .. } = self;
-        let before = tracker.snapshot();
-        let id = many.ids().next();
-        let begun = look.see(self.size, |frame| {
-            let one = match again {
-                true => tracker.reinit(frame, bbox),
-                false => tracker.init(frame, bbox),
+        let before = self.saved();
+        let Self { config, begun, many, .. } = self;
+        let found = look.see(self.size, |frame| {
+            let one = match begun {
+                Some(Begun { tracker, .. }) if again => tracker.restart(frame, bbox).cloned(),
+                _ => Tracker::start(config.clone(), frame, bbox).map(|tracker| {
+                    let estimate = tracker.estimate().clone();
+                    *begun = Some(Begun { tracker, on: bbox });
+                    estimate
+                }),
             };
+            let id = many.ids().next();
             let other = match id {
-                Some(id) => many.reinit(id, frame, bbox),
-                None => many.add(frame, bbox).map(|(_, estimate)| estimate),
+                Some(id) => many.restart(id, frame, bbox).cloned(),
+                None => many.add(frame, bbox).map(|tracked| tracked.estimate.clone()),
             };
             // One of many cannot change the size of the frames; it begins anew.
             let other = match other {
                 Err(Error::FrameSize { .. }) => {
-                    *many = MultiTracker::new(tracker.config().clone()).expect("is valid");
-                    many.add(frame, bbox).map(|(_, estimate)| estimate)
+                    *many = MultiTracker::new(config.clone()).expect("is valid");
+                    many.add(frame, bbox).map(|tracked| tracked.estimate.clone())
                 }
                 other => other,
             };
             assert_eq!(shown(&one), shown(&other));
             one
         });
-        match begun {
-            Some(Ok(begun)) => {
-                estimate(&begun);
-                self.begun = Some(bbox);
+        match found {
+            Some(Ok(found)) => {
+                estimate(&found);
                 self.size = look.size(self.size);
+                let begun = self.begun.as_mut().expect("has begun");
+                assert_eq!(*begun.tracker.estimate(), found);
+                begun.on = bbox;
             }
             Some(Err(error)) => {
                 said(error);
-                assert_eq!(self.tracker.snapshot(), before, "a refused call changed the tracker");
+                assert_eq!(self.saved(), before, "a refused call changed the tracker");
             }
             None => {}
         }
@@ -327,47 +361,52 @@ impl Tracked {
 
     /// Updates the tracker, and one that was restored from its snapshot before.
     fn update(&mut self, look: Look) {
-        let mut twin = through_text(&self.tracker.snapshot());
+        let Some((snapshot, on)) = self.saved().0 else { return };
+        let mut twin = through_text(&snapshot);
         let Some(found) = self.advance(look) else { return };
-        let of_twin = look.see(self.size, |frame| twin.update(frame)).expect("as before");
+        let of_twin = look.see(self.size, |frame| twin.update(frame).cloned()).expect("as before");
         assert_eq!(shown(&found), shown(&of_twin), "a restored tracker differs");
-        assert_eq!(twin.snapshot(), self.tracker.snapshot());
+        assert_eq!(Some((twin.snapshot(), on)), self.saved().0);
     }
 
     /// Updates the tracker, and the one of many targets.
     fn advance(&mut self, look: Look) -> Option<Result<Estimate, Error>> {
-        let Self { tracker, many, .. } = self;
+        let Self { begun, many, .. } = self;
+        let Begun { tracker, on } = begun.as_mut()?;
         self.left = self.left.checked_sub(1)?;
-        let found = look.see(self.size, |frame| tracker.update(frame))?;
+        let found = look.see(self.size, |frame| tracker.update(frame).cloned())?;
         if many.ids().len() == 1 {
-            let of_many = look.see(self.size, |frame| many.update(frame)).expect("as before");
-            match (&found, of_many) {
-                (Ok(one), Ok(all)) => assert_eq!(*one, all[0].1, "one of many differs"),
-                (Err(one), Err(all)) => assert_eq!(format!("{one:?}"), format!("{all:?}")),
-                (one, all) => panic!("{one:?} and {all:?}"),
+            let of_many = look.see(self.size, |frame| {
+                many.update(frame).map(|tracked| tracked[0].estimate.clone())
+            });
+            match (&found, of_many.expect("as before")) {
+                (Ok(one), Ok(of_many)) => assert_eq!(*one, of_many, "one of many differs"),
+                (Err(one), Err(of_many)) => {
+                    assert_eq!(format!("{one:?}"), format!("{of_many:?}"));
+                }
+                (one, of_many) => panic!("{one:?} and {of_many:?}"),
             }
         }
         match &found {
             Ok(found) => {
                 UPDATES.fetch_add(1, Relaxed);
-                self.near(found);
+                near(found, *on, self.size);
             }
             Err(error) => drop(said(error)),
         }
         Some(found)
     }
+}
 
-    /// The box is near the frame.
-    fn near(&self, found: &Estimate) {
-        estimate(found);
-        let begun = self.begun.expect("tracking has begun");
-        let BoundingBox { w, h, .. } = found.bbox;
-        let [x, y] = found.bbox.centre();
-        let frame = self.size[0].max(self.size[1]) as f64;
-        let most = ROUNDING * (MULTIPLE * frame).max(begun.w).max(begun.h);
-        let all = [w, h, x.abs(), y.abs()];
-        assert!(all.iter().all(|v| *v <= most), "{:?} of {:?}, {begun:?}", found.bbox, self.size);
-    }
+/// The box is near the frame, or no larger than the one on which tracking began.
+fn near(found: &Estimate, on: BoundingBox, size: [usize; 2]) {
+    estimate(found);
+    let BoundingBox { w, h, .. } = found.bbox;
+    let [x, y] = found.bbox.centre();
+    let frame = size[0].max(size[1]) as f64;
+    let most = ROUNDING * (MULTIPLE * frame).max(on.w).max(on.h);
+    let all = [w, h, x.abs(), y.abs()];
+    assert!(all.iter().all(|v| *v <= most), "{:?} of {size:?}, {on:?}", found.bbox);
 }
 
 /// A result as text: errors may hold NaN, which is equal to nothing. The shortest text that is read as the

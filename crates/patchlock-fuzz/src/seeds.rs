@@ -7,7 +7,8 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use image::{DynamicImage, ImageFormat};
 use patchlock::{
-    BoundingBox, Frame, MultiTracker, PRESETS, Snapshot, Status, Tracker, TrackerConfig,
+    BoundingBox, Frame, Method, MultiTracker, PatchModelConfig, Preset, Status, Tracker,
+    TrackerConfig,
 };
 use patchlock_media::{FrameRate, Limits, Mp4Writer};
 use patchlock_studio::project::{Edit, Store};
@@ -15,7 +16,7 @@ use patchlock_track::export::{self, Entry, Track};
 use serde_json::{Value, json};
 
 use crate::SEPARATOR;
-use crate::library::pattern;
+use crate::library::{pattern, small};
 use crate::mutate::Draws;
 use crate::scratch::Scratch;
 
@@ -34,9 +35,9 @@ pub fn seeds(surface: &str) -> Vec<Vec<u8>> {
         "tracks" => tracks(),
         "imports" => [imports(), deep(&[0, 2, 3])].concat(),
         "settings" => [settings(), deep(&[0, 3])].concat(),
-        "snapshot_robust" => snapshots("robust"),
-        "snapshot_fast" => snapshots("fast"),
-        "snapshot_paper" => snapshots("paper"),
+        "snapshot_robust" => snapshots(Preset::Robust),
+        "snapshot_fast" => snapshots(Preset::Fast),
+        "snapshot_paper" => snapshots(Preset::Paper),
         "trax" => trax(),
         "project" => projects(),
         "server" => requests(),
@@ -291,73 +292,71 @@ fn imports() -> Vec<Vec<u8>> {
 
 fn settings() -> Vec<Vec<u8>> {
     let mut all = Vec::new();
-    for (k, preset) in (0..).zip(PRESETS) {
-        let config = TrackerConfig::preset(preset).expect("is a preset");
+    for (k, preset) in (0..).zip(Preset::ALL) {
+        let config = TrackerConfig::from(preset);
         let text = toml::to_string(&config).expect("can be written");
         all.push(joined(Some(4 * k), &[&text]));
         all.push(joined(Some(4 * k + 1), &["search=7\nseed = 3\nrobust.rotate=false"]));
         let text = serde_json::to_string(&config).expect("can be written");
         all.push(joined(Some(4 * k + 3), &[&text]));
     }
-    let plain = "particles = 300\nepsilon = 0.1\noutside = \"zero\"\ndivide = true\n";
-    all.push(joined(Some(0), &[plain]));
-    all.push(joined(Some(8), &["method = \"patchwise\"\n[patchwise]\nbeta = 1\n"]));
+    all.push(joined(Some(8), &["particles = 300\nepsilon = 0.1\n"]));
+    all.push(joined(Some(8), &["[paper]\nbeta = 1\n[paper.patches]\natoms = 3\n"]));
     all.push(joined(Some(2), &["seed = 4\n", "filters=2\nsure=0.5"]));
     all.push(joined(Some(9), &["particles=5\ngamma=none\nsubtract_mean=true"]));
     all
 }
 
-/// A tracker of a preset, with small patches, after a few frames of 40 x 32 pixels.
-fn tracker(preset: &str, frames: u8) -> (TrackerConfig, Tracker) {
-    let mut config = TrackerConfig::preset(preset).expect("is a preset");
-    (config.robust.min_patch, config.robust.max_patch) = (32.0, 32.0);
-    config.robust.scale_count = 5;
-    let patchwise = &mut config.patchwise;
-    (patchwise.particles, patchwise.template_side, patchwise.templates) = (20, 8, 3);
-    (patchwise.large_patch, patchwise.small_patch, patchwise.small_step) = (4, 4, 4);
-    (patchwise.update_interval, patchwise.small_update_interval) = (2, 3);
-    (patchwise.buffer, patchwise.subspace_vectors) = (2, 3);
-    let mut tracker = Tracker::new(config.clone()).expect("is valid");
-    for k in 0..frames {
-        let pixels = pattern(40, 32, k + 3);
-        let frame = Frame::grey8(&pixels, 40, 32).expect("is a frame");
-        match k {
-            0 => drop(tracker.init(&frame, TARGET).expect("begins")),
-            _ => drop(tracker.update(&frame).expect("tracks")),
+/// A tracker of a preset, with small patches, after a few updates on frames of 40 x 32 pixels.
+fn tracker(preset: Preset, updates: u8) -> Tracker {
+    let mut config = small(preset);
+    match &mut config.method {
+        Method::Robust(robust) => {
+            robust.scale_count = 5;
+            shrink(&mut robust.patches);
+        }
+        Method::Paper(paper) => {
+            paper.particles = 20;
+            shrink(&mut paper.patches);
         }
     }
-    (config, tracker)
+    let pixels = |k: u8| pattern(40, 32, k + 3);
+    let first = pixels(0);
+    let frame = Frame::grey8(&first, 40, 32).expect("is a frame");
+    let mut tracker = Tracker::start(config, &frame, TARGET).expect("begins");
+    for k in 1..=updates {
+        let pixels = pixels(k);
+        let frame = Frame::grey8(&pixels, 40, 32).expect("is a frame");
+        tracker.update(&frame).expect("tracks");
+    }
+    tracker
+}
+
+fn shrink(patches: &mut PatchModelConfig) {
+    (patches.template_side, patches.templates) = (8, 3);
+    (patches.large_patch, patches.small_patch, patches.small_step) = (4, 4, 4);
+    (patches.update_interval, patches.small_update_interval) = (2, 3);
+    (patches.buffer, patches.subspace_vectors) = (2, 3);
 }
 
 const TARGET: BoundingBox = BoundingBox { x: 4.0, y: 2.0, w: 14.0, h: 11.0 };
 
-fn snapshots(preset: &str) -> Vec<Vec<u8>> {
+fn snapshots(preset: Preset) -> Vec<Vec<u8>> {
     // Text, since `serde_json::Value` has no whole numbers of 128 bits.
     let text = |tracker: &Tracker| {
         serde_json::to_string(&tracker.snapshot()).expect("a snapshot can be written")
     };
-    let (config, after_five) = tracker(preset, 5);
-    let mut many = MultiTracker::new(config).expect("is valid");
+    let many = |tracker: &MultiTracker| {
+        serde_json::to_string(&tracker.snapshot()).expect("a snapshot can be written")
+    };
+    let (begun, after_four) = (tracker(preset, 0), tracker(preset, 4));
+    let mut several = MultiTracker::new(begun.config().clone()).expect("is valid");
+    let none = many(&several);
     let pixels = pattern(40, 32, 3);
     let frame = Frame::grey8(&pixels, 40, 32).expect("is a frame");
-    many.add(&frame, TARGET).expect("begins");
-    let several = serde_json::to_string(&many.snapshot()).expect("a snapshot can be written");
-    let now = text(&after_five);
-    let old = (preset == "paper").then(|| of_0_1(&now));
-    let all = [now, text(&tracker(preset, 0).1), several].into_iter().chain(old);
-    all.map(String::into_bytes).collect()
-}
-
-/// The snapshot of `paper` as version 0.1 wrote it.
-fn of_0_1(now: &str) -> String {
-    let size = r#""frame_size":{"width":40,"height":32},"target":{"patchwise":{"#;
-    let old = now.replace(r#""version":2"#, r#""version":1"#);
-    let old = old.replace(size, r#""memory":{"width":40,"height":32,"#);
-    let old = old.replace(r#""model":{"#, "");
-    let old = old.strip_suffix("}}").expect("is closed").to_owned();
-    let read: Result<Snapshot, _> = serde_json::from_str(&old);
-    read.expect("the snapshot of 0.1 can be read");
-    old
+    several.add(&frame, TARGET).expect("begins");
+    let all = [text(&after_four), text(&begun), many(&several), none];
+    all.map(String::into_bytes).into()
 }
 
 fn trax() -> Vec<Vec<u8>> {

@@ -7,13 +7,14 @@ use std::time::Duration;
 
 use axum::body::{Body, Bytes, to_bytes};
 use axum::http::{Request, StatusCode};
-use patchlock::TrackerConfig;
+use patchlock::Preset;
 use patchlock_media::Limits;
 use patchlock_studio::project::Store;
 use patchlock_studio::server::{InProcess, Options, Patience, Server};
 use serde_json::Value;
 use tokio::runtime::Runtime;
 
+use crate::library::small;
 use crate::parts;
 use crate::scratch::Scratch;
 use crate::seeds::bmp;
@@ -46,14 +47,12 @@ impl Studio {
         for k in 0..FRAMES {
             scratch.file(&format!("frames/{k:04}.bmp"), &bmp(64, 48, k));
         }
-        let mut config = TrackerConfig::preset("fast").expect("is a preset");
-        (config.robust.min_patch, config.robust.max_patch) = (32.0, 32.0);
         let second = Duration::from_secs(1);
         let options = Options {
             videos: vec![scratch.folder().join("frames")],
             project: None,
             address: ([127, 0, 0, 1], 0).into(),
-            config,
+            config: small(Preset::Fast),
             threads: Some(1),
             limits: Limits::default(),
             patience: Patience { headers: second, body: second, code: second },

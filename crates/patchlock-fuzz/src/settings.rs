@@ -1,17 +1,18 @@
 //! Settings: TOML, JSON, and assignments on the command line.
 
-use patchlock::{PRESETS, TrackerConfig};
+use patchlock::{Preset, TrackerConfig};
+use patchlock_cli::failure::Failure;
 use patchlock_track::settings::{Overrides, resolve};
 
-use crate::check::accepted;
+use crate::check::{accepted, said};
 use crate::scratch::Scratch;
 use crate::{choice, parts};
 
-/// The first byte chooses the preset and the form: a settings file (also the plain names of version 0.1),
+/// The first byte chooses the preset and the form: a settings file (with tables or without),
 /// lines of `--set`, both as two parts, or a configuration as JSON.
 pub fn settings(data: &[u8]) {
     let (first, rest) = choice(data);
-    let preset = PRESETS[usize::from(first / 4) % PRESETS.len()];
+    let preset = Preset::ALL[usize::from(first / 4) % Preset::ALL.len()].name();
     let mut files = parts(rest);
     let mut next = || String::from_utf8_lossy(files.next().unwrap_or_default()).into_owned();
     let (file, set) = match first % 4 {
@@ -23,7 +24,7 @@ pub fn settings(data: &[u8]) {
     let scratch = Scratch::new();
     let file = file.map(|content| scratch.file("settings.toml", &content));
     let set: Vec<String> = set.lines().map(str::to_owned).collect();
-    let options = Overrides { set: &set, seed: None, rotate: None };
+    let options = Overrides { set: &set, seed: None };
     match resolve(preset, file.as_deref(), options) {
         Ok(config) => {
             config.validate().expect("what was resolved is valid");
@@ -33,8 +34,9 @@ pub fn settings(data: &[u8]) {
             assert_eq!(again.expect("what was written can be read"), config);
         }
         Err(error) => {
-            crate::check::said(&error);
-            error.advice().into_iter().for_each(|advice| drop(crate::check::said(advice)));
+            let failure = Failure::from(error);
+            said(&failure);
+            failure.advice().into_iter().for_each(|advice| drop(said(advice)));
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Saved trackers as text.
 
-use patchlock::{Frame, MultiSnapshot, MultiTracker, Snapshot, Tracker, TrackerConfig};
+use patchlock::{Frame, MultiSnapshot, MultiTracker, Preset, Snapshot, Tracker, TrackerConfig};
 use serde_json::Value;
 
 use crate::check::{accepted, estimate};
@@ -13,24 +13,26 @@ const UPDATES: usize = 2;
 
 /// A snapshot of the preset `robust`.
 pub fn snapshot_robust(data: &[u8]) {
-    restored(data, "robust");
+    restored(data, Preset::Robust);
 }
 
 /// A snapshot of the preset `fast`.
 pub fn snapshot_fast(data: &[u8]) {
-    restored(data, "fast");
+    restored(data, Preset::Fast);
 }
 
-/// A snapshot of the preset `paper`, also as version 0.1 wrote it.
+/// A snapshot of the preset `paper`.
 pub fn snapshot_paper(data: &[u8]) {
-    restored(data, "paper");
+    restored(data, Preset::Paper);
 }
 
 /// Reads a snapshot, of one target or of many. If a tracker continues from it, it tracks, and its own
 /// snapshot is read again. Snapshots of another method than the preset's have a surface of their own.
-fn restored(text: &[u8], preset: &str) {
-    let method = TrackerConfig::preset(preset).expect("is a preset").method;
-    let kept = |config: &TrackerConfig| config.method == method && is_quick(config);
+fn restored(text: &[u8], preset: Preset) {
+    let of_preset = TrackerConfig::from(preset);
+    let kept = |config: &TrackerConfig| {
+        config.method.name() == of_preset.method.name() && is_quick(config)
+    };
     if let Some(snapshot) = accepted(serde_json::from_slice::<Snapshot>(text)) {
         let tracker = accepted(Tracker::restore(snapshot));
         tracker.filter(|tracker| kept(tracker.config())).into_iter().for_each(one);
@@ -59,7 +61,7 @@ fn one(mut tracker: Tracker) {
         let pixels = pattern(width, height, k as u8);
         let frame = Frame::grey8(&pixels, width, height).expect("is a frame");
         let found = tracker.update(&frame).expect("the frame has the right size");
-        estimate(&found);
+        estimate(found);
         assert_eq!(twin.update(&frame), Ok(found));
         assert_eq!(twin.snapshot(), tracker.snapshot());
     }
@@ -75,5 +77,5 @@ fn many(mut tracker: MultiTracker) {
     let pixels = pattern(width, height, 3);
     let frame = Frame::grey8(&pixels, width, height).expect("is a frame");
     let found = tracker.update(&frame).expect("the frame has the right size");
-    found.iter().for_each(|(_, found)| estimate(found));
+    found.iter().for_each(|tracked| estimate(&tracked.estimate));
 }

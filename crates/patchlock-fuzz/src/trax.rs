@@ -1,6 +1,6 @@
 //! Lines of TraX: messages, regions and images, and whole conversations with the server.
 
-use patchlock::TrackerConfig;
+use patchlock::Preset;
 use patchlock_bench::trax::image::Image;
 use patchlock_bench::trax::message::Message;
 use patchlock_bench::trax::region::Region;
@@ -9,6 +9,7 @@ use patchlock_track::session;
 
 use crate::check::{accepted, finite, picture};
 use crate::choice;
+use crate::library::small;
 
 /// The first byte chooses the protocol; the rest are the lines of a client.
 pub fn trax(data: &[u8]) {
@@ -47,10 +48,8 @@ fn parsed(message: &Message) -> bool {
 
 /// Has the server answer: every line is a message.
 fn answered(lines: &[u8], protocol: Protocol) {
-    let mut config = TrackerConfig::preset("fast").expect("is a preset");
-    (config.robust.min_patch, config.robust.max_patch) = (32.0, 32.0);
     let pool = session::pool(Some(1)).expect("starts");
-    let targets = Targets::new(config, pool).expect("is valid");
+    let targets = Targets::new(small(Preset::Fast), pool).expect("is valid");
     let mut answer = Vec::new();
     let served = serve(lines, &mut answer, protocol, targets);
     let quit = served.map_err(|error| crate::check::said(format!("{error:#}"))).is_err();

@@ -1,17 +1,12 @@
 //! Converts Rust errors to the usual Python exceptions.
 
 use patchlock::Error;
-use pyo3::exceptions::{PyOSError, PyRuntimeError, PyValueError};
+use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 
-/// An error of the tracker: a value that is not allowed, or a call at the wrong time.
+/// An error of the tracker: a value that is not allowed.
 pub fn of_tracker(error: Error) -> PyErr {
-    match error {
-        Error::NotInitialised => {
-            PyRuntimeError::new_err("the tracker has no target yet: call init(frame, box) first")
-        }
-        error => PyValueError::new_err(error.to_string()),
-    }
+    PyValueError::new_err(error.to_string())
 }
 
 /// An error of a session, a setting or an export, with its advice.

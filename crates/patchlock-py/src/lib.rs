@@ -26,7 +26,7 @@ use pyo3::prelude::*;
 fn _patchlock(module: &Bound<'_, PyModule>) -> PyResult<()> {
     patchlock_media::silence_decoders();
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add("PRESETS", patchlock::PRESETS)?;
+    module.add("PRESETS", patchlock::Preset::ALL.map(patchlock::Preset::name))?;
     module.add_class::<tracker::Tracker>()?;
     module.add_class::<multi::MultiTracker>()?;
     module.add_class::<estimate::Estimate>()?;

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use patchlock::{Error, Frame, MultiSnapshot, TargetId};
-use patchlock_track::session::step_on;
+use patchlock::{Error, Frame, MultiSnapshot, TargetId, Tracked};
+use patchlock_track::session::timed_on;
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
@@ -80,7 +80,7 @@ impl MultiTracker {
         let pool = self.threads.pool()?;
         let found = py.detach(|| {
             let run = &mut *self.run();
-            let (found, seconds) = step_on(&pool, run, |run| step(run, &frame))?;
+            let (found, seconds) = timed_on(&pool, || step(run, &frame))?;
             Ok((found, run.frames, seconds * 1e3))
         });
         found.map_err(of_targets)
@@ -130,8 +130,8 @@ impl MultiTracker {
         r#box: &Bound<'_, PyAny>,
     ) -> PyResult<(u64, Estimate)> {
         let bbox = to_box(r#box)?;
-        let ((id, estimate), number, ms) =
-            self.step(py, frame, |run, frame| run.tracker.add(frame, bbox))?;
+        let (Tracked { id, estimate }, number, ms) =
+            self.step(py, frame, |run, frame| run.tracker.add(frame, bbox).cloned())?;
         Ok((id.number(), Estimate::from_rust(estimate, number, ms)))
     }
 
@@ -152,8 +152,9 @@ impl MultiTracker {
         r#box: &Bound<'_, PyAny>,
     ) -> PyResult<Estimate> {
         let bbox = to_box(r#box)?;
-        let (estimate, number, ms) =
-            self.step(py, frame, |run, frame| run.tracker.reinit(TargetId::from(id), frame, bbox))?;
+        let (estimate, number, ms) = self.step(py, frame, |run, frame| {
+            run.tracker.restart(TargetId::from(id), frame, bbox).cloned()
+        })?;
         Ok(Estimate::from_rust(estimate, number, ms))
     }
 
@@ -179,12 +180,12 @@ impl MultiTracker {
         frame: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let (estimates, number, ms) = self.step(py, frame, |run, frame| {
-            let estimates = run.tracker.update(frame)?;
+            let estimates = run.tracker.update(frame)?.to_vec();
             run.frames += 1;
             Ok(estimates)
         })?;
         let dict = PyDict::new(py);
-        for (id, estimate) in estimates {
+        for Tracked { id, estimate } in estimates {
             dict.set_item(id.number(), Estimate::from_rust(estimate, number, ms))?;
         }
         Ok(dict)

@@ -2,7 +2,7 @@
 
 use numpy::ndarray::{Array2, Array3};
 use numpy::{PyArray1, PyArray2, PyArray3, ToPyArray};
-use patchlock::{FrameView, Observer, PatchwiseView, RobustView};
+use patchlock::{FrameView, Observer, PaperView, RobustView};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -55,7 +55,7 @@ impl Keeper {
 impl Observer for Keeper {
     fn observe(&mut self, view: &FrameView<'_>) {
         self.kept = match view {
-            FrameView::Patchwise(view) => Some(Seen::Patchwise(Observation::of(view))),
+            FrameView::Paper(view) => Some(Seen::Patchwise(Observation::of(view))),
             FrameView::Robust(view) => Some(Seen::Robust(RobustObservation::of(view))),
             _ => None,
         };
@@ -63,7 +63,7 @@ impl Observer for Keeper {
 }
 
 impl Observation {
-    fn of(view: &PatchwiseView<'_>) -> Self {
+    fn of(view: &PaperView<'_>) -> Self {
         let numbers = |state: &patchlock::State| {
             [state.x, state.y, state.scale, state.rotation, state.aspect, state.skew]
         };

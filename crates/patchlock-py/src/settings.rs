@@ -2,13 +2,12 @@
 
 use std::path::Path;
 
-use patchlock::{Error, Method, PARAMETERS, Parameter, Range, TrackerConfig};
+use patchlock::{Error, PARAMETERS, Parameter, Preset, TrackerConfig, Value};
 use patchlock_track::names::near_matches;
 use patchlock_track::settings::Overrides;
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
-use serde_json::{Map, Value};
 
 use crate::errors;
 
@@ -19,7 +18,7 @@ pub fn resolve(
     overrides: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<TrackerConfig> {
     let config = match file {
-        None => TrackerConfig::preset(preset).map_err(errors::of_tracker)?,
+        None => preset.parse::<Preset>().map_err(errors::of_tracker)?.into(),
         Some(_) => patchlock_track::settings::resolve(preset, file, Overrides::default())
             .map_err(|error| errors::of_track(error.into()))?,
     };
@@ -30,54 +29,39 @@ pub fn resolve(
 }
 
 /// A configuration with some settings changed.
-pub fn changed(config: TrackerConfig, overrides: &Bound<'_, PyDict>) -> PyResult<TrackerConfig> {
-    let mut table = table(&config)?;
-    let mut new = Vec::new();
+pub fn changed(
+    mut config: TrackerConfig,
+    overrides: &Bound<'_, PyDict>,
+) -> PyResult<TrackerConfig> {
     for (name, value) in overrides {
         let name: String = name.extract()?;
         // `lambda` is a Python keyword, so as an argument it is written `lambda_`.
-        let name = name.strip_suffix('_').map_or(name.clone(), str::to_owned);
-        let known = PARAMETERS.iter().find(|parameter| parameter.name == name);
-        let parameter = known.ok_or_else(|| unknown(&name))?;
-        let slot = slot(&mut table, parameter);
-        let value = checked(parameter, &value, slot)?;
-        if *slot != value {
-            *slot = value;
-            new.push(parameter);
-        }
+        let name = name.strip_suffix('_').unwrap_or(&name);
+        config.set(name, to_value(&value)?).map_err(of_setting)?;
     }
-    let config: TrackerConfig = serde_json::from_value(Value::Object(table))
-        .map_err(|error| PyValueError::new_err(error.to_string()))?;
     config.validate().map_err(errors::of_tracker)?;
-    match new.iter().find(|parameter| !parameter.is_used_by(config.method)) {
-        Some(parameter) => Err(unused(parameter, config.method)),
-        None => Ok(config),
+    Ok(config)
+}
+
+fn of_setting(error: Error) -> PyErr {
+    match &error {
+        Error::UnknownSetting { name } => unknown(name),
+        Error::SettingKind { .. } => PyTypeError::new_err(error.to_string()),
+        _ => errors::of_tracker(error),
     }
 }
 
-/// The entry of a setting in the table of a configuration.
-fn slot<'a>(table: &'a mut Map<String, Value>, parameter: &Parameter) -> &'a mut Value {
-    match parameter.group {
-        "" => &mut table[parameter.name],
-        group => &mut table[group][parameter.name],
+fn to_value(value: &Bound<'_, PyAny>) -> PyResult<Value> {
+    if value.is_instance_of::<PyBool>() {
+        return Ok(Value::Flag(value.extract()?));
     }
-}
-
-/// The configuration as a table of groups and names.
-fn table(config: &TrackerConfig) -> PyResult<Map<String, Value>> {
-    match serde_json::to_value(config) {
-        Ok(Value::Object(table)) => Ok(table),
-        other => Err(PyValueError::new_err(format!("the configuration is not a table: {other:?}"))),
+    if let Ok(number) = value.extract::<i64>() {
+        return Ok(Value::Whole(number));
     }
-}
-
-fn unused(parameter: &Parameter, method: Method) -> PyErr {
-    let Parameter { group, name, .. } = parameter;
-    PyValueError::new_err(format!(
-        "{name} is a setting of the method {group} that {} does not use; add method=\"{group}\"{}",
-        method.name(),
-        if *group == "patchwise" { ", or use the preset 'paper'" } else { "" },
-    ))
+    if let Ok(number) = value.extract::<f64>() {
+        return Ok(Value::Number(number));
+    }
+    Ok(Value::Word(value.extract().or_else(|_| value.repr().map(|text| text.to_string()))?))
 }
 
 fn unknown(name: &str) -> PyErr {
@@ -92,64 +76,23 @@ fn unknown(name: &str) -> PyErr {
     ))
 }
 
-/// The value, converted to the type of the setting and checked against its range.
-fn checked(parameter: &Parameter, value: &Bound<'_, PyAny>, default: &Value) -> PyResult<Value> {
-    let wrong_kind = |wanted: &str| {
-        let shown = value.repr().map_or("this".to_string(), |text| text.to_string());
-        PyTypeError::new_err(format!("{} takes {wanted}, not {shown}", parameter.name))
-    };
-    let outside = || {
-        errors::of_tracker(Error::Config {
-            field: parameter.name,
-            value: value.to_string(),
-            allowed: parameter.range.to_string(),
-        })
-    };
-    match parameter.range {
-        Range::Flag => match value.extract::<bool>() {
-            Ok(flag) => Ok(Value::Bool(flag)),
-            Err(_) => Err(wrong_kind("True or False")),
-        },
-        Range::Words(words) => match value.extract::<String>() {
-            Ok(word) if words.contains(&word.as_str()) => Ok(Value::String(word)),
-            Ok(_) => Err(outside()),
-            Err(_) => Err(wrong_kind("a word")),
-        },
-        Range::Number { min, max } => {
-            let whole = !default.is_f64();
-            let wanted = if whole { "a whole number" } else { "a number" };
-            let number = if value.is_instance_of::<PyBool>() { None } else { value.extract().ok() };
-            let number: f64 = number.ok_or_else(|| wrong_kind(wanted))?;
-            let integer: Option<i64> = value.extract().ok();
-            match integer {
-                _ if !(min..=max).contains(&number) => Err(outside()),
-                Some(integer) if whole => Ok(Value::from(integer)),
-                None if whole => Err(wrong_kind(wanted)),
-                _ => Ok(Value::from(number)),
-            }
-        }
-    }
-}
-
 /// The configuration as one flat Python dictionary; names are unique across groups.
 pub fn to_dict<'py>(py: Python<'py>, config: &TrackerConfig) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
-    let mut table = table(config)?;
-    for parameter in PARAMETERS {
-        dict.set_item(parameter.name, to_python(py, slot(&mut table, parameter))?)?;
+    for parameter in PARAMETERS.iter().filter(|row| row.is_used_by(&config.method)) {
+        let value = config.get(parameter.name).map_err(errors::of_tracker)?;
+        dict.set_item(parameter.name, to_python(py, &value)?)?;
     }
     Ok(dict)
 }
 
 fn to_python<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
-    match value {
-        Value::Bool(flag) => Ok(flag.into_pyobject(py)?.to_owned().into_any()),
-        Value::String(word) => Ok(word.into_pyobject(py)?.into_any()),
-        Value::Number(number) if number.is_u64() => {
-            Ok(number.as_u64().into_pyobject(py)?.into_any())
-        }
-        other => Ok(other.as_f64().into_pyobject(py)?.into_any()),
-    }
+    Ok(match value {
+        Value::Flag(flag) => flag.into_pyobject(py)?.to_owned().into_any(),
+        Value::Word(word) => word.into_pyobject(py)?.into_any(),
+        Value::Whole(number) => number.into_pyobject(py)?.into_any(),
+        Value::Number(number) => number.into_pyobject(py)?.into_any(),
+    })
 }
 
 /// One row of the table of settings: name, default, allowed, source, purpose.
@@ -158,9 +101,11 @@ type Row<'py> = (&'static str, Bound<'py, PyAny>, String, &'static str, String);
 /// The rows of the table of settings: name, default, allowed values, source, purpose.
 #[pyfunction]
 pub fn parameters(py: Python<'_>) -> PyResult<Vec<Row<'_>>> {
-    let defaults = to_dict(py, &TrackerConfig::default())?;
+    let configs = [Preset::Robust, Preset::Paper].map(TrackerConfig::from);
     let row = |parameter: &'static Parameter| -> PyResult<_> {
-        let default = defaults.as_any().get_item(parameter.name)?;
+        let config = configs.iter().find(|config| parameter.is_used_by(&config.method));
+        let default = config.unwrap_or(&configs[0]).get(parameter.name);
+        let default = to_python(py, &default.map_err(errors::of_tracker)?)?;
         let purpose = parameter.purpose.split_whitespace().collect::<Vec<_>>().join(" ");
         Ok((parameter.name, default, parameter.range.to_string(), parameter.source, purpose))
     };

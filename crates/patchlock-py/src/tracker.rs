@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use patchlock::{Error, Frame, Snapshot};
-use patchlock_track::session::step_on;
-use pyo3::exceptions::PyValueError;
+use patchlock::{Frame, Snapshot, TrackerConfig};
+use patchlock_track::session::timed_on;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
 
@@ -53,9 +53,40 @@ pub struct Tracker {
 
 /// What changes from frame to frame.
 struct Run {
-    tracker: patchlock::Tracker,
+    config: TrackerConfig,
+    /// `None` before `init`.
+    tracker: Option<patchlock::Tracker>,
     /// Frames since `init`.
     frames: u64,
+}
+
+/// Why a frame could not be processed.
+enum StepError {
+    Tracker(patchlock::Error),
+    NotStarted,
+}
+
+impl From<patchlock::Error> for StepError {
+    fn from(error: patchlock::Error) -> Self {
+        Self::Tracker(error)
+    }
+}
+
+impl From<StepError> for PyErr {
+    fn from(error: StepError) -> Self {
+        match error {
+            StepError::Tracker(error) => errors::of_tracker(error),
+            StepError::NotStarted => PyRuntimeError::new_err(
+                "the tracker has no target yet: call init(frame, box) first",
+            ),
+        }
+    }
+}
+
+impl Run {
+    fn started(&mut self) -> Result<&mut patchlock::Tracker, StepError> {
+        self.tracker.as_mut().ok_or(StepError::NotStarted)
+    }
 }
 
 impl Tracker {
@@ -65,7 +96,8 @@ impl Tracker {
         threads: Threads,
         channels: Channels,
     ) -> Self {
-        Self { run: Mutex::new(Run { tracker, frames }), threads, channels }
+        let (config, tracker) = (tracker.config().clone(), Some(tracker));
+        Self { run: Mutex::new(Run { config, tracker, frames }), threads, channels }
     }
 
     fn run(&self) -> MutexGuard<'_, Run> {
@@ -77,17 +109,17 @@ impl Tracker {
         &self,
         py: Python<'_>,
         frame: &Bound<'_, PyAny>,
-        step: impl FnOnce(&mut Run, &Frame<'_>) -> Result<patchlock::Estimate, Error> + Send,
+        step: impl FnOnce(&mut Run, &Frame<'_>) -> Result<patchlock::Estimate, StepError> + Send,
     ) -> PyResult<Estimate> {
         let pixels = Pixels::of(frame, self.channels)?;
         let frame = pixels.frame()?;
         let pool = self.threads.pool()?;
         let found = py.detach(|| {
             let run = &mut *self.run();
-            let (estimate, seconds) = step_on(&pool, run, |run| step(run, &frame))?;
-            Ok((estimate, run.frames, seconds * 1e3))
+            let (estimate, seconds) = timed_on(&pool, || step(run, &frame))?;
+            Ok::<_, StepError>((estimate, run.frames, seconds * 1e3))
         });
-        let (estimate, number, ms) = found.map_err(errors::of_tracker)?;
+        let (estimate, number, ms) = found.map_err(PyErr::from)?;
         Ok(Estimate::from_rust(estimate, number, ms))
     }
 }
@@ -106,8 +138,8 @@ impl Tracker {
         overrides: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let config = settings::resolve(preset, config.as_deref(), overrides)?;
-        let tracker = patchlock::Tracker::new(config).map_err(errors::of_tracker)?;
-        Ok(Self::with(tracker, 0, Threads::new(threads)?, Channels::parse(channels)?))
+        let run = Mutex::new(Run { config, tracker: None, frames: 0 });
+        Ok(Self { run, threads: Threads::new(threads)?, channels: Channels::parse(channels)? })
     }
 
     /// Starts tracking the target in this box of this frame.
@@ -132,8 +164,9 @@ impl Tracker {
     ) -> PyResult<Estimate> {
         let bbox = to_box(r#box)?;
         self.step(py, frame, |run, frame| {
-            let estimate = run.tracker.init(frame, bbox)?;
-            run.frames = 0;
+            let tracker = patchlock::Tracker::start(run.config.clone(), frame, bbox)?;
+            let estimate = tracker.estimate().clone();
+            (run.tracker, run.frames) = (Some(tracker), 0);
             Ok(estimate)
         })
     }
@@ -147,7 +180,7 @@ impl Tracker {
     ///         tracker is unchanged.
     fn update(&self, py: Python<'_>, frame: &Bound<'_, PyAny>) -> PyResult<Estimate> {
         self.step(py, frame, |run, frame| {
-            let estimate = run.tracker.update(frame)?;
+            let estimate = run.started()?.update(frame)?.clone();
             run.frames += 1;
             Ok(estimate)
         })
@@ -173,7 +206,7 @@ impl Tracker {
     ) -> PyResult<(Estimate, Seen)> {
         let mut keeper = Keeper::default();
         let estimate = self.step(py, frame, |run, frame| {
-            let estimate = run.tracker.update_observed(frame, &mut keeper)?;
+            let estimate = run.started()?.update_observed(frame, &mut keeper)?.clone();
             run.frames += 1;
             Ok(estimate)
         })?;
@@ -183,7 +216,7 @@ impl Tracker {
     /// All settings, by name.
     #[getter]
     fn config<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let config = py.detach(|| self.run().tracker.config().clone());
+        let config = py.detach(|| self.run().config.clone());
         settings::to_dict(py, &config)
     }
 
@@ -237,10 +270,11 @@ impl Tracker {
     fn __deepcopy__(&self, py: Python<'_>, _memo: &Bound<'_, PyAny>) -> PyResult<Self> {
         let threads = Threads::new(self.threads.count)?;
         let copy = py.detach(|| {
-            let run = self.run();
-            patchlock::Tracker::restore(run.tracker.snapshot()).map(|tracker| (tracker, run.frames))
+            let mut run = self.run();
+            let snapshot = run.started()?.snapshot();
+            Ok::<_, StepError>((patchlock::Tracker::restore(snapshot)?, run.frames))
         });
-        let (tracker, frames) = copy.map_err(errors::of_tracker)?;
+        let (tracker, frames) = copy.map_err(PyErr::from)?;
         Ok(Self::with(tracker, frames, threads, self.channels))
     }
 
@@ -255,9 +289,10 @@ impl Tracker {
     /// The state as text, and the number of frames since `init`.
     fn saved<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyBytes>, u64)> {
         let (text, frames) = py.detach(|| {
-            let run = self.run();
-            (serde_json::to_vec(&run.tracker.snapshot()), run.frames)
-        });
+            let mut run = self.run();
+            let snapshot = run.started()?.snapshot();
+            Ok::<_, StepError>((serde_json::to_vec(&snapshot), run.frames))
+        })?;
         let text = text.map_err(|error| PyValueError::new_err(error.to_string()))?;
         Ok((PyBytes::new(py, &text), frames))
     }

@@ -127,9 +127,8 @@ impl Error {
     /// One line on what the user can do about the error, if anything.
     pub fn advice(&self) -> Option<String> {
         let advice = match self {
-            Self::Settings(error) => return error.advice(),
             Self::Media(error) => return error.hint().map(str::to_string),
-            Self::Threads(_) | Self::TrackerInFrame { .. } => return None,
+            Self::Settings(_) | Self::Threads(_) | Self::TrackerInFrame { .. } => return None,
             Self::Read { .. } => {
                 "check that the path is right and that you have permission to read it"
             }

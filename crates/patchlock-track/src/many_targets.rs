@@ -3,14 +3,17 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use patchlock::{BoundingBox, Error, Estimate, Frame, MultiTracker, TargetId, TrackerConfig};
+use patchlock::{
+    BoundingBox, Error, Estimate, Frame, MultiTracker, TargetId, Tracked, TrackerConfig,
+};
 use rayon::ThreadPool;
 
-use crate::session::Session;
+use crate::session::timed_on;
 
 /// A tracker of many targets with its threads.
 pub struct ManyTargets {
-    session: Session<MultiTracker>,
+    tracker: MultiTracker,
+    pool: Arc<ThreadPool>,
     /// The caller's id and the tracker's id of each target, in the order in which they were added.
     ids: Vec<(u64, TargetId)>,
 }
@@ -32,13 +35,12 @@ impl ManyTargets {
     /// # Errors
     /// As [`MultiTracker::new`].
     pub fn new(config: TrackerConfig, pool: Arc<ThreadPool>) -> Result<Self, Error> {
-        let session = Session::new(MultiTracker::new(config)?, pool);
-        Ok(Self { session, ids: Vec::new() })
+        Ok(Self { tracker: MultiTracker::new(config)?, pool, ids: Vec::new() })
     }
 
     /// Number of threads.
     pub fn threads(&self) -> usize {
-        self.session.threads()
+        self.pool.current_num_threads()
     }
 
     /// Removes all targets and resets the tracker.
@@ -46,8 +48,7 @@ impl ManyTargets {
     /// # Errors
     /// As [`ManyTargets::new`].
     pub fn forget(&mut self) -> Result<(), Error> {
-        let tracker = self.session.tracker_mut();
-        *tracker = MultiTracker::new(tracker.config().clone())?;
+        self.tracker = MultiTracker::new(self.tracker.config().clone())?;
         self.ids.clear();
         Ok(())
     }
@@ -61,7 +62,7 @@ impl ManyTargets {
             return Ok(false);
         };
         let (_, target) = self.ids.remove(index);
-        self.session.tracker_mut().remove(target)?;
+        self.tracker.remove(target)?;
         Ok(true)
     }
 
@@ -75,8 +76,8 @@ impl ManyTargets {
         frame: &Frame<'_>,
         begin: &[(u64, BoundingBox)],
     ) -> Result<(Vec<TrackedTarget>, f64), Error> {
-        let Self { session, ids } = self;
-        session.step(|tracker| step(tracker, ids, frame, begin))
+        let Self { tracker, pool, ids } = self;
+        timed_on(pool, || step(tracker, ids, frame, begin))
     }
 }
 
@@ -89,18 +90,19 @@ fn step(
     let mut tracked: BTreeMap<u64, TrackedTarget> = BTreeMap::new();
     if !ids.is_empty() {
         // Both are in the order in which the targets were added.
-        for (&(id, _), (_, estimate)) in ids.iter().zip(tracker.update(frame)?) {
+        for (&(id, _), Tracked { estimate, .. }) in ids.iter().zip(tracker.update(frame)?) {
+            let estimate = estimate.clone();
             tracked.insert(id, TrackedTarget { id, bbox: estimate.bbox, estimate });
         }
     }
     for &(id, bbox) in begin {
         let known = ids.iter().find(|(known, _)| *known == id);
         let estimate = match known {
-            Some((_, target)) => tracker.reinit(*target, frame, bbox)?,
+            Some((_, target)) => tracker.restart(*target, frame, bbox)?.clone(),
             None => {
-                let (target, estimate) = tracker.add(frame, bbox)?;
-                ids.push((id, target));
-                estimate
+                let added = tracker.add(frame, bbox)?;
+                ids.push((id, added.id));
+                added.estimate.clone()
             }
         };
         tracked.insert(id, TrackedTarget { id, bbox, estimate });

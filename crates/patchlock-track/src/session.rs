@@ -1,8 +1,9 @@
-//! Runs a tracker on its threads and measures the time of each step.
+//! Runs a tracker on its threads and measures the time of each frame.
 
 use std::sync::Arc;
 use std::time::Instant;
 
+use patchlock::{BoundingBox, Estimate, Frame, Tracker, TrackerConfig};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::Error;
@@ -21,55 +22,54 @@ pub fn pool(threads: Option<usize>) -> Result<Arc<ThreadPool>, Error> {
     pool.map(Arc::new).map_err(|error| Error::Threads(error.to_string()))
 }
 
-/// A tracker, of one or many targets, with the threads that it works on.
-pub struct Session<T> {
-    tracker: T,
+/// A tracker of one target with the threads that it works on.
+pub struct Session {
+    tracker: Tracker,
     pool: Arc<ThreadPool>,
 }
 
-impl<T: Send> Session<T> {
-    /// Combines a tracker with a pool.
-    pub fn new(tracker: T, pool: Arc<ThreadPool>) -> Self {
-        Self { tracker, pool }
-    }
-
-    /// The tracker, for calls that are not timed and need no threads.
-    pub fn tracker_mut(&mut self) -> &mut T {
-        &mut self.tracker
-    }
-
-    /// Number of threads.
-    pub fn threads(&self) -> usize {
-        self.pool.current_num_threads()
-    }
-
-    /// Runs `step` in the pool and returns its result with the elapsed seconds.
+impl Session {
+    /// A session whose tracker starts on a box of a frame, with the elapsed seconds.
     ///
     /// # Errors
-    /// The error of `step`.
-    pub fn step<R: Send>(
-        &mut self,
-        step: impl FnOnce(&mut T) -> Result<R, patchlock::Error> + Send,
-    ) -> Result<(R, f64), patchlock::Error> {
-        step_on(&self.pool, &mut self.tracker, step)
+    /// As [`Tracker::start`].
+    pub fn start(
+        config: TrackerConfig,
+        pool: Arc<ThreadPool>,
+        frame: &Frame<'_>,
+        bbox: BoundingBox,
+    ) -> Result<(Self, f64), patchlock::Error> {
+        let (tracker, seconds) = timed_on(&pool, || Tracker::start(config, frame, bbox))?;
+        Ok((Self { tracker, pool }, seconds))
+    }
+
+    /// The estimate in the latest frame.
+    pub fn estimate(&self) -> &Estimate {
+        self.tracker.estimate()
+    }
+
+    /// Finds the target in the next frame. Returns the estimate with the elapsed seconds.
+    ///
+    /// # Errors
+    /// As [`Tracker::update`].
+    pub fn update(&mut self, frame: &Frame<'_>) -> Result<(&Estimate, f64), patchlock::Error> {
+        timed_on(&self.pool, || self.tracker.update(frame))
     }
 }
 
-/// As [`Session::step`], with the pool given for each step: the Python package creates a new pool in a forked
-/// process.
+/// Runs `work` in the pool and returns its result with the elapsed seconds.
 ///
 /// # Errors
-/// The error of `step`.
-pub fn step_on<T: Send, R: Send>(
+/// The error of `work`.
+pub fn timed_on<R: Send, E: Send>(
     pool: &ThreadPool,
-    tracker: &mut T,
-    step: impl FnOnce(&mut T) -> Result<R, patchlock::Error> + Send,
-) -> Result<(R, f64), patchlock::Error> {
-    let (result, seconds) = timed(|| pool.install(|| step(tracker)));
+    work: impl FnOnce() -> Result<R, E> + Send,
+) -> Result<(R, f64), E> {
+    let (result, seconds) = timed(|| pool.install(work));
     Ok((result?, seconds))
 }
 
-/// Runs `work` and returns its result with the elapsed time in seconds.
+/// Runs `work` and returns its result with the elapsed seconds.
 pub fn timed<R>(work: impl FnOnce() -> R) -> (R, f64) {
     let start = Instant::now();
     let result = work();
@@ -81,17 +81,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_step_runs_in_the_pool_and_is_timed() {
-        let mut session = Session::new(0, pool(Some(3)).expect("starts"));
-        assert_eq!(session.threads(), 3);
-        let step = |count: &mut usize| {
-            *count += rayon::current_num_threads();
-            Ok(*count)
-        };
-        let (threads, seconds) = session.step(step).expect("no error");
+    fn work_runs_in_the_pool_and_is_timed() {
+        let pool = pool(Some(3)).expect("starts");
+        let (threads, seconds) =
+            timed_on(&pool, || Ok::<_, ()>(rayon::current_num_threads())).expect("no error");
         assert!(threads == 3 && seconds >= 0.0);
-        assert_eq!(*session.tracker_mut(), 3);
-        let refused = session.step(|_| Err::<(), _>(patchlock::Error::NotInitialised));
-        assert!(matches!(refused, Err(patchlock::Error::NotInitialised)));
+        assert_eq!(timed_on(&pool, || Err::<(), _>("refused")).err(), Some("refused"));
     }
 }

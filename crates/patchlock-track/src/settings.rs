@@ -1,9 +1,11 @@
-//! Resolves a preset, a TOML file of overrides and a seed to a validated configuration.
+//! Resolves a preset, a settings file and single settings to a validated configuration. Each setting goes
+//! through [`TrackerConfig::set`].
 
+use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use patchlock::{Method, PARAMETERS, PRESETS, Parameter, Range, TrackerConfig};
+use patchlock::{Error, Kind, Method, PARAMETERS, Parameter, Preset, TrackerConfig, Value};
 
 use crate::files;
 use crate::names::near_matches;
@@ -13,13 +15,13 @@ use crate::names::near_matches;
 #[non_exhaustive]
 pub enum SettingsError {
     /// There is no such preset.
-    #[error("there is no preset {}", if name.is_empty() { "\"\"" } else { name })]
+    #[error("unknown preset {}", if name.is_empty() { "\"\"" } else { name })]
     Preset {
         /// The name as given.
         name: String,
     },
     /// The file cannot be read.
-    #[error("cannot read the configuration {}: {reason}", file.display())]
+    #[error("cannot read the settings {}: {reason}", file.display())]
     Unreadable {
         /// The file.
         file: PathBuf,
@@ -36,348 +38,288 @@ pub enum SettingsError {
         /// What is wrong.
         reason: String,
     },
-    /// There is no such setting.
-    #[error("{}: there is no setting {name}", file.display())]
-    Unknown {
+    /// The file has settings of two methods.
+    #[error("{} has settings of two methods: {}", file.display(), Method::NAMES.join(" and "))]
+    TwoMethods {
         /// The file.
         file: PathBuf,
-        /// The name as given.
-        name: String,
-        /// Similar names.
-        near: Vec<&'static str>,
     },
-    /// The setting was removed, and the value differs from the one that is now always used.
-    #[error("{}: {reason}", file.display())]
-    Removed {
-        /// The file.
-        file: PathBuf,
-        /// Why it was removed, and what replaces it.
-        reason: String,
-    },
-    /// A setting has an invalid value.
-    #[error("{}: {name} = {value} {fault}", file.display())]
-    Value {
-        /// The file.
-        file: PathBuf,
-        /// The setting.
-        name: &'static str,
-        /// The value as given.
-        value: String,
-        /// What is wrong.
-        fault: &'static str,
-        /// The allowed values.
-        allowed: String,
-    },
-    /// The setting belongs to another method than the one in use.
-    #[error("{}: the method in use, {}, has no use for {name} = {value}", file.display(), method.name())]
-    Unused {
-        /// The file.
-        file: PathBuf,
-        /// The setting.
-        name: &'static str,
-        /// The value as given.
-        value: String,
-        /// The method in use.
-        method: Method,
-        /// The method that the setting belongs to.
-        owner: &'static str,
-    },
-    /// A setting on the command line is not of the form `NAME=VALUE`.
-    #[error("--set {given}: not of the form NAME=VALUE")]
+    /// A setting is not of the form `NAME=VALUE`.
+    #[error("{given:?} is not of the form NAME=VALUE")]
     Assignment {
         /// The text as given.
         given: String,
     },
-    /// An option was given that the method in use ignores.
-    #[error("{option}: the method in use, {}, has no use for it", method.name())]
-    UnusedOption {
-        /// The option.
-        option: &'static str,
-        /// The method in use.
-        method: Method,
-        /// The method that the option belongs to.
-        owner: &'static str,
+    /// A setting is unknown, belongs to another method, or has an invalid value.
+    #[error("{origin}: {error}")]
+    Setting {
+        /// Where the setting was given.
+        origin: Origin,
+        /// What is wrong.
+        error: Error,
     },
-    /// The configuration as a whole is invalid.
-    #[error("{0}")]
-    OutOfRange(String),
-    /// The configuration cannot be converted to TOML or back.
-    #[error("{0}")]
-    Table(String),
+}
+
+/// Where a setting was given.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Origin {
+    /// In a settings file.
+    File(PathBuf),
+    /// As a single setting.
+    Single,
+}
+
+impl fmt::Display for Origin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File(file) => write!(f, "{}", file.display()),
+            Self::Single => f.write_str("settings"),
+        }
+    }
 }
 
 impl SettingsError {
-    /// Whether the settings are invalid (a usage error), as opposed to the file being unreadable.
+    /// Whether the settings are invalid, as opposed to the file being unreadable.
     pub fn is_misuse(&self) -> bool {
-        !matches!(self, Self::Unreadable { .. } | Self::Table(_))
-    }
-
-    /// One line on what the user can do about the error, if anything.
-    pub fn advice(&self) -> Option<String> {
-        Some(match self {
-            Self::Preset { .. } => format!("the presets are {}", PRESETS.join(", ")),
-            Self::Unreadable { .. } => {
-                "patchlock config > my.toml writes one to start from".to_string()
-            }
-            Self::NoToml { .. } => {
-                "each line is name = value, with text values in quotes".to_string()
-            }
-            Self::Unknown { near, .. } if near.is_empty() => {
-                "patchlock config shows all settings".to_string()
-            }
-            Self::Unknown { near, .. } => {
-                format!("did you mean {}? patchlock config shows all settings", near.join(" or "))
-            }
-            Self::Value { name, allowed, .. } => format!("{name} takes: {allowed}"),
-            Self::Unused { owner, file, .. } if file == Path::new(SET) => {
-                format!("--set method={owner} chooses the method that uses it")
-            }
-            Self::Unused { owner, .. } => {
-                format!(
-                    "method = \"{owner}\" at the beginning of the file chooses the method that uses it"
-                )
-            }
-            Self::Assignment { .. } => {
-                "such as --set search=7; patchlock config shows all settings".to_string()
-            }
-            Self::UnusedOption { option, owner, .. } => {
-                format!("leave {option} out, or choose the method {owner} with --preset {owner}")
-            }
-            Self::OutOfRange(_) => {
-                "patchlock config shows every setting with its range".to_string()
-            }
-            Self::Removed { .. } | Self::Table(_) => return None,
-        })
+        !matches!(self, Self::Unreadable { .. })
     }
 }
 
-/// The preset with this name.
+/// The names of settings that are similar to this one.
+pub fn near_names(name: &str) -> Vec<&'static str> {
+    near_matches(name, PARAMETERS.iter().map(|parameter| parameter.name))
+}
+
+/// The configuration of the preset with this name.
 ///
 /// # Errors
 /// [`SettingsError::Preset`].
 pub fn preset(name: &str) -> Result<TrackerConfig, SettingsError> {
-    TrackerConfig::preset(name).map_err(|_| SettingsError::Preset { name: name.to_string() })
+    let preset = name.parse::<Preset>().map(TrackerConfig::from);
+    preset.map_err(|_| SettingsError::Preset { name: name.to_string() })
 }
 
 /// The preset that a configuration is based on: this one, unless a settings file has chosen another method;
 /// then the first preset of that method.
-pub fn basis<'a>(preset: &'a str, config: &TrackerConfig) -> &'a str {
-    let has_method = |name: &&str| {
-        TrackerConfig::preset(name).is_ok_and(|preset| preset.method == config.method)
-    };
-    std::iter::once(preset).chain(PRESETS.iter().copied()).find(has_method).unwrap_or(preset)
+pub fn basis<'a>(name: &'a str, config: &TrackerConfig) -> &'a str {
+    let has_method =
+        |name: &&str| preset(name).is_ok_and(|preset| preset.method.name() == config.method.name());
+    let all = Preset::ALL.map(Preset::name);
+    std::iter::once(name).chain(all).find(has_method).unwrap_or(name)
 }
 
-/// Settings given on the command line, which take precedence over a settings file.
+/// Settings that take precedence over a settings file.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Overrides<'a> {
-    /// `--set`: any settings, as `NAME=VALUE`; the other options take precedence over them.
+    /// Any settings, as `NAME=VALUE`. Words need no quotes.
     pub set: &'a [String],
-    /// `--seed`: the seed of the random numbers.
+    /// The seed of the random numbers; it takes precedence over one in `set`.
     pub seed: Option<u64>,
-    /// `--rotate`: whether rotation in the frame is followed; only for the method `robust`.
-    pub rotate: Option<bool>,
 }
 
-impl Overrides<'_> {
-    fn apply(self, config: &mut TrackerConfig) -> Result<(), SettingsError> {
-        if !self.set.is_empty() {
-            *config = apply(config.clone(), assignments(self.set)?, Path::new(SET))?;
-            let out_of_range = |error| SettingsError::OutOfRange(format!("{SET}: {error}"));
-            config.validate().map_err(out_of_range)?;
-        }
-        if let Some(seed) = self.seed {
-            config.seed = seed;
-        }
-        if let Some(rotate) = self.rotate {
-            let (method, owner) = (config.method, Method::Robust.name());
-            if method != Method::Robust {
-                return Err(SettingsError::UnusedOption { option: "--rotate", method, owner });
-            }
-            config.robust.rotate = rotate;
-        }
-        Ok(())
-    }
-}
-
-/// The option that changes single settings; errors name it in place of a file.
-const SET: &str = "--set";
-
-/// The table that a settings file with these assignments would hold. Words need no quotes.
-fn assignments(given: &[String]) -> Result<toml::Table, SettingsError> {
-    let mut table = toml::Table::new();
-    for assignment in given {
-        let (name, value) = assignment
-            .split_once('=')
-            .map(|(name, value)| (name.trim(), value.trim()))
-            .filter(|(name, value)| !name.is_empty() && !value.is_empty())
-            .ok_or_else(|| SettingsError::Assignment { given: assignment.clone() })?;
-        let read: Result<toml::Table, _> = format!("value = {value}").parse();
-        let read = read.ok().filter(|table| table.len() == 1).and_then(|mut t| t.remove("value"));
-        let value = read.unwrap_or_else(|| toml::Value::String(value.to_string()));
-        // A group may be named, as in patchwise.particles.
-        let name = match name.split_once('.') {
-            Some((group, name))
-                if PARAMETERS.iter().any(|row| (row.group, row.name) == (group, name)) =>
-            {
-                name
-            }
-            _ => name,
-        };
-        table.insert(name.to_string(), value);
-    }
-    Ok(table)
-}
-
-/// The configuration of a preset, with the overrides of a file and then of the options applied.
+/// The configuration of a preset, with the settings of a file and then the overrides applied.
 ///
 /// # Errors
-/// [`SettingsError`] if the preset is unknown, the file cannot be read or is invalid, or the method ignores
-/// one of the options.
+/// [`SettingsError`] if the preset is unknown, the file cannot be read or is invalid, or a setting is unknown,
+/// has no effect with the method, or is out of range.
 pub fn resolve(
     name: &str,
     file: Option<&Path>,
-    options: Overrides<'_>,
+    overrides: Overrides<'_>,
 ) -> Result<TrackerConfig, SettingsError> {
     let mut config = preset(name)?;
     if let Some(file) = file {
         config = with_file(config, file)?;
     }
-    options.apply(&mut config)?;
-    config.validate().map_err(|error| SettingsError::OutOfRange(error.to_string()))?;
+    let invalid = |error| SettingsError::Setting { origin: Origin::Single, error };
+    for given in overrides.set {
+        let (name, value) = assignment(given)?;
+        config.set(short_name(name), value).map_err(invalid)?;
+    }
+    if let Some(seed) = overrides.seed {
+        config.set("seed", seed).map_err(invalid)?;
+    }
+    config.validate().map_err(invalid)?;
     Ok(config)
 }
 
-fn with_file(config: TrackerConfig, file: &Path) -> Result<TrackerConfig, SettingsError> {
+/// The name and the value of `NAME=VALUE`.
+fn assignment(given: &str) -> Result<(&str, Value), SettingsError> {
+    let (name, value) = given
+        .split_once('=')
+        .map(|(name, value)| (name.trim(), value.trim()))
+        .filter(|(name, value)| !name.is_empty() && !value.is_empty())
+        .ok_or_else(|| SettingsError::Assignment { given: given.to_owned() })?;
+    let read: Result<toml::Table, _> = format!("value = {value}").parse();
+    let read = read.ok().filter(|table| table.len() == 1).and_then(|mut t| t.remove("value"));
+    Ok((name, read.map_or_else(|| Value::from(value), |value| to_value(&value))))
+}
+
+/// The name of a setting without its groups, which may precede it as in `robust.search` and
+/// `robust.patches.atoms`.
+fn short_name(name: &str) -> &str {
+    let is_path = |groups: &str, group: &str| match groups.split_once('.') {
+        None => groups == group,
+        Some((method, "patches")) => group == "patches" && Method::NAMES.contains(&method),
+        Some(_) => false,
+    };
+    match name.rsplit_once('.') {
+        Some((groups, short))
+            if Parameter::named(short).is_some_and(|row| is_path(groups, row.group)) =>
+        {
+            short
+        }
+        _ => name,
+    }
+}
+
+/// The configuration with the settings of a file. The table of a method chooses that method; settings outside
+/// of tables are those of the method in use, since no two settings have the same name.
+fn with_file(mut config: TrackerConfig, file: &Path) -> Result<TrackerConfig, SettingsError> {
+    let mut settings = read(file)?;
+    let tables = Method::NAMES.map(|name| match settings.remove(name) {
+        Some(toml::Value::Table(table)) => Some((name, table)),
+        Some(other) => {
+            settings.insert(name.to_owned(), other);
+            None
+        }
+        None => None,
+    });
+    let table = match tables {
+        [Some(_), Some(_)] => {
+            return Err(SettingsError::TwoMethods { file: file.to_path_buf() });
+        }
+        [one, other] => one.or(other),
+    };
+    let invalid =
+        |error| SettingsError::Setting { origin: Origin::File(file.to_path_buf()), error };
+    if let Some((method, table)) = table {
+        if method != config.method.name() {
+            config = first_of(method, &config);
+        }
+        for (name, value) in table {
+            match value {
+                toml::Value::Table(patches) if name == "patches" => {
+                    apply(&mut config, patches).map_err(invalid)?;
+                }
+                value => {
+                    apply(&mut config, toml::Table::from_iter([(name, value)])).map_err(invalid)?;
+                }
+            }
+        }
+    }
+    apply(&mut config, settings).map_err(invalid)?;
+    config.validate().map_err(invalid)?;
+    Ok(config)
+}
+
+/// The first preset of a method, with the seed of another configuration.
+fn first_of(method: &str, config: &TrackerConfig) -> TrackerConfig {
+    let presets = Preset::ALL.map(TrackerConfig::from);
+    let first = presets.into_iter().find(|preset| preset.method.name() == method);
+    let mut first = first.unwrap_or_default();
+    first.seed = config.seed;
+    first
+}
+
+/// Applies settings that are not in a table.
+fn apply(config: &mut TrackerConfig, settings: toml::Table) -> Result<(), Error> {
+    settings.iter().try_for_each(|(name, value)| config.set(name, to_value(value)))
+}
+
+/// What TOML has and settings have not becomes a word, which is of the wrong kind or none of the choices.
+fn to_value(value: &toml::Value) -> Value {
+    match value {
+        toml::Value::Boolean(flag) => Value::Flag(*flag),
+        toml::Value::Integer(number) => Value::Whole(*number),
+        toml::Value::Float(number) => Value::Number(*number),
+        toml::Value::String(word) => Value::Word(word.clone()),
+        other => Value::Word(other.to_string()),
+    }
+}
+
+/// A value as a settings file writes it.
+pub fn to_toml(value: &Value) -> toml::Value {
+    match value {
+        Value::Flag(flag) => toml::Value::Boolean(*flag),
+        Value::Whole(number) => toml::Value::Integer(*number),
+        Value::Number(number) => toml::Value::Float(*number),
+        Value::Word(word) => toml::Value::String(word.clone()),
+    }
+}
+
+/// The kinds of the values that a setting takes, and their range, in words.
+pub fn allowed(parameter: &Parameter) -> String {
+    match parameter.kind {
+        Kind::Whole => format!("a whole number, {}", parameter.range),
+        _ => parameter.range.to_string(),
+    }
+}
+
+/// The content of a settings file.
+fn read(file: &Path) -> Result<toml::Table, SettingsError> {
     let unreadable = |reason| SettingsError::Unreadable { file: file.to_path_buf(), reason };
     let bytes = files::read(file).map_err(unreadable)?;
     let text =
         String::from_utf8(bytes).map_err(|_| unreadable(io::ErrorKind::InvalidData.into()))?;
-    let changes: toml::Table = text.parse().map_err(|error: toml::de::Error| {
+    text.parse().map_err(|error: toml::de::Error| {
         let line = error
             .span()
             .map_or(1, |span| 1 + text[..span.start.min(text.len())].matches('\n').count());
         let reason = error.message().to_string();
         SettingsError::NoToml { file: file.to_path_buf(), line, reason }
-    })?;
-    let config = apply(of_version_0_1(config, &changes), changes, file)?;
-    let out_of_range = |error| SettingsError::OutOfRange(format!("{}: {error}", file.display()));
-    config.validate().map_err(out_of_range)?;
-    Ok(config)
+    })
 }
 
-/// With the paper's tracker, if the file has settings outside of their group, as version 0.1 wrote them, and
-/// no method.
-fn of_version_0_1(mut config: TrackerConfig, changes: &toml::Table) -> TrackerConfig {
-    let read = changes.clone().try_into::<TrackerConfig>();
-    if !changes.contains_key("method") && read.is_ok_and(|read| read.method == Method::Patchwise) {
-        config.method = Method::Patchwise;
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn resolved(preset: &str, text: &str, set: &[&str]) -> Result<TrackerConfig, SettingsError> {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("my.toml");
+        std::fs::write(&file, text).unwrap();
+        let set: Vec<String> = set.iter().map(|text| (*text).to_owned()).collect();
+        resolve(preset, Some(&file), Overrides { set: &set, seed: None })
     }
-    config
-}
 
-/// Applies the changes one at a time, so that an invalid one can be named. The settings of a group are in a
-/// table of the group's name, but are also accepted at the top level, since setting names are unique across
-/// groups.
-fn apply(
-    config: TrackerConfig,
-    changes: toml::Table,
-    file: &Path,
-) -> Result<TrackerConfig, SettingsError> {
-    let table = toml::Table::try_from(&config);
-    let mut table = table.map_err(|error| SettingsError::Table(error.to_string()))?;
-    let before = table.clone();
-    for (name, value) in changes {
-        let is_group = PARAMETERS.iter().any(|row| !name.is_empty() && row.group == name);
-        match value {
-            toml::Value::Table(settings) if is_group => {
-                for (field, value) in &settings {
-                    apply_one(&mut table, (Some(&name), field), value, file)?;
-                }
-            }
-            value => apply_one(&mut table, (None, &name), &value, file)?,
-        }
+    #[test]
+    fn settings_may_be_in_their_tables_or_outside() {
+        let tables = "seed = 3\n[robust]\nsearch = 4\n[robust.patches]\natoms = 3";
+        let config = resolved("robust", tables, &[]).unwrap();
+        assert_eq!(config.get("search").unwrap(), Value::Number(4.0));
+        assert_eq!(resolved("robust", "seed = 3\nsearch = 4\natoms = 3", &[]).unwrap(), config);
+        let single = ["seed=3", "robust.search = 4", "robust.patches.atoms=3"];
+        assert_eq!(resolved("robust", "", &single).unwrap(), config);
     }
-    let config: Result<TrackerConfig, _> = table.clone().try_into();
-    let config = config.map_err(|error| SettingsError::Table(error.to_string()))?;
-    refuse_unused(config.method, (&before, &table), file)?;
-    Ok(config)
-}
 
-/// Refuses a changed setting that the method does not use: it would have no effect.
-fn refuse_unused(
-    method: Method,
-    (before, after): (&toml::Table, &toml::Table),
-    file: &Path,
-) -> Result<(), SettingsError> {
-    for parameter in PARAMETERS.iter().filter(|parameter| !parameter.is_used_by(method)) {
-        let Parameter { group, name, .. } = *parameter;
-        let value = |table: &toml::Table| table.get(group)?.get(name).cloned();
-        if let Some(value) = value(after).filter(|after| value(before).as_ref() != Some(after)) {
-            let (file, value) = (file.to_path_buf(), value.to_string());
-            return Err(SettingsError::Unused { file, name, value, method, owner: group });
-        }
+    #[test]
+    fn the_table_of_a_method_chooses_it() {
+        let config = resolved("fast", "seed = 2\n[paper]\nparticles = 7", &[]).unwrap();
+        assert_eq!((config.method.name(), config.seed), ("paper", 2));
+        assert_eq!(basis("fast", &config), "paper");
+        // What the preset has changed stays, if the method is its own.
+        let config = resolved("fast", "[robust]\nsearch = 4", &[]).unwrap();
+        assert_eq!(config.get("filters").unwrap(), Value::Whole(1));
+        let both = resolved("robust", "[robust]\n[paper]\n", &[]);
+        assert!(matches!(both, Err(SettingsError::TwoMethods { .. })), "{both:?}");
     }
-    Ok(())
-}
 
-/// Changes one setting in the table of a configuration. `group` is the table that contains it in the file.
-fn apply_one(
-    table: &mut toml::Table,
-    (group, name): (Option<&str>, &str),
-    value: &toml::Value,
-    file: &Path,
-) -> Result<(), SettingsError> {
-    let row = |row: &&Parameter| row.name == name && group.is_none_or(|group| row.group == group);
-    let Some(parameter) = PARAMETERS.iter().find(row) else {
-        return unknown(name, value, file);
-    };
-    let slot = match parameter.group {
-        "" => table.get_mut(name),
-        group => table.get_mut(group).and_then(|group| group.get_mut(name)),
-    };
-    let before = slot.map(|slot| std::mem::replace(slot, value.clone()));
-    let checked: Result<TrackerConfig, _> = table.clone().try_into();
-    checked.map_err(|_| invalid_value(parameter, value, before.as_ref(), file)).map(drop)
-}
-
-/// Handles an unknown setting: an error, unless an earlier version had it and the value is the one always
-/// used now.
-fn unknown(name: &str, value: &toml::Value, file: &Path) -> Result<(), SettingsError> {
-    let alone = toml::Table::from_iter([(name.to_string(), value.clone())]);
-    match alone.try_into::<TrackerConfig>() {
-        Ok(_) => Ok(()),
-        Err(error) if error.message().contains("no longer exists") => {
-            let reason = error.message().to_string();
-            Err(SettingsError::Removed { file: file.to_path_buf(), reason })
-        }
-        Err(_) => {
-            let near = near_matches(name, PARAMETERS.iter().map(|parameter| parameter.name));
-            Err(SettingsError::Unknown { file: file.to_path_buf(), name: name.to_string(), near })
-        }
-    }
-}
-
-/// The error for an invalid value; `before` is a valid one.
-fn invalid_value(
-    parameter: &Parameter,
-    value: &toml::Value,
-    before: Option<&toml::Value>,
-    file: &Path,
-) -> SettingsError {
-    let Parameter { name, range, .. } = parameter;
-    let is_number = value.is_integer() || value.is_float();
-    let fault = match range {
-        Range::Words(_) if value.is_str() => "is not one of the allowed words",
-        Range::Number { .. } if is_number => "is out of range",
-        _ => "has the wrong type",
-    };
-    let whole = if before.is_some_and(toml::Value::is_integer) { "a whole number, " } else { "" };
-    SettingsError::Value {
-        file: file.to_path_buf(),
-        name,
-        value: value.to_string(),
-        fault,
-        allowed: format!("{whole}{range}"),
+    #[test]
+    fn wrong_settings_are_named() {
+        let error = |preset, text, set: &[&str]| match resolved(preset, text, set) {
+            Err(SettingsError::Setting { error, .. }) => error.to_string(),
+            other => panic!("{other:?}"),
+        };
+        let set = |set| error("robust", "", &[set]);
+        assert_eq!(set("serch=4"), "unknown setting `serch`");
+        assert_eq!(set("search=99"), "the setting `search` is 99.0; allowed: 1.5 to 20");
+        assert_eq!(set("search=wide"), "the setting `search` is wide; it takes a number");
+        assert_eq!(set("search=[1, 2]"), "the setting `search` is [1, 2]; it takes a number");
+        assert!(set("particles=9").contains("has no effect with the method `robust`"));
+        assert_eq!(set("paper.search=4"), "unknown setting `paper.search`");
+        assert_eq!(error("paper", "robust = 4", &[]), "unknown setting `robust`");
+        let assignment = resolved("robust", "", &["search"]);
+        assert!(matches!(assignment, Err(SettingsError::Assignment { .. })));
     }
 }

@@ -10,7 +10,7 @@ use patchlock::patch_model::scale::{CodingScratch, Scale, ScaleRules};
 use patchlock::patch_model::sparse::somp::batched::BLOCK;
 use patchlock::vision::patches::{PatchGrid, normalise};
 use patchlock::vision::warp::warp;
-use patchlock::{Tracker, TrackerConfig};
+use patchlock::{PaperConfig, Tracker, TrackerConfig};
 use patchlock_scene::{Scene, SceneFrame};
 use setup::{Bench, PARTICLES, RULES, SIDE, truth, view};
 use std::hint::black_box;
@@ -121,17 +121,18 @@ fn robust() {
 }
 
 fn paper() -> TrackerConfig {
-    let mut config = TrackerConfig::preset("paper").unwrap();
-    (config.patchwise.particles, config.patchwise.small_step) = (200, 4);
-    config
+    let mut paper = PaperConfig::default();
+    (paper.particles, paper.patches.small_step) = (200, 4);
+    paper.into()
 }
 
 fn frame(config: TrackerConfig, scene: &Scene, number: usize) {
     let frames: Vec<SceneFrame> = (0..=number).map(|k| scene.frame(k)).collect();
-    let mut tracker = Tracker::new(config).unwrap();
-    let mut estimate = tracker.init(&view(&frames[0]), truth(scene)).unwrap();
+    let mut tracker = Tracker::start(config, &view(&frames[0]), truth(scene)).unwrap();
     for frame in &frames[1..number] {
-        tracker.update_into(&view(frame), &mut estimate).unwrap();
+        tracker.update(&view(frame)).unwrap();
     }
-    counted(&mut || tracker.update_into(&view(&frames[number]), &mut estimate).unwrap());
+    counted(&mut || {
+        tracker.update(&view(&frames[number])).unwrap();
+    });
 }

@@ -9,7 +9,7 @@ use patchlock::patch_model::sparse::codes::Code;
 use patchlock::patch_model::sparse::somp::{batched, definition};
 use patchlock::vision::frame::GreyImage;
 use patchlock::vision::warp;
-use patchlock::{PatchwiseConfig, State, Tracker, TrackerConfig, Visibility};
+use patchlock::{PaperConfig, Preset, State, Tracker, Visibility};
 use patchlock_scene::{Scene, SceneFrame};
 use setup::{Bench, LOCATION, PARTICLES, RULES, SIDE, small, truth, view};
 
@@ -69,7 +69,8 @@ fn definition_of_one_code(bencher: Bencher<'_, '_>) {
 /// thread.
 #[divan::bench(args = [2, 4])]
 fn look(bencher: Bencher<'_, '_>, small_step: usize) {
-    let config = PatchwiseConfig { small_step, ..PatchwiseConfig::default() };
+    let mut config = PaperConfig::default();
+    config.patches.small_step = small_step;
     let (bench, rules) = (Bench::new(), config.patch_rules());
     let state = bench.first();
     let model = PatchModel::begin(&bench.image, &state.matrix(), rules);
@@ -84,14 +85,13 @@ fn look(bencher: Bencher<'_, '_>, small_step: usize) {
 fn update(bencher: Bencher<'_, '_>) {
     let scene = Scene::demo();
     let frames: Vec<SceneFrame> = (0..30).map(|k| scene.frame(k)).collect();
-    let mut tracker = Tracker::new(TrackerConfig::preset("paper").unwrap()).unwrap();
-    tracker.init(&view(&frames[0]), truth(&scene)).unwrap();
+    let mut tracker = Tracker::start(Preset::Paper, &view(&frames[0]), truth(&scene)).unwrap();
     let mut next = 1;
     bencher.bench_local(|| {
         // Forwards and backwards, so that the target never jumps.
         let round = next % (2 * (frames.len() - 1));
         let k = round.min(2 * (frames.len() - 1) - round);
         next += 1;
-        tracker.update(&view(&frames[k])).unwrap()
+        tracker.update(&view(&frames[k])).unwrap().score
     });
 }

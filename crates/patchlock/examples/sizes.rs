@@ -10,7 +10,7 @@
 //! and the memory that the tracker holds.
 
 use allocation_counter::measure;
-use patchlock::{BoundingBox, Frame, Tracker, TrackerConfig};
+use patchlock::{BoundingBox, Frame, Preset, Tracker};
 use std::error::Error;
 use std::time::Instant;
 
@@ -24,17 +24,17 @@ const WARM_UP: usize = 20;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let preset = std::env::args().nth(1).ok_or("usage: sizes PRESET")?;
-    let config = TrackerConfig::preset(&preset)?;
+    let preset: Preset = preset.parse()?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let tables = pool.install(|| -> Result<(), patchlock::Error> {
         println!("| frame | median ms | slowest ms | MB |\n|---|---|---|---|");
         for size in SIZES {
             let [w, h] = size;
-            println!("| {w} x {h} | {} |", cost(&config, size, TARGET)?);
+            println!("| {w} x {h} | {} |", cost(preset, size, TARGET)?);
         }
         println!("\n| target | median ms | slowest ms | MB |\n|---|---|---|---|");
         for target in TARGETS {
-            println!("| {target} x {target} | {} |", cost(&config, [3840, 2160], target)?);
+            println!("| {target} x {target} | {} |", cost(preset, [3840, 2160], target)?);
         }
         Ok(())
     });
@@ -42,14 +42,10 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// Median and slowest frame in milliseconds, and the memory of the tracker in MB.
-fn cost(
-    config: &TrackerConfig,
-    size: [usize; 2],
-    target: usize,
-) -> Result<String, patchlock::Error> {
+fn cost(preset: Preset, size: [usize; 2], target: usize) -> Result<String, patchlock::Error> {
     let (views, mut rgb) = (Views::new(size), vec![0; size[0] * size[1] * 3]);
     let mut followed = None;
-    let held = measure(|| followed = Some(follow(config, &views, &mut rgb, target)));
+    let held = measure(|| followed = Some(follow(preset, &views, &mut rgb, target)));
     let (_tracker, mut times) = followed.expect("has run")?;
     let times = &mut times[WARM_UP..];
     times.sort_by(f64::total_cmp);
@@ -59,7 +55,7 @@ fn cost(
 
 /// The tracker after all frames, and the milliseconds of each.
 fn follow(
-    config: &TrackerConfig,
+    preset: Preset,
     views: &Views,
     rgb: &mut [u8],
     target: usize,
@@ -68,20 +64,17 @@ fn follow(
     let at = |frame: usize, axis: usize| {
         (size[axis] as f64 - side) / 2.0 - views.shift(frame)[axis] as f64
     };
-    let mut tracker = Tracker::new(config.clone())?;
+    let truth = |frame: usize| BoundingBox { x: at(frame, 0), y: at(frame, 1), w: side, h: side };
+    views.fill(0, rgb);
+    let mut tracker = Tracker::start(preset, &Frame::rgb8(rgb, size[0], size[1])?, truth(0))?;
     let mut times = Vec::with_capacity(FRAMES);
-    for frame in 0..WARM_UP + FRAMES {
+    for frame in 1..WARM_UP + FRAMES {
         views.fill(frame, rgb);
         let view = Frame::rgb8(rgb, size[0], size[1])?;
-        if frame == 0 {
-            tracker.init(&view, BoundingBox { x: at(0, 0), y: at(0, 1), w: side, h: side })?;
-            continue;
-        }
         let begun = Instant::now();
         let estimate = tracker.update(&view)?;
         times.push(begun.elapsed().as_secs_f64() * 1e3);
-        let truth = BoundingBox { x: at(frame, 0), y: at(frame, 1), w: side, h: side };
-        assert!(estimate.bbox.overlap(&truth) > 0.3, "frame {frame}: the target was lost");
+        assert!(estimate.bbox.overlap(&truth(frame)) > 0.3, "frame {frame}: the target was lost");
     }
     Ok((tracker, times))
 }

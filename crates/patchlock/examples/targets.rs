@@ -10,7 +10,7 @@
 //! systems. All boxes lie around the scene's target, an eighth of a pixel apart. The cost of a target depends
 //! on the contents of its box, and only the number of targets should vary here.
 
-use patchlock::{BoundingBox, Error, Frame, MultiTracker, Tracker, TrackerConfig};
+use patchlock::{BoundingBox, Error, Frame, MultiTracker, Preset, Tracker};
 use patchlock_scene::{Scene, SceneFrame};
 use std::fs;
 use std::time::Instant;
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut counts = Vec::new();
     let mut words = std::env::args().skip(1);
     let preset = words.next().ok_or("usage: targets PRESET [--separate] NUMBER...")?;
-    let config = TrackerConfig::preset(&preset)?;
+    let preset: Preset = preset.parse()?;
     for word in words {
         match word.as_str() {
             "--separate" => separate = true,
@@ -41,9 +41,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for count in counts {
         let boxes = boxes(&scene, count);
         let costs = if separate {
-            separately(&frames, &boxes, &config)?
+            separately(&frames, &boxes, preset)?
         } else {
-            with_one_tracker(&frames, &boxes, &config)?
+            with_one_tracker(&frames, &boxes, preset)?
         };
         let [ms, cpu] = [0, 1].map(|k| median(costs.iter().map(|cost| cost[k]).collect()));
         let (targets, memory) = (count as f64, memory().unwrap_or_default());
@@ -70,9 +70,9 @@ fn median(mut values: Vec<f64>) -> f64 {
 fn with_one_tracker(
     frames: &[SceneFrame],
     boxes: &[BoundingBox],
-    config: &TrackerConfig,
+    preset: Preset,
 ) -> Result<Vec<Cost>, Error> {
-    let mut tracker = MultiTracker::new(config.clone())?;
+    let mut tracker = MultiTracker::new(preset)?;
     for &bbox in boxes {
         tracker.add(&view(&frames[0])?, bbox)?;
     }
@@ -82,13 +82,11 @@ fn with_one_tracker(
 fn separately(
     frames: &[SceneFrame],
     boxes: &[BoundingBox],
-    config: &TrackerConfig,
+    preset: Preset,
 ) -> Result<Vec<Cost>, Error> {
     let mut trackers = Vec::new();
     for &bbox in boxes {
-        let mut tracker = Tracker::new(config.clone())?;
-        tracker.init(&view(&frames[0])?, bbox)?;
-        trackers.push(tracker);
+        trackers.push(Tracker::start(preset, &view(&frames[0])?, bbox)?);
     }
     timed(frames, |frame| {
         trackers.iter_mut().try_for_each(|tracker| tracker.update(frame).map(drop))

@@ -1,18 +1,48 @@
 //! The errors of the library. Their messages tell the caller what to change.
 
+use crate::value::Kind;
+
 /// Any error of the library. Its message states what was wrong, the given value and what is allowed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A field of the configuration is outside its range.
-    #[error("configuration field `{field}` is {value}; allowed: {allowed}")]
+    /// A setting is outside its range.
+    #[error("the setting `{field}` is {value}; allowed: {allowed}")]
     Config {
-        /// The field's name in [`TrackerConfig`](crate::TrackerConfig).
+        /// The setting's name.
         field: &'static str,
         /// The value that was given.
         value: String,
         /// The allowed values.
         allowed: String,
+    },
+    /// No setting has this name.
+    #[error("unknown setting `{name}`")]
+    UnknownSetting {
+        /// The name that was given.
+        name: String,
+    },
+    /// The setting belongs to another method.
+    #[error(
+        "the setting `{name}` has no effect with the method `{method}`; it belongs to `{owner}`"
+    )]
+    UnusedSetting {
+        /// The setting.
+        name: &'static str,
+        /// The method of the configuration.
+        method: &'static str,
+        /// The method that uses the setting.
+        owner: &'static str,
+    },
+    /// The value of a setting is of the wrong kind.
+    #[error("the setting `{name}` is {value}; it takes {kind}")]
+    SettingKind {
+        /// The setting.
+        name: &'static str,
+        /// The value that was given.
+        value: String,
+        /// The kind of value that it takes.
+        kind: Kind,
     },
     /// No preset has this name.
     #[error("unknown preset `{name}`; there are: {known}")]
@@ -77,7 +107,7 @@ pub enum Error {
     /// The size of a frame differs from that of the frame on which tracking began.
     #[error(
         "the frame is {width}x{height} pixels, but tracking began on {expected_width}x{expected_height}; \
-         give frames of one size, or begin again with `init`"
+         give frames of one size, or start a new tracker"
     )]
     FrameSize {
         /// Width of the frame that was given.
@@ -89,11 +119,8 @@ pub enum Error {
         /// Height of the first frame.
         expected_height: usize,
     },
-    /// `update` was called before `init`.
-    #[error("the tracker has no target yet: call `init` with a frame and a box first")]
-    NotInitialised,
     /// No target has this id.
-    #[error("there is no target {id}; there is: {}", if known.is_empty() { "none" } else { known })]
+    #[error("unknown target {id}; known: {}", if known.is_empty() { "none" } else { known })]
     UnknownTarget {
         /// The id that was given.
         id: u64,

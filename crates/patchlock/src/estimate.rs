@@ -1,5 +1,6 @@
 //! What a tracker says of a frame.
 
+use crate::error::{self, Error};
 use crate::patch_model::visibility::Visibility;
 use crate::vision::geometry::{BoundingBox, Point};
 use serde::{Deserialize, Serialize};
@@ -14,7 +15,7 @@ pub struct Estimate {
     /// bottom right, bottom left.
     pub corners: [Point; 4],
     /// How sure the tracker is, from 0 to 1. With the method `robust` it is an estimate of the probability
-    /// that the box overlaps the target by at least half. With the method `patchwise` it is the visible share
+    /// that the box overlaps the target by at least half. With the method `paper` it is the visible share
     /// of the target, [`Visibility::share`]: it falls when the target is hidden, changes faster than it is
     /// learned, or is lost.
     pub score: f64,
@@ -31,10 +32,10 @@ pub struct Estimate {
 pub enum Status {
     /// The target is in the box.
     Tracked,
-    /// The target may be hidden or lost. With the method `patchwise`: no more of it is visible than the share
+    /// The target may be hidden or lost. With the method `paper`: no more of it is visible than the share
     /// `delta`, at or below which no template is replaced (Eq. 20 of the paper).
     Uncertain,
-    /// The target is lost; the box is the last one that was known. The method `patchwise` never says so.
+    /// The target is lost; the box is the last one that was known. The method `paper` never says so.
     Lost,
 }
 
@@ -64,5 +65,19 @@ impl Estimate {
             status: Status::Uncertain,
             visibility: None,
         }
+    }
+
+    /// Checks an estimate that was read.
+    ///
+    /// # Errors
+    /// [`Error::Snapshot`] if a number is not finite or out of range.
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        let BoundingBox { x, y, w, h } = self.bbox;
+        let corners = self.corners.as_flattened();
+        let finite = [x, y, w, h].iter().chain(corners).all(|number| number.is_finite());
+        let sound = finite && w > 0.0 && h > 0.0 && (0.0..=1.0).contains(&self.score);
+        let visible = self.visibility.as_ref().is_none_or(Visibility::is_sound);
+        let reason = "a number of its latest estimate is out of range";
+        (sound && visible).then_some(()).ok_or_else(|| error::snapshot(reason))
     }
 }

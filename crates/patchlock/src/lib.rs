@@ -3,7 +3,7 @@
 //!
 //! There are two methods. [`Method::Robust`] (the presets `robust`, the default, and `fast`) follows with
 //! correlation filters and a map of the target's colours, remembers what was sure, and finds the target again
-//! after a loss. [`Method::Patchwise`] (the preset `paper`) is an exact and fast implementation of "Patchwise
+//! after a loss. [`Method::Paper`] (the preset `paper`) is an exact and fast implementation of "Patchwise
 //! object tracking via structural local sparse appearance model" (Kashiyani, Shokouhi, 2017).
 //!
 //! Begin with [`Tracker`] and [`TrackerConfig`]; [`MultiTracker`] follows many targets at once.
@@ -64,16 +64,18 @@ pub mod robust;
 mod snapshot;
 mod target_id;
 mod tracker;
+mod value;
 #[doc(hidden)]
 pub mod vision;
 
 pub use config::{
-    Method, PARAMETERS, PRESETS, Parameter, PatchwiseConfig, Range, RobustConfig, TrackerConfig,
+    Method, PARAMETERS, PaperConfig, Parameter, PatchModelConfig, Preset, Range, RobustConfig,
+    TrackerConfig,
 };
 pub use error::Error;
 pub use estimate::{Estimate, Status};
-pub use multi::MultiTracker;
-pub use observe::{FrameView, Observer, PatchView, PatchwiseView, RobustView, UpdateView};
+pub use multi::{MultiTracker, Tracked};
+pub use observe::{FrameView, Observer, PaperView, PatchView, RobustView, UpdateView};
 pub use paper::state::State;
 pub use patch_model::likelihood::{Feature, Gamma, Scales};
 pub use patch_model::sparse::codes::Code;
@@ -81,8 +83,13 @@ pub use patch_model::visibility::{Visibility, VisibilityMap};
 pub use snapshot::{MultiSnapshot, Snapshot};
 pub use target_id::TargetId;
 pub use tracker::Tracker;
+pub use value::{Kind, Value};
 pub use vision::frame::Frame;
 pub use vision::geometry::{BoundingBox, Point};
+
+/// Identifies the build: a hash of the library's sources, in hexadecimal. Boxes of two builds with the same
+/// hash and the same dependencies are comparable.
+pub const BUILD: &str = env!("PATCHLOCK_BUILD");
 
 /// Compiles and runs the examples of the README.
 #[cfg(doctest)]

@@ -3,7 +3,7 @@
 
 use crate::config::{Method, TrackerConfig};
 use crate::estimate::Estimate;
-use crate::observe::{FrameView, Observer, PatchwiseView, RobustView};
+use crate::observe::{FrameView, Observer, PaperView, RobustView};
 use crate::vision::frame::{Frame, GreyImage};
 use crate::vision::geometry::BoundingBox;
 use crate::{Error, error};
@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug)]
 #[expect(clippy::large_enum_variant, reason = "all targets of a tracker have the same method")]
 pub(crate) enum Target {
-    Patchwise(paper::Target),
+    Paper(paper::Target),
     Robust(robust::Target),
 }
 
@@ -23,7 +23,7 @@ pub(crate) enum Target {
 #[serde(rename_all = "lowercase")]
 #[expect(clippy::large_enum_variant, reason = "all targets of a tracker have the same method")]
 pub(crate) enum SavedTarget {
-    Patchwise(paper::Saved),
+    Paper(paper::Saved),
     Robust(robust::Saved),
 }
 
@@ -36,16 +36,16 @@ pub(crate) struct Images {
 /// Buffers of one thread for the targets of any method. Those of methods that are not used stay empty.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
-    patchwise: paper::Scratch,
+    paper: paper::Scratch,
     robust: robust::Scratch,
 }
 
 impl Images {
     /// Converts a frame to what the method works on.
-    pub fn fill(&mut self, frame: &Frame<'_>, method: Method) -> Result<(), Error> {
+    pub fn fill(&mut self, frame: &Frame<'_>, method: &Method) -> Result<(), Error> {
         match method {
-            Method::Patchwise => self.grey.fill(frame),
-            Method::Robust => frame.check_samples(),
+            Method::Paper(_) => self.grey.fill(frame),
+            Method::Robust(_) => frame.check_samples(),
         }
     }
 }
@@ -58,17 +58,16 @@ impl Target {
         config: &TrackerConfig,
         scratch: &mut Scratch,
     ) -> (Self, Estimate) {
-        match config.method {
-            Method::Patchwise => {
-                let settings = (config.seed, &config.patchwise);
-                let scratch = &mut scratch.patchwise;
+        match &config.method {
+            Method::Paper(settings) => {
+                let (settings, scratch) = ((config.seed, settings), &mut scratch.paper);
                 let (target, estimate) =
                     paper::Target::begin(&images.grey, bbox, settings, scratch);
-                (Self::Patchwise(target), estimate)
+                (Self::Paper(target), estimate)
             }
-            Method::Robust => {
-                let scratch = &mut scratch.robust;
-                let (target, estimate) = robust::Target::begin(frame, bbox, config, scratch);
+            Method::Robust(settings) => {
+                let (settings, scratch) = ((config.seed, settings), &mut scratch.robust);
+                let (target, estimate) = robust::Target::begin(frame, bbox, settings, scratch);
                 (Self::Robust(target), estimate)
             }
         }
@@ -78,22 +77,21 @@ impl Target {
     pub fn step(
         &mut self,
         (frame, images): (&Frame<'_>, &Images),
-        config: &TrackerConfig,
+        method: &Method,
         scratch: &mut Scratch,
         observer: Option<&mut dyn Observer>,
         estimate: &mut Estimate,
     ) {
-        match self {
-            Self::Patchwise(target) => {
-                let (settings, scratch) = (&config.patchwise, &mut scratch.patchwise);
+        match (self, method) {
+            (Self::Paper(target), Method::Paper(settings)) => {
+                let scratch = &mut scratch.paper;
                 let Some(observer) = observer else {
                     return target.step(&images.grey, settings, scratch, None, estimate);
                 };
-                let mut show =
-                    |view: PatchwiseView<'_>| observer.observe(&FrameView::Patchwise(view));
+                let mut show = |view: PaperView<'_>| observer.observe(&FrameView::Paper(view));
                 target.step(&images.grey, settings, scratch, Some(&mut show), estimate);
             }
-            Self::Robust(target) => {
+            (Self::Robust(target), Method::Robust(_)) => {
                 let scratch = &mut scratch.robust;
                 let Some(observer) = observer else {
                     return target.step(frame, scratch, None, estimate);
@@ -101,31 +99,31 @@ impl Target {
                 let mut show = |view: RobustView<'_>| observer.observe(&FrameView::Robust(view));
                 target.step(frame, scratch, Some(&mut show), estimate);
             }
+            // `begin` and `restore` make targets of the configuration's method only.
+            (Self::Paper(_), Method::Robust(_)) | (Self::Robust(_), Method::Paper(_)) => {}
         }
     }
 
     /// The target as a snapshot holds it.
     pub fn saved(&self) -> SavedTarget {
         match self {
-            Self::Patchwise(target) => SavedTarget::Patchwise(target.saved()),
+            Self::Paper(target) => SavedTarget::Paper(target.saved()),
             Self::Robust(target) => SavedTarget::Robust(target.saved()),
         }
     }
 
     /// A target that continues from a saved one.
     pub fn restore(saved: SavedTarget, config: &TrackerConfig) -> Result<Self, Error> {
-        match (config.method, saved) {
-            (Method::Patchwise, SavedTarget::Patchwise(saved)) => {
-                paper::Target::restore(saved, &config.patchwise)
-                    .map(Self::Patchwise)
-                    .map_err(error::snapshot)
+        match (&config.method, saved) {
+            (Method::Paper(settings), SavedTarget::Paper(saved)) => {
+                paper::Target::restore(saved, settings).map(Self::Paper).map_err(error::snapshot)
             }
-            (Method::Robust, SavedTarget::Robust(saved)) => {
-                let target = robust::Target::restore(saved, config);
-                target.map(Self::Robust).map_err(error::snapshot)
+            (Method::Robust(settings), SavedTarget::Robust(saved)) => {
+                robust::Target::restore(saved, settings).map(Self::Robust).map_err(error::snapshot)
             }
             (method, _) => Err(error::snapshot(format!(
-                "its target has another method than its configuration, which says {method:?}"
+                "its target has another method than its configuration, which says {}",
+                method.name()
             ))),
         }
     }

@@ -10,26 +10,34 @@ use crate::config::TrackerConfig;
 use crate::estimate::Estimate;
 use crate::method::{Images, Scratch, Target};
 use crate::numeric::instructions::Instructions;
-use crate::snapshot::{MultiParts, MultiSnapshot};
+use crate::observe::FrameView;
+use crate::snapshot::{MultiParts, MultiSnapshot, SavedTrack};
 use crate::target_id::TargetId;
 use crate::vision::frame::{Frame, FrameSize};
 use crate::vision::geometry::BoundingBox;
 use rayon::prelude::*;
 
+/// A target of a [`MultiTracker`] in one frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tracked {
+    /// The target.
+    pub id: TargetId,
+    /// Where it is.
+    pub estimate: Estimate,
+}
+
 /// Follows many targets through the frames of a video. They come and go at any frame.
 ///
 /// ```
-/// use patchlock::{BoundingBox, Frame, MultiTracker, TrackerConfig};
+/// use patchlock::{BoundingBox, Frame, MultiTracker, Preset};
 ///
-/// let mut config = TrackerConfig::preset("paper")?;
-/// config.patchwise.particles = 50;
-/// let mut tracker = MultiTracker::new(config)?;
+/// let mut tracker = MultiTracker::new(Preset::Robust)?;
 /// let pixels: Vec<u8> = (0..120 * 90).map(|k| (k * k % 251) as u8).collect();
 /// let frame = Frame::grey8(&pixels, 120, 90)?;
-/// let (first, _) = tracker.add(&frame, BoundingBox { x: 30.0, y: 20.0, w: 40.0, h: 32.0 })?;
+/// let first = tracker.add(&frame, BoundingBox { x: 30.0, y: 20.0, w: 40.0, h: 32.0 })?.id;
 /// tracker.add(&frame, BoundingBox { x: 70.0, y: 40.0, w: 24.0, h: 24.0 })?;
-/// for (id, estimate) in tracker.update(&frame)? {
-///     println!("{id}: {:?}, score {:.2}", estimate.bbox, estimate.score);
+/// for tracked in tracker.update(&frame)? {
+///     println!("{}: {:?}", tracked.id, tracked.estimate.bbox);
 /// }
 /// tracker.remove(first)?;
 /// # Ok::<(), patchlock::Error>(())
@@ -44,7 +52,9 @@ use rayon::prelude::*;
 #[derive(Debug)]
 pub struct MultiTracker {
     config: TrackerConfig,
-    targets: Vec<(TargetId, Target)>,
+    targets: Vec<Target>,
+    /// The ids and latest estimates of the targets, in the same order.
+    tracked: Vec<Tracked>,
     next: u64,
     /// The size of the frames that the targets are tracked in.
     size: Option<FrameSize>,
@@ -57,13 +67,16 @@ impl MultiTracker {
     /// A tracker without targets yet.
     ///
     /// # Errors
-    /// As [`Tracker::new`](crate::Tracker::new).
-    pub fn new(config: TrackerConfig) -> Result<Self, Error> {
+    /// [`Error::Config`] names the setting that is wrong, its value and what is allowed.
+    /// [`Error::Instructions`] if the environment asks for instructions that the processor does not have.
+    pub fn new(config: impl Into<TrackerConfig>) -> Result<Self, Error> {
+        let config = config.into();
         config.validate()?;
         Instructions::chosen()?;
         Ok(Self {
             config,
             targets: Vec::new(),
+            tracked: Vec::new(),
             next: 1,
             size: None,
             images: Images::default(),
@@ -78,41 +91,42 @@ impl MultiTracker {
 
     /// The targets, in the order in which they were added.
     pub fn ids(&self) -> impl ExactSizeIterator<Item = TargetId> {
-        self.targets.iter().map(|(id, _)| *id)
+        self.tracked.iter().map(|tracked| tracked.id)
     }
 
-    /// Begins on the target in this box of this frame. Returns its id, and what a new `Tracker` would say of
-    /// the frame.
+    /// The targets in the latest frame, in the order in which they were added.
+    pub fn tracked(&self) -> &[Tracked] {
+        &self.tracked
+    }
+
+    /// Adds the target in this box of this frame. Returns its id and what a
+    /// [`Tracker`](crate::Tracker) says of the frame.
     ///
     /// # Errors
-    /// [`Error::BoxShape`], [`Error::BoxOutside`] or [`Error::Frame`]; [`Error::FrameSize`] where the other
+    /// [`Error::BoxShape`], [`Error::BoxOutside`] or [`Error::Frame`]; [`Error::FrameSize`] if the other
     /// targets are tracked on frames of another size. Then nothing has changed.
-    pub fn add(
-        &mut self,
-        frame: &Frame<'_>,
-        bbox: BoundingBox,
-    ) -> Result<(TargetId, Estimate), Error> {
+    pub fn add(&mut self, frame: &Frame<'_>, bbox: BoundingBox) -> Result<&Tracked, Error> {
         let (target, estimate) = self.begin(frame, bbox)?;
         let id = TargetId::from(self.next);
         self.next = self.next.saturating_add(1);
-        self.targets.push((id, target));
-        Ok((id, estimate))
+        self.targets.push(target);
+        self.tracked.push(Tracked { id, estimate });
+        Ok(&self.tracked[self.tracked.len() - 1])
     }
 
-    /// Begins again with a known target on a box of this frame, to correct its track by hand or after a loss.
+    /// Starts again with a known target on a box of this frame, to correct its track or after a loss.
     ///
     /// # Errors
     /// As [`add`](Self::add), and [`Error::UnknownTarget`].
-    pub fn reinit(
+    pub fn restart(
         &mut self,
         id: TargetId,
         frame: &Frame<'_>,
         bbox: BoundingBox,
-    ) -> Result<Estimate, Error> {
+    ) -> Result<&Estimate, Error> {
         let index = self.index(id)?;
-        let (target, estimate) = self.begin(frame, bbox)?;
-        self.targets[index].1 = target;
-        Ok(estimate)
+        (self.targets[index], self.tracked[index].estimate) = self.begin(frame, bbox)?;
+        Ok(&self.tracked[index].estimate)
     }
 
     /// Forgets a target.
@@ -122,42 +136,62 @@ impl MultiTracker {
     pub fn remove(&mut self, id: TargetId) -> Result<(), Error> {
         let index = self.index(id)?;
         self.targets.remove(index);
+        self.tracked.remove(index);
         Ok(())
     }
 
-    /// Finds all targets in the next frame and learns from it. The estimates come in the order of
-    /// [`ids`](Self::ids); without targets there are none.
+    /// Finds all targets in the next frame and learns from it. The targets come in the order in which they
+    /// were added. Nothing is allocated once all buffers have grown, except by `rayon`.
     ///
     /// # Errors
-    /// [`Error::FrameSize`] or [`Error::Frame`] where the frame does not fit, and then all targets are
-    /// unchanged. No error concerns a single target: one that is lost or outside the frame has an estimate
-    /// with a low score.
-    pub fn update(&mut self, frame: &Frame<'_>) -> Result<Vec<(TargetId, Estimate)>, Error> {
-        self.check_size(frame)?;
-        self.images.fill(frame, self.config.method)?;
-        let threads = rayon::current_num_threads().max(1);
+    /// [`Error::FrameSize`] or [`Error::Frame`] if the frame does not fit; then all targets are unchanged. No
+    /// error concerns a single target: one that is lost or outside the frame has an estimate with a low
+    /// score.
+    pub fn update(&mut self, frame: &Frame<'_>) -> Result<&[Tracked], Error> {
+        let threads = self.prepare(frame)?;
         let run = self.targets.len().div_ceil(threads).max(1);
-        let (config, images) = (&self.config, &self.images);
-        self.scratches.resize_with(threads, Scratch::default);
-        let runs = self.targets.par_chunks_mut(run).zip(&mut self.scratches);
-        let estimates = runs.flat_map_iter(|(targets, scratch)| {
-            targets.iter_mut().map(|(id, target)| {
-                let mut estimate = Estimate::empty();
-                target.step((frame, images), config, &mut *scratch, None, &mut estimate);
-                (*id, estimate)
-            })
+        let (method, images) = (&self.config.method, &self.images);
+        let runs = self.targets.par_chunks_mut(run).zip(self.tracked.par_chunks_mut(run));
+        runs.zip(&mut self.scratches).for_each(|((targets, tracked), scratch)| {
+            for (target, tracked) in targets.iter_mut().zip(tracked) {
+                target.step((frame, images), method, scratch, None, &mut tracked.estimate);
+            }
         });
-        Ok(estimates.collect())
+        Ok(&self.tracked)
+    }
+
+    /// As [`update`](Self::update), and shows the observer what happened, target by target, without threads
+    /// over targets. The boxes are the same.
+    ///
+    /// # Errors
+    /// As [`update`](Self::update).
+    pub fn update_observed(
+        &mut self,
+        frame: &Frame<'_>,
+        observer: &mut dyn FnMut(TargetId, &FrameView<'_>),
+    ) -> Result<&[Tracked], Error> {
+        self.prepare(frame)?;
+        let (method, images) = (&self.config.method, &self.images);
+        let scratch = &mut self.scratches[0];
+        for (target, Tracked { id, estimate }) in self.targets.iter_mut().zip(&mut self.tracked) {
+            let mut show = |view: &FrameView<'_>| observer(*id, view);
+            target.step((frame, images), method, scratch, Some(&mut show), estimate);
+        }
+        Ok(&self.tracked)
     }
 
     /// Everything that is needed to continue to the same boxes later; see [`MultiSnapshot`].
     pub fn snapshot(&self) -> MultiSnapshot {
-        let targets = self.targets.iter().map(|(id, target)| (*id, target.saved())).collect();
+        let track = |(target, tracked): (&Target, &Tracked)| {
+            let estimate = tracked.estimate.clone();
+            (tracked.id, SavedTrack { target: target.saved(), estimate })
+        };
+        let tracks = self.targets.iter().zip(&self.tracked).map(track).collect();
         MultiSnapshot::new(MultiParts {
             config: self.config.clone(),
             next: self.next,
             frame_size: self.known_size(),
-            targets,
+            tracks,
         })
     }
 
@@ -167,20 +201,31 @@ impl MultiTracker {
     /// [`Error::Snapshot`] or [`Error::Config`] where the parts do not fit together; [`Error::Instructions`]
     /// as in [`MultiTracker::new`].
     pub fn restore(snapshot: MultiSnapshot) -> Result<Self, Error> {
-        let MultiParts { config, next, frame_size, targets } = snapshot.into_parts()?;
+        let MultiParts { config, next, frame_size, tracks } = snapshot.into_parts()?;
         let mut tracker = Self::new(config)?;
         tracker.next = next;
         tracker.size = frame_size.map(FrameSize::checked).transpose()?;
-        for (id, saved) in targets {
-            tracker.targets.push((id, Target::restore(saved, &tracker.config)?));
+        for (id, SavedTrack { target, estimate }) in tracks {
+            estimate.check()?;
+            tracker.targets.push(Target::restore(target, &tracker.config)?);
+            tracker.tracked.push(Tracked { id, estimate });
         }
         Ok(tracker)
+    }
+
+    /// Converts a frame and makes scratch memory for each thread. Returns the number of threads.
+    fn prepare(&mut self, frame: &Frame<'_>) -> Result<usize, Error> {
+        self.check_size(frame)?;
+        self.images.fill(frame, &self.config.method)?;
+        let threads = rayon::current_num_threads().max(1);
+        self.scratches.resize_with(threads, Scratch::default);
+        Ok(threads)
     }
 
     fn begin(&mut self, frame: &Frame<'_>, bbox: BoundingBox) -> Result<(Target, Estimate), Error> {
         bbox.check_in(frame.width(), frame.height())?;
         self.check_size(frame)?;
-        self.images.fill(frame, self.config.method)?;
+        self.images.fill(frame, &self.config.method)?;
         if self.scratches.is_empty() {
             self.scratches.push(Scratch::default());
         }
@@ -199,7 +244,7 @@ impl MultiTracker {
     }
 
     fn index(&self, id: TargetId) -> Result<usize, Error> {
-        let index = self.targets.iter().position(|(known, _)| *known == id);
+        let index = self.tracked.iter().position(|tracked| tracked.id == id);
         index.ok_or_else(|| Error::UnknownTarget {
             id: id.number(),
             known: self.ids().map(|id| id.to_string()).collect::<Vec<_>>().join(", "),

@@ -1,6 +1,6 @@
 //! Access to the intermediate results of a tracker, with one kind of view per method.
 
-pub use crate::paper::view::{PatchView, PatchwiseView, UpdateView};
+pub use crate::paper::view::{PaperView, PatchView, UpdateView};
 pub use crate::robust::view::RobustView;
 
 /// The intermediate results of one frame, in the terms of the method that tracked it.
@@ -8,7 +8,7 @@ pub use crate::robust::view::RobustView;
 #[non_exhaustive]
 pub enum FrameView<'a> {
     /// The paper's tracker.
-    Patchwise(PatchwiseView<'a>),
+    Paper(PaperView<'a>),
     /// The method `robust`.
     Robust(RobustView<'a>),
 }

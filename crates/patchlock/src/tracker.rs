@@ -6,23 +6,21 @@ use crate::estimate::Estimate;
 use crate::method::{Images, Scratch, Target};
 use crate::numeric::instructions::Instructions;
 use crate::observe::Observer;
-use crate::snapshot::Snapshot;
+use crate::snapshot::{SavedTrack, Snapshot};
 use crate::vision::frame::{Frame, FrameSize};
 use crate::vision::geometry::BoundingBox;
 
 /// Follows one target through the frames of a video.
 ///
 /// ```
-/// use patchlock::{BoundingBox, Frame, Tracker, TrackerConfig};
+/// use patchlock::{BoundingBox, Frame, Preset, Tracker};
 ///
-/// let mut config = TrackerConfig::preset("paper")?;
-/// config.patchwise.particles = 50;
-/// let mut tracker = Tracker::new(config)?;
 /// let pixels: Vec<u8> = (0..120 * 90).map(|k| (k * k % 251) as u8).collect();
 /// let frame = Frame::grey8(&pixels, 120, 90)?;
-/// tracker.init(&frame, BoundingBox { x: 30.0, y: 20.0, w: 40.0, h: 32.0 })?;
+/// let bbox = BoundingBox { x: 30.0, y: 20.0, w: 40.0, h: 32.0 };
+/// let mut tracker = Tracker::start(Preset::Robust, &frame, bbox)?;
 /// let estimate = tracker.update(&frame)?;
-/// println!("{:?}, score {:.2}", estimate.bbox, estimate.score);
+/// println!("{:?}, {}, score {:.2}", estimate.bbox, estimate.status, estimate.score);
 /// # Ok::<(), patchlock::Error>(())
 /// ```
 ///
@@ -31,22 +29,49 @@ use crate::vision::geometry::BoundingBox;
 #[derive(Debug)]
 pub struct Tracker {
     config: TrackerConfig,
-    /// The target, and the size of the frames that it is tracked in.
-    target: Option<(FrameSize, Target)>,
+    /// The size of the frames that the target is tracked in.
+    size: FrameSize,
+    target: Target,
+    estimate: Estimate,
     images: Images,
     scratch: Scratch,
 }
 
 impl Tracker {
-    /// A tracker without a target yet.
+    /// A tracker that follows the target in this box of this frame. A
+    /// [`Preset`](crate::Preset) is a configuration, too.
     ///
     /// # Errors
-    /// [`Error::Config`] names the field that is wrong, its value and what is allowed.
-    /// [`Error::Instructions`] where the environment asks for instructions that the processor does not have.
-    pub fn new(config: TrackerConfig) -> Result<Self, Error> {
+    /// [`Error::Config`] names the setting that is wrong, its value and what is allowed.
+    /// [`Error::BoxShape`], [`Error::BoxOutside`] or [`Error::Frame`]. [`Error::Instructions`] if the
+    /// environment asks for instructions that the processor does not have.
+    pub fn start(
+        config: impl Into<TrackerConfig>,
+        frame: &Frame<'_>,
+        bbox: BoundingBox,
+    ) -> Result<Self, Error> {
+        let config = config.into();
         config.validate()?;
         Instructions::chosen()?;
-        Ok(Self { config, target: None, images: Images::default(), scratch: Scratch::default() })
+        bbox.check_in(frame.width(), frame.height())?;
+        let (mut images, mut scratch) = (Images::default(), Scratch::default());
+        images.fill(frame, &config.method)?;
+        let (target, estimate) = Target::begin((frame, &images), bbox, &config, &mut scratch);
+        Ok(Self { config, size: frame.size(), target, estimate, images, scratch })
+    }
+
+    /// Starts again on a box of this frame, which may have another size, with the same configuration. The
+    /// result is that of a new tracker, without allocating its buffers again.
+    ///
+    /// # Errors
+    /// [`Error::BoxShape`], [`Error::BoxOutside`] or [`Error::Frame`]; then the tracker is unchanged.
+    pub fn restart(&mut self, frame: &Frame<'_>, bbox: BoundingBox) -> Result<&Estimate, Error> {
+        let Self { config, images, scratch, .. } = self;
+        bbox.check_in(frame.width(), frame.height())?;
+        images.fill(frame, &config.method)?;
+        (self.target, self.estimate) = Target::begin((frame, images), bbox, config, scratch);
+        self.size = frame.size();
+        Ok(&self.estimate)
     }
 
     /// The configuration.
@@ -54,47 +79,18 @@ impl Tracker {
         &self.config
     }
 
-    /// Begins on the target in this box of this frame. An earlier target is forgotten: the result is what a
-    /// new tracker would give.
-    ///
-    /// # Errors
-    /// [`Error::BoxShape`], [`Error::BoxOutside`] or [`Error::Frame`]; then the tracker is unchanged.
-    pub fn init(&mut self, frame: &Frame<'_>, bbox: BoundingBox) -> Result<Estimate, Error> {
-        let Self { config, target, images, scratch } = self;
-        bbox.check_in(frame.width(), frame.height())?;
-        images.fill(frame, config.method)?;
-        let (begun, estimate) = Target::begin((frame, images), bbox, config, scratch);
-        *target = Some((frame.size(), begun));
-        Ok(estimate)
+    /// The estimate in the latest frame.
+    pub fn estimate(&self) -> &Estimate {
+        &self.estimate
     }
 
-    /// Begins again on a box of this frame, to correct the track by hand or after a loss; the same as
-    /// [`Tracker::init`].
+    /// Finds the target in the next frame and learns from it. Nothing is allocated once all buffers have
+    /// grown.
     ///
     /// # Errors
-    /// As [`Tracker::init`].
-    pub fn reinit(&mut self, frame: &Frame<'_>, bbox: BoundingBox) -> Result<Estimate, Error> {
-        self.init(frame, bbox)
-    }
-
-    /// Finds the target in the next frame and learns from it.
-    ///
-    /// # Errors
-    /// [`Error::NotInitialised`] before the first `init`; [`Error::FrameSize`] or [`Error::Frame`] where the
-    /// frame does not fit, and then the tracker is unchanged.
-    pub fn update(&mut self, frame: &Frame<'_>) -> Result<Estimate, Error> {
-        let mut estimate = Estimate::empty();
-        self.step(frame, None, &mut estimate)?;
-        Ok(estimate)
-    }
-
-    /// As [`Tracker::update`], but reuses an estimate from `init` or an earlier frame and the buffers in it.
-    /// Nothing else is allocated once all buffers have grown.
-    ///
-    /// # Errors
-    /// As [`Tracker::update`]; then the estimate is unchanged too.
-    pub fn update_into(&mut self, frame: &Frame<'_>, estimate: &mut Estimate) -> Result<(), Error> {
-        self.step(frame, None, estimate)
+    /// [`Error::FrameSize`] or [`Error::Frame`] if the frame does not fit; then the tracker is unchanged.
+    pub fn update(&mut self, frame: &Frame<'_>) -> Result<&Estimate, Error> {
+        self.step(frame, None)
     }
 
     /// As [`Tracker::update`], and shows the observer what happened. The boxes are the same.
@@ -105,43 +101,40 @@ impl Tracker {
         &mut self,
         frame: &Frame<'_>,
         observer: &mut dyn Observer,
-    ) -> Result<Estimate, Error> {
-        let mut estimate = Estimate::empty();
-        self.step(frame, Some(observer), &mut estimate)?;
-        Ok(estimate)
+    ) -> Result<&Estimate, Error> {
+        self.step(frame, Some(observer))
     }
 
     /// Everything that is needed to continue to the same boxes later; see [`Snapshot`].
     pub fn snapshot(&self) -> Snapshot {
-        let target = self.target.as_ref();
-        Snapshot::new(&self.config, target.map(|(size, target)| (*size, target.saved())))
+        let track = SavedTrack { target: self.target.saved(), estimate: self.estimate.clone() };
+        Snapshot::new(self.config.clone(), self.size, track)
     }
 
     /// A tracker that continues where the snapshot was taken.
     ///
     /// # Errors
-    /// [`Error::Snapshot`] or [`Error::Config`] where the parts do not fit together; [`Error::Instructions`]
-    /// as in [`Tracker::new`].
+    /// [`Error::Snapshot`] or [`Error::Config`] if the parts do not fit together; [`Error::Instructions`] as
+    /// in [`Tracker::start`].
     pub fn restore(snapshot: Snapshot) -> Result<Self, Error> {
-        let (config, target) = snapshot.into_parts();
-        let mut tracker = Self::new(config)?;
-        if let Some((size, saved)) = target {
-            tracker.target = Some((size.checked()?, Target::restore(saved, &tracker.config)?));
-        }
-        Ok(tracker)
+        let (config, size, SavedTrack { target, estimate }) = snapshot.into_parts();
+        config.validate()?;
+        estimate.check()?;
+        Instructions::chosen()?;
+        let target = Target::restore(target, &config)?;
+        let (images, scratch) = (Images::default(), Scratch::default());
+        Ok(Self { config, size: size.checked()?, target, estimate, images, scratch })
     }
 
     fn step(
         &mut self,
         frame: &Frame<'_>,
         observer: Option<&mut dyn Observer>,
-        estimate: &mut Estimate,
-    ) -> Result<(), Error> {
-        let Self { config, target, images, scratch } = self;
-        let (size, target) = target.as_mut().ok_or(Error::NotInitialised)?;
+    ) -> Result<&Estimate, Error> {
+        let Self { config, size, target, estimate, images, scratch } = self;
         size.expect(frame.size())?;
-        images.fill(frame, config.method)?;
-        target.step((frame, images), config, scratch, observer, estimate);
-        Ok(())
+        images.fill(frame, &config.method)?;
+        target.step((frame, images), &config.method, scratch, observer, estimate);
+        Ok(estimate)
     }
 }

@@ -1,15 +1,17 @@
 //! The tracker under test: Patchlock or an external program.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
-use patchlock::{BoundingBox, Estimate, Status, Tracker, TrackerConfig};
+use patchlock::{BoundingBox, Estimate, Status, TrackerConfig};
 use patchlock_media::{Picture, image_file};
 
-use super::store::Identity;
+use super::store::{Identity, with_seed};
 use super::trax::Trax;
 use crate::Error;
 use patchlock_track::session::{self, Session};
+use rayon::ThreadPool;
 
 /// The answer of a tracker for one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,7 +55,10 @@ pub trait Subject {
 
 /// The tracker of this project. Its times exclude decoding.
 pub struct Patchlock {
-    session: Session<Tracker>,
+    config: TrackerConfig,
+    pool: Arc<ThreadPool>,
+    /// `None` before the first box.
+    session: Option<Session>,
 }
 
 impl Patchlock {
@@ -62,8 +67,8 @@ impl Patchlock {
     /// # Errors
     /// [`Error::Subject`] if the configuration is invalid; [`Error::Threads`].
     pub fn new(config: TrackerConfig, threads: usize) -> Result<Self, Error> {
-        let tracker = Tracker::new(config).map_err(|error| Error::Subject(error.to_string()))?;
-        Ok(Self { session: Session::new(tracker, session::pool(Some(threads))?) })
+        config.validate().map_err(|error| Error::Subject(error.to_string()))?;
+        Ok(Self { config, pool: session::pool(Some(threads))?, session: None })
     }
 
     /// Creates the tracker that an identity describes, with this seed.
@@ -71,17 +76,19 @@ impl Patchlock {
     /// # Errors
     /// [`Error::Subject`] if the identity is that of another program or version.
     pub fn of(identity: &Identity, seed: u64, threads: usize) -> Result<Self, Error> {
-        let Identity::Patchlock { version, configuration, .. } = identity else {
+        let Identity::Patchlock { version, build, configuration, .. } = identity else {
             return Err(Error::Subject("the tracker is an external program".to_string()));
         };
-        let here = env!("CARGO_PKG_VERSION");
-        if version != here {
+        let here = (env!("CARGO_PKG_VERSION"), patchlock::BUILD);
+        if (version.as_str(), build.as_str()) != here {
             let reason = format!(
-                "the runs need Patchlock {version}, but this is {here}: install the same version everywhere"
+                "the runs need Patchlock {version} (build {build}), but this is {} (build {}): \
+                 install the same build everywhere",
+                here.0, here.1
             );
             return Err(Error::Subject(reason));
         }
-        Self::new(TrackerConfig { seed, ..(**configuration).clone() }, threads)
+        Self::new(with_seed(configuration, seed), threads)
     }
 
     /// Starts on a box in a picture.
@@ -94,9 +101,12 @@ impl Patchlock {
         bbox: BoundingBox,
     ) -> Result<Answer, patchlock::Error> {
         let frame = picture.frame()?;
-        let (estimate, seconds) = self.session.step(|tracker| tracker.init(&frame, bbox))?;
+        let (config, pool) = (self.config.clone(), Arc::clone(&self.pool));
+        let (session, seconds) = Session::start(config, pool, &frame, bbox)?;
+        let answer = Answer::of_estimate(session.estimate(), seconds);
+        self.session = Some(session);
         // The first box of a trajectory is the one that was given.
-        Ok(Answer { bbox: Some(bbox), ..Answer::of_estimate(&estimate, seconds) })
+        Ok(Answer { bbox: Some(bbox), ..answer })
     }
 
     /// Tracks the target in the next picture.
@@ -105,8 +115,10 @@ impl Patchlock {
     /// The error of the tracker.
     pub fn follow_to(&mut self, picture: &Picture) -> Result<Answer, patchlock::Error> {
         let frame = picture.frame()?;
-        let (estimate, seconds) = self.session.step(|tracker| tracker.update(&frame))?;
-        Ok(Answer::of_estimate(&estimate, seconds))
+        // Without a first box there is nothing to follow.
+        let Some(session) = &mut self.session else { return Ok(Answer::of_box(None, 0.0)) };
+        let (estimate, seconds) = session.update(&frame)?;
+        Ok(Answer::of_estimate(estimate, seconds))
     }
 }
 

@@ -8,27 +8,29 @@ use std::env;
 use std::io::Write;
 
 use crate::support::real_data;
-use patchlock::{FrameView, Tracker, TrackerConfig};
+use patchlock::{FrameView, Preset, Tracker, TrackerConfig};
 use patchlock_bench::dataset::{Dataset, Sequence};
 use patchlock_media::image_file;
 use rayon::prelude::*;
 
 /// Tracks the first `count` frames both ways and compares the boxes. Returns the number of boxes.
 fn compare_boxes(sequence: &Sequence, count: usize) -> usize {
-    let config = TrackerConfig::preset("paper").unwrap();
-    let (mut fast, mut plain) =
-        (Tracker::new(config.clone()).unwrap(), Tracker::new(config).unwrap());
+    let config = TrackerConfig::from(Preset::Paper);
+    let mut both: Option<(Tracker, Tracker)> = None;
     for (k, path) in sequence.frames.iter().take(count).enumerate() {
         let picture = image_file::load(path).unwrap();
         let frame = picture.frame().unwrap();
-        let (a, b) = if k == 0 {
+        let Some((fast, plain)) = &mut both else {
             let first = sequence.truth[0].unwrap();
-            (fast.init(&frame, first), plain.init(&frame, first))
-        } else {
+            let start = || Tracker::start(config.clone(), &frame, first).unwrap();
+            both = Some((start(), start()));
+            continue;
+        };
+        let (a, b) = {
             // An observer receives all likelihoods, so no candidate is pruned.
             let mut all = true;
             let mut observer = |view: &FrameView<'_>| {
-                let FrameView::Patchwise(view) = view else { panic!("another method's view") };
+                let FrameView::Paper(view) = view else { panic!("another method's view") };
                 all = view.likelihoods.iter().all(|likelihood| likelihood.is_finite());
             };
             let plain = plain.update_observed(&frame, &mut observer);

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::support::{Folder, rows};
-use patchlock::{BoundingBox, Status, TrackerConfig};
+use patchlock::{BoundingBox, Preset, Status, TrackerConfig};
 use patchlock_bench::bench::runner::{self, Watch};
 use patchlock_bench::bench::schemes::{Scheme, Start};
 use patchlock_bench::bench::store::{
@@ -28,7 +28,7 @@ fn boxes_and_times_are_read_back() {
     let folder = Folder::new();
     folder.file("truth/a.txt", rows(3));
     let truth = Dataset::open(&folder.path().join("truth")).unwrap();
-    let config = TrackerConfig::preset("paper").unwrap();
+    let config = TrackerConfig::from(Preset::Paper);
     let open = |config: &TrackerConfig| {
         let identity = Identity::patchlock(config, "paper");
         open_store(&folder.path().join("out"), identity, truth.origin())
@@ -57,9 +57,11 @@ fn boxes_and_times_are_read_back() {
     assert!((got.x - fractional.x).abs() < 1e-15 && (got.y - fractional.y).abs() < 1e-15);
 
     // The seed belongs to the run, not to the configuration; any other change makes other runs.
-    assert!(open(&TrackerConfig { seed: 99, ..config.clone() }).is_ok());
+    let mut seeded = config.clone();
+    seeded.seed = 99;
+    assert!(open(&seeded).is_ok());
     let mut other = config;
-    other.patchwise.particles = 99;
+    other.set("particles", 99).unwrap();
     let other = open(&other);
     assert!(matches!(other, Err(Error::Conflict { .. })));
     let elsewhere = Task { start: Start { bbox: fractional, ..start }, ..task };
@@ -136,7 +138,7 @@ fn runs_of_other_versions_can_be_scored_but_not_continued() {
     folder.file("truth/a.txt", rows(1));
     let truth = Dataset::open(&folder.path().join("truth")).unwrap();
     let out = folder.path().join("out");
-    let config = TrackerConfig::preset("paper").unwrap();
+    let config = TrackerConfig::from(Preset::Paper);
     let identity = Identity::patchlock(&config, "paper");
     let store = open_store(&out, identity.clone(), 1.0).unwrap();
     let bbox = BoundingBox { x: 2.0, y: 3.0, w: 5.0, h: 6.0 };
@@ -161,8 +163,8 @@ fn runs_of_other_versions_can_be_scored_but_not_continued() {
 /// Whether a preset or a settings file has chosen the method.
 #[test]
 fn the_recorded_preset_has_the_method_in_use() {
-    let paper = TrackerConfig::preset("paper").unwrap();
-    let fast = TrackerConfig::preset("fast").unwrap();
+    let paper = TrackerConfig::from(Preset::Paper);
+    let fast = TrackerConfig::from(Preset::Fast);
     let preset = |config: &TrackerConfig, preset: &str| match Identity::patchlock(config, preset) {
         Identity::Patchlock { preset, .. } => preset,
         Identity::Trax { .. } => panic!("not an external program"),

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use clap::Args;
-use patchlock::{PARAMETERS, Parameter, TrackerConfig};
+use patchlock::{PARAMETERS, TrackerConfig};
 use patchlock_track::settings;
 
 use super::PRESETS_SHOWN;
@@ -36,39 +36,29 @@ pub fn run(args: &ConfigArgs) -> Result<()> {
     Ok(print(&text)?)
 }
 
-/// The configuration as commented TOML, which parses back to the same configuration.
+/// The configuration as commented TOML: the settings that its method uses. It reads back to the same
+/// configuration.
 pub fn commented(config: &TrackerConfig, preset: &str) -> Result<String> {
-    let table = toml::Table::try_from(config)?;
     let mut text = format!("# Patchlock {}: the preset \"{preset}\".\n", env!("CARGO_PKG_VERSION"));
     text += "# Change values in this file and use it with: patchlock track ... --config FILE\n";
     let (mut group, mut source) = ("", "");
-    for parameter in PARAMETERS {
-        let Some(value) = value_of(parameter, &table) else { continue };
+    for parameter in PARAMETERS.iter().filter(|row| row.is_used_by(&config.method)) {
         if parameter.group != group {
             group = parameter.group;
-            text += &format!("\n[{group}]\n");
+            let method = config.method.name();
+            let table = if group == method { group } else { &format!("{method}.{group}") };
+            text += &format!("\n[{table}]\n");
         }
         if parameter.source != source {
             source = parameter.source;
             text += &format!("\n# ---- {source} ----\n");
         }
-        text += &comment(&format!("{} Range: {}.", sentence(parameter.purpose), parameter.range));
+        let purpose = parameter.purpose.split_whitespace().collect::<Vec<_>>().join(" ");
+        text += &comment(&format!("{purpose} Range: {}.", parameter.range));
+        let value = settings::to_toml(&config.get(parameter.name)?);
         text += &format!("{} = {value}\n", parameter.name);
     }
     Ok(text)
-}
-
-/// The value of a setting in the table of a configuration.
-fn value_of<'a>(parameter: &Parameter, table: &'a toml::Table) -> Option<&'a toml::Value> {
-    match parameter.group {
-        "" => table.get(parameter.name),
-        group => table.get(group)?.get(parameter.name),
-    }
-}
-
-fn sentence(text: &str) -> String {
-    let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    if text.ends_with('.') { text } else { text + "." }
 }
 
 /// Wraps a comment to [`LINE`] columns.
@@ -90,20 +80,28 @@ fn comment(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use patchlock::{Parameter, Preset};
 
     #[test]
     fn printed_presets_parse_back_to_the_same_configuration() {
-        for name in patchlock::PRESETS {
-            let config = settings::preset(name).expect("a known preset");
-            let text = commented(&config, name).expect("prints");
+        for preset in Preset::ALL {
+            let config = TrackerConfig::from(preset);
+            let text = commented(&config, preset.name()).expect("prints");
             let back: TrackerConfig = toml::from_str(&text).expect("reads");
             assert_eq!(back, config);
-            let table = toml::Table::try_from(&config).expect("a table");
-            let fields = |table: &toml::Table| table.values().filter(|v| !v.is_table()).count();
-            let groups = table.values().filter_map(toml::Value::as_table).map(fields);
-            let count = fields(&table) + groups.sum::<usize>();
-            assert_eq!(PARAMETERS.len(), count, "every field has a comment");
+            let settings = text.lines().filter(|line| !line.starts_with(['#', '[']));
+            let settings = settings.filter(|line| !line.is_empty()).count();
+            let used = PARAMETERS.iter().filter(|row| row.is_used_by(&config.method)).count();
+            assert_eq!(settings, used, "every setting of the method is there, and no other");
             assert!(text.lines().all(|line| line.len() <= LINE + 20), "{text}");
+        }
+    }
+
+    #[test]
+    fn every_purpose_is_one_sentence() {
+        for Parameter { name, purpose, .. } in PARAMETERS {
+            assert!(purpose.starts_with(char::is_uppercase) || purpose.starts_with('`'), "{name}");
+            assert!(purpose.ends_with('.'), "{name}");
         }
     }
 }

@@ -9,12 +9,14 @@ pub mod frame;
 mod pictures;
 pub mod report;
 pub mod score;
+mod settings;
 pub mod shell;
 pub mod studio;
 pub mod track;
 pub mod trax;
 
 use std::ops::RangeInclusive;
+use std::sync::LazyLock;
 
 use anyhow::Result;
 use clap::builder::{PossibleValuesParser, RangedU64ValueParser, TypedValueParser};
@@ -36,11 +38,6 @@ const PRESETS_SHOWN: &str = "\
 The settings to start from. robust: for videos of your own; the most accurate, notices when the target is \
 lost, and searches for it. fast: the same in less than half the time, a little less accurate, and without \
 rotation. paper: the tracker of the paper, to compare with or to see its parts";
-
-/// The help of `--rotate`.
-const ROTATE_SHOWN: &str = "\
-Follow rotation in the frame [default: as in the settings: on, with the preset fast off]. Turn it off where \
-you know that nothing turns in the picture. Only for the method robust";
 
 /// Parses on or off.
 fn on_or_off() -> impl TypedValueParser<Value = bool> {
@@ -103,10 +100,14 @@ EXIT CODES:
 A second Ctrl-C stops immediately: track then keeps its tables, and no file is
 left partly written.";
 
+/// The version and the build.
+static VERSION: LazyLock<String> =
+    LazyLock::new(|| format!("{} (build {})", env!("CARGO_PKG_VERSION"), patchlock::BUILD));
+
 /// A visual object tracker: you draw a box in the first frame of a video, it finds the object in all other
 /// frames and reports how certain that is and which parts are hidden.
 #[derive(Debug, Parser)]
-#[command(name = "patchlock", version, after_help = EXAMPLES, max_term_width = 110)]
+#[command(name = "patchlock", version = VERSION.as_str(), after_help = EXAMPLES, max_term_width = 110)]
 pub struct Cli {
     #[command(subcommand)]
     command: Command,

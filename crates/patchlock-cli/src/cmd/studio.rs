@@ -8,9 +8,9 @@ use anyhow::Result;
 use clap::Args;
 use clap::builder::RangedU64ValueParser;
 use patchlock_studio::server::{self, Options, Patience, Server};
-use patchlock_track::settings::{self, Overrides};
 
-use super::{LimitArgs, PRESETS_SHOWN, ROTATE_SHOWN, THREADS_SHOWN, on_or_off, threads};
+use super::settings::SettingsArgs;
+use super::{LimitArgs, THREADS_SHOWN, threads};
 use crate::failure::{Failure, failed, say, usage};
 use crate::interrupt;
 use crate::output::printed::print;
@@ -70,11 +70,8 @@ pub struct StudioArgs {
         value_parser = RangedU64ValueParser::<u64>::new().range(1..))]
     max_upload: u64,
 
-    #[arg(long, value_name = "NAME", default_value = "robust", help = PRESETS_SHOWN)]
-    preset: String,
-
-    #[arg(long, value_name = "WHETHER", value_parser = on_or_off(), help = ROTATE_SHOWN)]
-    rotate: Option<bool>,
+    #[command(flatten)]
+    settings: SettingsArgs,
 
     /// Number of threads [default: one per core]; it does not change the boxes
     #[arg(long, value_name = THREADS_SHOWN, allow_negative_numbers = true, value_parser = threads())]
@@ -94,8 +91,7 @@ pub fn run(args: &StudioArgs) -> Result<()> {
         let message = format!("--project is for one video; there are {}", args.videos.len());
         return Err(usage(message).hint("each of several videos has its project beside it").into());
     }
-    let changes = Overrides { seed: None, rotate: args.rotate, set: &[] };
-    let config = settings::resolve(&args.preset, None, changes).map_err(Failure::from)?;
+    let config = args.settings.resolve(None)?;
     let options = Options {
         videos: args.videos.clone(),
         project: args.project.clone(),

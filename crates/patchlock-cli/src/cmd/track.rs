@@ -7,12 +7,10 @@ use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args};
 use patchlock_media::{Ahead, FrameRate, Order, Picture};
 use patchlock_studio::project::Store;
-use patchlock_track::settings::{self, Overrides};
 
 use super::pictures::PictureArgs;
-use super::{
-    LimitArgs, PRESETS_SHOWN, ROTATE_SHOWN, SEEDS_SHOWN, THREADS_SHOWN, on_or_off, seed, threads,
-};
+use super::settings::SettingsArgs;
+use super::{LimitArgs, SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
 use crate::failure::{Failure, interrupted, say, usage};
 use crate::interrupt;
 use crate::output::plan::{Opened, Plan};
@@ -111,23 +109,12 @@ pub struct TrackArgs {
     #[arg(long, value_name = "FILE.json")]
     project: Option<PathBuf>,
 
-    #[arg(long, value_name = "NAME", default_value = "robust", help = PRESETS_SHOWN)]
-    preset: String,
-
-    /// Settings that differ from the preset, as TOML; see patchlock config
-    #[arg(long, value_name = "FILE.toml")]
-    config: Option<PathBuf>,
-
-    /// Change one setting, such as search=7; may be repeated. It takes precedence over --config
-    #[arg(long, value_name = "NAME=VALUE")]
-    set: Vec<String>,
+    #[command(flatten)]
+    settings: SettingsArgs,
 
     /// Seed of the random numbers [default: the seed in the settings]; the same seed gives the same boxes
     #[arg(long, value_name = SEEDS_SHOWN, allow_negative_numbers = true, value_parser = seed())]
     seed: Option<u64>,
-
-    #[arg(long, value_name = "WHETHER", value_parser = on_or_off(), help = ROTATE_SHOWN)]
-    rotate: Option<bool>,
 
     /// Number of threads [default: one per core]; it does not change the boxes
     #[arg(long, value_name = THREADS_SHOWN, allow_negative_numbers = true, value_parser = threads())]
@@ -221,7 +208,7 @@ impl TrackArgs {
         }
         let inputs = [
             Some(Path::new(&self.source)),
-            self.config.as_deref(),
+            self.settings.config.as_deref(),
             self.box_from.as_deref(),
             self.boxes.as_deref(),
             self.project.as_deref(),
@@ -258,10 +245,8 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let project = args.project.as_deref().map(|file| project::open(file, &args.source, limits));
     let project = project.transpose()?;
     let start = args.start(project.as_ref())?;
-    let options = Overrides { seed: args.seed, rotate: args.rotate, set: &args.set };
-    let config = settings::resolve(&args.preset, args.config.as_deref(), options);
-    let config = config.map_err(Failure::from)?;
-    let settings = Settings::new(&args.preset, &config);
+    let config = args.settings.resolve(args.seed)?;
+    let settings = Settings::new(&args.settings.preset, &config);
     let plan = args.plan(&start)?;
 
     let source = patchlock_media::open_within(&args.source, args.reverse, limits);

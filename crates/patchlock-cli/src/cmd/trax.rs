@@ -1,15 +1,14 @@
 //! `patchlock trax`: offers the tracker to other programs through the TraX protocol.
 
 use std::io;
-use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
 use patchlock_bench::bench::trax::SEED_VARIABLE;
 use patchlock_track::session;
-use patchlock_track::settings::{self, Overrides};
 
-use super::{PRESETS_SHOWN, ROTATE_SHOWN, SEEDS_SHOWN, THREADS_SHOWN, on_or_off, seed, threads};
+use super::settings::SettingsArgs;
+use super::{SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
 use crate::failure::Failure;
 use crate::trax::{Protocol, Targets, serve};
 
@@ -42,12 +41,8 @@ pub struct TraxArgs {
     #[arg(long, value_name = "N", default_value = "4", value_parser = parse_protocol)]
     protocol: Protocol,
 
-    #[arg(long, value_name = "NAME", default_value = "robust", help = PRESETS_SHOWN)]
-    preset: String,
-
-    /// Settings that differ from the preset, as TOML; see patchlock config
-    #[arg(long, value_name = "FILE.toml")]
-    config: Option<PathBuf>,
+    #[command(flatten)]
+    settings: SettingsArgs,
 
     /// Seed of the random numbers [default: the seed in the settings]; the same seed gives the same boxes
     #[arg(
@@ -58,9 +53,6 @@ pub struct TraxArgs {
         value_parser = seed()
     )]
     seed: Option<u64>,
-
-    #[arg(long, value_name = "WHETHER", value_parser = on_or_off(), help = ROTATE_SHOWN)]
-    rotate: Option<bool>,
 
     /// Number of threads [default: one per core]; it does not change the boxes
     #[arg(long, value_name = THREADS_SHOWN, allow_negative_numbers = true, value_parser = threads())]
@@ -77,9 +69,7 @@ fn parse_protocol(text: &str) -> Result<Protocol, String> {
 
 /// Serves the client until it quits.
 pub fn run(args: &TraxArgs) -> Result<()> {
-    let options = Overrides { seed: args.seed, rotate: args.rotate, set: &[] };
-    let config =
-        settings::resolve(&args.preset, args.config.as_deref(), options).map_err(Failure::from)?;
+    let config = args.settings.resolve(args.seed)?;
     let pool = session::pool(args.threads).map_err(Failure::from)?;
     let targets = Targets::new(config, pool)?;
     serve(io::stdin().lock(), io::stdout().lock(), args.protocol, targets)

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use anyhow::Result;
-use patchlock::{Method, Status, TrackerConfig};
+use patchlock::{Status, TrackerConfig};
 use patchlock_media::FrameRate;
 use patchlock_track::settings::basis;
 use serde::Serialize;
@@ -51,7 +51,7 @@ pub struct Summary {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Settings {
     /// The method that followed the targets.
-    pub method: Method,
+    pub method: &'static str,
     /// Name of the preset that the settings are based on.
     pub preset: String,
     /// Seed of the random numbers.
@@ -62,12 +62,12 @@ impl Settings {
     /// Of a configuration that began as this preset.
     pub fn new(preset: &str, config: &TrackerConfig) -> Self {
         let preset = basis(preset, config).to_string();
-        Self { method: config.method, preset, seed: config.seed }
+        Self { method: config.method.name(), preset, seed: config.seed }
     }
 }
 
 /// A stretch of frames in which the score of a target stayed low: below one half with the method `robust`,
-/// whose score is a probability, and below half of the target's median score with `patchwise`.
+/// whose score is a probability, and below half of the target's median score with `paper`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LowScore {
     /// The target's id; with a single target there is no such field.
@@ -138,7 +138,7 @@ impl Summary {
             frames_lost: run.count(Status::Lost),
             losses: run.losses().iter().map(|loss| TimedLoss::new(loss, rate)).collect(),
             low_scores: {
-                let low = run.low_scores(settings.method == Method::Robust);
+                let low = run.low_scores(settings.method == "robust");
                 low.iter().map(LowScore::new).collect()
             },
             tracking_fps: round(run.fps()),

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::support::Bench;
 use crate::support::benchmark::Benchmark;
-use patchlock::{BoundingBox, TrackerConfig};
+use patchlock::{BoundingBox, Preset, TrackerConfig};
 use patchlock_bench::bench::job::{self, Frames, Job};
 use patchlock_bench::bench::plan::{Entrant, Options};
 use patchlock_bench::bench::schemes::{Scheme, Start};
@@ -90,8 +90,8 @@ fn a_clip_has_the_boxes_of_track() {
     bench.mp4("a.mp4", 8);
     let part = ["--box", "22,18,32,28", "--start", "2", "--end", "8", "--stride", "2"];
     bench.bare("a.mp4").args(part).args(["--seed", "5", "--save", "a.txt"]).assert().success();
-    let mut config = TrackerConfig::preset("paper").unwrap();
-    config.patchwise.particles = 12;
+    let mut config = TrackerConfig::from(Preset::Paper);
+    config.set("particles", 12).unwrap();
     let part = Clip { source: "a.mp4".into(), start: 2, end: Some(8), stride: 2 };
     let written = sent(&clip(&bench.path("a.mp4"), part, &config)).track().unwrap();
     let boxes = |text: &str| -> Vec<Vec<f64>> {
@@ -109,8 +109,8 @@ fn a_clip_has_the_boxes_of_track() {
 fn invalid_clips_are_refused() {
     let bench = Bench::new();
     bench.mp4("a.mp4", 3);
-    let mut config = TrackerConfig::preset("paper").unwrap();
-    config.patchwise.particles = 12;
+    let mut config = TrackerConfig::from(Preset::Paper);
+    config.set("particles", 12).unwrap();
     let whole = || Clip { source: "a.mp4".into(), start: 0, end: None, stride: 1 };
     let good = clip(&bench.path("a.mp4"), whole(), &config);
     let error = |job: Job| job.track().unwrap_err().to_string();

@@ -14,10 +14,9 @@ pub fn compare(
     key: (&Picture, BoundingBox),
     frame: (&Picture, BoundingBox),
 ) -> Result<Estimate, patchlock::Error> {
-    let mut tracker = Tracker::new(config.clone())?;
-    tracker.init(&key.0.frame()?, key.1)?;
+    let mut tracker = Tracker::start(config.clone(), &key.0.frame()?, key.1)?;
     let aligned = align(frame, key);
-    let mut estimate = tracker.update(&aligned.frame()?)?;
+    let mut estimate = tracker.update(&aligned.frame()?)?.clone();
     let back = |[x, y]: Point| there([x, y], key.1, frame.1);
     estimate.corners = estimate.corners.map(back);
     estimate.bbox = frame.1;

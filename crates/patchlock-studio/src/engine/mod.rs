@@ -7,7 +7,7 @@ pub mod plan;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use patchlock::{Tracker, TrackerConfig};
+use patchlock::{BoundingBox, TrackerConfig};
 use patchlock_media::{Ahead, Limits, Picture};
 use patchlock_track::session::Session;
 use rayon::ThreadPool;
@@ -105,8 +105,7 @@ impl Engine {
             false => Ahead::start(source, first..=to),
         };
         let tracker = |frame, reason| Error::Tracker { frame, reason };
-        let begun = Tracker::new(self.config.clone()).map_err(|reason| tracker(first, reason))?;
-        let mut session = Session::new(begun, Arc::clone(&self.pool));
+        let mut session = None;
         let mut pass = Vec::new();
         let mut next = Some(first);
         while let Some(expected) = next {
@@ -114,7 +113,7 @@ impl Engine {
             let Some((frame, picture)) = taken else {
                 return if listener.stopped() { Ok(None) } else { Err(Error::Ended(expected)) };
             };
-            let found = step(&mut session, &picture, (frame == first).then_some(bbox));
+            let found = self.step(&mut session, &picture, bbox);
             let found = found.map_err(|reason| tracker(frame, reason))?;
             if frame != first {
                 pass.push((frame, found));
@@ -128,19 +127,22 @@ impl Engine {
         }
         Ok(Some(pass))
     }
-}
 
-fn step(
-    session: &mut Session<Tracker>,
-    picture: &Picture,
-    begin: Option<patchlock::BoundingBox>,
-) -> Result<Found, patchlock::Error> {
-    let frame = picture.frame()?;
-    let (estimate, _) = session.step(|tracker| match begin {
-        Some(bbox) => tracker.init(&frame, bbox),
-        None => tracker.update(&frame),
-    })?;
-    Ok(Found::from(&estimate))
+    /// Tracks in the next picture; in the first one, the tracker starts on a box.
+    fn step(
+        &self,
+        session: &mut Option<Session>,
+        picture: &Picture,
+        bbox: BoundingBox,
+    ) -> Result<Found, patchlock::Error> {
+        let frame = picture.frame()?;
+        if let Some(session) = session {
+            return Ok(Found::from(session.update(&frame)?.0));
+        }
+        let (config, pool) = (self.config.clone(), Arc::clone(&self.pool));
+        let (begun, _) = Session::start(config, pool, &frame, bbox)?;
+        Ok(Found::from(session.insert(begun).estimate()))
+    }
 }
 
 /// The boxes of a span that was tracked from one side only.

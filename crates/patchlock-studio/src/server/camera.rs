@@ -14,7 +14,7 @@ use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
 use axum::response::Response;
 use futures_util::{SinkExt as _, StreamExt as _};
-use patchlock::{BoundingBox, Estimate, Tracker};
+use patchlock::{BoundingBox, Estimate};
 use patchlock_media::{FrameRate, Mp4Writer, Picture, image_file};
 use patchlock_track::session::Session;
 use serde::Deserialize;
@@ -156,7 +156,7 @@ async fn converse(socket: WebSocket, app: Arc<App>) {
 struct Follower {
     app: Arc<App>,
     answers: UnboundedSender<Value>,
-    session: Option<Session<Tracker>>,
+    session: Option<Session>,
     begin: Option<BoundingBox>,
     recorder: Option<Recorder>,
     /// Whether to record from the next picture on.
@@ -233,15 +233,15 @@ impl Follower {
         let frame = picture.frame().map_err(failed)?;
         if let Some(bbox) = self.begin.take() {
             let engine = &self.app.settings;
-            let tracker = Tracker::new(engine.config.clone()).map_err(failed)?;
-            let mut session = Session::new(tracker, Arc::clone(&engine.pool));
-            let (estimate, _) = session.step(|it| it.init(&frame, bbox)).map_err(failed)?;
+            let (config, pool) = (engine.config.clone(), Arc::clone(&engine.pool));
+            let (session, _) = Session::start(config, pool, &frame, bbox).map_err(failed)?;
+            let estimate = session.estimate().clone();
             self.session = Some(session);
             return Ok(Some(estimate));
         }
         let Some(session) = &mut self.session else { return Ok(None) };
-        let (estimate, _) = session.step(|it| it.update(&frame)).map_err(failed)?;
-        Ok(Some(estimate))
+        let (estimate, _) = session.update(&frame).map_err(failed)?;
+        Ok(Some(estimate.clone()))
     }
 
     fn record(&mut self, picture: &Picture, found: Option<&Estimate>) -> Result<(), Refusal> {

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use patchlock::{BoundingBox, TrackerConfig};
+use patchlock::{BoundingBox, Preset, TrackerConfig};
 use patchlock_media::{FrameRate, Limits, Mp4Writer};
 use patchlock_scene::Scene;
 use patchlock_studio::server::{Options, Patience, Server};
@@ -70,7 +70,7 @@ pub fn options(videos: Vec<PathBuf>, uploads: &Path) -> Options {
         videos,
         project: None,
         address: ([127, 0, 0, 1], 0).into(),
-        config: TrackerConfig::preset("fast").expect("is a preset"),
+        config: TrackerConfig::from(Preset::Fast),
         threads: Some(1),
         limits: Limits::default(),
         patience,

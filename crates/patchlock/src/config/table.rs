@@ -1,10 +1,11 @@
 //! The table's machinery: ranges, rows, and the macro that makes structs of them.
 
-use super::Method;
+use crate::Error;
 use crate::patch_model::likelihood::{Gamma, Scales};
+use crate::value::{Kind, Value};
 use std::fmt;
 
-/// The values that a field may take.
+/// The values that a setting may take.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Range {
     /// A number between two bounds, both allowed.
@@ -20,6 +21,12 @@ pub enum Range {
     Flag,
 }
 
+impl Range {
+    fn contains(self, number: f64) -> bool {
+        matches!(self, Self::Number { min, max } if (min..=max).contains(&number))
+    }
+}
+
 impl fmt::Display for Range {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -30,19 +37,23 @@ impl fmt::Display for Range {
     }
 }
 
-/// One row of the table: what `patchlock config` says of a field.
+/// A row of the table: one setting.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Parameter {
-    /// The group that it belongs to: empty for the common ones, otherwise the name of a method.
+    /// The group: empty for a setting of all methods, the name of a method, or `patches` for the patch model,
+    /// which all methods use.
     pub group: &'static str,
-    /// The field's name, which no other group has.
+    /// The name, which no other setting has.
     pub name: &'static str,
+    /// The kind of value that it takes.
+    pub kind: Kind,
     /// The values that it may take.
     pub range: Range,
     /// Where its default comes from: a section and equations of the paper, another publication, or our own
     /// choice.
     pub source: &'static str,
-    /// What it does.
+    /// What it does, in one sentence.
     pub purpose: &'static str,
 }
 
@@ -51,84 +62,128 @@ pub(super) const fn number(min: f64, max: f64) -> Range {
     Range::Number { min, max }
 }
 
-/// A type that a field may have.
-pub(super) trait Value: fmt::Debug {
+/// The type of a setting.
+pub(super) trait Setting: Sized {
+    const KIND: Kind;
+
+    fn value(&self) -> Value;
+
+    /// The setting with this value; `None` if the value is of another kind. A whole number is a number, too.
+    fn of(value: &Value) -> Option<Self>;
+
     /// Whether it lies in the range. What the type alone ensures is always within.
     fn within(&self, _: Range) -> bool {
         true
     }
 }
 
-impl Value for bool {}
-impl Value for Method {}
-impl Value for Gamma {}
-impl Value for Scales {}
+impl Setting for bool {
+    const KIND: Kind = Kind::Flag;
 
-macro_rules! number_values {
+    fn value(&self) -> Value {
+        Value::Flag(*self)
+    }
+
+    fn of(value: &Value) -> Option<Self> {
+        match value {
+            Value::Flag(flag) => Some(*flag),
+            _ => None,
+        }
+    }
+}
+
+impl Setting for f64 {
+    const KIND: Kind = Kind::Number;
+
+    fn value(&self) -> Value {
+        Value::Number(*self)
+    }
+
+    fn of(value: &Value) -> Option<Self> {
+        match value {
+            Value::Number(number) => Some(*number),
+            Value::Whole(number) => Some(*number as f64),
+            _ => None,
+        }
+    }
+
+    fn within(&self, range: Range) -> bool {
+        range.contains(*self)
+    }
+}
+
+macro_rules! whole_settings {
     ($($ty:ty),*) => {$(
-        impl Value for $ty {
+        impl Setting for $ty {
+            const KIND: Kind = Kind::Whole;
+
+            fn value(&self) -> Value {
+                Value::from(*self)
+            }
+
+            fn of(value: &Value) -> Option<Self> {
+                match value {
+                    Value::Whole(number) => Self::try_from(*number).ok(),
+                    _ => None,
+                }
+            }
+
             fn within(&self, range: Range) -> bool {
-                let value = *self as f64;
-                matches!(range, Range::Number { min, max } if (min..=max).contains(&value))
+                range.contains(*self as f64)
             }
         }
     )*};
 }
-number_values!(u64, usize, f64);
+whole_settings!(u64, usize);
 
-/// Makes of the rows: [`TrackerConfig`](super::TrackerConfig) with the common fields and a field for each
-/// group, the structs of the groups, their defaults, the checks of ranges, and `PARAMETERS`.
-macro_rules! parameters {
-    (
-        common { $($common:tt)* }
-        $($(#[doc = $group_doc:literal])+ $group:ident : $group_type:ident { $($rows:tt)* })*
-    ) => {
-        $crate::config::table::group! {
-            /// Every number and choice of the tracker. The default is the preset `robust`.
-            ///
-            /// Make one with [`TrackerConfig::preset`] or `TrackerConfig::default()`, change fields, and give
-            /// it to [`Tracker::new`](crate::Tracker::new), which checks it.
-            #[derive(Debug, Clone, PartialEq, Serialize)]
-            TrackerConfig ("") { $($common)* }
-            $($(#[doc = $group_doc])+ $group : $group_type,)*
-        }
-        $(
-            $crate::config::table::group! {
-                $(#[doc = $group_doc])+
-                #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-                #[serde(default, deny_unknown_fields)]
-                $group_type (stringify!($group)) { $($rows)* }
+macro_rules! word_settings {
+    ($($ty:ty),*) => {$(
+        impl Setting for $ty {
+            const KIND: Kind = Kind::Word;
+
+            fn value(&self) -> Value {
+                Value::from(Self::WORDS[*self as usize])
             }
-        )*
 
-        /// The table of all fields: the common ones, then those of each group.
-        pub const PARAMETERS: &[Parameter] = {
-            const ALL: &[&[Parameter]] = &[TrackerConfig::ROWS, $($group_type::ROWS),*];
-            const COUNT: usize = {
-                let (mut count, mut k) = (0, 0);
-                while k < ALL.len() {
-                    count += ALL[k].len();
-                    k += 1;
-                }
-                count
-            };
-            &$crate::config::table::concat::<COUNT>(ALL)
-        };
-    };
+            fn of(value: &Value) -> Option<Self> {
+                let Value::Word(word) = value else { return None };
+                Self::ALL.into_iter().find(|choice| Self::WORDS[*choice as usize] == word)
+            }
+        }
+    )*};
+}
+word_settings!(Gamma, Scales);
+
+/// The setting with this value.
+///
+/// # Errors
+/// [`Error::SettingKind`] for a value of another kind; [`Error::Config`] for one out of range.
+pub(super) fn checked<T: Setting>(parameter: &Parameter, value: &Value) -> Result<T, Error> {
+    let Parameter { name, kind, range, .. } = *parameter;
+    let outside =
+        || Error::Config { field: name, value: value.to_string(), allowed: range.to_string() };
+    match (T::of(value), kind, value) {
+        (Some(setting), ..) if setting.within(range) => Ok(setting),
+        (Some(_), ..)
+        | (None, Kind::Word, Value::Word(_))
+        | (None, Kind::Whole, Value::Whole(_)) => Err(outside()),
+        _ => Err(Error::SettingKind { name, value: value.to_string(), kind }),
+    }
 }
 
-/// One struct of the configuration, with the structs of its groups as further fields.
+/// Makes a struct of the rows of a group, with its default, its rows as a table, and access by name. A group
+/// may hold another one as a field.
 macro_rules! group {
     (
         $(#[$meta:meta])+
-        $name:ident ($title:expr) {
-            $($source:literal {
-                $($(#[doc = $doc:literal])+ $field:ident : $ty:ty = $default:expr, $range:expr;)*
-            })*
-        }
-        $($(#[doc = $inner_doc:literal])+ $inner:ident : $inner_type:ident,)*
+        $name:ident ($title:literal) { $($inner:ident : $inner_type:ident = $inner_default:expr)? }
+        $($source:literal {
+            $($(#[doc = $doc:literal])+ $field:ident : $ty:ty = $default:expr, $range:expr;)*
+        })*
     ) => {
         $(#[$meta])+
+        #[derive(Debug, Clone, PartialEq, serde::Serialize)]
+        #[non_exhaustive]
         pub struct $name {
             $($(
                 $(#[doc = $doc])+
@@ -138,78 +193,68 @@ macro_rules! group {
                 )]
                 pub $field: $ty,
             )*)*
-            $($(#[doc = $inner_doc])+ pub $inner: $inner_type,)*
+            $(
+                /// The patch model.
+                pub $inner: $inner_type,
+            )?
         }
 
         impl Default for $name {
             fn default() -> Self {
-                Self { $($($field: $default,)*)* $($inner: $inner_type::default(),)* }
+                Self { $($($field: $default,)*)* $($inner: $inner_default,)? }
             }
         }
 
         impl $name {
             /// The rows of this group.
-            const ROWS: &'static [Parameter] = &[$($(
-                Parameter {
+            pub(super) const ROWS: &'static [$crate::config::Parameter] = &[$($(
+                $crate::config::Parameter {
                     group: $title,
                     name: stringify!($field),
+                    kind: <$ty as $crate::config::table::Setting>::KIND,
                     range: $range,
                     source: $source,
                     purpose: concat!($($doc),+).trim_ascii(),
                 },
             )*)*];
 
-            /// Reads the group of this name, if there is one.
-            #[allow(dead_code, unused_variables, reason = "a group has no groups in it")]
-            fn read_group<'de, A: serde::de::MapAccess<'de>>(
-                &mut self,
-                name: &str,
-                map: &mut A,
-            ) -> Result<bool, A::Error> {
-                $(if name == stringify!($inner) {
-                    self.$inner = map.next_value()?;
-                    return Ok(true);
-                })*
-                Ok(false)
-            }
-
-            /// Reads the field of this name in any of the groups, and returns the group, if there is one.
-            #[allow(dead_code, unused_variables, reason = "a group has no groups in it")]
-            fn read_in_groups<'de, A: serde::de::MapAccess<'de>>(
-                &mut self,
-                name: &str,
-                map: &mut A,
-            ) -> Result<Option<&'static str>, A::Error> {
-                $(if self.$inner.read_field(name, map)? {
-                    return Ok(Some(stringify!($inner)));
-                })*
-                Ok(None)
-            }
-
-            /// Reads the field of this name, if there is one.
-            fn read_field<'de, A: serde::de::MapAccess<'de>>(
-                &mut self,
-                name: &str,
-                map: &mut A,
-            ) -> Result<bool, A::Error> {
+            /// The value of the setting of this name, if the group or the one in it has it.
+            pub(super) fn get(&self, name: &str) -> Option<$crate::value::Value> {
                 match name {
-                    $($(stringify!($field) => self.$field = map.next_value()?,)*)*
-                    _ => return Ok(false),
+                    $($(stringify!($field) => {
+                        Some($crate::config::table::Setting::value(&self.$field))
+                    })*)*
+                    _ => None $(.or_else(|| self.$inner.get(name)))?,
                 }
-                Ok(true)
             }
 
-            fn check_ranges(&self) -> Result<(), Error> {
+            /// Changes a setting of this group or the one in it.
+            pub(super) fn set(
+                &mut self,
+                parameter: &$crate::config::Parameter,
+                value: &$crate::value::Value,
+            ) -> Result<(), $crate::Error> {
+                match parameter.name {
+                    $($(stringify!($field) => {
+                        self.$field = $crate::config::table::checked(parameter, value)?;
+                    })*)*
+                    _ => { $(self.$inner.set(parameter, value)?;)? }
+                }
+                Ok(())
+            }
+
+            /// Checks all ranges, those of the group in this one included.
+            pub(super) fn check_ranges(&self) -> Result<(), $crate::Error> {
                 $($(
-                    if !self.$field.within($range) {
-                        return Err(Error::Config {
+                    if !$crate::config::table::Setting::within(&self.$field, $range) {
+                        return Err($crate::Error::Config {
                             field: stringify!($field),
-                            value: format!("{:?}", self.$field),
+                            value: $crate::config::table::Setting::value(&self.$field).to_string(),
                             allowed: $range.to_string(),
                         });
                     }
                 )*)*
-                $(self.$inner.check_ranges()?;)*
+                $(self.$inner.check_ranges()?;)?
                 Ok(())
             }
         }
@@ -232,4 +277,4 @@ pub(super) const fn concat<const COUNT: usize>(groups: &[&[Parameter]]) -> [Para
     all
 }
 
-pub(super) use {group, parameters};
+pub(super) use group;

@@ -7,7 +7,7 @@ mod saved;
 pub mod state;
 pub(crate) mod view;
 
-use crate::config::PatchwiseConfig;
+use crate::config::PaperConfig;
 use crate::estimate::{Estimate, Status};
 use crate::patch_model::memory::{LearningScratch, LearningStep};
 use crate::patch_model::model::{
@@ -21,7 +21,7 @@ use particles::Particles;
 use rand_pcg::Pcg64;
 pub(crate) use saved::Saved;
 use state::State;
-use view::PatchwiseView;
+use view::PaperView;
 
 /// The stream of the random numbers; any fixed one will do.
 const STREAM: u128 = 0x7061_7463_686c_6f63;
@@ -50,10 +50,10 @@ impl Target {
     pub fn begin(
         image: &GreyImage,
         bbox: BoundingBox,
-        (seed, config): (u64, &PatchwiseConfig),
+        (seed, config): (u64, &PaperConfig),
         scratch: &mut Scratch,
     ) -> (Self, Estimate) {
-        let (side, rules) = (config.template_side, config.patch_rules());
+        let (side, rules) = (config.patches.template_side, config.patch_rules());
         let state = State::from_box(bbox.centre(), bbox.w, bbox.h, side);
         let model = PatchModel::begin(image, &state.matrix(), rules);
         let rng = Pcg64::new(u128::from(seed), STREAM);
@@ -71,9 +71,9 @@ impl Target {
     pub fn step(
         &mut self,
         image: &GreyImage,
-        config: &PatchwiseConfig,
+        config: &PaperConfig,
         scratch: &mut Scratch,
-        show: Option<&mut dyn FnMut(PatchwiseView<'_>)>,
+        show: Option<&mut dyn FnMut(PaperView<'_>)>,
         estimate: &mut Estimate,
     ) {
         let Scratch { particles, weighed, learning, .. } = scratch;
@@ -104,22 +104,22 @@ impl Target {
     }
 
     /// Box, outline, score and status follow from the state and the visibility.
-    fn finish_estimate(&self, config: &PatchwiseConfig, out: &mut Estimate) {
-        let (state, side) = (&self.state, config.template_side);
+    fn finish_estimate(&self, config: &PaperConfig, out: &mut Estimate) {
+        let (state, side) = (&self.state, config.patches.template_side);
         let (w, h) = state.size(side);
         out.bbox = BoundingBox::around([state.x, state.y], w, h);
         out.corners = warp::corners(&state.matrix(), side as f64 / 2.0);
         out.score = out.visibility.as_ref().map_or(0.0, |visibility| visibility.share());
-        let sure = out.score > config.delta;
+        let sure = out.score > config.patches.delta;
         out.status = if sure { Status::Tracked } else { Status::Uncertain };
     }
 }
 
 /// What learns on the frame with this number (Sec. 2.5).
-fn learning_step(frame: u64, config: &PatchwiseConfig) -> LearningStep {
+fn learning_step(frame: u64, config: &PaperConfig) -> LearningStep {
     let every = |interval: usize| frame.is_multiple_of(interval as u64);
     LearningStep {
-        templates: every(config.update_interval),
-        small_dictionary: every(config.small_update_interval),
+        templates: every(config.patches.update_interval),
+        small_dictionary: every(config.patches.small_update_interval),
     }
 }

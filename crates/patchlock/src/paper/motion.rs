@@ -1,7 +1,7 @@
 //! The motion model (Sec. 2): independent Gaussian noise around the last estimate.
 
 use super::state::State;
-use crate::config::PatchwiseConfig;
+use crate::config::PaperConfig;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
@@ -48,9 +48,9 @@ impl Limits {
 
 impl Motion {
     /// The motion model in frames of this width and height.
-    pub fn new(config: &PatchwiseConfig, frame: [usize; 2]) -> Self {
+    pub fn new(config: &PaperConfig, frame: [usize; 2]) -> Self {
         Self {
-            limits: Limits::new(frame, config.template_side),
+            limits: Limits::new(frame, config.patches.template_side),
             sigma: [
                 config.sigma_x,
                 config.sigma_y,

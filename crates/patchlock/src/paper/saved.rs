@@ -2,7 +2,7 @@
 
 use super::Target;
 use super::state::State;
-use crate::config::PatchwiseConfig;
+use crate::config::PaperConfig;
 use crate::patch_model::memory::PatchMemory;
 use crate::patch_model::model::PatchModel;
 use rand_pcg::Pcg64;
@@ -31,7 +31,7 @@ impl Target {
     ///
     /// # Errors
     /// What does not fit the configuration.
-    pub fn restore(saved: Saved, config: &PatchwiseConfig) -> Result<Self, &'static str> {
+    pub fn restore(saved: Saved, config: &PaperConfig) -> Result<Self, &'static str> {
         let Saved { state, rng, frames, model } = saved;
         if frames > MAX_FRAMES {
             return Err("it has counted more frames than a video has");
@@ -41,7 +41,7 @@ impl Target {
                 "a number of the state is not finite, or its scale or aspect is not positive",
             );
         }
-        model.check(&config.patch_rules(), config.update_interval)?;
+        model.check(&config.patch_rules(), config.patches.update_interval)?;
         let model = PatchModel::restore(model, config.patch_rules());
         Ok(Self { state, rng, frames, model })
     }

@@ -11,7 +11,7 @@ use crate::patch_model::sparse::codes::Code;
 /// What happened on one frame, after the estimate was found and learned from.
 #[derive(Debug)]
 #[non_exhaustive]
-pub struct PatchwiseView<'a> {
+pub struct PaperView<'a> {
     /// Frames since the first one.
     pub frame: u64,
     /// All particles, in the order in which they were drawn.
@@ -62,7 +62,7 @@ pub(crate) struct Shown<'a> {
 }
 
 impl<'a> Shown<'a> {
-    pub fn view(&self, frame: u64, model: &'a PatchModel) -> PatchwiseView<'a> {
+    pub fn view(&self, frame: u64, model: &'a PatchModel) -> PaperView<'a> {
         let Self { particles, weighed, learning, best, learned } = *self;
         let patches = |scores: &PatchScores| {
             let coded = scores.codes(best).zip(scores.features(best));
@@ -70,7 +70,7 @@ impl<'a> Shown<'a> {
                 |(&code, feature)| PatchView { code, feature, visible: model.is_visible(&feature) };
             coded.map(view).collect()
         };
-        PatchwiseView {
+        PaperView {
             frame,
             particles: particles.states(),
             likelihoods: weighed.likelihoods(),

@@ -27,6 +27,8 @@ pub enum Gamma {
 }
 
 impl Gamma {
+    /// All choices.
+    pub const ALL: [Self; 4] = [Self::ExpVisible, Self::One, Self::Visible, Self::ExpError];
     /// The names used in configuration files.
     pub const WORDS: &'static [&'static str] = &["exp_visible", "one", "visible", "exp_error"];
 }
@@ -44,6 +46,8 @@ pub enum Scales {
 }
 
 impl Scales {
+    /// All choices.
+    pub const ALL: [Self; 3] = [Self::Both, Self::Large, Self::Small];
     /// The names used in configuration files.
     pub const WORDS: &'static [&'static str] = &["both", "large", "small"];
 }

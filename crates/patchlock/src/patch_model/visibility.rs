@@ -16,6 +16,13 @@ impl Visibility {
     pub fn share(&self) -> f64 {
         (self.large.share() + self.small.share()) / 2.0
     }
+
+    /// Whether the maps have as many values as rows and columns say.
+    pub(crate) fn is_sound(&self) -> bool {
+        [&self.large, &self.small]
+            .iter()
+            .all(|map| map.rows.checked_mul(map.columns) == Some(map.visible.len()))
+    }
 }
 
 /// Which patches of one scale are visible, row by row in the target's own frame of reference.

@@ -137,7 +137,6 @@ fn learners(window: &Window, config: &RobustConfig) -> Vec<FilterLearner> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::TrackerConfig;
     use crate::robust::place::Place;
     use crate::robust::window::tests::{SIDE, plane, spectra, window};
     use crate::vision::crop::Planes;
@@ -146,8 +145,7 @@ mod tests {
 
     /// The response of a filter that has learnt an impulse to samples with these cells.
     fn propose(cells: &[(usize, f32)], map: Option<(usize, f32)>) -> Hypothesis {
-        let (window, patch, config) =
-            (window(), Planes::default(), TrackerConfig::default().robust);
+        let (window, patch, config) = (window(), Planes::default(), RobustConfig::default());
         let impulse = spectra(&window, &plane(&[(0, 1.0)]));
         let sample = |spectra| Sample { place: PLACE, window: &window, patch: &patch, spectra };
         let mut follower =
@@ -183,8 +181,7 @@ mod tests {
 
     #[test]
     fn a_saved_follower_is_restored_or_refused() {
-        let (window, patch, config) =
-            (window(), Planes::default(), TrackerConfig::default().robust);
+        let (window, patch, config) = (window(), Planes::default(), RobustConfig::default());
         let impulse = spectra(&window, &plane(&[(0, 1.0)]));
         let sample = Sample { place: PLACE, window: &window, patch: &patch, spectra: &impulse };
         let follower = Follower::begin(&sample, &config, &mut FilterScratch::default());

@@ -234,7 +234,7 @@ mod tests {
 
     #[test]
     fn a_saved_memory_is_restored_or_refused() {
-        let (window, config) = (window(), crate::config::TrackerConfig::default().robust);
+        let (window, config) = (window(), RobustConfig::default());
         let good = memory(&window, 1.0).saved();
         assert_eq!(Memory::restore(good.clone(), &window, &config).unwrap().saved(), good);
         for damaged in [

@@ -19,7 +19,7 @@ pub(crate) mod view;
 mod visible;
 mod window;
 
-use crate::config::TrackerConfig;
+use crate::config::RobustConfig;
 use crate::estimate::Estimate;
 use crate::patch_model::memory::LearningScratch;
 use crate::vision::frame::Frame;
@@ -63,24 +63,24 @@ impl Target {
     pub fn begin(
         frame: &Frame<'_>,
         bbox: BoundingBox,
-        config: &TrackerConfig,
+        (seed, config): (u64, &RobustConfig),
         scratch: &mut Scratch,
     ) -> (Self, Estimate) {
         let Scratch { sample, locator: buffers, seen, .. } = scratch;
-        let (place, robust) = (Place::first(bbox), &config.robust);
-        let window = Window::begin(frame, bbox, robust, sample);
+        let place = Place::first(bbox);
+        let window = Window::begin(frame, bbox, config, sample);
         let sample = window.sample(frame, place, sample);
-        let locator = Locator::begin(frame, &sample, robust, buffers);
-        let memory = Memory::begin(&sample, locator.filter(), robust, &mut buffers.memory);
-        let visible = Visible::begin(frame, sample.region(), config);
+        let locator = Locator::begin(frame, &sample, config, buffers);
+        let memory = Memory::begin(&sample, locator.filter(), config, &mut buffers.memory);
+        let visible = Visible::begin(frame, sample.region(), (seed, config));
         let mut estimate = Estimate::empty();
         let visibility = estimate.visibility.get_or_insert_default();
         let seen = visible.look(frame, sample.region(), seen, visibility);
         let known = memory.recognise(&sample, &mut buffers.memory);
         let evidence = Evidence::new(known, seen.share(), locator.contrast());
-        let (belief, status) = (Belief::first(&evidence), StatusParams::new(robust));
+        let (belief, status) = (Belief::first(&evidence), StatusParams::new(config));
         estimate::fill(place, window.base(), belief.verdict(&evidence, &status), &mut estimate);
-        let (frames, search) = (0, SearchParams::new(robust));
+        let (frames, search) = (0, SearchParams::new(config));
         let target =
             Self { place, window, locator, memory, visible, belief, frames, search, status };
         (target, estimate)

@@ -8,7 +8,7 @@ use super::search::SearchParams;
 use super::status::{Belief, StatusParams};
 use super::visible::{SavedVisible, Visible};
 use super::window::{SavedWindow, Window};
-use crate::config::TrackerConfig;
+use crate::config::RobustConfig;
 use serde::{Deserialize, Serialize};
 
 /// More frames than any video has; counting on from here never overflows.
@@ -45,7 +45,7 @@ impl Target {
     ///
     /// # Errors
     /// What is damaged, or does not fit the configuration.
-    pub fn restore(saved: Saved, config: &TrackerConfig) -> Result<Self, &'static str> {
+    pub fn restore(saved: Saved, config: &RobustConfig) -> Result<Self, &'static str> {
         let Saved { place, window, locator, memory, visible, belief, frames } = saved;
         if frames > MAX_FRAMES {
             return Err("it has counted more frames than a video has");
@@ -56,17 +56,17 @@ impl Target {
         if !belief.is_sound() {
             return Err("what it believes of the target is damaged");
         }
-        let (window, robust) = (Window::restore(&window)?, &config.robust);
+        let window = Window::restore(&window)?;
         Ok(Self {
             place,
-            locator: Locator::restore(locator, &window, robust)?,
-            memory: Memory::restore(memory, &window, robust)?,
+            locator: Locator::restore(locator, &window, config)?,
+            memory: Memory::restore(memory, &window, config)?,
             visible: Visible::restore(visible, config)?,
             window,
             belief,
             frames,
-            search: SearchParams::new(robust),
-            status: StatusParams::new(robust),
+            search: SearchParams::new(config),
+            status: StatusParams::new(config),
         })
     }
 }

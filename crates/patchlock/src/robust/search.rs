@@ -144,7 +144,6 @@ fn window_place(frame: FrameSize, side: f64, last: Place, number: u64) -> Place 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::config::TrackerConfig;
     use crate::correlation::filter::FilterScratch;
     use crate::robust::follower::Follower;
     use crate::robust::memory::Memory;
@@ -227,7 +226,7 @@ mod tests {
         let scene = Scene::demo();
         let (rendered, [x, y, w, h]) = (scene.frame(0), scene.truth(0).bbox);
         let frame = Frame::rgb8(&rendered.rgb, rendered.width, rendered.height).unwrap();
-        let (config, bbox) = (TrackerConfig::default().robust, BoundingBox { x, y, w, h });
+        let (config, bbox) = (RobustConfig::default(), BoundingBox { x, y, w, h });
         let (mut sample, mut response) = (SampleBuffers::default(), ResponseBuffers::default());
         let window = Window::begin(&frame, bbox, &config, &mut sample);
         let (place, params) = (Place::first(bbox), SearchParams::new(&config));

@@ -1,6 +1,6 @@
 //! The paper's patch model, asked about the one box that was found: which parts of the target are visible.
 
-use crate::config::TrackerConfig;
+use crate::config::RobustConfig;
 use crate::patch_model::memory::{LearningScratch, LearningStep, PatchMemory};
 use crate::patch_model::model::{LookScratch, PatchModel};
 use crate::patch_model::templates;
@@ -57,11 +57,11 @@ pub(crate) struct SeenBuffers {
 }
 
 impl VisibleParams {
-    fn new(config: &TrackerConfig) -> Self {
+    fn new(config: &RobustConfig) -> Self {
         Self {
-            side: config.patchwise.template_side,
-            update_interval: config.patchwise.update_interval,
-            small_update_interval: config.patchwise.small_update_interval,
+            side: config.patches.template_side,
+            update_interval: config.patches.update_interval,
+            small_update_interval: config.patches.small_update_interval,
         }
     }
 
@@ -77,15 +77,15 @@ impl VisibleParams {
 
 impl Visible {
     /// The model of the target in this region.
-    pub fn begin(frame: &Frame<'_>, region: Region, config: &TrackerConfig) -> Self {
-        let (rules, mut buffers) = (config.visible_rules(), SeenBuffers::default());
+    pub fn begin(frame: &Frame<'_>, region: Region, (seed, config): (u64, &RobustConfig)) -> Self {
+        let (rules, mut buffers) = (config.patch_rules(), SeenBuffers::default());
         let first = templates::shifts(rules.templates).into_iter().map(|[dx, dy]| {
             let centre = [region.centre[0] + dx, region.centre[1] + dy];
             buffers.cut(frame, Region { centre, ..region }, rules.template_side);
             buffers.candidate.samples.clone()
         });
         let model = PatchModel::of_templates(first.collect(), rules);
-        let rng = Pcg64::new(u128::from(config.seed), STREAM);
+        let rng = Pcg64::new(u128::from(seed), STREAM);
         Self { model, rng, params: VisibleParams::new(config) }
     }
 
@@ -98,9 +98,9 @@ impl Visible {
     ///
     /// # Errors
     /// What does not fit the configuration.
-    pub fn restore(saved: SavedVisible, config: &TrackerConfig) -> Result<Self, &'static str> {
+    pub fn restore(saved: SavedVisible, config: &RobustConfig) -> Result<Self, &'static str> {
         let SavedVisible { patches, rng } = saved;
-        let (rules, params) = (config.visible_rules(), VisibleParams::new(config));
+        let (rules, params) = (config.patch_rules(), VisibleParams::new(config));
         patches.check(&rules, params.update_interval)?;
         Ok(Self { model: PatchModel::restore(patches, rules), rng, params })
     }

@@ -8,7 +8,7 @@ use crate::methods::{all, default_settings};
 use crate::sequence::SIMPLE;
 use patchlock::patch_model::model::{LookScratch, PatchModel, cut_candidate};
 use patchlock::vision::frame::GreyImage;
-use patchlock::{Estimate, PatchwiseConfig, State, Tracker, TrackerConfig, Visibility};
+use patchlock::{PaperConfig, State, Tracker, TrackerConfig, Visibility};
 
 /// What one frame did: the number of allocations, and the change of the number of bytes held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -21,15 +21,12 @@ struct Counted {
 /// A tracker that runs forwards and backwards over the sequence, so that the target never jumps.
 struct Endless {
     tracker: Tracker,
-    estimate: Estimate,
     frame: usize,
 }
 
 impl Endless {
     fn new(config: &TrackerConfig) -> Self {
-        let mut tracker = Tracker::new(config.clone()).unwrap();
-        let estimate = tracker.init(&SIMPLE.frame(0), SIMPLE.truth(0)).unwrap();
-        Self { tracker, estimate, frame: 0 }
+        Self { tracker: SIMPLE.begin(config, 0), frame: 0 }
     }
 
     fn step(&mut self) -> Counted {
@@ -37,7 +34,9 @@ impl Endless {
         let last = SIMPLE.len() - 1;
         let position = self.frame % (2 * last);
         let frame = SIMPLE.frame(position.min(2 * last - position));
-        let info = measure(|| self.tracker.update_into(&frame, &mut self.estimate).unwrap());
+        let info = measure(|| {
+            self.tracker.update(&frame).unwrap();
+        });
         Counted { frame: self.frame, calls: info.count_total, held: info.bytes_current }
     }
 }
@@ -49,7 +48,7 @@ fn on_one_thread<T: Send>(run: impl FnOnce() -> T + Send) -> T {
 
 #[test]
 fn no_frame_allocates() {
-    for (config, warm_up) in all().iter().map(|config| default_settings(config.method)) {
+    for (config, warm_up) in all().iter().map(|config| default_settings(&config.method)) {
         let frames: Vec<Counted> = on_one_thread(|| {
             let mut endless = Endless::new(&config);
             let first = endless.step();
@@ -109,16 +108,16 @@ fn memory_does_not_grow_over_100_000_frames() {
 /// The patch model, asked about one candidate after another.
 #[test]
 fn no_look_allocates() {
-    let config = PatchwiseConfig::default();
-    let rules = config.patch_rules();
+    let config = PaperConfig::default();
+    let (rules, side) = (config.patch_rules(), config.patches.template_side);
     let mut image = GreyImage::default();
     image.fill(&SIMPLE.frame(0)).unwrap();
     let bbox = SIMPLE.truth(0);
-    let state = State::from_box(bbox.centre(), bbox.w, bbox.h, config.template_side);
+    let state = State::from_box(bbox.centre(), bbox.w, bbox.h, side);
     on_one_thread(|| {
         let model = PatchModel::begin(&image, &state.matrix(), rules);
         let (mut scratch, mut visibility) = (LookScratch::default(), Visibility::default());
-        let mut candidate = vec![0.0; config.template_side * config.template_side];
+        let mut candidate = vec![0.0; side * side];
         for k in 0..40 {
             let near = State { x: state.x + f64::from(k % 7) - 3.0, ..state };
             cut_candidate(&image, &near.matrix(), &rules, &mut candidate);

@@ -29,8 +29,11 @@ fn refuse_boxes(config: &TrackerConfig) {
         [0.0, 0.0, 1e300, 10.0],
     ];
     for bad in bad_shapes {
-        let error = tracker.init(&SIMPLE.frame(0), bbox(bad)).unwrap_err();
-        assert!(matches!(error, Error::BoxShape { .. }), "{bad:?}: {error}");
+        let again = tracker.restart(&SIMPLE.frame(0), bbox(bad)).unwrap_err();
+        let begun = Tracker::start(config.clone(), &SIMPLE.frame(0), bbox(bad)).unwrap_err();
+        for error in [again, begun] {
+            assert!(matches!(error, Error::BoxShape { .. }), "{bad:?}: {error}");
+        }
     }
     for outside in [
         [-48.0, 70.0, 48.0, 40.0],
@@ -39,8 +42,11 @@ fn refuse_boxes(config: &TrackerConfig) {
         [70.0, 180.0, 48.0, 40.0],
         [1e9, -1e9, 48.0, 40.0],
     ] {
-        let error = tracker.reinit(&SIMPLE.frame(0), bbox(outside)).unwrap_err();
-        assert!(matches!(error, Error::BoxOutside { .. }), "{outside:?}: {error}");
+        let again = tracker.restart(&SIMPLE.frame(0), bbox(outside)).unwrap_err();
+        let begun = Tracker::start(config.clone(), &SIMPLE.frame(0), bbox(outside)).unwrap_err();
+        for error in [again, begun] {
+            assert!(matches!(error, Error::BoxOutside { .. }), "{outside:?}: {error}");
+        }
     }
     assert_eq!(SIMPLE.resume(&mut tracker, 1..5), undisturbed);
 }
@@ -63,9 +69,9 @@ fn boxes_of_any_shape_and_position_can_be_tracked() {
     ];
     for config in all().into_iter().map(learning_early) {
         for numbers_of_box in boxes {
-            let mut tracker = Tracker::new(config.clone()).unwrap();
-            let begun = tracker.init(&SIMPLE.frame(0), bbox(numbers_of_box)).unwrap();
-            let got = begun.bbox;
+            let given = bbox(numbers_of_box);
+            let mut tracker = Tracker::start(config.clone(), &SIMPLE.frame(0), given).unwrap();
+            let got = tracker.estimate().bbox;
             for (got, want) in [got.x, got.y, got.w, got.h].iter().zip(numbers_of_box) {
                 assert!((got - want).abs() < 1e-9 * want.abs().max(1.0), "{got} {want}");
             }
@@ -86,9 +92,9 @@ fn a_target_outside_the_frame_does_not_depend_on_what_was_tracked_before() {
     for config in all() {
         let mut tracker = SIMPLE.begin(&config, 0);
         SIMPLE.resume(&mut tracker, 1..4);
-        let mut fresh = Tracker::new(config).unwrap();
-        let begun = fresh.init(&SIMPLE.frame(0), outside).unwrap();
-        assert_eq!(tracker.reinit(&SIMPLE.frame(0), outside).unwrap(), begun);
+        let mut fresh = Tracker::start(config, &SIMPLE.frame(0), outside).unwrap();
+        let again = tracker.restart(&SIMPLE.frame(0), outside).unwrap();
+        assert_eq!(again, fresh.estimate());
         let mut restored = Tracker::restore(tracker.snapshot()).unwrap();
         let later = SIMPLE.resume(&mut tracker, 1..9);
         assert_eq!(SIMPLE.resume(&mut fresh, 1..9), later);

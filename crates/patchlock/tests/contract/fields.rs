@@ -1,78 +1,98 @@
 //! Every field of the configuration has an effect, and none accepts a value outside its range.
 
-use crate::sequence::OCCLUDED;
+use crate::methods::{all, robust, with};
+use crate::sequence::{OCCLUDED, SIMPLE};
 use patchlock::{
-    Error, Estimate, FrameView, Method, PARAMETERS, PRESETS, Parameter, Range, Tracker,
-    TrackerConfig,
+    Error, Estimate, FrameView, Kind, Method, MultiTracker, PARAMETERS, PaperConfig, Parameter,
+    Preset, Range, RobustConfig, Tracker, TrackerConfig, Value,
 };
 use serde::Deserialize;
 use serde::de::value::{Error as ValueError, MapDeserializer};
-use serde_json::{Map, Value, json};
+use serde_json::{Value as Json, json};
 use std::collections::HashMap;
 
-/// Settings by name, without their groups: names are unique across groups.
-type Fields = Map<String, Value>;
-
-fn fields(value: Value) -> Fields {
-    value.as_object().unwrap().clone()
+/// The default settings of every method.
+fn defaults() -> [TrackerConfig; 2] {
+    [RobustConfig::default().into(), PaperConfig::default().into()]
 }
 
-fn config(given: &Fields) -> TrackerConfig {
-    serde_json::from_value(grouped(given)).unwrap()
+/// The rows that a method uses.
+fn rows(method: &Method) -> impl Iterator<Item = &'static Parameter> {
+    PARAMETERS.iter().filter(|row| row.is_used_by(method))
 }
 
-/// The settings sorted into their groups.
-fn grouped(given: &Fields) -> Value {
-    let mut table = Map::new();
-    for (name, value) in given {
-        match group(name) {
-            "" => drop(table.insert(name.clone(), value.clone())),
-            group => {
-                let group = table.entry(group).or_insert_with(|| json!({}));
-                group[name] = value.clone();
-            }
-        }
-    }
-    Value::Object(table)
-}
-
-fn group(name: &str) -> &'static str {
-    PARAMETERS.iter().find(|parameter| parameter.name == name).map_or("", |found| found.group)
-}
-
-fn parse(name: &str, value: Value) -> Result<TrackerConfig, serde_json::Error> {
-    serde_json::from_value(grouped(&Fields::from_iter([(name.to_owned(), value)])))
-}
-
-fn default_of(parameter: &Parameter) -> Value {
-    let default = serde_json::to_value(TrackerConfig::default()).unwrap();
-    match parameter.group {
-        "" => default[parameter.name].clone(),
-        group => default[group][parameter.name].clone(),
+fn set(config: &mut TrackerConfig, settings: &[(&str, f64)]) {
+    for &(name, number) in settings {
+        let value = match config.get(name).unwrap() {
+            Value::Whole(_) => Value::from(number as i64),
+            _ => Value::from(number),
+        };
+        config.set(name, value).unwrap();
     }
 }
 
-/// Settings under which a field of this group can have an effect: its method, or the default one for common
-/// fields. Few particles and frequent updates let every kind of step occur within a few frames.
-fn base(group: &str) -> Fields {
-    let mut given = fields(json!({
-        "particles": 25, "small_step": 8, "templates": 6,
-        "update_interval": 2, "small_update_interval": 3,
-    }));
+/// Settings of a method under which a field of this group can have an effect. Few particles and frequent
+/// updates let every kind of step occur within a few frames.
+fn base(method: &Method, group: &str) -> TrackerConfig {
+    let mut config = match method {
+        Method::Paper(_) => with(Preset::Paper, &[("particles", 25), ("small_step", 8)]),
+        Method::Robust(_) => robust(),
+    };
+    set(
+        &mut config,
+        &[("templates", 6.0), ("update_interval", 2.0), ("small_update_interval", 3.0)],
+    );
     if group == "robust" {
         // The target is lost and found again while it is half hidden, and any small rotation is believed.
-        let easily_lost = json!({
-            "search": 4.0, "jump_ratio": 1.0, "sure": 0.95, "lost_below": 0.7, "lost_drop": 0.7,
-            "lost_hidden": 0.4, "lost_after": 2,
-            "found_above": 0.3, "trial": 2, "colour_weight": 10.0, "colour_contrast": -1.0,
-            "rotation_below": 2.0, "rotation_least": 0.02, "rotation_margin": 0.3,
-        });
-        given.extend(fields(easily_lost));
+        let easily_lost = [
+            ("search", 4.0),
+            ("jump_ratio", 1.0),
+            ("sure", 0.95),
+            ("lost_below", 0.7),
+            ("lost_drop", 0.7),
+            ("lost_hidden", 0.4),
+            ("lost_after", 2.0),
+            ("found_above", 0.3),
+            ("trial", 2.0),
+            ("colour_weight", 10.0),
+            ("colour_contrast", -1.0),
+            ("rotation_below", 2.0),
+            ("rotation_least", 0.02),
+            ("rotation_margin", 0.3),
+        ];
+        set(&mut config, &easily_lost);
+    } else if let Method::Robust(robust) = &mut config.method {
+        // The patch model learns on all frames, so also while the target is half hidden.
+        (robust.first_frames, robust.lost_below, robust.rotate) = (100, 0.0, false);
     }
-    if !group.is_empty() {
-        given.insert("method".to_owned(), json!(group));
+    config
+}
+
+/// [`base`] for this row.
+fn base_of(method: &Method, row: &Parameter) -> TrackerConfig {
+    let mut config = base(method, row.group);
+    if row.name.starts_with("covered_") {
+        // The target counts as covered, with a low score, from the first frame on.
+        let covered = [
+            ("covered_share", 9.0),
+            ("covered_below", 9.0),
+            ("covered_after", 2.0),
+            ("score_bias", -9.0),
+            ("lost_below", 0.0),
+        ];
+        set(&mut config, &covered);
     }
-    given
+    if ["covered_visible", "covered_elsewhere", "covered_contrast"].contains(&row.name) {
+        // Covered by what the patch model half recognises.
+        let half = [
+            ("covered_share", 0.0),
+            ("covered_visible", 9.0),
+            ("covered_elsewhere", 0.0),
+            ("covered_contrast", 9.0),
+        ];
+        set(&mut config, &half);
+    }
+    config
 }
 
 /// An estimate, and everything that an observer saw on its frame.
@@ -80,114 +100,109 @@ type Seen = (Estimate, String);
 
 /// Tracks to the tree, or with the method `robust`, which can find the target again, past it; a frame at a
 /// time, so that a difference is known as soon as it is there.
-fn track(given: &Fields) -> impl Iterator<Item = Seen> {
-    let mut tracker = OCCLUDED.begin(&config(given), 16);
-    let end = if given.get("method") == Some(&json!("robust")) { OCCLUDED.len() } else { 34 };
+fn track(config: &TrackerConfig) -> impl Iterator<Item = Seen> {
+    let mut tracker = OCCLUDED.begin(config, 16);
+    let end = if config.method.name() == "robust" { OCCLUDED.len() } else { 34 };
     (17..end).map(move |k| {
         let mut seen = String::new();
         let mut observer = |view: &FrameView<'_>| seen = format!("{view:?}");
         let estimate = tracker.update_observed(&OCCLUDED.frame(k), &mut observer).unwrap();
-        (estimate, seen)
+        (estimate.clone(), seen)
     })
-}
-
-/// Whether these settings change anything on any frame.
-fn changes(given: &Fields, before: &[Seen]) -> bool {
-    track(given).zip(before).any(|(now, before)| now != *before)
 }
 
 /// A different value for each numeric field.
 fn other_numbers() -> Vec<(&'static str, Value)> {
     vec![
-        ("seed", json!(1)),
-        ("particles", json!(26)),
-        ("sigma_x", json!(5.0)),
-        ("sigma_y", json!(5.0)),
-        ("sigma_scale", json!(0.03)),
-        ("sigma_rotation", json!(0.01)),
-        ("sigma_aspect", json!(0.01)),
-        ("sigma_skew", json!(0.01)),
-        ("template_side", json!(28)),
-        ("large_patch", json!(12)),
-        ("large_step", json!(16)),
-        ("small_patch", json!(6)),
-        ("small_step", json!(6)),
-        ("atoms", json!(3)),
-        ("min_residual", json!(0.05)),
-        ("buffer", json!(2)),
-        ("epsilon", json!(0.2)),
-        ("beta", json!(0.2)),
-        ("templates", json!(7)),
-        ("update_interval", json!(3)),
-        ("small_update_interval", json!(4)),
-        ("delta", json!(1.0)),
-        ("large_buffer_guard", json!(1.0)),
-        ("small_buffer_guard", json!(1.0)),
-        ("replacement_growth", json!(1.0)),
-        ("forgetting", json!(0.5)),
-        ("subspace_keep", json!(0.3)),
-        ("subspace_vectors", json!(1)),
-        ("lambda", json!(0.1)),
-        ("guided_radius", json!(0)),
-        ("guided_epsilon", json!(1e-6)),
-        ("search", json!(5.0)),
-        ("label_width", json!(0.1)),
-        ("temporal", json!(5.0)),
-        ("max_patch", json!(160.0)),
-        ("min_patch", json!(196.0)),
-        ("scale_count", json!(17)),
-        ("scale_step", json!(1.03)),
-        ("scale_label_width", json!(0.15)),
-        ("scale_rate", json!(0.1)),
-        ("scale_area", json!(300.0)),
-        ("rotation_below", json!(0.1)),
-        ("rotation_least", json!(0.3)),
-        ("rotation_margin", json!(10.0)),
-        ("rotation_rate", json!(0.9)),
-        ("penalty", json!(0.5)),
-        ("filters", json!(2)),
-        ("wide_mask", json!(0.8)),
-        ("wide_temporal", json!(2.0)),
-        ("wide_penalty", json!(1.0)),
-        ("slow_temporal", json!(60.0)),
-        ("slow_penalty", json!(0.5)),
-        ("colour_weight", json!(1.0)),
-        ("colour_contrast", json!(0.9)),
-        ("colour_rate", json!(0.5)),
-        ("around_rate", json!(0.0)),
-        ("memory_rate", json!(0.1)),
-        ("sure", json!(2.0)),
-        ("jump_ratio", json!(2.5)),
-        ("jump_least", json!(5.0)),
-        ("lost_below", json!(0.5)),
-        ("lost_drop", json!(9.0)),
-        ("lost_hidden", json!(9.0)),
-        ("first_frames", json!(0)),
-        ("lost_after", json!(4)),
-        ("covered_share", json!(0.0)),
-        ("covered_visible", json!(0.0)),
-        ("covered_elsewhere", json!(9.0)),
-        ("covered_contrast", json!(0.0)),
-        ("covered_below", json!(0.0)),
-        ("covered_after", json!(5)),
-        ("found_above", json!(0.9)),
-        ("trial", json!(9)),
-        ("search_windows", json!(40)),
-        ("scale_least", json!(1.0)),
-        ("visible_step", json!(6)),
-        ("score_bias", json!(0.5)),
-        ("score_visible", json!(1.0)),
-        ("score_elsewhere", json!(-1.0)),
+        ("seed", Value::from(1)),
+        ("particles", Value::from(26)),
+        ("sigma_x", Value::from(5.0)),
+        ("sigma_y", Value::from(5.0)),
+        ("sigma_scale", Value::from(0.03)),
+        ("sigma_rotation", Value::from(0.01)),
+        ("sigma_aspect", Value::from(0.01)),
+        ("sigma_skew", Value::from(0.01)),
+        ("template_side", Value::from(28)),
+        ("large_patch", Value::from(12)),
+        ("large_step", Value::from(16)),
+        ("small_patch", Value::from(6)),
+        ("small_step", Value::from(6)),
+        ("atoms", Value::from(3)),
+        ("min_residual", Value::from(0.05)),
+        ("buffer", Value::from(2)),
+        ("epsilon", Value::from(0.2)),
+        ("beta", Value::from(0.2)),
+        ("templates", Value::from(7)),
+        ("update_interval", Value::from(3)),
+        ("small_update_interval", Value::from(4)),
+        ("delta", Value::from(1.0)),
+        ("large_buffer_guard", Value::from(1.0)),
+        ("small_buffer_guard", Value::from(1.0)),
+        ("replacement_growth", Value::from(1.0)),
+        ("forgetting", Value::from(0.5)),
+        ("subspace_keep", Value::from(0.3)),
+        ("subspace_vectors", Value::from(1)),
+        ("lambda", Value::from(0.1)),
+        ("guided_radius", Value::from(0)),
+        ("guided_epsilon", Value::from(1e-6)),
+        ("search", Value::from(5.0)),
+        ("label_width", Value::from(0.1)),
+        ("temporal", Value::from(5.0)),
+        ("max_patch", Value::from(160.0)),
+        ("min_patch", Value::from(196.0)),
+        ("scale_count", Value::from(17)),
+        ("scale_step", Value::from(1.03)),
+        ("scale_label_width", Value::from(0.15)),
+        ("scale_rate", Value::from(0.1)),
+        ("scale_area", Value::from(300.0)),
+        ("rotation_below", Value::from(0.1)),
+        ("rotation_least", Value::from(0.3)),
+        ("rotation_margin", Value::from(10.0)),
+        ("rotation_rate", Value::from(0.9)),
+        ("penalty", Value::from(0.5)),
+        ("filters", Value::from(2)),
+        ("wide_mask", Value::from(0.8)),
+        ("wide_temporal", Value::from(2.0)),
+        ("wide_penalty", Value::from(1.0)),
+        ("slow_temporal", Value::from(60.0)),
+        ("slow_penalty", Value::from(0.5)),
+        ("colour_weight", Value::from(1.0)),
+        ("colour_contrast", Value::from(0.9)),
+        ("colour_rate", Value::from(0.5)),
+        ("around_rate", Value::from(0.0)),
+        ("memory_rate", Value::from(0.1)),
+        ("sure", Value::from(2.0)),
+        ("jump_ratio", Value::from(2.5)),
+        ("jump_least", Value::from(5.0)),
+        ("lost_below", Value::from(0.5)),
+        ("lost_drop", Value::from(9.0)),
+        ("lost_hidden", Value::from(9.0)),
+        ("first_frames", Value::from(0)),
+        ("lost_after", Value::from(4)),
+        ("covered_share", Value::from(0.0)),
+        ("covered_visible", Value::from(0.0)),
+        ("covered_elsewhere", Value::from(9.0)),
+        ("covered_contrast", Value::from(0.0)),
+        ("covered_below", Value::from(0.0)),
+        ("covered_after", Value::from(5)),
+        ("found_above", Value::from(0.9)),
+        ("trial", Value::from(9)),
+        ("search_windows", Value::from(40)),
+        ("scale_least", Value::from(1.0)),
+        ("score_bias", Value::from(0.5)),
+        ("score_visible", Value::from(1.0)),
+        ("score_elsewhere", Value::from(-1.0)),
     ]
 }
 
-/// The values of a field, other than its default, that this test tries.
+/// The values of a field, other than its default, that these tests try.
 fn others(parameter: &Parameter) -> Vec<Value> {
-    let default = default_of(parameter);
+    let mut defaults = defaults().into_iter();
+    let default = defaults.find_map(|config| config.get(parameter.name).ok()).unwrap();
     match parameter.range {
-        Range::Flag => vec![json!(!default.as_bool().unwrap())],
+        Range::Flag => vec![Value::from(default == Value::Flag(false))],
         Range::Words(words) => {
-            words.iter().map(|&word| json!(word)).filter(|word| *word != default).collect()
+            words.iter().map(|&word| Value::from(word)).filter(|word| *word != default).collect()
         }
         Range::Number { .. } => {
             let name = parameter.name;
@@ -197,83 +212,144 @@ fn others(parameter: &Parameter) -> Vec<Value> {
     }
 }
 
+/// Under every method that uses it.
 #[test]
 fn every_field_matters() {
     let mut without_effect = Vec::new();
-    let mut tracked: HashMap<String, Vec<Seen>> = HashMap::new();
-    for parameter in PARAMETERS {
-        for value in others(parameter) {
-            let mut given = base(parameter.group);
-            if parameter.name.starts_with("covered_") {
-                // The target counts as covered, with a low score, from the first frame on.
-                let covered = json!({
-                    "covered_share": 9.0, "covered_below": 9.0, "covered_after": 2, "score_bias": -9.0,
-                    "lost_below": 0.0,
-                });
-                given.extend(fields(covered));
-                if ["covered_visible", "covered_elsewhere", "covered_contrast"]
-                    .contains(&parameter.name)
-                {
-                    // Covered by what the patch model half recognises.
-                    let half = json!({
-                        "covered_share": 0.0, "covered_visible": 9.0, "covered_elsewhere": 0.0,
-                        "covered_contrast": 9.0,
-                    });
-                    given.extend(fields(half));
+    for method in all().iter().map(|config| &config.method) {
+        let mut tracked: HashMap<String, Vec<Seen>> = HashMap::new();
+        for parameter in rows(method) {
+            for value in others(parameter) {
+                let mut config = base_of(method, parameter);
+                let key = format!("{config:?}");
+                let before = tracked.entry(key).or_insert_with(|| track(&config).collect());
+                config.set(parameter.name, value.clone()).unwrap();
+                if track(&config).zip(&*before).all(|(now, before)| now == *before) {
+                    let method = method.name();
+                    without_effect.push(format!("{} = {value} with {method}", parameter.name));
                 }
-            }
-            let key = Value::Object(given.clone()).to_string();
-            let before = tracked.entry(key).or_insert_with(|| track(&given).collect());
-            given.insert(parameter.name.to_owned(), value.clone());
-            if !changes(&given, before) {
-                without_effect.push(format!("{} = {value}", parameter.name));
             }
         }
     }
     assert!(without_effect.is_empty(), "these fields have no effect: {without_effect:?}");
 }
 
-/// A parameter that a method does not use changes nothing under that method; one of another group that it
-/// uses does.
+/// A method has the settings that it uses, and no others.
 #[test]
-fn a_parameter_is_used_by_the_methods_that_say_so() {
-    let mut wrong = Vec::new();
-    for method in [Method::Patchwise, Method::Robust] {
-        let mut given = base(method.name());
-        if method == Method::Robust {
-            // The patch model learns on all frames, so also while the target is half hidden.
-            given
-                .extend(fields(json!({ "first_frames": 100, "lost_below": 0.0, "rotate": false })));
-        }
-        let before: Vec<Seen> = track(&given).collect();
-        for parameter in PARAMETERS.iter().filter(|row| !["", method.name()].contains(&row.group)) {
-            let mut given = given.clone();
-            given.insert(parameter.name.to_owned(), others(parameter).remove(0));
-            if changes(&given, &before) != parameter.is_used_by(method) {
-                wrong.push((method, parameter.name));
+fn a_setting_is_used_by_the_methods_that_have_it() {
+    for mut config in all() {
+        let (before, method) = (config.clone(), config.method.name());
+        let fields = fields(&before);
+        for row in PARAMETERS {
+            let used = row.is_used_by(&before.method);
+            let held =
+                fields.iter().any(|(group, name, _)| (*group, &**name) == (row.group, row.name));
+            assert_eq!(held, used, "{} with {method}", row.name);
+            if used {
+                continue;
             }
+            let wanted = Error::UnusedSetting { name: row.name, method, owner: row.group };
+            let message = wanted.to_string();
+            assert!([row.name, method, row.group].iter().all(|word| message.contains(word)));
+            assert_eq!(config.get(row.name), Err(wanted.clone()));
+            assert_eq!(config.set(row.name, others(row).remove(0)), Err(wanted));
+            assert_eq!(config, before);
         }
     }
-    assert!(wrong.is_empty(), "is_used_by is wrong for {wrong:?}");
+}
+
+/// The serialised settings as group, name and value.
+fn fields(config: &TrackerConfig) -> Vec<(&'static str, String, Json)> {
+    let (method, table) = (config.method.name(), serde_json::to_value(config).unwrap());
+    let mut fields = Vec::new();
+    for (name, value) in table.as_object().unwrap() {
+        if name != method {
+            fields.push(("", name.clone(), value.clone()));
+        }
+    }
+    for (name, value) in table[method].as_object().unwrap() {
+        match value.as_object() {
+            Some(patches) => {
+                assert_eq!(name, "patches");
+                let rows =
+                    patches.iter().map(|(name, value)| ("patches", name.clone(), value.clone()));
+                fields.extend(rows);
+            }
+            None => fields.push((method, name.clone(), value.clone())),
+        }
+    }
+    fields
+}
+
+/// A value of the configuration in JSON.
+fn json_of(value: &Value) -> Json {
+    match value {
+        Value::Flag(flag) => json!(flag),
+        Value::Whole(number) => json!(number),
+        Value::Number(number) => json!(number),
+        Value::Word(word) => json!(word),
+    }
+}
+
+/// A configuration of a method in JSON that has a single setting.
+fn table(method: &Method, row: &Parameter, value: &Json) -> Json {
+    let (method, name) = (method.name(), row.name);
+    match row.group {
+        "" => json!({ name: value, method: {} }),
+        "patches" => json!({ method: { "patches": { name: value } } }),
+        _ => json!({ method: { name: value } }),
+    }
+}
+
+fn read(table: Json) -> Result<TrackerConfig, String> {
+    serde_json::from_value(table).map_err(|error| error.to_string())
 }
 
 #[test]
 fn the_table_of_parameters_is_the_configuration() {
-    let default = serde_json::to_value(TrackerConfig::default()).unwrap();
-    let mut fields: Vec<(String, String)> = Vec::new();
-    for (name, value) in default.as_object().unwrap() {
-        match value.as_object() {
-            Some(group) => fields.extend(group.keys().map(|field| (name.clone(), field.clone()))),
-            None => fields.push((String::new(), name.clone())),
-        }
+    for config in defaults() {
+        let mut fields: Vec<(&str, String)> =
+            fields(&config).into_iter().map(|(group, name, _)| (group, name)).collect();
+        let mut rows: Vec<(&str, String)> =
+            rows(&config.method).map(|row| (row.group, row.name.to_owned())).collect();
+        fields.sort_unstable();
+        rows.sort_unstable();
+        assert_eq!(fields, rows);
     }
-    let mut rows: Vec<(String, String)> =
-        PARAMETERS.iter().map(|row| (row.group.to_owned(), row.name.to_owned())).collect();
-    fields.sort_unstable();
-    rows.sort_unstable();
-    assert_eq!(fields, rows);
+    for row in PARAMETERS {
+        assert!(defaults().iter().any(|config| row.is_used_by(&config.method)), "{}", row.name);
+    }
     for (name, _) in other_numbers() {
-        assert!(rows.iter().any(|(_, row)| row == name), "{name} is not a field");
+        assert!(PARAMETERS.iter().any(|row| row.name == name), "{name} is not a field");
+    }
+}
+
+/// [`TrackerConfig::get`] and [`TrackerConfig::set`] are what is serialised and read.
+#[test]
+fn a_setting_by_name_is_the_field() {
+    for default in defaults() {
+        let method = &default.method;
+        assert_eq!(read(json!({ method.name(): {} })).unwrap(), default);
+        for row in rows(method) {
+            for value in others(row) {
+                let before = base_of(method, row);
+                let mut config = before.clone();
+                config.set(row.name, value.clone()).unwrap();
+                assert_ne!(config, before, "{}", row.name);
+                assert_eq!(config.get(row.name).unwrap(), value, "{}", row.name);
+                let written = fields(&config);
+                let field = written.iter().find(|(_, name, _)| name == row.name).unwrap();
+                assert_eq!(field.2, json_of(&value), "{}", row.name);
+                // Nothing else has changed.
+                let differ = written.iter().zip(&fields(&before)).filter(|(a, b)| a != b).count();
+                assert_eq!(differ, 1, "{}", row.name);
+                assert_eq!(read(serde_json::to_value(&config).unwrap()).unwrap(), config);
+                let mut alone = default.clone();
+                alone.set(row.name, value.clone()).unwrap();
+                let read_alone = read(table(method, row, &json_of(&value))).unwrap();
+                assert_eq!(read_alone, alone, "{}", row.name);
+            }
+        }
     }
 }
 
@@ -283,140 +359,283 @@ fn no_two_fields_have_the_same_name() {
     for (k, row) in PARAMETERS.iter().enumerate() {
         assert!(PARAMETERS[..k].iter().all(|other| other.name != row.name), "{}", row.name);
         assert!(!row.source.is_empty() && !row.purpose.is_empty(), "{}", row.name);
+        assert_eq!(Parameter::named(row.name), Some(row));
+    }
+    assert_eq!(Parameter::named("particels"), None);
+}
+
+#[test]
+fn a_value_has_the_kind_of_its_row() {
+    for config in defaults() {
+        for row in rows(&config.method) {
+            let kind = match config.get(row.name).unwrap() {
+                Value::Flag(_) => Kind::Flag,
+                Value::Whole(_) => Kind::Whole,
+                Value::Number(_) => Kind::Number,
+                Value::Word(_) => Kind::Word,
+            };
+            assert_eq!(kind, row.kind, "{}", row.name);
+            let fits = match row.range {
+                Range::Flag => kind == Kind::Flag,
+                Range::Words(_) => kind == Kind::Word,
+                Range::Number { .. } => matches!(kind, Kind::Whole | Kind::Number),
+            };
+            assert!(fits, "{}: {kind:?} of {:?}", row.name, row.range);
+        }
     }
 }
 
-/// The error must name field, value and range.
-fn check_refusal(config: TrackerConfig, name: &str, value: &str, range: Range) {
-    let error = Tracker::new(config).unwrap_err();
-    assert!(matches!(error, Error::Config { field, .. } if field == name), "{name}: {error}");
+/// A whole number is a number, too.
+#[test]
+fn a_value_of_another_kind_is_refused() {
+    let values = [Value::from(true), 7.into(), 7.5.into(), "7".into()];
+    for default in defaults() {
+        for row in rows(&default.method) {
+            let accepted = match row.kind {
+                Kind::Flag => vec![&values[0]],
+                Kind::Whole => vec![&values[1]],
+                Kind::Number => vec![&values[1], &values[2]],
+                _ => vec![&values[3]],
+            };
+            for value in values.iter().filter(|value| !accepted.contains(value)) {
+                let mut config = default.clone();
+                let wanted =
+                    Error::SettingKind { name: row.name, value: value.to_string(), kind: row.kind };
+                let message = wanted.to_string();
+                let words = [row.name, &value.to_string(), &row.kind.to_string()];
+                assert!(words.iter().all(|word| message.contains(word)), "{message}");
+                assert_eq!(config.set(row.name, value.clone()), Err(wanted));
+                assert_eq!(config, default);
+                let error = read(table(&default.method, row, &json_of(value))).unwrap_err();
+                assert!(error.contains(&message), "{error}");
+            }
+            let Range::Number { min, max } = row.range else { continue };
+            let whole = (min.ceil() as i64).max(i64::from(max >= 1.0));
+            if whole as f64 > max {
+                continue;
+            }
+            let mut config = default.clone();
+            config.set(row.name, whole).unwrap();
+            let same = match row.kind {
+                Kind::Number => Value::Number(whole as f64),
+                _ => Value::Whole(whole),
+            };
+            assert_eq!(config.get(row.name).unwrap(), same);
+            assert_eq!(read(table(&default.method, row, &json!(whole))).unwrap(), config);
+        }
+    }
+}
+
+/// The error must name field, value and range, and nothing has changed.
+fn check_refusal(default: &TrackerConfig, row: &Parameter, value: &Value) {
+    let mut config = default.clone();
+    let error = config.set(row.name, value.clone()).unwrap_err();
+    assert!(
+        matches!(error, Error::Config { field, .. } if field == row.name),
+        "{}: {error}",
+        row.name
+    );
+    assert_eq!(config, *default);
     let message = error.to_string();
-    let parts = [name.to_owned(), value.to_owned(), range.to_string()];
-    assert!(parts.iter().all(|part| message.contains(part)), "{name} = {value}: {message}");
+    let parts = [row.name.to_owned(), value.to_string(), row.range.to_string()];
+    assert!(parts.iter().all(|part| message.contains(part)), "{} = {value}: {message}", row.name);
+    // JSON has no numbers that are not finite.
+    if !matches!(value, Value::Number(number) if !number.is_finite()) {
+        let error = read(table(&default.method, row, &json_of(value))).unwrap_err();
+        assert!(error.contains(&message), "{error}");
+    }
 }
 
 #[test]
 fn a_number_outside_its_range_is_refused() {
-    for parameter in PARAMETERS {
-        let Range::Number { min, max } = parameter.range else { continue };
-        let name = parameter.name;
-        if default_of(parameter).is_f64() {
-            for value in [min - 1.0, max + 1.0] {
-                let config = parse(name, json!(value)).unwrap();
-                check_refusal(config, name, &format!("{value:?}"), parameter.range);
+    for default in defaults() {
+        for row in rows(&default.method) {
+            let Range::Number { min, max } = row.range else { continue };
+            let refuse = |value: Value| check_refusal(&default, row, &value);
+            let bounds: [Value; 2] = if row.kind == Kind::Number {
+                let outside = [min - 1.0, max + 1.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
+                outside.into_iter().for_each(|number| refuse(number.into()));
+                [min.into(), max.into()]
+            } else {
+                [-1, i64::MIN, min as i64 - 1, max as i64 + 1, i64::MAX]
+                    .into_iter()
+                    .for_each(|number| refuse(number.into()));
+                [(min as i64).into(), (max as i64).into()]
+            };
+            for value in bounds {
+                let mut config = default.clone();
+                config.set(row.name, value.clone()).unwrap();
+                assert_eq!(config.get(row.name).unwrap(), value);
             }
-            for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-                // JSON cannot represent these values.
-                let map = MapDeserializer::<_, ValueError>::new([(name, value)].into_iter());
-                let config = TrackerConfig::deserialize(map).unwrap();
-                check_refusal(config, name, &format!("{value:?}"), parameter.range);
-            }
-            for value in [min, max] {
-                parse(name, json!(value)).unwrap().validate().unwrap();
-            }
-        } else {
-            assert!(parse(name, json!(-1)).is_err(), "{name} = -1");
-            assert!(parse(name, json!(1.5)).is_err(), "{name} = 1.5");
-            if min >= 1.0 {
-                let value = min as u64 - 1;
-                let config = parse(name, json!(value)).unwrap();
-                check_refusal(config, name, &value.to_string(), parameter.range);
-            }
-            if max < u64::MAX as f64 {
-                let value = max as u64 + 1;
-                let config = parse(name, json!(value)).unwrap();
-                check_refusal(config, name, &value.to_string(), parameter.range);
+        }
+    }
+}
+
+/// Formats such as TOML have numbers that are not finite.
+#[test]
+fn a_number_that_is_not_finite_is_refused_when_it_is_read() {
+    for number in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let settings = MapDeserializer::<_, ValueError>::new([("search", number)].into_iter());
+        let table = MapDeserializer::new([("robust", settings)].into_iter());
+        let error = TrackerConfig::deserialize(table).unwrap_err().to_string();
+        let wanted = format!("the setting `search` is {number:?}; allowed: 1.5 to 20");
+        assert_eq!(error, wanted);
+    }
+}
+
+/// Fields can be changed without [`TrackerConfig::set`]; then the tracker checks them.
+#[test]
+fn a_field_out_of_range_is_refused_by_the_tracker() {
+    let of_paper = |change: fn(&mut PaperConfig)| {
+        let mut paper = PaperConfig::default();
+        change(&mut paper);
+        TrackerConfig::from(paper)
+    };
+    let of_robust = |change: fn(&mut RobustConfig)| {
+        let mut robust = RobustConfig::default();
+        change(&mut robust);
+        TrackerConfig::from(robust)
+    };
+    let mut seed = robust();
+    seed.seed = 1 << 53;
+    let cases = [
+        (seed, "seed", "9007199254740992"),
+        (of_paper(|paper| paper.particles = 0), "particles", "0"),
+        (of_paper(|paper| paper.beta = f64::NAN), "beta", "NaN"),
+        (of_paper(|paper| paper.patches.epsilon = -1.0), "epsilon", "-1.0"),
+        (of_robust(|robust| robust.search = f64::INFINITY), "search", "inf"),
+        (of_robust(|robust| robust.filters = 4), "filters", "4"),
+        (of_robust(|robust| robust.patches.templates = 1), "templates", "1"),
+    ];
+    for (config, name, value) in cases {
+        let range = Parameter::named(name).unwrap().range;
+        let message = refused(&config, name).to_string();
+        let parts = [name, value, &range.to_string()];
+        assert!(parts.iter().all(|part| message.contains(part)), "{name} = {value}: {message}");
+    }
+}
+
+/// The error of every way to begin with these settings.
+fn refused(config: &TrackerConfig, name: &str) -> Error {
+    let error = config.validate().unwrap_err();
+    assert!(matches!(error, Error::Config { field, .. } if field == name), "{error}");
+    let begun = Tracker::start(config.clone(), &SIMPLE.frame(0), SIMPLE.truth(0));
+    assert_eq!(format!("{:?}", begun.unwrap_err()), format!("{error:?}"));
+    let many = MultiTracker::new(config.clone());
+    assert_eq!(format!("{:?}", many.unwrap_err()), format!("{error:?}"));
+    error
+}
+
+#[test]
+fn an_unknown_word_is_refused() {
+    for default in defaults() {
+        for row in rows(&default.method) {
+            let error = read(table(&default.method, row, &json!("sideways"))).unwrap_err();
+            assert!(error.contains("sideways") && error.contains(row.name), "{error}");
+            if let Range::Words(words) = row.range {
+                assert!(words.iter().all(|word| error.contains(word)), "{}: {error}", row.name);
+                check_refusal(&default, row, &"sideways".into());
             }
         }
     }
 }
 
 #[test]
-fn an_unknown_word_or_field_is_refused() {
-    for parameter in PARAMETERS {
-        let message = parse(parameter.name, json!("sideways")).unwrap_err().to_string();
-        assert!(message.contains("sideways"), "{}: {message}", parameter.name);
-        if let Range::Words(words) = parameter.range {
-            assert!(
-                words.iter().all(|word| message.contains(word)),
-                "{}: {message}",
-                parameter.name
-            );
+fn an_unknown_setting_or_group_is_refused() {
+    for mut config in defaults() {
+        let wanted = Error::UnknownSetting { name: "particels".to_owned() };
+        assert_eq!(config.get("particels"), Err(wanted.clone()));
+        assert_eq!(config.set("particels", 5), Err(wanted));
+        // Groups are no settings.
+        for group in ["paper", "robust", "patches", ""] {
+            assert!(config.get(group).is_err() && config.set(group, 5).is_err(), "{group}");
         }
     }
-    for unknown in [json!({ "particels": 5 }), json!({ "patchwise": { "particels": 5 } })] {
-        let error = serde_json::from_value::<TrackerConfig>(unknown).unwrap_err();
-        assert!(error.to_string().contains("particels"), "{error}");
+    let unknown = json!({ "particels": 5 });
+    for table in [
+        unknown.clone(),
+        json!({ "paper": unknown }),
+        json!({ "robust": unknown }),
+        json!({ "paper": { "patches": unknown } }),
+    ] {
+        let error = read(table).unwrap_err();
+        assert!(error.contains("unknown setting `particels`"), "{error}");
     }
+    for (table, group) in [
+        (json!({ "patchwise": {} }), "patchwise"),
+        (json!({ "patches": { "epsilon": 0.1 } }), "patches"),
+        (json!({ "paper": { "robust": {} } }), "robust"),
+        (json!({ "paper": { "patches": { "patches": {} } } }), "patches"),
+    ] {
+        let error = read(table).unwrap_err();
+        assert!(error.contains(group), "{error}");
+    }
+}
+
+/// A configuration has one method.
+#[test]
+fn settings_of_two_methods_are_refused() {
+    for table in [
+        json!({ "paper": {}, "robust": {} }),
+        json!({ "paper": { "beta": 1.0 }, "robust": { "search": 4.0 } }),
+    ] {
+        let error = read(table).unwrap_err();
+        assert!(error.contains("`robust`"), "{error}");
+    }
+    let error = read(json!({ "robust": { "beta": 1.0 } })).unwrap_err();
+    assert!(error.contains("`beta`") && error.contains("`paper`"), "{error}");
+    let error = read(json!({ "paper": { "search": 4.0 } })).unwrap_err();
+    assert!(error.contains("`search`") && error.contains("`robust`"), "{error}");
+}
+
+#[test]
+fn the_form_of_a_configuration() {
+    for config in all() {
+        let (method, table) = (config.method.name(), serde_json::to_value(&config).unwrap());
+        let keys: Vec<&str> = table.as_object().unwrap().keys().map(String::as_str).collect();
+        let mut wanted = ["seed", method];
+        wanted.sort_unstable();
+        assert_eq!(keys, wanted);
+        assert!(table[method]["patches"].is_object());
+    }
+    assert_eq!(read(json!({})).unwrap(), TrackerConfig::default());
+    assert_eq!(read(json!({ "seed": 3 })).unwrap().seed, 3);
 }
 
 #[test]
 fn fields_that_do_not_fit_each_other_are_refused() {
-    let cases = [
-        (json!({ "template_side": 15 }), "large_patch", "template_side = 15"),
-        (json!({ "template_side": 8, "large_patch": 8, "small_patch": 9 }), "small_patch", "8"),
-        (json!({ "small_step": 1, "small_patch": 2 }), "small_step", "8192"),
-        (json!({ "large_step": 1, "large_patch": 2, "templates": 40 }), "large_step", "8192"),
+    let patches = [
+        (&[("template_side", 15)][..], "large_patch", "template_side = 15"),
+        (&[("template_side", 8), ("large_patch", 8), ("small_patch", 9)], "small_patch", "8"),
+        (&[("small_step", 1), ("small_patch", 2)], "small_step", "8192"),
+        (&[("large_step", 1), ("large_patch", 2), ("templates", 40)], "large_step", "8192"),
     ];
-    for (given, name, part) in cases {
-        let error = Tracker::new(config(&fields(given))).unwrap_err();
-        assert!(matches!(error, Error::Config { field, .. } if field == name), "{error}");
-        assert!(error.to_string().contains(part), "{error}");
+    for preset in [Preset::Robust, Preset::Paper] {
+        for (given, name, part) in patches {
+            let message = refused(&with(preset, given), name).to_string();
+            assert!(message.contains(part), "{message}");
+        }
     }
+    let message = refused(&with(Preset::Robust, &[("scale_count", 32)]), "scale_count").to_string();
+    assert!(message.contains("32") && message.contains("odd"), "{message}");
 }
 
 #[test]
 fn presets_have_names() {
-    let mut fast = TrackerConfig::preset("fast").unwrap();
-    assert_eq!((fast.robust.filters, fast.robust.max_patch, fast.robust.rotate), (1, 150.0, false));
-    (fast.robust.filters, fast.robust.max_patch, fast.robust.rotate) = (3, 200.0, true);
-    assert_eq!(fast, TrackerConfig::preset("robust").unwrap());
-    assert_eq!(TrackerConfig::preset("paper").unwrap().method, Method::Patchwise);
-    let robust = TrackerConfig::preset("robust").unwrap();
-    assert_eq!((&robust, robust.method), (&TrackerConfig::default(), Method::Robust));
-    assert_eq!(PRESETS[0], "robust");
-    for name in PRESETS {
-        Tracker::new(TrackerConfig::preset(name).unwrap()).unwrap();
+    let mut robust = RobustConfig::default();
+    assert_eq!(TrackerConfig::from(Preset::Robust), robust.clone().into());
+    assert_eq!((robust.filters, robust.max_patch, robust.rotate), (3, 200.0, true));
+    (robust.filters, robust.max_patch, robust.rotate) = (1, 150.0, false);
+    assert_eq!(TrackerConfig::from(Preset::Fast), robust.into());
+    assert_eq!(TrackerConfig::from(Preset::Paper), PaperConfig::default().into());
+    assert_eq!(TrackerConfig::from(Preset::default()), TrackerConfig::default());
+    assert_eq!(Preset::ALL[0], Preset::default());
+    for preset in Preset::ALL {
+        assert_eq!(preset.name().parse(), Ok(preset));
+        assert_eq!(preset.to_string(), preset.name());
+        Tracker::start(preset, &SIMPLE.frame(0), SIMPLE.truth(0)).unwrap();
+        MultiTracker::new(preset).unwrap();
     }
-    let error = TrackerConfig::preset("papper").unwrap_err().to_string();
+    let error = "papper".parse::<Preset>().unwrap_err().to_string();
     assert!(error.contains("papper") && error.contains("robust, fast, paper"), "{error}");
-}
-
-/// Settings of version 0.1 have no groups and may contain options that no longer exist.
-#[test]
-fn settings_of_version_0_1_are_read() {
-    let read = |value: Value| serde_json::from_value::<TrackerConfig>(value);
-    let old = json!({
-        "particles": 77, "seed": 3, "outside": "zero", "divide": true, "stop_energy": 0.0,
-        "warm_up_frames": 9,
-    });
-    let config = read(old).unwrap();
-    assert_eq!((config.patchwise.particles, config.seed), (77, 3));
-    // They mean the only method that there was, unless they name one.
-    assert_eq!(config.method, Method::Patchwise);
-    assert_eq!(read(json!({ "outside": "zero" })).unwrap().method, Method::Patchwise);
-    for given in [
-        json!({ "particles": 77, "method": "robust" }),
-        json!({ "patchwise": { "particles": 77 } }),
-        json!({ "search": 4.0 }),
-        json!({ "seed": 3 }),
-    ] {
-        assert_eq!(read(given.clone()).unwrap().method, Method::Robust, "{given}");
-    }
-    let removed = [
-        ("outside", json!("reject")),
-        ("divide", json!(false)),
-        ("stop_energy", json!(0.1)),
-        ("first_templates", json!("nearest")),
-        ("scale_motion", json!("relative")),
-        ("selection", json!("textbook")),
-        ("coefficients", json!("positive")),
-    ];
-    for (name, value) in removed {
-        let error = read(json!({ name: value })).unwrap_err().to_string();
-        assert!(error.contains(name) && error.contains("no longer exists"), "{error}");
-    }
-    let twice = json!({ "particles": 77, "patchwise": { "particles": 78 } });
-    let error = read(twice).unwrap_err().to_string();
-    assert!(error.contains("`particles` belongs to the group `patchwise`"), "{error}");
 }

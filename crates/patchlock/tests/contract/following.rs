@@ -31,7 +31,8 @@ fn it_follows_a_target_behind_a_thin_tree() {
     let sequence = Sequence::new(Scene::new(SceneConfig { post, ..SceneConfig::occluded() }));
     for config in all().into_iter().map(following) {
         for seed in [1, 2, 3] {
-            let config = TrackerConfig { seed, ..config.clone() };
+            let mut config = config.clone();
+            config.seed = seed;
             let (mean, worst) = overlaps(&sequence, &config, 14..46);
             assert!(mean > 0.85 && worst > 0.7, "seed {seed}: mean overlap {mean}, worst {worst}");
         }

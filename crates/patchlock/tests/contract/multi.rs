@@ -3,8 +3,8 @@
 use crate::methods::all;
 use crate::sequence::{SIMPLE, bits};
 use patchlock::{
-    BoundingBox, Error, Estimate, Frame, MultiSnapshot, MultiTracker, TargetId, Tracker,
-    TrackerConfig,
+    BoundingBox, Error, Estimate, Frame, FrameView, MultiSnapshot, MultiTracker, TargetId, Tracked,
+    Tracker, TrackerConfig,
 };
 use std::collections::BTreeMap;
 
@@ -23,9 +23,9 @@ fn boxes(count: usize) -> Vec<BoundingBox> {
 /// The estimates of each target, in the order of frames.
 type Tracks = BTreeMap<u64, Vec<Estimate>>;
 
-fn keep(tracks: &mut Tracks, estimates: Vec<(TargetId, Estimate)>) {
-    for (id, estimate) in estimates {
-        tracks.entry(id.number()).or_default().push(estimate);
+fn keep(tracks: &mut Tracks, tracked: &[Tracked]) {
+    for Tracked { id, estimate } in tracked {
+        tracks.entry(id.number()).or_default().push(estimate.clone());
     }
 }
 
@@ -40,10 +40,12 @@ fn track_together(config: &TrackerConfig, threads: usize, count: usize, frames: 
         if k == 6 {
             tracker.remove(TargetId::from(2)).unwrap();
         }
-        keep(&mut tracks, pool.install(|| tracker.update(&frame)).unwrap());
+        let tracked = pool.install(|| tracker.update(&frame)).unwrap().to_vec();
+        assert_eq!(tracker.tracked(), tracked);
+        keep(&mut tracks, &tracked);
         if let Some(&bbox) = boxes(count).get(k) {
             let added = pool.install(|| tracker.add(&frame, bbox)).unwrap();
-            keep(&mut tracks, vec![added]);
+            keep(&mut tracks, std::slice::from_ref(added));
         }
     }
     tracks
@@ -52,8 +54,8 @@ fn track_together(config: &TrackerConfig, threads: usize, count: usize, frames: 
 /// The same with one tracker per target.
 fn track_separately(config: &TrackerConfig, count: usize, frames: usize) -> Tracks {
     let track = |(k, &bbox): (usize, &BoundingBox)| {
-        let mut tracker = Tracker::new(config.clone()).unwrap();
-        let first = tracker.init(&SIMPLE.frame(k), bbox).unwrap();
+        let mut tracker = Tracker::start(config.clone(), &SIMPLE.frame(k), bbox).unwrap();
+        let first = tracker.estimate().clone();
         let end = if k == 1 { 6 } else { frames };
         let rest = SIMPLE.resume(&mut tracker, k + 1..end);
         (k as u64 + 1, std::iter::once(first).chain(rest).collect())
@@ -80,27 +82,62 @@ fn the_boxes_are_those_of_separate_trackers() {
 
 #[test]
 fn a_target_that_begins_again_keeps_its_id_and_leaves_the_others_alone() {
-    all().into_iter().for_each(check_reinit);
+    all().into_iter().for_each(check_restart);
 }
 
-fn check_reinit(config: TrackerConfig) {
+fn check_restart(config: TrackerConfig) {
     let mut tracker = MultiTracker::new(config.clone()).unwrap();
     let all = boxes(2);
-    let ids: Vec<_> =
-        all.iter().map(|&bbox| tracker.add(&SIMPLE.frame(0), bbox).unwrap().0).collect();
+    let ids = add(&mut tracker, &all);
     tracker.update(&SIMPLE.frame(1)).unwrap();
-    let again = tracker.reinit(ids[0], &SIMPLE.frame(1), SIMPLE.truth(1)).unwrap();
+    let again = tracker.restart(ids[0], &SIMPLE.frame(1), SIMPLE.truth(1)).unwrap().clone();
     assert_eq!(tracker.ids().collect::<Vec<_>>(), ids);
-    let mut fresh = Tracker::new(config.clone()).unwrap();
-    assert_eq!(fresh.init(&SIMPLE.frame(1), SIMPLE.truth(1)).unwrap(), again);
-    let mut other = Tracker::new(config).unwrap();
-    other.init(&SIMPLE.frame(0), all[1]).unwrap();
+    assert_eq!(tracker.tracked()[0].estimate, again);
+    let mut fresh = SIMPLE.begin(&config, 1);
+    assert_eq!(*fresh.estimate(), again);
+    let mut other = Tracker::start(config, &SIMPLE.frame(0), all[1]).unwrap();
     other.update(&SIMPLE.frame(1)).unwrap();
     for k in 2..8 {
         let frame = SIMPLE.frame(k);
         let expected = [(ids[0], &mut fresh), (ids[1], &mut other)]
-            .map(|(id, tracker)| (id, tracker.update(&frame).unwrap()));
+            .map(|(id, tracker)| Tracked { id, estimate: tracker.update(&frame).unwrap().clone() });
         assert_eq!(tracker.update(&frame).unwrap(), expected);
+    }
+}
+
+/// Adds targets on the first frame.
+fn add(tracker: &mut MultiTracker, boxes: &[BoundingBox]) -> Vec<TargetId> {
+    boxes.iter().map(|&bbox| tracker.add(&SIMPLE.frame(0), bbox).unwrap().id).collect()
+}
+
+/// Estimates and views are those of separate trackers, and the views come in the order of targets.
+#[test]
+fn an_observer_sees_what_those_of_separate_trackers_see() {
+    for config in all() {
+        let boxes = boxes(3);
+        let mut together = MultiTracker::new(config.clone()).unwrap();
+        let ids = add(&mut together, &boxes);
+        let start =
+            |&bbox: &BoundingBox| Tracker::start(config.clone(), &SIMPLE.frame(0), bbox).unwrap();
+        let mut alone: Vec<Tracker> = boxes.iter().map(start).collect();
+        for k in 1..12 {
+            let frame = SIMPLE.frame(k);
+            let (mut expected, mut expected_views) = (Vec::new(), Vec::new());
+            for (&id, tracker) in ids.iter().zip(&mut alone) {
+                let mut observer =
+                    |view: &FrameView<'_>| expected_views.push((id, format!("{view:?}")));
+                let estimate = tracker.update_observed(&frame, &mut observer).unwrap().clone();
+                expected.push(Tracked { id, estimate });
+            }
+            let mut views = Vec::new();
+            let mut observer =
+                |id: TargetId, view: &FrameView<'_>| views.push((id, format!("{view:?}")));
+            let mut twin = MultiTracker::restore(together.snapshot()).unwrap();
+            let tracked = together.update_observed(&frame, &mut observer).unwrap();
+            assert_eq!(tracked, expected, "frame {k}");
+            assert_eq!(twin.update(&frame).unwrap(), expected, "frame {k}");
+            assert_eq!(views, expected_views, "frame {k}");
+        }
     }
 }
 
@@ -112,18 +149,18 @@ fn ids_are_never_reused() {
 fn check_ids(config: TrackerConfig) {
     let mut tracker = MultiTracker::new(config).unwrap();
     let (frame, bbox) = (SIMPLE.frame(0), SIMPLE.truth(0));
-    let (first, _) = tracker.add(&frame, bbox).unwrap();
+    let first = tracker.add(&frame, bbox).unwrap().id;
     tracker.remove(first).unwrap();
-    assert_eq!(tracker.update(&frame), Ok(Vec::new()));
-    let (second, _) = tracker.add(&frame, bbox).unwrap();
+    assert_eq!(tracker.update(&frame).unwrap(), []);
+    let second = tracker.add(&frame, bbox).unwrap().id;
     assert_eq!((first.to_string(), second.to_string()), ("1".to_string(), "2".to_string()));
-    for missing in [tracker.remove(first), tracker.reinit(first, &frame, bbox).map(drop)] {
+    for missing in [tracker.remove(first), tracker.restart(first, &frame, bbox).map(drop)] {
         let message = missing.unwrap_err().to_string();
-        assert_eq!(message, "there is no target 1; there is: 2");
+        assert_eq!(message, "unknown target 1; known: 2");
     }
     tracker.remove(second).unwrap();
     let message = tracker.remove(second).unwrap_err().to_string();
-    assert_eq!(message, "there is no target 2; there is: none");
+    assert_eq!(message, "unknown target 2; known: none");
 }
 
 #[test]
@@ -133,17 +170,19 @@ fn failed_calls_change_nothing() {
 
 fn check_failed_calls(config: TrackerConfig) {
     let mut tracker = MultiTracker::new(config).unwrap();
-    let (id, _) = tracker.add(&SIMPLE.frame(0), SIMPLE.truth(0)).unwrap();
+    let id = tracker.add(&SIMPLE.frame(0), SIMPLE.truth(0)).unwrap().id;
     let before = tracker.snapshot();
     let pixels = [0.5; 96 * 72];
     let other = Frame::grey32f(&pixels, 96, 72).unwrap();
     let bbox = BoundingBox { x: 5.0, y: 5.0, w: 20.0, h: 20.0 };
     assert!(matches!(tracker.update(&other), Err(Error::FrameSize { width: 96, .. })));
+    let observed = tracker.update_observed(&other, &mut |_, _| panic!("shown"));
+    assert!(matches!(observed, Err(Error::FrameSize { width: 96, .. })));
     assert!(matches!(tracker.add(&other, bbox), Err(Error::FrameSize { .. })));
     let outside = BoundingBox { x: 5e3, ..bbox };
     let frame = SIMPLE.frame(1);
     assert!(matches!(tracker.add(&frame, outside), Err(Error::BoxOutside { .. })));
-    assert!(matches!(tracker.reinit(id, &frame, outside), Err(Error::BoxOutside { .. })));
+    assert!(matches!(tracker.restart(id, &frame, outside), Err(Error::BoxOutside { .. })));
     assert_eq!(tracker.snapshot(), before);
     // Without targets, any frame size is accepted.
     tracker.remove(id).unwrap();
@@ -153,9 +192,10 @@ fn check_failed_calls(config: TrackerConfig) {
 /// A tracker with three targets, one of which has been removed, and its snapshot as text.
 fn saved(config: TrackerConfig) -> (MultiTracker, String) {
     let mut tracker = MultiTracker::new(config).unwrap();
-    let ids: Vec<_> =
-        boxes(3).iter().map(|&bbox| tracker.add(&SIMPLE.frame(0), bbox).unwrap().0).collect();
-    (1..8).for_each(|k| drop(tracker.update(&SIMPLE.frame(k)).unwrap()));
+    let ids = add(&mut tracker, &boxes(3));
+    for k in 1..8 {
+        tracker.update(&SIMPLE.frame(k)).unwrap();
+    }
     tracker.remove(ids[1]).unwrap();
     let text = serde_json::to_string(&tracker.snapshot()).unwrap();
     (tracker, text)
@@ -172,6 +212,7 @@ fn a_restored_tracker_continues_with_the_same_boxes() {
         let (mut tracker, text) = saved(config);
         let mut restored = restore(&text).unwrap();
         assert_eq!(restored.config(), tracker.config());
+        assert_eq!(restored.tracked(), tracker.tracked());
         for k in 8..14 {
             let frame = SIMPLE.frame(k);
             assert_eq!(tracker.update(&frame).unwrap(), restored.update(&frame).unwrap());
@@ -185,11 +226,23 @@ fn a_restored_tracker_continues_with_the_same_boxes() {
 }
 
 #[test]
+fn a_tracker_without_targets_can_be_saved() {
+    for config in all() {
+        let empty = MultiTracker::new(config.clone()).unwrap();
+        let text = serde_json::to_string(&empty.snapshot()).unwrap();
+        let mut restored = restore(&text).unwrap();
+        assert_eq!(restored.update(&SIMPLE.frame(0)).unwrap(), []);
+        let added = restored.add(&SIMPLE.frame(0), SIMPLE.truth(0)).unwrap();
+        assert_eq!(added.estimate, *SIMPLE.begin(&config, 0).estimate());
+    }
+}
+
+#[test]
 fn a_damaged_snapshot_is_refused() {
     for config in all() {
         let (_, text) = saved(config);
         let damaged = [
-            (text.replacen(r#""version":2"#, r#""version":9"#, 1), "version is 9"),
+            (text.replacen(r#""version":3"#, r#""version":9"#, 1), "version is 9"),
             (text.replacen(r#""next":4"#, r#""next":3"#, 1), "[1, 3, 3] do not rise"),
             (text.replacen("[[1,", "[[3,", 1), "[3, 3, 4] do not rise"),
             (text.replacen("[[1,", "[[0,", 1), "[0, 3, 4] do not rise"),

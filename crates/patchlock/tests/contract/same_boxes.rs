@@ -1,8 +1,8 @@
 //! The same seed gives the same boxes, bit for bit, whatever else changes.
 
-use crate::methods::{all, draws_boxes, learning_early, patchwise};
+use crate::methods::{all, draws_boxes, learning_early, paper};
 use crate::sequence::{OCCLUDED, SIMPLE, bits};
-use patchlock::{Estimate, FrameView, Gamma, Scales, TrackerConfig};
+use patchlock::{Estimate, FrameView, Gamma, Method, Scales, TrackerConfig};
 
 const FRAMES: std::ops::Range<usize> = 0..24;
 
@@ -32,7 +32,7 @@ fn with_an_observer() {
         let mut seen = 0;
         let mut observer = |_: &FrameView<'_>| seen += 1;
         let observed: Vec<_> = (1..FRAMES.end)
-            .map(|k| tracker.update_observed(&SIMPLE.frame(k), &mut observer).unwrap())
+            .map(|k| tracker.update_observed(&SIMPLE.frame(k), &mut observer).unwrap().clone())
             .collect();
         assert_eq!(seen, FRAMES.end - 1);
         let alone = SIMPLE.track(&config, FRAMES);
@@ -44,15 +44,15 @@ fn with_an_observer() {
 /// With every setting that affects pruning, more candidates than a block holds, and frequent learning.
 #[test]
 fn with_an_observer_whatever_is_pruned() {
-    let mut base = learning_early(patchwise());
-    base.patchwise.particles = 130;
+    let mut base = learning_early(paper());
+    base.set("particles", 130).unwrap();
     for gamma in [Gamma::ExpVisible, Gamma::One, Gamma::Visible, Gamma::ExpError] {
         for scales in [Scales::Both, Scales::Large, Scales::Small] {
             for weights in [false, true] {
                 let mut config = base.clone();
-                let patchwise = &mut config.patchwise;
-                (patchwise.gamma, patchwise.scales) = (gamma, scales);
-                (patchwise.occlusion_weights, patchwise.position_weights) = (weights, weights);
+                let Method::Paper(paper) = &mut config.method else { panic!("of the paper") };
+                (paper.gamma, paper.scales) = (gamma, scales);
+                (paper.occlusion_weights, paper.position_weights) = (weights, weights);
                 observe_same_boxes(&config);
             }
         }
@@ -65,7 +65,7 @@ fn observe_same_boxes(config: &TrackerConfig) {
     for (k, alone) in (1..12).zip(alone) {
         let frame = OCCLUDED.frame(k);
         let observed = tracker.update_observed(&frame, &mut |_: &FrameView<'_>| ()).unwrap();
-        assert_eq!(observed, alone, "frame {k} of {config:?}");
+        assert_eq!(*observed, alone, "frame {k} of {config:?}");
     }
 }
 
@@ -74,23 +74,26 @@ fn on_a_second_run_but_not_with_another_seed() {
     for config in all() {
         let first = SIMPLE.track(&config, FRAMES);
         assert_eq!(bits(&first), bits(&SIMPLE.track(&config, FRAMES)));
-        if !draws_boxes(config.method) {
+        if !draws_boxes(&config.method) {
             continue;
         }
-        let other = SIMPLE.track(&TrackerConfig { seed: 1, ..config }, FRAMES);
+        let mut other = config;
+        other.seed = 1;
+        let other = SIMPLE.track(&other, FRAMES);
         assert!(bits(&first).iter().zip(bits(&other)).all(|(a, b)| *a != b));
     }
 }
 
 #[test]
-fn after_reinit_at_any_time() {
+fn after_a_restart_at_any_time() {
     for config in all() {
-        let mut fresh = SIMPLE.begin(&config, 5);
-        let fresh = SIMPLE.resume(&mut fresh, 6..20);
+        let begun = SIMPLE.begin(&config, 5);
+        let fresh = SIMPLE.track(&config, 5..20);
         for tracked in [0, 1, 4, 13] {
             let mut tracker = SIMPLE.begin(&config, 0);
             SIMPLE.resume(&mut tracker, 1..1 + tracked);
-            tracker.reinit(&SIMPLE.frame(5), SIMPLE.truth(5)).unwrap();
+            let first = tracker.restart(&SIMPLE.frame(5), SIMPLE.truth(5)).unwrap();
+            assert_eq!(first, begun.estimate());
             let again = SIMPLE.resume(&mut tracker, 6..20);
             assert_eq!(bits(&again), bits(&fresh), "after {tracked}");
             assert_eq!(again, fresh);
@@ -101,8 +104,8 @@ fn after_reinit_at_any_time() {
 #[test]
 fn the_first_estimate_is_the_box_itself() {
     for config in all() {
-        let mut tracker = SIMPLE.begin(&config, 0);
-        let estimate = tracker.reinit(&SIMPLE.frame(0), SIMPLE.truth(0)).unwrap();
+        let tracker = SIMPLE.begin(&config, 0);
+        let estimate = tracker.estimate();
         assert!(estimate.bbox.overlap(&SIMPLE.truth(0)) > 1.0 - 1e-9);
         assert!(estimate.score > 0.8, "{}", estimate.score);
     }

@@ -49,16 +49,14 @@ impl Sequence {
         BoundingBox { x, y, w, h }
     }
 
-    /// A tracker initialised with the true box of frame `k`.
+    /// A tracker that starts on the true box of frame `k`.
     pub fn begin(&self, config: &TrackerConfig, k: usize) -> Tracker {
-        let mut tracker = Tracker::new(config.clone()).unwrap();
-        tracker.init(&self.frame(k), self.truth(k)).unwrap();
-        tracker
+        Tracker::start(config.clone(), &self.frame(k), self.truth(k)).unwrap()
     }
 
     /// Continues tracking over these frames.
     pub fn resume(&self, tracker: &mut Tracker, frames: Range<usize>) -> Vec<Estimate> {
-        frames.map(|k| tracker.update(&self.frame(k)).unwrap()).collect()
+        frames.map(|k| tracker.update(&self.frame(k)).unwrap().clone()).collect()
     }
 
     /// Begins on the first of these frames; returns the estimates of the others.

@@ -2,7 +2,10 @@
 
 use crate::methods::all;
 use crate::sequence::{SIMPLE, bits};
-use patchlock::{Error, Snapshot, Tracker, TrackerConfig};
+use patchlock::{
+    BoundingBox, Error, Estimate, MultiSnapshot, MultiTracker, Snapshot, Tracker, TrackerConfig,
+    Visibility,
+};
 
 /// A tracker after this many frames.
 fn after(frames: usize, config: &TrackerConfig) -> Tracker {
@@ -40,18 +43,6 @@ fn a_restored_tracker_continues_with_the_same_boxes() {
 }
 
 #[test]
-fn a_snapshot_without_a_target_waits_for_one() {
-    for config in all() {
-        let empty = text(&Tracker::new(config.clone()).unwrap());
-        let mut restored = restore(&empty).unwrap();
-        assert_eq!(restored.update(&SIMPLE.frame(0)), Err(Error::NotInitialised));
-        restored.init(&SIMPLE.frame(0), SIMPLE.truth(0)).unwrap();
-        let fresh = SIMPLE.track(&config, 0..6);
-        assert_eq!(SIMPLE.resume(&mut restored, 1..6), fresh);
-    }
-}
-
-#[test]
 fn a_restored_tracker_needs_frames_of_the_same_size() {
     for config in all() {
         let mut restored = restore(&text(&after(3, &config))).unwrap();
@@ -68,13 +59,23 @@ fn a_damaged_snapshot_is_refused() {
         restore(&good).unwrap();
         let size =
             format!(r#""frame_size":{{"width":{},"height":{}}}"#, SIMPLE.width(), SIMPLE.height());
+        let part = |config: &TrackerConfig| {
+            format!(r#""config":{}"#, serde_json::to_string(config).unwrap())
+        };
+        let other = all().into_iter().find(|other| other.method.name() != config.method.name());
+        let other = part(&other.unwrap());
         let damaged = [
-            (r#""version":2"#.to_owned(), r#""version":0"#, "version is 0"),
-            (r#""version":2"#.to_owned(), r#""version":7"#, "version is 7"),
-            (r#""version":2"#.to_owned(), r#""edition":2"#, "version"),
-            (r#""method":"#.to_owned(), r#""means":"#, "means"),
-            (r#""target":{"#.to_owned(), r#""goal":{"#, "not both"),
-            (size.clone(), r#""frame_size":null"#, "not both"),
+            (r#""version":3"#.to_owned(), r#""version":0"#, "version is 0"),
+            (r#""version":3"#.to_owned(), r#""version":2"#, "version is 2"),
+            (r#""version":3"#.to_owned(), r#""version":7"#, "version is 7"),
+            (r#""version":3"#.to_owned(), r#""edition":3"#, "version"),
+            (r#""seed":"#.to_owned(), r#""seeds":"#, "seeds"),
+            (r#""templates":10"#.to_owned(), r#""templates":1"#, "`templates` is 1"),
+            (part(&config), &other, "another method"),
+            (r#""track":{"#.to_owned(), r#""trail":{"#, "track"),
+            (r#""target":{"#.to_owned(), r#""goal":{"#, "target"),
+            (r#""estimate":{"#.to_owned(), r#""guess":{"#, "estimate"),
+            (size.clone(), r#""frame_size":null"#, "null"),
             (size.clone(), r#""frame_size":{"width":0,"height":5}"#, "frame size is 0"),
             (size, r#""frame_size":{"width":-5,"height":5}"#, "-5"),
         ];
@@ -87,6 +88,61 @@ fn a_damaged_snapshot_is_refused() {
         // Truncated snapshots.
         for share in 1..10 {
             assert!(restore(&good[..good.len() * share / 10]).is_err());
+        }
+    }
+}
+
+/// Estimates with a number that none has.
+fn bad_estimates(good: &Estimate) -> Vec<Estimate> {
+    let with_box = |bbox| Estimate { bbox, ..good.clone() };
+    let with_score = |score| Estimate { score, ..good.clone() };
+    let with_map = |change: fn(&mut Visibility)| {
+        let mut visibility = good.visibility.clone().unwrap();
+        change(&mut visibility);
+        Estimate { visibility: Some(visibility), ..good.clone() }
+    };
+    vec![
+        with_box(BoundingBox { w: 0.0, ..good.bbox }),
+        with_box(BoundingBox { w: -3.0, ..good.bbox }),
+        with_box(BoundingBox { h: 0.0, ..good.bbox }),
+        with_box(BoundingBox { h: -0.5, ..good.bbox }),
+        with_score(-0.01),
+        with_score(1.01),
+        with_map(|map| map.large.rows += 1),
+        with_map(|map| map.small.columns = 0),
+        with_map(|map| map.small.rows = usize::MAX),
+        with_map(|map| map.large.visible.truncate(1)),
+        with_map(|map| map.small.visible.push(true)),
+    ]
+}
+
+#[test]
+fn a_latest_estimate_with_bad_numbers_is_refused() {
+    for config in all() {
+        let tracker = after(4, &config);
+        let (good, estimate) = (text(&tracker), tracker.estimate());
+        let part = |estimate: &str| format!(r#""estimate":{estimate}}}"#);
+        let written = serde_json::to_string(estimate).unwrap();
+        assert!(good.contains(&part(&written)));
+        for bad in bad_estimates(estimate) {
+            let text = good.replace(&part(&written), &part(&serde_json::to_string(&bad).unwrap()));
+            let message = restore(&text).err().unwrap_or_else(|| panic!("{bad:?} was accepted"));
+            assert!(message.contains("latest estimate"), "{message}");
+            // The same with many targets.
+            let track = text.split_once(r#""track":"#).unwrap().1.strip_suffix('}').unwrap();
+            let many =
+                text.replace(&format!(r#""track":{track}"#), &format!(r#""tracks":[[1,{track}]]"#));
+            let many = many.replacen(r#""version":3"#, r#""version":3,"next":2"#, 1);
+            let read = serde_json::from_str::<MultiSnapshot>(&many).unwrap();
+            let error = MultiTracker::restore(read).unwrap_err().to_string();
+            assert_eq!(error, message);
+        }
+        // JSON writes a number that is not finite as null.
+        let x = format!(r#""x":{:?}"#, estimate.bbox.x);
+        for number in ["null", "1e999"] {
+            let damaged = written.replacen(&x, &format!(r#""x":{number}"#), 1);
+            assert_ne!(damaged, written);
+            assert!(restore(&good.replace(&part(&written), &part(&damaged))).is_err());
         }
     }
 }

@@ -19,9 +19,9 @@ fn vanishing(config: &TrackerConfig, saved: Option<usize>) -> Vec<Estimate> {
             2..22 => {
                 let noise = noise(k as u64);
                 let frame = Frame::rgb8(&noise, SIMPLE.width(), SIMPLE.height()).unwrap();
-                tracker.update(&frame).unwrap()
+                tracker.update(&frame).unwrap().clone()
             }
-            _ => tracker.update(&SIMPLE.frame(k)).unwrap(),
+            _ => tracker.update(&SIMPLE.frame(k)).unwrap().clone(),
         }
     };
     (1..FRAMES).map(step).collect()
@@ -43,10 +43,14 @@ fn a_tracker_saved_while_the_target_is_gone_goes_on_with_the_same_statuses() {
     for config in all() {
         let expected = vanishing(&config, None);
         let first = expected[0].status;
-        assert!(expected.iter().any(|estimate| estimate.status != first), "{:?}", config.method);
+        assert!(
+            expected.iter().any(|estimate| estimate.status != first),
+            "{}",
+            config.method.name()
+        );
         for saved in [3, 10, 21, 24] {
             let restored = vanishing(&config, Some(saved));
-            assert_eq!(restored, expected, "{:?}, saved before frame {saved}", config.method);
+            assert_eq!(restored, expected, "{}, saved before frame {saved}", config.method.name());
         }
     }
 }

@@ -9,15 +9,14 @@ mod observer;
 #[path = "../contract/sequence.rs"]
 mod sequence;
 mod snapshot;
-mod version_0_1;
 
-use patchlock::TrackerConfig;
+use patchlock::{Preset, TrackerConfig};
 use sequence::SIMPLE;
 
 #[test]
 fn it_follows_with_all_patches_of_the_paper() {
-    let mut config = TrackerConfig::preset("paper").unwrap();
-    config.patchwise.particles = 60;
+    let mut config = TrackerConfig::from(Preset::Paper);
+    config.set("particles", 60).unwrap();
     let estimates = SIMPLE.track(&config, 0..16);
     let overlaps = (1..).zip(&estimates).map(|(k, e)| e.bbox.overlap(&SIMPLE.truth(k)));
     let (sum, worst) = overlaps.fold((0.0, 1.0f64), |(sum, worst), o| (sum + o, worst.min(o)));

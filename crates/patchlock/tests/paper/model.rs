@@ -6,7 +6,7 @@ use patchlock::patch_model::model::{
     Candidates, LookScratch, PatchModel, PatchRules, Wanted, Weighed, cut_candidate,
 };
 use patchlock::vision::frame::GreyImage;
-use patchlock::{BoundingBox, PatchwiseConfig, State, Visibility};
+use patchlock::{BoundingBox, PaperConfig, State, Visibility};
 use rand_pcg::Pcg64;
 
 use crate::sequence::OCCLUDED;
@@ -39,7 +39,8 @@ fn begun(rules: PatchRules) -> PatchModel {
 
 /// Rules with this step between small patches, in samples.
 fn rules(small_step: usize) -> PatchRules {
-    let config = PatchwiseConfig { small_step, ..PatchwiseConfig::default() };
+    let mut config = PaperConfig::default();
+    config.patches.small_step = small_step;
     config.patch_rules()
 }
 

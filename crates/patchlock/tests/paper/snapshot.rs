@@ -1,6 +1,6 @@
 //! Damaged snapshots of the paper's tracker are refused. Damage that cannot be detected never causes a panic.
 
-use crate::methods::patchwise;
+use crate::methods::paper;
 use crate::sequence::{SIMPLE, numbers};
 use patchlock::{Snapshot, Tracker, TrackerConfig};
 use serde_json::{Value, json};
@@ -70,57 +70,59 @@ fn lengthen(array: &mut Value) {
 
 #[test]
 fn a_damaged_snapshot_is_refused() {
-    let good = Saved::new(&after(12, &patchwise()));
+    let good = Saved::new(&after(12, &paper()));
     good.restore().unwrap();
     let replaced = [
-        ("/config/patchwise/particles", json!(0)),
-        ("/config/patchwise/template_side", json!(24)),
-        ("/config/patchwise/templates", json!(9)),
-        ("/config/patchwise/buffer", json!(3)),
-        ("/config/patchwise/update_interval", json!(1)),
-        ("/target/patchwise/state/scale", json!(0.0)),
-        ("/target/patchwise/state/scale", json!(-1.5)),
-        ("/target/patchwise/state/aspect", json!(-0.5)),
-        ("/target/patchwise/state/x", Value::Null),
-        ("/target/patchwise/state", json!({})),
-        ("/target/patchwise/model/templates", json!([])),
-        ("/target/patchwise/model/templates/3", json!([])),
-        ("/target/patchwise/model/templates/3/7", json!(1000.0)),
-        ("/target/patchwise/model/templates/3/7", Value::Null),
-        ("/target/patchwise/model/small_templates", json!([])),
-        ("/target/patchwise/model/large_buffer/1", json!([0.5])),
-        ("/target/patchwise/model/small_buffer/0/0", json!(-3.0)),
-        ("/target/patchwise/model/batch/0", json!([1.0])),
-        ("/target/patchwise/model/subspace/mean", json!([])),
-        ("/target/patchwise/model/subspace/weight", json!(-1.0)),
-        ("/target/patchwise/model/subspace/mean", json!(vec![1e300; 1024])),
-        ("/target/patchwise/model/subspace/basis/0", json!(1e300)),
-        ("/target/patchwise/frames", json!(u64::MAX - 2)),
-        ("/target/patchwise/rng", json!(5)),
+        ("/config/paper/particles", json!(0)),
+        ("/config/paper/patches/template_side", json!(24)),
+        ("/config/paper/patches/templates", json!(9)),
+        ("/config/paper/patches/buffer", json!(3)),
+        ("/config/paper/patches/update_interval", json!(1)),
+        ("/track/target/paper/state/scale", json!(0.0)),
+        ("/track/target/paper/state/scale", json!(-1.5)),
+        ("/track/target/paper/state/aspect", json!(-0.5)),
+        ("/track/target/paper/state/x", Value::Null),
+        ("/track/target/paper/state", json!({})),
+        ("/track/target/paper/model/templates", json!([])),
+        ("/track/target/paper/model/templates/3", json!([])),
+        ("/track/target/paper/model/templates/3/7", json!(1000.0)),
+        ("/track/target/paper/model/templates/3/7", Value::Null),
+        ("/track/target/paper/model/small_templates", json!([])),
+        ("/track/target/paper/model/large_buffer/1", json!([0.5])),
+        ("/track/target/paper/model/small_buffer/0/0", json!(-3.0)),
+        ("/track/target/paper/model/batch/0", json!([1.0])),
+        ("/track/target/paper/model/subspace/mean", json!([])),
+        ("/track/target/paper/model/subspace/weight", json!(-1.0)),
+        ("/track/target/paper/model/subspace/mean", json!(vec![1e300; 1024])),
+        ("/track/target/paper/model/subspace/basis/0", json!(1e300)),
+        ("/track/target/paper/frames", json!(u64::MAX - 2)),
+        ("/track/target/paper/rng", json!(5)),
     ];
     for (at, value) in replaced {
         let message = good.with(at, value.clone()).restore().err();
         assert!(message.is_some(), "{at} = {value} was accepted");
     }
     let arrays = [
-        "/target/patchwise/model/templates",
-        "/target/patchwise/model/templates/0",
-        "/target/patchwise/model/small_templates",
-        "/target/patchwise/model/small_templates/9",
-        "/target/patchwise/model/large_buffer",
-        "/target/patchwise/model/large_buffer/3",
-        "/target/patchwise/model/small_buffer",
-        "/target/patchwise/model/small_buffer/2",
-        "/target/patchwise/model/batch/1",
-        "/target/patchwise/model/subspace/mean",
-        "/target/patchwise/model/subspace/basis",
-        "/target/patchwise/model/subspace/values",
+        "/track/target/paper/model/templates",
+        "/track/target/paper/model/templates/0",
+        "/track/target/paper/model/small_templates",
+        "/track/target/paper/model/small_templates/9",
+        "/track/target/paper/model/large_buffer",
+        "/track/target/paper/model/large_buffer/3",
+        "/track/target/paper/model/small_buffer",
+        "/track/target/paper/model/small_buffer/2",
+        "/track/target/paper/model/batch/1",
+        "/track/target/paper/model/subspace/mean",
+        "/track/target/paper/model/subspace/basis",
+        "/track/target/paper/model/subspace/values",
     ];
     for at in arrays {
         assert!(good.changed(at, shorten).restore().is_err(), "{at} is too short");
         assert!(good.changed(at, lengthen).restore().is_err(), "{at} is too long");
     }
-    for object in ["/target/patchwise", "/target/patchwise/model", "/target"] {
+    for object in
+        ["/track/target/paper", "/track/target/paper/model", "/track/target", "/track", ""]
+    {
         for key in good.value.pointer(object).unwrap().as_object().unwrap().keys() {
             assert!(good.without(object, key).restore().is_err(), "without {object}/{key}");
         }
@@ -130,31 +132,31 @@ fn a_damaged_snapshot_is_refused() {
 
 #[test]
 fn an_error_names_the_part_that_does_not_fit() {
-    let good = Saved::new(&after(12, &patchwise()));
+    let good = Saved::new(&after(12, &paper()));
     let message = |at: &str, value: Value| good.with(at, value).restore().unwrap_err();
-    assert!(message("/target/patchwise/model/templates", json!([])).contains("templates"));
-    assert!(message("/target/patchwise/model/small_buffer", json!([])).contains("buffers"));
-    assert!(message("/target/patchwise/model/subspace/mean", json!([])).contains("subspace"));
-    assert!(message("/config/patchwise/particles", json!(0)).contains("particles"));
+    assert!(message("/track/target/paper/model/templates", json!([])).contains("templates"));
+    assert!(message("/track/target/paper/model/small_buffer", json!([])).contains("buffers"));
+    assert!(message("/track/target/paper/model/subspace/mean", json!([])).contains("subspace"));
+    assert!(message("/config/paper/particles", json!(0)).contains("particles"));
 }
 
 /// A snapshot whose damage cannot be detected may track badly, but must not cause a panic.
 #[test]
 fn an_odd_snapshot_never_panics() {
     let odd = [
-        ("/target/patchwise/frames", json!(0)),
-        ("/target/patchwise/state/x", json!(1e300)),
-        ("/target/patchwise/state/y", json!(-1e9)),
-        ("/target/patchwise/state/scale", json!(1e-300)),
-        ("/target/patchwise/state/rotation", json!(1e18)),
-        ("/target/patchwise/model/templates/0", json!(vec![0.0; 1024])),
-        ("/target/patchwise/model/subspace/weight", json!(0.0)),
-        ("/target/patchwise/model/subspace/mean", json!(vec![0.0; 1024])),
-        ("/target/patchwise/model/subspace/values/0", json!(1e300)),
-        ("/target/patchwise/model/subspace/weight", json!(1e300)),
+        ("/track/target/paper/frames", json!(0)),
+        ("/track/target/paper/state/x", json!(1e300)),
+        ("/track/target/paper/state/y", json!(-1e9)),
+        ("/track/target/paper/state/scale", json!(1e-300)),
+        ("/track/target/paper/state/rotation", json!(1e18)),
+        ("/track/target/paper/model/templates/0", json!(vec![0.0; 1024])),
+        ("/track/target/paper/model/subspace/weight", json!(0.0)),
+        ("/track/target/paper/model/subspace/mean", json!(vec![0.0; 1024])),
+        ("/track/target/paper/model/subspace/values/0", json!(1e300)),
+        ("/track/target/paper/model/subspace/weight", json!(1e300)),
     ];
-    let mut config = patchwise();
-    config.patchwise.update_interval = 2;
+    let mut config = paper();
+    config.set("update_interval", 2).unwrap();
     for frames in [3, 13] {
         let good = Saved::new(&after(frames, &config));
         for (at, value) in &odd {
@@ -166,7 +168,7 @@ fn an_odd_snapshot_never_panics() {
             };
             for k in 14..20 {
                 if let Ok(estimate) = tracker.update(&SIMPLE.frame(k)) {
-                    let box_numbers = &numbers(&estimate)[..4];
+                    let box_numbers = &numbers(estimate)[..4];
                     assert!(box_numbers.iter().all(|v| v.is_finite()), "{at} {value}");
                 }
             }

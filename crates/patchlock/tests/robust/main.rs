@@ -5,13 +5,13 @@ mod absences;
 mod hidden_side;
 mod turn;
 
-use patchlock::{BoundingBox, Estimate, Frame, Tracker, TrackerConfig};
-use patchlock_scene::Scene;
+use patchlock::{BoundingBox, Estimate, Frame, Preset, Tracker, TrackerConfig};
+use patchlock_scene::{Scene, SceneFrame};
 use std::ops::Range;
 
 /// The settings under test.
 fn config() -> TrackerConfig {
-    TrackerConfig::preset("robust").unwrap()
+    TrackerConfig::from(Preset::Robust)
 }
 
 /// The true box of a frame.
@@ -22,18 +22,14 @@ fn truth(scene: &Scene, k: usize) -> BoundingBox {
 
 /// Begins with the true box of the first of these frames; returns the others with their estimates.
 fn track(scene: &Scene, frames: Range<usize>, config: TrackerConfig) -> Vec<(usize, Estimate)> {
-    let mut tracker = Tracker::new(config).unwrap();
-    let mut estimates = Vec::new();
-    for k in frames.clone() {
-        let rendered = scene.frame(k);
-        let frame = Frame::rgb8(&rendered.rgb, rendered.width, rendered.height).unwrap();
-        if k == frames.start {
-            tracker.init(&frame, truth(scene, k)).unwrap();
-        } else {
-            estimates.push((k, tracker.update(&frame).unwrap()));
-        }
-    }
-    estimates
+    let first = scene.frame(frames.start);
+    let mut tracker = Tracker::start(config, &view(&first), truth(scene, frames.start)).unwrap();
+    let next = |k| (k, tracker.update(&view(&scene.frame(k))).unwrap().clone());
+    (frames.start + 1..frames.end).map(next).collect()
+}
+
+fn view(frame: &SceneFrame) -> Frame<'_> {
+    Frame::rgb8(&frame.rgb, frame.width, frame.height).unwrap()
 }
 
 fn mean(values: &[f64]) -> f64 {

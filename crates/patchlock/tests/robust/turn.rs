@@ -78,7 +78,7 @@ fn nothing_is_lost_and_nothing_turns_where_nothing_does() {
 #[test]
 fn the_outline_stays_upright_if_rotation_is_not_followed() {
     let mut upright = config();
-    upright.robust.rotate = false;
+    upright.set("rotate", false).unwrap();
     let scene = turning(60.0, 4.0);
     for (k, estimate) in track(&scene, 0..scene.len(), upright) {
         assert_eq!(degrees(&estimate), 0.0, "frame {k}");

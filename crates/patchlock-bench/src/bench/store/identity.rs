@@ -17,6 +17,8 @@ pub enum Identity {
     Patchlock {
         /// Version of Patchlock.
         version: String,
+        /// The build, [`patchlock::BUILD`].
+        build: String,
         /// Name of the preset that the configuration is based on.
         preset: String,
         /// The configuration. Its seed is 0, since each run has its own.
@@ -35,8 +37,9 @@ impl Identity {
     pub fn patchlock(configuration: &TrackerConfig, preset: &str) -> Self {
         Self::Patchlock {
             version: env!("CARGO_PKG_VERSION").to_string(),
+            build: patchlock::BUILD.to_string(),
             preset: settings::basis(preset, configuration).to_string(),
-            configuration: Box::new(TrackerConfig { seed: 0, ..configuration.clone() }),
+            configuration: Box::new(with_seed(configuration, 0)),
         }
     }
 
@@ -49,6 +52,13 @@ impl Identity {
     pub(super) fn fields(&self) -> Value {
         serde_json::to_value(self).unwrap_or_default()
     }
+}
+
+/// The configuration with another seed.
+pub(in crate::bench) fn with_seed(configuration: &TrackerConfig, seed: u64) -> TrackerConfig {
+    let mut configuration = configuration.clone();
+    configuration.seed = seed;
+    configuration
 }
 
 /// The fields that differ between a stored identity and this one, in words.

@@ -25,6 +25,7 @@ pub use files::sha256;
 use files::write_atomically;
 pub use identity::Identity;
 use identity::difference;
+pub(in crate::bench) use identity::with_seed;
 pub use manifest::{Manifest, RunManifest, Trajectory, Written};
 
 /// Version of the folder's format.

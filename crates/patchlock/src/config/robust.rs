@@ -1,0 +1,154 @@
+//! The settings of the method `robust`.
+
+use super::table::{Range, group, number};
+use super::{PaperConfig, PatchModelConfig};
+use crate::Error;
+use crate::patch_model::model::PatchRules;
+
+group! {
+    /// The settings of the default tracker, the method `robust`.
+    RobustConfig ("robust") { patches: PatchModelConfig = PatchModelConfig::coarse() }
+    "Li et al. 2018 (STRCF)" {
+        /// Side of the search window, in roots of the target's area.
+        search: f64 = 5.0, number(1.5, 20.0);
+        /// Standard deviation of the filter's label, in roots of the target's area.
+        label_width: f64 = 0.0625, number(0.01, 1.0);
+        /// How strongly the filter is drawn to the one before; larger values learn more slowly.
+        temporal: f64 = 10.0, number(0.0, 1e6);
+        /// How closely the second iteration of learning follows the masked filter of the first.
+        penalty: f64 = 0.1, number(1e-3, 10.0);
+        /// Largest side of the patch that the search window is resampled to, in pixels.
+        max_patch: f64 = 200.0, number(32.0, 512.0);
+        /// Smallest side of the patch that the search window is resampled to, in pixels.
+        min_patch: f64 = 150.0, number(32.0, 512.0);
+    }
+    "own measurement: filters that differ err in different places" {
+        /// Number of tracking filters, whose mean follows the target: the basic, the wide and the
+        /// slow one.
+        filters: usize = 3, number(1.0, 3.0);
+        /// Width and height of the part of the patch that the wide filter sees, relative to the
+        /// target.
+        wide_mask: f64 = 1.2, number(0.1, 20.0);
+        /// `temporal` of the wide filter.
+        wide_temporal: f64 = 8.0, number(0.0, 1e6);
+        /// `penalty` of the wide filter.
+        wide_penalty: f64 = 0.3, number(1e-3, 10.0);
+        /// `temporal` of the slow filter.
+        slow_temporal: f64 = 20.0, number(0.0, 1e6);
+        /// `penalty` of the slow filter.
+        slow_penalty: f64 = 0.05, number(1e-3, 10.0);
+    }
+    "Danelljan et al. 2014 (DSST)" {
+        /// Number of scales that are tried on each frame; an odd number.
+        scale_count: usize = 33, number(3.0, 99.0);
+        /// Ratio of neighbouring scales.
+        scale_step: f64 = 1.02, number(1.001, 1.2);
+        /// Standard deviation of the scale filter's label, in roots of the number of scales.
+        scale_label_width: f64 = 0.25, number(0.01, 1.0);
+        /// Learning rate of the scale filter.
+        scale_rate: f64 = 0.025, number(0.0, 1.0);
+        /// Area of the crops of the scale filter, in pixels.
+        scale_area: f64 = 512.0, number(64.0, 4096.0);
+    }
+    "Li et al. 2019 (LDES), with our own numbers" {
+        /// Whether rotation in the frame is followed.
+        rotate: bool = true, Range::Flag;
+        /// Rotation is measured while the memory's response is below this share of its mean.
+        rotation_below: f64 = 0.8, number(0.0, 10.0);
+        /// A measured rotation counts from this many radians.
+        rotation_least: f64 = 0.18, number(0.0, 3.2);
+        /// A rotation is accepted if tracking filters and memory together respond this many times
+        /// stronger.
+        rotation_margin: f64 = 1.1, number(0.0, 10.0);
+        /// Learning rate of the filter over rotation.
+        rotation_rate: f64 = 0.1, number(0.0, 1.0);
+    }
+    "Bertinetto et al. 2016 (Staple), with our own numbers" {
+        /// Weight of the map of the target's colours, relative to the memory's mean response.
+        colour_weight: f64 = 0.3, number(0.0, 10.0);
+        /// The map of colours counts while the contrast of the target's colours to its
+        /// surroundings is at least this: 0 is none, 1 is full.
+        colour_contrast: f64 = 0.2, number(-1.0, 1.0);
+        /// Learning rate of the histogram of the target's colours.
+        colour_rate: f64 = 0.04, number(0.0, 1.0);
+        /// Learning rate of the histogram of the colours around the target.
+        around_rate: f64 = 0.3, number(0.0, 1.0);
+    }
+    "own measurement" {
+        /// Learning rate of the memory, which averages the tracking filters over sure frames.
+        memory_rate: f64 = 0.02, number(0.0, 1.0);
+        /// A frame is sure while the memory's response is above this share of its recent value,
+        /// or of its mean if that is lower.
+        sure: f64 = 0.7, number(0.0, 10.0);
+        /// Number of first frames that count as sure whatever the memory responds.
+        first_frames: usize = 10, number(0.0, 10_000.0);
+        /// The memory overrides the tracking filters where it responds this many times stronger
+        /// elsewhere.
+        jump_ratio: f64 = 2.5, number(1.0, 1e6);
+        /// The memory overrides the tracking filters only if its response is at least this share
+        /// of its mean.
+        jump_least: f64 = 0.33, number(0.0, 10.0);
+        /// A frame is doubtful if the memory's response is below this share of its mean and
+        /// `lost_drop` or `lost_hidden` holds.
+        lost_below: f64 = 0.4, number(0.0, 10.0);
+        /// A doubtful frame has a memory response below this share of its recent value, unless
+        /// `lost_hidden` holds.
+        lost_drop: f64 = 0.6, number(0.0, 10.0);
+        /// A doubtful frame has a visible share below this part of the share on sure frames,
+        /// unless `lost_drop` holds.
+        lost_hidden: f64 = 0.3, number(0.0, 10.0);
+        /// The target is lost after this many consecutive doubtful frames.
+        lost_after: usize = 5, number(1.0, 10_000.0);
+        /// The target counts as covered, and no frame as sure, below this part of the visible
+        /// share on sure frames.
+        covered_share: f64 = 0.1, number(0.0, 10.0);
+        /// The target may be covered below this part of the visible share on sure frames, if
+        /// `covered_elsewhere` and `covered_contrast` hold too.
+        covered_visible: f64 = 0.3, number(0.0, 10.0);
+        /// The target may be covered if the memory responds away from the box with more than this
+        /// share of its response at the box.
+        covered_elsewhere: f64 = 0.6, number(0.0, 10.0);
+        /// The target may be covered if the contrast of its colours is below this share of the
+        /// contrast on sure frames.
+        covered_contrast: f64 = 0.75, number(0.0, 10.0);
+        /// A covered frame counts only if the memory's response is below this share of its mean.
+        covered_below: f64 = 0.55, number(0.0, 10.0);
+        /// The target is lost after this many consecutive covered frames.
+        covered_after: usize = 10, number(1.0, 10_000.0);
+        /// While the target is lost, a place counts as found if the memory's response is above
+        /// this share of its mean.
+        found_above: f64 = 0.65, number(0.0, 10.0);
+        /// A place that was found is accepted after this many frames that do not count as lost.
+        trial: usize = 5, number(1.0, 10_000.0);
+        /// Number of windows that are searched on each frame while the target is lost.
+        search_windows: usize = 5, number(1.0, 1000.0);
+        /// The scale filter learns only if the score is at least this.
+        scale_least: f64 = 0.3, number(0.0, 1.0);
+        /// Constant term of the score, a logistic function of a weighted sum.
+        score_bias: f64 = 2.9, number(-100.0, 100.0);
+        /// Weight of the visible share in the score; the share is 0 while the target is lost.
+        score_visible: f64 = 3.8, number(-100.0, 100.0);
+        /// Weight in the score of the memory's strongest response away from the box, relative to
+        /// its response at the box.
+        score_elsewhere: f64 = -4.2, number(-100.0, 100.0);
+    }
+}
+
+impl RobustConfig {
+    /// The parameters of the patch model. Its weighing of candidates is not used.
+    pub(crate) fn patch_rules(&self) -> PatchRules {
+        PaperConfig { patches: self.patches.clone(), ..PaperConfig::default() }.patch_rules()
+    }
+
+    /// Checks the settings that a range cannot express.
+    pub(super) fn check(&self) -> Result<(), Error> {
+        if self.scale_count.is_multiple_of(2) {
+            return Err(Error::Config {
+                field: "scale_count",
+                value: self.scale_count.to_string(),
+                allowed: "an odd number".to_owned(),
+            });
+        }
+        Ok(())
+    }
+}
