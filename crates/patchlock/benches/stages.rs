@@ -1,12 +1,14 @@
 //! The time of each stage of a frame, on the rendered scene: `cargo bench -p patchlock --bench stages`.
 
+#[path = "../tests/solvers/definition.rs"]
+mod definition;
 #[allow(dead_code)] // each benchmark uses a part of it
 mod setup;
 
 use divan::{Bencher, black_box};
 use patchlock::patch_model::model::{LookScratch, PatchModel};
 use patchlock::patch_model::sparse::codes::Code;
-use patchlock::patch_model::sparse::somp::{batched, definition};
+use patchlock::patch_model::sparse::somp::batched;
 use patchlock::vision::frame::GreyImage;
 use patchlock::vision::warp;
 use patchlock::{PaperConfig, Preset, State, Tracker, Visibility};

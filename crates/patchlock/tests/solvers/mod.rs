@@ -3,10 +3,12 @@
 // Each test program uses only a part of this module.
 #![allow(dead_code)]
 
+mod definition;
+
 use patchlock::numeric::instructions::Instructions;
 use patchlock::patch_model::sparse::codes::{Code, CodeRules};
 use patchlock::patch_model::sparse::dictionary::Dictionary;
-use patchlock::patch_model::sparse::somp::{batched, definition};
+use patchlock::patch_model::sparse::somp::batched;
 
 /// The rules of the preset `paper`.
 pub const RULES: CodeRules = CodeRules { atoms: 4, min_residual: 1e-6 };

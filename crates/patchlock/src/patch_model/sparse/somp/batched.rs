@@ -1,5 +1,5 @@
-//! The fast solver: it codes all candidates of a location together and chooses the same atoms as
-//! [`definition`](super::definition).
+//! The fast solver: it codes all candidates of a location together and chooses the same atoms as the
+//! definition in `tests/solvers/definition.rs`.
 //!
 //! # How it is fast
 //! - Candidates are correlated with the atoms as differences from a *reference*, the newest shared column.

@@ -17,11 +17,10 @@
 //! has not been chosen. The pursuit ends at `atoms` atoms, when only rounding errors remain of the signals'
 //! energy, or when no eligible atom has a positive score.
 //!
-//! [`definition`] implements this literally; [`batched`] solves all candidates of a location together and
-//! chooses the same atoms.
+//! [`batched`] solves all candidates of a location together. `tests/solvers/definition.rs` implements
+//! the above literally, and the tests check that both choose the same atoms.
 
 pub mod batched;
-pub mod definition;
 mod exact;
 mod node;
 mod product;

@@ -1,10 +1,9 @@
-//! The definition of a joint code, written to be obviously correct: in `f64`, and with every projection of
-//! every step solved anew as a least-squares problem. Far too slow for tracking; the tests compare the fast
-//! solver with it.
+//! The definition of a joint code, written to be obviously correct: in `f64`, and with every
+//! projection of every step solved anew as a least-squares problem. It is far too slow for tracking.
 
-use crate::patch_model::sparse::codes::{Code, CodeRules, final_energy};
-use crate::patch_model::sparse::dictionary::Dictionary;
 use nalgebra::DMatrix;
+use patchlock::patch_model::sparse::codes::{Code, CodeRules, final_energy};
+use patchlock::patch_model::sparse::dictionary::Dictionary;
 
 /// Codes `candidate` jointly with the `shared` signals (rows of `dim` samples).
 pub fn solve(
@@ -61,7 +60,8 @@ fn best_atom(
 fn least_squares(left: &DMatrix<f64>, right: &DMatrix<f64>) -> DMatrix<f64> {
     let qr = left.clone().qr();
     let projected = qr.q().tr_mul(right);
-    // Eligible atoms are linearly independent, so the triangular factor is regular, unless it is empty.
+    // Eligible atoms are linearly independent, so the triangular factor is regular, unless it is
+    // empty.
     qr.r()
         .solve_upper_triangular(&projected)
         .unwrap_or_else(|| DMatrix::zeros(left.ncols(), right.ncols()))
