@@ -1,5 +1,5 @@
-//! Compares boxes with ground truth, per frame and as curves, and what a tracker says of itself with these
-//! boxes. Independent of any tracker.
+//! Compares boxes with ground truth, per frame and as curves, and the scores and statuses of a tracker
+//! with these boxes. Of the tracker it uses only the types `BoundingBox` and `Status`.
 
 mod calibration;
 mod curves;
@@ -9,4 +9,4 @@ mod status;
 pub use calibration::{BINS, Bin, Calibration};
 pub use curves::{Curves, Tally};
 pub use frames::{FrameMeasures, compare, last_given};
-pub use status::{Said, StatusCounts};
+pub use status::StatusCounts;

@@ -1,17 +1,8 @@
 //! Compares the status that a tracker gives with the overlap of its boxes.
 
-use crate::protocol::{HIT_OVERLAP, LOST_OVERLAP};
+use patchlock::Status;
 
-/// The status that a tracker gives a frame. A type of its own, since metrics do not depend on the tracker.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Said {
-    /// The target is in the box.
-    Tracked,
-    /// The target may be hidden or lost.
-    Uncertain,
-    /// The target is lost.
-    Lost,
-}
+use crate::protocol::{HIT_OVERLAP, LOST_OVERLAP};
 
 /// Counts of frames by status and truth, summed over several runs before they are divided.
 ///
@@ -42,21 +33,21 @@ pub struct StatusCounts {
 
 impl StatusCounts {
     /// Adds a run: status and overlap of each frame, with `None` for a frame without truth.
-    pub fn add(&mut self, statuses: &[Said], overlaps: &[Option<f64>]) {
-        if let Some(frame) = statuses.iter().skip(1).position(|&status| status == Said::Lost) {
+    pub fn add(&mut self, statuses: &[Status], overlaps: &[Option<f64>]) {
+        if let Some(frame) = statuses.iter().skip(1).position(|&status| status == Status::Lost) {
             self.runs_with_lost += 1;
             self.frames_until_lost += frame + 1;
         }
-        let mut before = Said::Tracked;
+        let mut before = Status::Tracked;
         let mut is_open = false; // a loss without a recovery so far
         for (&status, overlap) in statuses.iter().zip(overlaps).skip(1) {
-            let is_lost = status == Said::Lost;
+            let is_lost = status == Status::Lost;
             let is_on = overlap.is_some_and(|overlap| overlap >= HIT_OVERLAP);
             self.add_frame(is_lost, overlap.is_none_or(|overlap| overlap < LOST_OVERLAP), is_on);
-            if is_lost && before != Said::Lost {
+            if is_lost && before != Status::Lost {
                 self.losses += 1;
                 is_open = true;
-            } else if is_open && status == Said::Tracked && is_on {
+            } else if is_open && status == Status::Tracked && is_on {
                 self.recoveries += 1;
                 is_open = false;
             }
@@ -117,11 +108,11 @@ mod tests {
     use super::*;
 
     /// One letter per frame: tracked, uncertain, lost.
-    fn statuses(letters: &str) -> Vec<Said> {
+    fn statuses(letters: &str) -> Vec<Status> {
         let status = |letter| match letter {
-            't' => Said::Tracked,
-            'u' => Said::Uncertain,
-            _ => Said::Lost,
+            't' => Status::Tracked,
+            'u' => Status::Uncertain,
+            _ => Status::Lost,
         };
         letters.chars().map(status).collect()
     }

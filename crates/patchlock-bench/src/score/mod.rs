@@ -11,7 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use patchlock::{BoundingBox, Status};
 
 use crate::dataset::{self, Dataset, OTB_ATTRIBUTES, Remark, Sequence, Severity};
-use crate::metrics::{self, Calibration, Curves, FrameMeasures, Said, StatusCounts, Tally};
+use crate::metrics::{self, Calibration, Curves, FrameMeasures, StatusCounts, Tally};
 use crate::protocol::Protocol;
 use crate::results::{Results, Run};
 use patchlock_track::names;
@@ -311,18 +311,9 @@ fn target_score(
 /// The statuses of all passes beside the truth; `None` unless all of them have statuses.
 fn status(passes: &[Pass]) -> Option<StatusCounts> {
     passes.iter().try_fold(StatusCounts::default(), |mut counts, pass| {
-        let said: Vec<Said> = pass.statuses.as_ref()?.iter().map(|&status| said(status)).collect();
-        counts.add(&said, &pass.frames.overlaps);
+        counts.add(pass.statuses.as_ref()?, &pass.frames.overlaps);
         Some(counts)
     })
-}
-
-fn said(status: Status) -> Said {
-    match status {
-        Status::Tracked => Said::Tracked,
-        Status::Uncertain => Said::Uncertain,
-        Status::Lost => Said::Lost,
-    }
 }
 
 /// The scores of all runs beside the truth; `None` unless all of them have scores.

@@ -182,10 +182,10 @@ fn measure(values: Vec<f64>) -> Option<Measure> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::metrics::Said::{self, Lost, Tracked};
+    use patchlock::Status::{self, Lost, Tracked};
 
     /// A target with two frames after the first: overlap, score and status of each.
-    fn target(frames: Option<[(f64, f64, Said); 2]>, lost_share: f64) -> TargetScore {
+    fn target(frames: Option<[(f64, f64, Status); 2]>, lost_share: f64) -> TargetScore {
         let known = frames.map(|frames| {
             let frames = [&[(1.0, 1.0, Tracked)], &frames[..]].concat();
             let overlaps: Vec<Option<f64>> = frames.iter().map(|frame| Some(frame.0)).collect();
