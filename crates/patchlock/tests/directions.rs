@@ -62,10 +62,16 @@ const FORBIDDEN_WORDS: &[&str] =
 /// depend on.
 const CRATES: &[(&str, &[&str], &[&str])] = &[
     ("patchlock-scene", &[], &[]),
+    // Finds the real sequences for tests.
+    ("patchlock-testdata", &[], &[]),
     ("patchlock", &[], &["patchlock-scene"]),
     ("patchlock-media", &["patchlock"], &["patchlock-scene"]),
     ("patchlock-track", &["patchlock", "patchlock-media"], &[]),
-    ("patchlock-bench", &["patchlock", "patchlock-media", "patchlock-track"], &["patchlock-scene"]),
+    (
+        "patchlock-bench",
+        &["patchlock", "patchlock-media", "patchlock-track"],
+        &["patchlock-scene", "patchlock-testdata"],
+    ),
     (
         "patchlock-studio",
         &["patchlock", "patchlock-media", "patchlock-track"],
@@ -81,7 +87,7 @@ const CRATES: &[(&str, &[&str], &[&str])] = &[
             "patchlock-studio",
             "patchlock-scene",
         ],
-        &[],
+        &["patchlock-testdata"],
     ),
     (
         "patchlock-py",

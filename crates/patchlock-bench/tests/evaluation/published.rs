@@ -1,14 +1,12 @@
-//! Scores the boxes that the authors of OTB published for several trackers, and compares the scores with the
-//! published ones. The boxes belong to third parties and are not part of the repository: `PATCHLOCK_DATA` is
-//! the folder that contains `otb2013-published/`, by default `../shared/data` relative to the workspace root.
-//! If it does not exist, the tests print a note and pass.
+//! Scores the boxes that the authors of OTB published for several trackers, and compares the scores
+//! with the published ones. `patchlock_testdata` finds the boxes.
 
 use std::path::{Path, PathBuf};
 
-use crate::support::real_data;
 use patchlock_bench::dataset::{Dataset, Layout};
 use patchlock_bench::protocol::Protocol;
 use patchlock_bench::{results, score};
+use patchlock_testdata::real;
 
 /// DP at 20 pixels and AUC over all 51 targets in OPE: Wu, Lim, Yang, CVPR 2013.
 const PUBLISHED: [(&str, f64, f64); 5] = [
@@ -20,7 +18,7 @@ const PUBLISHED: [(&str, f64, f64); 5] = [
 ];
 
 fn published(test: &str) -> Option<PathBuf> {
-    let truth = real_data(test, "otb2013-published/annotations")?;
+    let truth = real(test, "otb2013-published/annotations")?;
     truth.parent().map(Path::to_owned)
 }
 

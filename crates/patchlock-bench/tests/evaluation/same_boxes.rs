@@ -1,16 +1,15 @@
-//! On real sequences, the pruned computation gives exactly the same boxes as the plain one, in which every
-//! candidate is coded at every location. `PATCHLOCK_DATA` is the folder that contains `otb-dev/`, by default
-//! `../shared/data` relative to the workspace root. If it does not exist, the test prints a note and passes.
-//! `PATCHLOCK_FULL=1` tests whole sequences, which takes most of an hour on two cores; `PATCHLOCK_SIMD=plain`
-//! selects the code without SIMD.
+//! On real sequences, the pruned computation gives exactly the same boxes as the plain one, in which
+//! every candidate is coded at every location. `patchlock_testdata` finds the sequences.
+//! `PATCHLOCK_FULL=1` tests whole sequences, which takes most of an hour on two cores;
+//! `PATCHLOCK_SIMD=plain` selects the code without SIMD.
 
 use std::env;
 use std::io::Write;
 
-use crate::support::real_data;
 use patchlock::{FrameView, Preset, Tracker, TrackerConfig};
 use patchlock_bench::dataset::{Dataset, Sequence};
 use patchlock_media::image_file;
+use patchlock_testdata::real;
 use rayon::prelude::*;
 
 /// Tracks the first `count` frames both ways and compares the boxes. Returns the number of boxes.
@@ -46,7 +45,7 @@ fn compare_boxes(sequence: &Sequence, count: usize) -> usize {
 
 #[test]
 fn pruning_does_not_change_any_box() {
-    let Some(folder) = real_data("pruning_does_not_change_any_box", "otb-dev") else { return };
+    let Some(folder) = real("pruning_does_not_change_any_box", "otb-dev") else { return };
     let whole = env::var_os("PATCHLOCK_FULL").is_some_and(|value| value == "1");
     let count = |sequence: &Sequence| match sequence.name.as_str() {
         _ if whole => usize::MAX,

@@ -32,6 +32,7 @@ use patchlock_bench::metrics;
 use patchlock_bench::protocol::Protocol;
 use patchlock_bench::results::{self, Run};
 use patchlock_bench::score;
+use patchlock_testdata::real;
 use patchlock_track::text;
 use serde_json::Value;
 
@@ -279,17 +280,8 @@ fn got10k_still_matches_the_golden_file() {
 
 /// The folder of the published boxes, if it is available.
 fn published(test: &str) -> Option<PathBuf> {
-    let near = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-    let folder =
-        env::var_os("PATCHLOCK_DATA").map_or_else(near, PathBuf::from).join("otb2013-published");
-    if folder.join("annotations").is_dir() {
-        return Some(folder);
-    }
-    log(&format!(
-        "{test}: SKIPPED, there is no {} (set PATCHLOCK_DATA to its parent folder)",
-        folder.display()
-    ));
-    None
+    let truth = real(test, "otb2013-published/annotations")?;
+    truth.parent().map(Path::to_owned)
 }
 
 /// Copies text files with commas between the numbers, the only separator that got10k reads.

@@ -1,6 +1,5 @@
-//! Tests on real sequences of OTB, if they are available. They belong to others and are not part of the
-//! repository. `PATCHLOCK_DATA` names the folder that holds `otb-dev/`; the default is `../shared/data`,
-//! relative to the root of the workspace. Without the sequences each test prints SKIPPED and passes.
+//! Tests on real sequences, which `patchlock_testdata` finds. Without them each test prints SKIPPED
+//! and passes, or fails if they are required.
 //!
 //! Long sequences are cut so that the tests take minutes; with `PATCHLOCK_FULL=1` they are used whole.
 
@@ -12,25 +11,11 @@ use std::process::Command;
 
 use patchlock::BoundingBox;
 use patchlock_media::{FrameRate, Mp4Writer};
+use patchlock_testdata::real;
 
 /// Prints past the test harness, which captures normal output.
 fn say(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");
-}
-
-/// The folder of the sequences; prints the reason and returns `None` if there is none.
-fn data(test: &str) -> Option<PathBuf> {
-    let near = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-    let folder = env::var_os("PATCHLOCK_DATA").map_or_else(near, PathBuf::from).join("otb-dev");
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    say(&format!(
-        "{test}: SKIPPED, there are no sequences at {} \
-         (PATCHLOCK_DATA names the folder that holds otb-dev)",
-        folder.display()
-    ));
-    None
 }
 
 /// One target of one sequence.
@@ -52,6 +37,9 @@ impl Sequence {
         let mut all = Vec::new();
         for entry in fs::read_dir(data).unwrap() {
             let folder = entry.unwrap().path();
+            if !folder.is_dir() {
+                continue;
+            }
             let name = folder.file_name().unwrap().to_string_lossy().into_owned();
             for file in fs::read_dir(&folder).unwrap() {
                 let truth = file.unwrap().path();
@@ -118,7 +106,7 @@ fn dp(tracked: &[BoundingBox], truth: &[BoundingBox]) -> f64 {
 
 #[test]
 fn four_sequences_are_followed() {
-    let Some(data) = data("four_sequences_are_followed") else { return };
+    let Some(data) = real("four_sequences_are_followed", "otb-dev") else { return };
     let full = env::var_os("PATCHLOCK_FULL").is_some_and(|value| value == "1");
     let mut scores = Vec::new();
     // In CarScale the car then passes behind trees while it grows, and the paper's tracker loses it.
@@ -145,7 +133,7 @@ fn four_sequences_are_followed() {
 
 #[test]
 fn the_number_of_threads_changes_nothing() {
-    let Some(data) = data("the_number_of_threads_changes_nothing") else { return };
+    let Some(data) = real("the_number_of_threads_changes_nothing", "otb-dev") else { return };
     let sequence = Sequence::of(&data, "Crossing");
     for preset in ["paper", "robust"] {
         let track =
@@ -156,7 +144,7 @@ fn the_number_of_threads_changes_nothing() {
 
 #[test]
 fn a_video_and_its_frames_give_similar_tracks() {
-    let Some(data) = data("a_video_and_its_frames_give_similar_tracks") else { return };
+    let Some(data) = real("a_video_and_its_frames_give_similar_tracks", "otb-dev") else { return };
     let sequence = Sequence::of(&data, "Crossing");
     let count = 60;
     let mut images: Vec<PathBuf> =
@@ -191,8 +179,14 @@ fn a_video_and_its_frames_give_similar_tracks() {
 
 #[test]
 fn every_target_can_be_tracked() {
-    let Some(data) = data("every_target_can_be_tracked") else { return };
-    let all = Sequence::all(&data);
+    for set in ["otb-dev", "mixed-dev"] {
+        let Some(data) = real("every_target_can_be_tracked", set) else { continue };
+        every_target_of(&data);
+    }
+}
+
+fn every_target_of(data: &Path) {
+    let all = Sequence::all(data);
     assert!(!all.is_empty(), "{} holds no sequences", data.display());
     for sequence in &all {
         let (tracked, _) = sequence.track("robust", &sequence.images, Some(6), &[]);
@@ -200,5 +194,5 @@ fn every_target_can_be_tracked() {
         let finite = tracked.iter().all(|b| [b.x, b.y, b.w, b.h].iter().all(|v| v.is_finite()));
         assert!(finite && tracked.iter().all(|b| b.w > 0.0 && b.h > 0.0), "{}", sequence.name);
     }
-    say(&format!("{} targets ran", all.len()));
+    say(&format!("{} targets of {} ran", all.len(), data.display()));
 }

@@ -1,8 +1,6 @@
 //! Helpers shared by the tests: tiny datasets in a temporary folder.
 
-use std::env;
 use std::fs;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use image::GrayImage;
@@ -11,20 +9,6 @@ use tempfile::TempDir;
 
 pub const WIDTH: u32 = 16;
 pub const HEIGHT: u32 = 12;
-
-/// This folder of the real data, which is not part of the repository. Without it, says that the test is
-/// skipped.
-pub fn real_data(test: &str, name: &str) -> Option<PathBuf> {
-    let near = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-    let folder = env::var_os("PATCHLOCK_DATA").map_or_else(near, PathBuf::from).join(name);
-    if folder.is_dir() {
-        return Some(folder);
-    }
-    let skipped = format!("{test}: SKIPPED, there is no {}", folder.display());
-    let _ =
-        writeln!(std::io::stderr(), "{skipped} (PATCHLOCK_DATA names the folder with the data)");
-    None
-}
 
 pub struct Folder(TempDir);
 

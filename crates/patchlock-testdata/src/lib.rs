@@ -1,0 +1,67 @@
+//! Finds the real sequences that tests use. They belong to others and are not part of the
+//! repository.
+//!
+//! The environment variable `PATCHLOCK_DATA` names the folder with the sets: `otb-dev`, `mixed-dev`
+//! and `otb2013-published`. Without it the folder is `../shared/data` beside the checkout. With the
+//! value `required` it is the same folder, and a set that is missing fails the test.
+
+use std::env;
+use std::ffi::OsStr;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// The folder of a set, such as `otb-dev`, or of a part of it. Without it, prints that the test is
+/// skipped, and returns `None`.
+///
+/// # Panics
+/// If the folder is missing and `PATCHLOCK_DATA` is `required`.
+pub fn real(test: &str, name: &str) -> Option<PathBuf> {
+    let place = Place::new(env::var_os("PATCHLOCK_DATA").as_deref());
+    let folder = place.folder.join(name);
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    let folder = folder.display();
+    assert!(!place.required, "{test}: PATCHLOCK_DATA is required, but there is no {folder}");
+    // The test harness does not capture what is written directly.
+    let _ = writeln!(
+        std::io::stderr(),
+        "{test}: SKIPPED, there is no {folder} (PATCHLOCK_DATA names the folder with the data)"
+    );
+    None
+}
+
+/// Where the sets are.
+#[derive(Debug, PartialEq)]
+struct Place {
+    folder: PathBuf,
+    /// Whether a missing set is a failure.
+    required: bool,
+}
+
+impl Place {
+    /// The place for a value of `PATCHLOCK_DATA`.
+    fn new(value: Option<&OsStr>) -> Self {
+        let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+        match value {
+            None => Self { folder: beside(), required: false },
+            Some(value) if value == "required" => Self { folder: beside(), required: true },
+            Some(value) => Self { folder: PathBuf::from(value), required: false },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_variable_names_the_folder_or_requires_the_default() {
+        let place = |value: Option<&str>| Place::new(value.map(OsStr::new));
+        let default = place(None);
+        assert!(default.folder.ends_with("shared/data") && !default.required);
+        assert_eq!(place(Some("required")), Place { folder: default.folder, required: true });
+        let named = Place { folder: "/sequences".into(), required: false };
+        assert_eq!(place(Some("/sequences")), named);
+    }
+}
