@@ -1,14 +1,13 @@
-//! Errors of the benchmark, with hints for the user.
+//! Errors of the benchmark.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::dataset::selection::SelectionError;
 
-/// An error of this crate. The message names the file or option and the reason; [`Error::advice`] suggests
-/// what to do.
+/// An error of this crate. The message names the file or value and the reason. It gives no advice: each
+/// front end words its own.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum Error {
     /// The folder has no sequences in a supported layout.
     #[error("{} is not a dataset: {reason}", path.display())]
@@ -75,10 +74,10 @@ pub enum Error {
         path: PathBuf,
     },
     /// The command line of an external tracker is invalid.
-    #[error("--cmd {0}: not a valid command line")]
+    #[error("the command {0}: not a valid command line")]
     CommandLine(String),
     /// The name of a folder of results is invalid.
-    #[error("--name {0:?}: not a valid folder name")]
+    #[error("{0:?} is not a valid folder name")]
     FolderName(String),
     /// A selection of targets is invalid.
     #[error(transparent)]
@@ -134,35 +133,5 @@ impl Error {
             Self::Track(error) => error.is_misuse(),
             _ => false,
         }
-    }
-
-    /// One line on what the user can do about the error, if anything.
-    pub fn advice(&self) -> Option<String> {
-        let advice = match self {
-            Self::Selection(error) => return Some(error.advice()),
-            Self::Track(error) => return error.advice(),
-            Self::NoDataset { .. } => {
-                "name the folder of the sequences; patchlock dataset DIR lists what a folder holds"
-            }
-            Self::NoResults { .. } => {
-                "name a tracker's folder with one text file per target, or a folder of such folders"
-            }
-            Self::Manifest { .. } => "remove the file, so that the run is made again",
-            Self::Conflict { .. } => {
-                "choose another name with --name, or another folder with --out"
-            }
-            Self::Sequence(_) => "patchlock dataset DIR lists the problems of each sequence",
-            Self::Tracker { .. } | Self::Subject(_) => "the other sequences are not affected",
-            Self::NothingToCompare { .. } => {
-                "patchlock score RESULTS --truth DATASET lists the trackers and targets"
-            }
-            Self::Picture { .. } => "this is a bug in Patchlock: please report it",
-            Self::NoFrames { .. } => {
-                "name the folder of the sequences; patchlock dataset DIR shows what was detected"
-            }
-            Self::CommandLine(_) => "quote it as in a shell: --cmd \"python3 'my tracker.py'\"",
-            Self::FolderName(_) => "use letters, digits, - and _, at most 200 of them",
-        };
-        Some(advice.to_string())
     }
 }

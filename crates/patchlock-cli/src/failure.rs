@@ -3,9 +3,10 @@
 use std::fmt;
 use std::io::{self, Write as _};
 
-use patchlock::{Parameter, Preset};
 use patchlock_track::names::plain;
-use patchlock_track::settings::{Origin, SettingsError, allowed, near_names};
+use patchlock_track::settings::SettingsError;
+
+use crate::advice;
 
 /// Exit codes of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,6 +17,13 @@ pub enum Exit {
     Usage = 2,
     /// Stopped by Ctrl-C; the files are complete up to that point.
     Interrupted = 130,
+}
+
+impl Exit {
+    /// The exit code of an error of a library.
+    fn of(is_misuse: bool) -> Self {
+        if is_misuse { Self::Usage } else { Self::Failed }
+    }
 }
 
 /// An error with its exit code and, usually, advice.
@@ -71,83 +79,28 @@ impl std::error::Error for Failure {}
 
 impl From<patchlock_track::Error> for Failure {
     fn from(error: patchlock_track::Error) -> Self {
-        let exit = if error.is_misuse() { Exit::Usage } else { Exit::Failed };
-        match error {
-            patchlock_track::Error::Settings(error) => error.into(),
-            error => Self { exit, message: error.to_string(), hint: error.advice() },
-        }
+        let (message, hint) = (advice::track_message(&error), advice::track_hint(&error));
+        Self { exit: Exit::of(error.is_misuse()), message, hint }
     }
 }
 
 impl From<patchlock_bench::Error> for Failure {
     fn from(error: patchlock_bench::Error) -> Self {
-        let exit = if error.is_misuse() { Exit::Usage } else { Exit::Failed };
-        match error {
-            patchlock_bench::Error::Track(error) => error.into(),
-            error => Self { exit, message: error.to_string(), hint: error.advice() },
-        }
+        let (message, hint) = (advice::bench_message(&error), advice::bench_hint(&error));
+        Self { exit: Exit::of(error.is_misuse()), message, hint }
     }
 }
 
 impl From<SettingsError> for Failure {
     fn from(error: SettingsError) -> Self {
-        let exit = if error.is_misuse() { Exit::Usage } else { Exit::Failed };
-        let message = match &error {
-            SettingsError::Setting { origin: Origin::Single, error } => format!("--set: {error}"),
-            SettingsError::Assignment { .. } => format!("--set: {error}"),
-            _ => error.to_string(),
-        };
-        Self { exit, message, hint: advice_on_settings(&error) }
+        patchlock_track::Error::from(error).into()
     }
-}
-
-/// One line on what the user can do about settings, if anything.
-fn advice_on_settings(error: &SettingsError) -> Option<String> {
-    Some(match error {
-        SettingsError::Preset { .. } => {
-            format!("the presets are {}", Preset::ALL.map(Preset::name).join(", "))
-        }
-        SettingsError::Unreadable { .. } => {
-            "patchlock config > my.toml writes one to start from".to_string()
-        }
-        SettingsError::NoToml { .. } => {
-            "each line is name = value, with text values in quotes".to_string()
-        }
-        SettingsError::TwoMethods { .. } => "keep the table of one method".to_string(),
-        SettingsError::Assignment { .. } => {
-            "write it as search=7; patchlock config shows all settings".to_string()
-        }
-        SettingsError::Setting { error, .. } => return advice_on_setting(error),
-        _ => return None,
-    })
-}
-
-fn advice_on_setting(error: &patchlock::Error) -> Option<String> {
-    Some(match error {
-        patchlock::Error::UnknownSetting { name } => match near_names(name) {
-            near if near.is_empty() => "patchlock config shows all settings".to_string(),
-            near => {
-                format!("did you mean {}? patchlock config shows all settings", near.join(" or "))
-            }
-        },
-        patchlock::Error::UnusedSetting { owner, .. } => {
-            format!("--preset {owner} chooses the method that uses it")
-        }
-        patchlock::Error::SettingKind { name, .. } => {
-            let parameter = Parameter::named(name)?;
-            format!("{name} takes: {}", allowed(parameter))
-        }
-        patchlock::Error::Config { .. } => {
-            "patchlock config shows every setting with its range".to_string()
-        }
-        _ => return None,
-    })
 }
 
 impl From<patchlock_studio::project::Error> for Failure {
     fn from(error: patchlock_studio::project::Error) -> Self {
-        let exit = if error.is_misuse() { Exit::Usage } else { Exit::Failed };
-        Self { exit, message: error.to_string(), hint: error.hint().map(str::to_owned) }
+        let (message, hint) = (advice::project_message(&error), advice::project_hint(&error));
+        Self { exit: Exit::of(error.is_misuse()), message, hint }
     }
 }
 

@@ -4,6 +4,7 @@
 //! the tracker, and each sink of [`output`] receives every tracked frame. [`cmd`] has one file per
 //! subcommand. [`trax`] offers the tracker to other programs.
 
+pub mod advice;
 pub mod cmd;
 pub mod failure;
 pub mod interrupt;

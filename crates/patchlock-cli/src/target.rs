@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use patchlock::BoundingBox;
-use patchlock_track::start_box::SYNTAX;
 use patchlock_track::{files, text};
 
+use crate::advice::BOX;
 use crate::failure::{Failure, failed, named, usage};
 
 const LINE: &str = "the line of the first tracked frame must be X,Y,W,H, counted from 1, with commas, tabs \
@@ -13,7 +13,7 @@ const LINE: &str = "the line of the first tracked frame must be X,Y,W,H, counted
 
 /// Parses `X,Y,W,H`, 0-based.
 pub fn parse(given: &str) -> Result<BoundingBox, Failure> {
-    let bad = |message: String| usage(message).hint(SYNTAX);
+    let bad = |message: String| usage(message).hint(BOX);
     let numbers = Some(given).filter(|given| given.contains(',')).and_then(four_numbers);
     let numbers =
         numbers.ok_or_else(|| bad(format!("--box {} is not four numbers", named(given))))?;

@@ -9,6 +9,7 @@ use patchlock_media::{Order, Picture};
 use patchlock_track::{files, start_box, text};
 use serde::Deserialize;
 
+use crate::advice;
 use crate::failure::{Failure, failed, usage};
 use crate::target;
 
@@ -152,7 +153,7 @@ fn event(line: &Line, name: &str) -> Result<Event, Failure> {
         (Some(x), Some(y), Some(w), Some(h)) => {
             let place = format!("{name}: target {id} in frame {frame}");
             let bbox = target::checked([x, y, w, h], &place);
-            Some(bbox.map_err(|message| usage(message).hint(start_box::SYNTAX))?)
+            Some(bbox.map_err(|message| usage(message).hint(advice::BOX))?)
         }
         _ => {
             let part = format!("{name}: target {id} in frame {frame} has an incomplete box");

@@ -74,7 +74,7 @@ impl Ahead {
     /// Waits up to 100 ms for the next frame.
     ///
     /// # Errors
-    /// [`Error::Source`] if the next frame cannot be read. No frames follow it.
+    /// As [`FrameSource::frame`]; [`Error::DecoderEnded`] if the decoder panicked. No frames follow an error.
     pub fn wait(&mut self) -> Result<Next, Error> {
         if self.ended {
             return Ok(Next::End);
@@ -87,19 +87,9 @@ impl Ahead {
                 Ok(frame?.map_or(Next::End, |picture| Next::Frame(index, picture)))
             }
             Err(RecvTimeoutError::Timeout) => Ok(Next::NotYet),
-            Err(RecvTimeoutError::Disconnected) => Err(self.decoder_died()),
+            // The thread ended without sending an end or an error, so the decoder library panicked.
+            Err(RecvTimeoutError::Disconnected) => Err(Error::DecoderEnded { after: self.last }),
         }
-    }
-
-    /// The thread ended without sending an end or an error, so the decoder library panicked.
-    fn decoder_died(&self) -> Error {
-        let position = self
-            .last
-            .map_or("the first frame".to_string(), |index| format!("the frame after {index}"));
-        Error::source(
-            format!("the decoder failed at {position}: the video data are damaged"),
-            "re-encode the video: ffmpeg -i IN -c:v libx264 OUT.mp4",
-        )
     }
 }
 
@@ -133,7 +123,7 @@ mod tests {
         fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
             match index {
                 0..3 => Ok(Some(Picture::rgb(1, 1, vec![index as u8; 3]))),
-                3 if self.damaged => Err(Error::plain("damaged")),
+                3 if self.damaged => Err(Error::Encode("damaged".to_string())),
                 3 => panic!("as a decoder does on damaged data"),
                 _ => Ok(None),
             }
@@ -166,7 +156,7 @@ mod tests {
         assert!(frames.next().expect("a frame").is_ok());
         let error = frames.next().expect("an error").unwrap_err();
         assert!(error.to_string().contains("failed at the frame after 0"), "{error}");
-        assert!(error.hint().is_some() && frames.next().is_none());
+        assert!(frames.next().is_none());
     }
 
     #[test]

@@ -1,27 +1,141 @@
 //! Errors of reading and writing frames.
 
-use std::fmt::Display;
 use std::io;
+use std::path::PathBuf;
 
-/// An error of this crate. The message names the source or the frame; [`Error::hint`] suggests what to do.
+use crate::image_file::LoadError;
+use crate::limits::TooLarge;
+use crate::order::RangeError;
+
+/// An error of this crate. The message states what is wrong, with the value and what is allowed. It gives no
+/// advice: that depends on how the user calls this crate, so each front end words its own.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum Error {
     /// The range of frames is invalid, or does not fit the source.
-    #[error("{message}")]
-    Range {
-        /// What is wrong.
-        message: String,
-        /// What the user can do about it.
-        hint: Option<String>,
+    #[error(transparent)]
+    Range(#[from] RangeError),
+    /// There is no source of this name.
+    #[error("there is no file or folder {}", if name.is_empty() { "\"\"" } else { name })]
+    Missing {
+        /// The name as given.
+        name: String,
     },
-    /// A source cannot be opened, or one of its frames cannot be read.
-    #[error("{message}")]
-    Source {
-        /// The source or frame, and the reason.
-        message: String,
-        /// What the user can do about it.
-        hint: Option<String>,
+    /// The source is a pipe or a device, which may never end.
+    #[error("{} is a pipe or a device, not a file", path.display())]
+    Endless {
+        /// The path.
+        path: PathBuf,
+    },
+    /// A folder has no images.
+    #[error("no images in the folder {}", folder.display())]
+    NoImages {
+        /// The folder.
+        folder: PathBuf,
+        /// The first of its subfolders that has images.
+        inner: Option<PathBuf>,
+    },
+    /// No file matches a pattern or a glob.
+    #[error("no {} {pattern}", if *is_glob { "image matches" } else { "file matches the pattern" })]
+    NoMatch {
+        /// The pattern.
+        pattern: String,
+        /// Whether it is a glob, as opposed to a pattern with a number, such as `img/%04d.jpg`.
+        is_glob: bool,
+    },
+    /// A file has no video.
+    #[error("there is no video in {name}, only audio or other data")]
+    NoVideo {
+        /// The file.
+        name: String,
+    },
+    /// The source has no frames.
+    #[error("the source has no frames")]
+    NoFrames,
+    /// A frame has more pixels than [`crate::Limits::pixels`].
+    #[error("cannot read {what}: {size}")]
+    TooLarge {
+        /// The source or frame.
+        what: String,
+        /// Its size and the limit.
+        size: TooLarge,
+    },
+    /// The frames of a video have more pixels than [`crate::Limits::pixels`]; how many is unknown.
+    #[error("cannot read {name}: its frames have more than the {limit} pixels that are accepted")]
+    TooManyPixels {
+        /// The source.
+        name: String,
+        /// The limit.
+        limit: usize,
+    },
+    /// The source takes ffmpeg to read, which is not installed.
+    #[error("{} {reason}; reading it needs ffmpeg, which is not on the PATH", path.display())]
+    FfmpegMissing {
+        /// The source.
+        path: PathBuf,
+        /// Why ffmpeg is needed, with the path as the subject: `holds VP9 video`.
+        reason: String,
+    },
+    /// A source cannot be opened or listed.
+    #[error("cannot read {name}: {reason}")]
+    Unreadable {
+        /// The source.
+        name: String,
+        /// How its data are stored; `None` if that does not matter or is unknown.
+        container: Option<Container>,
+        /// The reason, given by a decoder or the operating system.
+        reason: String,
+    },
+    /// An image file that is a frame cannot be read. [`Error::TooLarge`] is for one with too many pixels.
+    #[error("cannot read frame {index}, {}: {reason}", file.display())]
+    Image {
+        /// Index of the frame.
+        index: usize,
+        /// The file.
+        file: PathBuf,
+        /// The reason.
+        reason: LoadError,
+    },
+    /// A frame of a video cannot be read. Earlier frames are not affected.
+    #[error("cannot {} frame {index} of {name}: {reason}", fault.verb())]
+    Frame {
+        /// Index of the frame.
+        index: usize,
+        /// The video.
+        name: String,
+        /// The kind of fault.
+        fault: FrameFault,
+        /// The reason, given by a decoder or the operating system.
+        reason: String,
+    },
+    /// A decoder ended without a result.
+    #[error(
+        "the decoder failed at {}: the video data are damaged",
+        after.map_or("the first frame".to_string(), |index| format!("the frame after {index}"))
+    )]
+    DecoderEnded {
+        /// Index of the last frame that was decoded.
+        after: Option<usize>,
+    },
+    /// A stream cannot be read to its end, which reverse order requires.
+    #[error("cannot read {name} to its end, which reverse order needs: {reason}")]
+    StreamEnd {
+        /// The stream.
+        name: String,
+        /// The reason, given by a decoder or the operating system.
+        reason: String,
+    },
+    /// A stream cannot be copied to a temporary file, which reverse order requires.
+    #[error(
+        "cannot copy {name} to a temporary file in {}, which reverse order needs: {reason}",
+        folder.display()
+    )]
+    StreamCopy {
+        /// The stream.
+        name: String,
+        /// The folder of temporary files.
+        folder: PathBuf,
+        /// The error of the operating system.
+        reason: io::Error,
     },
     /// A video cannot be written. The caller knows the name of the file.
     #[error(transparent)]
@@ -31,38 +145,57 @@ pub enum Error {
     Encode(String),
 }
 
-impl Error {
-    /// One line on what the user can do about the error, if anything.
-    pub fn hint(&self) -> Option<&str> {
+/// How the data of a source are stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Container {
+    /// Uncompressed video, with a header in text.
+    Y4m,
+    /// MP4 or QuickTime.
+    Mp4,
+    /// Any other video, which ffmpeg decodes.
+    Other,
+}
+
+/// Why a frame of a video cannot be read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FrameFault {
+    /// The data end early, or cannot be read from here on.
+    Unreadable,
+    /// The data of this frame are damaged; later ones may be readable.
+    Damaged,
+    /// The video uses a coding tool that the decoder does not support.
+    Unsupported,
+}
+
+impl FrameFault {
+    /// What cannot be done with the frame.
+    fn verb(self) -> &'static str {
         match self {
-            Self::Range { hint, .. } | Self::Source { hint, .. } => hint.as_deref(),
-            Self::Write(_) | Self::Encode(_) => None,
+            Self::Unreadable => "read",
+            Self::Damaged | Self::Unsupported => "decode",
         }
     }
+}
 
+impl Error {
     /// Whether the request was invalid (a usage error), as opposed to a failure while serving it.
     pub fn is_misuse(&self) -> bool {
-        matches!(self, Self::Range { .. })
+        matches!(self, Self::Range(_))
     }
 
-    /// [`Error::Range`] with a hint.
-    pub(crate) fn range(message: impl Into<String>, hint: impl Into<String>) -> Self {
-        Self::Range { message: message.into(), hint: Some(hint.into()) }
+    /// [`Error::Unreadable`] of a source whose container does not matter.
+    pub(crate) fn unreadable(name: impl ToString, reason: impl ToString) -> Self {
+        Self::Unreadable { name: name.to_string(), container: None, reason: reason.to_string() }
     }
 
-    /// [`Error::Source`] with a hint.
-    pub(crate) fn source(message: impl Into<String>, hint: impl Into<String>) -> Self {
-        Self::Source { message: message.into(), hint: Some(hint.into()) }
-    }
-
-    /// [`Error::Source`] without a hint.
-    pub(crate) fn plain(message: impl Into<String>) -> Self {
-        Self::Source { message: message.into(), hint: None }
-    }
-
-    /// A closure for `map_err` that turns an error into `{what}: {error}`.
-    pub(crate) fn because<E: Display>(what: String) -> impl FnOnce(E) -> Self {
-        move |reason| Self::plain(format!("{what}: {reason}"))
+    /// [`Error::Unreadable`] of a source in this container.
+    pub(crate) fn unreadable_in(
+        container: Container,
+        name: impl ToString,
+        reason: impl ToString,
+    ) -> Self {
+        let (name, reason) = (name.to_string(), reason.to_string());
+        Self::Unreadable { name, container: Some(container), reason }
     }
 }
 

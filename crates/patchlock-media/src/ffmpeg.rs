@@ -16,7 +16,7 @@ use crate::child::{Running, Watched, silent};
 use crate::colour::Matrix;
 use crate::limits::{self, Limits};
 use crate::source::count_by_reading;
-use crate::{Error, FrameRate, FrameSource, Picture, y4m};
+use crate::{Container, Error, FrameRate, FrameSource, Picture, y4m};
 
 /// The option for "every frame exactly once", as spelled by new and by old versions of ffmpeg.
 const EVERY_FRAME_ONCE: [[&str; 2]; 2] = [["-fps_mode", "passthrough"], ["-vsync", "0"]];
@@ -86,8 +86,9 @@ impl Task {
     fn start(&self, from: Option<(usize, i64)>, whole: bool) -> Result<Part, Error> {
         let (first, from) = (from.map_or(0, |(first, _)| first), from.map(|(_, time)| time));
         let name = self.path.display().to_string();
-        let folder =
-            tempfile::tempdir().map_err(Error::because("cannot make a folder".to_string()))?;
+        let folder = tempfile::tempdir().map_err(|error| {
+            Error::unreadable(&name, format!("ffmpeg needs a temporary folder: {error}"))
+        })?;
         let mut last_error = None;
         for sync in EVERY_FRAME_ONCE {
             let mut command = self.decoding(from, sync)?;
@@ -98,13 +99,11 @@ impl Task {
                     let times = Times { folder, lines: None, first, read: Vec::new(), start: None };
                     return Ok(Part { frames, times });
                 }
-                Err(error) if error.to_string().contains("max pixel count") => {
-                    let message = format!("{name}: its frames have too many pixels");
-                    let hint = format!("--max-pixels accepts more than {}", self.limits.pixels);
-                    return Err(Error::source(message, hint));
+                Err(error) if messages_in(&error).contains("max pixel count") => {
+                    return Err(Error::TooManyPixels { name, limit: self.limits.pixels });
                 }
                 Err(error) => {
-                    let old_version = error.to_string().contains("fps_mode");
+                    let old_version = messages_in(&error).contains("fps_mode");
                     last_error = Some(error);
                     if !old_version {
                         break;
@@ -112,7 +111,7 @@ impl Task {
                 }
             }
         }
-        Err(last_error.unwrap_or_else(|| Error::plain(format!("ffmpeg did not start for {name}"))))
+        Err(last_error.map_or_else(|| Error::unreadable(&name, "ffmpeg did not start"), of_ffmpeg))
     }
 
     /// Decodes all frames. `-xerror` is not used: it also rejects intact videos with unevenly spaced frames.
@@ -190,7 +189,9 @@ impl Program {
         // A file may name others, on other machines too: ffmpeg must not follow that. The prefix keeps it
         // from taking a part of the name for a protocol.
         let mut input = OsString::from("file:");
-        input.push(std::path::absolute(path).map_err(Error::because("no such path".to_string()))?);
+        let path =
+            std::path::absolute(path).map_err(|error| Error::unreadable(path.display(), error))?;
+        input.push(path);
         let mut command = Command::new(&self.name);
         command
             .args(["-hide_banner", "-v", level, "-nostdin", "-protocol_whitelist", "file"])
@@ -235,8 +236,7 @@ impl About {
             let line = match y4m::piece_of_line(&mut errors) {
                 Ok(Some(line)) => line,
                 Err(error) if error.kind() == io::ErrorKind::TimedOut => {
-                    let message = format!("cannot read {}: {error}", path.display());
-                    return Err(Error::source(message, CONVERT));
+                    return Err(Error::unreadable_in(Container::Other, path.display(), error));
                 }
                 Ok(None) | Err(_) => return Ok(about),
             };
@@ -470,21 +470,31 @@ impl Times {
     }
 }
 
-/// The advice for a video that ffmpeg does not read.
-const CONVERT: &str =
-    "convert the video to an MP4 with 8-bit 4:2:0 H.264 (yuv420p), and track that";
+/// What ffmpeg wrote to standard error before it failed to write a header. Its exit codes do not tell why.
+fn messages_in(error: &Error) -> &str {
+    match error {
+        Error::Unreadable { reason, .. } | Error::StreamEnd { reason, .. } => reason,
+        _ => "",
+    }
+}
+
+/// The error of the video, as opposed to one of the Y4M stream that ffmpeg makes of it.
+fn of_ffmpeg(error: Error) -> Error {
+    match error {
+        Error::Unreadable { name, reason, .. } => {
+            Error::Unreadable { name, container: Some(Container::Other), reason }
+        }
+        error => error,
+    }
+}
 
 /// The error for a process that did not start.
 fn cannot_start(error: io::Error, path: &Path, reason: &str) -> Error {
     match error.kind() {
-        io::ErrorKind::NotFound => Error::source(
-            format!(
-                "{} {reason}; reading it needs ffmpeg, which is not on the PATH",
-                path.display()
-            ),
-            "install ffmpeg, or convert the video elsewhere to an MP4 with 8-bit 4:2:0 H.264 (yuv420p)",
-        ),
-        _ => Error::because("cannot start ffmpeg".to_string())(error),
+        io::ErrorKind::NotFound => {
+            Error::FfmpegMissing { path: path.to_path_buf(), reason: reason.to_string() }
+        }
+        _ => Error::unreadable(path.display(), format!("ffmpeg does not start: {error}")),
     }
 }
 
@@ -525,7 +535,10 @@ impl Pipe {
         let started = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
         let mut child = started.map_err(|error| cannot_start(error, &task.path, &task.reason))?;
         let (Some(output), Some(errors)) = (child.stdout.take(), child.stderr.take()) else {
-            return Err(Error::plain("ffmpeg started without its output"));
+            return Err(Error::unreadable(
+                task.path.display(),
+                "ffmpeg started without its output",
+            ));
         };
         let (sender, messages) = mpsc::channel();
         // Nobody waits for the messages of a process that was stopped.
@@ -622,7 +635,8 @@ mod tests {
     fn a_process_that_hangs_before_the_colours_is_stopped() {
         let fake = Fake::new("echo $$ > id\nexec sleep 1000");
         let error = fake.open(false).err().unwrap();
-        assert!(error.to_string().contains(STUCK) && error.hint().is_some(), "{error}");
+        assert!(error.to_string().contains(STUCK), "{error}");
+        assert!(matches!(error, Error::Unreadable { container: Some(Container::Other), .. }));
         assert!(fake.has_ended());
     }
 

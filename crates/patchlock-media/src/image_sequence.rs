@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use crate::image_file::{self, EXTENSIONS, LoadError, is_image};
+use crate::image_file::{self, LoadError, is_image};
 use crate::limits::Limits;
 use crate::{Error, FrameRate, FrameSource, Picture, natural_order};
 
@@ -18,13 +18,8 @@ impl ImageSequence {
     pub fn folder(folder: &Path) -> Result<Self, Error> {
         let files = visible_files(folder)?.into_iter().filter(|file| is_image(file)).collect();
         Self::sorted(files, || {
-            let advice = match image_subfolder(folder) {
-                Some(inner) => {
-                    format!("the folder {} has images: name that folder instead", inner.display())
-                }
-                None => format!("the image formats are {}", EXTENSIONS.join(", ")),
-            };
-            Error::source(format!("no images in the folder {}", folder.display()), advice)
+            let inner = image_subfolder(folder);
+            Error::NoImages { folder: folder.to_path_buf(), inner }
         })
     }
 
@@ -33,28 +28,17 @@ impl ImageSequence {
     pub fn pattern(text: &str, pattern: &Pattern) -> Result<Self, Error> {
         let names = visible_files(&pattern.folder)?;
         let files = names.into_iter().filter(|file| pattern.matches(file)).collect();
-        Self::sorted(files, || {
-            Error::source(
-                format!("no file matches the pattern {text}"),
-                "%d stands for a number, %04d for one padded to four digits",
-            )
-        })
+        Self::sorted(files, || Error::NoMatch { pattern: text.to_string(), is_glob: false })
     }
 
     /// The files that match a glob, in natural order.
     pub fn glob(text: &str) -> Result<Self, Error> {
-        let paths =
-            glob::glob(text).map_err(Error::because(format!("{text} is not a valid glob")))?;
-        let files = paths
-            .collect::<Result<Vec<_>, _>>()
-            .map_err(Error::because(format!("cannot list {text}")))?;
+        let paths = glob::glob(text)
+            .map_err(|error| Error::unreadable(text, format!("not a valid glob: {error}")))?;
+        let files =
+            paths.collect::<Result<Vec<_>, _>>().map_err(|error| Error::unreadable(text, error))?;
         let files = files.into_iter().filter(|file| is_image(file) && !file.is_dir()).collect();
-        Self::sorted(files, || {
-            Error::source(
-                format!("no image matches {text}"),
-                "quote the glob, so that the shell does not expand it",
-            )
-        })
+        Self::sorted(files, || Error::NoMatch { pattern: text.to_string(), is_glob: true })
     }
 
     /// A sequence of a single image.
@@ -87,12 +71,11 @@ impl FrameSource for ImageSequence {
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
         let Some(file) = self.files.get(index) else { return Ok(None) };
-        image_file::load_within(file, self.limits).map(Some).map_err(|error| {
-            let hint = match &error {
-                LoadError::TooLarge(size) => size.hint(),
-                _ => "replace or remove that file; the frames tracked before it are kept".into(),
-            };
-            Error::source(format!("cannot read frame {index}, {}: {error}", file.display()), hint)
+        image_file::load_within(file, self.limits).map(Some).map_err(|reason| match reason {
+            LoadError::TooLarge(size) => {
+                Error::TooLarge { what: format!("frame {index}, {}", file.display()), size }
+            }
+            reason => Error::Image { index, file: file.clone(), reason },
         })
     }
 }
@@ -100,9 +83,8 @@ impl FrameSource for ImageSequence {
 /// All entries but folders and hidden files. Entries that cannot be read, such as a dangling link, are kept
 /// as frames: reading them reports their name, and the frames after them keep their numbers.
 fn visible_files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
-    let cannot = |error: io::Error| {
-        Error::plain(format!("cannot list the folder {}: {error}", folder.display()))
-    };
+    let cannot =
+        |error: io::Error| Error::unreadable(format!("the folder {}", folder.display()), error);
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).map_err(cannot)? {
         let path = entry.map_err(cannot)?.path();
@@ -114,7 +96,7 @@ fn visible_files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     Ok(files)
 }
 
-/// The first subfolder with images, for a hint: benchmarks often store frames one level deeper.
+/// The first subfolder with images: benchmarks often store frames one level deeper.
 fn image_subfolder(folder: &Path) -> Option<PathBuf> {
     let inner =
         fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path()).filter(|path| path.is_dir());

@@ -34,11 +34,11 @@ mod y4m;
 
 pub use ahead::{Ahead, Next};
 pub use child::stop_decoders;
-pub use error::{Error, without_path};
+pub use error::{Container, Error, FrameFault, without_path};
 pub use guard::{Panicked, silence_decoders};
 pub use limits::{Limits, MOST_FRAMES, TooLarge};
 pub use mp4_writer::Mp4Writer;
-pub use order::Order;
+pub use order::{Order, RangeError};
 pub use picture::{Picture, Pixels};
 #[doc(hidden)]
 pub use source::open_without_ffmpeg;

@@ -16,7 +16,7 @@ use crate::h264::{self, StreamInfo};
 use crate::limits::{self, Limits, TooLarge};
 use crate::mp4_edits::{self, Shown};
 use crate::mp4_index::{self, Sample, Track};
-use crate::{Error, FrameRate, FrameSource, Picture, guard, orientation};
+use crate::{Container, Error, FrameFault, FrameRate, FrameSource, Picture, guard, orientation};
 
 /// Pixels of the frames kept when reading backwards, which take 200 MB: 64 frames of 1920 x 1080. A longer
 /// group of pictures is decoded once per window of this size.
@@ -183,15 +183,12 @@ impl Mp4 {
     /// Opens a file and reads its index. With `reverse`, it keeps the frames before the wanted one.
     pub fn open(path: &Path, reverse: bool, limits: Limits) -> Result<Self, OpenError> {
         let name = path.display().to_string();
-        let broken = |reason: String| {
-            let hint = "the file may be truncated or still being written: copy it again";
-            OpenError::Broken(Error::source(format!("cannot read {name}: {reason}"), hint))
-        };
+        let broken =
+            |reason: String| OpenError::Broken(Error::unreadable_in(Container::Mp4, &name, reason));
         let mut file = File::open(path).map_err(|error| broken(error.to_string()))?;
         let bytes = file.metadata().map_err(|error| broken(error.to_string()))?.len();
         let Some(track) = mp4_index::read(&mut file, bytes).map_err(broken)? else {
-            let message = format!("there is no video in {name}, only audio or other data");
-            return Err(OpenError::Broken(Error::source(message, "name a file with a video")));
+            return Err(OpenError::Broken(Error::NoVideo { name }));
         };
         if track.fragmented {
             return Err(OpenError::Codec("a fragmented video".into()));
@@ -214,7 +211,9 @@ impl Mp4 {
         let headers = parameter_sets(&avc).map_err(broken)?;
         let info = stream_info(&headers, &limits).map_err(|fault| match fault {
             Fault::Kind(codec) => OpenError::Codec(codec),
-            Fault::TooLarge(size) => OpenError::Broken(size.of(&name)),
+            Fault::TooLarge(size) => {
+                OpenError::Broken(Error::TooLarge { what: name.clone(), size })
+            }
             other => broken(other.to_string()),
         })?;
         let Some(info) = info else {
@@ -411,10 +410,7 @@ impl FrameSource for Mp4 {
         if !self.ready.contains_key(&picture) {
             self.seek_for(picture);
         }
-        self.decode_until(picture, keep_from).map_err(|fault| {
-            let message = format!("cannot decode frame {index} of {}: {fault}", self.name);
-            Error::source(message, advice(&fault))
-        })?;
+        self.decode_until(picture, keep_from).map_err(|fault| fault.of(index, &self.name))?;
         let decoded = self.ready.get(&picture);
         let shown = decoded.map(|(frame, info)| self.picture(frame, info).at(Some(seconds)));
         if !self.reverse {
@@ -424,19 +420,17 @@ impl FrameSource for Mp4 {
     }
 }
 
-/// A hint for a frame that cannot be decoded.
-fn advice(fault: &Fault) -> String {
-    match fault {
-        Fault::Decoder(DecodeError::Unsupported(_)) | Fault::Kind(_) => {
-            "the frames tracked before it are kept; to convert the video: \
-             ffmpeg -i IN -c:v libx264 -pix_fmt yuv420p OUT.mp4"
-                .into()
-        }
-        Fault::TooLarge(size) => size.hint(),
-        _ => {
-            "the frames tracked before it are kept; skip it with --end before it and --start after it"
-                .into()
-        }
+impl Fault {
+    /// The error for a frame with this fault.
+    fn of(self, index: usize, name: &str) -> Error {
+        let fault = match self {
+            Self::TooLarge(size) => {
+                return Error::TooLarge { what: format!("frame {index} of {name}"), size };
+            }
+            Self::Decoder(DecodeError::Unsupported(_)) | Self::Kind(_) => FrameFault::Unsupported,
+            _ => FrameFault::Damaged,
+        };
+        Error::Frame { index, name: name.to_string(), fault, reason: self.to_string() }
     }
 }
 

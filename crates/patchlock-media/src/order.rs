@@ -2,6 +2,37 @@
 
 use crate::Error;
 
+/// A range of frames that is invalid, or does not fit a source.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum RangeError {
+    /// The stride is 0.
+    #[error("the stride is 0; it must be at least 1")]
+    ZeroStride,
+    /// The end is not after the start.
+    #[error(
+        "the range of frames ends at {end}, which is not after its start, {start}: it has no frame"
+    )]
+    Empty {
+        /// The first frame.
+        start: usize,
+        /// The first frame after the range.
+        end: usize,
+    },
+    /// The range starts after the last frame of the source.
+    #[error("the range of frames starts at {start}, beyond the end{}", has(*length))]
+    Beyond {
+        /// The first frame.
+        start: usize,
+        /// The number of frames of the source; `None` if it is unknown.
+        length: Option<usize>,
+    },
+}
+
+/// The length of the source, after "beyond the end".
+fn has(length: Option<usize>) -> String {
+    length.map_or(" of the source".to_string(), |n| format!(": the source has {n} frames"))
+}
+
 /// The frames `start..end` with a stride, forwards or backwards. Both directions visit the same frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Order {
@@ -22,19 +53,12 @@ impl Order {
     /// [`Error::Range`] for a stride of 0 or an empty range.
     pub fn check(&self) -> Result<(), Error> {
         if self.stride == 0 {
-            return Err(Error::range(
-                "--stride is 0; it must be at least 1",
-                "--stride 1 takes every frame",
-            ));
+            return Err(RangeError::ZeroStride.into());
         }
         match self.end {
-            Some(end) if end <= self.start => Err(Error::range(
-                format!(
-                    "--end {end} is not after --start {}: no frame is left to track",
-                    self.start
-                ),
-                "--end is the first frame that is not tracked; without it, tracking goes to the last frame",
-            )),
+            Some(end) if end <= self.start => {
+                Err(RangeError::Empty { start: self.start, end }.into())
+            }
             _ => Ok(()),
         }
     }
@@ -51,7 +75,7 @@ impl Order {
         if let Some(length) = length
             && self.start >= length
         {
-            return Err(self.beyond(length));
+            return Err(RangeError::Beyond { start: self.start, length: Some(length) }.into());
         }
         let end = match (self.end, length) {
             (Some(end), Some(length)) => end.min(length),
@@ -79,20 +103,9 @@ impl Order {
     /// The error for a range without frames, found after reading a source of unknown length.
     pub fn nothing(&self) -> Error {
         match self.start {
-            0 => Error::plain("the source has no frames"),
-            start => Error::range(
-                format!("--start {start} is beyond the end of the source"),
-                "frames count from 0",
-            ),
+            0 => Error::NoFrames,
+            start => RangeError::Beyond { start, length: None }.into(),
         }
-    }
-
-    /// The error for a range that starts after the last frame.
-    fn beyond(&self, length: usize) -> Error {
-        Error::range(
-            format!("--start {} is beyond the end: the source has {length} frames", self.start),
-            format!("frames count from 0, so the last one is {}", length.saturating_sub(1)),
-        )
     }
 }
 

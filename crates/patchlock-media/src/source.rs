@@ -7,7 +7,7 @@ use std::path::Path;
 use crate::image_sequence::{ImageSequence, Pattern};
 use crate::limits::Limits;
 use crate::mp4_reader::{self, Mp4};
-use crate::{Error, Picture, ffmpeg, guard, image_file, y4m};
+use crate::{Error, FrameFault, Picture, ffmpeg, guard, image_file, y4m};
 
 /// Frames per second, as a fraction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,7 +63,8 @@ pub trait FrameSource: Send {
     /// Reads the frame with this index; `None` after the last frame.
     ///
     /// # Errors
-    /// [`Error::Source`] names the frame that cannot be read and the reason.
+    /// [`Error::Frame`], [`Error::Image`] or [`Error::TooLarge`] for a frame that cannot be read, and others
+    /// for a source that cannot be read any more.
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error>;
 }
 
@@ -83,7 +84,7 @@ pub(crate) fn count_by_reading(
 /// input. With `reverse`, frames can be read from the last to the first.
 ///
 /// # Errors
-/// [`Error::Source`] if there is no such source or it cannot be opened.
+/// [`Error::Missing`] if there is no such source; others if it cannot be opened.
 pub fn open(name: &str, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
     open_within(name, reverse, Limits::default())
 }
@@ -111,7 +112,7 @@ pub fn open_within(
 #[doc(hidden)]
 pub fn open_without_ffmpeg(name: &str, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
     let refuse: OtherFormats = |path, reason, _, _, _| {
-        Err(Error::plain(format!("{} {reason}, which ffmpeg would read", path.display())))
+        Err(Error::unreadable(path.display(), format!("it {reason}, which ffmpeg would read")))
     };
     guarded(name, || open_unguarded(name, reverse, Limits::default(), refuse))
 }
@@ -121,9 +122,7 @@ fn guarded(
     name: &str,
     open: impl FnOnce() -> Result<Box<dyn FrameSource>, Error>,
 ) -> Result<Box<dyn FrameSource>, Error> {
-    let opened = guard::decoding(open);
-    let source =
-        opened.map_err(|panicked| Error::plain(format!("cannot read {name}: {panicked}")))?;
+    let source = guard::decoding(open).map_err(|panicked| Error::unreadable(name, panicked))?;
     Ok(Box::new(Guarded { source: source?, name: name.to_string() }))
 }
 
@@ -152,14 +151,15 @@ impl FrameSource for Guarded {
 
     fn count(&mut self) -> Result<usize, Error> {
         guard::decoding(|| self.source.count()).unwrap_or_else(|panicked| {
-            Err(Error::plain(format!("cannot count the frames of {}: {panicked}", self.name)))
+            let reason = format!("its frames cannot be counted: {panicked}");
+            Err(Error::unreadable(&self.name, reason))
         })
     }
 
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
         guard::decoding(|| self.source.frame(index)).unwrap_or_else(|panicked| {
-            let message = format!("cannot read frame {index} of {}: {panicked}", self.name);
-            Err(Error::source(message, "the frames tracked before it are kept"))
+            let (name, fault) = (self.name.clone(), FrameFault::Unreadable);
+            Err(Error::Frame { index, name, fault, reason: panicked.to_string() })
         })
     }
 }
@@ -187,12 +187,7 @@ fn open_unguarded(
     if name.contains(['*', '?', '[']) {
         return Ok(Box::new(ImageSequence::glob(name)?.within(limits)));
     }
-    let shown = if name.is_empty() { "\"\"" } else { name };
-    Err(Error::source(
-        format!("there is no file or folder {shown}"),
-        "name a folder of images, a pattern such as img/%04d.jpg, a glob, a video file, or - for \
-         Y4M on stdin",
-    ))
+    Err(Error::Missing { name: name.to_string() })
 }
 
 fn open_file(
@@ -203,19 +198,14 @@ fn open_file(
 ) -> Result<Box<dyn FrameSource>, Error> {
     // Opening a pipe could wait for ever, and a device may never end.
     if path.metadata().is_ok_and(|found| !found.is_file()) {
-        return Err(Error::source(
-            format!("{} is a pipe or a device, not a file", path.display()),
-            "a program can write Y4M to standard input: PROGRAM | patchlock track - ...",
-        ));
+        return Err(Error::Endless { path: path.to_path_buf() });
     }
     let mut head = Vec::new();
-    let file =
-        File::open(path).map_err(Error::because(format!("cannot open {}", path.display())))?;
-    file.take(16)
-        .read_to_end(&mut head)
-        .map_err(Error::because(format!("cannot read {}", path.display())))?;
+    File::open(path)
+        .and_then(|file| file.take(16).read_to_end(&mut head))
+        .map_err(|error| Error::unreadable(path.display(), error))?;
     if head.is_empty() {
-        return Err(Error::plain(format!("{} is empty", path.display())));
+        return Err(Error::unreadable(path.display(), "the file is empty"));
     }
     if head.starts_with(y4m::MAGIC) {
         return Ok(Box::new(y4m::Y4mFile::open(path, limits)?));

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::colour::{self, Colour, Matrix, Planes};
 use crate::limits::{self, Limits};
-use crate::{Error, FrameRate, FrameSource, Picture, Pixels, without_path};
+use crate::{Container, Error, FrameFault, FrameRate, FrameSource, Picture, Pixels, without_path};
 
 /// The first bytes of every Y4M stream.
 pub const MAGIC: &[u8] = b"YUV4MPEG2";
@@ -135,13 +135,12 @@ pub fn piece_of_line(input: &mut impl BufRead) -> io::Result<Option<String>> {
 
 fn read_header(input: &mut impl BufRead, name: &str, limits: Limits) -> Result<Header, Error> {
     let line = read_line(input).map_err(|error| error.to_string());
-    let header = line.and_then(|line| Header::parse(&line)).map_err(|reason| {
-        Error::source(
-            format!("cannot read {name}: {reason}"),
-            "this writes a supported stream: ffmpeg -i IN -f yuv4mpegpipe -pix_fmt yuv420p -",
-        )
-    })?;
-    limits.check(header.width, header.height).map_err(|size| size.of(name))?;
+    let header = line
+        .and_then(|line| Header::parse(&line))
+        .map_err(|reason| Error::unreadable_in(Container::Y4m, name, reason))?;
+    limits
+        .check(header.width, header.height)
+        .map_err(|size| Error::TooLarge { what: name.to_string(), size })?;
     Ok(header)
 }
 
@@ -152,11 +151,9 @@ fn read_samples(input: &mut impl Read, count: usize) -> Result<Vec<u8>, String> 
     if data.len() < count { Err("the data are truncated".to_string()) } else { Ok(data) }
 }
 
-fn damaged(name: &str, index: usize, what: &str) -> Error {
-    Error::source(
-        format!("cannot read frame {index} of {name}: {what}"),
-        "the frames tracked before it are kept",
-    )
+fn damaged(name: &str, index: usize, reason: impl ToString) -> Error {
+    let (name, reason) = (name.to_string(), reason.to_string());
+    Error::Frame { index, name, fault: FrameFault::Unreadable, reason }
 }
 
 /// Opens a stream. For reverse order it is first copied to a temporary file, since a pipe cannot be read
@@ -183,22 +180,14 @@ pub fn open_stream(
 fn spool(input: &mut impl BufRead, name: &str) -> Result<File, Error> {
     let folder = std::env::temp_dir();
     let no_room = |error: io::Error| {
-        let error = without_path(&error).unwrap_or(error);
-        Error::source(
-            format!(
-                "cannot copy {name} to a temporary file in {}, which --reverse needs: {error}",
-                folder.display()
-            ),
-            "make room there, or set TMPDIR to a folder with room for the uncompressed video",
-        )
+        let reason = without_path(&error).unwrap_or(error);
+        Error::StreamCopy { name: name.to_string(), folder: folder.clone(), reason }
     };
     let mut file = tempfile::tempfile_in(&folder).map_err(no_room)?;
     loop {
-        let data = input.fill_buf().map_err(|error| {
-            Error::source(
-                format!("cannot read {name} to its end, which --reverse needs: {error}"),
-                "without --reverse, the frames before the error are tracked and kept",
-            )
+        let data = input.fill_buf().map_err(|error| Error::StreamEnd {
+            name: name.to_string(),
+            reason: error.to_string(),
         })?;
         let count = data.len();
         if count == 0 {
@@ -223,8 +212,7 @@ impl<R: Read> Y4mStream<R> {
     /// The raw samples of the next frame; `None` at the end.
     fn read_next(&mut self) -> Result<Option<Vec<u8>>, Error> {
         let index = self.next;
-        let line = read_line(&mut self.input)
-            .map_err(|error| damaged(&self.name, index, &error.to_string()))?;
+        let line = read_line(&mut self.input).map_err(|error| damaged(&self.name, index, error))?;
         if line.is_empty() {
             return Ok(None);
         }
@@ -232,7 +220,7 @@ impl<R: Read> Y4mStream<R> {
             return Err(damaged(&self.name, index, "the frame's header is missing"));
         }
         let data = read_samples(&mut self.input, self.header.frame_bytes())
-            .map_err(|reason| damaged(&self.name, index, &reason))?;
+            .map_err(|reason| damaged(&self.name, index, reason))?;
         self.next += 1;
         Ok(Some(data))
     }
@@ -271,19 +259,19 @@ impl Y4mFile {
     /// Opens a file and indexes its frames.
     pub fn open(path: &Path, limits: Limits) -> Result<Self, Error> {
         let name = path.display().to_string();
-        let file = File::open(path).map_err(Error::because(format!("cannot open {name}")))?;
+        let file = File::open(path).map_err(|error| Error::unreadable(&name, error))?;
         Self::index(file, &name, limits)
     }
 
     fn index(file: File, name: &str, limits: Limits) -> Result<Self, Error> {
-        let cannot = |error: io::Error| Error::plain(format!("cannot read {name}: {error}"));
+        let cannot = |error: io::Error| Error::unreadable(name, error);
         let size = file.metadata().map_err(cannot)?.len();
         let mut input = BufReader::new(file);
         let header = read_header(&mut input, name, limits)?;
         let mut offsets = Vec::new();
         while input.stream_position().map_err(cannot)? < size {
-            let line = read_line(&mut input)
-                .map_err(|error| damaged(name, offsets.len(), &error.to_string()))?;
+            let line =
+                read_line(&mut input).map_err(|error| damaged(name, offsets.len(), error))?;
             if !line.starts_with("FRAME") {
                 return Err(damaged(name, offsets.len(), "the frame's header is missing"));
             }
@@ -309,7 +297,7 @@ impl FrameSource for Y4mFile {
         let sought = self.file.seek(SeekFrom::Start(offset)).map_err(|error| error.to_string());
         let data = sought
             .and_then(|_| read_samples(&mut self.file, self.header.frame_bytes()))
-            .map_err(|reason| damaged(&self.name, index, &reason))?;
+            .map_err(|reason| damaged(&self.name, index, reason))?;
         Ok(Some(self.header.picture(&data, index)))
     }
 }
@@ -338,7 +326,7 @@ mod tests {
             let open = |text: &str| stream_of(text.into(), reverse);
             let error = open("YUV4MPEG2 W32768 H32768\nFRAME\n").err().expect("too large");
             assert!(error.to_string().contains("32768 x 32768 pixels"), "{error}");
-            assert!(error.hint().expect("a hint").contains("--max-pixels 1073741824"));
+            assert!(matches!(error, Error::TooLarge { size, .. } if size.pixels == 1_073_741_824));
             let mut source = open("YUV4MPEG2 W6000 H6000\nFRAME\n").expect("as large as allowed");
             assert!(source.frame(0).expect_err("no data").to_string().contains("truncated"));
         }

@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
-use patchlock_media::{FrameSource, Limits, image_file, open, open_within};
+use patchlock_media::{Error, FrameSource, Limits, image_file, open, open_within};
 use peak_alloc::PeakAlloc;
 use support::bits::ue;
 use support::{boxed, change, parameter_set, put, small_mp4, with_parameter_set};
@@ -175,7 +175,7 @@ fn more_pixels_are_accepted_if_the_user_says_so() {
     fs::write(&file, small_mp4(64, 48, 3)).unwrap();
     let open = |pixels| open_within(file.to_str().unwrap(), false, Limits { pixels });
     let error = open(64 * 48 - 1).err().expect("one pixel too many");
-    assert!(error.hint().unwrap().contains("--max-pixels 3072"), "{error}");
+    assert!(matches!(error, Error::TooLarge { size, .. } if size.pixels == 3072), "{error}");
     assert!(open(64 * 48).is_ok());
 }
 
@@ -203,7 +203,7 @@ fn a_pipe_or_a_device_is_refused_without_reading_it() {
     for name in ["/dev/zero", "/dev/null"].into_iter().filter(|name| Path::new(name).exists()) {
         let error = open(name, false).err().expect("a device");
         assert!(error.to_string().contains("is a pipe or a device"), "{error}");
-        assert!(error.hint().is_some_and(|hint| hint.contains("track -")));
+        assert!(matches!(error, Error::Endless { .. }));
         let error = image_file::size(Path::new(name)).unwrap_err();
         assert!(error.to_string().contains("a pipe or a device"), "{error}");
         assert!(image_file::load(Path::new(name)).is_err());

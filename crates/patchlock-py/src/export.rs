@@ -8,6 +8,7 @@ use patchlock_track::export::{Entry, Format, Options, Track, write};
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 
+use crate::advice;
 use crate::estimate::to_status;
 
 /// One target in one frame: frame, id, box, score, corners, status.
@@ -63,8 +64,8 @@ fn to_python(error: &patchlock_track::Error) -> PyErr {
     use patchlock_track::Error;
     match error {
         Error::Read { .. } | Error::Write { .. } | Error::Frame { .. } => {
-            PyOSError::new_err(error.to_string())
+            PyOSError::new_err(advice::track(error))
         }
-        _ => PyValueError::new_err(error.to_string()),
+        _ => PyValueError::new_err(advice::track(error)),
     }
 }

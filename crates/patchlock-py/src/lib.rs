@@ -3,6 +3,7 @@
 //! Users import the package `patchlock` in `python/`; this module, `patchlock._patchlock`, is its Rust part.
 //! All work on frames is done with the GIL released.
 
+mod advice;
 mod batch;
 mod command;
 mod draw;

@@ -12,6 +12,7 @@ use pyo3::exceptions::{PyKeyError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::advice;
 use crate::estimate::{Estimate, box_tuple, to_box};
 
 /// The annotations of a video, in a file as `patchlock studio` writes it.
@@ -359,10 +360,7 @@ impl Project {
 
 /// What the file system refuses becomes `OSError`, all else `ValueError`.
 fn to_python(error: Error) -> PyErr {
-    let text = match error.hint() {
-        Some(hint) => format!("{error} ({hint})"),
-        None => error.to_string(),
-    };
+    let text = advice::project(&error);
     let is_value = matches!(error, Error::Invalid { .. } | Error::Version { .. });
     if error.is_misuse() || is_value {
         PyValueError::new_err(text)

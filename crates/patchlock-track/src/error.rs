@@ -1,4 +1,4 @@
-//! Errors of tracking sessions, settings, tables and exports, with hints for the user.
+//! Errors of tracking sessions, settings, tables and exports.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -6,12 +6,10 @@ use std::path::{Path, PathBuf};
 use patchlock_media::without_path;
 
 use crate::settings::SettingsError;
-use crate::start_box;
 
-/// An error of this crate. The message names the file or option and the reason; [`Error::advice`] suggests
-/// what to do.
+/// An error of this crate. The message names the file or value and the reason. It gives no advice: each
+/// front end words its own.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum Error {
     /// A file or folder cannot be read.
     #[error("cannot read {}: {source}", path.display())]
@@ -122,28 +120,6 @@ impl Error {
             Self::Media(error) => error.is_misuse(),
             _ => false,
         }
-    }
-
-    /// One line on what the user can do about the error, if anything.
-    pub fn advice(&self) -> Option<String> {
-        let advice = match self {
-            Self::Media(error) => return error.hint().map(str::to_string),
-            Self::Settings(_) | Self::Threads(_) | Self::TrackerInFrame { .. } => return None,
-            Self::Read { .. } => {
-                "check that the path is right and that you have permission to read it"
-            }
-            Self::Write { .. } => {
-                "choose a folder that you can write to, and check the free disk space"
-            }
-            Self::Frame { .. } => "replace the file",
-            Self::Export(_) => "patchlock export --help describes what each format needs",
-            Self::Line { .. } => "a line is x,y,w,h; a missing box is NaN,NaN,NaN,NaN",
-            Self::StartBoxShape { .. } => start_box::SYNTAX,
-            Self::StartBoxOutside { .. } => {
-                "the box is for the first tracked frame; with --reverse that is the last frame of the range"
-            }
-        };
-        Some(advice.to_string())
     }
 }
 

@@ -12,7 +12,6 @@ use crate::names::near_matches;
 
 /// Invalid settings.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum SettingsError {
     /// There is no such preset.
     #[error("unknown preset {}", if name.is_empty() { "\"\"" } else { name })]

@@ -4,9 +4,6 @@ use patchlock::BoundingBox;
 
 use crate::Error;
 
-/// Describes the syntax of a box.
-pub const SYNTAX: &str = "a box is X,Y,W,H in pixels: left and top edge counted from 0, width and height, \
-                          such as 120,80,64,48";
 /// Coordinates from this magnitude on are shown with an exponent, to keep messages short.
 const EXPONENT_FROM: f64 = 1e9;
 

@@ -7,7 +7,7 @@ use patchlock_track::names::{self, near_matches};
 #[derive(Debug, thiserror::Error)]
 pub enum SelectionError {
     /// No target has this name.
-    #[error("--sequences: the dataset has no target {name}")]
+    #[error("the dataset has no target {name}")]
     Name {
         /// The name as given.
         name: String,
@@ -15,7 +15,7 @@ pub enum SelectionError {
         near: Vec<String>,
     },
     /// No target has this attribute.
-    #[error("--attributes: no target of the dataset has the attribute {attribute}")]
+    #[error("no target of the dataset has the attribute {attribute}")]
     Attribute {
         /// The attribute as given.
         attribute: String,
@@ -23,28 +23,8 @@ pub enum SelectionError {
         known: Vec<String>,
     },
     /// No target matches both the names and the attributes.
-    #[error("no target is selected: none of the --sequences has any of the --attributes")]
+    #[error("no target is selected: none of the chosen targets has any of the attributes")]
     Nothing,
-}
-
-impl SelectionError {
-    /// One line on what the user can do about it.
-    pub fn advice(&self) -> String {
-        match self {
-            Self::Name { near, .. } if near.is_empty() => {
-                "patchlock dataset DIR lists the targets".to_string()
-            }
-            Self::Name { near, .. } => format!("did you mean {}?", near.join(" or ")),
-            Self::Attribute { known, .. } if known.is_empty() => {
-                "the attributes of this dataset are unknown; attributes.csv beside it can define them"
-                    .to_string()
-            }
-            Self::Attribute { known, .. } => format!("the attributes are {}", known.join(", ")),
-            Self::Nothing => {
-                "patchlock dataset DIR lists the targets with their attributes".to_string()
-            }
-        }
-    }
 }
 
 /// The selected part of a dataset.

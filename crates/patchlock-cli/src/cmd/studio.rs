@@ -11,6 +11,7 @@ use patchlock_studio::server::{self, Options, Patience, Server};
 
 use super::settings::SettingsArgs;
 use super::{LimitArgs, THREADS_SHOWN, threads};
+use crate::advice;
 use crate::failure::{Failure, failed, say, usage};
 use crate::interrupt;
 use crate::output::printed::print;
@@ -126,13 +127,15 @@ pub fn run(args: &StudioArgs) -> Result<()> {
 }
 
 fn failure(error: server::Error) -> Failure {
-    let failure = failed(error.to_string());
     match error {
         server::Error::Listen { .. } => {
-            failure.hint("choose another --port, or none for a free one")
+            failed(error.to_string()).hint("choose another --port, or none for a free one")
         }
-        server::Error::Clip { hint: Some(hint), .. } => failure.hint(hint),
-        _ => failure,
+        server::Error::Clip(error) => {
+            let failure = failed(advice::project_message(&error));
+            advice::project_hint(&error).into_iter().fold(failure, Failure::hint)
+        }
+        server::Error::Start(_) => failed(error.to_string()),
     }
 }
 

@@ -1,14 +1,13 @@
-//! Errors of projects, with hints for the user.
+//! Errors of projects.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
 use patchlock_media::without_path;
 
-/// An error of a project or its file. The message says what is wrong, with the value and what is allowed;
-/// [`Error::hint`] suggests what to do.
+/// An error of a project or its file. The message states what is wrong, with the value and what is allowed.
+/// It gives no advice: each front end words its own.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum Error {
     /// A file cannot be read.
     #[error("cannot read {}: {source}", path.display())]
@@ -83,15 +82,8 @@ pub enum Error {
     #[error("cannot import: {0}")]
     Import(String),
     /// The project cannot be exported.
-    #[error("{message}")]
-    Export {
-        /// What is wrong.
-        message: String,
-        /// What the user can do about it.
-        hint: Option<String>,
-        /// Whether the request was invalid.
-        is_misuse: bool,
-    },
+    #[error(transparent)]
+    Export(#[from] patchlock_track::Error),
     /// The video cannot be read.
     #[error(transparent)]
     Video(#[from] patchlock_media::Error),
@@ -113,41 +105,9 @@ impl Error {
     pub fn is_misuse(&self) -> bool {
         match self {
             Self::Exists { .. } | Self::OtherVideo { .. } | Self::Edit(_) | Self::Import(_) => true,
-            Self::Export { is_misuse, .. } => *is_misuse,
+            Self::Export(error) => error.is_misuse(),
             Self::Video(error) => error.is_misuse(),
             _ => false,
         }
-    }
-
-    /// One line on what the user can do about the error, if anything.
-    pub fn hint(&self) -> Option<&str> {
-        Some(match self {
-            Self::Read { .. } => {
-                "check that the path is right and that you have permission to read it"
-            }
-            Self::Write { .. } => {
-                "choose a folder that you can write to, and check the free disk space"
-            }
-            Self::Invalid { .. } => {
-                "docs/project-file.md describes the file; it is never written in part, so somebody else \
-                 changed it"
-            }
-            Self::Version { .. } => "use the version of Patchlock that wrote it, or a newer one",
-            Self::Exists { .. } => "open it, or name another file",
-            Self::InUse { .. } => "close it there, or work there",
-            Self::Overtaken { .. } => "open it again, and repeat the changes",
-            Self::OtherVideo { .. } => "name another project file with --project",
-            Self::Import(_) => "docs/annotating.md says what is read from each format",
-            Self::Edit(_) => return None,
-            Self::Export { hint, .. } => return hint.as_deref(),
-            Self::Video(error) => return error.hint(),
-        })
-    }
-}
-
-impl From<patchlock_track::Error> for Error {
-    fn from(error: patchlock_track::Error) -> Self {
-        let (hint, is_misuse) = (error.advice(), error.is_misuse());
-        Self::Export { message: error.to_string(), hint, is_misuse }
     }
 }

@@ -13,6 +13,7 @@ use futures_util::StreamExt as _;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
+use super::advice;
 use crate::project;
 
 /// Why a request is refused, as JSON: `{"error": "...", "hint": "..."}`.
@@ -38,11 +39,6 @@ impl Refusal {
     /// What is wrong.
     pub fn message(&self) -> &str {
         &self.message
-    }
-
-    /// What the user can do about it.
-    pub fn advice(&self) -> Option<&str> {
-        self.hint.as_deref()
     }
 
     /// The request itself is wrong.
@@ -86,20 +82,25 @@ impl Refusal {
 
 impl From<patchlock_media::Error> for Refusal {
     fn from(error: patchlock_media::Error) -> Self {
-        let hint = error.hint().map(str::to_owned);
+        let hint = advice::media(&error);
         Self { hint, ..Self::new(StatusCode::UNPROCESSABLE_ENTITY, error.to_string()) }
     }
 }
 
 impl From<project::Error> for Refusal {
     fn from(error: project::Error) -> Self {
-        let status = match &error {
+        Self::from(&error)
+    }
+}
+
+impl From<&project::Error> for Refusal {
+    fn from(error: &project::Error) -> Self {
+        let status = match error {
             project::Error::Write { .. } => StatusCode::INTERNAL_SERVER_ERROR,
             error if error.is_misuse() => StatusCode::BAD_REQUEST,
             _ => StatusCode::UNPROCESSABLE_ENTITY,
         };
-        let hint = error.hint().map(str::to_owned);
-        Self { hint, ..Self::new(status, error.to_string()) }
+        Self { hint: advice::project(error), ..Self::new(status, error.to_string()) }
     }
 }
 
@@ -109,7 +110,7 @@ impl From<patchlock_track::Error> for Refusal {
             true => StatusCode::BAD_REQUEST,
             false => StatusCode::INTERNAL_SERVER_ERROR,
         };
-        Self { hint: error.advice(), ..Self::new(status, error.to_string()) }
+        Self { hint: advice::track(&error), ..Self::new(status, error.to_string()) }
     }
 }
 

@@ -14,13 +14,14 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use tokio::sync::broadcast;
 
+use super::advice;
 use super::answer::{Arriving, Asked, At, Refusal, aside};
 use super::frames::{Cache, Reader};
 use super::jobs::Jobs;
 use super::{App, Settings};
 use crate::engine::Engine;
 use crate::engine::plan::Wish;
-use crate::project::{Edit, Store, beside};
+use crate::project::{self, Edit, Store, beside};
 use crate::tracking::doubt::doubts;
 
 /// Largest list of edits, in bytes of JSON.
@@ -48,7 +49,7 @@ pub struct Clip {
     project: PathBuf,
     settings: Settings,
     cache: Arc<Cache>,
-    opened: OnceLock<Result<Arc<Opened>, Refusal>>,
+    opened: OnceLock<Result<Arc<Opened>, Arc<project::Error>>>,
 }
 
 /// An open clip.
@@ -115,9 +116,10 @@ impl Clips {
     /// The clip with this id, open.
     pub async fn open(&self, id: usize) -> Result<Arc<Opened>, Refusal> {
         let clip = self.get(id)?;
+        let refused = |error: Arc<project::Error>| Refusal::from(&*error);
         match clip.opened.get() {
-            Some(opened) => opened.clone(),
-            None => aside(move || clip.open()).await,
+            Some(opened) => opened.clone().map_err(refused),
+            None => aside(move || clip.open().map_err(refused)).await,
         }
     }
 
@@ -133,11 +135,11 @@ impl Clips {
 
 impl Clip {
     /// Opens it, unless it is open.
-    pub fn open(&self) -> Result<Arc<Opened>, Refusal> {
-        self.opened.get_or_init(|| self.open_now().map(Arc::new)).clone()
+    pub fn open(&self) -> Result<Arc<Opened>, Arc<project::Error>> {
+        self.opened.get_or_init(|| Ok(Arc::new(self.open_now()?))).clone()
     }
 
-    fn open_now(&self) -> Result<Opened, Refusal> {
+    fn open_now(&self) -> Result<Opened, project::Error> {
         let limits = self.settings.limits;
         let store = Store::open_within(&self.project, Some(&self.video), limits)?;
         let source = patchlock_media::open_within(&self.video.to_string_lossy(), false, limits)?;
@@ -169,9 +171,9 @@ impl Clip {
         let (id, name) = (self.id, &self.name);
         let opened = match self.opened.get() {
             None => return json!({ "id": id, "name": name, "opening": true }),
-            Some(Err(refusal)) => {
-                let (error, hint) = (refusal.message(), refusal.advice());
-                return json!({ "id": id, "name": name, "error": error, "hint": hint });
+            Some(Err(error)) => {
+                let (text, hint) = (error.to_string(), advice::project(error));
+                return json!({ "id": id, "name": name, "error": text, "hint": hint });
             }
             Some(Ok(opened)) => opened,
         };

@@ -66,7 +66,7 @@ pub async fn upload(
         }
         let video = keep(path, &folder, &name).map_err(|error| cannot_keep(&folder, &error))?;
         let clip = app.clips.add(&video, None);
-        clip.open().map(|_| clip.id)
+        clip.open().map(|_| clip.id).map_err(|error| Refusal::from(&*error))
     });
     Ok(Json(json!({ "id": clip.await? })))
 }

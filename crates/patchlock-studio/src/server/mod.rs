@@ -5,6 +5,7 @@
 //! anything else. `clips` answers about projects, `frames` serves single frames.
 
 mod access;
+mod advice;
 mod answer;
 mod camera;
 mod clips;
@@ -95,7 +96,6 @@ impl Default for Patience {
 
 /// Why a server cannot start.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum Error {
     /// The address is taken or not of this machine.
     #[error("cannot listen on {address}: {reason}")]
@@ -109,13 +109,8 @@ pub enum Error {
     #[error("cannot start the server: {0}")]
     Start(String),
     /// The only video or its project cannot be opened.
-    #[error("{message}")]
-    Clip {
-        /// What is wrong.
-        message: String,
-        /// What the user can do about it.
-        hint: Option<String>,
-    },
+    #[error(transparent)]
+    Clip(Arc<crate::project::Error>),
 }
 
 /// What all clips share.
@@ -174,10 +169,7 @@ impl Server {
         for video in &options.videos {
             let clip = app.clips.add(video, options.project.as_deref().filter(|_| only));
             if only {
-                clip.open().map_err(|refusal| Error::Clip {
-                    message: refusal.message().to_owned(),
-                    hint: refusal.advice().map(str::to_owned),
-                })?;
+                clip.open().map_err(Error::Clip)?;
             }
         }
         open_in_order(&app);

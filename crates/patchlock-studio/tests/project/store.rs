@@ -132,7 +132,7 @@ fn a_project_has_one_writer() {
     store.save().unwrap();
     let error = Store::open(&place.file(), None).unwrap_err();
     assert!(error.to_string().ends_with("is open in this process"), "{error}");
-    assert!(matches!(error, Error::InUse { .. }) && error.hint().is_some());
+    assert!(matches!(error, Error::InUse { .. }));
     let error = Store::create(&place.file(), &place.video()).unwrap_err();
     assert!(matches!(error, Error::InUse { .. }), "{error}");
 
@@ -160,7 +160,6 @@ fn a_video_of_too_many_pixels_begins_no_project() {
     for open in [Store::open_within, Store::open_shared_within] {
         let error = open(&place.file(), Some(&place.video()), few).unwrap_err();
         assert!(error.to_string().contains("are more than the 3071"), "{error}");
-        assert!(error.hint().unwrap().contains("--max-pixels 3072"), "{:?}", error.hint());
     }
     assert!(!place.file().exists());
 
@@ -277,7 +276,6 @@ fn files_that_are_wrong_give_clear_errors() {
     let error = |text: &str| {
         fs::write(place.file(), text).unwrap();
         let error = Store::open(&place.file(), None).unwrap_err();
-        assert!(error.hint().is_some());
         error.to_string()
     };
     fs::write(place.file(), changed("", "")).unwrap();
