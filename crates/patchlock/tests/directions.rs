@@ -346,6 +346,68 @@ fn nothing_prints_and_only_sessions_and_runs_have_a_clock() {
     }
 }
 
+/// The text of each string literal in the code of a file, without that in comments.
+fn literals(text: &str) -> Vec<String> {
+    let (mut literals, mut rest) = (Vec::new(), text);
+    while let Some(at) = rest.find(['"', '/', '\'']) {
+        let tail = &rest[at..];
+        if tail.starts_with("//") {
+            rest = tail.split_once('\n').map_or("", |(_, after)| after);
+        } else if let Some(end) = ["'\"'", "'\\\"'"].iter().find(|quote| tail.starts_with(**quote))
+        {
+            rest = &tail[end.len()..];
+        } else if let Some(body) = tail.strip_prefix('"') {
+            let mut escaped = false;
+            let ends = |c: char| {
+                let is_end = c == '"' && !escaped;
+                escaped = c == '\\' && !escaped;
+                is_end
+            };
+            let end = body.find(ends).unwrap_or(body.len());
+            literals.push(body[..end].to_owned());
+            rest = body.get(end + 1..).unwrap_or("");
+        } else {
+            rest = &tail[1..];
+        }
+    }
+    literals
+}
+
+/// Whether a text names an option of a program, such as `--start`.
+fn names_an_option(text: &str) -> bool {
+    text.split("--").skip(1).any(|after| after.starts_with(|c: char| c.is_ascii_lowercase()))
+}
+
+#[test]
+fn libraries_name_no_options_of_the_program() {
+    let mut wrong = Vec::new();
+    for name in
+        ["patchlock", "patchlock-media", "patchlock-track", "patchlock-bench", "patchlock-studio"]
+    {
+        let source = library().join("../..").join(name).join("src");
+        for file in rust_files(&source) {
+            // The errors of settings still name options.
+            if name == "patchlock-track" && file.ends_with("src/settings.rs") {
+                continue;
+            }
+            let text = fs::read_to_string(&file).unwrap();
+            let text = text.split("#[cfg(test)]").next().unwrap();
+            for literal in literals(text).iter().filter(|literal| names_an_option(literal)) {
+                wrong.push(format!("{}: {literal}", file.strip_prefix(&source).unwrap().display()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn literals_are_found_and_comments_are_not() {
+    let code = r#"let a = "x \" --start"; // "--end"
+        let b = ('"', '\"', "-v --no", 'c');"#;
+    assert_eq!(literals(code), [r#"x \" --start"#, "-v --no"]);
+    assert!(names_an_option("x --start 3") && !names_an_option("a -- b") && !names_an_option("-v"));
+}
+
 #[test]
 fn the_parser_handles_groups_and_manifests() {
     let code = "use crate::{Error, config::{A, B},\n vision::frame};\n\
