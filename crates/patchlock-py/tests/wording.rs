@@ -11,7 +11,7 @@ use patchlock_bench::dataset::selection::SelectionError;
 use patchlock_media::image_file::LoadError;
 use patchlock_media::{Container, FrameFault, Limits, RangeError, TooLarge};
 use patchlock_studio::project;
-use patchlock_track::settings::SettingsError;
+use patchlock_track::settings::{Origin, SettingsError};
 
 fn io_error() -> io::Error {
     io::ErrorKind::NotFound.into()
@@ -92,7 +92,31 @@ fn all_of_media() -> impl Iterator<Item = patchlock_media::Error> {
     successors(Some(RangeError::ZeroStride.into()), next_media)
 }
 
-/// The sample after this one. The errors of frame sources and settings have lists of their own.
+/// The sample after this one.
+fn next_settings(error: &SettingsError) -> Option<SettingsError> {
+    let file = || "my.toml".into();
+    Some(match error {
+        SettingsError::Preset { .. } => {
+            SettingsError::Unreadable { file: file(), reason: io_error() }
+        }
+        SettingsError::Unreadable { .. } => {
+            SettingsError::NoToml { file: file(), line: 1, reason: "why".into() }
+        }
+        SettingsError::NoToml { .. } => SettingsError::TwoMethods { file: file() },
+        SettingsError::TwoMethods { .. } => SettingsError::Assignment { given: "x".into() },
+        SettingsError::Assignment { .. } => {
+            let error = patchlock::Error::UnknownSetting { name: "particels".into() };
+            SettingsError::Setting { origin: Origin::File(file()), error }
+        }
+        SettingsError::Setting { origin: Origin::File(_), .. } => {
+            let error = patchlock::Error::UnknownSetting { name: "nothing like it".into() };
+            SettingsError::Setting { origin: Origin::Single, error }
+        }
+        SettingsError::Setting { origin: Origin::Single, .. } => return None,
+    })
+}
+
+/// The sample after this one. The errors of frame sources have a list of their own.
 fn next_track(error: &patchlock_track::Error) -> Option<patchlock_track::Error> {
     use patchlock_track::Error;
     let (path, reason) = (|| "p".into(), "why".to_string());
@@ -112,16 +136,17 @@ fn next_track(error: &patchlock_track::Error) -> Option<patchlock_track::Error> 
         Error::StartBoxOutside { .. } => {
             Error::Settings(SettingsError::Preset { name: "none".into() })
         }
-        Error::Settings(_) => Error::Media(patchlock_media::Error::NoFrames),
+        Error::Settings(error) => match next_settings(error) {
+            Some(next) => next.into(),
+            None => Error::Media(patchlock_media::Error::NoFrames),
+        },
         Error::Media(_) => return None,
     })
 }
 
 fn all_of_track() -> impl Iterator<Item = patchlock_track::Error> {
     let first = patchlock_track::Error::Read { path: "p".into(), source: io_error() };
-    successors(Some(first), next_track)
-        .filter(|error| !matches!(error, patchlock_track::Error::Settings(_)))
-        .chain(all_of_media().map(patchlock_track::Error::from))
+    successors(Some(first), next_track).chain(all_of_media().map(patchlock_track::Error::from))
 }
 
 fn next_selection(error: &SelectionError) -> Option<SelectionError> {
@@ -230,6 +255,7 @@ fn ranges_and_names_are_named_by_keywords() {
         "command 'x: ",
         "sequences: ",
         "attributes: ",
+        "my.toml: unknown setting `particels` (did you mean particles?)",
     ] {
         assert!(said.iter().any(|text| text.contains(expected)), "{expected}");
     }

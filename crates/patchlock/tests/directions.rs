@@ -386,10 +386,6 @@ fn libraries_name_no_options_of_the_program() {
     {
         let source = library().join("../..").join(name).join("src");
         for file in rust_files(&source) {
-            // The errors of settings still name options.
-            if name == "patchlock-track" && file.ends_with("src/settings.rs") {
-                continue;
-            }
             let text = fs::read_to_string(&file).unwrap();
             let text = text.split("#[cfg(test)]").next().unwrap();
             for literal in literals(text).iter().filter(|literal| names_an_option(literal)) {
