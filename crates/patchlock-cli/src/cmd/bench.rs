@@ -45,9 +45,9 @@ running.";
 
 /// Runs a tracker on the sequences of a dataset and stores boxes and times
 ///
-/// The layout of DATASET is detected; patchlock dataset DIR lists what a folder holds. Boxes go to
-/// OUT/NAME/PROTOCOL/TARGET/SEED.txt, one line per frame in the coordinates of the truth, and all facts
-/// about the run to a .json file beside it: settings and their hash, seed, machine, times.
+/// The layout of DATASET is detected; patchlock dataset DIR lists the sequences of a folder. Boxes
+/// go to OUT/NAME/PROTOCOL/TARGET/SEED.txt, one line per frame in the coordinates of the truth. A
+/// .json file beside it describes the run: settings and their hash, seed, machine, times.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct BenchArgs {

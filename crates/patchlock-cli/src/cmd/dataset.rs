@@ -30,14 +30,14 @@ Supported layouts:
                polygons
   TrackingNet  frames/<name>/0.jpg, anno/<name>.txt, also in TEST, TRAIN_0 and
                so on
-and a folder of text files, <name>.txt, with truth only, which is enough for
+A folder of text files, <name>.txt, that contain only the truth is enough for
 patchlock score.
 
 The attributes of OTB-2013 are built in. Others are read from attributes.csv in
 or beside the folder: a header with sequence and the short names of the
 attributes, then one line per target with 0 or 1.";
 
-/// Lists what a folder of sequences holds and reports anything unusual
+/// Lists the sequences of a dataset and reports anything unusual
 ///
 /// The exit code is 1 if a target can't be tracked or scored.
 #[derive(Debug, Args)]

@@ -18,11 +18,11 @@ EXAMPLES:
       a text file in the format of MOTChallenge, for TrackEval and motmetrics
   patchlock export track.csv --format cvat --keyframes 10 --label car \\
     --out track.xml
-      to correct the track in CVAT: Upload annotations, CVAT 1.1
+      for correction in CVAT: Upload annotations, CVAT 1.1
   patchlock export video.patchlock.json --format coco --out video.json
       the targets of a project, with their labels
   patchlock export track.csv --format yolo --images video.mp4 --out dataset
-      a folder to train a detector on, with the frames of the video as images
+      a folder for training a detector, with the frames of the video as images
 
 FORMATS:
   mot     a text file: frame,id,left,top,width,height,confidence (the
@@ -40,27 +40,25 @@ FORMATS:
           its flags
   got10k  a folder: <name>_<id>/groundtruth.txt for each target, with its
           labels; and list.txt
-  csv     of a project only: a table with all that it says of each target and
-          frame
+  csv     for projects only: a table of all targets and frames
 
 Frames in which a target is lost (column status) are marked: in mot by
 confidence 0, in coco by the attribute status, in cvat as outside, in
-label-studio by the end of a stretch, in lasot as full occlusion, in got10k as
+label-studio by the end of an interval, in lasot as full occlusion, in got10k as
 absence. In yolo and voc these frames are left out. If the row has no box
 either, there is no line in mot and no annotation in coco.";
 
 /// Converts a track for other tools: MOT, COCO, CVAT, YOLO, VOC, Label Studio, LaSOT, GOT-10k
 ///
-/// TRACK is a table saved by patchlock track, .csv or .jsonl, of one target or many; or a .txt file with one
-/// box per line, counted from 1, as track and bench save it; or a project, .json.
-/// Output is written completely or not at all.
+/// TRACK is a .csv or .jsonl table of patchlock track, a .txt file of track or bench with one box
+/// per line, counted from 1, or a project (.json). The output is complete or absent.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ExportArgs {
-    /// The track: .csv, .jsonl or .txt; or a project: .json
+    /// The track (.csv, .jsonl, .txt) or project (.json)
     track: PathBuf,
 
-    /// mot, coco, cvat, yolo, voc, label-studio, lasot or got10k; of a project also csv
+    /// mot, coco, cvat, yolo, voc, label-studio, lasot or got10k; for projects also csv
     #[arg(long, value_name = "NAME")]
     format: String,
 
@@ -68,25 +66,25 @@ pub struct ExportArgs {
     #[arg(long, value_name = "PATH")]
     out: PathBuf,
 
-    /// Width and height of the frames in pixels [default: that of the images, or in TRACK]. mot and lasot
-    /// need none
+    /// Width and height of the frames in pixels [default: from the images or TRACK]; mot and lasot
+    /// do not need it
     #[arg(long, value_name = "WxH")]
     size: Option<String>,
 
-    /// The folder of all frames that were tracked, or the video: yolo, voc, lasot and got10k copy those in
-    /// the track, coco refers to them by name
+    /// The folder of the frames, or the video. yolo, voc, lasot and got10k copy the frames of the
+    /// track; coco refers to them by name
     #[arg(long, value_name = "PATH")]
     images: Option<PathBuf>,
 
     #[command(flatten)]
     limits: LimitArgs,
 
-    /// Make only every Nth tracked frame a key frame, besides those where something changes; for cvat and
-    /// label-studio, which interpolate between them
+    /// Make every Nth frame a key frame, and each frame where something changes. Only for cvat and
+    /// label-studio, which interpolate between key frames
     #[arg(long, value_name = "N", default_value = "1")]
     keyframes: usize,
 
-    /// Class of the targets [default: target]; those of a project have their own
+    /// Class of the targets [default: target]; the targets of a project have labels
     #[arg(long, value_name = "NAME")]
     label: Option<String>,
 

@@ -18,15 +18,15 @@ EXAMPLES:
       writes frame_000000.png with a grid: read left, top, width and height of
       the object off it
   patchlock frame video.mp4 --at 250 --out start.png
-      writes frame 250 as it is";
+      writes frame 250 without a grid";
 
 /// About so many lines go across the longer side.
 const LINES: f32 = 16.0;
 
 /// Saves a frame as PNG, with a grid for reading off a box
 ///
-/// SOURCE is anything that patchlock track takes. Frames and pixels count from 0. Each line of the grid is
-/// the left or upper side of a pixel, and its number is that of the pixel.
+/// SOURCE is anything that patchlock track takes. Frames and pixels count from 0. A grid line is
+/// the left or upper side of the pixel with its number.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct FrameArgs {
@@ -37,7 +37,7 @@ pub struct FrameArgs {
     #[arg(long, value_name = "0..", default_value = "0", allow_negative_numbers = true)]
     at: usize,
 
-    /// Draw lines with the numbers of their pixels
+    /// Draw numbered grid lines
     #[arg(long)]
     grid: bool,
 

@@ -35,9 +35,9 @@ const THREADS_SHOWN: &str = "1..=1024";
 
 /// The help of `--preset`.
 const PRESETS_SHOWN: &str = "\
-The settings to start from. robust: for videos of your own; the most accurate, notices when the target is \
-lost, and searches for it. fast: the same in less than half the time, a little less accurate, and without \
-rotation. paper: the tracker of the paper, to compare with or to see its parts";
+Settings to start from. robust: the most accurate; reports a loss and searches for the target. fast: \
+robust in about half the time, a little less accurate, without rotation. paper: the tracker of the \
+paper, for comparison";
 
 /// Parses on or off.
 fn on_or_off() -> impl TypedValueParser<Value = bool> {
@@ -57,8 +57,8 @@ fn threads() -> RangedU64ValueParser<usize> {
 /// What a source may claim, for all commands that read one.
 #[derive(Debug, Args)]
 struct LimitArgs {
-    /// Most pixels of a frame, width times height. A source that claims more is refused before memory is
-    /// taken for it
+    /// Maximum number of pixels of a frame, width times height. A source with larger frames is
+    /// refused before memory is allocated
     #[arg(
         long,
         value_name = "1..",
@@ -104,8 +104,8 @@ left partly written.";
 static VERSION: LazyLock<String> =
     LazyLock::new(|| format!("{} (build {})", env!("CARGO_PKG_VERSION"), patchlock::BUILD));
 
-/// A visual object tracker: you draw a box in the first frame of a video, it finds the object in all other
-/// frames and reports how certain that is and which parts are hidden.
+/// A visual object tracker. Draw a box in the first frame of a video; get the box in all other
+/// frames, a score, and which parts are hidden.
 #[derive(Debug, Parser)]
 #[command(name = "patchlock", version = VERSION.as_str(), after_help = EXAMPLES, max_term_width = 110)]
 pub struct Cli {

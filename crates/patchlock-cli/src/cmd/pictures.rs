@@ -17,14 +17,15 @@ const CROP: std::ops::RangeInclusive<f64> = 1.0..=20.0;
 #[derive(Debug, Args)]
 #[command(group(ArgGroup::new("pictures").args(["video", "gif"]).multiple(true)))]
 pub struct PictureArgs {
-    /// Save a video (MP4, H.264) with box, outline, visible patches, score and frame number drawn in: solid
-    /// lines if the target is tracked, dashed ones if that is uncertain, the last box in grey if it is lost.
-    /// Frames have the times of the source, or 30 frames per second if it has none. Sound is left out
+    /// Save a video (MP4, H.264) with box, outline, visible patches, score and frame number. Lines
+    /// are solid while the target is tracked and dashed while it is uncertain; while it is lost,
+    /// the last box is grey. Frames keep the times of the source; without times, there are 30 per
+    /// second. Sound is left out
     #[arg(long, value_name = "FILE.mp4")]
     pub video: Option<PathBuf>,
 
-    /// Quantiser of --video: 0 is the best picture and the largest file, 51 the smallest; six more halve the
-    /// size, roughly
+    /// Quantiser of --video, from 0 (best picture, largest file) to 51; 6 more roughly halve the
+    /// size
     #[arg(
         long,
         value_name = "0..51",
@@ -35,7 +36,7 @@ pub struct PictureArgs {
     )]
     quality: u8,
 
-    /// Save the same as an animated GIF: ten frames per second, at most 480 pixels wide
+    /// Save the video as an animated GIF with ten frames per second, at most 480 pixels wide
     #[arg(long, value_name = "FILE.gif")]
     gif: Option<PathBuf>,
 
@@ -44,8 +45,7 @@ pub struct PictureArgs {
     #[arg(long, value_name = "1..20", allow_negative_numbers = true, requires = "pictures")]
     crop: Option<f64>,
 
-    /// Panels with score and patches in --video and --gif [default: on]; each is in a corner that the target
-    /// leaves free
+    /// Panels with score and patches in --video and --gif [default: on]; panels avoid the target
     #[arg(long, value_name = "WHETHER", requires = "pictures", value_parser = on_or_off())]
     panel: Option<bool>,
 }

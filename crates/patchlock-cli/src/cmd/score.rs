@@ -38,12 +38,11 @@ DP is the share of frames in which the centre is within 20 pixels of the truth,
 AUC the mean success over 21 overlap thresholds, lost share the share of frames
 with an overlap below 0.1, not lost the mean overlap of the others.
 
-If a tracker said in each frame whether the target is lost, and how sure it is:
-the precision and recall of lost (right where the target is absent or the
-overlap below 0.1), its share of the frames with an overlap of 0.5 or more
+For trackers that report a status and a score in each frame: the precision and
+recall of lost (correct where the target is absent or the overlap below 0.1),
+the share of frames called lost among those with an overlap of 0.5 or more
 (false lost), recoveries per target, and how well the score predicts an overlap
-of 0.5: its expected calibration error (ECE) and the area under the ROC curve
-(AUROC).
+of 0.5: expected calibration error (ECE) and area under the ROC curve (AUROC).
 
 METHODOLOGY.md documents all conventions.";
 

@@ -25,7 +25,7 @@ EXAMPLES:
       writes one page for the program and one for each command: man
       patchlock-track";
 
-/// Prints the completions of the command line for a shell
+/// Prints command line completions for a shell
 #[derive(Debug, Args)]
 #[command(after_help = COMPLETIONS)]
 pub struct CompletionsArgs {
@@ -34,7 +34,7 @@ pub struct CompletionsArgs {
     shell: Shell,
 }
 
-/// Prints the manual page, or writes those of all commands
+/// Prints the manual page, or writes the pages of all commands
 #[derive(Debug, Args)]
 #[command(after_help = MAN)]
 pub struct ManArgs {

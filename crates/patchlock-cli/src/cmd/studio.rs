@@ -30,10 +30,10 @@ EXAMPLES:
 
 /// Annotates videos on a page in the browser: one drawn box becomes a track
 ///
-/// The page is served from this program to browsers on this machine; no frame leaves it. The address that is
-/// printed holds a token: whoever has it can see and change the annotations. The browser is started with
-/// another address, which works once and within two minutes, since other users of this machine can see how
-/// it is started. Ctrl-C ends the program.
+/// The program serves the page to browsers on this machine; frames stay on it. The printed address
+/// contains a token: anyone who has it can see and change the annotations. The browser is started
+/// with another address, which works once and for two minutes, because other users of this machine
+/// can read the arguments of programs. Ctrl-C ends the program.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct StudioArgs {
@@ -45,24 +45,25 @@ pub struct StudioArgs {
     #[arg(long, value_name = "0..65535", default_value_t = 0, allow_negative_numbers = true)]
     port: u16,
 
-    /// Address to listen on. Others than this machine can then open the page, unencrypted, with the token
+    /// Address to listen on. With another address, other machines can open the page with the token,
+    /// unencrypted
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1")]
     listen: IpAddr,
 
-    /// Print the address, and open no browser
+    /// Print the address without opening a browser
     #[arg(long)]
     no_open: bool,
 
-    /// Project file of the only video [default: beside the video: clip.patchlock.json for clip.mp4]
+    /// Project file, for a single video [default: beside the video: clip.patchlock.json for
+    /// clip.mp4]
     #[arg(long, value_name = "FILE")]
     project: Option<PathBuf>,
 
-    /// Begin with the page of the camera of the browser
+    /// Open the camera page
     #[arg(long)]
     camera: bool,
 
-    /// Folder for videos that are uploaded and for recordings of the camera, with their projects; created
-    /// when it is needed
+    /// Folder for uploaded videos and camera recordings, with their projects; created if missing
     #[arg(long, value_name = "DIR", default_value = "patchlock-uploads")]
     uploads: PathBuf,
 

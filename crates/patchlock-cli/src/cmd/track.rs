@@ -57,7 +57,7 @@ EXAMPLES:
     --box 120,80,64,48
       reads frames from any program that writes Y4M";
 
-/// Tracks the objects in one or several boxes through a video or a folder of frames
+/// Tracks one or more objects through a video or a folder of frames
 ///
 /// SOURCE is a folder of images (in natural order: 2.jpg before 10.jpg), a pattern such as 'img/%04d.jpg', a
 /// glob in quotes, an MP4 with H.264 video, a Y4M file, or - for Y4M on standard input. Other videos are
@@ -71,8 +71,8 @@ EXAMPLES:
 /// With several boxes, or a file of boxes, tables have a column id after frame and one line per target and
 /// frame.
 ///
-/// Ctrl-C stops after the current frame; all files are then complete up to that frame. A second Ctrl-C does
-/// not wait for the current frame: tables are kept up to the frame before it; video and summary are not
+/// Ctrl-C stops after the current frame; all files are then complete up to that frame. A second
+/// Ctrl-C does not wait for it: tables are kept up to the frame before, video and summary are not
 /// written.
 #[derive(Debug, Args)]
 #[command(
@@ -93,8 +93,8 @@ pub struct TrackArgs {
     #[arg(long = "box", id = "bbox", value_name = "X,Y,W,H", allow_hyphen_values = true)]
     bbox: Vec<String>,
 
-    /// Take the box from a truth file, which counts from 1 (commas, tabs or spaces): from the line of the
-    /// first tracked frame, or from its only line
+    /// Read the box from a truth file with one box per line, counted from 1 (commas, tabs or
+    /// spaces): the line of the first tracked frame, or the only line
     #[arg(long, value_name = "FILE")]
     box_from: Option<PathBuf>,
 
@@ -103,9 +103,10 @@ pub struct TrackArgs {
     #[arg(long, value_name = "FILE.csv")]
     boxes: Option<PathBuf>,
 
-    /// Add the boxes to the project of SOURCE, as patchlock studio writes it; it is begun if there is none.
-    /// Boxes that are given become new targets. Without any, its targets are tracked: they start at their key
-    /// frames, restart at the next ones, and end where they are hidden
+    /// Add the boxes to the project of SOURCE, in the format of patchlock studio; created if
+    /// missing. Given boxes become new targets. Without boxes, the targets of the project are
+    /// tracked: they start at their key frames, restart at the next ones, and end where they are
+    /// hidden
     #[arg(long, value_name = "FILE.json")]
     project: Option<PathBuf>,
 
@@ -138,7 +139,7 @@ pub struct TrackArgs {
     )]
     stride: usize,
 
-    /// Go from the last frame of the range to the first; the box is then in the last frame
+    /// Track from the last frame of the range to the first; the box is in the last frame
     #[arg(long)]
     reverse: bool,
 
@@ -147,7 +148,7 @@ pub struct TrackArgs {
     #[arg(long, value_name = "FILE")]
     save: Vec<PathBuf>,
 
-    /// Positions of a target in frames where its status is lost, in all tables
+    /// Positions in tables while a target is lost
     #[arg(long, value_name = "WHAT", default_value = "keep", value_enum)]
     lost: Lost,
 
@@ -162,7 +163,7 @@ pub struct TrackArgs {
     #[command(flatten)]
     limits: LimitArgs,
 
-    /// No progress bar; it is also hidden if the CSV table goes to the terminal
+    /// No progress bar. It is always hidden if the table is printed to the terminal
     #[arg(long, short)]
     quiet: bool,
 

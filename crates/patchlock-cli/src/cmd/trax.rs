@@ -26,14 +26,14 @@ Entry for trackers.ini of the VOT toolkit:
   protocol = trax
   command = /usr/local/bin/patchlock trax";
 
-/// Serves a TraX client, such as the VOT toolkit, on standard input and output
+/// Runs a TraX server on standard input and output, for the VOT toolkit and others
 ///
-/// Regions are rectangles (left, top, width, height from 0) or polygons; tracking starts on the bounding box
-/// of a polygon. Each target is reported in the form in which it was given: as its box, or as the four
-/// corners of its rotated outline. Every state has the properties confidence (the score) and region (the
-/// corners). Images are file names (path), pixels (memory: rgb, gray8, gray16) or the bytes of a file
-/// (buffer). A client may restart at any time. An error ends the program; the client receives a quit message
-/// with the same text as standard error.
+/// Regions are rectangles (left, top, width, height from 0) or polygons; tracking starts on the
+/// bounding box of a polygon. Each target is reported in the form in which it was given: as a box,
+/// or as the four corners of the rotated outline. Every state has the properties confidence (the
+/// score) and region (the corners). Images are file names (path), pixels (memory: rgb, gray8,
+/// gray16) or the bytes of a file (buffer). A client may restart at any time. An error ends the
+/// program; the client receives a quit message with the same text as standard error.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct TraxArgs {
