@@ -1,5 +1,9 @@
 // All that can be done with a key. Buttons, tooltips and the page of keys are made from this table.
 
+import * as drafts from './drafts.mjs';
+import * as edits from './edits.mjs';
+import * as playing from './playing.mjs';
+import * as stretches from './stretches.mjs';
 import { byId, element, openDialog } from './dom.mjs';
 import { tell } from './notices.mjs';
 
@@ -60,9 +64,9 @@ function moving(editor) {
         { id: 'next-key', group, name: 'Next key frame', keys: ['G'], run: () => editor.goToKey(1) },
         { id: 'first', group, name: 'First frame', keys: ['Home'], run: () => editor.goTo(0) },
         { id: 'last', group, name: 'Last frame', keys: ['End'], run: () => editor.goTo(editor.count - 1) },
-        { id: 'play', group, name: 'Play or pause', keys: ['Space'], run: () => editor.togglePlay() },
-        { id: 'slower', group, name: 'Play slower', keys: [','], run: () => editor.changeSpeed(-1) },
-        { id: 'faster', group, name: 'Play faster', keys: ['.'], run: () => editor.changeSpeed(1) },
+        { id: 'play', group, name: 'Play or pause', keys: ['Space'], run: () => playing.togglePlay(editor) },
+        { id: 'slower', group, name: 'Play slower', keys: [','], run: () => playing.changeSpeed(editor, -1) },
+        { id: 'faster', group, name: 'Play faster', keys: ['.'], run: () => playing.changeSpeed(editor, 1) },
     ];
 }
 
@@ -75,63 +79,63 @@ function boxes(editor) {
             group,
             name: 'The box is right: make it a key frame',
             keys: ['Enter'],
-            run: () => void (editor.draft ? editor.acceptDraft() : editor.confirm()),
+            run: () => void (editor.draft ? drafts.acceptDraft(editor) : edits.confirm(editor)),
         },
         {
             id: 'toggle-key',
             group,
             name: 'Key frame on or off',
             keys: ['K'],
-            run: () => void editor.toggleKey(),
+            run: () => void edits.toggleKey(editor),
         },
         {
             id: 'new-box',
             group,
             name: 'New box: drag, or arrows and Enter',
             keys: ['W'],
-            run: () => editor.beginNewBox(),
+            run: () => drafts.beginNewBox(editor),
         },
         {
             id: 'edit-box',
             group,
             name: 'Move the box with arrows, resize with Shift',
             keys: ['E'],
-            run: () => editor.beginEdit(),
+            run: () => drafts.beginEdit(editor),
         },
         {
             id: 'occluded',
             group,
             name: 'Occluded: partly hidden by something',
             keys: ['O'],
-            run: () => void editor.toggleFlag('occluded'),
+            run: () => void edits.toggleFlag(editor, 'occluded'),
         },
         {
             id: 'truncated',
             group,
             name: 'Truncated: partly outside the frame',
             keys: ['U'],
-            run: () => void editor.toggleFlag('truncated'),
+            run: () => void edits.toggleFlag(editor, 'truncated'),
         },
         {
             id: 'hidden',
             group,
             name: 'Not visible from here; again: to here',
             keys: ['H'],
-            run: () => void (editor.stretch ? editor.hideStretch() : editor.markHidden()),
+            run: () => void (editor.stretch ? stretches.hideStretch(editor) : stretches.markHidden(editor)),
         },
         {
             id: 'mark',
             group,
             name: 'Mark a stretch from here; again: to here',
             keys: ['S'],
-            run: () => editor.toggleMark(),
+            run: () => stretches.toggleMark(editor),
         },
         {
             id: 'visible',
             group,
             name: 'Not visible while lost here; again: visible',
             keys: ['Shift+H'],
-            run: () => void editor.toggleStretch(),
+            run: () => void stretches.toggleStretch(editor),
         },
     ];
 }
@@ -164,7 +168,7 @@ function targets(editor, { openLabels }) {
             group,
             name: `Label ${digit} of the list`,
             keys: [String(digit)],
-            run: () => void editor.setLabelAt(digit - 1),
+            run: () => void edits.setLabelAt(editor, digit - 1),
         })),
         { id: 'labels', group, name: 'Labels and their colours', keys: ['L'], run: openLabels },
         {
@@ -172,21 +176,21 @@ function targets(editor, { openLabels }) {
             group,
             name: 'Split: from this frame on another target',
             keys: ['X'],
-            run: () => void editor.split(),
+            run: () => void edits.split(editor),
         },
         {
             id: 'join',
             group,
             name: 'Join with the target clicked next',
             keys: ['M'],
-            run: () => editor.beginJoin(),
+            run: () => edits.beginJoin(editor),
         },
         {
             id: 'delete',
             group,
             name: 'Delete the target, or the boxes of a marked stretch',
             keys: ['Delete', 'Backspace'],
-            run: () => void (editor.stretch ? editor.deleteBoxes() : editor.deleteTarget()),
+            run: () => void (editor.stretch ? stretches.deleteBoxes(editor) : edits.deleteTarget(editor)),
         },
     ];
 }
@@ -200,23 +204,30 @@ function tracking(editor) {
             group,
             name: 'Track forward from here',
             keys: ['T'],
-            run: () => void editor.startTracking('forward'),
+            run: () => void edits.startTracking(editor, 'forward'),
         },
         {
             id: 'track-backward',
             group,
             name: 'Track backward from here',
             keys: ['R'],
-            run: () => void editor.startTracking('backward'),
+            run: () => void edits.startTracking(editor, 'backward'),
         },
         {
             id: 'track-both',
             group,
             name: 'Track both ways from here; a marked stretch again',
             keys: ['B'],
-            run: () => void (editor.stretch ? editor.trackStretch() : editor.startTracking('both')),
+            run: () =>
+                void (editor.stretch ? stretches.trackStretch(editor) : edits.startTracking(editor, 'both')),
         },
-        { id: 'escape', group, name: 'Stop, cancel, deselect', keys: ['Escape'], run: () => editor.escape() },
+        {
+            id: 'escape',
+            group,
+            name: 'Stop, cancel, deselect',
+            keys: ['Escape'],
+            run: () => editor.escape(),
+        },
     ];
 }
 
@@ -427,7 +438,7 @@ export class Commands {
         const [, arrow] = /^Arrow(Left|Right|Up|Down)$/.exec(event.key) ?? [];
         if (!arrow) return false;
         const by = (arrow === 'Left' || arrow === 'Up' ? -1 : 1) * (event.ctrlKey || event.metaKey ? 10 : 1);
-        this.editor.nudge(arrow === 'Left' || arrow === 'Right' ? 'x' : 'y', by, event.shiftKey);
+        drafts.nudge(this.editor, arrow === 'Left' || arrow === 'Right' ? 'x' : 'y', by, event.shiftKey);
         return true;
     }
 

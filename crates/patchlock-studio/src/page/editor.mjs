@@ -1,16 +1,15 @@
-// What the person works on: the clip, the frame, the selected target; and what can be done with them.
+// The state of the page: the clip, the frame, the selected target, and what is shown of them. What
+// changes annotations is in edits.mjs, stretches.mjs and drafts.mjs.
 
 import * as api from './requests.mjs';
 import { Clip } from './clip.mjs';
-import { ask, counted } from './dom.mjs';
 import { Frames } from './frames.mjs';
 import { complain, describe, settle, tell } from './notices.mjs';
-import { asBox, ordered, tidy } from './tracks.mjs';
+import { asBox } from './tracks.mjs';
 
 /** @typedef {import('./types').Box} Box */
 /** @typedef {import('./types').Direction} Direction */
 
-const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 8, 16];
 const DEFAULT_RATE = 25;
 /** Time in ms until the list of clips is read again, if some are still being opened. */
 const OPENING = 1000;
@@ -159,7 +158,7 @@ export class Editor extends EventTarget {
         clip.addEventListener('back', () => this.frames?.retry());
         clip.addEventListener('live', (event) => {
             const { target, frame } = /** @type {CustomEvent} */ (event).detail;
-            if (this.following && target === this.selected) this.#show(frame);
+            if (this.following && target === this.selected) this.show(frame);
         });
         clip.addEventListener('done', (event) => {
             this.following = false;
@@ -185,7 +184,7 @@ export class Editor extends EventTarget {
             entry.keys = targets.reduce((sum, { keys }) => sum + Object.keys(keys).length, 0);
             this.dispatchEvent(new Event('clips'));
         }
-        this.#readLook();
+        this.readLook();
     }
 
     /** @param {number} step */
@@ -222,7 +221,7 @@ export class Editor extends EventTarget {
     goTo(frame) {
         this.following = false;
         this.playing = false;
-        this.#show(frame);
+        this.show(frame);
     }
 
     /** @param {number} step */
@@ -233,12 +232,12 @@ export class Editor extends EventTarget {
     }
 
     /** @param {number} frame */
-    #show(frame) {
+    show(frame) {
         const within = Math.min(Math.max(0, Math.round(frame)), Math.max(0, this.count - 1));
         if (within !== this.frame) this.cancelDraft();
         this.frame = within;
         this.frames?.want(within, this.width, this.stride);
-        this.#readLook();
+        this.readLook();
         this.#describe();
         this.changed();
     }
@@ -257,41 +256,6 @@ export class Editor extends EventTarget {
         const target =
             this.track && seen ? `, ${this.track.target.label} ${this.selected}: ${inWords(seen)}` : '';
         if (!this.playing) describe(`Frame ${this.frame}${target}`);
-    }
-
-    /** Plays or pauses. */
-    togglePlay() {
-        if (this.playing) return this.goTo(this.frame);
-        this.following = false;
-        if (this.frame >= this.count - 1) this.#show(0);
-        this.playing = true;
-        this.began = { time: performance.now(), frame: this.frame };
-        requestAnimationFrame(() => this.#play());
-        this.changed();
-    }
-
-    #play() {
-        if (!this.playing || !this.began) return;
-        const passed = (performance.now() - this.began.time) / 1000;
-        const frame = Math.floor(this.began.frame + passed * this.rate * this.speed);
-        this.stride = Math.max(1, Math.round(this.speed));
-        if (frame !== this.frame) this.#show(frame);
-        if (frame >= this.count - 1) return this.goTo(this.count - 1);
-        requestAnimationFrame(() => this.#play());
-    }
-
-    /** @param {number} speed */
-    setSpeed(speed) {
-        this.speed = speed;
-        this.began = { time: performance.now(), frame: this.frame };
-        this.changed();
-    }
-
-    /** @param {number} step */
-    changeSpeed(step) {
-        const at = SPEEDS.indexOf(this.speed);
-        this.setSpeed(SPEEDS[Math.min(Math.max(0, at + step), SPEEDS.length - 1)] ?? 1);
-        tell(`Speed ${this.speed}×`);
     }
 
     /** @param {1 | -1} direction */
@@ -339,18 +303,9 @@ export class Editor extends EventTarget {
         this.hiddenFrom = null;
         this.stretch = null;
         this.markFrom = null;
-        this.#readLook();
+        this.readLook();
         this.#describe();
         this.changed();
-    }
-
-    /**
-     * What a click on a target means: to join it, if that was asked for, or to select it.
-     * @param {number} id
-     */
-    choose(id) {
-        if (this.joinFirst !== null) void this.join(id);
-        else if (id !== this.selected) this.select(id);
     }
 
     /** @param {number} step */
@@ -368,302 +323,10 @@ export class Editor extends EventTarget {
     }
 
     /** The selected target, or a message that there is none. */
-    #needTarget() {
+    needTarget() {
         const { track } = this;
         if (!track) tell('Select a target first: click its box, or draw one.');
         return track;
-    }
-
-    /**
-     * The target that a new box belongs to: the selected one where it is lost, or without a box between
-     * frames that have one; otherwise none, and the box is that of a new target.
-     */
-    targetOfNewBox() {
-        const { track } = this;
-        const frame = this.shownFrame;
-        const kind = track?.at(frame).kind;
-        const [first = 0, last = 0] = track?.extent() ?? [];
-        const isGap = kind === 'hidden' || (kind === 'none' && first < frame && frame < last);
-        return kind === 'lost' || isGap ? this.selected : null;
-    }
-
-    /**
-     * Adds a target with a first box, and tracks it as the person has chosen.
-     * @param {Box} box
-     */
-    async addTarget(box) {
-        const { clip, frame } = this;
-        if (!clip) return;
-        const edits = [];
-        let { label } = this;
-        if (!label) {
-            label = 'object';
-            edits.push({ edit: 'add_label', name: label });
-        }
-        edits.push({ edit: 'add_target', label, frame, box: tidy(box) });
-        const before = new Set(clip.tracks.map(({ target }) => target.id));
-        this.pendingBox = { target: null, frame, box };
-        const made = await clip.edit(edits);
-        this.pendingBox = null;
-        if (!made || clip !== this.clip) return;
-        const added = clip.tracks.find(({ target }) => !before.has(target.id));
-        if (!added) return;
-        this.select(added.target.id);
-        if (this.afterDrawing !== 'none') await this.startTracking(this.afterDrawing, frame);
-    }
-
-    /**
-     * Makes the frame a key frame with this box. What lies between the neighbouring key frames is tracked
-     * again, if anything there was tracked before.
-     * @param {Box} box
-     * @param {number} [frame]
-     */
-    async setKey(box, frame = this.frame) {
-        const { clip, track } = this;
-        if (!clip || !track) return;
-        const { occluded, truncated } = track.at(frame);
-        const target = track.target.id;
-        this.pendingBox = { target, frame, box };
-        const edit = { edit: 'set_key', target, frame, box: tidy(box), occluded, truncated };
-        const made = await clip.edit([edit]);
-        this.pendingBox = null;
-        this.changed();
-        const now = clip.track(target);
-        if (!made || !now) return;
-        const wasTracked = Object.keys(now.target.tracked).length > 0 || now.keys.length > 1;
-        if (wasTracked || this.afterDrawing !== 'none') await this.#trackAround(now, frame);
-    }
-
-    /** Confirms the box of this frame, or takes the key frame away. */
-    async toggleKey() {
-        const { clip, frame } = this;
-        await clip?.settled();
-        const track = this.#needTarget();
-        if (!track || !clip) return;
-        if (track.at(frame).kind !== 'key') return this.confirm(frame);
-        if (track.keys.length === 1) {
-            return tell('This is the only key frame. Delete the target instead (Delete).');
-        }
-        const made = await clip.edit([{ edit: 'remove_key', target: track.target.id, frame }]);
-        const now = clip.track(track.target.id);
-        if (made && now) await this.#trackAround(now, frame);
-    }
-
-    /**
-     * @param {import('./tracks.mjs').Track} track
-     * @param {number} frame
-     */
-    async #trackAround(track, frame) {
-        const request = track.requestAround(frame);
-        if (request) await this.clip?.startTracking(request);
-    }
-
-    /**
-     * Makes the box of a frame a key frame as it is.
-     * @param {number} [frame]
-     */
-    async confirm(frame = this.frame) {
-        await this.clip?.settled();
-        const track = this.#needTarget();
-        if (!track) return;
-        const { box, kind } = track.at(frame);
-        if (!box) return tell('There is no box in this frame. Draw one, or press E.');
-        if (kind === 'key') return tell('This is a key frame already.');
-        await this.setKey(box, frame);
-    }
-
-    /** @param {'occluded' | 'truncated'} name */
-    async toggleFlag(name) {
-        const track = this.#needTarget();
-        const { clip, frame } = this;
-        if (!track || !clip) return;
-        const target = track.target.id;
-        if (!track.at(frame).box) return tell('There is no box in this frame.');
-        await clip.edit(() => {
-            const seen = clip.track(target)?.at(frame);
-            if (!seen?.box) return [];
-            const flags = { occluded: seen.occluded, truncated: seen.truncated, [name]: !seen[name] };
-            return [{ edit: 'set_key', target, frame, box: seen.box, ...flags }];
-        });
-    }
-
-    /** Begins or ends the stretch in which the target is not visible. */
-    async markHidden() {
-        const track = this.#needTarget();
-        if (!track) return;
-        if (this.hiddenFrom === null) {
-            this.markFrom = null;
-            this.hiddenFrom = this.frame;
-            this.changed();
-            return;
-        }
-        const { from, to } = ordered(this.hiddenFrom, this.frame);
-        await this.hide(from, to);
-    }
-
-    /**
-     * @param {number} from
-     * @param {number} to
-     */
-    async hide(from, to) {
-        const track = this.#needTarget();
-        if (!track) return;
-        this.hiddenFrom = null;
-        this.stretch = null;
-        const made = await this.clip?.edit([{ edit: 'hide', target: track.target.id, from, to }]);
-        if (made) tell(`Target ${track.target.id} is not visible from frame ${from} to ${to}.`);
-    }
-
-    /** In a hidden stretch: takes that back. While the target is lost: hides that whole stretch. */
-    async toggleStretch() {
-        const track = this.#needTarget();
-        if (!track) return;
-        const stretch = track.hiddenAt(this.frame);
-        if (!stretch) {
-            const [from, to] = track.lostAround(this.frame) ?? [];
-            if (from === undefined || to === undefined)
-                return tell('The target is neither hidden nor lost here.');
-            return this.hide(from, to);
-        }
-        const [from, to] = stretch;
-        await this.clip?.edit([{ edit: 'show', target: track.target.id, from, to }]);
-    }
-
-    // A stretch that is marked
-
-    /**
-     * Marks the frames between two of the selected target, and goes to the second.
-     * @param {number} begin
-     * @param {number} end
-     */
-    markStretch(begin, end) {
-        this.stretch = begin === end ? null : ordered(begin, end);
-        this.markFrom = null;
-        this.goTo(end);
-    }
-
-    /** Begins to mark a stretch at this frame, or ends it here. */
-    toggleMark() {
-        if (!this.#needTarget()) return;
-        if (this.markFrom !== null) return this.markStretch(this.markFrom, this.frame);
-        this.stretch = null;
-        this.hiddenFrom = null;
-        this.markFrom = this.frame;
-        this.changed();
-    }
-
-    /** Says that the target is not visible in the marked stretch. */
-    async hideStretch() {
-        if (this.stretch) await this.hide(this.stretch.from, this.stretch.to);
-    }
-
-    /** Tracks the marked stretch again. */
-    async trackStretch() {
-        const { stretch, track } = this;
-        if (!stretch || !track) return;
-        const request = track.requestWithin(stretch.from, stretch.to);
-        if (!request) return tell('There is no key frame to track these frames from. Draw a box there.');
-        this.stretch = null;
-        await this.clip?.startTracking(request);
-    }
-
-    /** Removes the boxes of the marked stretch. */
-    async deleteBoxes() {
-        const { stretch, track, clip } = this;
-        if (!stretch || !track || !clip) return;
-        const { from, to } = stretch;
-        if (track.keys.every((frame) => from <= frame && frame <= to)) {
-            return tell('All key frames are in this stretch. Press Esc, then Del to delete the target.');
-        }
-        this.stretch = null;
-        if (await clip.edit([track.removalWithin(from, to)])) {
-            const undo = { text: 'Undo', run: () => void clip.undo() };
-            tell(`Deleted: the boxes of target ${track.target.id} from frame ${from} to ${to}`, undo);
-        }
-    }
-
-    async deleteTarget() {
-        const track = this.#needTarget();
-        const { clip } = this;
-        if (!track || !clip) return;
-        const { id, label } = track.target;
-        if (await clip.edit([{ edit: 'delete_target', target: id }])) {
-            tell(`Deleted: ${label} ${id}`, { text: 'Undo', run: () => void clip.undo() });
-        }
-    }
-
-    async split() {
-        const track = this.#needTarget();
-        const { frame } = this;
-        if (!track) return;
-        if (await this.clip?.edit([{ edit: 'split', target: track.target.id, frame }])) {
-            tell(`From frame ${frame} on it is a target of its own.`);
-        }
-    }
-
-    /**
-     * Joins another target to the selected one.
-     * @param {number} second
-     */
-    async join(second) {
-        const first = this.joinFirst ?? this.selected;
-        this.joinFirst = null;
-        this.changed();
-        if (first === null || first === second) return;
-        if (await this.clip?.edit([{ edit: 'join', first, second }])) {
-            this.select(first);
-            tell(`Target ${second} is now part of target ${first}.`);
-        }
-    }
-
-    /** The next target that is clicked is joined to the selected one. */
-    beginJoin() {
-        if (!this.#needTarget()) return;
-        if ((this.clip?.tracks.length ?? 0) < 2) return tell('There is no other target to join.');
-        this.joinFirst = this.selected;
-        this.changed();
-    }
-
-    /**
-     * @param {string} label
-     * @param {number | null} [id] the target; without it the selected one
-     */
-    async setLabel(label, id = this.selected) {
-        this.label = label;
-        this.changed();
-        if (id !== null) await this.clip?.edit([{ edit: 'set_target', target: id, label }]);
-    }
-
-    /** @param {number} at position in the list of labels */
-    async setLabelAt(at) {
-        const label = this.clip?.project.labels[at];
-        if (!label) return tell(`There is no label ${at + 1}. Press L to add one.`);
-        await this.setLabel(label.name);
-    }
-
-    // Tracking
-
-    /**
-     * @param {Direction} direction
-     * @param {number} [from]
-     */
-    async startTracking(direction, from = this.frame) {
-        const track = this.#needTarget();
-        const { clip } = this;
-        if (!track || !clip) return;
-        const target = track.target.id;
-        const seen = track.at(from);
-        if (!seen.box) return tell('There is no box in this frame to track from.');
-        if (seen.kind === 'lost') return tell('The target is lost here. Draw its box first.');
-        // Tracking starts at what a person has drawn or confirmed.
-        if (
-            seen.kind !== 'key' &&
-            !(await clip.edit([{ edit: 'set_key', target, frame: from, box: seen.box }]))
-        )
-            return;
-        this.following = true;
-        this.stride = direction === 'backward' ? -1 : 1;
-        await clip.startTracking({ target, from, direction });
     }
 
     /** @param {Direction | 'none'} direction */
@@ -671,55 +334,6 @@ export class Editor extends EventTarget {
         this.afterDrawing = direction;
         localStorage.setItem(AUTO, direction);
         this.changed();
-    }
-
-    // Boxes with keys
-
-    /** Begins a new box with keys, in the middle of the frame. */
-    beginNewBox() {
-        const { clip } = this;
-        if (!clip) return;
-        this.drawing = true;
-        const { width, height } = clip.project.video;
-        const [w, h] = [width / 6, height / 6];
-        this.draft = { target: null, box: { x: (width - w) / 2, y: (height - h) / 2, w, h } };
-        this.changed();
-    }
-
-    /** Edits the box of the selected target with keys. */
-    beginEdit() {
-        const track = this.#needTarget();
-        const box = track?.at(this.frame).box ?? track?.nearestBox(this.frame);
-        if (!track || !box) return;
-        this.draft = { target: track.target.id, box };
-        this.changed();
-    }
-
-    /**
-     * Moves or resizes the box that is edited.
-     * @param {'x' | 'y'} axis
-     * @param {number} by pixels
-     * @param {boolean} resize
-     */
-    nudge(axis, by, resize) {
-        if (!this.draft) return;
-        const box = { ...this.draft.box };
-        if (!resize) box[axis] += by;
-        else if (axis === 'x') box.w = Math.max(1, box.w + by);
-        else box.h = Math.max(1, box.h + by);
-        this.draft = { ...this.draft, box };
-        const { x, y, w, h } = tidy(box);
-        describe(`Box at ${x}, ${y}, ${w} by ${h}`);
-        this.changed();
-    }
-
-    async acceptDraft() {
-        const { draft } = this;
-        this.draft = null;
-        this.drawing = false;
-        if (!draft) return;
-        this.changed();
-        await (draft.target === null ? this.addTarget(draft.box) : this.setKey(draft.box));
     }
 
     cancelDraft() {
@@ -746,11 +360,11 @@ export class Editor extends EventTarget {
     toggleLook() {
         this.looking = !this.looking;
         this.look = null;
-        this.#readLook();
+        this.readLook();
         this.changed();
     }
 
-    #readLook() {
+    readLook() {
         clearTimeout(this.lookTimer);
         this.look = null;
         if (!this.looking || this.playing || !this.track?.at(this.frame).box) return;
@@ -766,15 +380,6 @@ export class Editor extends EventTarget {
             }
             this.changed();
         }, 120);
-    }
-
-    /** @param {string} name */
-    async removeLabel(name) {
-        const users = this.clip?.project.targets.filter(({ label }) => label === name).length ?? 0;
-        if (users > 0) return tell(`The label ${name} is in use: ${counted(users, 'target')}.`);
-        if (await ask('Remove label', `Remove the label ${name}?`, 'Remove')) {
-            await this.clip?.edit([{ edit: 'remove_label', name }]);
-        }
     }
 }
 

@@ -1,5 +1,6 @@
 // Puts the page together.
 
+import * as playing from './playing.mjs';
 import * as api from './requests.mjs';
 import { Camera } from './camera.mjs';
 import { ClipList } from './clips.mjs';
@@ -177,7 +178,7 @@ byId('frame').addEventListener('keydown', (event) => {
     if (event.key === 'Enter' || event.key === 'Escape') byId('stage').focus();
 });
 byId('speed').addEventListener('change', (event) => {
-    editor.setSpeed(Number(/** @type {HTMLSelectElement} */ (event.target).value));
+    playing.setSpeed(editor, Number(/** @type {HTMLSelectElement} */ (event.target).value));
     byId('stage').focus();
 });
 acceptDrops(editor);

@@ -1,5 +1,7 @@
 // The panel beside the canvas: targets, the selected one, what the tracker sees, doubtful places.
 
+import * as edits from './edits.mjs';
+import * as stretches from './stretches.mjs';
 import { byId, counted, element, icon, iconButton, openDialog } from './dom.mjs';
 import { drawHidden } from './drawing.mjs';
 import { inWords } from './editor.mjs';
@@ -22,10 +24,10 @@ export class Panel {
             editor.setAfterDrawing(/** @type {import('./types').Direction} */ (value));
         });
         byId('target-label').addEventListener('change', (event) => {
-            void editor.setLabel(/** @type {HTMLSelectElement} */ (event.target).value);
+            void edits.setLabel(editor, /** @type {HTMLSelectElement} */ (event.target).value);
         });
         for (const flag of /** @type {const} */ (['occluded', 'truncated'])) {
-            byId(`flag-${flag}`).addEventListener('change', () => void editor.toggleFlag(flag));
+            byId(`flag-${flag}`).addEventListener('change', () => void edits.toggleFlag(editor, flag));
         }
         byId('hide-apply').addEventListener('click', () => this.#hide());
         byId('attributes').addEventListener('click', () => openAttributes(editor));
@@ -90,7 +92,7 @@ export class Panel {
                 {
                     class: 'target-name',
                     attributes: { type: 'button', 'aria-pressed': String(id === editor.selected) },
-                    on: { click: () => editor.choose(id) },
+                    on: { click: () => edits.choose(editor, id) },
                 },
                 swatch,
                 element('span', { class: 'name', text: label }),
@@ -185,7 +187,7 @@ export class Panel {
         const to = /** @type {HTMLInputElement} */ (byId('hide-to')).valueAsNumber;
         const from = this.editor.hiddenFrom;
         if (from === null || !Number.isInteger(to)) return;
-        void this.editor.hide(Math.min(from, to), Math.max(from, to));
+        void stretches.hide(this.editor, Math.min(from, to), Math.max(from, to));
     }
 
     /** @param {import('./types').Doubt[]} doubts */
@@ -365,7 +367,11 @@ export function openLabels(editor) {
                     if (text.value.trim())
                         void clip.edit([{ edit: 'set_label', name, new_name: text.value.trim() }]);
                 });
-                const remove = iconButton('delete', `Remove ${name}`, () => void editor.removeLabel(name));
+                const remove = iconButton(
+                    'delete',
+                    `Remove ${name}`,
+                    () => void edits.removeLabel(editor, name),
+                );
                 return element(
                     'li',
                     {},

@@ -1,5 +1,7 @@
 // The canvas: the frame, the boxes on it, and what pointers do there.
 
+import * as drafts from './drafts.mjs';
+import * as edits from './edits.mjs';
 import { byId } from './dom.mjs';
 import { HANDLES, drawBox, drawCross, drawHidden, handleAt, resized } from './drawing.mjs';
 import { tidy } from './tracks.mjs';
@@ -156,8 +158,8 @@ export class Stage {
         const handle = fresh ? null : this.#handle(at, reach);
         if (handle) return { kind: 'resize', from, ...handle };
         const hit = fresh ? null : this.#hit(from);
-        if (!hit) return { kind: 'draw', from, target: fresh ? null : editor.targetOfNewBox() };
-        editor.choose(hit.target);
+        if (!hit) return { kind: 'draw', from, target: fresh ? null : edits.targetOfNewBox(editor) };
+        edits.choose(editor, hit.target);
         return { kind: 'move', from, ...hit };
     }
 
@@ -311,7 +313,7 @@ export class Stage {
         if (editor.frame !== editor.shownFrame) editor.goTo(editor.shownFrame);
         const target = gesture.kind === 'draw' ? gesture.target : editor.selected;
         editor.draft = { target, box };
-        void editor.acceptDraft();
+        void drafts.acceptDraft(editor);
     }
 
     /** @param {PointerEvent} event */

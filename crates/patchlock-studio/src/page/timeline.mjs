@@ -1,5 +1,7 @@
 // A row for each target: its score and status by frame, key frames, hidden stretches, doubtful places.
 
+import * as edits from './edits.mjs';
+import * as stretches from './stretches.mjs';
 import { byId, element } from './dom.mjs';
 import { drawDiamond } from './drawing.mjs';
 import { KINDS, ordered } from './tracks.mjs';
@@ -40,7 +42,7 @@ export class Timeline {
         const drag = (/** @type {PointerEvent} */ event) => {
             if (!(event.buttons & 1)) return;
             if (this.marking === null) this.#scrub(event, false);
-            else this.editor.markStretch(this.marking, this.#frameAt(event));
+            else stretches.markStretch(this.editor, this.marking, this.#frameAt(event));
         };
         for (const canvas of [this.ruler, this.rows]) {
             canvas.addEventListener('pointerdown', (event) => {
@@ -128,7 +130,7 @@ export class Timeline {
         const track = this.#trackAt(event);
         if (pressed && track) {
             const joins = editor.joinFirst !== null;
-            editor.choose(track.target.id);
+            edits.choose(editor, track.target.id);
             if (joins) return;
         }
         const key = pressed && track ? track.keys.find((at) => Math.abs(this.#x(at) - x) <= SNAP) : undefined;
@@ -243,7 +245,7 @@ export class Timeline {
                             'aria-pressed': String(id === editor.selected),
                             title: `${label} ${id}`,
                         },
-                        on: { click: () => editor.choose(id) },
+                        on: { click: () => edits.choose(editor, id) },
                     },
                     swatch,
                     element('span', { class: 'name', text: label }),

@@ -1,0 +1,245 @@
+// Changes of targets, key frames and labels, and the tracking that follows.
+
+import { ask, counted } from './dom.mjs';
+import { tell } from './notices.mjs';
+import { tidy } from './tracks.mjs';
+
+/** @typedef {import('./editor.mjs').Editor} Editor */
+/** @typedef {import('./types').Box} Box */
+/** @typedef {import('./types').Direction} Direction */
+
+/**
+ * What a click on a target means: to join it, if that was asked for, or to select it.
+ * @param {Editor} editor
+ * @param {number} id
+ */
+export function choose(editor, id) {
+    if (editor.joinFirst !== null) void join(editor, id);
+    else if (id !== editor.selected) editor.select(id);
+}
+
+/**
+ * The target that a new box belongs to: the selected one where it is lost, or without a box between
+ * frames that have one; otherwise none, and the box is that of a new target.
+ * @param {Editor} editor
+ */
+export function targetOfNewBox(editor) {
+    const { track } = editor;
+    const frame = editor.shownFrame;
+    const kind = track?.at(frame).kind;
+    const [first = 0, last = 0] = track?.extent() ?? [];
+    const isGap = kind === 'hidden' || (kind === 'none' && first < frame && frame < last);
+    return kind === 'lost' || isGap ? editor.selected : null;
+}
+
+/**
+ * Adds a target with a first box, and tracks it as the person has chosen.
+ * @param {Editor} editor
+ * @param {Box} box
+ */
+export async function addTarget(editor, box) {
+    const { clip, frame } = editor;
+    if (!clip) return;
+    const edits = [];
+    let { label } = editor;
+    if (!label) {
+        label = 'object';
+        edits.push({ edit: 'add_label', name: label });
+    }
+    edits.push({ edit: 'add_target', label, frame, box: tidy(box) });
+    const before = new Set(clip.tracks.map(({ target }) => target.id));
+    editor.pendingBox = { target: null, frame, box };
+    const made = await clip.edit(edits);
+    editor.pendingBox = null;
+    if (!made || clip !== editor.clip) return;
+    const added = clip.tracks.find(({ target }) => !before.has(target.id));
+    if (!added) return;
+    editor.select(added.target.id);
+    if (editor.afterDrawing !== 'none') await startTracking(editor, editor.afterDrawing, frame);
+}
+
+/**
+ * Makes the frame a key frame with this box. What lies between the neighbouring key frames is tracked
+ * again, if anything there was tracked before.
+ * @param {Editor} editor
+ * @param {Box} box
+ * @param {number} [frame]
+ */
+export async function setKey(editor, box, frame = editor.frame) {
+    const { clip, track } = editor;
+    if (!clip || !track) return;
+    const { occluded, truncated } = track.at(frame);
+    const target = track.target.id;
+    editor.pendingBox = { target, frame, box };
+    const edit = { edit: 'set_key', target, frame, box: tidy(box), occluded, truncated };
+    const made = await clip.edit([edit]);
+    editor.pendingBox = null;
+    editor.changed();
+    const now = clip.track(target);
+    if (!made || !now) return;
+    const wasTracked = Object.keys(now.target.tracked).length > 0 || now.keys.length > 1;
+    if (wasTracked || editor.afterDrawing !== 'none') await trackAround(editor, now, frame);
+}
+
+/**
+ * Confirms the box of this frame, or takes the key frame away.
+ * @param {Editor} editor
+ */
+export async function toggleKey(editor) {
+    const { clip, frame } = editor;
+    await clip?.settled();
+    const track = editor.needTarget();
+    if (!track || !clip) return;
+    if (track.at(frame).kind !== 'key') return confirm(editor, frame);
+    if (track.keys.length === 1) {
+        return tell('This is the only key frame. Delete the target instead (Delete).');
+    }
+    const made = await clip.edit([{ edit: 'remove_key', target: track.target.id, frame }]);
+    const now = clip.track(track.target.id);
+    if (made && now) await trackAround(editor, now, frame);
+}
+
+/**
+ * @param {Editor} editor
+ * @param {import('./tracks.mjs').Track} track
+ * @param {number} frame
+ */
+async function trackAround(editor, track, frame) {
+    const request = track.requestAround(frame);
+    if (request) await editor.clip?.startTracking(request);
+}
+
+/**
+ * Makes the box of a frame a key frame as it is.
+ * @param {Editor} editor
+ * @param {number} [frame]
+ */
+export async function confirm(editor, frame = editor.frame) {
+    await editor.clip?.settled();
+    const track = editor.needTarget();
+    if (!track) return;
+    const { box, kind } = track.at(frame);
+    if (!box) return tell('There is no box in this frame. Draw one, or press E.');
+    if (kind === 'key') return tell('This is a key frame already.');
+    await setKey(editor, box, frame);
+}
+
+/**
+ * @param {Editor} editor
+ * @param {'occluded' | 'truncated'} name
+ */
+export async function toggleFlag(editor, name) {
+    const track = editor.needTarget();
+    const { clip, frame } = editor;
+    if (!track || !clip) return;
+    const target = track.target.id;
+    if (!track.at(frame).box) return tell('There is no box in this frame.');
+    await clip.edit(() => {
+        const seen = clip.track(target)?.at(frame);
+        if (!seen?.box) return [];
+        const flags = { occluded: seen.occluded, truncated: seen.truncated, [name]: !seen[name] };
+        return [{ edit: 'set_key', target, frame, box: seen.box, ...flags }];
+    });
+}
+
+/** @param {Editor} editor */
+export async function deleteTarget(editor) {
+    const track = editor.needTarget();
+    const { clip } = editor;
+    if (!track || !clip) return;
+    const { id, label } = track.target;
+    if (await clip.edit([{ edit: 'delete_target', target: id }])) {
+        tell(`Deleted: ${label} ${id}`, { text: 'Undo', run: () => void clip.undo() });
+    }
+}
+
+/** @param {Editor} editor */
+export async function split(editor) {
+    const track = editor.needTarget();
+    const { frame } = editor;
+    if (!track) return;
+    if (await editor.clip?.edit([{ edit: 'split', target: track.target.id, frame }])) {
+        tell(`From frame ${frame} on it is a target of its own.`);
+    }
+}
+
+/**
+ * Joins another target to the selected one.
+ * @param {Editor} editor
+ * @param {number} second
+ */
+export async function join(editor, second) {
+    const first = editor.joinFirst ?? editor.selected;
+    editor.joinFirst = null;
+    editor.changed();
+    if (first === null || first === second) return;
+    if (await editor.clip?.edit([{ edit: 'join', first, second }])) {
+        editor.select(first);
+        tell(`Target ${second} is now part of target ${first}.`);
+    }
+}
+
+/**
+ * The next target that is clicked is joined to the selected one.
+ * @param {Editor} editor
+ */
+export function beginJoin(editor) {
+    if (!editor.needTarget()) return;
+    if ((editor.clip?.tracks.length ?? 0) < 2) return tell('There is no other target to join.');
+    editor.joinFirst = editor.selected;
+    editor.changed();
+}
+
+/**
+ * @param {Editor} editor
+ * @param {string} label
+ * @param {number | null} [id] the target; without it the selected one
+ */
+export async function setLabel(editor, label, id = editor.selected) {
+    editor.label = label;
+    editor.changed();
+    if (id !== null) await editor.clip?.edit([{ edit: 'set_target', target: id, label }]);
+}
+
+/**
+ * @param {Editor} editor
+ * @param {number} at position in the list of labels
+ */
+export async function setLabelAt(editor, at) {
+    const label = editor.clip?.project.labels[at];
+    if (!label) return tell(`There is no label ${at + 1}. Press L to add one.`);
+    await setLabel(editor, label.name);
+}
+
+/**
+ * @param {Editor} editor
+ * @param {Direction} direction
+ * @param {number} [from]
+ */
+export async function startTracking(editor, direction, from = editor.frame) {
+    const track = editor.needTarget();
+    const { clip } = editor;
+    if (!track || !clip) return;
+    const target = track.target.id;
+    const seen = track.at(from);
+    if (!seen.box) return tell('There is no box in this frame to track from.');
+    if (seen.kind === 'lost') return tell('The target is lost here. Draw its box first.');
+    // Tracking starts at what a person has drawn or confirmed.
+    if (seen.kind !== 'key' && !(await clip.edit([{ edit: 'set_key', target, frame: from, box: seen.box }])))
+        return;
+    editor.following = true;
+    editor.stride = direction === 'backward' ? -1 : 1;
+    await clip.startTracking({ target, from, direction });
+}
+
+/**
+ * @param {Editor} editor
+ * @param {string} name
+ */
+export async function removeLabel(editor, name) {
+    const users = editor.clip?.project.targets.filter(({ label }) => label === name).length ?? 0;
+    if (users > 0) return tell(`The label ${name} is in use: ${counted(users, 'target')}.`);
+    if (await ask('Remove label', `Remove the label ${name}?`, 'Remove')) {
+        await editor.clip?.edit([{ edit: 'remove_label', name }]);
+    }
+}
