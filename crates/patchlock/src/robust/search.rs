@@ -2,7 +2,7 @@
 
 use super::locate::Setting;
 use super::place::Place;
-use super::window::SampleBuffers;
+use super::window::{SampleBuffers, Window};
 use crate::config::RobustConfig;
 use crate::correlation::response::ResponseBuffers;
 use crate::vision::frame::FrameSize;
@@ -53,9 +53,8 @@ impl Searcher<'_> {
     /// Looks at the last place and at some more windows, from number `next` of the search on. Returns the
     /// place that the memory knows best, if that counts as found.
     pub fn search(&mut self, last: Place, next: u64, params: &SearchParams) -> Option<Place> {
-        let Setting { frame, window, .. } = self.setting;
-        let (frame, side) = (frame.size(), window.side(1.0));
-        let others = (next..).map(|number| window_place(frame, side, last, number));
+        let passes = Passes::new(self.setting.frame.size(), self.setting.window, last);
+        let others = (next..).map(|number| passes.place(number));
         let places = std::iter::once(last).chain(others).take(params.windows as usize);
         let found = self.best(None, places, params)?;
         // The window in which a target is found may have any size of the search, and the target would keep it:
@@ -96,7 +95,15 @@ impl Searcher<'_> {
     }
 }
 
-/// The windows of one pass over the frame, in rows and columns.
+/// The windows of a search: row by row over the frame, then again in another size.
+#[derive(Debug)]
+struct Passes {
+    frame: FrameSize,
+    rotation: f64,
+    passes: [Pass; SIZES.len()],
+}
+
+/// One pass over the frame: windows of one size, in rows and columns.
 #[derive(Debug, Clone, Copy)]
 struct Pass {
     scale: f64,
@@ -104,41 +111,42 @@ struct Pass {
     rows: u64,
 }
 
-impl Pass {
-    /// The pass with this number. `side` is that of a window in the frame, at scale 1.
-    fn new(frame: FrameSize, side: f64, last: Place, number: usize) -> Self {
-        let scale = last.scale * SIZES[number % SIZES.len()];
-        let step = side * scale * (1.0 - OVERLAP);
-        let count = |length: usize| (length as f64 / step).ceil().max(1.0) as u64;
-        Self { scale, columns: count(frame.width), rows: count(frame.height) }
+impl Passes {
+    /// The search for a target that was last at this place.
+    fn new(frame: FrameSize, window: &Window, last: Place) -> Self {
+        let passes = SIZES.map(|size| {
+            let scale = last.scale * size;
+            let step = window.side(scale) * (1.0 - OVERLAP);
+            let count = |length: usize| (length as f64 / step).ceil().max(1.0) as u64;
+            Pass { scale, columns: count(frame.width), rows: count(frame.height) }
+        });
+        Self { frame, rotation: last.rotation, passes }
     }
 
-    fn windows(self) -> u64 {
-        self.columns * self.rows
+    /// The place of the window with this number; after the last one, the first comes again.
+    fn place(&self, number: u64) -> Place {
+        let mut number = number % self.passes.iter().map(Pass::windows).sum::<u64>();
+        let mut current = self.passes[0];
+        for pass in self.passes {
+            current = pass;
+            if number < pass.windows() {
+                break;
+            }
+            number -= pass.windows();
+        }
+        let Pass { scale, columns, rows } = current;
+        let middle =
+            |k: u64, count: u64, length: usize| (k as f64 + 0.5) * length as f64 / count as f64;
+        let x = middle(number % columns, columns, self.frame.width);
+        let y = middle(number / columns, rows, self.frame.height);
+        Place { centre: [x, y], scale, rotation: self.rotation }
     }
 }
 
-/// The place of a window of the search: row by row over the frame, then again in another size. `side` is that
-/// of a window in the frame, at scale 1.
-fn window_place(frame: FrameSize, side: f64, last: Place, number: u64) -> Place {
-    let passes = [0, 1, 2, 3].map(|number| Pass::new(frame, side, last, number));
-    let mut number = number % passes.iter().map(|pass| pass.windows()).sum::<u64>();
-    let mut current = passes[0];
-    for pass in passes {
-        current = pass;
-        if number < pass.windows() {
-            break;
-        }
-        number -= pass.windows();
+impl Pass {
+    fn windows(&self) -> u64 {
+        self.columns * self.rows
     }
-    let Pass { scale, columns, rows } = current;
-    let middle =
-        |k: u64, count: u64, length: usize| (k as f64 + 0.5) * length as f64 / count as f64;
-    let centre = [
-        middle(number % columns, columns, frame.width),
-        middle(number / columns, rows, frame.height),
-    ];
-    Place { centre, scale, rotation: last.rotation }
 }
 
 #[cfg(test)]
@@ -147,33 +155,31 @@ mod tests {
     use crate::correlation::filter::FilterScratch;
     use crate::robust::follower::Follower;
     use crate::robust::memory::Memory;
-    use crate::robust::window::Window;
+    use crate::robust::window::tests::window;
     use crate::vision::frame::Frame;
     use crate::vision::geometry::BoundingBox;
     use patchlock_scene::Scene;
 
     const FRAME: FrameSize = FrameSize { width: 320, height: 240 };
-    const LAST: Place = Place { centre: [7.0, 9.0], scale: 2.0, rotation: 0.3 };
 
-    /// The side of a window at scale 1.
-    const SIDE: f64 = 40.0;
+    /// At this scale, the window has a side of 80 pixels.
+    const LAST: Place = Place { centre: [7.0, 9.0], scale: 1.25, rotation: 0.3 };
 
-    /// The windows of the passes in turn.
-    fn passes() -> Vec<Vec<Place>> {
-        let mut next = 0;
-        let pass = |number| {
-            let count = Pass::new(FRAME, SIDE, LAST, number).windows();
-            let places = (next..next + count).map(|k| window_place(FRAME, SIDE, LAST, k)).collect();
-            next += count;
-            places
+    /// The windows of two rounds of passes, pass by pass.
+    fn rounds() -> Vec<Vec<Place>> {
+        let (passes, mut next) = (Passes::new(FRAME, &window(), LAST), 0);
+        let pass = |number: usize| {
+            let first = next;
+            next += passes.passes[number % SIZES.len()].windows();
+            (first..next).map(|number| passes.place(number)).collect()
         };
         (0..2 * SIZES.len()).map(pass).collect()
     }
 
     #[test]
     fn each_pass_has_one_size() {
-        for (number, places) in passes().iter().enumerate() {
-            let scale = [2.0, 2.4, 1.6, 2.0][number % 4];
+        for (number, places) in rounds().iter().enumerate() {
+            let scale = [1.25, 1.5, 1.0, 1.25][number % 4];
             for place in places {
                 assert_eq!((place.scale, place.rotation), (scale, LAST.rotation));
             }
@@ -182,9 +188,9 @@ mod tests {
 
     #[test]
     fn each_pass_covers_the_frame() {
-        for places in passes() {
+        for places in rounds() {
             // In the middle half of a window, the response has not faded.
-            let reach = SIDE * places[0].scale * OVERLAP / 2.0;
+            let reach = window().side(places[0].scale) / 4.0;
             let points = (0..240).step_by(7).flat_map(|y| (0..320).step_by(7).map(move |x| (x, y)));
             for (x, y) in points {
                 let near = |place: &Place| {
@@ -198,26 +204,22 @@ mod tests {
 
     #[test]
     fn windows_go_row_by_row_and_begin_again() {
-        let passes = passes();
-        // 320 x 240 pixels in steps of half a window, which has 80 pixels.
-        assert_eq!(passes[0].len(), 8 * 6);
+        let rounds = rounds();
+        // 320 x 240 pixels in steps of half a window.
+        assert_eq!(rounds[0].len(), 8 * 6);
         assert_eq!(
-            passes[0][..2].iter().map(|p| p.centre).collect::<Vec<_>>(),
-            [[20.0, 20.0], [60.0, 20.0]]
+            [0, 1, 8].map(|k| rounds[0][k].centre),
+            [[20.0, 20.0], [60.0, 20.0], [20.0, 60.0]]
         );
-        assert_eq!(passes[0][8].centre, [20.0, 60.0]);
-        assert_eq!(passes[..4], passes[4..]);
-        assert_eq!(
-            window_place(FRAME, SIDE, LAST, u64::MAX - 3),
-            window_place(FRAME, SIDE, LAST, (u64::MAX - 3) % passes[..4].concat().len() as u64)
-        );
+        assert_eq!(rounds[..4], rounds[4..]);
     }
 
     #[test]
     fn a_window_larger_than_the_frame_is_the_only_one_of_its_pass() {
-        for number in 0..4 {
-            let place = window_place(FRAME, 2000.0, LAST, number);
-            assert_eq!(place.centre, [160.0, 120.0]);
+        let passes = Passes::new(FRAME, &window(), Place { scale: 20.0, ..LAST });
+        for (number, scale) in [20.0, 24.0, 16.0, 20.0, 20.0].into_iter().enumerate() {
+            let place = passes.place(number as u64);
+            assert_eq!((place.centre, place.scale), ([160.0, 120.0], scale));
         }
     }
 
