@@ -1,8 +1,9 @@
-//! Discrete Fourier transforms of many real planes at once. The channels of a cell, and those of a bin, lie
-//! side by side, so each vector instruction works on eight channels, for every length of a line.
+//! Discrete Fourier transforms of many real planes at once. The channels of a cell, and those of a
+//! bin, lie side by side, so each vector instruction works on eight channels, for every length of a
+//! line.
 //!
-//! Bins are those of [`Fourier`](super::fourier::Fourier), which transforms one plane at a time and is what
-//! the tests hold this to. Two planes that are real are transformed as one that is complex.
+//! Bins are those of [`Fourier`](super::fourier::Fourier), which transforms one plane at a time and
+//! is what the tests hold this to. Two planes that are real are transformed as one that is complex.
 
 use super::fourier::Complex32;
 use super::lanes::{LANES, Octet, Vector};
@@ -26,7 +27,8 @@ pub struct Batch {
 pub struct BatchScratch {
     line: Vec<Octet>,
     other: Vec<Octet>,
-    /// Half spectra along x, column by column, of the first and of the second eight channels in turn.
+    /// Half spectra along x, column by column, of the first and of the second eight channels in
+    /// turn.
     columns: Vec<Octet>,
 }
 
@@ -163,7 +165,8 @@ impl WithSimd for Masked<'_> {
     }
 }
 
-/// Separates the spectrum of a row of complex cells into twice those of their real and imaginary parts.
+/// Separates the spectrum of a row of complex cells into twice those of their real and imaginary
+/// parts.
 #[inline(always)]
 fn separate(y: usize, scratch: &mut BatchScratch) {
     let BatchScratch { line, columns, .. } = scratch;
@@ -193,7 +196,8 @@ fn join(y: usize, scratch: &mut BatchScratch) {
 }
 
 impl Batch {
-    /// Transforms the columns, of which only these rows are other than zero, into a group of the result.
+    /// Transforms the columns, of which only these rows are other than zero, into a group of the
+    /// result.
     #[inline(always)]
     fn finish<S: Simd>(
         &self,
@@ -217,7 +221,8 @@ impl Batch {
         }
     }
 
-    /// Transforms a line in place. It is a function of its own, as it is long and called from many places.
+    /// Transforms a line in place. It is a function of its own, as it is long and called from many
+    /// places.
     #[inline(always)]
     fn transform<S: Simd>(&self, simd: S, scratch: &mut BatchScratch) {
         simd.vectorize(Line { passes: &self.passes, scratch });

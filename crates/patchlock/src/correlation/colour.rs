@@ -1,8 +1,9 @@
-//! Colour channels: a soft assignment of each colour to four lightness levels of grey and eight hues.
+//! Colour channels: a soft assignment of each colour to four lightness levels of grey and eight
+//! hues.
 //!
-//! The shares of a colour add to 1, and each channel is what it differs from the mean share by, so that a
-//! patch without colour has little energy. It plays the part of the learnt colour names of van de Weijer et
-//! al. (2009) without a table.
+//! The shares of a colour add to 1, and each channel is what it differs from the mean share by, so
+//! that a patch without colour has little energy. It plays the part of the learnt colour names of
+//! van de Weijer et al. (2009) without a table.
 
 use crate::correlation::fhog::CELL;
 use crate::numeric::instructions::Instructions;
@@ -39,8 +40,8 @@ pub struct ColourScratch {
     luma: Vec<f32>,
 }
 
-/// Writes the mean over each cell of the colour channels of a patch with three planes, or with one of grey:
-/// cell by cell, `CHANNELS` values every `stride`.
+/// Writes the mean over each cell of the colour channels of a patch with three planes, or with one
+/// of grey: cell by cell, `CHANNELS` values every `stride`.
 pub fn colour(patch: &Planes, scratch: &mut ColourScratch, out: &mut [f32], stride: usize) {
     let places = &mut scratch.places;
     Instructions::default().dispatch(Colour { patch, places, out, stride });
@@ -129,8 +130,8 @@ impl WithSimd for Luma<'_> {
 fn index(rgb: [f32; 3]) -> u32 {
     let [r, g, b] = rgb.map(|v| {
         let level = (v * (LEVELS as f32 / 256.0)).floor().clamp(0.0, (LEVELS - 1) as f32);
-        // As an integer: with 2^23 added, whole numbers are the last bits. Unlike a conversion, that is done
-        // to a vector at a time.
+        // As an integer: with 2^23 added, whole numbers are the last bits. Unlike a conversion,
+        // that is done to a vector at a time.
         (level + 8_388_608.0).to_bits() % LEVELS as u32
     });
     r + LEVELS as u32 * (g + LEVELS as u32 * b)
@@ -205,7 +206,8 @@ mod tests {
 
     #[test]
     fn lab_of_known_colours() {
-        // From CIE 1976 for sRGB primaries (Bruce Lindbloom's calculator gives 53.24, 80.09, 67.20 for red).
+        // From CIE 1976 for sRGB primaries (Bruce Lindbloom's calculator gives 53.24, 80.09, 67.20
+        // for red).
         for (rgb, expected) in [
             ([255.0, 0.0, 0.0], [53.24, 80.09, 67.20]),
             ([0.0, 0.0, 255.0], [32.30, 79.20, -107.86]),

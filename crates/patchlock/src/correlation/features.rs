@@ -1,5 +1,5 @@
-//! The features of a patch: gradients, luma and colour of each cell, under a window, and their spectra. The
-//! channels of a cell lie side by side, and so do those of a bin.
+//! The features of a patch: gradients, luma and colour of each cell, under a window, and their
+//! spectra. The channels of a cell lie side by side, and so do those of a bin.
 
 use super::batch::{BatchScratch, GROUP};
 use super::colour::{self, ColourScratch, colour, luma};

@@ -1,6 +1,7 @@
-//! Histograms of oriented gradients with 31 channels per cell, after Felzenszwalb, Girshick, McAllester and
-//! Ramanan, "Object detection with discriminatively trained part-based models" (2010), in the variant that
-//! correlation filter trackers use: each gradient votes for its nearest orientation and for four cells.
+//! Histograms of oriented gradients with 31 channels per cell, after Felzenszwalb, Girshick,
+//! McAllester and Ramanan, "Object detection with discriminatively trained part-based models"
+//! (2010), in the variant that correlation filter trackers use: each gradient votes for its nearest
+//! orientation and for four cells.
 
 use crate::numeric::instructions::Instructions;
 use crate::vision::crop::Planes;
@@ -12,9 +13,9 @@ pub const CELL: usize = 4;
 
 /// Number of channels: 18 signed orientations, 9 unsigned ones, 4 texture energies.
 ///
-/// They are in the order in which vectors hold them: the signed orientations 0 to 7 and those opposite to
-/// them, 9 to 16; the unsigned orientations 0 to 7; the signed ones 8 and 17 and the unsigned 8; the texture
-/// energies of the four corners.
+/// They are in the order in which vectors hold them: the signed orientations 0 to 7 and those
+/// opposite to them, 9 to 16; the unsigned orientations 0 to 7; the signed ones 8 and 17 and the
+/// unsigned 8; the texture energies of the four corners.
 pub const CHANNELS: usize = 31;
 
 /// Number of unsigned orientations, half of the signed ones.
@@ -47,8 +48,8 @@ const SHARES: [f32; CELL] = [0.125, 0.375, 0.625, 0.875];
 /// Buffers of [`fhog`].
 #[derive(Debug, Default)]
 pub struct FhogScratch {
-    /// Of one row of pixels, with zeros before and behind: the gradients, their squared magnitudes, which
-    /// become votes, and their places in a histogram.
+    /// Of one row of pixels, with zeros before and behind: the gradients, their squared magnitudes,
+    /// which become votes, and their places in a histogram.
     gradient_x: Vec<f32>,
     gradient_y: Vec<f32>,
     vote: Vec<f32>,
@@ -60,8 +61,8 @@ pub struct FhogScratch {
     factors: Vec<f32>,
 }
 
-/// Writes the channels of a patch whose sides are multiples of [`CELL`], at least two cells each: cell by
-/// cell, row by row, `CHANNELS` values every `stride`.
+/// Writes the channels of a patch whose sides are multiples of [`CELL`], at least two cells each:
+/// cell by cell, row by row, `CHANNELS` values every `stride`.
 pub fn fhog(patch: &Planes, scratch: &mut FhogScratch, out: &mut [f32], stride: usize) {
     Instructions::default().dispatch(Compute { patch, scratch, out, stride });
 }
@@ -104,8 +105,8 @@ impl WithSimd for Compute<'_> {
     }
 }
 
-/// The gradient of each pixel of a row, of the colour channel where it is largest: central differences
-/// inside, differences of neighbours at the border.
+/// The gradient of each pixel of a row, of the colour channel where it is largest: central
+/// differences inside, differences of neighbours at the border.
 #[inline(always)]
 fn gradients(patch: &Planes, y: usize, scratch: &mut FhogScratch) {
     let (width, height) = (patch.width, patch.height);
@@ -201,7 +202,8 @@ fn collect_row(columns: usize, scratch: &mut FhogScratch) {
     }
 }
 
-/// Adds the votes of one row of pixels to the cells above and below it; votes for cells outside are dropped.
+/// Adds the votes of one row of pixels to the cells above and below it; votes for cells outside are
+/// dropped.
 #[inline(always)]
 fn add_row(y: usize, (columns, rows): (usize, usize), scratch: &mut FhogScratch) {
     let FhogScratch { row, cells, .. } = scratch;
@@ -217,7 +219,8 @@ fn add_row(y: usize, (columns, rows): (usize, usize), scratch: &mut FhogScratch)
     }
 }
 
-/// Cosine and sine of the borders between orientations in the first quadrant: 10, 30, 50 and 70 degrees.
+/// Cosine and sine of the borders between orientations in the first quadrant: 10, 30, 50 and 70
+/// degrees.
 const BORDERS: [[f32; 2]; 4] = [
     [0.984_807_7, 0.173_648_18],
     [0.866_025_4, 0.5],
@@ -238,8 +241,8 @@ fn weigh_border(columns: usize, rows: usize, cells: &mut [Histogram]) {
     }
 }
 
-/// One over the root of the energy of the four cells around each corner between cells; corners at the border
-/// repeat the nearest inside.
+/// One over the root of the energy of the four cells around each corner between cells; corners at
+/// the border repeat the nearest inside.
 #[inline(always)]
 fn block_factors(columns: usize, rows: usize, scratch: &mut FhogScratch) {
     let FhogScratch { cells, energy, factors, .. } = scratch;

@@ -1,11 +1,11 @@
 //! A correlation filter that is confined to the target: Li, Tian, Zuo, Zhang and Yang, "Learning
-//! spatial-temporal regularized correlation filters for visual tracking" (2018), with a mask instead of
-//! their weights, and with the masked filter as the result.
+//! spatial-temporal regularized correlation filters for visual tracking" (2018), with a mask
+//! instead of their weights, and with the masked filter as the result.
 //!
-//! The filter minimises `|sum_k x_k * f_k - y|^2 / 2 + mu / 2 |f - p|^2`, where `y` is a Gaussian and `p` the
-//! filter of the frame before, over filters that are zero outside the mask. It is split into `f`, free and
-//! solved per frequency, and `g`, masked; two rounds of the alternating direction method of multipliers bring
-//! them together.
+//! The filter minimises `|sum_k x_k * f_k - y|^2 / 2 + mu / 2 |f - p|^2`, where `y` is a Gaussian
+//! and `p` the filter of the frame before, over filters that are zero outside the mask. It is split
+//! into `f`, free and solved per frequency, and `g`, masked; two rounds of the alternating
+//! direction method of multipliers bring them together.
 
 use super::batch::{BatchScratch, Mask};
 use super::fourier::{Complex32, Fourier, FourierScratch};
@@ -24,14 +24,15 @@ pub struct FilterParams {
     pub label_width: f64,
     /// Width and height of the mask, relative to the target.
     pub mask: f64,
-    /// The penalty on the difference of `f` and `g` in the second round: larger holds it closer to the masked
-    /// filter of the first.
+    /// The penalty on the difference of `f` and `g` in the second round: larger holds it closer to
+    /// the masked filter of the first.
     pub penalty: f32,
     /// `mu`: how strongly the filter is drawn to the one of the frame before.
     pub temporal: f32,
 }
 
-/// Learns filters: the label that they are learnt towards, and the mask outside which they are zero.
+/// Learns filters: the label that they are learnt towards, and the mask outside which they are
+/// zero.
 #[derive(Debug, Clone)]
 pub struct FilterLearner {
     /// The spectrum of the label; it is real, as the label is symmetric.
@@ -52,7 +53,8 @@ pub struct FilterScratch {
 }
 
 impl FilterLearner {
-    /// The learner for a target of `size` cells (width, height) in the middle of a patch; the label is a Gaussian.
+    /// The learner for a target of `size` cells (width, height) in the middle of a patch; the label
+    /// is a Gaussian.
     pub fn new(fourier: &Fourier, size: [f64; 2], params: FilterParams) -> Self {
         let FilterParams { label_width, mask, penalty, temporal } = params;
         let n = fourier.side();
@@ -76,8 +78,8 @@ impl FilterLearner {
         Self { label, mask, penalty, temporal }
     }
 
-    /// Learns the first filter from the spectra of a sample, bin by bin, the channels of a bin side by side.
-    /// `filter` may have any content of the sample's length.
+    /// Learns the first filter from the spectra of a sample, bin by bin, the channels of a bin side
+    /// by side. `filter` may have any content of the sample's length.
     pub fn begin(
         &self,
         fourier: &Fourier,
@@ -90,8 +92,8 @@ impl FilterLearner {
         first.learn(fourier, sample, filter, scratch);
     }
 
-    /// Learns a filter from the spectra of a sample; `filter` holds the one of the frame before, to which the
-    /// new one is drawn, and takes the new one.
+    /// Learns a filter from the spectra of a sample; `filter` holds the one of the frame before, to
+    /// which the new one is drawn, and takes the new one.
     pub fn learn(
         &self,
         fourier: &Fourier,
@@ -151,8 +153,9 @@ impl WithSimd for LearnFilter<'_> {
 }
 
 impl FilterLearner {
-    /// Moves `filter` to the minimum of `|<x, f> - y|^2 / 2 + strength * T / 2 |f - filter|^2` for each
-    /// frequency, where `T` is the number of cells: a step along the sample, as far as the filter is wrong.
+    /// Moves `filter` to the minimum of `|<x, f> - y|^2 / 2 + strength * T / 2 |f - filter|^2` for
+    /// each frequency, where `T` is the number of cells: a step along the sample, as far as the
+    /// filter is wrong.
     #[inline(always)]
     fn solve<S: Simd>(
         &self,

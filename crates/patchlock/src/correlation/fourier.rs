@@ -1,5 +1,6 @@
-//! Discrete Fourier transforms of real square planes. Spectra hold the half with non-negative horizontal
-//! frequency, column by column: bin `kx * n + ky`, unscaled; the inverse divides by `n * n`.
+//! Discrete Fourier transforms of real square planes. Spectra hold the half with non-negative
+//! horizontal frequency, column by column: bin `kx * n + ky`, unscaled; the inverse divides by `n *
+//! n`.
 
 use super::batch::Batch;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};

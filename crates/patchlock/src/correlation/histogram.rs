@@ -1,8 +1,8 @@
-//! Colour histograms of the target and of what is around it, and the map of where the target's colours are:
-//! Bertinetto, Valmadre, Golodetz, Miksik and Torr, "Staple: complementary learners for real-time tracking"
-//! (2016), Sec. 3.3 and 3.5. Unlike theirs, the histogram of the surroundings learns much faster than that of
-//! the target: all of the surroundings are in sight on every frame, and they change as camera and target
-//! move.
+//! Colour histograms of the target and of what is around it, and the map of where the target's
+//! colours are: Bertinetto, Valmadre, Golodetz, Miksik and Torr, "Staple: complementary learners
+//! for real-time tracking" (2016), Sec. 3.3 and 3.5. Unlike theirs, the histogram of the
+//! surroundings learns much faster than that of the target: all of the surroundings are in sight on
+//! every frame, and they change as camera and target move.
 
 use super::fhog::CELL;
 use crate::vision::crop::Planes;
@@ -15,8 +15,8 @@ const LEVELS: usize = 16;
 /// Number of colours of a histogram.
 const BINS: usize = LEVELS * LEVELS * LEVELS;
 
-/// A strip along the border of the box, this share of its mean side wide, is left out of both histograms: it
-/// often shows some of each.
+/// A strip along the border of the box, this share of its mean side wide, is left out of both
+/// histograms: it often shows some of each.
 const BORDER: f64 = 0.1;
 
 /// The surroundings reach this far from the box, in mean sides of it.
@@ -55,7 +55,8 @@ pub struct MapScratch {
 }
 
 impl Histograms {
-    /// Histograms that have learnt the target in the middle of a patch; `size` is its width and height there.
+    /// Histograms that have learnt the target in the middle of a patch; `size` is its width and
+    /// height there.
     pub fn begin(patch: &Planes, size: [f64; 2], scratch: &mut MapScratch) -> Self {
         let none = || vec![0.0; BINS];
         let mut histograms = Self { target: none(), around: none(), contrast: 0.0 };
@@ -71,8 +72,8 @@ impl Histograms {
         sound(&self.target) && sound(&self.around) && self.contrast.is_finite()
     }
 
-    /// The mean likelihood over the target's pixels, less that over those around it: from -1, through 0 where
-    /// colour tells nothing, to 1.
+    /// The mean likelihood over the target's pixels, less that over those around it: from -1,
+    /// through 0 where colour tells nothing, to 1.
     pub fn contrast(&self) -> f32 {
         self.contrast
     }
@@ -96,9 +97,9 @@ impl Histograms {
         self.contrast = bins.map(|(&t, &a)| likelihood(t, a) * (t - a)).sum();
     }
 
-    /// The map of where the target's colours are, for a target of this width and height in pixels of the
-    /// patch: for each displacement in cells, in the order of a response, the mean likelihood of the box
-    /// there, from 0 to 1.
+    /// The map of where the target's colours are, for a target of this width and height in pixels
+    /// of the patch: for each displacement in cells, in the order of a response, the mean
+    /// likelihood of the box there, from 0 to 1.
     pub fn map<'a>(
         &self,
         patch: &Planes,
@@ -130,7 +131,8 @@ fn likelihood(target: f32, around: f32) -> f32 {
     target / (target + around + UNSEEN)
 }
 
-/// The columns and rows of a box of this size in the middle of a patch, grown by this much on each side.
+/// The columns and rows of a box of this size in the middle of a patch, grown by this much on each
+/// side.
 fn grown(patch: &Planes, size: [f64; 2], by: f64) -> [Range<usize>; 2] {
     let range = |side: usize, length: f64| {
         let (middle, reach) = ((side as f64 - 1.0) / 2.0, (length / 2.0 + by).max(1.0));

@@ -135,8 +135,8 @@ impl Mul<f32> for Octet {
     }
 }
 
-/// Complex numbers that are summed side by side, whatever the width of the processor's vectors, so that a sum
-/// has the same last digits on all of them.
+/// Complex numbers that are summed side by side, whatever the width of the processor's vectors, so
+/// that a sum has the same last digits on all of them.
 const BLOCK: usize = 8;
 
 /// The sum of the products of one sequence, conjugated, with another.
@@ -191,8 +191,8 @@ pub fn add<S: Simd>(simd: S, out: &mut [Complex32], values: &[Complex32], factor
     }
 }
 
-/// Learns spectra, bin by bin with the channels side by side, at a rate: the running means of them times the
-/// label, and of their energies. A filter is the quotient of both.
+/// Learns spectra, bin by bin with the channels side by side, at a rate: the running means of them
+/// times the label, and of their energies. A filter is the quotient of both.
 pub fn learn(
     label: &[Complex32],
     spectra: &[Complex32],

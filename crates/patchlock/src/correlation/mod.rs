@@ -1,5 +1,5 @@
-//! Correlation filters: features of a patch, their spectra, a filter with a spatial mask, the place of a
-//! response's peak, and filters over scale and rotation.
+//! Correlation filters: features of a patch, their spectra, a filter with a spatial mask, the place
+//! of a response's peak, and filters over scale and rotation.
 
 pub mod batch;
 pub mod colour;

@@ -9,9 +9,9 @@ use std::f64::consts::TAU;
 /// The longest side of a plane.
 const MAX_SIDE: usize = 512;
 
-/// The response of a filter to a sample: at each displacement of the target, how much the sample there looks
-/// like it. It is held as a spectrum and cell by cell; cell 0 stands for no displacement, and cells beyond half
-/// the side for negative ones.
+/// The response of a filter to a sample: at each displacement of the target, how much the sample
+/// there looks like it. It is held as a spectrum and cell by cell; cell 0 stands for no
+/// displacement, and cells beyond half the side for negative ones.
 #[derive(Debug, Clone, Copy)]
 pub struct Response<'a> {
     fourier: &'a Fourier,
@@ -79,14 +79,14 @@ impl<'a> Response<'a> {
         self.cells
     }
 
-    /// The largest response, to a fraction of a cell: Newton steps on the series that the spectrum is, from
-    /// the largest cell, unless they lead away from it.
+    /// The largest response, to a fraction of a cell: Newton steps on the series that the spectrum
+    /// is, from the largest cell, unless they lead away from it.
     pub fn peak(&self) -> Peak {
         self.climb(largest(self.cells.iter().copied()))
     }
 
-    /// As [`peak`](Self::peak), from the cell where the response with a map added is largest; the map has a
-    /// value for each cell, with this weight. The value is that of the response alone.
+    /// As [`peak`](Self::peak), from the cell where the response with a map added is largest; the
+    /// map has a value for each cell, with this weight. The value is that of the response alone.
     pub fn peak_with(&self, map: &[f32], weight: f32) -> Peak {
         let sums = self.cells.iter().zip(map).map(|(value, extra)| value + weight * extra);
         let cell = largest(sums).cell;
@@ -98,8 +98,8 @@ impl<'a> Response<'a> {
         if shift == [0.0; 2] { f64::from(self.cells[0]) } else { self.expand(shift).value }
     }
 
-    /// The largest response at a displacement of at least this many cells along x or along y; 0 if there is
-    /// none above.
+    /// The largest response at a displacement of at least this many cells along x or along y; 0 if
+    /// there is none above.
     pub fn beyond(&self, least: [f64; 2]) -> f64 {
         let n = self.fourier.side();
         let is_near = |cell: usize, least: f64| wrap(cell, n).abs() < least;
@@ -194,8 +194,8 @@ struct Wave {
     cos: f64,
 }
 
-/// The sum of a column's values times their waves, as real and imaginary part; the same with each value times
-/// its frequency, and times its square.
+/// The sum of a column's values times their waves, as real and imaginary part; the same with each
+/// value times its frequency, and times its square.
 #[inline(always)]
 fn moments(column: &[Complex32], waves: &[Wave]) -> [[f64; 2]; 3] {
     let mut sums = [[0.0; 2]; 3];

@@ -1,7 +1,8 @@
-//! A filter over rotation: on a log-polar grid around the target's centre, rotation and scale are shifts, so
-//! the peak of a correlation filter says by how much the target has turned (Li, Zhu, Hoi, Song, Wang and Liu,
-//! "Robust estimation of similarity transformation for visual object tracking", 2019, Sec. 4; here with a
-//! filter that is learnt like that of [`super::scale`] instead of a phase correlation).
+//! A filter over rotation: on a log-polar grid around the target's centre, rotation and scale are
+//! shifts, so the peak of a correlation filter says by how much the target has turned (Li, Zhu,
+//! Hoi, Song, Wang and Liu, "Robust estimation of similarity transformation for visual object
+//! tracking", 2019, Sec. 4; here with a filter that is learnt like that of [`super::scale`] instead
+//! of a phase correlation).
 
 use super::batch::{BatchScratch, GROUP};
 use super::fhog::{self, CELL, FhogScratch, fhog};
@@ -172,8 +173,8 @@ impl RotationFilter {
     }
 }
 
-/// Samples the log-polar grid from a patch, bilinearly: a row for each angle, with one more cell at both ends
-/// because the angle is cyclic, and a column for each radius.
+/// Samples the log-polar grid from a patch, bilinearly: a row for each angle, with one more cell at
+/// both ends because the angle is cyclic, and a column for each radius.
 fn fill_grid(patch: &Planes, rotation: f64, grid: &mut Planes) {
     grid.reshape([SIDE, SIDE + 2 * CELL], 1);
     let middle = (CROP as f64 - 1.0) / 2.0;

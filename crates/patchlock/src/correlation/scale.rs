@@ -1,9 +1,10 @@
-//! A filter along scale: Danelljan, Häger, Khan and Felsberg, "Accurate scale estimation for robust visual
-//! tracking" (2014).
+//! A filter along scale: Danelljan, Häger, Khan and Felsberg, "Accurate scale estimation for robust
+//! visual tracking" (2014).
 //!
-//! The target is cut out at many sizes, each crop resampled to the same few pixels. Their features, side by
-//! side, are a signal along scale for each feature; a filter that is learnt to answer with a Gaussian around
-//! the true scale says by its peak how much larger or smaller the target has become.
+//! The target is cut out at many sizes, each crop resampled to the same few pixels. Their features,
+//! side by side, are a signal along scale for each feature; a filter that is learnt to answer with
+//! a Gaussian around the true scale says by its peak how much larger or smaller the target has
+//! become.
 
 use super::fhog::{self, CELL, FhogScratch, fhog};
 use super::fourier::{Complex32, SavedSpectrum};

@@ -3,7 +3,8 @@
 use super::place::Place;
 use crate::config::RobustConfig;
 
-/// Consecutive frames on which the memory must respond much stronger elsewhere before it is trusted.
+/// Consecutive frames on which the memory must respond much stronger elsewhere before it is
+/// trusted.
 const JUMP_AFTER: u32 = 2;
 
 /// A place where the target may be.
@@ -37,9 +38,9 @@ impl Hypothesis {
 /// When the memory's place is chosen instead of a follower's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct JumpParams {
-    /// The memory must respond this many times stronger there,
+    /// The memory must respond this many times stronger there than at the follower's place.
     ratio: f64,
-    /// and at least with this share of its mean response at the target.
+    /// The memory must respond with more than this share of its mean response at the target.
     least: f64,
 }
 
@@ -48,8 +49,8 @@ impl JumpParams {
         Self { ratio: config.jump_ratio, least: config.jump_least }
     }
 
-    /// Whether the memory's place is much better than a follower's. `mean` is the memory's mean response at
-    /// the target.
+    /// Whether the memory's place is much better than a follower's. `mean` is the memory's mean
+    /// response at the target.
     fn is_far_better(&self, memory: &Hypothesis, follower: &Hypothesis, mean: f64) -> bool {
         memory.response > self.ratio * follower.memory.max(0.0)
             && memory.response > self.least * mean
@@ -69,9 +70,9 @@ pub(crate) struct Choice {
     pub streak: u32,
 }
 
-/// Chooses among hypotheses: the follower's for which the memory responds strongest, unless the memory's own
-/// was much better on [`JUMP_AFTER`] consecutive frames. `first` is a follower's, `others` are any further
-/// ones, `streak` comes from the choice on the frame before.
+/// Chooses among hypotheses: the follower's for which the memory responds strongest, unless the
+/// memory's own was much better on [`JUMP_AFTER`] consecutive frames. `first` is a follower's,
+/// `others` are any further ones, `streak` comes from the choice on the frame before.
 pub(crate) fn choose(
     first: Hypothesis,
     others: &[Hypothesis],
@@ -115,8 +116,8 @@ mod tests {
 
     #[test]
     fn the_memory_is_chosen_where_it_was_much_better_for_two_frames() {
-        // The memory's response at the follower's place and at its own, its mean, the streak before; then
-        // whether it jumps, and the streak after.
+        // The memory's response at the follower's place and at its own, its mean, the streak
+        // before; then whether it jumps, and the streak after.
         for (here, there, mean, before, is_jump, after) in [
             // Not stronger by the ratio: the follower's place.
             (0.3, 0.75, 1.0, 1, false, 0),

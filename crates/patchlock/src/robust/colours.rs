@@ -23,8 +23,8 @@ struct ColourParams {
 /// Where the target's colours are.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ColourMap<'a> {
-    /// For each displacement in cells, in the order of a response, the mean likelihood of the box there, from
-    /// 0 to 1.
+    /// For each displacement in cells, in the order of a response, the mean likelihood of the box
+    /// there, from 0 to 1.
     pub cells: &'a [f32],
     /// The weight of a cell, in units of the follower's response.
     pub weight: f32,
@@ -64,12 +64,14 @@ impl Colours {
         Ok(Self { histograms, params: ColourParams::new(config) })
     }
 
-    /// How well colour tells the target from what is around it: from -1, through 0, not at all, to 1.
+    /// How well colour tells the target from what is around it: from -1, through 0, not at all, to
+    /// 1.
     pub fn contrast(&self) -> f64 {
         self.histograms.contrast().into()
     }
 
-    /// Where the colours are in a sample, unless they tell too little. `mean` is the memory's mean response.
+    /// Where the colours are in a sample, unless they tell too little. `mean` is the memory's mean
+    /// response.
     pub fn map<'a>(
         &self,
         sample: &Sample<'_>,

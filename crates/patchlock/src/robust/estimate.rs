@@ -1,12 +1,13 @@
-//! The estimate of a frame: box and outline follow from the place, status and score from the verdict.
+//! The estimate of a frame: box and outline follow from the place, status and score from the
+//! verdict.
 
 use super::place::Place;
 use super::status::Verdict;
 use crate::estimate::{Estimate, Status};
 use crate::vision::geometry::BoundingBox;
 
-/// Fills in all but the visibility, which is taken away while the target is lost. `base` is the target's width
-/// and height in the first frame.
+/// Fills in all but the visibility, which is taken away while the target is lost. `base` is the
+/// target's width and height in the first frame.
 pub(crate) fn fill(place: Place, base: [f64; 2], verdict: Verdict, out: &mut Estimate) {
     let [w, h] = place.size(base);
     out.bbox = BoundingBox::around(place.centre, w, h);

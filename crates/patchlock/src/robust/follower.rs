@@ -1,5 +1,5 @@
-//! The follower: the mean of correlation filters that learn on every frame. Filters that differ err in
-//! different places.
+//! The follower: the mean of correlation filters that learn on every frame. Filters that differ err
+//! in different places.
 
 use super::choose::{Hypothesis, Source};
 use super::colours::ColourMap;
@@ -80,8 +80,8 @@ impl Follower {
         &self.mean
     }
 
-    /// The place in a sample where the filter responds strongest, or the filter and the map of colours
-    /// together. `memory` is the memory's response to the sample.
+    /// The place in a sample where the filter responds strongest, or the filter and the map of
+    /// colours together. `memory` is the memory's response to the sample.
     pub fn propose(
         &self,
         sample: &Sample<'_>,

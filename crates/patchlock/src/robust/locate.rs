@@ -1,5 +1,5 @@
-//! Tracking filters: from the place on the last frame to the one on this frame. Follower and memory propose
-//! places, one is chosen, and its rotation and size are measured.
+//! Tracking filters: from the place on the last frame to the one on this frame. Follower and memory
+//! propose places, one is chosen, and its rotation and size are measured.
 
 use super::choose::{Choice, Hypothesis, JumpParams, choose};
 use super::colours::Colours;
@@ -122,7 +122,8 @@ impl Locator {
         self.follower.filter()
     }
 
-    /// How well colour tells the target from what is around it: from -1, through 0, not at all, to 1.
+    /// How well colour tells the target from what is around it: from -1, through 0, not at all, to
+    /// 1.
     pub fn contrast(&self) -> f64 {
         self.colours.contrast()
     }
@@ -141,7 +142,8 @@ impl Locator {
         place.kept_within(setting.frame.size(), setting.window.base())
     }
 
-    /// Chooses among the places that follower and memory propose in the window around the last place.
+    /// Chooses among the places that follower and memory propose in the window around the last
+    /// place.
     fn choose(
         &mut self,
         setting: Setting<'_>,
@@ -160,8 +162,8 @@ impl Locator {
         choice
     }
 
-    /// The chosen place, with another rotation if one is measured to which follower and memory respond clearly
-    /// stronger.
+    /// The chosen place, with another rotation if one is measured to which follower and memory
+    /// respond clearly stronger.
     fn turned(
         &mut self,
         setting: Setting<'_>,
@@ -203,7 +205,8 @@ impl Locator {
         self.streak = 0;
     }
 
-    /// Learns the target in the middle of a sample of this frame; its size only where that is sound.
+    /// Learns the target in the middle of a sample of this frame; its size only where that is
+    /// sound.
     pub fn learn(
         &mut self,
         frame: &Frame<'_>,

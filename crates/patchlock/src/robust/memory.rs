@@ -1,5 +1,5 @@
-//! The memory: the mean of the follower's filter over sure frames. It says how sure a place is, and where else
-//! the target could be.
+//! The memory: the mean of the follower's filter over sure frames. It says how sure a place is, and
+//! where else the target could be.
 
 use super::choose::{Hypothesis, Source};
 use super::window::{Sample, Window};
@@ -42,8 +42,8 @@ pub(crate) struct SavedMemory {
 pub(crate) struct Recognition {
     /// How sure it is: its response, relative to its mean over sure frames.
     pub certainty: f64,
-    /// Its strongest response outside half the target's size around the place, relative to that at the place,
-    /// from 0 to 2.
+    /// Its strongest response outside half the target's size around the place, relative to that at
+    /// the place, from 0 to 2.
     pub elsewhere: f64,
 }
 
@@ -120,7 +120,8 @@ impl Memory {
         }
     }
 
-    /// How sure it is that the target is in the middle of a sample: its response there, relative to the mean.
+    /// How sure it is that the target is in the middle of a sample: its response there, relative to
+    /// the mean.
     pub fn certainty(&self, response: Response<'_>) -> f64 {
         response.at([0.0; 2]) / self.mean
     }
@@ -154,8 +155,8 @@ mod tests {
     use crate::robust::window::tests::{SIDE, plane, spectra, window};
     use crate::vision::crop::Planes;
 
-    /// A memory of an impulse, with this mean response and a learning rate of 0.25: it responds to a sample
-    /// with the sample's own plane.
+    /// A memory of an impulse, with this mean response and a learning rate of 0.25: it responds to
+    /// a sample with the sample's own plane.
     fn memory(window: &Window, mean: f64) -> Memory {
         Memory { filter: spectra(window, &plane(&[(0, 1.0)])), mean, sure: 0, rate: 0.25 }
     }
@@ -175,7 +176,8 @@ mod tests {
 
     #[test]
     fn certainty_is_relative_to_the_mean_and_elsewhere_to_the_place() {
-        // The target has 2 x 3 cells: displacements from one cell along x, or 1.5 along y, are elsewhere.
+        // The target has 2 x 3 cells: displacements from one cell along x, or 1.5 along y, are
+        // elsewhere.
         let (right, down, two_down) = (1, SIDE, 2 * SIDE);
         for (cells, mean, certainty, elsewhere) in [
             (vec![(0, 0.5)], 1.0, 0.5, 0.0),
@@ -211,7 +213,8 @@ mod tests {
         let window = window();
         let mut memory = memory(&window, 1.0);
         let other = vec![Complex32::ZERO; memory.filter.len()];
-        // The share of the first frame in the mean: a half, a third, a quarter, and then falling by a quarter.
+        // The share of the first frame in the mean: a half, a third, a quarter, and then falling by
+        // a quarter.
         for share in [0.5, 1.0 / 3.0, 0.25, 0.1875] {
             memory.learn(&other, 1.0);
             assert!((memory.filter[0].re - share).abs() < 1e-6, "{} {share}", memory.filter[0]);
@@ -223,7 +226,8 @@ mod tests {
     fn the_mean_follows_the_certainty_but_stays_positive() {
         let window = window();
         let (mut memory, same) = (memory(&window, 2.0), memory(&window, 1.0).filter);
-        // On the first sure frame it becomes the response there: the first frame itself does not count.
+        // On the first sure frame it becomes the response there: the first frame itself does not
+        // count.
         memory.learn(&same, 0.5);
         assert_eq!(memory.mean(), 1.0);
         memory.learn(&same, 0.8);

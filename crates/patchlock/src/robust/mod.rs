@@ -1,7 +1,7 @@
-//! The method `robust`. Three models: tracking filters, long-term memory, patch visibility. Filters that learn
-//! on every frame, with a map of the target's colours, locate the target. Their mean over sure frames is the
-//! memory: it says how sure a place is, and finds the target again after a loss. The paper's patch model says
-//! which parts are visible.
+//! The method `robust`. Three models: tracking filters, long-term memory, patch visibility. Filters
+//! that learn on every frame, with a map of the target's colours, locate the target. Their mean
+//! over sure frames is the memory: it says how sure a place is, and finds the target again after a
+//! loss. The paper's patch model says which parts are visible.
 
 mod choose;
 mod colours;
@@ -49,7 +49,8 @@ pub(crate) struct Target {
     status: StatusParams,
 }
 
-/// Buffers that live from frame to frame. Their content does not, so that all targets of a thread share them.
+/// Buffers that live from frame to frame. Their content does not, so that all targets of a thread
+/// share them.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
     sample: SampleBuffers,
@@ -95,7 +96,8 @@ impl Target {
         estimate: &mut Estimate,
     ) {
         self.frames += 1;
-        // The place: located from the last one or, after a loss, from where the memory finds the target.
+        // The place: located from the last one or, after a loss, from where the memory finds the
+        // target.
         let is_located = !self.belief.is_lost() || self.find_again(frame, scratch);
         let Scratch { sample, locator: buffers, seen, learning } = scratch;
         if is_located {
@@ -130,7 +132,8 @@ impl Target {
         }
     }
 
-    /// Searches for the target while it is lost, and goes on trial where it is found. Says whether it is.
+    /// Searches for the target while it is lost, and goes on trial where it is found. Says whether
+    /// it is.
     fn find_again(&mut self, frame: &Frame<'_>, scratch: &mut Scratch) -> bool {
         let Phase::Lost { next } = self.belief.phase else { return false };
         let setting = Setting { frame, window: &self.window, memory: &self.memory };

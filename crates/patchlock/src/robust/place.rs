@@ -15,8 +15,8 @@ pub(crate) struct Place {
     pub centre: Point,
     /// The target's size, relative to the first frame.
     pub scale: f64,
-    /// By how much the target has turned since the first frame, in radians: from x towards y, clockwise on
-    /// screen.
+    /// By how much the target has turned since the first frame, in radians: from x towards y,
+    /// clockwise on screen.
     pub rotation: f64,
 }
 
@@ -44,7 +44,8 @@ impl Place {
         self
     }
 
-    /// The place with its centre moved into the frame, and its size limited to what the frame can show.
+    /// The place with its centre moved into the frame, and its size limited to what the frame can
+    /// show.
     pub fn kept_within(mut self, frame: FrameSize, base: [f64; 2]) -> Self {
         let size = [frame.width as f64, frame.height as f64];
         for (centre, side) in self.centre.iter_mut().zip(size) {

@@ -7,11 +7,12 @@ use crate::config::RobustConfig;
 use crate::correlation::response::ResponseBuffers;
 use crate::vision::frame::FrameSize;
 
-/// Windows of the search overlap by this share of their side, as responses fade towards their borders.
+/// Windows of the search overlap by this share of their side, as responses fade towards their
+/// borders.
 const OVERLAP: f64 = 0.5;
 
-/// A peak in a window is examined at its centre if it is above this share of what counts as found: the
-/// window weakens it.
+/// A peak in a window is examined at its centre if it is above this share of what counts as found:
+/// the window weakens it.
 const PROMISING: f64 = 0.5;
 
 /// Sizes, relative to the last one, of one pass over the frame after the other.
@@ -50,15 +51,15 @@ impl SearchParams {
 }
 
 impl Searcher<'_> {
-    /// Looks at the last place and at some more windows, from number `next` of the search on. Returns the
-    /// place that the memory knows best, if that counts as found.
+    /// Looks at the last place and at some more windows, from number `next` of the search on.
+    /// Returns the place that the memory knows best, if that counts as found.
     pub fn search(&mut self, last: Place, next: u64, params: &SearchParams) -> Option<Place> {
         let passes = Passes::new(self.setting.frame.size(), self.setting.window, last);
         let others = (next..).map(|number| passes.place(number));
         let places = std::iter::once(last).chain(others).take(params.windows as usize);
         let found = self.best(None, places, params)?;
-        // The window in which a target is found may have any size of the search, and the target would keep it:
-        // the scale filter learns from there on.
+        // The window in which a target is found may have any size of the search, and the target
+        // would keep it: the scale filter learns from there on.
         let sizes = TRIED.map(|size| Place { scale: last.scale * size, ..found.place });
         self.best(Some(found), sizes, params).map(|found| found.place)
     }
@@ -79,7 +80,8 @@ impl Searcher<'_> {
         best
     }
 
-    /// The memory's best place in the window around a place, unless its response is too weak to go there.
+    /// The memory's best place in the window around a place, unless its response is too weak to go
+    /// there.
     fn look_around(&mut self, around: Place, params: &SearchParams) -> Option<Found> {
         let Setting { frame, window, memory } = self.setting;
         let Self { sample: buffers, response, .. } = self;
@@ -223,7 +225,8 @@ mod tests {
         }
     }
 
-    /// Calls with a searcher whose memory has learnt the target of the demo in its box, in that very frame.
+    /// Calls with a searcher whose memory has learnt the target of the demo in its box, in that
+    /// very frame.
     fn with_searcher(check: impl FnOnce(&mut Searcher<'_>, Place, &SearchParams)) {
         let scene = Scene::demo();
         let (rendered, [x, y, w, h]) = (scene.frame(0), scene.truth(0).bbox);

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 /// Rate of the running means.
 const RECENT_RATE: f64 = 0.05;
 
-/// The score of a box that is as likely to be on the target as not: the least of a tracked target, and the
-/// most of a lost one.
+/// The score of a box that is as likely to be on the target as not: the least of a tracked target,
+/// and the most of a lost one.
 const EVEN_SCORE: f64 = 0.5;
 
 /// More windows than any search has; counting on from here never overflows.
@@ -21,12 +21,13 @@ const MAX_WINDOWS: u64 = 1 << 53;
 pub(crate) struct Evidence {
     /// How sure the memory is: its response, relative to its mean over sure frames.
     pub certainty: f64,
-    /// The memory's strongest response outside half the target's size around the place, relative to that at
-    /// the place, from 0 to 2.
+    /// The memory's strongest response outside half the target's size around the place, relative to
+    /// that at the place, from 0 to 2.
     pub elsewhere: f64,
     /// The visible share of the target, from 0 to 1; 0 where that is unknown.
     pub visible: f64,
-    /// How well colour tells the target from what is around it: from -1, through 0, not at all, to 1.
+    /// How well colour tells the target from what is around it: from -1, through 0, not at all, to
+    /// 1.
     pub contrast: f64,
 }
 
@@ -48,8 +49,8 @@ pub(crate) enum Phase {
     Following { doubtful: u32 },
     /// It has lost the target and searches; `next` is the number of the next window of the search.
     Lost { next: u64 },
-    /// It follows what it found while lost. After this many more frames that is trusted; if the memory does
-    /// not know the place before, the tracker goes back.
+    /// It follows what it found while lost. After this many more frames that is trusted; if the
+    /// memory does not know the place before, the tracker goes back.
     Trial { left: u32, back: Place },
 }
 
@@ -81,7 +82,8 @@ pub(crate) struct Decision {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Verdict {
     pub status: Status,
-    /// The probability that the box overlaps the target by at least half; at most 0.5 while it is lost.
+    /// The probability that the box overlaps the target by at least half; at most 0.5 while it is
+    /// lost.
     pub score: f64,
 }
 
@@ -110,33 +112,36 @@ pub(crate) struct StatusParams {
     score: ScoreParams,
 }
 
-/// When the memory does not know a place.
+/// When the memory does not know a place: its certainty is low, and either has fallen or little of
+/// the target is visible.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct StrangeParams {
-    /// Its certainty is below this,
+    /// The certainty is below this.
     below: f64,
-    /// and below this share of what it was on recent frames,
+    /// It has fallen below this share of the recent certainty.
     drop: f64,
-    /// or less than this share is visible of what was visible on sure frames.
+    /// Less than this share is visible of what was visible on sure frames.
     hidden: f64,
-    /// The target is lost after this many such frames.
+    /// The target is lost after this many consecutive frames.
     after: u32,
 }
 
-/// When something covers the target.
+/// When something covers the target: the certainty is low, and either next to nothing is visible
+/// and the score is below one half, or little is visible, the memory responds elsewhere as well,
+/// and the colours stand out less.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct CoveredParams {
-    /// Less than this share is visible of what was visible on sure frames;
+    /// Next to nothing: less than this share of what was visible on sure frames.
     share: f64,
-    /// or less than this,
+    /// Little: less than this share of what was visible on sure frames.
     visible: f64,
-    /// the memory's response elsewhere is above this,
+    /// The response elsewhere is above this.
     elsewhere: f64,
-    /// and the contrast of colours is below this share of what it was on sure frames.
+    /// The contrast of colours is below this share of what it was on sure frames.
     contrast: f64,
-    /// In both cases its certainty is below this.
+    /// The certainty is below this.
     below: f64,
-    /// The target is lost after this many such frames.
+    /// The target is lost after this many consecutive frames.
     after: u32,
 }
 
@@ -233,8 +238,8 @@ impl Belief {
         }
     }
 
-    /// What follows from the evidence of the frame with this number; the first has number 0. While the target
-    /// is lost, no belief changes.
+    /// What follows from the evidence of the frame with this number; the first has number 0. While
+    /// the target is lost, no belief changes.
     pub fn advance(self, evidence: &Evidence, frame: u64, params: &StatusParams) -> Decision {
         if self.is_lost() {
             let verdict = self.verdict(evidence, params);
@@ -281,8 +286,8 @@ impl Belief {
         if is_covered && certainty < covered.below { Doubt::Covered } else { Doubt::None }
     }
 
-    /// Whether the memory is so sure of a place that it can learn from it. Appearance that changes slowly
-    /// makes it less sure; it then learns the change, but not what covers the target slowly.
+    /// Whether the memory is so sure of a place that it can learn from it. Appearance that changes
+    /// slowly makes it less sure; it then learns the change, but not what covers the target slowly.
     fn is_sure(&self, evidence: &Evidence, params: &StatusParams) -> bool {
         evidence.certainty > params.sure * self.recent.min(1.0)
             && !self.is_covered(evidence, params)
@@ -293,9 +298,10 @@ impl Belief {
         evidence.visible < params.covered.share * self.seen
     }
 
-    /// Whether something that the patch model half recognises may cover the target: little of it is visible,
-    /// the memory responds elsewhere as well, and its colours stand out less from those around it, as where
-    /// what covers it is larger. Similar things nearby do the first two, but not the third.
+    /// Whether something that the patch model half recognises may cover the target: little of it is
+    /// visible, the memory responds elsewhere as well, and its colours stand out less from those
+    /// around it, as where what covers it is larger. Similar things nearby do the first two, but
+    /// not the third.
     fn may_be_covered(&self, evidence: &Evidence, params: &StatusParams) -> bool {
         let covered = &params.covered;
         evidence.visible < covered.visible * self.seen
@@ -408,7 +414,8 @@ mod tests {
             (following(0), STRANGE, following(1), false),
             (following(1), STRANGE, following(2), false),
             (following(2), STRANGE, lost, false),
-            // Doubt of either kind counts on; its kind on the last frame decides how much is too much.
+            // Doubt of either kind counts on; its kind on the last frame decides how much is too
+            // much.
             (following(0), COVERED, following(1), false),
             (following(2), COVERED, following(3), false),
             (following(4), COVERED, lost, false),
@@ -551,7 +558,8 @@ mod tests {
 
     #[test]
     fn what_learns_is_decided_with_the_means_of_this_frame() {
-        // Just below 0.7 times the recent certainty before, and above 0.7 times that with this frame.
+        // Just below 0.7 times the recent certainty before, and above 0.7 times that with this
+        // frame.
         let belief = Belief { recent: 0.8, ..BELIEF };
         let evidence = Evidence { certainty: 0.555, ..KNOWN };
         assert!(!belief.is_sure(&evidence, &PARAMS));

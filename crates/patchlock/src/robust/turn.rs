@@ -1,4 +1,5 @@
-//! The target's rotation in the frame: measured on a log-polar grid, and checked by follower and memory.
+//! The target's rotation in the frame: measured on a log-polar grid, and checked by follower and
+//! memory.
 
 use super::choose::Hypothesis;
 use super::place::Place;
@@ -8,23 +9,26 @@ use crate::vision::crop::Region;
 use crate::vision::frame::Frame;
 use serde::{Deserialize, Serialize};
 
-/// A measured rotation counts where the filter responds with this share of its mean response,
+/// A measured rotation counts where the filter's response is at least this share of its mean
+/// response.
 const CLEAR: f64 = 0.4;
 
-/// and up to this many radians.
+/// No larger rotation counts, in radians.
 const MOST: f64 = 0.35;
 
-/// The mean response, and its rate, before anything was measured.
+/// The mean response of the filter before anything was measured.
 const MEAN: f64 = 0.3;
+
+/// Rate of the running mean of the filter's response.
 const MEAN_RATE: f64 = 0.05;
 
-/// While the target turns, rotations from this many radians count,
+/// While the target turns, no smaller rotation counts, in radians.
 const TURNING_LEAST: f64 = 0.03;
 
-/// where follower and memory respond this many times stronger,
+/// While the target turns, follower and memory must respond this many times stronger to a rotation.
 const TURNING_MARGIN: f64 = 1.02;
 
-/// and the filter learns at this rate.
+/// While the target turns, the learning rate of the filter.
 const TURNING_RATE: f32 = 0.2;
 
 /// Frames without rotation after which the target no longer turns.
@@ -54,7 +58,8 @@ pub(crate) struct SavedTurning {
 struct TurnParams {
     /// Whether rotation is followed.
     rotate: bool,
-    /// It is measured where the memory's response is at most this share of its mean, or the target turns.
+    /// It is measured where the memory's response is at most this share of its mean, or the target
+    /// turns.
     below: f64,
     /// When a measured rotation counts.
     still: TurnLimits,
@@ -65,9 +70,9 @@ struct TurnParams {
 /// When a measured rotation counts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct TurnLimits {
-    /// From this many radians on,
+    /// The smallest rotation, in radians.
     least: f64,
-    /// and where follower and memory respond this many times stronger.
+    /// Follower and memory must respond this many times stronger to it.
     margin: f64,
 }
 
@@ -90,8 +95,8 @@ impl TurnParams {
         }
     }
 
-    /// Whether rotation is measured. A rotation that matters makes the memory less sure: `memory` is its
-    /// response, `mean` its mean response.
+    /// Whether rotation is measured. A rotation that matters makes the memory less sure: `memory`
+    /// is its response, `mean` its mean response.
     fn is_measured(&self, turning: bool, memory: f64, mean: f64) -> bool {
         self.rotate && (turning || memory <= self.below * mean)
     }
@@ -128,8 +133,9 @@ impl Rotation {
         Ok(Self { filter, mean, turning, params: TurnParams::new(config) })
     }
 
-    /// Other rotations that the target may have at the place that was chosen, if one is measured that is clear
-    /// and large enough to count. `follower` is the follower's hypothesis, `mean` the memory's mean response.
+    /// Other rotations that the target may have at the place that was chosen, if one is measured
+    /// that is clear and large enough to count. `follower` is the follower's hypothesis, `mean` the
+    /// memory's mean response.
     pub fn suggest(
         &mut self,
         frame: &Frame<'_>,
@@ -177,8 +183,8 @@ impl Suggestion {
         other.map(move |rotation| Place { rotation, ..place })
     }
 
-    /// The best supported of the hypotheses of turned places, if follower and memory respond to it clearly
-    /// stronger than to the one that is not turned.
+    /// The best supported of the hypotheses of turned places, if follower and memory respond to it
+    /// clearly stronger than to the one that is not turned.
     pub fn accept(
         self,
         unturned: &Hypothesis,
@@ -262,8 +268,8 @@ mod tests {
     #[test]
     fn a_rotation_is_accepted_if_the_support_grows_by_the_margin() {
         let suggestion = Suggestion { rotations: [0.5, 0.0], margin: 1.5 };
-        // The support of the unturned place, of the measured rotation and of the upright one; the rotation
-        // that is accepted.
+        // The support of the unturned place, of the measured rotation and of the upright one; the
+        // rotation that is accepted.
         for (unturned, measured, upright, accepted) in [
             (1.0, 1.5, 1.5, None),
             (1.0, 1.51, 1.5, Some(0.5)),

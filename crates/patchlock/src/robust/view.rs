@@ -10,27 +10,31 @@ use crate::vision::frame::Frame;
 pub struct RobustView<'a> {
     /// Frames since the first one.
     pub frame: u64,
-    /// How sure the memory was of the estimate: its response there, relative to its mean over sure frames.
+    /// How sure the memory was of the estimate: its response there, relative to its mean over sure
+    /// frames.
     pub certainty: f64,
-    /// The memory's strongest response more than half the target's width or height away from the estimate,
-    /// relative to that at the estimate, from 0 to 2.
+    /// The memory's strongest response more than half the target's width or height away from the
+    /// estimate, relative to that at the estimate, from 0 to 2.
     pub elsewhere: f64,
-    /// How well colour tells the target from what is around it, from -1 through 0, not at all, to 1.
+    /// How well colour tells the target from what is around it, from -1 through 0, not at all, to
+    /// 1.
     pub contrast: f64,
     /// Cells on a side of the window around the estimate.
     pub side: usize,
     /// Frame pixels on a side of a cell.
     pub cell: f64,
-    /// The response of the follower, the mean of its filters, to the window, without the map of colours, row
-    /// by row: `side * side` values. The first stands for the estimate's centre, later ones for displacements
-    /// to the right and down; beyond half the side they stand for displacements to the left and up.
+    /// The response of the follower, the mean of its filters, to the window, without the map of
+    /// colours, row by row: `side * side` values. The first stands for the estimate's centre, later
+    /// ones for displacements to the right and down; beyond half the side they stand for
+    /// displacements to the left and up.
     pub follower: &'a [f32],
     /// The memory's response, in the same order.
     pub memory: &'a [f32],
 }
 
 impl Target {
-    /// Computes the responses to the window around the estimate again, with the filters as they are now.
+    /// Computes the responses to the window around the estimate again, with the filters as they are
+    /// now.
     pub fn view<'a>(
         &'a self,
         frame: &Frame<'_>,

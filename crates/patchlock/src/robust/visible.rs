@@ -1,4 +1,5 @@
-//! The paper's patch model, asked about the one box that was found: which parts of the target are visible.
+//! The paper's patch model, asked about the one box that was found: which parts of the target are
+//! visible.
 
 use crate::config::RobustConfig;
 use crate::patch_model::memory::{LearningScratch, LearningStep, PatchMemory};

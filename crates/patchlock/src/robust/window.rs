@@ -1,4 +1,5 @@
-//! The square window around a place, and the sample that it shows: a patch, its features, their spectra.
+//! The square window around a place, and the sample that it shows: a patch, its features, their
+//! spectra.
 
 use super::place::Place;
 use crate::config::RobustConfig;
@@ -14,7 +15,8 @@ use serde::{Deserialize, Serialize};
 /// The longest side of a window in cells.
 const MAX_CELLS: usize = 512;
 
-/// The square window around the target: its size in the frame, and the features that are taken from it.
+/// The square window around the target: its size in the frame, and the features that are taken from
+/// it.
 #[derive(Debug)]
 pub(crate) struct Window {
     base: [f64; 2],
