@@ -55,7 +55,7 @@ impl Batch {
         Self { n, passes }
     }
 
-    /// The spectra of planes, each cell multiplied with its weight in the window.
+    /// The spectra of planes, each cell multiplied by its weight in the window.
     pub fn forward(
         &self,
         planes: &[f32],
@@ -221,8 +221,7 @@ impl Batch {
         }
     }
 
-    /// Transforms a line in place. It is a function of its own, as it is long and called from many
-    /// places.
+    /// Transforms a line in place. It is not inlined: it is long and has many callers.
     #[inline(always)]
     fn transform<S: Simd>(&self, simd: S, scratch: &mut BatchScratch) {
         simd.vectorize(Line { passes: &self.passes, scratch });
@@ -261,7 +260,7 @@ struct Pass {
     count: usize,
     /// Cosine and sine of `k` turns by `radix`.
     roots: Vec<[f32; 2]>,
-    /// What the results are multiplied with, `radix` for each of `count`.
+    /// Factors of the results, `radix` for each of `count`.
     twiddles: Vec<[f32; 2]>,
 }
 
@@ -299,7 +298,7 @@ impl Pass {
     }
 }
 
-/// Transforms of `R` values each, multiplied with the twiddles if that is to be done.
+/// Transforms of `R` values each, multiplied by the twiddles if `TURN`.
 #[inline(always)]
 fn transforms<const R: usize, const TURN: bool>(
     from: [&[Octet]; R],

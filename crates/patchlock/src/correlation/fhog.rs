@@ -286,7 +286,7 @@ fn normalise([a, b, last]: &Histogram, corners: [f32; 4], out: &mut [f32; CHANNE
     }
 }
 
-/// The smaller of two numbers, without the care for those that are none that `min` takes.
+/// The smaller of two numbers, `min` without NaN handling.
 #[inline(always)]
 fn at_most(v: f32, limit: f32) -> f32 {
     if v < limit { v } else { limit }
@@ -322,7 +322,7 @@ mod tests {
     #[test]
     fn orientations_are_the_nearest() {
         for degrees in 0..360 {
-            // Half a degree off, so that none lies half way between two.
+            // Half a degree off: no direction lies half way between two.
             let angle = (degrees as f32 + 0.5).to_radians();
             let nearest = ((degrees as f32 + 0.5) / 20.0).round() as usize % (2 * UNSIGNED);
             let found = places(&[3.0 * angle.cos(); LANES], &[3.0 * angle.sin(); LANES]);

@@ -22,7 +22,7 @@ const BORDER: f64 = 0.1;
 /// The surroundings reach this far from the box, in mean sides of it.
 const REACH: f64 = 1.0;
 
-/// Added to the frequencies, so that a colour which was never seen is none of the target's.
+/// Added to the frequencies: a colour that was never seen is not attributed to the target.
 const UNSEEN: f32 = 1e-3;
 
 /// How often each colour occurs in the target and around it.

@@ -175,7 +175,7 @@ fn inner_of<S: Simd, const VECTORS: usize>(simd: S, a: &[Complex32], b: &[Comple
     sum
 }
 
-/// Adds to one sequence another, multiplied with a factor.
+/// Adds to one sequence another, multiplied by a factor.
 #[inline(always)]
 pub fn add<S: Simd>(simd: S, out: &mut [Complex32], values: &[Complex32], factor: Complex32) {
     // What is left over is not multiplied and added in one, and must be the same with all vectors.

@@ -49,8 +49,7 @@ pub(crate) struct Target {
     status: StatusParams,
 }
 
-/// Buffers that live from frame to frame. Their content does not, so that all targets of a thread
-/// share them.
+/// Buffers, shared by all targets of a thread. They carry nothing from one frame to the next.
 #[derive(Debug, Default)]
 pub(crate) struct Scratch {
     sample: SampleBuffers,
@@ -79,9 +78,9 @@ impl Target {
         let seen = visible.look(frame, sample.region(), seen, visibility);
         let known = memory.recognise(&sample, &mut buffers.memory);
         let evidence = Evidence::new(known, seen.share(), locator.contrast());
-        let (belief, status) = (Belief::first(&evidence), StatusParams::new(config));
+        let (status, search) = (StatusParams::new(config), SearchParams::new(config));
+        let (belief, frames) = (Belief::first(&evidence), 0);
         estimate::fill(place, window.base(), belief.verdict(&evidence, &status), &mut estimate);
-        let (frames, search) = (0, SearchParams::new(config));
         let target =
             Self { place, window, locator, memory, visible, belief, frames, search, status };
         (target, estimate)
@@ -138,15 +137,14 @@ impl Target {
         let Phase::Lost { next } = self.belief.phase else { return false };
         let setting = Setting { frame, window: &self.window, memory: &self.memory };
         let Scratch { sample, locator: LocatorScratch { memory: response, .. }, .. } = scratch;
-        let mut searcher = Searcher { setting, sample, response };
-        let found = searcher.search(self.place, next, &self.search);
-        if let Some(place) = found {
-            self.locator.restart(&self.memory);
-            self.belief.begin_trial(self.place, &self.status);
-            self.place = place;
-        } else {
+        let found = Searcher { setting, sample, response }.search(self.place, next, &self.search);
+        let Some(place) = found else {
             self.belief.search_on(self.search.windows - 1);
-        }
-        found.is_some()
+            return false;
+        };
+        self.locator.restart(&self.memory);
+        self.belief.begin_trial(self.place, &self.status);
+        self.place = place;
+        true
     }
 }
