@@ -95,8 +95,7 @@ impl Target {
         estimate: &mut Estimate,
     ) {
         self.frames += 1;
-        // The place: located from the last one or, after a loss, from where the memory finds the
-        // target.
+        // The place: located from the last one or, after a loss, from where the memory finds it.
         let is_located = !self.belief.is_lost() || self.find_again(frame, scratch);
         let Scratch { sample, locator: buffers, seen, learning } = scratch;
         if is_located {
@@ -131,8 +130,7 @@ impl Target {
         }
     }
 
-    /// Searches for the target while it is lost, and goes on trial where it is found. Says whether
-    /// it is.
+    /// Searches while the target is lost; what is found is on trial. Says whether it is found.
     fn find_again(&mut self, frame: &Frame<'_>, scratch: &mut Scratch) -> bool {
         let Phase::Lost { next } = self.belief.phase else { return false };
         let setting = Setting { frame, window: &self.window, memory: &self.memory };
