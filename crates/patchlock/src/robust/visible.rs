@@ -101,9 +101,9 @@ impl Visible {
     /// What does not fit the configuration.
     pub fn restore(saved: SavedVisible, config: &RobustConfig) -> Result<Self, &'static str> {
         let SavedVisible { patches, rng } = saved;
-        let (rules, params) = (config.patch_rules(), VisibleParams::new(config));
-        patches.check(&rules, params.update_interval)?;
-        Ok(Self { model: PatchModel::restore(patches, rules), rng, params })
+        let (patch_rules, params) = (config.patch_rules(), VisibleParams::new(config));
+        patches.check(&patch_rules, params.update_interval)?;
+        Ok(Self { model: PatchModel::restore(patches, patch_rules), rng, params })
     }
 
     /// Which parts of the target are visible in this region.
