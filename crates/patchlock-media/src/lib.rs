@@ -26,6 +26,7 @@ mod mp4_index;
 mod mp4_reader;
 mod mp4_writer;
 pub mod natural_order;
+mod open;
 mod order;
 mod orientation;
 mod picture;
@@ -38,11 +39,12 @@ pub use error::{Container, Error, FrameFault, without_path};
 pub use guard::{Panicked, silence_decoders};
 pub use limits::{Limits, MOST_FRAMES, TooLarge};
 pub use mp4_writer::Mp4Writer;
+#[doc(hidden)]
+pub use open::open_without_ffmpeg;
+pub use open::{open, open_within};
 pub use order::{Order, RangeError};
 pub use picture::{Picture, Pixels};
-#[doc(hidden)]
-pub use source::open_without_ffmpeg;
-pub use source::{FrameRate, FrameSource, open, open_within};
+pub use source::{FrameRate, FrameSource};
 
 /// Y4M from any reader, as [`open`] reads standard input. Only for fuzzing, and no part of the public
 /// interface.

@@ -3,7 +3,7 @@
 use super::PatchModelConfig;
 use super::table::{Range, group, number};
 use crate::patch_model::likelihood::{Gamma, LikelihoodRules, Scales};
-use crate::patch_model::model::PatchRules;
+use crate::patch_model::rules::PatchRules;
 
 group! {
     /// The settings of the paper's tracker, the method `paper`.

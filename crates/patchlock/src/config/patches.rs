@@ -3,8 +3,7 @@
 use super::table::{Range, group, number};
 use crate::Error;
 use crate::patch_model::likelihood::LikelihoodRules;
-use crate::patch_model::memory::LearningRules;
-use crate::patch_model::model::PatchRules;
+use crate::patch_model::rules::{LearningRules, PatchRules};
 use crate::patch_model::scale::ScaleRules;
 use crate::patch_model::sparse::codes::{CodeRules, MAX_ATOMS};
 use crate::patch_model::sparse::dictionary::MAX_DICTIONARY;

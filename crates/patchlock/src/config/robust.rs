@@ -3,7 +3,7 @@
 use super::table::{Range, group, number};
 use super::{PaperConfig, PatchModelConfig};
 use crate::Error;
-use crate::patch_model::model::PatchRules;
+use crate::patch_model::rules::PatchRules;
 
 group! {
     /// The settings of the default tracker, the method `robust`.

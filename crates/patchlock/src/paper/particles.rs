@@ -2,7 +2,8 @@
 
 use super::motion::Motion;
 use super::state::State;
-use crate::patch_model::model::{PatchRules, cut_candidate};
+use crate::patch_model::model::cut_candidate;
+use crate::patch_model::rules::PatchRules;
 use crate::patch_model::sparse::somp::batched::BLOCK;
 use crate::vision::frame::GreyImage;
 use rand_pcg::Pcg64;

@@ -2,10 +2,10 @@
 //! tracked candidate. A saved state holds exactly this; the dictionaries follow from it.
 
 use super::buffer;
-use super::model::PatchRules;
-use super::subspace::{self, Subspace, SubspaceRules};
+use super::rules::PatchRules;
+use super::subspace::{self, Subspace};
 use super::templates;
-use super::update::{NewTemplate, TemplateRules};
+use super::update::NewTemplate;
 use super::visibility::Visibility;
 use rand_pcg::Pcg64;
 use serde::{Deserialize, Serialize};
@@ -25,23 +25,6 @@ pub struct PatchMemory {
     pub subspace: Subspace,
     /// Tracked candidates that the subspace has not taken in yet.
     pub batch: Vec<Vec<f32>>,
-}
-
-/// How a patch model learns.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LearningRules {
-    /// Templates are updated when the visible shares of both scales add to more than twice this (Eq. 20).
-    pub delta: f64,
-    /// The large buffer takes the candidate when more than this share of large patches is visible (o1).
-    pub large_buffer_guard: f64,
-    /// The small buffer takes the candidate when more than this share of small patches is visible (o2).
-    pub small_buffer_guard: f64,
-    /// The chance that a template is replaced grows by this factor from one to the next younger one.
-    pub replacement_growth: f64,
-    /// How the subspace forgets and what it keeps.
-    pub subspace: SubspaceRules,
-    /// How a new template is made.
-    pub template: TemplateRules,
 }
 
 /// Which parts of the model learn on a frame. The caller decides.

@@ -9,6 +9,7 @@ pub mod memory;
 pub mod model;
 pub mod pooling;
 pub mod pruning;
+pub mod rules;
 pub mod scale;
 pub mod sparse;
 pub mod subspace;

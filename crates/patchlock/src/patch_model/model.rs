@@ -8,40 +8,20 @@
 //! - [`PatchModel::weigh`] gives the likelihoods of many candidates;
 //! - [`PatchModel::learn`] takes a tracked candidate in. The caller decides when.
 
-use super::likelihood::{Feature, LikelihoodRules};
-use super::memory::{Learned, LearningRules, LearningScratch, LearningStep, PatchMemory};
+use super::likelihood::Feature;
+use super::memory::{Learned, LearningScratch, LearningStep, PatchMemory};
 use super::pruning::Pruning;
-use super::scale::{CodingScratch, PatchScores, Scale, ScaleRules};
+use super::rules::PatchRules;
+use super::scale::{CodingScratch, PatchScores, Scale};
 use super::templates;
 use super::visibility::{Visibility, VisibilityMap};
 pub use super::weighing::Wanted;
 use super::weighing::{Coding, ThreadBuffers, Weighing};
 use crate::vision::frame::GreyImage;
-use crate::vision::patches::{PatchGrid, normalise, similarity};
+use crate::vision::patches::{normalise, similarity};
 use crate::vision::warp::{Affine, warp};
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
-
-/// All parameters of a patch model.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PatchRules {
-    /// Side of the square templates, in samples.
-    pub template_side: usize,
-    /// The large patches.
-    pub large: PatchGrid,
-    /// The small patches.
-    pub small: PatchGrid,
-    /// How patches are coded and weighted.
-    pub scale: ScaleRules,
-    /// How features become a likelihood, and when a patch is visible.
-    pub likelihood: LikelihoodRules,
-    /// Number of templates.
-    pub templates: usize,
-    /// Number of earlier patches that are coded jointly with the current one.
-    pub buffer: usize,
-    /// How it learns.
-    pub learning: LearningRules,
-}
 
 /// The appearance of one target.
 #[derive(Debug)]

@@ -3,8 +3,9 @@
 
 use patchlock::patch_model::memory::{LearningScratch, LearningStep};
 use patchlock::patch_model::model::{
-    Candidates, LookScratch, PatchModel, PatchRules, Wanted, Weighed, cut_candidate,
+    Candidates, LookScratch, PatchModel, Wanted, Weighed, cut_candidate,
 };
+use patchlock::patch_model::rules::PatchRules;
 use patchlock::vision::frame::GreyImage;
 use patchlock::{BoundingBox, PaperConfig, State, Visibility};
 use rand_pcg::Pcg64;

@@ -1,0 +1,156 @@
+//! Opens a source of frames by its name.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use crate::image_sequence::{ImageSequence, Pattern};
+use crate::limits::Limits;
+use crate::mp4_reader::{self, Mp4};
+use crate::{Error, FrameFault, FrameRate, FrameSource, Picture, ffmpeg, guard, image_file, y4m};
+
+/// Opens a folder of images, a printf pattern, a glob, an image, a video file, or `-` for Y4M on standard
+/// input. With `reverse`, frames can be read from the last to the first.
+///
+/// # Errors
+/// [`Error::Missing`] if there is no such source; others if it cannot be opened.
+pub fn open(name: &str, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
+    open_within(name, reverse, Limits::default())
+}
+
+/// Opens a source as [`open`] does, with other limits on what a file may claim.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_within(
+    name: &str,
+    reverse: bool,
+    limits: Limits,
+) -> Result<Box<dyn FrameSource>, Error> {
+    let others: OtherFormats = |path, reason, reverse, limits, times| {
+        ffmpeg::open(path, reason, reverse, limits, times, ffmpeg::Program::default())
+    };
+    guarded(name, || open_unguarded(name, reverse, limits, others))
+}
+
+/// Opens a source as [`open`] does, but gives an error for what needs ffmpeg. Fuzzing tries our own readers
+/// with it; it is no part of the public interface.
+///
+/// # Errors
+/// As [`open`].
+#[doc(hidden)]
+pub fn open_without_ffmpeg(name: &str, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
+    let refuse: OtherFormats = |path, reason, _, _, _| {
+        Err(Error::unreadable(path.display(), format!("it {reason}, which ffmpeg would read")))
+    };
+    guarded(name, || open_unguarded(name, reverse, Limits::default(), refuse))
+}
+
+/// Opens a source whose decoder may panic.
+fn guarded(
+    name: &str,
+    open: impl FnOnce() -> Result<Box<dyn FrameSource>, Error>,
+) -> Result<Box<dyn FrameSource>, Error> {
+    let source = guard::decoding(open).map_err(|panicked| Error::unreadable(name, panicked))?;
+    Ok(Box::new(Guarded { source: source?, name: name.to_string() }))
+}
+
+/// What reads the formats that we do not, as [`ffmpeg::open`].
+type OtherFormats =
+    fn(&Path, &str, bool, Limits, Option<Vec<i64>>) -> Result<Box<dyn FrameSource>, Error>;
+
+/// A source whose decoder may panic.
+struct Guarded {
+    source: Box<dyn FrameSource>,
+    name: String,
+}
+
+impl FrameSource for Guarded {
+    fn length(&self) -> Option<usize> {
+        self.source.length()
+    }
+
+    fn rate(&self) -> Option<FrameRate> {
+        self.source.rate()
+    }
+
+    fn has_sound(&self) -> bool {
+        self.source.has_sound()
+    }
+
+    fn count(&mut self) -> Result<usize, Error> {
+        guard::decoding(|| self.source.count()).unwrap_or_else(|panicked| {
+            let reason = format!("its frames cannot be counted: {panicked}");
+            Err(Error::unreadable(&self.name, reason))
+        })
+    }
+
+    fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
+        guard::decoding(|| self.source.frame(index)).unwrap_or_else(|panicked| {
+            let (name, fault) = (self.name.clone(), FrameFault::Unreadable);
+            Err(Error::Frame { index, name, fault, reason: panicked.to_string() })
+        })
+    }
+}
+
+fn open_unguarded(
+    name: &str,
+    reverse: bool,
+    limits: Limits,
+    others: OtherFormats,
+) -> Result<Box<dyn FrameSource>, Error> {
+    if name == "-" {
+        return y4m::open_stream(std::io::stdin(), "standard input", reverse, limits, None, 0);
+    }
+    let path = Path::new(name);
+    // An existing file or folder takes precedence over a pattern or glob of the same name.
+    if path.is_dir() {
+        return Ok(Box::new(ImageSequence::folder(path)?.within(limits)));
+    }
+    if path.exists() {
+        return open_file(path, reverse, limits, others);
+    }
+    if let Some(pattern) = Pattern::parse(name) {
+        return Ok(Box::new(ImageSequence::pattern(name, &pattern)?.within(limits)));
+    }
+    if name.contains(['*', '?', '[']) {
+        return Ok(Box::new(ImageSequence::glob(name)?.within(limits)));
+    }
+    Err(Error::Missing { name: name.to_string() })
+}
+
+fn open_file(
+    path: &Path,
+    reverse: bool,
+    limits: Limits,
+    others: OtherFormats,
+) -> Result<Box<dyn FrameSource>, Error> {
+    // Opening a pipe could wait for ever, and a device may never end.
+    if path.metadata().is_ok_and(|found| !found.is_file()) {
+        return Err(Error::Endless { path: path.to_path_buf() });
+    }
+    let mut head = Vec::new();
+    File::open(path)
+        .and_then(|file| file.take(16).read_to_end(&mut head))
+        .map_err(|error| Error::unreadable(path.display(), error))?;
+    if head.is_empty() {
+        return Err(Error::unreadable(path.display(), "the file is empty"));
+    }
+    if head.starts_with(y4m::MAGIC) {
+        return Ok(Box::new(y4m::Y4mFile::open(path, limits)?));
+    }
+    if image_file::is_image(path) {
+        return Ok(Box::new(ImageSequence::single(path).within(limits)));
+    }
+    if !mp4_reader::looks_like_mp4(&head) {
+        return others(path, "is not an image, MP4 or Y4M file", reverse, limits, None);
+    }
+    match Mp4::open(path, reverse, limits) {
+        Ok(video) => Ok(Box::new(video)),
+        Err(mp4_reader::OpenError::Codec(codec)) => {
+            let times = mp4_reader::frame_times(path);
+            others(path, &format!("holds {codec}"), reverse, limits, times)
+        }
+        Err(mp4_reader::OpenError::Broken(error)) => Err(error),
+    }
+}
