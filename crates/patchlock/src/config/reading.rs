@@ -23,13 +23,18 @@ impl<'de> Deserialize<'de> for TrackerConfig {
         if entries.contains_key(Method::NAMES[1]) {
             config = PaperConfig::default().into();
         }
-        if let Some(Entry::Table(settings)) = entries.remove(config.method.name()) {
-            for (name, entry) in settings {
-                match entry {
-                    Entry::Table(patches) if name == "patches" => read(&mut config, patches)?,
-                    entry => read(&mut config, BTreeMap::from([(name, entry)]))?,
+        let method = config.method.name();
+        match entries.remove(method) {
+            Some(Entry::Table(settings)) => {
+                for (name, entry) in settings {
+                    match entry {
+                        Entry::Table(patches) if name == "patches" => read(&mut config, patches)?,
+                        entry => read(&mut config, BTreeMap::from([(name, entry)]))?,
+                    }
                 }
             }
+            Some(_) => return Err(D::Error::custom(format!("`{method}` is not a table"))),
+            None => {}
         }
         read(&mut config, entries)?;
         Ok(config)

@@ -21,6 +21,8 @@ group! {
         max_patch: f64 = 200.0, number(32.0, 512.0);
         /// Smallest side of the patch that the search window is resampled to, in pixels.
         min_patch: f64 = 150.0, number(32.0, 512.0);
+        /// Shortest side to which the target may shrink, in pixels.
+        least_side: f64 = 5.0, number(1.0, 1000.0);
     }
     "own measurement: filters that differ err in different places" {
         /// Number of tracking filters, whose mean follows the target: the basic, the wide and the
@@ -62,6 +64,23 @@ group! {
         rotation_margin: f64 = 1.1, number(0.0, 10.0);
         /// Learning rate of the filter over rotation.
         rotation_rate: f64 = 0.1, number(0.0, 1.0);
+        /// A measured rotation is clear if the filter responds at least with this share of its mean
+        /// response.
+        rotation_clear: f64 = 0.4, number(0.0, 10.0);
+        /// A measured rotation counts up to this many radians.
+        rotation_most: f64 = 0.35, number(0.0, 3.2);
+        /// Mean response of the filter over rotation before anything was measured.
+        rotation_mean: f64 = 0.3, number(0.0, 10.0);
+        /// Rate of the mean response of the filter over rotation.
+        rotation_mean_rate: f64 = 0.05, number(0.0, 1.0);
+        /// `rotation_least` while the target turns.
+        turning_least: f64 = 0.03, number(0.0, 3.2);
+        /// `rotation_margin` while the target turns.
+        turning_margin: f64 = 1.02, number(0.0, 10.0);
+        /// `rotation_rate` while the target turns.
+        turning_rate: f64 = 0.2, number(0.0, 1.0);
+        /// Number of frames without rotation after which the target no longer counts as turning.
+        turning_frames: usize = 10, number(0.0, 10_000.0);
     }
     "Bertinetto et al. 2016 (Staple), with our own numbers" {
         /// Weight of the map of the target's colours, relative to the memory's mean response.
@@ -82,12 +101,18 @@ group! {
         sure: f64 = 0.7, number(0.0, 10.0);
         /// Number of first frames that count as sure whatever the memory responds.
         first_frames: usize = 10, number(0.0, 10_000.0);
+        /// Rate of the running means of the memory's response, the visible share and the contrast.
+        recent_rate: f64 = 0.05, number(0.0, 1.0);
+        /// Upper limit of the memory's response away from the box, relative to its response at the box.
+        elsewhere_most: f64 = 2.0, number(0.0, 1e6);
         /// The memory overrides the tracking filters where it responds this many times stronger
         /// elsewhere.
         jump_ratio: f64 = 2.5, number(1.0, 1e6);
         /// The memory overrides the tracking filters only if its response is at least this share
         /// of its mean.
         jump_least: f64 = 0.33, number(0.0, 10.0);
+        /// The memory overrides the tracking filters after this many consecutive frames.
+        jump_after: usize = 2, number(1.0, 10_000.0);
         /// A frame is doubtful if the memory's response is below this share of its mean and
         /// `lost_drop` or `lost_hidden` holds.
         lost_below: f64 = 0.4, number(0.0, 10.0);
@@ -122,6 +147,18 @@ group! {
         trial: usize = 5, number(1.0, 10_000.0);
         /// Number of windows that are searched on each frame while the target is lost.
         search_windows: usize = 5, number(1.0, 1000.0);
+        /// Share of their side by which the windows of the search overlap.
+        search_overlap: f64 = 0.5, number(0.0, 0.9);
+        /// Size of the target in the second of four passes of the search over the frame, relative to the last one.
+        search_larger: f64 = 1.2, number(0.1, 10.0);
+        /// Size of the target in the third of four passes of the search over the frame, relative to the last one.
+        search_smaller: f64 = 0.8, number(0.1, 10.0);
+        /// A peak in a window of the search is examined if it is above this share of `found_above`.
+        found_promising: f64 = 0.5, number(0.0, 10.0);
+        /// Larger size that is tried at a place that was found, relative to the last one.
+        found_larger: f64 = 1.25, number(0.1, 10.0);
+        /// Smaller size that is tried at a place that was found, relative to the last one.
+        found_smaller: f64 = 0.8, number(0.1, 10.0);
         /// The scale filter learns only if the score is at least this.
         scale_least: f64 = 0.3, number(0.0, 1.0);
         /// Constant term of the score, a logistic function of a weighted sum.

@@ -3,10 +3,6 @@
 use super::place::Place;
 use crate::config::RobustConfig;
 
-/// Consecutive frames on which the memory must respond much stronger elsewhere before it is
-/// trusted.
-const JUMP_AFTER: u32 = 2;
-
 /// A place where the target may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Hypothesis {
@@ -40,13 +36,16 @@ impl Hypothesis {
 pub(crate) struct JumpParams {
     /// The memory must respond this many times stronger there than at the follower's place.
     ratio: f64,
-    /// The memory must respond with more than this share of its mean response at the target.
+    /// and at least with this share of its mean response at the target,
     least: f64,
+    /// on this many consecutive frames.
+    after: u32,
 }
 
 impl JumpParams {
     pub fn new(config: &RobustConfig) -> Self {
-        Self { ratio: config.jump_ratio, least: config.jump_least }
+        let (ratio, least) = (config.jump_ratio, config.jump_least);
+        Self { ratio, least, after: config.jump_after as u32 }
     }
 
     /// Whether the memory's place is much better than a follower's. `mean` is the memory's mean
@@ -71,8 +70,8 @@ pub(crate) struct Choice {
 }
 
 /// Chooses among hypotheses: the follower's for which the memory responds strongest, unless the
-/// memory's own was much better on [`JUMP_AFTER`] consecutive frames. `first` is a follower's,
-/// `others` are any further ones, `streak` comes from the choice on the frame before.
+/// memory's own was much better on [`JumpParams::after`] consecutive frames. `first` is a
+/// follower's, `others` are any further ones, `streak` comes from the choice on the frame before.
 pub(crate) fn choose(
     first: Hypothesis,
     others: &[Hypothesis],
@@ -88,7 +87,7 @@ pub(crate) fn choose(
         return Choice { follower, place: follower.place, is_jump: false, streak: 0 };
     };
     let streak = streak.saturating_add(1);
-    if streak < JUMP_AFTER {
+    if streak < params.after {
         return Choice { follower, place: follower.place, is_jump: false, streak };
     }
     Choice { follower, place: memory.place, is_jump: true, streak: 0 }
@@ -98,7 +97,7 @@ pub(crate) fn choose(
 mod tests {
     use super::*;
 
-    const PARAMS: JumpParams = JumpParams { ratio: 2.5, least: 0.33 };
+    const PARAMS: JumpParams = JumpParams { ratio: 2.5, least: 0.33, after: 2 };
 
     fn at(x: f64) -> Place {
         Place { centre: [x, 0.0], scale: 1.0, rotation: 0.0 }

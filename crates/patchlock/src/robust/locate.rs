@@ -139,7 +139,7 @@ impl Locator {
         let choice = self.choose(setting, last, sample, scratch);
         let place = self.turned(setting, choice, sample, scratch);
         let place = self.size.measured(setting.frame, place, &mut scratch.size);
-        place.kept_within(setting.frame.size(), setting.window.base())
+        setting.window.keep(place, setting.frame)
     }
 
     /// Chooses among the places that follower and memory propose in the window around the last

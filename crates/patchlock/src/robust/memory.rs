@@ -11,9 +11,6 @@ use serde::{Deserialize, Serialize};
 /// The smallest mean response: frames without texture give no response at all.
 const LEAST_MEAN: f64 = 1e-9;
 
-/// Upper limit of the response elsewhere, relative to that at the place.
-const MOST_ELSEWHERE: f64 = 2.0;
-
 /// More frames than any video has; counting on from here never overflows.
 const MAX_FRAMES: u64 = 1 << 53;
 
@@ -27,6 +24,8 @@ pub(crate) struct Memory {
     sure: u64,
     /// Learning rate; the first frames count alike.
     rate: f64,
+    /// Largest response elsewhere, relative to that at the place.
+    elsewhere_most: f64,
 }
 
 /// A memory as a snapshot holds it.
@@ -43,7 +42,7 @@ pub(crate) struct Recognition {
     /// How sure it is: its response, relative to its mean over sure frames.
     pub certainty: f64,
     /// Its strongest response outside half the target's size around the place, relative to that at
-    /// the place, from 0 to 2.
+    /// the place, at most `elsewhere_most`.
     pub elsewhere: f64,
 }
 
@@ -56,7 +55,8 @@ impl Memory {
         buffers: &mut ResponseBuffers,
     ) -> Self {
         let mean = sample.respond(filter, buffers).at([0.0; 2]).max(LEAST_MEAN);
-        Self { filter: filter.to_vec(), mean, sure: 0, rate: config.memory_rate }
+        let (rate, elsewhere_most) = (config.memory_rate, config.elsewhere_most);
+        Self { filter: filter.to_vec(), mean, sure: 0, rate, elsewhere_most }
     }
 
     /// As a snapshot holds it.
@@ -82,7 +82,8 @@ impl Memory {
             return Err("the memory has counted more frames than a video has");
         }
         let filter = filter.restore(window.spectra()).ok_or("the memory is damaged")?;
-        Ok(Self { filter, mean, sure, rate: config.memory_rate })
+        let (rate, elsewhere_most) = (config.memory_rate, config.elsewhere_most);
+        Ok(Self { filter, mean, sure, rate, elsewhere_most })
     }
 
     /// The filter that remembers.
@@ -132,7 +133,8 @@ impl Memory {
         let certainty = self.certainty(response);
         let here = certainty * self.mean;
         let away = response.beyond(sample.window.cells().map(|side| side / 2.0));
-        let elsewhere = if away <= 0.0 { 0.0 } else { MOST_ELSEWHERE.min(away / here.max(0.0)) };
+        let elsewhere =
+            if away <= 0.0 { 0.0 } else { self.elsewhere_most.min(away / here.max(0.0)) };
         Recognition { certainty, elsewhere }
     }
 
@@ -158,7 +160,8 @@ mod tests {
     /// A memory of an impulse, with this mean response and a learning rate of 0.25: it responds to
     /// a sample with the sample's own plane.
     fn memory(window: &Window, mean: f64) -> Memory {
-        Memory { filter: spectra(window, &plane(&[(0, 1.0)])), mean, sure: 0, rate: 0.25 }
+        let filter = spectra(window, &plane(&[(0, 1.0)]));
+        Memory { filter, mean, sure: 0, rate: 0.25, elsewhere_most: 2.0 }
     }
 
     fn on_sample<T>(cells: &[(usize, f32)], ask: impl FnOnce(&Sample<'_>) -> T) -> T {

@@ -5,9 +5,6 @@ use crate::vision::frame::FrameSize;
 use crate::vision::geometry::{BoundingBox, Point};
 use serde::{Deserialize, Serialize};
 
-/// The smallest side of a target to which its scale may shrink, in pixels.
-const LEAST_SIDE: f64 = 5.0;
-
 /// Where the target is: position, size and rotation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Place {
@@ -44,14 +41,14 @@ impl Place {
         self
     }
 
-    /// The place with its centre moved into the frame, and its size limited to what the frame can
-    /// show.
-    pub fn kept_within(mut self, frame: FrameSize, base: [f64; 2]) -> Self {
+    /// The place with its centre moved into the frame, and its size limited: no side of the target
+    /// becomes shorter than `least_side` pixels, nor longer than that of the frame.
+    pub fn kept_within(mut self, frame: FrameSize, base: [f64; 2], least_side: f64) -> Self {
         let size = [frame.width as f64, frame.height as f64];
         for (centre, side) in self.centre.iter_mut().zip(size) {
             *centre = centre.clamp(0.0, side - 1.0);
         }
-        let least = (LEAST_SIDE / base[0].min(base[1])).min(1.0);
+        let least = (least_side / base[0].min(base[1])).min(1.0);
         let most = (size[0] / base[0]).min(size[1] / base[1]).max(1.0);
         self.scale = self.scale.clamp(least, most);
         self
@@ -84,7 +81,7 @@ mod tests {
 
     #[test]
     fn a_place_within_the_frame_stays() {
-        assert_eq!(PLACE.kept_within(FRAME, [20.0, 10.0]), PLACE);
+        assert_eq!(PLACE.kept_within(FRAME, [20.0, 10.0], 5.0), PLACE);
     }
 
     #[test]
@@ -92,13 +89,16 @@ mod tests {
         for (centre, kept) in
             [([-3.0, 80.0], [0.0, 59.0]), ([99.5, -0.1], [99.0, 0.0]), ([1e9, 5.0], [99.0, 5.0])]
         {
-            assert_eq!(Place { centre, ..PLACE }.kept_within(FRAME, [20.0, 10.0]).centre, kept);
+            assert_eq!(
+                Place { centre, ..PLACE }.kept_within(FRAME, [20.0, 10.0], 5.0).centre,
+                kept
+            );
         }
     }
 
     #[test]
     fn the_scale_is_limited() {
-        let scale = |scale, base| Place { scale, ..PLACE }.kept_within(FRAME, base).scale;
+        let scale = |scale, base| Place { scale, ..PLACE }.kept_within(FRAME, base, 5.0).scale;
         // The shorter side has at least 5 pixels, and no side is longer than the frame's.
         assert_eq!(scale(0.1, [20.0, 10.0]), 0.5);
         assert_eq!(scale(9.0, [20.0, 10.0]), 5.0);

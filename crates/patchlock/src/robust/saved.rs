@@ -56,7 +56,7 @@ impl Target {
         if !belief.is_sound() {
             return Err("what it believes of the target is damaged");
         }
-        let window = Window::restore(&window)?;
+        let window = Window::restore(&window, config)?;
         Ok(Self {
             place,
             locator: Locator::restore(locator, &window, config)?,

@@ -7,20 +7,6 @@ use crate::config::RobustConfig;
 use crate::correlation::response::ResponseBuffers;
 use crate::vision::frame::FrameSize;
 
-/// Windows of the search overlap by this share of their side, as responses fade towards their
-/// borders.
-const OVERLAP: f64 = 0.5;
-
-/// A peak in a window is examined at its centre if it is above this share of what counts as found:
-/// the window weakens it.
-const PROMISING: f64 = 0.5;
-
-/// Sizes, relative to the last one, of one pass over the frame after the other.
-const SIZES: [f64; 4] = [1.0, 1.2, 0.8, 1.0];
-
-/// Sizes, relative to the last one, that are tried at a place that was found.
-const TRIED: [f64; 3] = [1.0, 0.8, 1.25];
-
 /// How a frame is searched.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct SearchParams {
@@ -28,6 +14,15 @@ pub(crate) struct SearchParams {
     pub windows: u64,
     /// A place is found where the memory is more certain than this.
     above: f64,
+    /// A peak in a window is examined at its centre if it is above this share of `above`: the
+    /// window weakens it.
+    promising: f64,
+    /// Windows overlap by this share of their side, as responses fade towards their borders.
+    overlap: f64,
+    /// Sizes, relative to the last one, of one pass over the frame after the other.
+    sizes: [f64; 4],
+    /// Sizes, relative to the last one, that are tried at a place that was found.
+    tried: [f64; 3],
 }
 
 /// A place that the memory found.
@@ -46,7 +41,14 @@ pub(crate) struct Searcher<'a> {
 
 impl SearchParams {
     pub fn new(config: &RobustConfig) -> Self {
-        Self { windows: config.search_windows as u64, above: config.found_above }
+        Self {
+            windows: config.search_windows as u64,
+            above: config.found_above,
+            promising: config.found_promising,
+            overlap: config.search_overlap,
+            sizes: [1.0, config.search_larger, config.search_smaller, 1.0],
+            tried: [1.0, config.found_smaller, config.found_larger],
+        }
     }
 }
 
@@ -54,13 +56,13 @@ impl Searcher<'_> {
     /// Looks at the last place and at some more windows, from number `next` of the search on.
     /// Returns the place that the memory knows best, if that counts as found.
     pub fn search(&mut self, last: Place, next: u64, params: &SearchParams) -> Option<Place> {
-        let passes = Passes::new(self.setting.frame.size(), self.setting.window, last);
+        let passes = Passes::new(self.setting.frame.size(), self.setting.window, last, params);
         let others = (next..).map(|number| passes.place(number));
         let places = std::iter::once(last).chain(others).take(params.windows as usize);
         let found = self.best(None, places, params)?;
         // The window in which a target is found may have any size of the search, and the target
         // would keep it: the scale filter learns from there on.
-        let sizes = TRIED.map(|size| Place { scale: last.scale * size, ..found.place });
+        let sizes = params.tried.map(|size| Place { scale: last.scale * size, ..found.place });
         self.best(Some(found), sizes, params).map(|found| found.place)
     }
 
@@ -87,10 +89,10 @@ impl Searcher<'_> {
         let Self { sample: buffers, response, .. } = self;
         let sample = window.sample(frame, around, buffers);
         let hypothesis = memory.propose(&sample, memory.respond(&sample, response));
-        if hypothesis.response < PROMISING * params.above * memory.mean() {
+        if hypothesis.response < params.promising * params.above * memory.mean() {
             return None;
         }
-        let place = hypothesis.place.kept_within(frame.size(), window.base());
+        let place = window.keep(hypothesis.place, frame);
         let sample = window.sample(frame, place, buffers);
         let certainty = memory.certainty(memory.respond(&sample, response));
         Some(Found { place, certainty })
@@ -102,7 +104,7 @@ impl Searcher<'_> {
 struct Passes {
     frame: FrameSize,
     rotation: f64,
-    passes: [Pass; SIZES.len()],
+    passes: [Pass; 4],
 }
 
 /// One pass over the frame: windows of one size, in rows and columns.
@@ -115,10 +117,10 @@ struct Pass {
 
 impl Passes {
     /// The search for a target that was last at this place.
-    fn new(frame: FrameSize, window: &Window, last: Place) -> Self {
-        let passes = SIZES.map(|size| {
+    fn new(frame: FrameSize, window: &Window, last: Place, params: &SearchParams) -> Self {
+        let passes = params.sizes.map(|size| {
             let scale = last.scale * size;
-            let step = window.side(scale) * (1.0 - OVERLAP);
+            let step = window.side(scale) * (1.0 - params.overlap);
             let count = |length: usize| (length as f64 / step).ceil().max(1.0) as u64;
             Pass { scale, columns: count(frame.width), rows: count(frame.height) }
         });
@@ -167,15 +169,19 @@ mod tests {
     /// At this scale, the window has a side of 80 pixels.
     const LAST: Place = Place { centre: [7.0, 9.0], scale: 1.25, rotation: 0.3 };
 
+    fn params() -> SearchParams {
+        SearchParams::new(&RobustConfig::default())
+    }
+
     /// The windows of two rounds of passes, pass by pass.
     fn rounds() -> Vec<Vec<Place>> {
-        let (passes, mut next) = (Passes::new(FRAME, &window(), LAST), 0);
+        let (passes, mut next) = (Passes::new(FRAME, &window(), LAST, &params()), 0);
         let pass = |number: usize| {
             let first = next;
-            next += passes.passes[number % SIZES.len()].windows();
+            next += passes.passes[number % 4].windows();
             (first..next).map(|number| passes.place(number)).collect()
         };
-        (0..2 * SIZES.len()).map(pass).collect()
+        (0..8).map(pass).collect()
     }
 
     #[test]
@@ -218,7 +224,7 @@ mod tests {
 
     #[test]
     fn a_window_larger_than_the_frame_is_the_only_one_of_its_pass() {
-        let passes = Passes::new(FRAME, &window(), Place { scale: 20.0, ..LAST });
+        let passes = Passes::new(FRAME, &window(), Place { scale: 20.0, ..LAST }, &params());
         for (number, scale) in [20.0, 24.0, 16.0, 20.0, 20.0].into_iter().enumerate() {
             let place = passes.place(number as u64);
             assert_eq!((place.centre, place.scale), ([160.0, 120.0], scale));
@@ -250,11 +256,11 @@ mod tests {
     fn what_is_found_in_a_window_of_another_size_gets_its_own() {
         with_searcher(|searcher, target, params| {
             let once = SearchParams { windows: 1, ..*params };
-            for size in SIZES {
+            for size in params.sizes {
                 let place = Place { scale: size, ..target };
                 let found = searcher.look_around(place, params).unwrap();
                 assert_eq!(found.place.scale, size);
-                let sizes = TRIED.map(|size| Place { scale: size, ..found.place });
+                let sizes = params.tried.map(|size| Place { scale: size, ..found.place });
                 let best = searcher.best(Some(found), sizes, params).unwrap().place;
                 assert_eq!(best.scale, 1.0, "found at {size}");
                 let [x, y] = [0, 1].map(|axis| best.centre[axis] - target.centre[axis]);
@@ -273,7 +279,7 @@ mod tests {
             let found = searcher.search(far, 0, &all).unwrap();
             let [x, y] = [0, 1].map(|axis| found.centre[axis] - target.centre[axis]);
             assert!(x.hypot(y) < 1.0, "{x}, {y} from the target");
-            let strict = SearchParams { windows: 1000, above: 1e6 };
+            let strict = SearchParams { windows: 1000, above: 1e6, ..*params };
             assert_eq!(searcher.search(target, 0, &strict), None);
         });
     }

@@ -6,9 +6,6 @@ use crate::config::RobustConfig;
 use crate::estimate::Status;
 use serde::{Deserialize, Serialize};
 
-/// Rate of the running means.
-const RECENT_RATE: f64 = 0.05;
-
 /// The score of a box that is as likely to be on the target as not: the least of a tracked target,
 /// and the most of a lost one.
 const EVEN_SCORE: f64 = 0.5;
@@ -22,7 +19,7 @@ pub(crate) struct Evidence {
     /// How sure the memory is: its response, relative to its mean over sure frames.
     pub certainty: f64,
     /// The memory's strongest response outside half the target's size around the place, relative to
-    /// that at the place, from 0 to 2.
+    /// that at the place, at least 0 and at most `elsewhere_most`.
     pub elsewhere: f64,
     /// The visible share of the target, from 0 to 1; 0 where that is unknown.
     pub visible: f64,
@@ -105,6 +102,8 @@ pub(crate) struct StatusParams {
     sure: f64,
     /// The size learns from this score on.
     size_least: f64,
+    /// Rate of the running means of certainty, visible share and contrast.
+    recent_rate: f64,
     strange: StrangeParams,
     covered: CoveredParams,
     /// Frames of a trial.
@@ -161,6 +160,7 @@ impl StatusParams {
             first_frames: config.first_frames as u64,
             sure: config.sure,
             size_least: config.scale_least,
+            recent_rate: config.recent_rate,
             strange: StrangeParams {
                 below: config.lost_below,
                 drop: config.lost_drop,
@@ -312,11 +312,11 @@ impl Belief {
     /// The running means after a frame.
     fn learned(mut self, evidence: &Evidence, doubt: Doubt, params: &StatusParams) -> Self {
         if self.is_sure(evidence, params) {
-            self.seen += RECENT_RATE * (evidence.visible - self.seen);
-            self.contrast += RECENT_RATE * (evidence.contrast - self.contrast);
+            self.seen += params.recent_rate * (evidence.visible - self.seen);
+            self.contrast += params.recent_rate * (evidence.contrast - self.contrast);
         }
         if doubt == Doubt::None {
-            self.recent += RECENT_RATE * (evidence.certainty - self.recent);
+            self.recent += params.recent_rate * (evidence.certainty - self.recent);
         }
         self
     }
@@ -363,6 +363,7 @@ mod tests {
         first_frames: 10,
         sure: 0.7,
         size_least: 0.3,
+        recent_rate: 0.05,
         strange: StrangeParams { below: 0.4, drop: 0.6, hidden: 0.3, after: 3 },
         covered: CoveredParams {
             share: 0.1,

@@ -9,31 +9,6 @@ use crate::vision::crop::Region;
 use crate::vision::frame::Frame;
 use serde::{Deserialize, Serialize};
 
-/// A measured rotation counts where the filter's response is at least this share of its mean
-/// response.
-const CLEAR: f64 = 0.4;
-
-/// No larger rotation counts, in radians.
-const MOST: f64 = 0.35;
-
-/// The mean response of the filter before anything was measured.
-const MEAN: f64 = 0.3;
-
-/// Rate of the running mean of the filter's response.
-const MEAN_RATE: f64 = 0.05;
-
-/// While the target turns, no smaller rotation counts, in radians.
-const TURNING_LEAST: f64 = 0.03;
-
-/// While the target turns, follower and memory must respond this many times stronger to a rotation.
-const TURNING_MARGIN: f64 = 1.02;
-
-/// While the target turns, the learning rate of the filter.
-const TURNING_RATE: f32 = 0.2;
-
-/// Frames without rotation after which the target no longer turns.
-const TURNING_FRAMES: u32 = 10;
-
 /// What is known about the target's rotation.
 #[derive(Debug)]
 pub(crate) struct Rotation {
@@ -61,10 +36,27 @@ struct TurnParams {
     /// It is measured where the memory's response is at most this share of its mean, or the target
     /// turns.
     below: f64,
-    /// When a measured rotation counts.
+    /// When a measured rotation is clear.
+    clear: ClearParams,
+    /// When a measured rotation counts, and how fast the filter learns.
     still: TurnLimits,
-    /// Learning rate of the filter.
-    rate: f32,
+    /// The same while the target turns.
+    turning: TurnLimits,
+    /// Frames without rotation after which the target no longer turns.
+    turning_frames: u32,
+}
+
+/// When a measured rotation is clear.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct ClearParams {
+    /// The filter responds at least with this share of its mean response,
+    share: f64,
+    /// and the rotation is at most this, in radians.
+    most: f64,
+    /// The mean response before anything was measured.
+    mean: f64,
+    /// Rate of the mean response.
+    rate: f64,
 }
 
 /// When a measured rotation counts.
@@ -74,6 +66,8 @@ struct TurnLimits {
     least: f64,
     /// Follower and memory must respond this many times stronger to it.
     margin: f64,
+    /// Learning rate of the filter.
+    rate: f32,
 }
 
 /// Rotations that were suggested for a place.
@@ -90,9 +84,29 @@ impl TurnParams {
         Self {
             rotate: config.rotate,
             below: config.rotation_below,
-            still: TurnLimits { least: config.rotation_least, margin: config.rotation_margin },
-            rate: config.rotation_rate as f32,
+            clear: ClearParams {
+                share: config.rotation_clear,
+                most: config.rotation_most,
+                mean: config.rotation_mean,
+                rate: config.rotation_mean_rate,
+            },
+            still: TurnLimits {
+                least: config.rotation_least,
+                margin: config.rotation_margin,
+                rate: config.rotation_rate as f32,
+            },
+            turning: TurnLimits {
+                least: config.turning_least,
+                margin: config.turning_margin,
+                rate: config.turning_rate as f32,
+            },
+            turning_frames: config.turning_frames as u32,
         }
+    }
+
+    /// The limits while the target turns, and while it does not.
+    fn limits(&self, turning: bool) -> TurnLimits {
+        if turning { self.turning } else { self.still }
     }
 
     /// Whether rotation is measured. A rotation that matters makes the memory less sure: `memory`
@@ -111,7 +125,8 @@ impl Rotation {
         scratch: &mut RotationScratch,
     ) -> Self {
         let filter = RotationFilter::begin(frame, region, scratch);
-        Self { filter, mean: MEAN, turning: 0, params: TurnParams::new(config) }
+        let params = TurnParams::new(config);
+        Self { filter, mean: params.clear.mean, turning: 0, params }
     }
 
     /// As a snapshot holds it.
@@ -148,15 +163,12 @@ impl Rotation {
         if !self.params.is_measured(turning, follower.memory, mean) {
             return None;
         }
-        let limits = match turning {
-            true => TurnLimits { least: TURNING_LEAST, margin: TURNING_MARGIN },
-            false => self.params.still,
-        };
+        let limits = self.params.limits(turning);
         let turn = self.filter.find(frame, region, scratch);
-        if !is_clear(turn, self.mean) {
+        if !self.params.clear.holds(turn, self.mean) {
             return None;
         }
-        self.mean += MEAN_RATE * (turn.response - self.mean);
+        self.mean += self.params.clear.rate * (turn.response - self.mean);
         let rotations = [region.rotation + turn.rotation, 0.0];
         let counts = turn.rotation.abs() >= limits.least;
         counts.then_some(Suggestion { rotations, margin: limits.margin })
@@ -164,14 +176,14 @@ impl Rotation {
 
     /// The target turns.
     pub fn begin_turning(&mut self) {
-        self.turning = TURNING_FRAMES;
+        self.turning = self.params.turning_frames;
     }
 
     /// Learns the target in this region, if rotation is followed.
     pub fn learn(&mut self, frame: &Frame<'_>, region: Region, scratch: &mut RotationScratch) {
         if self.params.rotate {
-            let rate = if self.turning > 0 { TURNING_RATE } else { self.params.rate };
-            self.filter.learn(frame, region, rate, scratch);
+            let limits = self.params.limits(self.turning > 0);
+            self.filter.learn(frame, region, limits.rate, scratch);
         }
     }
 }
@@ -201,9 +213,11 @@ impl Suggestion {
     }
 }
 
-/// Whether a measured rotation is clear; `mean` is the filter's mean response.
-fn is_clear(turn: Turn, mean: f64) -> bool {
-    turn.response >= CLEAR * mean && turn.rotation.abs() <= MOST
+impl ClearParams {
+    /// Whether a measured rotation is clear; `mean` is the filter's mean response.
+    fn holds(&self, turn: Turn, mean: f64) -> bool {
+        turn.response >= self.share * mean && turn.rotation.abs() <= self.most
+    }
 }
 
 #[cfg(test)]
@@ -215,8 +229,10 @@ mod tests {
     const PARAMS: TurnParams = TurnParams {
         rotate: true,
         below: 0.8,
-        still: TurnLimits { least: 0.18, margin: 1.1 },
-        rate: 0.1,
+        clear: ClearParams { share: 0.4, most: 0.35, mean: 0.3, rate: 0.05 },
+        still: TurnLimits { least: 0.18, margin: 1.1, rate: 0.1 },
+        turning: TurnLimits { least: 0.03, margin: 1.02, rate: 0.2 },
+        turning_frames: 10,
     };
 
     /// A hypothesis with this rotation, to which follower and memory respond like this together.
@@ -250,7 +266,11 @@ mod tests {
             (-0.36, 0.5, false),
             (-0.35, 0.5, true),
         ] {
-            assert_eq!(is_clear(Turn { rotation, response }, 0.5), clear, "{rotation} {response}");
+            assert_eq!(
+                PARAMS.clear.holds(Turn { rotation, response }, 0.5),
+                clear,
+                "{rotation} {response}"
+            );
         }
     }
 

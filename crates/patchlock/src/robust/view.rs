@@ -14,7 +14,7 @@ pub struct RobustView<'a> {
     /// frames.
     pub certainty: f64,
     /// The memory's strongest response more than half the target's width or height away from the
-    /// estimate, relative to that at the estimate, from 0 to 2.
+    /// estimate, relative to that at the estimate, at least 0 and at most `elsewhere_most`.
     pub elsewhere: f64,
     /// How well colour tells the target from what is around it, from -1 through 0, not at all, to
     /// 1.

@@ -22,6 +22,8 @@ pub(crate) struct Window {
     base: [f64; 2],
     pixel: f64,
     colour: bool,
+    /// Shortest side to which the target may shrink, in pixels.
+    least_side: f64,
     features: Features,
 }
 
@@ -81,7 +83,13 @@ impl Window {
             let [red, green, blue] = buffers.patch.rgb();
             colour = red != green || green != blue;
         }
-        Self { base, pixel, colour, features: Features::new(n) }
+        let least_side = config.least_side;
+        Self { base, pixel, colour, least_side, features: Features::new(n) }
+    }
+
+    /// The place, moved into the frame and limited in size.
+    pub fn keep(&self, place: Place, frame: &Frame<'_>) -> Place {
+        place.kept_within(frame.size(), self.base, self.least_side)
     }
 
     /// As a snapshot holds it.
@@ -94,7 +102,7 @@ impl Window {
     ///
     /// # Errors
     /// What is damaged.
-    pub fn restore(saved: &SavedWindow) -> Result<Self, &'static str> {
+    pub fn restore(saved: &SavedWindow, config: &RobustConfig) -> Result<Self, &'static str> {
         let SavedWindow { base, pixel, cells, colour } = *saved;
         let patch = pixel * (cells * CELL) as f64;
         let is_size = base.iter().all(|side| (1.0..=MAX_SIDE).contains(side));
@@ -104,7 +112,8 @@ impl Window {
         if cells > MAX_CELLS || smooth_side(cells as f64) != cells {
             return Err("the number of cells is not one that the tracker uses");
         }
-        Ok(Self { base, pixel, colour, features: Features::new(cells) })
+        let (least_side, features) = (config.least_side, Features::new(cells));
+        Ok(Self { base, pixel, colour, least_side, features })
     }
 
     /// Width and height of the target in the first frame.
@@ -200,7 +209,7 @@ pub(super) mod tests {
     pub fn window() -> Window {
         let (cell, pixel) = (CELL as f64, 2.0);
         let base = [2.0 * cell * pixel, 3.0 * cell * pixel];
-        Window { base, pixel, colour: false, features: Features::new(SIDE) }
+        Window { base, pixel, colour: false, least_side: 5.0, features: Features::new(SIDE) }
     }
 
     /// Spectra whose first channel is that of a plane; all others are 0.
@@ -257,7 +266,7 @@ pub(super) mod tests {
     #[test]
     fn a_damaged_window_is_refused() {
         let good = window().saved();
-        assert_eq!(Window::restore(&good).unwrap().saved(), good);
+        assert_eq!(Window::restore(&good, &RobustConfig::default()).unwrap().saved(), good);
         for damaged in [
             SavedWindow { base: [0.5, 10.0], ..good },
             SavedWindow { base: [10.0, f64::NAN], ..good },
@@ -265,7 +274,7 @@ pub(super) mod tests {
             SavedWindow { cells: 11, ..good },
             SavedWindow { cells: 1024, ..good },
         ] {
-            assert!(Window::restore(&damaged).is_err(), "{damaged:?}");
+            assert!(Window::restore(&damaged, &RobustConfig::default()).is_err(), "{damaged:?}");
         }
     }
 }

@@ -82,6 +82,21 @@ fn base_of(method: &Method, row: &Parameter) -> TrackerConfig {
         ];
         set(&mut config, &covered);
     }
+    let special: &[(&str, f64)] = match row.name {
+        // The filter over rotation responds near the limit.
+        "rotation_mean_rate" => &[("rotation_clear", 0.9)],
+        // All windows of the search are looked at on each frame, and the best place counts.
+        "search_overlap" | "search_larger" | "search_smaller" => &[
+            ("search_windows", 60.0),
+            ("found_promising", 0.0),
+            ("search_larger", 3.0),
+            ("search_smaller", 0.5),
+        ],
+        // Sizes that the memory knows as well as that of the window.
+        "found_larger" | "found_smaller" => &[("found_larger", 1.01), ("found_smaller", 0.99)],
+        _ => &[],
+    };
+    set(&mut config, special);
     if ["covered_visible", "covered_elsewhere", "covered_contrast"].contains(&row.name) {
         // Covered by what the patch model half recognises.
         let half = [
@@ -189,6 +204,24 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("trial", Value::from(9)),
         ("search_windows", Value::from(40)),
         ("scale_least", Value::from(1.0)),
+        ("least_side", Value::from(1000.0)),
+        ("rotation_clear", Value::from(9.0)),
+        ("rotation_most", Value::from(0.01)),
+        ("rotation_mean", Value::from(5.0)),
+        ("rotation_mean_rate", Value::from(0.9)),
+        ("turning_least", Value::from(1.0)),
+        ("turning_margin", Value::from(9.0)),
+        ("turning_rate", Value::from(0.9)),
+        ("turning_frames", Value::from(0)),
+        ("recent_rate", Value::from(0.5)),
+        ("elsewhere_most", Value::from(0.1)),
+        ("jump_after", Value::from(1)),
+        ("search_overlap", Value::from(0.8)),
+        ("search_larger", Value::from(1.02)),
+        ("search_smaller", Value::from(1.02)),
+        ("found_promising", Value::from(2.0)),
+        ("found_larger", Value::from(1.05)),
+        ("found_smaller", Value::from(0.95)),
         ("score_bias", Value::from(0.5)),
         ("score_visible", Value::from(1.0)),
         ("score_elsewhere", Value::from(-1.0)),
