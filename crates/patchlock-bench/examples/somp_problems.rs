@@ -17,8 +17,8 @@ use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
-use patchlock::patch_model::scale::{CodingScratch, PatchScores, Scale, ScaleRules};
-use patchlock::patch_model::sparse::codes::CodeRules;
+use patchlock::patch_model::scale::{CodingScratch, PatchScores, Scale, ScaleParams};
+use patchlock::patch_model::sparse::codes::CodeParams;
 use patchlock::patch_model::sparse::somp::batched::BLOCK;
 use patchlock::vision::frame::GreyImage;
 use patchlock::vision::patches::{PatchGrid, normalise};
@@ -136,7 +136,7 @@ impl Moment {
     /// Times the coding of one scale, and writes the problems of the chosen particles.
     fn measure(&self, name: &str, chosen: &[usize], folder: &Path) -> Result<Value> {
         let (grid, templates, buffer) = self.parts(name);
-        let scale = Scale::new(grid, self.rules(), templates, buffer);
+        let scale = Scale::new(grid, self.params(), templates, buffer);
         let begin = Instant::now();
         let candidates = self.candidates();
         let warp_ms = begin.elapsed().as_secs_f64() * 1e3;
@@ -241,10 +241,10 @@ impl Moment {
         all
     }
 
-    fn rules(&self) -> ScaleRules {
+    fn params(&self) -> ScaleParams {
         let config = &self.config;
-        ScaleRules {
-            codes: CodeRules {
+        ScaleParams {
+            codes: CodeParams {
                 atoms: config.patches.atoms,
                 min_residual: config.patches.min_residual,
             },

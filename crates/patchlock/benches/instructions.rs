@@ -6,13 +6,13 @@
 mod setup;
 
 use patchlock::patch_model::buffer;
-use patchlock::patch_model::scale::{CodingScratch, Scale, ScaleRules};
+use patchlock::patch_model::scale::{CodingScratch, Scale, ScaleParams};
 use patchlock::patch_model::sparse::somp::batched::BLOCK;
 use patchlock::vision::patches::{PatchGrid, normalise};
 use patchlock::vision::warp::warp;
 use patchlock::{PaperConfig, Tracker, TrackerConfig};
 use patchlock_scene::{Scene, SceneFrame};
-use setup::{Bench, PARTICLES, RULES, SIDE, truth, view};
+use setup::{Bench, PARAMS, PARTICLES, SIDE, truth, view};
 use std::hint::black_box;
 
 /// The centre of the small scale's 7 x 7 locations. They are twice as far apart as in the paper, because
@@ -78,8 +78,8 @@ fn cut_a_location() {
 }
 
 fn scale(bench: &Bench) -> Scale {
-    let rules = ScaleRules { codes: RULES, beta: 0.8, position_weights: true };
-    Scale::new(small(), rules, &bench.templates, &buffer::begin(&bench.templates, 4))
+    let params = ScaleParams { codes: PARAMS, beta: 0.8, position_weights: true };
+    Scale::new(small(), params, &bench.templates, &buffer::begin(&bench.templates, 4))
 }
 
 /// Codes and features of all candidates at one small location.

@@ -13,7 +13,7 @@ use patchlock::vision::frame::GreyImage;
 use patchlock::vision::warp;
 use patchlock::{PaperConfig, Preset, State, Tracker, Visibility};
 use patchlock_scene::{Scene, SceneFrame};
-use setup::{Bench, LOCATION, PARTICLES, RULES, SIDE, small, truth, view};
+use setup::{Bench, LOCATION, PARAMS, PARTICLES, SIDE, small, truth, view};
 
 fn main() {
     divan::main();
@@ -50,11 +50,11 @@ fn small_dictionary(bencher: Bencher<'_, '_>) {
 fn codes_of_a_location(bencher: Bencher<'_, '_>) {
     let (dictionary, shared, patches) = Bench::new().problems();
     let mut codes = vec![Code::default(); PARTICLES];
-    let mut scratch = batched::Scratch::default();
+    let mut scratch = batched::SolverScratch::default();
     let mut location = batched::Location::default();
-    location.fill(&dictionary, (LOCATION, &shared), &RULES);
+    location.fill(&dictionary, (LOCATION, &shared), &PARAMS);
     bencher.bench_local(|| {
-        batched::solve(&dictionary, &location, &patches, &RULES, &mut scratch, &mut codes);
+        batched::solve(&dictionary, &location, &patches, &PARAMS, &mut scratch, &mut codes);
         codes[0]
     });
 }
@@ -64,7 +64,7 @@ fn codes_of_a_location(bencher: Bencher<'_, '_>) {
 fn definition_of_one_code(bencher: Bencher<'_, '_>) {
     let (dictionary, shared, patches) = Bench::new().problems();
     let candidate = &patches[..dictionary.dim()];
-    bencher.bench_local(|| definition::solve(&dictionary, &shared, candidate, &RULES));
+    bencher.bench_local(|| definition::solve(&dictionary, &shared, candidate, &PARAMS));
 }
 
 /// The visibility of one candidate, with small patches this many samples apart (2 in the paper), on one
@@ -73,9 +73,9 @@ fn definition_of_one_code(bencher: Bencher<'_, '_>) {
 fn look(bencher: Bencher<'_, '_>, small_step: usize) {
     let mut config = PaperConfig::default();
     config.patches.small_step = small_step;
-    let (bench, rules) = (Bench::new(), config.patch_rules());
+    let (bench, params) = (Bench::new(), config.patch_params());
     let state = bench.first();
-    let model = PatchModel::begin(&bench.image, &state.matrix(), rules);
+    let model = PatchModel::begin(&bench.image, &state.matrix(), params);
     let near = State { x: state.x + 0.4, y: state.y - 0.3, ..state };
     let candidate = setup::candidate(&bench.image, &near);
     let (mut scratch, mut visibility) = (LookScratch::default(), Visibility::default());

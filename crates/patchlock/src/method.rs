@@ -14,8 +14,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug)]
 #[expect(clippy::large_enum_variant, reason = "all targets of a tracker have the same method")]
 pub(crate) enum Target {
-    Paper(paper::Target),
-    Robust(robust::Target),
+    Paper(paper::PaperTarget),
+    Robust(robust::RobustTarget),
 }
 
 /// A target between two frames, as a snapshot holds it.
@@ -23,8 +23,8 @@ pub(crate) enum Target {
 #[serde(rename_all = "lowercase")]
 #[expect(clippy::large_enum_variant, reason = "all targets of a tracker have the same method")]
 pub(crate) enum SavedTarget {
-    Paper(paper::Saved),
-    Robust(robust::Saved),
+    Paper(paper::SavedPaper),
+    Robust(robust::SavedRobust),
 }
 
 /// The current frame as the method wants it: made once per frame, shared by all targets.
@@ -35,9 +35,9 @@ pub(crate) struct Images {
 
 /// Buffers of one thread for the targets of any method. Those of methods that are not used stay empty.
 #[derive(Debug, Default)]
-pub(crate) struct Scratch {
-    paper: paper::Scratch,
-    robust: robust::Scratch,
+pub(crate) struct MethodScratch {
+    paper: paper::PaperScratch,
+    robust: robust::RobustScratch,
 }
 
 impl Images {
@@ -56,18 +56,19 @@ impl Target {
         (frame, images): (&Frame<'_>, &Images),
         bbox: BoundingBox,
         config: &TrackerConfig,
-        scratch: &mut Scratch,
+        scratch: &mut MethodScratch,
     ) -> (Self, Estimate) {
         match &config.method {
             Method::Paper(settings) => {
                 let (settings, scratch) = ((config.seed, settings), &mut scratch.paper);
                 let (target, estimate) =
-                    paper::Target::begin(&images.grey, bbox, settings, scratch);
+                    paper::PaperTarget::begin(&images.grey, bbox, settings, scratch);
                 (Self::Paper(target), estimate)
             }
             Method::Robust(settings) => {
                 let (settings, scratch) = ((config.seed, settings), &mut scratch.robust);
-                let (target, estimate) = robust::Target::begin(frame, bbox, settings, scratch);
+                let (target, estimate) =
+                    robust::RobustTarget::begin(frame, bbox, settings, scratch);
                 (Self::Robust(target), estimate)
             }
         }
@@ -78,7 +79,7 @@ impl Target {
         &mut self,
         (frame, images): (&Frame<'_>, &Images),
         method: &Method,
-        scratch: &mut Scratch,
+        scratch: &mut MethodScratch,
         observer: Option<&mut dyn Observer>,
         estimate: &mut Estimate,
     ) {
@@ -116,10 +117,14 @@ impl Target {
     pub fn restore(saved: SavedTarget, config: &TrackerConfig) -> Result<Self, Error> {
         match (&config.method, saved) {
             (Method::Paper(settings), SavedTarget::Paper(saved)) => {
-                paper::Target::restore(saved, settings).map(Self::Paper).map_err(error::snapshot)
+                paper::PaperTarget::restore(saved, settings)
+                    .map(Self::Paper)
+                    .map_err(error::snapshot)
             }
             (Method::Robust(settings), SavedTarget::Robust(saved)) => {
-                robust::Target::restore(saved, settings).map(Self::Robust).map_err(error::snapshot)
+                robust::RobustTarget::restore(saved, settings)
+                    .map(Self::Robust)
+                    .map_err(error::snapshot)
             }
             (method, _) => Err(error::snapshot(format!(
                 "its target has another method than its configuration, which says {}",

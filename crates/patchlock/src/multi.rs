@@ -8,7 +8,7 @@
 use crate::Error;
 use crate::config::TrackerConfig;
 use crate::estimate::Estimate;
-use crate::method::{Images, Scratch, Target};
+use crate::method::{Images, MethodScratch, Target};
 use crate::numeric::instructions::Instructions;
 use crate::observe::FrameView;
 use crate::snapshot::{MultiParts, MultiSnapshot, SavedTrack};
@@ -60,7 +60,7 @@ pub struct MultiTracker {
     size: Option<FrameSize>,
     images: Images,
     /// One for each thread.
-    scratches: Vec<Scratch>,
+    scratches: Vec<MethodScratch>,
 }
 
 impl MultiTracker {
@@ -218,7 +218,7 @@ impl MultiTracker {
         self.check_size(frame)?;
         self.images.fill(frame, &self.config.method)?;
         let threads = rayon::current_num_threads().max(1);
-        self.scratches.resize_with(threads, Scratch::default);
+        self.scratches.resize_with(threads, MethodScratch::default);
         Ok(threads)
     }
 
@@ -227,7 +227,7 @@ impl MultiTracker {
         self.check_size(frame)?;
         self.images.fill(frame, &self.config.method)?;
         if self.scratches.is_empty() {
-            self.scratches.push(Scratch::default());
+            self.scratches.push(MethodScratch::default());
         }
         self.size = Some(frame.size());
         Ok(Target::begin((frame, &self.images), bbox, &self.config, &mut self.scratches[0]))

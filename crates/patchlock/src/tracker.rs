@@ -3,7 +3,7 @@
 use crate::Error;
 use crate::config::TrackerConfig;
 use crate::estimate::Estimate;
-use crate::method::{Images, Scratch, Target};
+use crate::method::{Images, MethodScratch, Target};
 use crate::numeric::instructions::Instructions;
 use crate::observe::Observer;
 use crate::snapshot::{SavedTrack, Snapshot};
@@ -34,7 +34,7 @@ pub struct Tracker {
     target: Target,
     estimate: Estimate,
     images: Images,
-    scratch: Scratch,
+    scratch: MethodScratch,
 }
 
 impl Tracker {
@@ -54,7 +54,7 @@ impl Tracker {
         config.validate()?;
         Instructions::chosen()?;
         bbox.check_in(frame.width(), frame.height())?;
-        let (mut images, mut scratch) = (Images::default(), Scratch::default());
+        let (mut images, mut scratch) = (Images::default(), MethodScratch::default());
         images.fill(frame, &config.method)?;
         let (target, estimate) = Target::begin((frame, &images), bbox, &config, &mut scratch);
         Ok(Self { config, size: frame.size(), target, estimate, images, scratch })
@@ -122,7 +122,7 @@ impl Tracker {
         estimate.check()?;
         Instructions::chosen()?;
         let target = Target::restore(target, &config)?;
-        let (images, scratch) = (Images::default(), Scratch::default());
+        let (images, scratch) = (Images::default(), MethodScratch::default());
         Ok(Self { config, size: size.checked()?, target, estimate, images, scratch })
     }
 

@@ -3,7 +3,7 @@
 mod solvers;
 
 use patchlock::numeric::instructions::Instructions;
-use patchlock::patch_model::sparse::codes::{Code, CodeRules};
+use patchlock::patch_model::sparse::codes::{Code, CodeParams};
 use patchlock::patch_model::sparse::dictionary::Dictionary;
 use patchlock::patch_model::sparse::somp::batched;
 use patchlock::patch_model::templates::shifts;
@@ -11,7 +11,7 @@ use patchlock::vision::{frame::GreyImage, patches::PatchGrid, warp::warp};
 use patchlock::{BoundingBox, Frame, State};
 use patchlock_scene::Scene;
 use proptest::prelude::*;
-use solvers::{RULES, Solver, Span, TIE, indices, residual, solve_all};
+use solvers::{PARAMS, Solver, Span, TIE, indices, residual, solve_all};
 use std::sync::LazyLock;
 
 /// This many random cases; failures are not written to a file.
@@ -54,10 +54,10 @@ fn check(
     dictionary: &Dictionary,
     shared: &[f32],
     candidate: &[f32],
-    rules: &CodeRules,
+    params: &CodeParams,
     fast: &Code,
 ) {
-    let slow = Solver::Definition.solve(dictionary, shared, candidate, rules);
+    let slow = Solver::Definition.solve(dictionary, shared, candidate, params);
     let (fast_support, slow_support) = (indices(fast), indices(&slow));
     if fast_support == slow_support {
         for (a, b) in fast.coefficients().iter().zip(slow.coefficients()) {
@@ -96,11 +96,11 @@ proptest! {
         count in 1..7usize,
     ) {
         let dictionary = Dictionary::new(16, 5, atoms);
-        let rules = CodeRules { atoms: count, ..RULES };
+        let params = CodeParams { atoms: count, ..PARAMS };
         let (shared, candidates) = signals.split_at(columns * 16);
-        let codes = solve_all(&dictionary, shared, candidates, &rules);
+        let codes = solve_all(&dictionary, shared, candidates, &params);
         for (candidate, code) in candidates.chunks_exact(16).zip(&codes) {
-            check(&dictionary, shared, candidate, &rules, code);
+            check(&dictionary, shared, candidate, &params, code);
         }
     }
 
@@ -112,8 +112,8 @@ proptest! {
         for solver in Solver::ALL {
             let mut before = f64::INFINITY;
             for count in 1..=8 {
-                let rules = CodeRules { atoms: count, ..RULES };
-                let code = solver.solve(&dictionary, shared, candidate, &rules);
+                let params = CodeParams { atoms: count, ..PARAMS };
+                let code = solver.solve(&dictionary, shared, candidate, &params);
                 let left = solvers::energy(&residual(&dictionary, candidate, &code));
                 prop_assert!(left <= before * (1.0 + 1e-9) + 1e-12);
                 before = left;
@@ -129,9 +129,9 @@ fn more_candidates_than_a_block_get_their_own_codes() {
     let (atoms, signals) = proptest::strategy::ValueTree::current(&tree);
     let dictionary = Dictionary::new(64, 17, atoms);
     let (shared, candidates) = signals.split_at(4 * 64);
-    let codes = solve_all(&dictionary, shared, candidates, &RULES);
+    let codes = solve_all(&dictionary, shared, candidates, &PARAMS);
     for (candidate, code) in candidates.chunks_exact(64).zip(&codes) {
-        check(&dictionary, shared, candidate, &RULES, code);
+        check(&dictionary, shared, candidate, &PARAMS, code);
     }
 }
 
@@ -141,9 +141,9 @@ fn nothing_to_explain_gives_an_empty_code() {
     let zero = Dictionary::new(4, 1, vec![0.0; 4]);
     let none = Dictionary::new(4, 1, Vec::new());
     for solver in Solver::ALL {
-        assert!(solver.solve(&dictionary, &[], &[0.0; 4], &RULES).support().is_empty());
-        assert!(solver.solve(&zero, &[], dictionary.atom(0), &RULES).support().is_empty());
-        assert!(solver.solve(&none, &[], dictionary.atom(0), &RULES).support().is_empty());
+        assert!(solver.solve(&dictionary, &[], &[0.0; 4], &PARAMS).support().is_empty());
+        assert!(solver.solve(&zero, &[], dictionary.atom(0), &PARAMS).support().is_empty());
+        assert!(solver.solve(&none, &[], dictionary.atom(0), &PARAMS).support().is_empty());
     }
 }
 
@@ -180,8 +180,8 @@ impl Setting {
         };
         let (shared, candidate) =
             (self.buffer.iter().flat_map(patch).collect::<Vec<_>>(), patch(&candidate));
-        let code = solve_all(&self.dictionary, &shared, &candidate, &RULES)[0];
-        check(&self.dictionary, &shared, &candidate, &RULES, &code);
+        let code = solve_all(&self.dictionary, &shared, &candidate, &PARAMS)[0];
+        check(&self.dictionary, &shared, &candidate, &PARAMS, &code);
     }
 }
 
@@ -221,7 +221,7 @@ fn fast_equals_definition_where_candidates_share_nodes() {
     let candidates: Vec<_> = (0..66).map(|k| cut(&image, scene, 12, offset(k))).collect();
     let mut scratches: Vec<_> = Instructions::available()
         .into_iter()
-        .map(|(_, instructions)| batched::Scratch::with(instructions))
+        .map(|(_, instructions)| batched::SolverScratch::with(instructions))
         .collect();
     for number in [83, 84, 97, 0] {
         let patches = |templates: &[Vec<f32>]| {
@@ -231,16 +231,16 @@ fn fast_equals_definition_where_candidates_share_nodes() {
         };
         let (shared, signals) = (patches(buffer), patches(&candidates));
         let mut location = batched::Location::default();
-        location.fill(dictionary, (number, &shared), &RULES);
+        location.fill(dictionary, (number, &shared), &PARAMS);
         let mut found: Vec<Vec<Code>> = Vec::new();
         for scratch in &mut scratches {
             let mut codes = vec![Code::default(); candidates.len()];
-            batched::solve(dictionary, &location, &signals, &RULES, scratch, &mut codes);
+            batched::solve(dictionary, &location, &signals, &PARAMS, scratch, &mut codes);
             found.push(codes);
         }
         assert!(found.iter().all(|codes| *codes == found[0]));
         for (signal, code) in signals.chunks_exact(grid.dim()).zip(&found[0]) {
-            check(dictionary, &shared, signal, &RULES, code);
+            check(dictionary, &shared, signal, &PARAMS, code);
         }
     }
 }

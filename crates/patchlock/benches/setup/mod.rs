@@ -2,7 +2,7 @@
 
 use patchlock::paper::motion::{Limits, Motion};
 use patchlock::paper::particles::Particles;
-use patchlock::patch_model::sparse::codes::CodeRules;
+use patchlock::patch_model::sparse::codes::CodeParams;
 use patchlock::patch_model::sparse::dictionary::Dictionary;
 use patchlock::patch_model::{buffer, templates};
 use patchlock::vision::frame::GreyImage;
@@ -16,7 +16,7 @@ pub const SIDE: usize = 32;
 pub const PARTICLES: usize = 650;
 /// The centre of the small scale's 13 x 13 locations.
 pub const LOCATION: usize = 84;
-pub const RULES: CodeRules = CodeRules { atoms: 4, min_residual: 1e-6 };
+pub const PARAMS: CodeParams = CodeParams { atoms: 4, min_residual: 1e-6 };
 
 /// A frame of the rendered scene, with the particles and templates of the paper's settings.
 pub struct Bench {

@@ -2,8 +2,8 @@
 
 use super::PatchModelConfig;
 use super::table::{Range, group, number};
-use crate::patch_model::likelihood::{Gamma, LikelihoodRules, Scales};
-use crate::patch_model::rules::PatchRules;
+use crate::patch_model::likelihood::{Gamma, LikelihoodParams, Scales};
+use crate::patch_model::params::PatchParams;
 
 group! {
     /// The settings of the paper's tracker, the method `paper`.
@@ -43,13 +43,13 @@ group! {
 impl PaperConfig {
     /// The parameters of the patch model.
     #[doc(hidden)]
-    pub fn patch_rules(&self) -> PatchRules {
-        let likelihood = LikelihoodRules {
+    pub fn patch_params(&self) -> PatchParams {
+        let likelihood = LikelihoodParams {
             epsilon: self.patches.epsilon,
             occlusion_weights: self.occlusion_weights,
             gamma: self.gamma,
             scales: self.scales,
         };
-        self.patches.rules(likelihood, self.beta, self.position_weights)
+        self.patches.params(likelihood, self.beta, self.position_weights)
     }
 }

@@ -2,13 +2,13 @@
 
 use super::table::{Range, group, number};
 use crate::Error;
-use crate::patch_model::likelihood::LikelihoodRules;
-use crate::patch_model::rules::{LearningRules, PatchRules};
-use crate::patch_model::scale::ScaleRules;
-use crate::patch_model::sparse::codes::{CodeRules, MAX_ATOMS};
+use crate::patch_model::likelihood::LikelihoodParams;
+use crate::patch_model::params::{LearningParams, PatchParams};
+use crate::patch_model::scale::ScaleParams;
+use crate::patch_model::sparse::codes::{CodeParams, MAX_ATOMS};
 use crate::patch_model::sparse::dictionary::MAX_DICTIONARY;
-use crate::patch_model::subspace::SubspaceRules;
-use crate::patch_model::update::TemplateRules;
+use crate::patch_model::subspace::SubspaceParams;
+use crate::patch_model::update::TemplateParams;
 use crate::vision::patches::PatchGrid;
 
 group! {
@@ -82,42 +82,42 @@ impl PatchModelConfig {
     }
 
     /// The parameters of the patch model with this likelihood and these position weights.
-    pub(super) fn rules(
+    pub(super) fn params(
         &self,
-        likelihood: LikelihoodRules,
+        likelihood: LikelihoodParams,
         beta: f64,
         position_weights: bool,
-    ) -> PatchRules {
+    ) -> PatchParams {
         let grid =
             |patch, step| PatchGrid::new(self.template_side, patch, step, self.subtract_mean);
-        PatchRules {
+        PatchParams {
             template_side: self.template_side,
             large: grid(self.large_patch, self.large_step),
             small: grid(self.small_patch, self.small_step),
-            scale: ScaleRules {
-                codes: CodeRules { atoms: self.atoms, min_residual: self.min_residual },
+            scale: ScaleParams {
+                codes: CodeParams { atoms: self.atoms, min_residual: self.min_residual },
                 beta,
                 position_weights,
             },
             likelihood,
             templates: self.templates,
             buffer: self.buffer,
-            learning: self.learning_rules(),
+            learning: self.learning_params(),
         }
     }
 
-    fn learning_rules(&self) -> LearningRules {
-        LearningRules {
+    fn learning_params(&self) -> LearningParams {
+        LearningParams {
             delta: self.delta,
             large_buffer_guard: self.large_buffer_guard,
             small_buffer_guard: self.small_buffer_guard,
             replacement_growth: self.replacement_growth,
-            subspace: SubspaceRules {
+            subspace: SubspaceParams {
                 forgetting: self.forgetting,
                 keep: self.subspace_keep,
                 vectors: self.subspace_vectors,
             },
-            template: TemplateRules {
+            template: TemplateParams {
                 lambda: self.lambda,
                 guided_radius: self.guided_radius,
                 guided_epsilon: self.guided_epsilon,

@@ -3,7 +3,7 @@
 use super::table::{Range, group, number};
 use super::{PaperConfig, PatchModelConfig};
 use crate::Error;
-use crate::patch_model::rules::PatchRules;
+use crate::patch_model::params::PatchParams;
 
 group! {
     /// The settings of the default tracker, the method `robust`.
@@ -173,8 +173,8 @@ group! {
 
 impl RobustConfig {
     /// The parameters of the patch model. Its weighing of candidates is not used.
-    pub(crate) fn patch_rules(&self) -> PatchRules {
-        PaperConfig { patches: self.patches.clone(), ..PaperConfig::default() }.patch_rules()
+    pub(crate) fn patch_params(&self) -> PatchParams {
+        PaperConfig { patches: self.patches.clone(), ..PaperConfig::default() }.patch_params()
     }
 
     /// Checks the settings that a range cannot express.

@@ -19,7 +19,7 @@ use crate::vision::warp;
 use motion::Motion;
 use particles::Particles;
 use rand_pcg::Pcg64;
-pub(crate) use saved::Saved;
+pub(crate) use saved::SavedPaper;
 use state::State;
 use view::PaperView;
 
@@ -28,7 +28,7 @@ const STREAM: u128 = 0x7061_7463_686c_6f63;
 
 /// A target of the paper's tracker.
 #[derive(Debug)]
-pub(crate) struct Target {
+pub(crate) struct PaperTarget {
     state: State,
     rng: Pcg64,
     /// Frames since the first.
@@ -38,28 +38,28 @@ pub(crate) struct Target {
 
 /// Buffers that live from frame to frame. Their content does not, so that all targets of a thread share them.
 #[derive(Debug, Default)]
-pub(crate) struct Scratch {
+pub(crate) struct PaperScratch {
     particles: Particles,
     weighed: Weighed,
     look: LookScratch,
     learning: LearningScratch,
 }
 
-impl Target {
+impl PaperTarget {
     /// Begins on the target in this box of the first frame.
     pub fn begin(
         image: &GreyImage,
         bbox: BoundingBox,
         (seed, config): (u64, &PaperConfig),
-        scratch: &mut Scratch,
+        scratch: &mut PaperScratch,
     ) -> (Self, Estimate) {
-        let (side, rules) = (config.patches.template_side, config.patch_rules());
+        let (side, params) = (config.patches.template_side, config.patch_params());
         let state = State::from_box(bbox.centre(), bbox.w, bbox.h, side);
-        let model = PatchModel::begin(image, &state.matrix(), rules);
+        let model = PatchModel::begin(image, &state.matrix(), params);
         let rng = Pcg64::new(u128::from(seed), STREAM);
         let target = Self { state, rng, frames: 0, model };
         let mut candidate = vec![0.0; side * side];
-        cut_candidate(image, &state.matrix(), &rules, &mut candidate);
+        cut_candidate(image, &state.matrix(), &params, &mut candidate);
         let mut estimate = Estimate::empty();
         let visibility = estimate.visibility.get_or_insert_default();
         target.model.look(&candidate, &mut scratch.look, visibility);
@@ -72,15 +72,15 @@ impl Target {
         &mut self,
         image: &GreyImage,
         config: &PaperConfig,
-        scratch: &mut Scratch,
+        scratch: &mut PaperScratch,
         show: Option<&mut dyn FnMut(PaperView<'_>)>,
         estimate: &mut Estimate,
     ) {
-        let Scratch { particles, weighed, learning, .. } = scratch;
+        let PaperScratch { particles, weighed, learning, .. } = scratch;
         // Particles and their candidates (Sec. 2, Eq. 22).
         let motion = Motion::new(config, [image.width(), image.height()]);
         particles.draw(config.particles, &self.state, &motion, &mut self.rng);
-        particles.warp(image, &config.patch_rules());
+        particles.warp(image, &config.patch_params());
         // Patches, joint codes, pooling, weights, likelihoods (Sec. 2.1 to 2.4).
         let candidates = Candidates { samples: particles.candidates(), order: particles.order() };
         let wanted = if show.is_some() { Wanted::All } else { Wanted::Best };

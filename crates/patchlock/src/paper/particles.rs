@@ -3,7 +3,7 @@
 use super::motion::Motion;
 use super::state::State;
 use crate::patch_model::model::cut_candidate;
-use crate::patch_model::rules::PatchRules;
+use crate::patch_model::params::PatchParams;
 use crate::patch_model::sparse::somp::batched::BLOCK;
 use crate::vision::frame::GreyImage;
 use rand_pcg::Pcg64;
@@ -25,11 +25,11 @@ impl Particles {
     }
 
     /// Warps and normalises the candidate of each particle, in parallel.
-    pub fn warp(&mut self, image: &GreyImage, rules: &PatchRules) {
-        let length = rules.template_side * rules.template_side;
+    pub fn warp(&mut self, image: &GreyImage, params: &PatchParams) {
+        let length = params.template_side * params.template_side;
         self.candidates.resize(self.states.len() * length, 0.0);
         let candidates = self.candidates.par_chunks_mut(length).zip(&self.states);
-        candidates.for_each(|(out, state)| cut_candidate(image, &state.matrix(), rules, out));
+        candidates.for_each(|(out, state)| cut_candidate(image, &state.matrix(), params, out));
     }
 
     /// The particles, in the order in which they were drawn.

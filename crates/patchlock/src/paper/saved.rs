@@ -1,6 +1,6 @@
 //! A target of the paper's tracker between two frames, as a snapshot holds it.
 
-use super::Target;
+use super::PaperTarget;
 use super::state::State;
 use crate::config::PaperConfig;
 use crate::patch_model::memory::PatchMemory;
@@ -13,26 +13,31 @@ const MAX_FRAMES: u64 = 1 << 53;
 
 /// All that the target's next frames depend on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Saved {
+pub(crate) struct SavedPaper {
     pub state: State,
     pub rng: Pcg64,
     pub frames: u64,
     pub model: PatchMemory,
 }
 
-impl Target {
+impl PaperTarget {
     /// The target as a snapshot holds it.
-    pub fn saved(&self) -> Saved {
+    pub fn saved(&self) -> SavedPaper {
         let Self { state, rng, frames, model } = self;
-        Saved { state: *state, rng: rng.clone(), frames: *frames, model: model.memory().clone() }
+        SavedPaper {
+            state: *state,
+            rng: rng.clone(),
+            frames: *frames,
+            model: model.memory().clone(),
+        }
     }
 
     /// A target that continues from a saved one.
     ///
     /// # Errors
     /// What does not fit the configuration.
-    pub fn restore(saved: Saved, config: &PaperConfig) -> Result<Self, &'static str> {
-        let Saved { state, rng, frames, model } = saved;
+    pub fn restore(saved: SavedPaper, config: &PaperConfig) -> Result<Self, &'static str> {
+        let SavedPaper { state, rng, frames, model } = saved;
         if frames > MAX_FRAMES {
             return Err("it has counted more frames than a video has");
         }
@@ -41,8 +46,8 @@ impl Target {
                 "a number of the state is not finite, or its scale or aspect is not positive",
             );
         }
-        model.check(&config.patch_rules(), config.patches.update_interval)?;
-        let model = PatchModel::restore(model, config.patch_rules());
+        model.check(&config.patch_params(), config.patches.update_interval)?;
+        let model = PatchModel::restore(model, config.patch_params());
         Ok(Self { state, rng, frames, model })
     }
 }

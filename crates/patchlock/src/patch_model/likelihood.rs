@@ -54,7 +54,7 @@ impl Scales {
 
 /// How the features of a candidate are combined into its likelihood.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LikelihoodRules {
+pub struct LikelihoodParams {
     /// A patch is visible if the squared error of its masked reconstruction is below this.
     pub epsilon: f64,
     /// Whether hidden patches lose their position weight.
@@ -65,7 +65,7 @@ pub struct LikelihoodRules {
     pub scales: Scales,
 }
 
-impl LikelihoodRules {
+impl LikelihoodParams {
     /// Whether a patch is visible: `kappa_i` or `tau_i`.
     pub fn visible(&self, feature: &Feature) -> bool {
         feature.error < self.epsilon
@@ -154,17 +154,17 @@ mod tests {
         shares.iter().zip(errors).map(feature).collect()
     }
 
-    const PAPER: LikelihoodRules = LikelihoodRules {
+    const PAPER: LikelihoodParams = LikelihoodParams {
         epsilon: 0.08,
         occlusion_weights: true,
         gamma: Gamma::ExpVisible,
         scales: Scales::Both,
     };
 
-    fn likelihood(rules: &LikelihoodRules) -> f64 {
+    fn likelihood(params: &LikelihoodParams) -> f64 {
         let large = features(&[0.5, 1.0], &[0.01, 0.5]);
         let small = features(&[0.2, 0.4], &[0.5, 0.079]);
-        rules.likelihood(large.into_iter(), small.into_iter())
+        params.likelihood(large.into_iter(), small.into_iter())
     }
 
     #[test]
@@ -173,12 +173,12 @@ mod tests {
         // the weights are 1 and 1.5.
         let (large, small) = ((1.5 * 0.5 + 1.0) / 2.0, (0.2 + 1.5 * 0.4) / 2.0);
         assert!((likelihood(&PAPER) - ((-0.5f64).exp() * large + small)).abs() < 1e-12);
-        let with = |gamma, scales| likelihood(&LikelihoodRules { gamma, scales, ..PAPER });
+        let with = |gamma, scales| likelihood(&LikelihoodParams { gamma, scales, ..PAPER });
         assert!((with(Gamma::One, Scales::Both) - (large + small)).abs() < 1e-12);
         assert!((with(Gamma::Visible, Scales::Large) - 0.5 * large).abs() < 1e-12);
         assert!((with(Gamma::ExpError, Scales::Large) - (-0.255f64).exp() * large).abs() < 1e-12);
         assert!((with(Gamma::One, Scales::Small) - small).abs() < 1e-12);
-        let all = LikelihoodRules { occlusion_weights: false, scales: Scales::Small, ..PAPER };
+        let all = LikelihoodParams { occlusion_weights: false, scales: Scales::Small, ..PAPER };
         assert!((likelihood(&all) - 1.5 * 0.3).abs() < 1e-12);
     }
 }

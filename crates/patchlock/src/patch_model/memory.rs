@@ -2,7 +2,7 @@
 //! tracked candidate. A saved state holds exactly this; the dictionaries follow from it.
 
 use super::buffer;
-use super::rules::PatchRules;
+use super::params::PatchParams;
 use super::subspace::{self, Subspace};
 use super::templates;
 use super::update::NewTemplate;
@@ -54,7 +54,7 @@ pub struct Learned {
 pub struct LearningScratch {
     /// Candidates that the subspace has taken in, to be overwritten.
     spare: Vec<Vec<f32>>,
-    subspace: subspace::Scratch,
+    subspace: subspace::SubspaceScratch,
     new: NewTemplate,
 }
 
@@ -67,8 +67,8 @@ impl LearningScratch {
 
 impl PatchMemory {
     /// The memory after the first frame, with these first templates.
-    pub fn begin(templates: Vec<Vec<f32>>, rules: &PatchRules) -> Self {
-        let buffer = buffer::begin(&templates, rules.buffer);
+    pub fn begin(templates: Vec<Vec<f32>>, params: &PatchParams) -> Self {
+        let buffer = buffer::begin(&templates, params.buffer);
         let mut memory = Self {
             small_templates: templates.clone(),
             large_buffer: buffer.clone(),
@@ -77,8 +77,8 @@ impl PatchMemory {
             batch: Vec::new(),
             templates,
         };
-        let mut scratch = subspace::Scratch::default();
-        memory.subspace.add(&memory.templates, &rules.learning.subspace, &mut scratch);
+        let mut scratch = subspace::SubspaceScratch::default();
+        memory.subspace.add(&memory.templates, &params.learning.subspace, &mut scratch);
         memory
     }
 
@@ -96,17 +96,17 @@ impl PatchMemory {
         &mut self,
         (candidate, visibility): (&[f32], &Visibility),
         step: LearningStep,
-        rules: &PatchRules,
+        params: &PatchParams,
         rng: &mut Pcg64,
         scratch: &mut LearningScratch,
     ) -> Learned {
-        let learning = &rules.learning;
+        let learning = &params.learning;
         let mut learned = Learned::default();
         if step.templates {
             self.subspace.add(&self.batch, &learning.subspace, &mut scratch.subspace);
             scratch.spare.append(&mut self.batch);
             learned.replaced =
-                self.update_templates((candidate, visibility), rules, rng, &mut scratch.new);
+                self.update_templates((candidate, visibility), params, rng, &mut scratch.new);
             if visibility.large.share() > learning.large_buffer_guard {
                 buffer::push(&mut self.large_buffer, candidate);
                 learned.large_buffer = true;
@@ -127,16 +127,16 @@ impl PatchMemory {
     fn update_templates(
         &mut self,
         (candidate, visibility): (&[f32], &Visibility),
-        rules: &PatchRules,
+        params: &PatchParams,
         rng: &mut Pcg64,
         new: &mut NewTemplate,
     ) -> Option<usize> {
-        let learning = &rules.learning;
+        let learning = &params.learning;
         if visibility.small.share() + visibility.large.share() <= 2.0 * learning.delta {
             return None;
         }
         let visible = &visibility.large.visible;
-        new.make(candidate, (&rules.large, visible), &self.subspace, &learning.template);
+        new.make(candidate, (&params.large, visible), &self.subspace, &learning.template);
         let growth = learning.replacement_growth;
         let replaced = templates::draw_replaced(self.templates.len(), growth, rng);
         templates::replace(&mut self.templates, replaced, new.template());
@@ -148,17 +148,17 @@ impl PatchMemory {
         self.templates.last().map_or(&[], Vec::as_slice)
     }
 
-    /// Whether this could be the memory of a model with these rules; if not, what does not fit.
+    /// Whether this could be the memory of a model with these parameters; if not, what does not fit.
     /// `batch_limit`: fewer candidates than this wait for the subspace.
     ///
     /// # Errors
     /// The first part that does not fit.
-    pub fn check(&self, rules: &PatchRules, batch_limit: usize) -> Result<(), &'static str> {
-        let length = rules.template_side * rules.template_side;
+    pub fn check(&self, params: &PatchParams, batch_limit: usize) -> Result<(), &'static str> {
+        let length = params.template_side * params.template_side;
         let sound = |all: &[Vec<f32>]| {
             all.iter().all(|t| t.len() == length && t.iter().all(|v| v.abs() <= 1.001))
         };
-        let complete = |all: &[Vec<f32>]| all.len() == rules.templates && sound(all);
+        let complete = |all: &[Vec<f32>]| all.len() == params.templates && sound(all);
         let buffers = [&self.large_buffer, &self.small_buffer];
         let checks = [
             (complete(&self.templates), "the templates do not fit the configuration"),
@@ -167,7 +167,7 @@ impl PatchMemory {
                 "the small dictionary's templates do not fit the configuration",
             ),
             (
-                buffers.iter().all(|buffer| buffer.len() == rules.buffer && sound(buffer)),
+                buffers.iter().all(|buffer| buffer.len() == params.buffer && sound(buffer)),
                 "the buffers do not fit the configuration",
             ),
             (

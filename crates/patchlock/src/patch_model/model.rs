@@ -10,8 +10,8 @@
 
 use super::likelihood::Feature;
 use super::memory::{Learned, LearningScratch, LearningStep, PatchMemory};
+use super::params::PatchParams;
 use super::pruning::Pruning;
-use super::rules::PatchRules;
 use super::scale::{CodingScratch, PatchScores, Scale};
 use super::templates;
 use super::visibility::{Visibility, VisibilityMap};
@@ -26,7 +26,7 @@ use rayon::prelude::*;
 /// The appearance of one target.
 #[derive(Debug)]
 pub struct PatchModel {
-    rules: PatchRules,
+    params: PatchParams,
     memory: PatchMemory,
     large: Scale,
     small: Scale,
@@ -62,28 +62,28 @@ pub struct LookScratch {
 
 impl PatchModel {
     /// The model of the target that `map` takes a template's grid to.
-    pub fn begin(image: &GreyImage, map: &Affine, rules: PatchRules) -> Self {
+    pub fn begin(image: &GreyImage, map: &Affine, params: PatchParams) -> Self {
         let cut = |[dx, dy]: [f64; 2]| {
             let [[a, b, x], [c, d, y]] = *map;
-            let mut template = vec![0.0; rules.template_side * rules.template_side];
-            cut_candidate(image, &[[a, b, x + dx], [c, d, y + dy]], &rules, &mut template);
+            let mut template = vec![0.0; params.template_side * params.template_side];
+            cut_candidate(image, &[[a, b, x + dx], [c, d, y + dy]], &params, &mut template);
             template
         };
-        let first = templates::shifts(rules.templates).into_iter().map(cut).collect();
-        Self::of_templates(first, rules)
+        let first = templates::shifts(params.templates).into_iter().map(cut).collect();
+        Self::of_templates(first, params)
     }
 
-    /// The model that begins with these templates, as many as the rules say.
-    pub fn of_templates(first: Vec<Vec<f32>>, rules: PatchRules) -> Self {
-        Self::restore(PatchMemory::begin(first, &rules), rules)
+    /// The model that begins with these templates, as many as the parameters say.
+    pub fn of_templates(first: Vec<Vec<f32>>, params: PatchParams) -> Self {
+        Self::restore(PatchMemory::begin(first, &params), params)
     }
 
-    /// The model with this memory, which must fit the rules ([`PatchMemory::check`]).
-    pub fn restore(memory: PatchMemory, rules: PatchRules) -> Self {
+    /// The model with this memory, which must fit the parameters ([`PatchMemory::check`]).
+    pub fn restore(memory: PatchMemory, params: PatchParams) -> Self {
         let (large_buffer, small_buffer) = (&memory.large_buffer, &memory.small_buffer);
-        let large = Scale::new(rules.large, rules.scale, &memory.templates, large_buffer);
-        let small = Scale::new(rules.small, rules.scale, &memory.small_templates, small_buffer);
-        Self { rules, memory, large, small }
+        let large = Scale::new(params.large, params.scale, &memory.templates, large_buffer);
+        let small = Scale::new(params.small, params.scale, &memory.small_templates, small_buffer);
+        Self { params, memory, large, small }
     }
 
     /// What it remembers.
@@ -108,7 +108,7 @@ impl PatchModel {
     /// work is shared by the `rayon` pool of the caller; the likelihoods are the same on any number of
     /// threads.
     pub fn weigh(&self, candidates: Candidates<'_>, wanted: Wanted, out: &mut Weighed) {
-        let length = self.rules.template_side * self.rules.template_side;
+        let length = self.params.template_side * self.params.template_side;
         out.rank(candidates, self.memory.last_template());
         let Weighed { likelihoods, large, small, buffers, pruning, .. } = out;
         let count = candidates.order.len();
@@ -116,7 +116,7 @@ impl PatchModel {
         small.begin(count, self.small.grid().locations());
         let mut weighing = Weighing {
             coding: Coding::new((candidates.samples, length), (&self.large, &self.small), buffers),
-            rules: self.rules.likelihood,
+            params: self.params.likelihood,
             large_scores: large,
             small_scores: small,
         };
@@ -131,7 +131,7 @@ impl PatchModel {
     /// Which patches of a candidate that was weighed are visible. It must be one that was wanted.
     pub fn visibility(&self, weighed: &Weighed, candidate: usize, out: &mut Visibility) {
         let fill = |map: &mut VisibilityMap, scale: &Scale, scores: &PatchScores| {
-            let visible = scores.features(candidate).map(|f| self.rules.likelihood.visible(&f));
+            let visible = scores.features(candidate).map(|f| self.params.likelihood.visible(&f));
             map.fill(scale.grid().per_side(), visible);
         };
         fill(&mut out.large, &self.large, &weighed.large);
@@ -140,7 +140,7 @@ impl PatchModel {
 
     /// Whether a patch with this feature is visible (Eq. 12, 18).
     pub fn is_visible(&self, feature: &Feature) -> bool {
-        self.rules.likelihood.visible(feature)
+        self.params.likelihood.visible(feature)
     }
 
     /// Keeps a tracked candidate for the subspace until the next large learning step.
@@ -157,7 +157,7 @@ impl PatchModel {
         rng: &mut Pcg64,
         scratch: &mut LearningScratch,
     ) -> Learned {
-        let learned = self.memory.learn(tracked, step, &self.rules, rng, scratch);
+        let learned = self.memory.learn(tracked, step, &self.params, rng, scratch);
         let memory = &self.memory;
         self.large.learn(
             learned.replaced.map(|_| memory.templates.as_slice()),
@@ -202,7 +202,7 @@ impl Weighed {
 }
 
 /// Warps and normalises the candidate that `map` takes the template's grid to.
-pub fn cut_candidate(image: &GreyImage, map: &Affine, rules: &PatchRules, out: &mut [f32]) {
-    warp(image, map, rules.template_side, out);
+pub fn cut_candidate(image: &GreyImage, map: &Affine, params: &PatchParams, out: &mut [f32]) {
+    warp(image, map, params.template_side, out);
     normalise(out);
 }

@@ -4,7 +4,7 @@ use super::likelihood::Feature;
 use super::pooling::own_share;
 use super::weights::{masked_error, position_weights};
 use crate::numeric::instructions::Instructions;
-use crate::patch_model::sparse::codes::{Code, CodeRules};
+use crate::patch_model::sparse::codes::{Code, CodeParams};
 use crate::patch_model::sparse::dictionary::Dictionary;
 use crate::patch_model::sparse::somp::batched;
 use crate::vision::patches::PatchGrid;
@@ -15,7 +15,7 @@ use rayon::prelude::*;
 #[derive(Debug, Clone)]
 pub struct Scale {
     grid: PatchGrid,
-    rules: ScaleRules,
+    params: ScaleParams,
     /// The position part of each location's weight.
     positions: Vec<f64>,
     dictionary: Dictionary,
@@ -27,9 +27,9 @@ pub struct Scale {
 
 /// How patches are coded and pooled.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ScaleRules {
+pub struct ScaleParams {
     /// How codes are made.
-    pub codes: CodeRules,
+    pub codes: CodeParams,
     /// How fast the position weight falls with the distance from the centre.
     pub beta: f64,
     /// Whether position weights are used.
@@ -50,21 +50,21 @@ pub struct PatchScores {
 pub struct CodingScratch {
     patches: Vec<f32>,
     codes: Vec<Code>,
-    solver: batched::Scratch,
+    solver: batched::SolverScratch,
 }
 
 impl Scale {
     /// A scale with the dictionary of these templates and this buffer.
     pub fn new(
         grid: PatchGrid,
-        rules: ScaleRules,
+        params: ScaleParams,
         templates: &[Vec<f32>],
         buffer: &[Vec<f32>],
     ) -> Self {
         let mut scale = Self {
             grid,
-            rules,
-            positions: position_weights(grid.per_side(), rules.beta, rules.position_weights),
+            params,
+            positions: position_weights(grid.per_side(), params.beta, params.position_weights),
             dictionary: Dictionary::default(),
             shared: Vec::new(),
             locations: Vec::new(),
@@ -84,12 +84,12 @@ impl Scale {
         if templates.is_none() && buffer.is_none() {
             return;
         }
-        let Self { dictionary, rules, shared, grid, locations, .. } = self;
+        let Self { dictionary, params, shared, grid, locations, .. } = self;
         let length = shared.len() / grid.locations();
         locations.resize_with(grid.locations(), Default::default);
         locations.par_iter_mut().enumerate().for_each(|(location, out)| {
             let shared = &shared[location * length..][..length];
-            out.fill(dictionary, (location, shared), &rules.codes);
+            out.fill(dictionary, (location, shared), &params.codes);
         });
     }
 
@@ -146,7 +146,7 @@ impl Scale {
         codes.resize(templates.len(), Code::default());
         self.grid.cut_each(templates, location, patches);
         let at = &self.locations[location];
-        batched::solve(&self.dictionary, at, patches, &self.rules.codes, solver, codes);
+        batched::solve(&self.dictionary, at, patches, &self.params.codes, solver, codes);
         Instructions::default().dispatch(Score { scale: self, location, patches, codes, out });
     }
 }
@@ -167,8 +167,8 @@ impl Scale {
         for (location, patch) in patches.chunks_exact_mut(dim).enumerate() {
             self.grid.cut(template, location, patch);
         }
-        let (dictionary, rules) = (&self.dictionary, &self.rules.codes);
-        batched::solve_each(dictionary, &self.locations, patches, rules, solver, codes);
+        let (dictionary, params) = (&self.dictionary, &self.params.codes);
+        batched::solve_each(dictionary, &self.locations, patches, params, solver, codes);
         for (location, (patch, code)) in patches.chunks_exact(dim).zip(&*codes).enumerate() {
             let (codes, mut scores) = (std::slice::from_ref(code), [Default::default()]);
             let score = Score { scale: self, location, patches: patch, codes, out: &mut scores };

@@ -34,7 +34,7 @@ const MAX_BATCH: usize = 64;
 
 /// How the subspace weights the past, and what it keeps.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SubspaceRules {
+pub struct SubspaceParams {
     /// Weight of the past when a batch is added.
     pub forgetting: f64,
     /// A singular value is kept if its square is at least this share of the sum of squares.
@@ -55,7 +55,7 @@ pub struct Subspace {
 
 /// Working memory for adding a batch.
 #[derive(Debug, Default)]
-pub struct Scratch {
+pub struct SubspaceScratch {
     columns: Vec<f64>,
     mean: Vec<f64>,
     /// Singular values with the indices of their columns.
@@ -91,23 +91,33 @@ impl Subspace {
     }
 
     /// Adds a batch of vectors of equal length.
-    pub fn add(&mut self, batch: &[Vec<f32>], rules: &SubspaceRules, scratch: &mut Scratch) {
-        let mut forgetting = rules.forgetting;
+    pub fn add(
+        &mut self,
+        batch: &[Vec<f32>],
+        params: &SubspaceParams,
+        scratch: &mut SubspaceScratch,
+    ) {
+        let mut forgetting = params.forgetting;
         for part in batch.chunks(MAX_BATCH) {
-            self.add_part(part, &SubspaceRules { forgetting, ..*rules }, scratch);
+            self.add_part(part, &SubspaceParams { forgetting, ..*params }, scratch);
             // Forgetting applies once per batch, not once per part.
             forgetting = 1.0;
         }
     }
 
-    fn add_part(&mut self, batch: &[Vec<f32>], rules: &SubspaceRules, scratch: &mut Scratch) {
+    fn add_part(
+        &mut self,
+        batch: &[Vec<f32>],
+        params: &SubspaceParams,
+        scratch: &mut SubspaceScratch,
+    ) {
         let Some(dim) = batch.first().map(Vec::len) else { return };
         let count = batch.len() as f64;
         self.mean.resize(dim, 0.0);
         scratch.set_mean(batch, dim);
         scratch.columns.clear();
         for (value, direction) in self.values.iter().zip(self.basis.chunks_exact(dim)) {
-            let scale = rules.forgetting * value;
+            let scale = params.forgetting * value;
             scratch.columns.extend(direction.iter().map(|v| scale * v));
         }
         for vector in batch {
@@ -120,8 +130,8 @@ impl Subspace {
             scratch.columns.extend(shift);
         }
         orthogonalise(&mut scratch.columns, dim);
-        self.keep(rules, scratch);
-        let past = rules.forgetting * self.weight;
+        self.keep(params, scratch);
+        let past = params.forgetting * self.weight;
         for (old, new) in self.mean.iter_mut().zip(&scratch.mean) {
             *old = (*old * past + new * count) / (past + count);
         }
@@ -129,17 +139,17 @@ impl Subspace {
     }
 
     /// Keeps the largest of the orthogonal columns, as unit vectors with their singular values.
-    fn keep(&mut self, rules: &SubspaceRules, scratch: &mut Scratch) {
-        let Scratch { columns, values, .. } = scratch;
+    fn keep(&mut self, params: &SubspaceParams, scratch: &mut SubspaceScratch) {
+        let SubspaceScratch { columns, values, .. } = scratch;
         let dim = self.mean.len();
         let norm = |column: &[f64]| column.iter().map(|v| v * v).sum::<f64>().sqrt();
         values.clear();
         values.extend(columns.chunks_exact(dim).map(norm).zip(0..));
         let energy: f64 = values.iter().map(|(value, _)| value * value).sum();
-        let threshold = (energy * rules.keep).max(NOISE);
+        let threshold = (energy * params.keep).max(NOISE);
         values.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         values.retain(|(value, _)| *value > 0.0 && value * value >= threshold);
-        values.truncate(rules.vectors.min(dim));
+        values.truncate(params.vectors.min(dim));
         self.basis.clear();
         self.values.clear();
         for &(value, index) in values.iter() {
@@ -150,7 +160,7 @@ impl Subspace {
     }
 }
 
-impl Scratch {
+impl SubspaceScratch {
     fn set_mean(&mut self, batch: &[Vec<f32>], dim: usize) {
         self.mean.clear();
         self.mean.resize(dim, 0.0);
@@ -166,7 +176,7 @@ mod tests {
     use super::*;
     use nalgebra::{DMatrix, DVector};
 
-    const ALL: SubspaceRules = SubspaceRules { forgetting: 1.0, keep: 1e-12, vectors: 64 };
+    const ALL: SubspaceParams = SubspaceParams { forgetting: 1.0, keep: 1e-12, vectors: 64 };
 
     fn vectors(count: usize, dim: usize, seed: usize) -> Vec<Vec<f32>> {
         let mut rng = rand_pcg::Pcg64::new(seed as u128, 1);
@@ -177,7 +187,7 @@ mod tests {
     #[test]
     fn batches_give_what_all_columns_together_give() {
         let all = vectors(22, 30, 3);
-        let (mut subspace, mut scratch) = (Subspace::default(), Scratch::default());
+        let (mut subspace, mut scratch) = (Subspace::default(), SubspaceScratch::default());
         for batch in [&all[..10], &all[10..15], &all[15..16], &all[16..22]] {
             subspace.add(batch, &ALL, &mut scratch);
         }
@@ -200,14 +210,14 @@ mod tests {
 
     #[test]
     fn repeated_vectors_and_limits() {
-        let (mut subspace, mut scratch) = (Subspace::default(), Scratch::default());
+        let (mut subspace, mut scratch) = (Subspace::default(), SubspaceScratch::default());
         let one = vectors(1, 30, 1);
         subspace.add(&[one[0].clone(), one[0].clone()], &ALL, &mut scratch);
         assert!(subspace.values().is_empty() && subspace.fits(30));
-        subspace.add(&vectors(12, 30, 2), &SubspaceRules { vectors: 4, ..ALL }, &mut scratch);
+        subspace.add(&vectors(12, 30, 2), &SubspaceParams { vectors: 4, ..ALL }, &mut scratch);
         assert_eq!(subspace.values().len(), 4);
         let before = subspace.values().to_vec();
-        subspace.add(&one, &SubspaceRules { forgetting: 0.5, ..ALL }, &mut scratch);
+        subspace.add(&one, &SubspaceParams { forgetting: 0.5, ..ALL }, &mut scratch);
         assert!(subspace.values()[0] < before[0]);
         assert!(!subspace.fits(29));
     }
@@ -218,11 +228,11 @@ mod tests {
         let opposite: Vec<f32> = unit(0).into_iter().map(|v| -v).collect();
         for next in [unit(1), opposite] {
             for forgetting in [0.01, 0.1, 0.5, 0.8, 1.0] {
-                let (mut subspace, mut scratch) = (Subspace::default(), Scratch::default());
-                let rules = SubspaceRules { forgetting, ..ALL };
-                subspace.add(&vec![unit(0); 10], &rules, &mut scratch);
+                let (mut subspace, mut scratch) = (Subspace::default(), SubspaceScratch::default());
+                let params = SubspaceParams { forgetting, ..ALL };
+                subspace.add(&vec![unit(0); 10], &params, &mut scratch);
                 for _ in 0..5 {
-                    subspace.add(std::slice::from_ref(&next), &rules, &mut scratch);
+                    subspace.add(std::slice::from_ref(&next), &params, &mut scratch);
                     assert!(subspace.fits(30), "{forgetting}: {:?}", subspace.values());
                 }
             }
@@ -232,7 +242,7 @@ mod tests {
     #[test]
     fn a_long_batch_is_added_in_parts_and_decays_the_past_once() {
         let all = vectors(3 * MAX_BATCH + 5, 20, 4);
-        let (mut long, mut scratch) = (Subspace::default(), Scratch::default());
+        let (mut long, mut scratch) = (Subspace::default(), SubspaceScratch::default());
         long.add(&all, &ALL, &mut scratch);
         let mut parts = Subspace::default();
         all.chunks(30).for_each(|part| parts.add(part, &ALL, &mut scratch));
@@ -241,7 +251,7 @@ mod tests {
             assert!((a - b).abs() < 1e-10, "{a} {b}");
         }
         assert_eq!((long.values().len(), parts.values().len()), (20, 20));
-        long.add(&all, &SubspaceRules { forgetting: 0.5, ..ALL }, &mut scratch);
+        long.add(&all, &SubspaceParams { forgetting: 0.5, ..ALL }, &mut scratch);
         assert_eq!(long.weight, 1.5 * all.len() as f64);
     }
 }

@@ -8,7 +8,7 @@ use crate::vision::patches::{PatchGrid, normalise};
 
 /// How a new template is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TemplateRules {
+pub struct TemplateParams {
     /// Weight of the L1 norms in the reconstruction of the tracked candidate.
     pub lambda: f64,
     /// Radius of the guided filter that smooths the occlusion mask, in samples; 0 turns it off.
@@ -44,15 +44,15 @@ impl NewTemplate {
         candidate: &[f32],
         (grid, visible): (&PatchGrid, &[bool]),
         subspace: &Subspace,
-        rules: &TemplateRules,
+        params: &TemplateParams,
     ) {
-        let filter = (rules.guided_radius, rules.guided_epsilon);
+        let filter = (params.guided_radius, params.guided_epsilon);
         self.mask.make(candidate, (grid, visible), filter);
         // H = mean + U q, where the trivial templates make q robust against occlusion.
         let mean = subspace.mean();
         self.signal.clear();
         self.signal.extend(candidate.iter().zip(mean).map(|(&c, mean)| f64::from(c) - mean));
-        self.code.solve(subspace.basis(), &self.signal, rules.lambda);
+        self.code.solve(subspace.basis(), &self.signal, params.lambda);
         let hidden = mean.iter().zip(self.code.fit()).map(|(mean, fit)| mean + fit);
         let seen = candidate.iter().zip(self.mask.values());
         let blend = seen.zip(hidden).map(|((&c, k), h)| f64::from(c) * k + h * (1.0 - k));
@@ -65,11 +65,11 @@ impl NewTemplate {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::patch_model::subspace::{Scratch, SubspaceRules};
+    use crate::patch_model::subspace::{SubspaceParams, SubspaceScratch};
 
     #[test]
     fn hidden_samples_come_from_the_subspace() {
-        let rules = TemplateRules { lambda: 0.01, guided_radius: 0, guided_epsilon: 0.01 };
+        let params = TemplateParams { lambda: 0.01, guided_radius: 0, guided_epsilon: 0.01 };
         let grid = PatchGrid::new(32, 16, 8, false);
         let face = |k: usize, t: usize| 1.0 + ((k / 32 + t) % 7) as f32 * 0.1;
         let views: Vec<Vec<f32>> = (0..10)
@@ -80,15 +80,15 @@ mod tests {
             })
             .collect();
         let mut subspace = Subspace::default();
-        let keep_all = SubspaceRules { forgetting: 1.0, keep: 1e-6, vectors: 20 };
-        subspace.add(&views, &keep_all, &mut Scratch::default());
+        let keep_all = SubspaceParams { forgetting: 1.0, keep: 1e-6, vectors: 20 };
+        subspace.add(&views, &keep_all, &mut SubspaceScratch::default());
         // Something bright covers the upper left patch.
         let mut covered = views[0].clone();
         (0..8).for_each(|row| covered[row * 32..row * 32 + 8].fill(0.2));
         let mut visible = [true; 9];
         visible[0] = false;
         let mut new = NewTemplate::default();
-        new.make(&covered, (&grid, &visible), &subspace, &rules);
+        new.make(&covered, (&grid, &visible), &subspace, &params);
         let error =
             |a: &[f32], b: &[f32]| -> f32 { a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum() };
         assert!(error(new.template(), &views[0]) < 0.01 * error(&covered, &views[0]));
@@ -97,7 +97,7 @@ mod tests {
         let norm: f32 = new.template().iter().map(|v| v * v).sum();
         assert!((norm - 1.0).abs() < 1e-5);
         // If all patches are visible, the template is the candidate itself.
-        new.make(&covered, (&grid, &[true; 9]), &subspace, &rules);
+        new.make(&covered, (&grid, &[true; 9]), &subspace, &params);
         let mut same = covered.clone();
         normalise(&mut same);
         assert!(error(new.template(), &same) < 1e-10);

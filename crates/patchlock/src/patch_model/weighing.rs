@@ -1,7 +1,7 @@
 //! Weighs the candidates of a frame (Eq. 24): codes, features and likelihoods of all of them, or of those
 //! that can be the most likely one.
 
-use super::likelihood::{Feature, LikelihoodRules};
+use super::likelihood::{Feature, LikelihoodParams};
 use super::pruning::{Pruning, ScaleSize, UpperBounds};
 use super::scale::{CodingScratch, PatchScores, Scale};
 use crate::numeric::thread_team::ThreadTeam;
@@ -24,7 +24,7 @@ pub struct Weighing<'a> {
     /// What codes are made from.
     pub coding: Coding<'a>,
     /// How features become likelihoods.
-    pub rules: LikelihoodRules,
+    pub params: LikelihoodParams,
     /// Scores at the large scale.
     pub large_scores: &'a mut PatchScores,
     /// Scores at the small scale.
@@ -157,7 +157,7 @@ impl Weighing<'_> {
             self.large_scores.features(k).zip(self.coding.large.positions().iter().copied());
         let small =
             self.small_scores.features(k).zip(self.coding.small.positions().iter().copied());
-        self.rules.likelihood(large, small)
+        self.params.likelihood(large, small)
     }
 }
 
@@ -188,36 +188,36 @@ impl UpperBounds for TeamWeighing<'_, '_> {
     }
 
     fn gain_at_most(&self, size: ScaleSize, location: u32) -> f64 {
-        let Weighing { rules, coding, .. } = &*self.weighing;
+        let Weighing { params, coding, .. } = &*self.weighing;
         let position = |scale: &Scale| scale.positions()[location as usize];
         match size {
-            ScaleSize::Large if !rules.counts_large() => 0.0,
-            ScaleSize::Large => rules.weighted_at_most(position(coding.large)),
-            ScaleSize::Small if !rules.counts_small() => 0.0,
+            ScaleSize::Large if !params.counts_large() => 0.0,
+            ScaleSize::Large => params.weighted_at_most(position(coding.large)),
+            ScaleSize::Small if !params.counts_small() => 0.0,
             ScaleSize::Small => {
-                rules.weighted_at_most(position(coding.small))
+                params.weighted_at_most(position(coding.small))
                     / coding.small.positions().len() as f64
             }
         }
     }
 
     fn gain(&self, candidate: u32, location: u32) -> f64 {
-        let Weighing { rules, coding, small_scores, .. } = &*self.weighing;
-        if !rules.counts_small() {
+        let Weighing { params, coding, small_scores, .. } = &*self.weighing;
+        if !params.counts_small() {
             return 0.0;
         }
         let feature = small_scores.feature(candidate as usize, location as usize);
         let positions = coding.small.positions();
-        rules.weighted(&feature, positions[location as usize]) / positions.len() as f64
+        params.weighted(&feature, positions[location as usize]) / positions.len() as f64
     }
 
     fn large_part(&self, candidate: u32, coded: &[u32]) -> f64 {
-        let Weighing { rules, coding, large_scores, .. } = &*self.weighing;
+        let Weighing { params, coding, large_scores, .. } = &*self.weighing;
         let feature = |i: usize| -> Option<Feature> {
             let known = coded.contains(&(i as u32));
             known.then(|| large_scores.feature(candidate as usize, i))
         };
         let positions = coding.large.positions().iter().enumerate();
-        rules.large_part_at_most(positions.map(|(i, &position)| (feature(i), position)))
+        params.large_part_at_most(positions.map(|(i, &position)| (feature(i), position)))
     }
 }

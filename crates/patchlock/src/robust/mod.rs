@@ -27,7 +27,7 @@ use crate::vision::geometry::BoundingBox;
 use locate::{Locator, LocatorScratch, Setting};
 use memory::Memory;
 use place::Place;
-pub(crate) use saved::Saved;
+pub(crate) use saved::SavedRobust;
 use search::{SearchParams, Searcher};
 use status::{Belief, Evidence, Phase, StatusParams};
 use view::RobustView;
@@ -36,7 +36,7 @@ use window::{SampleBuffers, Window};
 
 /// A target of the method `robust`.
 #[derive(Debug)]
-pub(crate) struct Target {
+pub(crate) struct RobustTarget {
     place: Place,
     window: Window,
     locator: Locator,
@@ -51,22 +51,22 @@ pub(crate) struct Target {
 
 /// Buffers, shared by all targets of a thread. They carry nothing from one frame to the next.
 #[derive(Debug, Default)]
-pub(crate) struct Scratch {
+pub(crate) struct RobustScratch {
     sample: SampleBuffers,
     locator: LocatorScratch,
     seen: SeenBuffers,
     learning: LearningScratch,
 }
 
-impl Target {
+impl RobustTarget {
     /// Begins on the target in this box of the first frame.
     pub fn begin(
         frame: &Frame<'_>,
         bbox: BoundingBox,
         (seed, config): (u64, &RobustConfig),
-        scratch: &mut Scratch,
+        scratch: &mut RobustScratch,
     ) -> (Self, Estimate) {
-        let Scratch { sample, locator: buffers, seen, .. } = scratch;
+        let RobustScratch { sample, locator: buffers, seen, .. } = scratch;
         let place = Place::first(bbox);
         let window = Window::begin(frame, bbox, config, sample);
         let sample = window.sample(frame, place, sample);
@@ -90,14 +90,14 @@ impl Target {
     pub fn step(
         &mut self,
         frame: &Frame<'_>,
-        scratch: &mut Scratch,
+        scratch: &mut RobustScratch,
         show: Option<&mut dyn FnMut(RobustView<'_>)>,
         estimate: &mut Estimate,
     ) {
         self.frames += 1;
         // The place: located from the last one or, after a loss, from where the memory finds it.
         let is_located = !self.belief.is_lost() || self.find_again(frame, scratch);
-        let Scratch { sample, locator: buffers, seen, learning } = scratch;
+        let RobustScratch { sample, locator: buffers, seen, learning } = scratch;
         if is_located {
             let setting = Setting { frame, window: &self.window, memory: &self.memory };
             self.place = self.locator.locate(setting, self.place, sample, buffers);
@@ -131,10 +131,11 @@ impl Target {
     }
 
     /// Searches while the target is lost; what is found is on trial. Says whether it is found.
-    fn find_again(&mut self, frame: &Frame<'_>, scratch: &mut Scratch) -> bool {
+    fn find_again(&mut self, frame: &Frame<'_>, scratch: &mut RobustScratch) -> bool {
         let Phase::Lost { next } = self.belief.phase else { return false };
         let setting = Setting { frame, window: &self.window, memory: &self.memory };
-        let Scratch { sample, locator: LocatorScratch { memory: response, .. }, .. } = scratch;
+        let RobustScratch { sample, locator: LocatorScratch { memory: response, .. }, .. } =
+            scratch;
         let found = Searcher { setting, sample, response }.search(self.place, next, &self.search);
         let Some(place) = found else {
             self.belief.search_on(self.search.windows - 1);

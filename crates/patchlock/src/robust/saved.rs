@@ -1,6 +1,6 @@
 //! A target between two frames, as a snapshot holds it.
 
-use super::Target;
+use super::RobustTarget;
 use super::locate::{Locator, SavedLocator};
 use super::memory::{Memory, SavedMemory};
 use super::place::Place;
@@ -16,7 +16,7 @@ const MAX_FRAMES: u64 = 1 << 53;
 
 /// All that the target's next frames depend on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Saved {
+pub(crate) struct SavedRobust {
     place: Place,
     window: SavedWindow,
     locator: SavedLocator,
@@ -26,11 +26,11 @@ pub(crate) struct Saved {
     frames: u64,
 }
 
-impl Target {
+impl RobustTarget {
     /// The target as a snapshot holds it.
-    pub fn saved(&self) -> Saved {
+    pub fn saved(&self) -> SavedRobust {
         let Self { place, window, locator, memory, visible, belief, frames, .. } = self;
-        Saved {
+        SavedRobust {
             place: *place,
             window: window.saved(),
             locator: locator.saved(),
@@ -45,8 +45,8 @@ impl Target {
     ///
     /// # Errors
     /// What is damaged, or does not fit the configuration.
-    pub fn restore(saved: Saved, config: &RobustConfig) -> Result<Self, &'static str> {
-        let Saved { place, window, locator, memory, visible, belief, frames } = saved;
+    pub fn restore(saved: SavedRobust, config: &RobustConfig) -> Result<Self, &'static str> {
+        let SavedRobust { place, window, locator, memory, visible, belief, frames } = saved;
         if frames > MAX_FRAMES {
             return Err("it has counted more frames than a video has");
         }

@@ -1,7 +1,7 @@
 //! What an observer is shown of a frame of the method `robust`.
 
 use super::status::Evidence;
-use super::{Scratch, Target};
+use super::{RobustScratch, RobustTarget};
 use crate::vision::frame::Frame;
 
 /// The filters on one frame, after the estimate was found and learned from.
@@ -32,17 +32,17 @@ pub struct RobustView<'a> {
     pub memory: &'a [f32],
 }
 
-impl Target {
+impl RobustTarget {
     /// Computes the responses to the window around the estimate again, with the filters as they are
     /// now.
     pub fn view<'a>(
         &'a self,
         frame: &Frame<'_>,
         evidence: &Evidence,
-        scratch: &'a mut Scratch,
+        scratch: &'a mut RobustScratch,
     ) -> RobustView<'a> {
         let Self { window, locator, memory, .. } = self;
-        let Scratch { sample, locator: buffers, .. } = scratch;
+        let RobustScratch { sample, locator: buffers, .. } = scratch;
         let sample = window.sample(frame, self.place, sample);
         RobustView {
             frame: self.frames,

@@ -79,13 +79,13 @@ impl VisibleParams {
 impl Visible {
     /// The model of the target in this region.
     pub fn begin(frame: &Frame<'_>, region: Region, (seed, config): (u64, &RobustConfig)) -> Self {
-        let (rules, mut buffers) = (config.patch_rules(), SeenBuffers::default());
-        let first = templates::shifts(rules.templates).into_iter().map(|[dx, dy]| {
+        let (params, mut buffers) = (config.patch_params(), SeenBuffers::default());
+        let first = templates::shifts(params.templates).into_iter().map(|[dx, dy]| {
             let centre = [region.centre[0] + dx, region.centre[1] + dy];
-            buffers.cut(frame, Region { centre, ..region }, rules.template_side);
+            buffers.cut(frame, Region { centre, ..region }, params.template_side);
             buffers.candidate.samples.clone()
         });
-        let model = PatchModel::of_templates(first.collect(), rules);
+        let model = PatchModel::of_templates(first.collect(), params);
         let rng = Pcg64::new(u128::from(seed), STREAM);
         Self { model, rng, params: VisibleParams::new(config) }
     }
@@ -101,9 +101,9 @@ impl Visible {
     /// What does not fit the configuration.
     pub fn restore(saved: SavedVisible, config: &RobustConfig) -> Result<Self, &'static str> {
         let SavedVisible { patches, rng } = saved;
-        let (patch_rules, params) = (config.patch_rules(), VisibleParams::new(config));
-        patches.check(&patch_rules, params.update_interval)?;
-        Ok(Self { model: PatchModel::restore(patches, patch_rules), rng, params })
+        let (patch_params, params) = (config.patch_params(), VisibleParams::new(config));
+        patches.check(&patch_params, params.update_interval)?;
+        Ok(Self { model: PatchModel::restore(patches, patch_params), rng, params })
     }
 
     /// Which parts of the target are visible in this region.

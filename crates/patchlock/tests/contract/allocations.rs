@@ -109,18 +109,18 @@ fn memory_does_not_grow_over_100_000_frames() {
 #[test]
 fn no_look_allocates() {
     let config = PaperConfig::default();
-    let (rules, side) = (config.patch_rules(), config.patches.template_side);
+    let (params, side) = (config.patch_params(), config.patches.template_side);
     let mut image = GreyImage::default();
     image.fill(&SIMPLE.frame(0)).unwrap();
     let bbox = SIMPLE.truth(0);
     let state = State::from_box(bbox.centre(), bbox.w, bbox.h, side);
     on_one_thread(|| {
-        let model = PatchModel::begin(&image, &state.matrix(), rules);
+        let model = PatchModel::begin(&image, &state.matrix(), params);
         let (mut scratch, mut visibility) = (LookScratch::default(), Visibility::default());
         let mut candidate = vec![0.0; side * side];
         for k in 0..40 {
             let near = State { x: state.x + f64::from(k % 7) - 3.0, ..state };
-            cut_candidate(&image, &near.matrix(), &rules, &mut candidate);
+            cut_candidate(&image, &near.matrix(), &params, &mut candidate);
             let info = measure(|| model.look(&candidate, &mut scratch, &mut visibility));
             assert!(k < 7 || info.count_total == 0, "look {k}: {info:?}");
         }

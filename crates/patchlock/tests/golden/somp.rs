@@ -1,8 +1,8 @@
 //! Compares joint sparse codes with SPAMS, and with the oracle's reference where SPAMS itself fails.
 
-use crate::solvers::{RULES, Solver, Span, energy, indices};
+use crate::solvers::{PARAMS, Solver, Span, energy, indices};
 use crate::{golden, read};
-use patchlock::patch_model::sparse::codes::{Code, CodeRules};
+use patchlock::patch_model::sparse::codes::{Code, CodeParams};
 use patchlock::patch_model::sparse::dictionary::Dictionary;
 use patchlock::vision::patches::PatchGrid;
 use serde::Deserialize;
@@ -99,8 +99,8 @@ struct Counts {
 }
 
 impl Problem<'_> {
-    fn solve(&self, solver: Solver, rules: &CodeRules) -> Code {
-        solver.solve(self.dictionary, &self.shared, &self.candidate, rules)
+    fn solve(&self, solver: Solver, params: &CodeParams) -> Code {
+        solver.solve(self.dictionary, &self.shared, &self.candidate, params)
     }
 
     fn energies(&self, support: &[usize]) -> Vec<f64> {
@@ -115,9 +115,9 @@ impl Problem<'_> {
 
     /// Compares both solvers with the reference, which is also SPAMS' answer unless SPAMS failed.
     fn check(&self, answers: &Answers, limit: usize, counts: &mut Counts) {
-        let rules = CodeRules { atoms: limit, ..RULES };
+        let params = CodeParams { atoms: limit, ..PARAMS };
         for solver in Solver::ALL {
-            let code = self.solve(solver, &rules);
+            let code = self.solve(solver, &params);
             self.check_reference(&answers.reference, &code, solver);
         }
         counts.unclear += usize::from(!is_clear(answers.reference.margin));
@@ -158,7 +158,7 @@ impl Problem<'_> {
         };
         let finite = answers.spams.coefficients.iter().all(Option::is_some);
         for solver in Solver::ALL {
-            let ours = indices(&self.solve(solver, &CodeRules { atoms: limit, ..RULES }));
+            let ours = indices(&self.solve(solver, &CodeParams { atoms: limit, ..PARAMS }));
             assert!(
                 !finite || sorted(ours) != sorted(answers.spams.atoms.clone()),
                 "{}",

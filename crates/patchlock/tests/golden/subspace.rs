@@ -2,7 +2,7 @@
 
 use crate::{difference, golden};
 use nalgebra::{DMatrix, DVector};
-use patchlock::patch_model::subspace::{Scratch, Subspace, SubspaceRules};
+use patchlock::patch_model::subspace::{Subspace, SubspaceParams, SubspaceScratch};
 use serde::Deserialize;
 
 #[derive(Deserialize)]
@@ -30,10 +30,10 @@ struct Batch {
 /// Adds the batches of a sequence, and compares after each.
 fn check(sequence: &Sequence, probes: &[Vec<f32>]) {
     let Sequence { name, max_rank, batches } = sequence;
-    let rules = SubspaceRules { forgetting: 1.0, keep: 1e-12, vectors: *max_rank };
-    let (mut subspace, mut scratch) = (Subspace::default(), Scratch::default());
+    let params = SubspaceParams { forgetting: 1.0, keep: 1e-12, vectors: *max_rank };
+    let (mut subspace, mut scratch) = (Subspace::default(), SubspaceScratch::default());
     for (k, batch) in batches.iter().enumerate() {
-        subspace.add(&batch.columns, &rules, &mut scratch);
+        subspace.add(&batch.columns, &params, &mut scratch);
         assert!(difference(subspace.mean().iter(), &batch.mean) < 1e-8, "{name} {k}: mean");
         let values = subspace.values();
         assert_eq!(values.len(), batch.singular_values.len(), "{name} {k}: {values:?}");

@@ -5,7 +5,7 @@ use patchlock::patch_model::memory::{LearningScratch, LearningStep};
 use patchlock::patch_model::model::{
     Candidates, LookScratch, PatchModel, Wanted, Weighed, cut_candidate,
 };
-use patchlock::patch_model::rules::PatchRules;
+use patchlock::patch_model::params::PatchParams;
 use patchlock::vision::frame::GreyImage;
 use patchlock::{BoundingBox, PaperConfig, State, Visibility};
 use rand_pcg::Pcg64;
@@ -23,39 +23,39 @@ fn state(bbox: BoundingBox) -> State {
 }
 
 /// Candidates around the true box of frame `k`.
-fn candidates(k: usize, count: usize, rules: &PatchRules) -> Vec<f32> {
+fn candidates(k: usize, count: usize, params: &PatchParams) -> Vec<f32> {
     let (image, truth) = (image(k), state(OCCLUDED.truth(k)));
     let mut all = vec![0.0; count * 1024];
     for (n, out) in all.chunks_exact_mut(1024).enumerate() {
         let (dx, dy) = ((n % 5) as f64 * 1.7 - 3.0, (n / 5) as f64 * 1.3 - 2.0);
         let state = State { x: truth.x + dx, y: truth.y + dy, ..truth };
-        cut_candidate(&image, &state.matrix(), rules, out);
+        cut_candidate(&image, &state.matrix(), params, out);
     }
     all
 }
 
-fn begun(rules: PatchRules) -> PatchModel {
-    PatchModel::begin(&image(0), &state(OCCLUDED.truth(0)).matrix(), rules)
+fn begun(params: PatchParams) -> PatchModel {
+    PatchModel::begin(&image(0), &state(OCCLUDED.truth(0)).matrix(), params)
 }
 
-/// Rules with this step between small patches, in samples.
-fn rules(small_step: usize) -> PatchRules {
+/// Parameters with this step between small patches, in samples.
+fn params(small_step: usize) -> PatchParams {
     let mut config = PaperConfig::default();
     config.patches.small_step = small_step;
-    config.patch_rules()
+    config.patch_params()
 }
 
 #[test]
 fn a_look_is_the_visibility_of_the_weighed_candidate() {
     for small_step in [2, 4, 8] {
-        let rules = rules(small_step);
-        let (mut model, mut learning) = (begun(rules), LearningScratch::default());
+        let params = params(small_step);
+        let (mut model, mut learning) = (begun(params), LearningScratch::default());
         let mut rng = Pcg64::new(1, 1);
         let (mut weighed, mut look) = (Weighed::default(), LookScratch::default());
         let order: Vec<u32> = (0..20).collect();
         let mut hidden = 0;
         for k in [1, 12, 24, 30, 40] {
-            let samples = candidates(k, 20, &rules);
+            let samples = candidates(k, 20, &params);
             let all = Candidates { samples: &samples, order: &order };
             model.weigh(all, Wanted::All, &mut weighed);
             let before = model.memory().clone();
@@ -81,10 +81,10 @@ fn a_look_is_the_visibility_of_the_weighed_candidate() {
 
 #[test]
 fn the_model_learns_only_when_the_caller_asks() {
-    let rules = rules(8);
-    let (mut model, mut learning) = (begun(rules), LearningScratch::default());
+    let params = params(8);
+    let (mut model, mut learning) = (begun(params), LearningScratch::default());
     let before = model.memory().clone();
-    let candidate = candidates(1, 1, &rules);
+    let candidate = candidates(1, 1, &params);
     let (mut look, mut seen) = (LookScratch::default(), Visibility::default());
     model.look(&candidate, &mut look, &mut seen);
     let mut rng = Pcg64::new(1, 1);

@@ -2,7 +2,7 @@
 //! projection of every step solved anew as a least-squares problem. It is far too slow for tracking.
 
 use nalgebra::DMatrix;
-use patchlock::patch_model::sparse::codes::{Code, CodeRules, final_energy};
+use patchlock::patch_model::sparse::codes::{Code, CodeParams, final_energy};
 use patchlock::patch_model::sparse::dictionary::Dictionary;
 
 /// Codes `candidate` jointly with the `shared` signals (rows of `dim` samples).
@@ -10,7 +10,7 @@ pub fn solve(
     dictionary: &Dictionary,
     shared: &[f32],
     candidate: &[f32],
-    rules: &CodeRules,
+    params: &CodeParams,
 ) -> Code {
     let dim = dictionary.dim();
     let atoms = matrix(dim, (0..dictionary.len()).map(|k| dictionary.atom(k)));
@@ -18,14 +18,14 @@ pub fn solve(
     let final_energy = final_energy(signals.norm_squared());
 
     let mut support: Vec<usize> = Vec::new();
-    while support.len() < rules.atoms {
+    while support.len() < params.atoms {
         let chosen = atoms.select_columns(&support);
         let signal_residuals = &signals - &chosen * least_squares(&chosen, &signals);
         if signal_residuals.norm_squared() <= final_energy {
             break;
         }
         let atom_residuals = &atoms - &chosen * least_squares(&chosen, &atoms);
-        match best_atom(&support, &signal_residuals, &atom_residuals, rules) {
+        match best_atom(&support, &signal_residuals, &atom_residuals, params) {
             Some(atom) => support.push(atom),
             None => break,
         }
@@ -40,12 +40,12 @@ fn best_atom(
     support: &[usize],
     signal_residuals: &DMatrix<f64>,
     atom_residuals: &DMatrix<f64>,
-    rules: &CodeRules,
+    params: &CodeParams,
 ) -> Option<usize> {
     let mut best = (None, 0.0);
     for (k, atom) in atom_residuals.column_iter().enumerate() {
         let residual_energy = atom.norm_squared();
-        if residual_energy < rules.min_residual || support.contains(&k) {
+        if residual_energy < params.min_residual || support.contains(&k) {
             continue;
         }
         let score = signal_residuals.tr_mul(&atom).norm_squared() / residual_energy;

@@ -6,12 +6,12 @@
 mod definition;
 
 use patchlock::numeric::instructions::Instructions;
-use patchlock::patch_model::sparse::codes::{Code, CodeRules};
+use patchlock::patch_model::sparse::codes::{Code, CodeParams};
 use patchlock::patch_model::sparse::dictionary::Dictionary;
 use patchlock::patch_model::sparse::somp::batched;
 
-/// The rules of the preset `paper`.
-pub const RULES: CodeRules = CodeRules { atoms: 4, min_residual: 1e-6 };
+/// The parameters of the preset `paper`.
+pub const PARAMS: CodeParams = CodeParams { atoms: 4, min_residual: 1e-6 };
 
 /// Scores whose relative difference is smaller are equal up to the rounding of `f64`.
 pub const TIE: f64 = 1e-9;
@@ -31,11 +31,11 @@ impl Solver {
         dictionary: &Dictionary,
         shared: &[f32],
         candidate: &[f32],
-        rules: &CodeRules,
+        params: &CodeParams,
     ) -> Code {
         match self {
-            Self::Definition => definition::solve(dictionary, shared, candidate, rules),
-            Self::Batched => solve_all(dictionary, shared, candidate, rules)[0],
+            Self::Definition => definition::solve(dictionary, shared, candidate, params),
+            Self::Batched => solve_all(dictionary, shared, candidate, params)[0],
         }
     }
 }
@@ -46,14 +46,14 @@ pub fn solve_all(
     dictionary: &Dictionary,
     shared: &[f32],
     candidates: &[f32],
-    rules: &CodeRules,
+    params: &CodeParams,
 ) -> Vec<Code> {
     let mut location = batched::Location::default();
-    location.fill(dictionary, (0, shared), rules);
+    location.fill(dictionary, (0, shared), params);
     let solved = Instructions::available().into_iter().map(|(name, instructions)| {
         let mut codes = vec![Code::default(); candidates.len() / dictionary.dim()];
-        let mut scratch = batched::Scratch::with(instructions);
-        batched::solve(dictionary, &location, candidates, rules, &mut scratch, &mut codes);
+        let mut scratch = batched::SolverScratch::with(instructions);
+        batched::solve(dictionary, &location, candidates, params, &mut scratch, &mut codes);
         (name, codes)
     });
     let same = |(first, codes), (name, others)| {

@@ -42,7 +42,7 @@ impl Code {
 
 /// How codes are made.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CodeRules {
+pub struct CodeParams {
     /// Maximum number of atoms in a code; at most [`MAX_ATOMS`].
     pub atoms: usize,
     /// An atom is eligible while `||d_res||^2` is at least this.

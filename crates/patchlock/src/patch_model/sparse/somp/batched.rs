@@ -83,7 +83,7 @@ use super::vectors::{TILE, project_out, tile_index, tiles, tiles_mut, widen};
 use crate::numeric::aligned::Aligned;
 use crate::numeric::dot_wide;
 use crate::numeric::instructions::Instructions;
-use crate::patch_model::sparse::codes::{Code, CodeRules, MAX_ATOMS, final_energy};
+use crate::patch_model::sparse::codes::{Code, CodeParams, MAX_ATOMS, final_energy};
 use crate::patch_model::sparse::dictionary::Dictionary;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
@@ -119,14 +119,14 @@ impl Location {
         &mut self,
         dictionary: &Dictionary,
         (number, shared): (usize, &[f32]),
-        rules: &CodeRules,
+        params: &CodeParams,
     ) {
         let dim = dictionary.dim();
         self.number = number;
         self.reference.clear();
         self.reference.extend_from_slice(&shared[shared.len().saturating_sub(dim)..]);
         self.reference.resize(dim, 0.0);
-        Instructions::default().dispatch(FillRoot { location: self, dictionary, shared, rules });
+        Instructions::default().dispatch(FillRoot { location: self, dictionary, shared, params });
     }
 }
 
@@ -136,7 +136,7 @@ struct FillRoot<'a> {
     location: &'a mut Location,
     dictionary: &'a Dictionary,
     shared: &'a [f32],
-    rules: &'a CodeRules,
+    params: &'a CodeParams,
 }
 
 impl WithSimd for FillRoot<'_> {
@@ -146,13 +146,13 @@ impl WithSimd for FillRoot<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Location { root, rows, wide, .. } = self.location;
         root.fill_root(simd, self.shared);
-        rows.fill_root(simd, wide, self.dictionary, root, self.rules);
+        rows.fill_root(simd, wide, self.dictionary, root, self.params);
     }
 }
 
 /// The working memory of [`solve`]. Reuse it: once its buffers have grown, no call allocates.
 #[derive(Debug, Default)]
-pub struct Scratch {
+pub struct SolverScratch {
     instructions: Instructions,
     /// For the candidates of a block: their differences from the reference, and their own correlations with
     /// all atoms.
@@ -219,7 +219,7 @@ impl Candidate {
     }
 }
 
-/// Candidates that chose the same atom at the same node, as a range of [`Scratch::order`].
+/// Candidates that chose the same atom at the same node, as a range of [`SolverScratch::order`].
 #[derive(Debug)]
 struct Branch {
     /// Number of atoms chosen so far, including this one.
@@ -229,13 +229,13 @@ struct Branch {
 }
 
 /// Codes every candidate (rows of `dim` samples) jointly with the location's shared columns, one code per
-/// candidate. The location must have been filled for this dictionary and these rules.
+/// candidate. The location must have been filled for this dictionary and these parameters.
 pub fn solve(
     dictionary: &Dictionary,
     location: &Location,
     candidates: &[f32],
-    rules: &CodeRules,
-    scratch: &mut Scratch,
+    params: &CodeParams,
+    scratch: &mut SolverScratch,
     codes: &mut [Code],
 ) {
     // Without atoms every code is empty, and the root cannot be filled.
@@ -245,7 +245,7 @@ pub fn solve(
     }
     let blocks = candidates.chunks(BLOCK * dictionary.dim()).zip(codes.chunks_mut(BLOCK));
     for (block, codes) in blocks {
-        let problem = Problem { dictionary, location, rules };
+        let problem = Problem { dictionary, location, params };
         scratch.instructions.dispatch(SolveBlock { problem, scratch, block, codes });
     }
 }
@@ -257,8 +257,8 @@ pub fn solve_each(
     dictionary: &Dictionary,
     locations: &[Location],
     candidates: &[f32],
-    rules: &CodeRules,
-    scratch: &mut Scratch,
+    params: &CodeParams,
+    scratch: &mut SolverScratch,
     codes: &mut [Code],
 ) {
     if dictionary.is_empty() {
@@ -268,12 +268,12 @@ pub fn solve_each(
     let candidates = candidates.chunks(GROUP * dictionary.dim());
     let groups = locations.chunks(GROUP).zip(candidates).zip(codes.chunks_mut(GROUP));
     for ((locations, candidates), codes) in groups {
-        let group = SolveGroup { dictionary, locations, rules, candidates, codes, scratch };
+        let group = SolveGroup { dictionary, locations, params, candidates, codes, scratch };
         group.scratch.instructions.dispatch(group);
     }
 }
 
-impl Scratch {
+impl SolverScratch {
     /// Working memory of a solver that uses these instructions, whatever the environment variable says.
     pub fn with(instructions: Instructions) -> Self {
         Self { instructions, ..Self::default() }
@@ -285,13 +285,13 @@ impl Scratch {
 struct Problem<'a> {
     dictionary: &'a Dictionary,
     location: &'a Location,
-    rules: &'a CodeRules,
+    params: &'a CodeParams,
 }
 
 /// Codes a block, compiled for the instructions in use.
 struct SolveBlock<'a> {
     problem: Problem<'a>,
-    scratch: &'a mut Scratch,
+    scratch: &'a mut SolverScratch,
     block: &'a [f32],
     codes: &'a mut [Code],
 }
@@ -311,10 +311,10 @@ impl WithSimd for SolveBlock<'_> {
 struct SolveGroup<'a> {
     dictionary: &'a Dictionary,
     locations: &'a [Location],
-    rules: &'a CodeRules,
+    params: &'a CodeParams,
     candidates: &'a [f32],
     codes: &'a mut [Code],
-    scratch: &'a mut Scratch,
+    scratch: &'a mut SolverScratch,
 }
 
 impl WithSimd for SolveGroup<'_> {
@@ -322,12 +322,12 @@ impl WithSimd for SolveGroup<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { dictionary, locations, rules, candidates, codes, scratch } = self;
+        let Self { dictionary, locations, params, candidates, codes, scratch } = self;
         scratch.correlate_group(simd, dictionary, locations, candidates);
         let patches = candidates.chunks_exact(dictionary.dim());
         let each = locations.iter().zip(patches).zip(codes).enumerate();
         for (row, ((location, patch), code)) in each {
-            let problem = Problem { dictionary, location, rules };
+            let problem = Problem { dictionary, location, params };
             let code = std::slice::from_mut(code);
             scratch.begin(simd, problem, patch, code);
             scratch.take_correlations(simd, problem, (row, locations.len()));
@@ -336,7 +336,7 @@ impl WithSimd for SolveGroup<'_> {
     }
 }
 
-impl Scratch {
+impl SolverScratch {
     /// Puts all candidates of the block at the root, except those without energy to explain.
     #[inline(always)]
     fn begin<S: Simd>(&mut self, simd: S, problem: Problem<'_>, block: &[f32], codes: &mut [Code]) {
@@ -483,13 +483,13 @@ impl Scratch {
     /// Chooses each member's next atom and sorts the members by it.
     #[inline(always)]
     fn choose<S: Simd>(&mut self, simd: S, problem: Problem<'_>, branch: &Branch) {
-        let Problem { dictionary, location, rules } = problem;
+        let Problem { dictionary, location, params } = problem;
         let Self { candidates, order, rows, screen, guesses, differences, .. } = self;
         let path = Path { root: &location.root, nodes: &self.nodes[..branch.depth] };
-        let eligible = eligible(rules);
+        let eligible = eligible(params);
         self.cache.begin(dictionary.len());
         let (wide, cache) = (&mut self.wide, &mut self.cache);
-        let mut exact = Exact { dictionary, path, rules, eligible, wide, cache };
+        let mut exact = Exact { dictionary, path, params, eligible, wide, cache };
         let residuals = Residuals { all: &self.residuals, dim: dictionary.dim() };
         let inputs = (residuals, &mut *self.correlations);
         let energy = path.end().energy;
@@ -508,17 +508,17 @@ impl Scratch {
             let (newest, above) = (&mut newest[0], (&location.rows, &*above));
             if branch.depth == 1 {
                 let (mut tiles, margins) =
-                    newest.child_tiles::<S, true>(dictionary, path, above, rules);
+                    newest.child_tiles::<S, true>(dictionary, path, above, params);
                 screen.begin(step_candidates(candidates, members, at, &margins));
                 screen.run(simd, &mut tiles, (guess, margins.gap), inputs, &mut exact);
             } else {
                 let (mut tiles, margins) =
-                    newest.child_tiles::<S, false>(dictionary, path, above, rules);
+                    newest.child_tiles::<S, false>(dictionary, path, above, params);
                 screen.begin(step_candidates(candidates, members, at, &margins));
                 screen.run(simd, &mut tiles, (guess, margins.gap), inputs, &mut exact);
             }
             // If patches have little texture, the first atom leaves small residuals of the others.
-            if branch.depth == 1 && rules.atoms > 2 {
+            if branch.depth == 1 && params.atoms > 2 {
                 newest.tighten_max_residual(simd);
             }
         }
@@ -529,7 +529,7 @@ impl Scratch {
             position += 1;
         });
         let members = &mut order[branch.members.clone()];
-        if branch.depth + 1 == rules.atoms {
+        if branch.depth + 1 == params.atoms {
             set_last_atoms(simd, candidates, members, residuals, &mut exact);
         }
         members.sort_unstable();
@@ -546,7 +546,7 @@ impl Scratch {
             let same = self.order[start..end].iter().take_while(|member| member.0 == atom).count();
             let members = start..start + same;
             start = members.end;
-            if atom != NONE && depth < problem.rules.atoms {
+            if atom != NONE && depth < problem.params.atoms {
                 self.branches.push(Branch { depth, atom: atom as usize, members });
                 continue;
             }

@@ -3,7 +3,7 @@
 use super::node::Path;
 use super::vectors::{U, dots_each, widen};
 use crate::numeric::dot_wide;
-use crate::patch_model::sparse::codes::{CodeRules, MAX_ATOMS};
+use crate::patch_model::sparse::codes::{CodeParams, MAX_ATOMS};
 use crate::patch_model::sparse::dictionary::Dictionary;
 use pulp::Simd;
 
@@ -28,7 +28,7 @@ pub struct Exact<'a> {
     /// The atoms chosen so far.
     pub path: Path<'a>,
     /// How atoms are chosen.
-    pub rules: &'a CodeRules,
+    pub params: &'a CodeParams,
     /// Limits for the screen's lower bound `l` and upper bound of `||d_res||^2`: the atom is certainly
     /// eligible if `l` is at least the first, and certainly not if the upper bound is below the second.
     pub eligible: (f32, f32),
@@ -69,10 +69,10 @@ impl AtomCache {
 }
 
 /// The value of [`Exact::eligible`].
-pub fn eligible(rules: &CodeRules) -> (f32, f32) {
+pub fn eligible(params: &CodeParams) -> (f32, f32) {
     // Exceeds the `f32` rounding errors of both limits.
     let slack = 16.0 * U;
-    let least = rules.min_residual;
+    let least = params.min_residual;
     ((least * (1.0 + slack)) as f32, (least * (1.0 - slack)) as f32)
 }
 
@@ -148,7 +148,7 @@ impl Exact<'_> {
     /// The atom as a choice without a score, if it is eligible.
     #[inline(always)]
     fn eligible_choice(&self, atom: usize, known: &CachedAtom, own: f64) -> Option<Choice> {
-        if self.path.contains(atom) || known.residual_energy < self.rules.min_residual {
+        if self.path.contains(atom) || known.residual_energy < self.params.min_residual {
             return None;
         }
         let norm = known.residual_energy.sqrt();

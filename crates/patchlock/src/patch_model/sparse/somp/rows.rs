@@ -8,7 +8,7 @@ use super::vectors::{
     tile_index, tiles, tiles_mut, widen,
 };
 use crate::numeric::aligned::Aligned;
-use crate::patch_model::sparse::codes::{CodeRules, MAX_ATOMS};
+use crate::patch_model::sparse::codes::{CodeParams, MAX_ATOMS};
 use crate::patch_model::sparse::dictionary::{Dictionary, LANES};
 use pulp::Simd;
 
@@ -269,7 +269,7 @@ impl Rows {
         wide: &mut Vec<f64>,
         dictionary: &Dictionary,
         root: &Node,
-        rules: &CodeRules,
+        params: &CodeParams,
     ) {
         let (dim, stride, count) = (dictionary.dim(), dictionary.stride(), dictionary.len());
         let columns = (root.residuals.len() / dim).max(1);
@@ -298,7 +298,7 @@ impl Rows {
             let norm = dictionary.squared_norm(k);
             // An atom that repeats an earlier one has the same score and loses the tie. Once the earlier one
             // has been chosen, it has no residual.
-            if norm >= rules.min_residual && !dictionary.repeats(k) {
+            if norm >= params.min_residual && !dictionary.repeats(k) {
                 *divisor = (norm - 1.0) as f32;
             }
         }
@@ -371,7 +371,7 @@ impl Rows {
         dictionary: &'a Dictionary,
         path: Path<'a>,
         (root, above): (&'a Self, &'a [Self]),
-        rules: &CodeRules,
+        params: &CodeParams,
     ) -> (ChildTiles<'a, S, FIRST>, Margins) {
         let (node, parent) = (path.end(), above.last().unwrap_or(root));
         let margins =
@@ -407,7 +407,7 @@ impl Rows {
         }
         let (columns, divisors) = (tiles::<S>(&parent.columns), tiles::<S>(&parent.divisors));
         // The deepest nodes have no children that would read their rows.
-        let store = path.nodes.len() + 1 < rules.atoms;
+        let store = path.nodes.len() + 1 < params.atoms;
         let stored = store.then(|| StoredRows::new(own, parent));
         let gram = tiles::<S>(gram);
         (ChildTiles { recurrence, gram, above: earlier, columns, divisors, stored }, margins)
@@ -636,7 +636,7 @@ mod tests {
     use pulp::WithSimd;
 
     const DIM: usize = 16;
-    const RULES: CodeRules = CodeRules { atoms: MAX_ATOMS, min_residual: 1e-6 };
+    const PARAMS: CodeParams = CodeParams { atoms: MAX_ATOMS, min_residual: 1e-6 };
 
     /// Positive, similar vectors with this much texture, like patches; every third one nearly equals the one
     /// before it.
@@ -700,12 +700,12 @@ mod tests {
             let (mut root, mut nodes) = (Node::default(), Vec::new());
             root.fill_root(simd, shared);
             let mut rows = vec![Rows::default()];
-            rows[0].fill_root(simd, &mut Vec::new(), dictionary, &root, &RULES);
+            rows[0].fill_root(simd, &mut Vec::new(), dictionary, &root, &PARAMS);
             let mut truth = Truth::default();
             self.check(&rows[0], &truth);
             for &atom in atoms {
                 let left = truth.residual(dictionary.atom(atom));
-                if dot(&left, &left) < RULES.min_residual {
+                if dot(&left, &left) < PARAMS.min_residual {
                     continue;
                 }
                 let mut node = Node::default();
@@ -715,12 +715,12 @@ mod tests {
                 let (path, mut new) = (Path { root: &root, nodes: &nodes }, Rows::default());
                 let above = (&rows[0], &rows[1..]);
                 let single = if nodes.len() == 1 {
-                    let tiles = new.child_tiles::<S, true>(dictionary, path, above, &RULES).0;
+                    let tiles = new.child_tiles::<S, true>(dictionary, path, above, &PARAMS).0;
                     let single = make_tiles(simd, dictionary, tiles);
                     new.tighten_max_residual(simd);
                     single
                 } else {
-                    let tiles = new.child_tiles::<S, false>(dictionary, path, above, &RULES).0;
+                    let tiles = new.child_tiles::<S, false>(dictionary, path, above, &PARAMS).0;
                     make_tiles(simd, dictionary, tiles)
                 };
                 self.check(&new, &truth);
