@@ -9,13 +9,13 @@ use patchlock_bench::bench::job::{self, BenchJobs, Frames, Job};
 use patchlock_bench::bench::plan::{Entrant, MOST_SECONDS, MOST_SEEDS, Options};
 use patchlock_bench::bench::schemes::{Scheme, Start};
 use patchlock_bench::bench::store::{self, Clip, Identity, Series, Written};
-use patchlock_track::settings::Overrides;
 use patchlock_track::text;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::{errors, settings};
+use crate::config::{self, Choice, basis};
+use crate::errors;
 
 /// The coordinate of the first pixel in the text files of clips, as in those of `patchlock track`.
 const ORIGIN: f64 = 1.0;
@@ -29,31 +29,27 @@ pub struct Store {
 
 #[pymethods]
 impl Store {
-    /// Opens the folder `name` in `out` for clips. For clips with their own settings the folder is
-    /// `name-<first digits of the settings' hash>`; so it is for all clips if `base` changes settings and the
-    /// user has not chosen the name.
+    /// Opens the folder `name` in `out`; without a name it is that of the preset. The settings `own`
+    /// differ from the common ones. If settings differ from those that the name stands for, the
+    /// folder is `name-<first digits of the settings' hash>`.
     #[new]
-    #[pyo3(signature = (out, name, *, chosen, preset, config, base, own))]
+    #[pyo3(signature = (out, name, *, config, own))]
     fn new(
         out: PathBuf,
-        name: &str,
-        chosen: bool,
-        preset: &str,
-        config: Option<PathBuf>,
-        base: &Bound<'_, PyDict>,
+        name: Option<String>,
+        config: Choice,
         own: &Bound<'_, PyDict>,
     ) -> PyResult<Self> {
-        let common =
-            patchlock_track::settings::resolve(preset, config.as_deref(), Overrides::default())
-                .map_err(|error| errors::of_bench(error.into()))?;
-        let named = match chosen {
-            true => settings::changed(common.clone(), base)?,
-            false => common.clone(),
-        };
-        let configuration = settings::changed(settings::changed(common, base)?, own)?;
-        let subject = Identity::patchlock(&configuration, preset);
-        let tracker = match Identity::patchlock(&named, preset) == subject {
-            true => name.to_string(),
+        let Choice(common) = config;
+        let preset = basis(&common).0;
+        let meant = if name.is_some() { common.clone() } else { TrackerConfig::from(preset) };
+        let name = name.unwrap_or_else(|| preset.to_string());
+        let mut configuration = common;
+        config::apply(&mut configuration, own)?;
+        configuration.validate().map_err(errors::of_tracker)?;
+        let subject = Identity::patchlock(&configuration, preset.name());
+        let tracker = match Identity::patchlock(&meant, preset.name()) == subject {
+            true => name,
             false => format!("{name}-{}", &subject.hash()[..8]),
         };
         let series = Series { tracker, scheme: Scheme::Ope, subject, origin: ORIGIN };
@@ -152,7 +148,7 @@ type Named = Vec<(String, String, String)>;
 /// that can't be run.
 #[pyfunction]
 #[pyo3(signature = (
-    dataset, out, *, protocol, preset, config, command, timeout, name, seeds, sequences, attributes,
+    dataset, out, *, protocol, preset, file, command, timeout, name, seeds, sequences, attributes,
     threads, side_by_side
 ))]
 #[expect(clippy::too_many_arguments, reason = "Python calls it with keywords")]
@@ -162,7 +158,7 @@ pub fn bench_jobs(
     out: PathBuf,
     protocol: &str,
     preset: String,
-    config: Option<PathBuf>,
+    file: Option<PathBuf>,
     command: Option<String>,
     timeout: i64,
     name: Option<String>,
@@ -175,7 +171,7 @@ pub fn bench_jobs(
     let options = Options {
         dataset,
         out,
-        entrant: entrant(preset, config, command, timeout, name)?,
+        entrant: entrant(preset, file, command, timeout, name)?,
         scheme: protocol.parse().map_err(PyValueError::new_err)?,
         seeds: in_range("seeds", seeds, MOST_SEEDS)?,
         sequences,
@@ -193,14 +189,16 @@ pub fn bench_jobs(
 /// Our tracker with these settings, or another program.
 fn entrant(
     preset: String,
-    config: Option<PathBuf>,
+    file: Option<PathBuf>,
     command: Option<String>,
     timeout: i64,
     name: Option<String>,
 ) -> PyResult<Entrant> {
-    let Some(command) = command else { return Ok(Entrant::Patchlock { preset, config, name }) };
-    if config.is_some() {
-        let message = "config holds settings of Patchlock: it can't be combined with command";
+    let Some(command) = command else {
+        return Ok(Entrant::Patchlock { preset, config: file, name });
+    };
+    if file.is_some() {
+        let message = "file holds settings of Patchlock: it can't be combined with command";
         return Err(PyValueError::new_err(message));
     }
     let Some(name) = name else {

@@ -8,6 +8,7 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyType};
 
 use crate::draw;
+use crate::driver::Found;
 use crate::pixels::Channels;
 
 /// The maps of visible patches, large and small.
@@ -53,6 +54,12 @@ impl Estimate {
     }
 }
 
+impl From<Found<patchlock::Estimate>> for Estimate {
+    fn from(found: Found<patchlock::Estimate>) -> Self {
+        Self::from_rust(found.result, found.frame, found.ms)
+    }
+}
+
 #[pymethods]
 impl Estimate {
     #[new]
@@ -83,7 +90,7 @@ impl Estimate {
 
     /// Number of the frame.
     ///
-    /// With `track` it is the number in the source; with a tracker it counts from the frame given to `init`.
+    /// With `track` it is the number in the source; with a tracker it counts from the first frame.
     #[getter]
     fn frame(&self) -> u64 {
         self.frame
@@ -112,7 +119,7 @@ impl Estimate {
     /// How certain the tracker is, 0 to 1.
     ///
     /// With the method `robust` it is an estimate of the probability that the box overlaps the target by at
-    /// least half, with `patchwise` the visible share of the target: the mean over both scales.
+    /// least half, with `paper` the visible share of the target: the mean over both scales.
     #[getter]
     fn score(&self) -> f64 {
         self.inner.score

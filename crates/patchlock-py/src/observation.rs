@@ -1,14 +1,14 @@
-//! The Python classes `Observation` and `RobustObservation`.
+//! The Python classes `PaperObservation` and `RobustObservation`.
 
 use numpy::ndarray::{Array2, Array3};
 use numpy::{PyArray1, PyArray2, PyArray3, ToPyArray};
-use patchlock::{FrameView, Observer, PaperView, RobustView};
+use patchlock::{FrameView, PaperView, RobustView};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-/// What the method `patchwise` computed on one frame; `Tracker.update_observed` returns it.
+/// What the method `paper` computed on one frame; `Tracker.update_observed` returns it.
 #[pyclass(frozen, module = "patchlock")]
-pub struct Observation {
+pub struct PaperObservation {
     particles: Vec<[f64; 6]>,
     likelihoods: Vec<f64>,
     best: usize,
@@ -35,34 +35,27 @@ pub struct RobustObservation {
 /// The observation of any method.
 #[derive(IntoPyObject)]
 pub enum Seen {
-    Patchwise(Observation),
+    Paper(PaperObservation),
     Robust(RobustObservation),
 }
 
-/// Stores what the tracker shows to an observer.
-#[derive(Default)]
-pub struct Keeper {
-    kept: Option<Seen>,
-}
-
-impl Keeper {
-    /// The stored observation.
-    pub fn into_seen(self) -> PyResult<Seen> {
-        self.kept.ok_or_else(|| PyValueError::new_err("the method has nothing to observe"))
-    }
-}
-
-impl Observer for Keeper {
-    fn observe(&mut self, view: &FrameView<'_>) {
-        self.kept = match view {
-            FrameView::Paper(view) => Some(Seen::Patchwise(Observation::of(view))),
-            FrameView::Robust(view) => Some(Seen::Robust(RobustObservation::of(view))),
+impl Seen {
+    /// A copy of what a tracker shows; `None` for a method that is not known here.
+    pub fn of(view: &FrameView<'_>) -> Option<Self> {
+        match view {
+            FrameView::Paper(view) => Some(Self::Paper(PaperObservation::of(view))),
+            FrameView::Robust(view) => Some(Self::Robust(RobustObservation::of(view))),
             _ => None,
-        };
+        }
+    }
+
+    /// The observation, which every method here has.
+    pub fn known(seen: Option<Self>) -> PyResult<Self> {
+        seen.ok_or_else(|| PyValueError::new_err("the method has nothing to observe"))
     }
 }
 
-impl Observation {
+impl PaperObservation {
     fn of(view: &PaperView<'_>) -> Self {
         let numbers = |state: &patchlock::State| {
             [state.x, state.y, state.scale, state.rotation, state.aspect, state.skew]
@@ -96,7 +89,7 @@ impl RobustObservation {
 }
 
 #[pymethods]
-impl Observation {
+impl PaperObservation {
     /// The particles, shape (particles, 6).
     ///
     /// The columns are x and y of the centre in pixels, scale, rotation, aspect and skew.
@@ -149,13 +142,13 @@ impl Observation {
     }
 
     fn __repr__(&self) -> String {
-        format!("<Observation of {} particles, best {}>", self.particles.len(), self.best)
+        format!("<PaperObservation of {} particles, best {}>", self.particles.len(), self.best)
     }
 }
 
 #[pymethods]
 impl RobustObservation {
-    /// Frames since `init`.
+    /// Frames since the start.
     #[getter]
     fn frame(&self) -> u64 {
         self.frame

@@ -10,8 +10,22 @@ import pytest
 
 import patchlock
 
-QUICK: dict[str, Any] = {"method": "patchwise", "particles": 30, "small_step": 8}
+
+def configured(preset: str, **changes: Any) -> patchlock.Config:
+    """A preset with some settings changed, by name."""
+    config = patchlock.Config(preset)
+    method = config.paper if preset == "paper" else config.robust
+    places = {"": config, "patches": method.patches}
+    groups = {parameter.name: parameter.group for parameter in patchlock.parameters()}
+    for name, value in changes.items():
+        setattr(places.get(groups[name], method), name, value)
+    return config
+
+
+SETTINGS = {"particles": 30, "small_step": 8}
 """Settings of the paper's tracker with which a frame takes a few milliseconds."""
+QUICK = configured("paper", **SETTINGS)
+"""The preset `paper` with these settings."""
 
 
 @pytest.fixture(scope="session")
@@ -38,6 +52,9 @@ def numbers(estimate: patchlock.Estimate) -> tuple[Any, ...]:
     )
 
 
-def follow(tracker: patchlock.Tracker, film: list[Any], box: Any) -> list[tuple[Any, ...]]:
-    """The fields of all estimates."""
-    return [numbers(tracker.update(frame) if k else tracker.init(frame, box)) for k, frame in enumerate(film)]
+def follow(
+    film: list[Any], box: Any, config: patchlock.Config = QUICK, **options: Any
+) -> list[tuple[Any, ...]]:
+    """The fields of all estimates of a tracker."""
+    tracker = patchlock.Tracker(film[0], box, config, **options)
+    return [numbers(tracker.estimate), *(numbers(tracker.update(frame)) for frame in film[1:])]

@@ -16,8 +16,12 @@ from PIL import Image
 import patchlock
 
 SCENE = patchlock.Scene("simple")
-SETTINGS = {"method": "patchwise", "particles": 100, "small_step": 4}
-"""Fast, and accurate enough to follow the scene."""
+SETTINGS = "[paper]\nparticles = 100\n[paper.patches]\nsmall_step = 4\n"
+"""A settings file: fast, and accurate enough to follow the scene."""
+CONFIG = patchlock.Config("paper")
+"""The same settings."""
+CONFIG.paper.particles = 100
+CONFIG.paper.patches.small_step = 4
 
 
 def toolkit(name: str) -> ModuleType:

@@ -44,7 +44,7 @@ def follow(create: Callable[[], Any]) -> list[tuple[Any, Any]]:
 def test_results_have_the_types_of_opencv(name: str) -> None:
     cv2 = opencv(name)
     theirs = follow(getattr(cv2, name))
-    ours = follow(lambda: TrackerPatchlock_create(**made_up.SETTINGS))
+    ours = follow(lambda: TrackerPatchlock_create(config=made_up.CONFIG))
     for k, (their, our) in enumerate(zip(theirs, ours, strict=True), start=1):
         assert [type(part) for part in their] == [type(part) for part in our] == [bool, tuple]
         assert [type(value) for value in their[1]] == [type(value) for value in our[1]] == [int] * 4
@@ -76,9 +76,8 @@ def test_only_one_line_of_a_script_changes(
 
 
 def test_the_boxes_are_those_of_tracker() -> None:
-    alone = patchlock.Tracker(**made_up.SETTINGS)
-    exact = TrackerPatchlock.create(exact=True, threads=1, **made_up.SETTINGS)
-    alone.init(made_up.frame(0), made_up.box(0))
+    alone = patchlock.Tracker(made_up.frame(0), made_up.box(0), made_up.CONFIG)
+    exact = TrackerPatchlock.create(exact=True, threads=1, config=made_up.CONFIG)
     exact.init(made_up.frame(0)[..., ::-1], made_up.box(0))
     for k in range(1, FRAMES):
         estimate = alone.update(made_up.frame(k))
@@ -89,7 +88,7 @@ def test_the_boxes_are_those_of_tracker() -> None:
 
 
 def test_a_target_that_is_gone_is_not_ok() -> None:
-    tracker = TrackerPatchlock(min_score=0.5, **made_up.SETTINGS)
+    tracker = TrackerPatchlock(min_score=0.5, config=made_up.CONFIG)
     tracker.init(made_up.frame(0), made_up.box(0))
     assert tracker.update(made_up.frame(1))[0]
     noise = np.random.default_rng(3).integers(0, 255, made_up.frame(0).shape, dtype=np.uint8)
@@ -106,13 +105,12 @@ def test_a_lost_target_is_not_ok_whatever_its_score(monkeypatch: pytest.MonkeyPa
     """With a stand-in for the tracker, which reports this status."""
 
     class Stub:
-        def __init__(self, *args: Any, **settings: Any) -> None: ...
+        estimate = patchlock.Estimate((10.25, 20, 30, 15), [(0, 0)] * 4, 0.9, status)
 
-        def init(self, image: Any, box: Any) -> patchlock.Estimate:
-            return patchlock.Estimate(box, [(0, 0)] * 4, 1.0, "tracked")
+        def __init__(self, *args: Any, **options: Any) -> None: ...
 
         def update(self, image: Any) -> patchlock.Estimate:
-            return patchlock.Estimate((10.25, 20, 30, 15), [(0, 0)] * 4, 0.9, status)
+            return self.estimate
 
     monkeypatch.setattr("patchlock.toolkits.cv2.Tracker", Stub)
     tracker = TrackerPatchlock(exact=True)
@@ -122,7 +120,7 @@ def test_a_lost_target_is_not_ok_whatever_its_score(monkeypatch: pytest.MonkeyPa
 
 
 def test_errors_name_their_cause() -> None:
-    tracker = TrackerPatchlock(**made_up.SETTINGS)
+    tracker = TrackerPatchlock(config=made_up.CONFIG)
     with pytest.raises(RuntimeError, match="init"):
         tracker.update(made_up.frame(0))
     with pytest.raises(RuntimeError, match="init"):

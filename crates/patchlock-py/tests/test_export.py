@@ -58,7 +58,7 @@ def export(format: str, out: Path, **options) -> Path:
 
 
 def test_estimates_of_one_target_are_exported(scene, film, tmp_path):
-    estimates = list(patchlock.track(film[:4], scene.truth(0), progress=False, **QUICK))
+    estimates = list(patchlock.track(film[:4], scene.truth(0), progress=False, config=QUICK))
     assert patchlock.export(iter(estimates), "mot", tmp_path / "a.txt") == 1
     lines = [line.split(",") for line in (tmp_path / "a.txt").read_text().splitlines()]
     assert [line[:2] for line in lines] == [["1", "1"], ["2", "1"], ["3", "1"], ["4", "1"]]
@@ -68,7 +68,7 @@ def test_estimates_of_one_target_are_exported(scene, film, tmp_path):
 
 
 def test_estimates_of_many_targets_are_exported(scene, film, tmp_path):
-    tracker = patchlock.MultiTracker(**QUICK)
+    tracker = patchlock.MultiTracker(config=QUICK)
     tracker.add(film[0], scene.truth(0))
     tracker.add(film[0], (40, 30, 36, 30))
     patchlock.export([tracker.update(frame) for frame in film[1:4]], "mot", tmp_path / "a.txt")

@@ -14,7 +14,7 @@ import patchlock
 
 @pytest.fixture(scope="module")
 def expected(scene, film):
-    return follow(patchlock.Tracker(**QUICK), film, scene.truth(0))
+    return follow(film, scene.truth(0))
 
 
 def wide(frame):
@@ -52,16 +52,16 @@ def crop_of_bytes(whole):
     ],
 )  # fmt: skip
 def test_layouts_do_not_matter(scene, film, expected, change):
-    assert follow(patchlock.Tracker(**QUICK), [change(frame) for frame in film], scene.truth(0)) == expected
+    assert follow([change(frame) for frame in film], scene.truth(0)) == expected
 
 
 @pytest.mark.parametrize("layout", [np.ascontiguousarray, wide, lambda frame: frame])
 def test_bgr_arrays_give_the_same_boxes(scene, film, expected, layout):
     bgr = [layout(frame[..., ::-1]) for frame in film]
-    assert follow(patchlock.Tracker(channels="bgr", **QUICK), bgr, scene.truth(0)) == expected
-    assert follow(patchlock.Tracker(**QUICK), bgr, scene.truth(0)) != expected
+    assert follow(bgr, scene.truth(0), channels="bgr") == expected
+    assert follow(bgr, scene.truth(0)) != expected
     images = [Image.fromarray(frame) for frame in film]
-    assert follow(patchlock.Tracker(channels="bgr", **QUICK), images, scene.truth(0)) == expected, (
+    assert follow(images, scene.truth(0), channels="bgr") == expected, (
         "an image knows its colours"
     )
 
@@ -69,10 +69,10 @@ def test_bgr_arrays_give_the_same_boxes(scene, film, expected, layout):
 def test_grey_in_every_depth(scene, film):
     grey = [np.asarray(Image.fromarray(frame).convert("L")) for frame in film]
     box = scene.truth(0)
-    expected = follow(patchlock.Tracker(**QUICK), grey, box)
+    expected = follow(grey, box)
 
     def same(frames, **settings) -> bool:
-        return follow(patchlock.Tracker(**QUICK, **settings), frames, box) == expected
+        return follow(frames, box, **settings) == expected
 
     assert same([frame[..., None] for frame in grey])
     assert same([wide(frame) for frame in grey])
@@ -80,7 +80,7 @@ def test_grey_in_every_depth(scene, film):
     assert same([Image.fromarray(frame) for frame in grey])
     assert same(grey, channels="bgr")
     assert same([(frame / np.float32(255)).astype(np.float32) for frame in grey])
-    deep = follow(patchlock.Tracker(**QUICK), [frame.astype(np.uint16) * 257 for frame in grey], box)
+    deep = follow([frame.astype(np.uint16) * 257 for frame in grey], box)
     np.testing.assert_allclose([row[:4] for row in deep], [row[:4] for row in expected], atol=1e-2)
     assert same([Image.fromarray(frame / np.float32(255)) for frame in grey]), "an image of mode F"
 
@@ -88,7 +88,7 @@ def test_grey_in_every_depth(scene, film):
 def test_colour_in_every_depth(scene, film, expected):
     box = scene.truth(0)
     for frames in ([f.astype(np.uint16) * 257 for f in film], [f / np.float32(255) for f in film]):
-        found = follow(patchlock.Tracker(**QUICK), frames, box)
+        found = follow(frames, box)
         np.testing.assert_allclose([row[:4] for row in found], [row[:4] for row in expected], atol=1e-2)
 
 
@@ -100,14 +100,13 @@ def test_images_of_every_mode_are_accepted(scene, film, mode):
         else Image.fromarray(film[0]).convert(mode)
     )
     assert image.mode == mode
-    patchlock.Tracker(**QUICK).init(image, scene.truth(0))
+    patchlock.Tracker(image, scene.truth(0), QUICK)
 
 
 @pytest.mark.parametrize("part", [slice(None), np.s_[100:1000, 200:1800], np.s_[..., ::-1]])
 def test_large_frames_are_not_copied(part):
     frame = np.random.default_rng(0).integers(0, 255, (1080, 1920, 3), np.uint8)[part]
-    tracker = patchlock.Tracker(**QUICK)
-    tracker.init(frame, (300, 300, 60, 60))
+    tracker = patchlock.Tracker(frame, (300, 300, 60, 60), QUICK)
     tracemalloc.start()
     tracker.update(frame)
     peak = tracemalloc.get_traced_memory()[1]
@@ -136,7 +135,7 @@ def test_large_frames_are_not_copied(part):
 )
 def test_invalid_frames_are_refused(frame, error, says):
     with pytest.raises(error, match=says):
-        patchlock.Tracker().init(frame, (1, 1, 5, 5))
+        patchlock.Tracker(frame, (1, 1, 5, 5))
 
 
 def test_a_file_with_too_many_pixels_is_refused(tmp_path):

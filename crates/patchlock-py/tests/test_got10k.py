@@ -39,7 +39,7 @@ def test_an_otb_experiment_from_end_to_end(otb: Path, monkeypatch: pytest.Monkey
     experiment = ExperimentOTB(
         str(otb / "OTB"), version=2013, result_dir=str(otb / "results"), report_dir=str(otb / "reports")
     )
-    tracker = PatchlockTracker(name="Quick", **made_up.SETTINGS)
+    tracker = PatchlockTracker(name="Quick", config=made_up.CONFIG)
     assert tracker.is_deterministic
     experiment.run(tracker)
     performance = experiment.report(["Quick"])["Quick"]
@@ -56,8 +56,7 @@ def test_an_otb_experiment_from_end_to_end(otb: Path, monkeypatch: pytest.Monkey
     from PIL import Image
 
     images = sorted((otb / "OTB" / "Crossing" / "img").iterdir())
-    alone = patchlock.Tracker(**made_up.SETTINGS)
-    alone.init(Image.open(images[0]), made_up.box(0))
+    alone = patchlock.Tracker(Image.open(images[0]), made_up.box(0), made_up.CONFIG)
     boxes = [alone.update(Image.open(image)).box for image in images[1:]]
     expected = np.array([made_up.box(0), *boxes]) + [1, 1, 0, 0]
     np.testing.assert_allclose(np.loadtxt(files[1], delimiter=","), expected, atol=0.001)
@@ -67,11 +66,11 @@ def test_datasets_may_count_from_0() -> None:
     made_up.toolkit("got10k")
     from patchlock.toolkits.got10k import PatchlockTracker
 
-    tracker = PatchlockTracker(origin=0, **made_up.SETTINGS)
+    tracker = PatchlockTracker(origin=0, config=made_up.CONFIG)
     assert tracker.estimate is None
     tracker.init(made_up.frame(0), np.array(made_up.box(0)))
     from_0 = tracker.update(made_up.frame(1))
     assert from_0.shape == (4,) and tracker.estimate is not None
-    from_1 = PatchlockTracker(**made_up.SETTINGS)
+    from_1 = PatchlockTracker(config=made_up.CONFIG)
     from_1.init(made_up.frame(0), np.array(made_up.box(0)) + [1, 1, 0, 0])
     np.testing.assert_array_equal(from_1.update(made_up.frame(1)), from_0 + [1, 1, 0, 0])

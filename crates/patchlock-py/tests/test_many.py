@@ -9,7 +9,7 @@ import time
 
 import numpy as np
 import pytest
-from conftest import QUICK, follow, numbers
+from conftest import QUICK, configured, follow, numbers
 
 import patchlock
 
@@ -17,7 +17,7 @@ OTHER = (40, 30, 36, 30)
 
 
 def test_each_target_gets_the_boxes_of_a_tracker_of_its_own(scene, film):
-    tracker = patchlock.MultiTracker(threads=2, **QUICK)
+    tracker = patchlock.MultiTracker(threads=2, config=QUICK)
     first, estimate = tracker.add(film[0], scene.truth(0))
     found = {first: [numbers(estimate)]}
     for k, frame in enumerate(film[1:], 1):
@@ -30,20 +30,19 @@ def test_each_target_gets_the_boxes_of_a_tracker_of_its_own(scene, film):
             second, estimate = tracker.add(frame, OTHER)
             assert (second, estimate.frame) == (2, 4)
             found[second] = [numbers(estimate)]
-    assert found[first] == follow(patchlock.Tracker(**QUICK), film, scene.truth(0))
-    assert found[second] == follow(patchlock.Tracker(**QUICK), film[4:], OTHER)
+    assert found[first] == follow(film, scene.truth(0))
+    assert found[second] == follow(film[4:], OTHER)
 
 
 def test_targets_are_removed_and_restarted(scene, film):
-    tracker = patchlock.MultiTracker(**QUICK)
+    tracker = patchlock.MultiTracker(config=QUICK)
     for _ in range(3):
         tracker.add(film[0], scene.truth(0))
     tracker.remove(2)
     assert (tracker.ids, len(tracker)) == ([1, 3], 2)
     assert set(tracker.update(film[1])) == {1, 3}
-    tracker.reinit(3, film[1], OTHER)
-    alone = patchlock.Tracker(**QUICK)
-    alone.init(film[1], OTHER)
+    tracker.restart(3, film[1], OTHER)
+    alone = patchlock.Tracker(film[1], OTHER, config=QUICK)
     assert numbers(tracker.update(film[2])[3]) == numbers(alone.update(film[2]))
     # Ids are never reused.
     assert tracker.add(film[2], OTHER)[0] == 4
@@ -55,7 +54,7 @@ def test_targets_are_removed_and_restarted(scene, film):
 
 @pytest.mark.parametrize("again", [lambda t: pickle.loads(pickle.dumps(t)), copy.deepcopy, copy.copy])
 def test_a_copy_gives_the_same_boxes(scene, film, again):
-    tracker = patchlock.MultiTracker(threads=2, channels="bgr", **QUICK)
+    tracker = patchlock.MultiTracker(threads=2, channels="bgr", config=QUICK)
     tracker.add(film[0], scene.truth(0))
     tracker.add(film[0], OTHER)
     tracker.update(film[1])
@@ -70,12 +69,12 @@ def test_a_copy_gives_the_same_boxes(scene, film, again):
 
 
 def test_errors_name_their_cause(scene, film):
-    tracker = patchlock.MultiTracker(**QUICK)
-    with pytest.raises(KeyError, match="no target 1"):
+    tracker = patchlock.MultiTracker(config=QUICK)
+    with pytest.raises(KeyError, match="unknown target 1"):
         tracker.remove(1)
     tracker.add(film[0], scene.truth(0))
     with pytest.raises(KeyError, match="7"):
-        tracker.reinit(7, film[0], OTHER)
+        tracker.restart(7, film[0], OTHER)
     with pytest.raises(ValueError, match="240x100 pixels, but tracking began on 240x180"):
         tracker.update(film[1][:100])
     with pytest.raises(ValueError, match="outside the frame"):
@@ -84,13 +83,13 @@ def test_errors_name_their_cause(scene, film):
         tracker.add(film[0], 5)
     assert tracker.ids == [1]
     with pytest.raises(ValueError, match="not a snapshot of a MultiTracker"):
-        patchlock.MultiTracker.restore(patchlock.Tracker().snapshot())
-    with pytest.raises(ValueError, match="`particles` is 0"):
-        patchlock.MultiTracker("paper", particles=0)
+        patchlock.MultiTracker.restore(patchlock.Tracker(film[0], OTHER).snapshot())
+    with pytest.raises(ValueError, match="at most template_side"):
+        patchlock.MultiTracker(configured("paper", large_patch=64))
 
 
 def test_other_threads_run_while_a_frame_is_tracked(scene, film):
-    tracker = patchlock.MultiTracker("paper", particles=2000, threads=1)
+    tracker = patchlock.MultiTracker(configured("paper", particles=2000), threads=1)
     for _ in range(2):
         tracker.add(film[0], scene.truth(0))
     steps: list[float] = []
@@ -112,9 +111,7 @@ def test_other_threads_run_while_a_frame_is_tracked(scene, film):
 
 
 def test_observing_does_not_change_the_estimate(scene, film):
-    tracker, plain = (patchlock.Tracker(**QUICK) for _ in range(2))
-    for one in (tracker, plain):
-        one.init(film[0], scene.truth(0))
+    tracker, plain = (patchlock.Tracker(film[0], scene.truth(0), QUICK) for _ in range(2))
     replaced = []
     for frame in film[1:]:
         estimate, seen = tracker.update_observed(frame)
@@ -133,14 +130,22 @@ def test_observing_does_not_change_the_estimate(scene, film):
         assert (seen.mask is None) == (seen.replaced is None)
     # A template is replaced every fifth frame.
     assert [k for k, index in enumerate(replaced, 1) if index is not None] == [5, 10]
-    with pytest.raises(RuntimeError, match="call init"):
-        patchlock.Tracker().update_observed(film[0])
+
+
+def test_many_targets_are_observed_by_id(scene, film):
+    tracker, plain = (patchlock.MultiTracker("fast") for _ in range(2))
+    for one in (tracker, plain):
+        one.add(film[0], scene.truth(0))
+        one.add(film[0], OTHER)
+    for frame in film[1:4]:
+        estimates, seen = tracker.update_observed(frame)
+        assert estimates == plain.update(frame)
+        assert list(seen) == [1, 2]
+        assert all(isinstance(one, patchlock.RobustObservation) for one in seen.values())
 
 
 def test_robust_shows_its_responses(scene, film):
-    tracker, plain = (patchlock.Tracker("robust") for _ in range(2))
-    for one in (tracker, plain):
-        one.init(film[0], scene.truth(0))
+    tracker, plain = (patchlock.Tracker(film[0], scene.truth(0)) for _ in range(2))
     for k, frame in enumerate(film[1:], 1):
         estimate, seen = tracker.update_observed(frame)
         assert numbers(estimate) == numbers(plain.update(frame))

@@ -152,8 +152,8 @@ def test_who_saves_second_is_told(project: patchlock.Project, video: Path):
 
 
 def test_the_command_and_python_share_a_project(project: patchlock.Project, video: Path):
-    tracker = patchlock.Tracker(**QUICK)
     frame = np.asarray(Image.open(video / "0000.png"))
+    tracker = patchlock.Tracker(frame, BOX, QUICK)
     target = project.add_target("target", 0, BOX)
-    project.set_tracked(target, [tracker.init(frame, BOX), tracker.update(frame)])
+    project.set_tracked(target, [tracker.estimate, tracker.update(frame)])
     assert list(project.tracked(target)) == [1], "the key stays"

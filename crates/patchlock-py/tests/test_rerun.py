@@ -65,8 +65,8 @@ def column(chunks: list[Any], entity: str, name: str) -> dict[int, Any]:
 
 def test_one_target_with_its_observations(scene, film, tmp_path):
     recording = Recording(tmp_path / "a.rrd")
-    tracker = patchlock.Tracker(**QUICK)
-    patchlock.rerun.log(tracker.init(film[0], scene.truth(0)), film[0], recording=recording.stream)
+    tracker = patchlock.Tracker(film[0], scene.truth(0), QUICK)
+    patchlock.rerun.log(tracker.estimate, film[0], recording=recording.stream)
     estimates = {}
     for frame in film[1:]:
         estimate, seen = tracker.update_observed(frame)
@@ -88,8 +88,7 @@ def test_one_target_with_its_observations(scene, film, tmp_path):
 
 def test_the_responses_of_robust(scene, film, tmp_path):
     recording = Recording(tmp_path / "a.rrd")
-    tracker = patchlock.Tracker("robust")
-    tracker.init(film[0], scene.truth(0))
+    tracker = patchlock.Tracker(film[0], scene.truth(0), "robust")
     seen = None
     for frame in film[1:4]:
         estimate, seen = tracker.update_observed(frame)
@@ -103,7 +102,7 @@ def test_the_responses_of_robust(scene, film, tmp_path):
 
 def test_ids_of_many_targets_are_appended_to_the_names(scene, film, tmp_path):
     recording = Recording(tmp_path / "a.rrd")
-    tracker = patchlock.MultiTracker(**QUICK)
+    tracker = patchlock.MultiTracker(config=QUICK)
     tracker.add(film[0], scene.truth(0))
     tracker.add(film[0], (40, 30, 36, 30))
     for frame in film[1:4]:
@@ -140,8 +139,8 @@ def test_the_status_is_in_the_label_and_the_colour(tmp_path):
 
 
 def test_inconsistent_arguments_are_refused(scene, film, monkeypatch):
-    tracker = patchlock.Tracker(**QUICK)
-    first = tracker.init(film[0], scene.truth(0))
+    tracker = patchlock.Tracker(film[0], scene.truth(0), QUICK)
+    first = tracker.estimate
     second, seen = tracker.update_observed(film[1])
     with pytest.raises(TypeError, match="belongs to one target"):
         patchlock.rerun.log({1: second}, film[1], seen)

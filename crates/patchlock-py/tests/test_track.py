@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from conftest import QUICK, numbers
+from conftest import QUICK, SETTINGS, configured, numbers
 from PIL import Image
 
 import patchlock
 from patchlock import Frames, to_dataframe, track
 
-TOML = "".join(f"{name} = {value!r}\n" for name, value in QUICK.items())
+TOML = "".join(f"{name} = {value!r}\n" for name, value in SETTINGS.items())
 
 
 @pytest.fixture(scope="module")
@@ -45,6 +45,8 @@ def command(source, box, *options) -> pd.DataFrame:
         source,
         "--box",
         box,
+        "--preset",
+        "paper",
         "--config",
         config,
         "--save",
@@ -71,12 +73,12 @@ def same(table: pd.DataFrame, expected: pd.DataFrame) -> None:
 
 def test_a_folder_gives_the_boxes_of_the_command(folder, scene):
     box = scene.truth(0)
-    same(to_dataframe(track(folder, box, **QUICK)), command(folder, box))
+    same(to_dataframe(track(folder, box, config=QUICK)), command(folder, box))
 
 
 def test_a_video_gives_the_boxes_of_the_command(video, scene):
     box = scene.truth(0)
-    table = to_dataframe(track(str(video), box, seed=3, **QUICK))
+    table = to_dataframe(track(str(video), box, config=configured("paper", **SETTINGS, seed=3)))
     assert len(table) == 12
     same(table, command(video, box, "--seed", "3"))
     assert (Frames(video).count, Frames(video).rate) == (12, 30.0)
@@ -89,14 +91,14 @@ def test_ranges_strides_and_reverse_are_those_of_the_command(folder, film, scene
         options = ["--start", "1", "--end", "11", "--stride", "3", *(["--reverse"] if reverse else [])]
         expected = command(folder, box, *options)
         assert list(expected.index) == ([10, 7, 4, 1] if reverse else [1, 4, 7, 10])
-        same(to_dataframe(track(folder, box, reverse=reverse, **part, **QUICK)), expected)
-        same(to_dataframe(track(film, box, reverse=reverse, **part, **QUICK)), expected)
-        same(to_dataframe(track(np.stack(film), box, reverse=reverse, **part, **QUICK)), expected)
+        same(to_dataframe(track(folder, box, reverse=reverse, **part, config=QUICK)), expected)
+        same(to_dataframe(track(film, box, reverse=reverse, **part, config=QUICK)), expected)
+        same(to_dataframe(track(np.stack(film), box, reverse=reverse, **part, config=QUICK)), expected)
 
 
 def test_all_iterables_give_the_same(folder, film, scene):
     box = scene.truth(0)
-    expected = [numbers(estimate) for estimate in track(folder, box, **QUICK)]
+    expected = [numbers(estimate) for estimate in track(folder, box, config=QUICK)]
     sources = {
         "list": film,
         "generator": (frame for frame in film),
@@ -107,13 +109,13 @@ def test_all_iterables_give_the_same(folder, film, scene):
         "glob": str(folder / "*.png"),
     }
     for name, source in sources.items():
-        assert [numbers(estimate) for estimate in track(source, box, **QUICK)] == expected, name
+        assert [numbers(estimate) for estimate in track(source, box, config=QUICK)] == expected, name
     bgr = (frame[..., ::-1] for frame in film)
-    assert [numbers(estimate) for estimate in track(bgr, box, channels="bgr", **QUICK)] == expected
+    assert [numbers(estimate) for estimate in track(bgr, box, channels="bgr", config=QUICK)] == expected
 
 
 def test_a_scene_is_a_source(scene):
-    estimates = list(track(scene, scene.truth(0), end=5, **QUICK))
+    estimates = list(track(scene, scene.truth(0), end=5, config=QUICK))
     assert [estimate.frame for estimate in estimates] == [0, 1, 2, 3, 4]
     assert np.array_equal(scene[-1], scene[39]) and len(scene) == 40
     assert scene.hidden(0) == 0.0 and patchlock.Scene("occluded").hidden(30) > 0.3
@@ -122,7 +124,7 @@ def test_a_scene_is_a_source(scene):
 
 
 def test_the_table_has_the_columns_of_the_command(film, scene):
-    table = to_dataframe(track(film, scene.truth(0), **QUICK))
+    table = to_dataframe(track(film, scene.truth(0), config=QUICK))
     names = "x y w h score visible_large visible_small x1 y1 x2 y2 x3 y3 x4 y4 ms status"
     assert list(table.columns) == names.split() and table.index.name == "frame"
     assert table.loc[0, "status"] == "tracked"
@@ -134,35 +136,31 @@ def test_a_settings_file_gives_the_boxes_of_the_command(folder, scene, tmp_path)
     box = scene.truth(0)
     config = tmp_path / "my.toml"
     config.write_text(TOML)
-    table = to_dataframe(track(folder, box, config=config))
-    same(table, command(folder, box))
-    # Keywords take precedence over the file.
-    other = to_dataframe(track(folder, box, config=str(config), sigma_x=12))
-    assert not other["x"].equals(table["x"])
-    assert patchlock.Tracker(config=config, seed=7).config["seed"] == 7
-    assert patchlock.MultiTracker(config=config).config["particles"] == QUICK["particles"]
+    settings = patchlock.Config("paper", config)
+    assert settings == QUICK
+    same(to_dataframe(track(folder, box, config=settings)), command(folder, box))
     config.write_text("particels = 9\n")
-    with pytest.raises(ValueError, match="my.toml: there is no setting particels"):
-        patchlock.Tracker(config=config)
-    with pytest.raises(OSError, match="cannot read the configuration"):
-        patchlock.Tracker(config=tmp_path / "none.toml")
+    with pytest.raises(ValueError, match="my.toml: .*particels"):
+        patchlock.Config("paper", file=config)
+    with pytest.raises(OSError, match="cannot read the settings"):
+        patchlock.Config(file=tmp_path / "none.toml")
 
 
 def test_the_progress_bar_is_shown_on_request(film, scene, capfd, monkeypatch):
     # Also on a terminal there is none unless it is asked for: it would mix with what the loop prints.
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
-    list(track(film, scene.truth(0), **QUICK))
+    list(track(film, scene.truth(0), config=QUICK))
     assert capfd.readouterr().err == ""
-    list(track(film, scene.truth(0), progress=True, **QUICK))
+    list(track(film, scene.truth(0), progress=True, config=QUICK))
     assert "12/12" in capfd.readouterr().err
-    list(track((f for f in film), scene.truth(0), progress=False, **QUICK))
+    list(track((f for f in film), scene.truth(0), progress=False, config=QUICK))
     assert capfd.readouterr().err == ""
 
 
 def test_frames_are_read_lazily(film, scene):
     asked = []
     source = (asked.append(k) or frame for k, frame in enumerate(film))
-    estimates = track(source, scene.truth(0), **QUICK)
+    estimates = track(source, scene.truth(0), config=QUICK)
     next(estimates)
     next(estimates)
     assert asked == [0, 1]
@@ -177,7 +175,7 @@ def test_frames_are_read_lazily(film, scene):
         ({"start": 12}, ValueError, "start=12 is beyond the end: there are 12 frames"),
         ({"stride": 0}, ValueError, "at least 1"),
         ({"start": 3, "end": 3}, ValueError, "end=3 is not after start=3"),
-        ({"particels": 3}, TypeError, "did you mean particles"),
+        ({"config": "best"}, ValueError, "unknown preset `best`"),
         ({"source": iter([]), "reverse": True}, TypeError, "can be indexed"),
     ],
 )
@@ -196,7 +194,7 @@ def test_errors_of_files_name_the_argument_or_the_file(folder, tmp_path):
         track(folder, (70, 60, 40, 30), stride=0)
     (tmp_path / "0.png").write_bytes((folder / "0.png").read_bytes())
     (tmp_path / "1.png").write_bytes(b"no image")
-    estimates = track(tmp_path, (70, 60, 40, 30), **QUICK)
+    estimates = track(tmp_path, (70, 60, 40, 30), config=QUICK)
     assert next(estimates).frame == 0
     with pytest.raises(OSError, match="cannot read frame 1, .*1.png"):
         next(estimates)

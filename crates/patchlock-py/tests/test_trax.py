@@ -51,7 +51,7 @@ def client(tmp_path: Path, protocol: int) -> Iterator[Any]:
     from trax.client import Client
 
     settings = tmp_path / "quick.toml"
-    settings.write_text("".join(f"{name} = {value!r}\n" for name, value in made_up.SETTINGS.items()))
+    settings.write_text(made_up.SETTINGS)
     with running(protocol, "--config", str(settings)) as server:
         # This version of the client requires a log, and its destructor writes to it.
         peer = Client(stream=(server.stdin.fileno(), server.stdout.fileno()), log=lambda line: None)
@@ -101,9 +101,9 @@ def test_rectangles_and_polygons(trax: Any, protocol: int, images: list[Path], t
         in_polygons = follow(peer, files, trax.Polygon.create(corners(0)))
         peer.quit()
 
-    alone = patchlock.Tracker(**made_up.SETTINGS)
+    alone = patchlock.Tracker(made_up.frame(0), made_up.box(0), made_up.CONFIG)
     for k, ((box, of_box), (polygon, of_polygon)) in enumerate(zip(in_boxes, in_polygons, strict=True)):
-        estimate = alone.update(made_up.frame(k)) if k else alone.init(made_up.frame(k), made_up.box(0))
+        estimate = alone.update(made_up.frame(k)) if k else alone.estimate
         assert (box.type, polygon.type) == ("rectangle", "polygon")
         # libtrax uses single precision.
         np.testing.assert_allclose(numbers(box), estimate.box, rtol=1e-5)

@@ -46,8 +46,7 @@ def workspace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     far that the tracker loses it.
     """
     folder = tmp_path_factory.mktemp("vot")
-    settings = "".join(f"{name} = {value!r}\n" for name, value in made_up.SETTINGS.items())
-    (folder / "quick.toml").write_text(settings)
+    (folder / "quick.toml").write_text(made_up.SETTINGS)
     options = ["--config", str(folder / "quick.toml"), "--threads", "1"]
     module = [sys.executable, "-m", "patchlock.toolkits.vot", *options]
     (folder / "trackers.ini").write_text(subprocess.check_output(module, text=True))

@@ -4,7 +4,7 @@ Draw a box around anything in a video; Patchlock finds it in the other frames an
 is and which parts of the target are hidden.
 
 `track` tracks through a video, a folder of images or any sequence of frames. `Tracker` takes frames one by
-one. `MultiTracker` follows many targets. `export` writes tracks in the formats of other tools.
+one. `MultiTracker` follows many targets. `Config` has their settings. `export` writes tracks in the formats of other tools.
 `Project` reads and writes the annotations of `patchlock studio`.
 
 A frame (`FrameLike`) is a numpy array of shape (height, width), grey, or (height, width, 3), colour, of
@@ -14,44 +14,50 @@ Colour is red, green, blue unless `channels="bgr"` says otherwise.
 A box (`BoxLike`) is four numbers: left, top, width and height in pixels, counted from 0; fractions are
 allowed.
 
-A value that is not allowed raises `ValueError`, a value of the wrong type or an unknown setting `TypeError`,
-a file that can't be read `OSError`, and `update` before `init` `RuntimeError`. The message says what is
-allowed. A tracker is unchanged by a call that fails. """
+A value that is not allowed raises `ValueError`, a value of the wrong type `TypeError`, an unknown setting
+`AttributeError`, and a file that can't be read `OSError`. The message says what is allowed. A tracker is
+unchanged by a call that fails. """
 
 from patchlock import rerun
 from patchlock._export import export
 from patchlock._patchlock import (
     PRESETS,
+    Config,
     Estimate,
     Frames,
     MultiTracker,
-    Observation,
+    PaperConfig,
+    PaperObservation,
+    PatchModelConfig,
     Project,
+    RobustConfig,
     RobustObservation,
     Scene,
     Tracker,
     __version__,
 )
-from patchlock._settings import Settings, parameters
 from patchlock._supervision import to_supervision
 from patchlock._track import to_dataframe, track
-from patchlock._types import Box, BoxLike, FrameLike, Parameter, Visibility
+from patchlock._types import Box, BoxLike, FrameLike, Parameter, Visibility, parameters
 
 # Without the module `rerun`: a star import must not replace the package of that name.
 __all__ = [
     "PRESETS",
     "Box",
     "BoxLike",
+    "Config",
     "Estimate",
     "FrameLike",
     "Frames",
     "MultiTracker",
-    "Observation",
+    "PaperConfig",
+    "PaperObservation",
     "Parameter",
+    "PatchModelConfig",
     "Project",
+    "RobustConfig",
     "RobustObservation",
     "Scene",
-    "Settings",
     "Tracker",
     "Visibility",
     "__version__",

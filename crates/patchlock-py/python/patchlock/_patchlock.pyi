@@ -1,4 +1,4 @@
-"""The Rust part of the package `patchlock`."""
+"""The Rust part of the package `patchlock`. Written by tools/python/stubs.py."""
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
@@ -7,19 +7,22 @@ from typing import Any, Final, Literal, final
 
 import numpy as np
 import numpy.typing as npt
-from typing_extensions import Self, Unpack
+from typing_extensions import Self
 
-from patchlock._settings import Settings
 from patchlock._types import Box, BoxLike, FrameLike, Visibility
 
 __version__: Final[str]
 __all__ = [
+    "Config",
     "Estimate",
     "Frames",
     "MultiTracker",
-    "Observation",
     "PRESETS",
+    "PaperConfig",
+    "PaperObservation",
+    "PatchModelConfig",
     "Project",
+    "RobustConfig",
     "RobustObservation",
     "Scene",
     "Store",
@@ -27,6 +30,7 @@ __all__ = [
     "__version__",
     "_export",
     "_restore",
+    "_restore_config",
     "_restore_many",
     "bench_jobs",
     "parameters",
@@ -38,88 +42,410 @@ __all__ = [
 PRESETS: Final[list[str]]
 
 @final
-class Tracker:
-    """Follows one target through the frames of a video.
+class Config:
+    """The settings of a tracker.
 
-    Frames are grey or colour arrays of uint8, uint16 or float32 with the shape (height, width) or
-    (height, width, 3), or PIL images. Crops, frames with padding between rows and frames with reversed
-    channels are read in place; arrays with other strides are copied. An array must not be modified while a
-    call is using it.
+    The preset chooses the method, `robust` or `paper`. The settings of the method are in the group of its
+    name, those of the patch model in the group `patches` in it:
 
-    Each call releases the GIL, so trackers can run in parallel on several Python threads. One tracker
-    processes one call at a time; a second thread waits. A tracker can be pickled or copied between two
-    frames; the copy gives the same boxes.
+    ```python
+    config = patchlock.Config()
+    config.seed = 3
+    config.robust.search = 7
+    config.robust.patches.templates = 8
+    ```
+
+    `parameters()` describes every setting. A tracker copies its settings when it starts, so a later change has
+    no effect on it. Settings can be compared, copied and pickled.
 
     Args:
         preset: The preset to start from; `PRESETS` lists the names.
-        config: A TOML file with settings that differ from the preset, as `patchlock config` writes it.
-        threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool that all
-            such trackers of the process share. The number does not change the boxes.
-        channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV. PIL images carry their
-            own order.
-        **overrides: Settings that differ from the preset and the file, such as `seed=3`. `parameters()` lists
-            all settings; `lambda` is written `lambda_`.
+        file: A TOML file with settings that differ from the preset, as `patchlock config` writes it.
 
     Raises:
-        TypeError: There is no such setting, or its value has the wrong type.
-        ValueError: A setting is out of range, or the file is invalid.
+        AttributeError: An attribute is not a setting, or belongs to the other method.
+        TypeError: The value of a setting has the wrong type.
+        ValueError: There is no such preset, the value of a setting is not allowed, or the file is invalid.
         OSError: The file can't be read.
+    """
+
+    seed: int
+    """Seed of all randomness: the same seed gives the same boxes. Allowed: 0 to 9007199254740991.
+    """
+    def __new__(cls, preset: str = "robust", file: str | os.PathLike[str] | None = None) -> Self: ...
+    robust: RobustConfig
+    """The settings of the method `robust`; only with its presets."""
+    paper: PaperConfig
+    """The settings of the method `paper`; only with its preset."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """All settings: a dictionary of `seed` and of the method's group, whose settings are a dictionary, too.
+        """
+
+    def __eq__(self, other: object, /) -> bool: ...
+
+@final
+class RobustConfig:
+    """The settings of the method `robust`: `Config.robust`."""
+
+    search: float
+    """Side of the search window, in roots of the target's area. Allowed: 1.5 to 20."""
+    label_width: float
+    """Standard deviation of the filter's label, in roots of the target's area. Allowed: 0.01 to 1.
+    """
+    temporal: float
+    """How strongly the filter is drawn to the one before; larger values learn more slowly. Allowed:
+    0 to 1000000.
+    """
+    penalty: float
+    """How closely the second iteration of learning follows the masked filter of the first. Allowed:
+    0.001 to 10.
+    """
+    max_patch: float
+    """Largest side of the patch that the search window is resampled to, in pixels. Allowed: 32 to
+    512.
+    """
+    min_patch: float
+    """Smallest side of the patch that the search window is resampled to, in pixels. Allowed: 32 to
+    512.
+    """
+    filters: int
+    """Number of tracking filters, whose mean follows the target: the basic, the wide and the slow
+    one. Allowed: 1 to 3.
+    """
+    wide_mask: float
+    """Width and height of the part of the patch that the wide filter sees, relative to the target.
+    Allowed: 0.1 to 20.
+    """
+    wide_temporal: float
+    """`temporal` of the wide filter. Allowed: 0 to 1000000."""
+    wide_penalty: float
+    """`penalty` of the wide filter. Allowed: 0.001 to 10."""
+    slow_temporal: float
+    """`temporal` of the slow filter. Allowed: 0 to 1000000."""
+    slow_penalty: float
+    """`penalty` of the slow filter. Allowed: 0.001 to 10."""
+    scale_count: int
+    """Number of scales that are tried on each frame; an odd number. Allowed: 3 to 99."""
+    scale_step: float
+    """Ratio of neighbouring scales. Allowed: 1.001 to 1.2."""
+    scale_label_width: float
+    """Standard deviation of the scale filter's label, in roots of the number of scales. Allowed:
+    0.01 to 1.
+    """
+    scale_rate: float
+    """Learning rate of the scale filter. Allowed: 0 to 1."""
+    scale_area: float
+    """Area of the crops of the scale filter, in pixels. Allowed: 64 to 4096."""
+    rotate: bool
+    """Whether rotation in the frame is followed. Allowed: true, false."""
+    rotation_below: float
+    """Rotation is measured while the memory's response is below this share of its mean. Allowed: 0
+    to 10.
+    """
+    rotation_least: float
+    """A measured rotation counts from this many radians. Allowed: 0 to 3.2."""
+    rotation_margin: float
+    """A rotation is accepted if tracking filters and memory together respond this many times
+    stronger. Allowed: 0 to 10.
+    """
+    rotation_rate: float
+    """Learning rate of the filter over rotation. Allowed: 0 to 1."""
+    colour_weight: float
+    """Weight of the map of the target's colours, relative to the memory's mean response. Allowed: 0
+    to 10.
+    """
+    colour_contrast: float
+    """The map of colours counts while the contrast of the target's colours to its surroundings is
+    at least this: 0 is none, 1 is full. Allowed: -1 to 1.
+    """
+    colour_rate: float
+    """Learning rate of the histogram of the target's colours. Allowed: 0 to 1."""
+    around_rate: float
+    """Learning rate of the histogram of the colours around the target. Allowed: 0 to 1."""
+    memory_rate: float
+    """Learning rate of the memory, which averages the tracking filters over sure frames. Allowed: 0
+    to 1.
+    """
+    sure: float
+    """A frame is sure while the memory's response is above this share of its recent value, or of
+    its mean if that is lower. Allowed: 0 to 10.
+    """
+    first_frames: int
+    """Number of first frames that count as sure whatever the memory responds. Allowed: 0 to 10000.
+    """
+    jump_ratio: float
+    """The memory overrides the tracking filters where it responds this many times stronger
+    elsewhere. Allowed: 1 to 1000000.
+    """
+    jump_least: float
+    """The memory overrides the tracking filters only if its response is at least this share of its
+    mean. Allowed: 0 to 10.
+    """
+    lost_below: float
+    """A frame is doubtful if the memory's response is below this share of its mean and `lost_drop`
+    or `lost_hidden` holds. Allowed: 0 to 10.
+    """
+    lost_drop: float
+    """A doubtful frame has a memory response below this share of its recent value, unless
+    `lost_hidden` holds. Allowed: 0 to 10.
+    """
+    lost_hidden: float
+    """A doubtful frame has a visible share below this part of the share on sure frames, unless
+    `lost_drop` holds. Allowed: 0 to 10.
+    """
+    lost_after: int
+    """The target is lost after this many consecutive doubtful frames. Allowed: 1 to 10000."""
+    covered_share: float
+    """The target counts as covered, and no frame as sure, below this part of the visible share on
+    sure frames. Allowed: 0 to 10.
+    """
+    covered_visible: float
+    """The target may be covered below this part of the visible share on sure frames, if
+    `covered_elsewhere` and `covered_contrast` hold too. Allowed: 0 to 10.
+    """
+    covered_elsewhere: float
+    """The target may be covered if the memory responds away from the box with more than this share
+    of its response at the box. Allowed: 0 to 10.
+    """
+    covered_contrast: float
+    """The target may be covered if the contrast of its colours is below this share of the contrast
+    on sure frames. Allowed: 0 to 10.
+    """
+    covered_below: float
+    """A covered frame counts only if the memory's response is below this share of its mean.
+    Allowed: 0 to 10.
+    """
+    covered_after: int
+    """The target is lost after this many consecutive covered frames. Allowed: 1 to 10000."""
+    found_above: float
+    """While the target is lost, a place counts as found if the memory's response is above this
+    share of its mean. Allowed: 0 to 10.
+    """
+    trial: int
+    """A place that was found is accepted after this many frames that do not count as lost. Allowed:
+    1 to 10000.
+    """
+    search_windows: int
+    """Number of windows that are searched on each frame while the target is lost. Allowed: 1 to
+    1000.
+    """
+    scale_least: float
+    """The scale filter learns only if the score is at least this. Allowed: 0 to 1."""
+    score_bias: float
+    """Constant term of the score, a logistic function of a weighted sum. Allowed: -100 to 100."""
+    score_visible: float
+    """Weight of the visible share in the score; the share is 0 while the target is lost. Allowed:
+    -100 to 100.
+    """
+    score_elsewhere: float
+    """Weight in the score of the memory's strongest response away from the box, relative to its
+    response at the box. Allowed: -100 to 100.
+    """
+    patches: PatchModelConfig
+    """The settings of the patch model."""
+
+    def __eq__(self, other: object, /) -> bool: ...
+
+@final
+class PaperConfig:
+    """The settings of the method `paper`: `Config.paper`."""
+
+    particles: int
+    """Number of particles, which are weighed on each frame. Allowed: 1 to 100000."""
+    sigma_x: float
+    """Standard deviation of the centre's motion along x, in pixels per frame. Allowed: 0 to 1000.
+    """
+    sigma_y: float
+    """Standard deviation of the centre's motion along y, in pixels per frame. Allowed: 0 to 1000.
+    """
+    sigma_scale: float
+    """Standard deviation of the change of scale (box width / template side) per frame. Allowed: 0
+    to 10.
+    """
+    sigma_rotation: float
+    """Standard deviation of the change of rotation, in radians per frame. Allowed: 0 to 10."""
+    sigma_aspect: float
+    """Standard deviation of the change of the aspect ratio (height / width) per frame. Allowed: 0
+    to 10.
+    """
+    sigma_skew: float
+    """Standard deviation of the change of skew, in radians per frame. Allowed: 0 to 10."""
+    beta: float
+    """How fast the position weight falls with the distance from the centre, per patch. Allowed: 0
+    to 100.
+    """
+    position_weights: bool
+    """Whether patches have position weights at all. Allowed: true, false."""
+    occlusion_weights: bool
+    """Whether hidden patches lose their position weight. Allowed: true, false."""
+    gamma: Literal["exp_visible", "one", "visible", "exp_error"]
+    """Weight of the large scale in the likelihood. Allowed: exp_visible, one, visible, exp_error.
+    """
+    scales: Literal["both", "large", "small"]
+    """Which scales the likelihood adds. Allowed: both, large, small."""
+    patches: PatchModelConfig
+    """The settings of the patch model."""
+
+    def __eq__(self, other: object, /) -> bool: ...
+
+@final
+class PatchModelConfig:
+    """The settings of the patch model: `Config.robust.patches` or `Config.paper.patches`."""
+
+    template_side: int
+    """Side of the square templates, in samples. Allowed: 4 to 128."""
+    large_patch: int
+    """Side of a large patch, in samples. Allowed: 2 to 128."""
+    large_step: int
+    """Distance of neighbouring large patches, in samples. Allowed: 1 to 128."""
+    small_patch: int
+    """Side of a small patch, in samples. Allowed: 2 to 128."""
+    small_step: int
+    """Distance of neighbouring small patches, in samples. Allowed: 1 to 128."""
+    subtract_mean: bool
+    """Whether each patch's mean is subtracted before its norm is made 1. Allowed: true, false."""
+    atoms: int
+    """Maximum number of atoms in a joint code. Allowed: 1 to 8."""
+    buffer: int
+    """Number of earlier patches that are coded jointly with the current one. Allowed: 0 to 16."""
+    min_residual: float
+    """An atom is eligible while the squared norm of what the chosen atoms leave of it is at least
+    this. Allowed: 0.0000001 to 0.1.
+    """
+    epsilon: float
+    """A patch is visible when the squared error of its own-location code is below this. Allowed: 0
+    to 4.
+    """
+    templates: int
+    """Number of templates. Allowed: 2 to 40."""
+    update_interval: int
+    """Frames between updates of templates, large dictionary, large buffer and subspace. Allowed: 1
+    to 10000.
+    """
+    small_update_interval: int
+    """Frames between updates of the small dictionary and the small buffer. Allowed: 1 to 10000."""
+    delta: float
+    """Templates are updated when the visible shares of both scales add to more than twice this.
+    Allowed: 0 to 1.
+    """
+    large_buffer_guard: float
+    """The large buffer takes the candidate when more than this share of large patches is visible
+    (o1). Allowed: 0 to 1.
+    """
+    small_buffer_guard: float
+    """The small buffer takes the candidate when more than this share of small patches is visible
+    (o2). Allowed: 0 to 1.
+    """
+    replacement_growth: float
+    """The chance that a template is replaced grows by this factor from one to the next younger one.
+    Allowed: 1 to 100.
+    """
+    forgetting: float
+    """Weight of the past in the subspace when a batch comes in (1 forgets nothing). Allowed: 0.01
+    to 1.
+    """
+    subspace_keep: float
+    """Eigenvectors are kept while their squared singular value is at least this share of the total.
+    Allowed: 0 to 1.
+    """
+    subspace_vectors: int
+    """Maximum number of eigenvectors of the subspace. Allowed: 1 to 64."""
+    lambda: float
+    """Weight of the L1 norms in the reconstruction of the tracked candidate. Allowed: 0 to 1."""
+    guided_radius: int
+    """Radius of the guided filter that smooths the occlusion mask, in samples; 0 turns it off.
+    Allowed: 0 to 32.
+    """
+    guided_epsilon: float
+    """Regularisation of the guided filter. Allowed: 0.000000001 to 1."""
+    def __eq__(self, other: object, /) -> bool: ...
+
+@final
+class Tracker:
+    """Follows one target through the frames of a video.
+
+    It starts on the target: `estimate` is the first estimate, and `update` takes the frames after
+    that.
+
+    Frames are grey or colour arrays of uint8, uint16 or float32 with the shape (height, width) or
+    (height, width, 3), or PIL images. Crops, frames with padding between rows and frames with
+    reversed channels are read in place; arrays with other strides are copied. An array must not be
+    modified while a call is using it.
+
+    Each call releases the GIL, so trackers can run in parallel on several Python threads. One
+    tracker processes one call at a time; a second thread waits. A tracker can be pickled or copied
+    between two frames; the copy gives the same boxes.
+
+    Args:
+        frame: The first frame.
+        box: The target in it: left, top, width, height in pixels, counted from 0; may be fractional
+            and partly outside the frame. Width and height must be at least 1.
+        config: The name of a preset, or a `Config`.
+        threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool
+            that all such trackers of the process share. The number does not change the boxes.
+        channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV. PIL images carry
+            their own order.
+
+    Raises:
+        TypeError: The frame is neither an array of a supported type nor an image, or the box does
+            not hold numbers.
+        ValueError: The shape of the frame, the box or an argument is invalid, or settings do not fit
+            each other.
     """
 
     def __new__(
         cls,
-        preset: str = "robust",
+        frame: FrameLike,
+        box: BoxLike,
+        config: Config | str = ...,
         *,
-        config: str | os.PathLike[str] | None = None,
         threads: int | None = None,
         channels: Literal["rgb", "bgr"] = "rgb",
-        **overrides: Unpack[Settings],
     ) -> Self: ...
-    def init(self, frame: FrameLike, box: BoxLike) -> Estimate:
-        """Starts tracking the target in this box of this frame.
-
-        If the tracker already has a target, it is forgotten.
-
-        Args:
-            frame: The first frame.
-            box: Left, top, width, height in pixels, counted from 0; may be fractional and partly outside the
-                frame. Width and height must be at least 1.
-
-        Raises:
-            TypeError: The frame is neither an array of a supported type nor an image, or the box does not
-                hold numbers.
-            ValueError: The shape of the frame or the box is invalid. The tracker is unchanged.
-        """
+    @property
+    def estimate(self) -> Estimate:
+        """The estimate for the latest frame; after the start, the one for the first frame."""
 
     def update(self, frame: FrameLike) -> Estimate:
         """Finds the target in the next frame and learns from it.
 
         Raises:
-            RuntimeError: `init` has not been called.
             TypeError: The frame is neither an array of a supported type nor an image.
-            ValueError: The frame has an invalid shape, or its size differs from the first frame's. The
-                tracker is unchanged.
+            ValueError: The frame has an invalid shape, or its size differs from the first frame's.
+                The tracker is unchanged.
         """
 
-    def update_observed(self, frame: FrameLike) -> tuple[Estimate, Observation | RobustObservation]:
+    def restart(self, frame: FrameLike, box: BoxLike) -> Estimate:
+        """Starts again on the target in this box of this frame, which may have another size.
+
+        What was learned before is forgotten. Use it to correct a track, or after the target was
+        lost.
+
+        Raises:
+            TypeError: As for the constructor.
+            ValueError: The shape of the frame or the box is invalid. The tracker is unchanged.
+        """
+
+    def update_observed(
+        self, frame: FrameLike
+    ) -> tuple[Estimate, PaperObservation | RobustObservation]:
         """Does the same as `update` and also returns what happened inside the tracker.
 
-        The estimate is the same, but it takes longer: the method `patchwise` evaluates every particle
+        The estimate is the same, but it takes longer: the method `paper` evaluates every particle
         completely, and the method `robust` computes its responses to the estimate again.
 
         Returns:
-            The estimate and an `Observation`, or with the method `robust` a `RobustObservation`.
+            The estimate and a `RobustObservation`, or with the method `paper` a `PaperObservation`.
 
         Raises:
-            RuntimeError: `init` has not been called.
-            TypeError: The frame is neither an array of a supported type nor an image.
-            ValueError: The frame has an invalid shape, or its size differs from the first frame's. The
-                tracker is unchanged.
+            TypeError: As for `update`.
+            ValueError: As for `update`.
         """
 
     @property
-    def config(self) -> dict[str, int | float | str | bool]:
-        """All settings, by name."""
+    def config(self) -> Config:
+        """A copy of the settings."""
 
     @property
     def threads(self) -> int | None:
@@ -150,7 +476,7 @@ class Tracker:
             snapshot: What `snapshot` returned.
             threads: As for the constructor.
             channels: As for the constructor.
-            frame: Number of frames since `init` when the snapshot was taken.
+            frame: Number of frames since the start when the snapshot was taken.
 
         Raises:
             ValueError: This is not a snapshot, or its parts are inconsistent.
@@ -162,35 +488,31 @@ class Tracker:
 class MultiTracker:
     """Follows many targets through the frames of a video.
 
-    Each target gets the boxes that a `Tracker` of its own would give. Targets can be added and removed at any
-    frame. Each frame is converted once for all targets, and all threads work on all targets. To add targets
-    on a frame where others are already tracked, call `update` first and then `add`.
+    Each target gets the boxes that a `Tracker` for it alone would give. Targets can be added and
+    removed at any frame. Each frame is converted once for all targets, and all threads work on all
+    targets. To add targets on a frame where others are already tracked, call `update` first and then
+    `add`.
 
     Frames, threads, pickling and copying work as for `Tracker`. All targets share the same settings.
 
     Args:
-        preset: The preset to start from; `PRESETS` lists the names.
-        config: A TOML file with settings that differ from the preset, as `patchlock config` writes it.
-        threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool that all
-            such trackers of the process share. The number does not change the boxes.
-        channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV. PIL images carry their
-            own order.
-        **overrides: Settings that differ from the preset; `parameters()` lists all of them.
+        config: The name of a preset, or a `Config`.
+        threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool
+            that all such trackers of the process share. The number does not change the boxes.
+        channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV. PIL images carry
+            their own order.
 
     Raises:
-        TypeError: There is no such setting, or its value has the wrong type.
-        ValueError: A setting is out of range, or the file is invalid.
-        OSError: The file can't be read.
+        TypeError: `config` is neither of these.
+        ValueError: An argument is invalid, or settings do not fit each other.
     """
 
     def __new__(
         cls,
-        preset: str = "robust",
+        config: Config | str = ...,
         *,
-        config: str | os.PathLike[str] | None = None,
         threads: int | None = None,
         channels: Literal["rgb", "bgr"] = "rgb",
-        **overrides: Unpack[Settings],
     ) -> Self: ...
     def add(self, frame: FrameLike, box: BoxLike) -> tuple[int, Estimate]:
         """Adds the target in this box of this frame; returns its id and first estimate.
@@ -198,16 +520,16 @@ class MultiTracker:
         Ids count from 1 and are never reused.
 
         Raises:
-            TypeError: The frame is neither an array of a supported type nor an image, or the box does not
-                hold numbers.
-            ValueError: The box is invalid, or the frame's size differs from earlier frames'. The tracker is
-                unchanged.
+            TypeError: The frame is neither an array of a supported type nor an image, or the box does
+                not hold numbers.
+            ValueError: The box is invalid, or the frame's size differs from earlier frames'. The
+                tracker is unchanged.
         """
 
-    def reinit(self, id: int, frame: FrameLike, box: BoxLike) -> Estimate:
-        """Restarts an existing target on a box of this frame.
+    def restart(self, id: int, frame: FrameLike, box: BoxLike) -> Estimate:
+        """Starts again with an existing target on a box of this frame.
 
-        Use it to correct a track by hand, or after the target was lost.
+        Use it to correct a track, or after the target was lost.
 
         Raises:
             KeyError: There is no target with this id.
@@ -229,8 +551,25 @@ class MultiTracker:
 
         Raises:
             TypeError: The frame is neither an array of a supported type nor an image.
-            ValueError: The frame has an invalid shape, or its size differs from earlier frames'. All targets
-                are unchanged.
+            ValueError: The frame has an invalid shape, or its size differs from earlier frames'. All
+                targets are unchanged.
+        """
+
+    def update_observed(
+        self, frame: FrameLike
+    ) -> tuple[dict[int, Estimate], dict[int, PaperObservation | RobustObservation]]:
+        """Does the same as `update` and also returns what happened inside the tracker.
+
+        The estimates are the same, but it takes longer: targets are tracked one after another, each
+        as `Tracker.update_observed` does it.
+
+        Returns:
+            The estimates, and for each id a `RobustObservation`, or with the method `paper` a
+            `PaperObservation`.
+
+        Raises:
+            TypeError: As for `update`.
+            ValueError: As for `update`.
         """
 
     @property
@@ -239,8 +578,8 @@ class MultiTracker:
 
     def __len__(self) -> int: ...
     @property
-    def config(self) -> dict[str, int | float | str | bool]:
-        """All settings, by name."""
+    def config(self) -> Config:
+        """A copy of the settings."""
 
     @property
     def threads(self) -> int | None:
@@ -253,7 +592,8 @@ class MultiTracker:
     def snapshot(self) -> bytes:
         """The complete state of the tracker, as JSON text.
 
-        A tracker restored from it gives the same boxes. The Rust library reads it as a `MultiSnapshot`.
+        A tracker restored from it gives the same boxes. The Rust library reads it as a
+        `MultiSnapshot`.
         """
 
     @classmethod
@@ -313,7 +653,7 @@ class Estimate:
     def frame(self) -> int:
         """Number of the frame.
 
-        With `track` it is the number in the source; with a tracker it counts from the frame given to `init`.
+        With `track` it is the number in the source; with a tracker it counts from the first frame.
         """
 
     @property
@@ -336,7 +676,7 @@ class Estimate:
         """How certain the tracker is, 0 to 1.
 
         With the method `robust` it is an estimate of the probability that the box overlaps the target by at
-        least half, with `patchwise` the visible share of the target: the mean over both scales.
+        least half, with `paper` the visible share of the target: the mean over both scales.
         """
 
     @property
@@ -389,8 +729,8 @@ class Estimate:
     def __eq__(self, other: object, /) -> bool: ...
 
 @final
-class Observation:
-    """What the method `patchwise` computed on one frame; `Tracker.update_observed` returns it."""
+class PaperObservation:
+    """What the method `paper` computed on one frame; `Tracker.update_observed` returns it."""
 
     @property
     def particles(self) -> npt.NDArray[np.float64]:
@@ -409,7 +749,8 @@ class Observation:
 
     @property
     def candidate(self) -> npt.NDArray[np.float32]:
-        """The estimate's candidate, shape (side, side): warped to the template size, with unit norm."""
+        """The estimate's candidate, shape (side, side): warped to the template size, with unit norm.
+        """
 
     @property
     def templates(self) -> npt.NDArray[np.float32]:
@@ -426,17 +767,19 @@ class Observation:
         1 is visible, 0 is hidden.
         """
 
+
 @final
 class RobustObservation:
     """What the method `robust` computed on one frame; `Tracker.update_observed` returns it."""
 
     @property
     def frame(self) -> int:
-        """Frames since `init`."""
+        """Frames since the start."""
 
     @property
     def certainty(self) -> float:
-        """How certain the memory is of the estimate: its response there over its mean on sure frames."""
+        """How certain the memory is of the estimate: its response there over its mean on sure frames.
+        """
 
     @property
     def elsewhere(self) -> float:
@@ -447,7 +790,8 @@ class RobustObservation:
 
     @property
     def contrast(self) -> float:
-        """How well colour tells the target from what is around it: from -1 through 0, not at all, to 1."""
+        """How well colour tells the target from what is around it: from -1 through 0, not at all, to 1.
+        """
 
     @property
     def side(self) -> int:
@@ -469,6 +813,7 @@ class RobustObservation:
     @property
     def memory(self) -> npt.NDArray[np.float32]:
         """The memory's response, shape (side, side), in the same order."""
+
 
 @final
 class Frames:
@@ -536,6 +881,7 @@ class Scene:
 
     def hidden(self, index: int) -> float:
         """Share of the target that is hidden in a frame, 0 to 1."""
+
 
 @final
 class Project:
@@ -736,6 +1082,7 @@ class Project:
                 it was read.
         """
 
+
 @final
 class Store:
     """The results folder of one tracker, with runs in the format of `patchlock bench`."""
@@ -743,12 +1090,9 @@ class Store:
     def __new__(
         cls,
         out: str | os.PathLike[str],
-        name: str,
+        name: str | None,
         *,
-        chosen: bool,
-        preset: str,
-        config: str | os.PathLike[str] | None,
-        base: dict[str, Any],
+        config: Config | str,
         own: dict[str, Any],
     ) -> Self: ...
     @property
@@ -784,8 +1128,10 @@ class Store:
     def keep(self, job: str, boxes: str, manifest: str) -> None:
         """Stores the two files of a run."""
 
+
 def track_job(job: str) -> tuple[str, str]:
     """Performs a run; returns its boxes as text and its manifest."""
+
 
 def bench_jobs(
     dataset: str | os.PathLike[str],
@@ -793,7 +1139,7 @@ def bench_jobs(
     *,
     protocol: str,
     preset: str,
-    config: str | os.PathLike[str] | None,
+    file: str | os.PathLike[str] | None,
     command: str | None,
     timeout: int,
     name: str | None,
@@ -809,17 +1155,21 @@ def bench_jobs(
     that can't be run.
     """
 
+
 def read_truth(path: str | os.PathLike[str]) -> list[tuple[float, float, float, float] | None]:
     """Reads the boxes of a truth file; `None` for a frame without a box.
 
     The file counts pixels from 1; the boxes returned count from 0.
     """
 
-def parameters() -> list[tuple[str, int | float | str | bool, str, str, str]]:
-    """The rows of the table of settings: name, default, allowed values, source, purpose."""
+
+def parameters() -> list[tuple[str, str, int | float | str | bool, str, str, str]]:
+    """The rows of the table of settings: group, name, default, allowed values, source, purpose."""
+
 
 def run(args: list[str]) -> int:
     """Runs the command with these arguments, program name first; returns the exit code."""
+
 
 def _export(
     track: str
@@ -836,8 +1186,13 @@ def _export(
 ) -> int:
     """Writes a track in another format; returns the number of files written."""
 
+
+def _restore_config(preset: str, changes: dict[str, int | float | str | bool]) -> Config:
+    """Called by pickle."""
+
 def _restore_many(snapshot: bytes, threads: int | None, channels: str, frame: int) -> MultiTracker:
     """Called by pickle."""
+
 
 def _restore(snapshot: bytes, threads: int | None, channels: str, frame: int) -> Tracker:
     """Called by pickle."""

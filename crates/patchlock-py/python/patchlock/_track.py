@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from copy import copy
+from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 from tqdm import tqdm
 
-from patchlock._patchlock import Estimate, Frames, Tracker
+from patchlock._patchlock import Config, Estimate, Frames, Tracker
 
 if TYPE_CHECKING:
     import pandas as pd
-    from typing_extensions import Unpack
 
-    from patchlock._settings import Settings
     from patchlock._types import BoxLike, FrameLike
 
 
@@ -23,8 +23,7 @@ def track(
     source: str | os.PathLike[str] | Iterable[FrameLike],
     box: BoxLike,
     *,
-    preset: str = "robust",
-    config: str | os.PathLike[str] | None = None,
+    config: Config | str = "robust",
     start: int = 0,
     end: int | None = None,
     stride: int = 1,
@@ -33,7 +32,6 @@ def track(
     channels: Literal["rgb", "bgr"] = "rgb",
     max_pixels: int = 36_000_000,
     progress: bool | None = False,
-    **overrides: Unpack[Settings],
 ) -> Iterator[Estimate]:
     """Tracks a target through a video and yields one estimate per frame.
 
@@ -44,8 +42,7 @@ def track(
             glob, an MP4 or Y4M file, `"-"` for Y4M on standard input), or any iterable of frames: a list, a
             generator, an array whose first axis is time.
         box: The target in the first tracked frame: x, y, w, h in pixels, counted from 0.
-        preset: The preset to start from.
-        config: A TOML file with settings that differ from the preset, as `patchlock config` writes it.
+        config: The name of a preset, or a `Config`.
         start: Number of the first frame of the range.
         end: Number of the first frame after the range; `None` for the end of the source.
         stride: Take every `stride`-th frame.
@@ -57,28 +54,28 @@ def track(
             refused before memory is taken for it.
         progress: Whether to show a `tqdm` progress bar; `None` shows it where standard error is a
             terminal.
-        **overrides: Settings that differ from the preset and the file, such as `seed=3`; `parameters()` lists
-            all of them.
 
     Yields:
         The estimates, starting with the frame of the box. `Estimate.frame` is the frame's number in the
         source.
 
     Raises:
-        ValueError: A setting, the range, the box or a frame is invalid.
-        TypeError: There is no such setting, or a frame is neither an array nor an image.
+        ValueError: The settings, the range, the box or a frame is invalid.
+        TypeError: A frame is neither an array nor an image.
         OSError: The source can't be read.
     """
+    # The iterator starts later: a copy keeps what the settings are now.
+    settings = Config(config) if isinstance(config, str) else copy(config)
     if isinstance(source, (str, os.PathLike)):
-        # Frames are decoded to RGB.
-        tracker = Tracker(preset, config=config, threads=threads, **overrides)
         files = Frames(
             source, start=start, end=end, stride=stride, reverse=reverse, max_pixels=max_pixels
         )
-        return _follow(tracker, files, files.count, box, progress)
-    tracker = Tracker(preset, config=config, threads=threads, channels=channels, **overrides)
+        # They are decoded to RGB.
+        start_on = partial(Tracker, box=box, config=settings, threads=threads)
+        return _follow(start_on, files, files.count, progress)
+    start_on = partial(Tracker, box=box, config=settings, threads=threads, channels=channels)
     numbered, count = _numbered(source, _range(start, end, stride), reverse)
-    return _follow(tracker, numbered, count, box, progress)
+    return _follow(start_on, numbered, count, progress)
 
 
 def _range(start: int, end: int | None, stride: int) -> slice:
@@ -114,22 +111,24 @@ def _numbered(
 
 
 def _follow(
-    tracker: Tracker,
+    start_on: Callable[[FrameLike], Tracker],
     frames: Iterable[tuple[int, FrameLike]],
     count: int | None,
-    box: BoxLike,
     progress: bool | None,
 ) -> Iterator[Estimate]:
     hidden = None if progress is None else not progress
-    started = False
+    tracker: Tracker | None = None
     with tqdm(total=count, unit="frame", disable=hidden) as bar:
         for number, frame in frames:
-            estimate = tracker.update(frame) if started else tracker.init(frame, box)
-            started = True
+            if tracker is None:
+                tracker = start_on(frame)
+            else:
+                tracker.update(frame)
+            estimate = tracker.estimate
             bar.set_postfix(score=f"{estimate.score:.2f}", refresh=False)
             bar.update()
             yield estimate.numbered(number)
-    if not started:
+    if tracker is None:
         raise ValueError("the source has no frames in this range")
 
 

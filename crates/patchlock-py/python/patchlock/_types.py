@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, Union
 import numpy as np
 import numpy.typing as npt
 
+from patchlock import _patchlock
+
 if TYPE_CHECKING:
     from PIL.Image import Image
 
@@ -63,13 +65,20 @@ class Visibility(NamedTuple):
 class Parameter(NamedTuple):
     """One row of the table of settings."""
 
+    group: str
+    """The group in `Config`: `robust`, `paper`, or `patches` in each of them; empty for `seed`."""
     name: str
-    """Name of the setting, as a keyword of `Tracker` and in a configuration file."""
+    """Name of the setting, in `Config` and in a settings file."""
     default: float | str | bool
-    """Value in the preset `robust`."""
+    """Value in the preset `robust`, or in `paper` for the settings of that method."""
     allowed: str
     """Allowed values: a range or a list."""
     source: str
     """Where the value comes from: a section of the paper, other work, or our own choice."""
     purpose: str
     """What the setting does."""
+
+
+def parameters() -> list[Parameter]:
+    """The table of all settings, one row per setting, group by group."""
+    return [Parameter(*row) for row in _patchlock.parameters()]

@@ -5,8 +5,7 @@ import patchlock
 import rerun as rr
 
 rr.init("patchlock", spawn=True)  # or rr.save("track.rrd") after rr.init("patchlock")
-tracker = patchlock.Tracker()
-tracker.init(frames[0], box)
+tracker = patchlock.Tracker(frames[0], box)
 for frame in frames[1:]:
     estimate, observation = tracker.update_observed(frame)
     patchlock.rerun.log(estimate, frame, observation)
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     import rerun as rr
 
-    from patchlock._patchlock import Observation
+    from patchlock._patchlock import PaperObservation
     from patchlock._types import FrameLike
 
 __all__ = ["log"]
@@ -40,7 +39,7 @@ _LOST = (150, 156, 164)
 def log(
     estimate: Estimate | Mapping[int, Estimate],
     frame: FrameLike | None = None,
-    observation: Observation | RobustObservation | None = None,
+    observation: PaperObservation | RobustObservation | None = None,
     *,
     entity: str = "patchlock",
     timeline: str = "frame",
@@ -56,7 +55,7 @@ def log(
     | `<entity>/score`, `/visible/large`, `/visible/small` | the score and the visible shares over time |
     | `<entity>/patches/large`, `/small` | the patches: green is visible, orange is hidden |
 
-    An `Observation`, of the method `patchwise`, adds:
+    A `PaperObservation` adds:
 
     | entity | content |
     |---|---|
@@ -138,7 +137,7 @@ def _of_estimate(estimate: Estimate, name: str) -> Iterator[tuple[str, rr.AsComp
         yield f"patches/{scale}", rr.Image(np.where(visible[..., None], _VISIBLE, _HIDDEN).astype(np.uint8))
 
 
-def _of_observation(seen: Observation | RobustObservation) -> Iterator[tuple[str, rr.AsComponents]]:
+def _of_observation(seen: PaperObservation | RobustObservation) -> Iterator[tuple[str, rr.AsComponents]]:
     import rerun as rr
 
     if isinstance(seen, RobustObservation):

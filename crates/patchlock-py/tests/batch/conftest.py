@@ -13,7 +13,19 @@ from PIL import Image
 import patchlock
 from patchlock.batch import Clip
 
-QUICK: dict[str, Any] = {"method": "patchwise", "particles": 60, "small_step": 4}
+SETTINGS = {"particles": 60, "small_step": 4}
+"""Settings that differ from the preset `paper`."""
+
+
+def quick(particles: int = SETTINGS["particles"]) -> patchlock.Config:
+    """`SETTINGS` as a configuration, with another number of particles."""
+    config = patchlock.Config("paper")
+    config.paper.particles = particles
+    config.paper.patches.small_step = SETTINGS["small_step"]
+    return config
+
+
+QUICK = quick()
 """Settings with which a clip takes some tenths of a second: long enough to be killed meanwhile."""
 FRAMES = 24
 

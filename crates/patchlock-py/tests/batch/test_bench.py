@@ -32,7 +32,7 @@ def dataset(tmp_path_factory: pytest.TempPathFactory, frames: Path, scene: patch
 @pytest.fixture(scope="module")
 def quick(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("settings") / "quick.toml"
-    path.write_text("particles = 30\nsmall_step = 8\nseed = 3\n")
+    path.write_text("seed = 3\n[paper]\nparticles = 30\n[paper.patches]\nsmall_step = 8\n")
     return path
 
 
@@ -55,14 +55,14 @@ def test_results_are_those_of_the_command(
         *arguments,
     ]
     subprocess.run(command, check=False, capture_output=True)
-    summary = bench(dataset, tmp_path / "out", jobs=2, config=quick, progress=False, **choice)
+    summary = bench(dataset, tmp_path / "out", jobs=2, file=quick, progress=False, **choice)
     whole = boxes_below(tmp_path / "whole")
     assert summary.done == len(whole) == (4 if "seeds" in choice else 12)
     assert boxes_below(tmp_path / "out") == whole
     assert manifests_below(tmp_path / "out") == manifests_below(tmp_path / "whole")
     names = [failure.name for failure in summary.failed]
     assert names == ([] if "sequences" in choice else ["C"])
-    again = bench(dataset, tmp_path / "out", jobs=2, config=quick, progress=False, **choice)
+    again = bench(dataset, tmp_path / "out", jobs=2, file=quick, progress=False, **choice)
     assert (again.done, again.kept) == (0, len(whole))
     manifest = next(path for path in (tmp_path / "out").iterdir() if path.is_dir()) / "manifest.json"
     assert manifest.read_bytes() == (tmp_path / "whole" / manifest.relative_to(tmp_path / "out")).read_bytes()

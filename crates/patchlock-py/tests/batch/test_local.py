@@ -19,7 +19,7 @@ from patchlock.batch import Clip, Failed, Local, Lost, Made, Outcome, run
 from patchlock.batch.engine import drive
 from patchlock.batch.task import Task
 
-from .conftest import QUICK, boxes_below, leftovers, manifests_below
+from .conftest import QUICK, SETTINGS, boxes_below, leftovers, manifests_below, quick
 
 
 def until(condition: Any, seconds: float = 60.0) -> None:
@@ -32,7 +32,7 @@ def until(condition: Any, seconds: float = 60.0) -> None:
 def write_manifest(folder: Path, clips: list[Clip]) -> Path:
     path = folder / "clips.jsonl"
     rows = [
-        {"source": str(c.source), "box": c.box, "name": c.name, "seed": c.seed, "settings": QUICK}
+        {"source": str(c.source), "box": c.box, "name": c.name, "seed": c.seed, "settings": SETTINGS}
         for c in clips
     ]
     path.write_text("".join(json.dumps(row) + "\n" for row in rows))
@@ -41,13 +41,15 @@ def write_manifest(folder: Path, clips: list[Clip]) -> Path:
 
 def test_the_boxes_are_those_of_track(tmp_path: Path, clips: list[Clip], frames: Path, box: Any) -> None:
     part = Clip(frames, box, name="part", start=0, end=9, stride=2)
-    summary = run([*clips[:2], part], tmp_path, jobs=2, name="robust", progress=False, **QUICK)
+    summary = run([*clips[:2], part], tmp_path, jobs=2, name="robust", progress=False, config=QUICK)
     assert (summary.done, summary.kept, summary.failed, summary.left) == (3, 0, [], 0)
     assert summary.frames == 24 + 24 + 5 and summary.fps > 0
     for name, seed, choice in (("clip1", 1, {}), ("part", 0, {"end": 9, "stride": 2})):
         lines = (tmp_path / "robust" / "ope" / name / f"{seed}.txt").read_text().splitlines()
+        settings = quick()
+        settings.seed = seed
         got = [[float(word) for word in line.split(",")] for line in lines]
-        estimates = list(patchlock.track(frames, box, seed=seed, progress=False, **choice, **QUICK))
+        estimates = list(patchlock.track(frames, box, config=settings, progress=False, **choice))
         # The first line is the given box.
         boxes = [box, *(estimate.box for estimate in estimates[1:])]
         assert got == [[x + 1, y + 1, w, h] for x, y, w, h in boxes]
@@ -58,17 +60,17 @@ def test_the_boxes_are_those_of_track(tmp_path: Path, clips: list[Clip], frames:
 
 
 def test_complete_runs_are_kept_and_damaged_ones_repeated(tmp_path: Path, clips: list[Clip]) -> None:
-    run(clips[:3], tmp_path, name="robust", progress=False, **QUICK)
+    run(clips[:3], tmp_path, name="robust", progress=False, config=QUICK)
     whole = boxes_below(tmp_path)
     (tmp_path / "robust/ope/clip0/0.json").unlink()
     (tmp_path / "robust/ope/clip1/1.txt").write_text("1,2,3,4\n")
-    summary = run(clips[:3], tmp_path, name="robust", progress=False, **QUICK)
+    summary = run(clips[:3], tmp_path, name="robust", progress=False, config=QUICK)
     assert (summary.done, summary.kept) == (2, 1)
     assert boxes_below(tmp_path) == whole
     with pytest.raises(ValueError, match="particles is 60 there and 61 here"):
-        run(clips[:1], tmp_path, name="robust", progress=False, **{**QUICK, "particles": 61})
+        run(clips[:1], tmp_path, name="robust", progress=False, config=quick(61))
     other = Clip(clips[0].source, clips[0].box, name="clip0", seed=0, end=5)
-    [failure] = run([other], tmp_path, name="robust", progress=False, **QUICK).failed
+    [failure] = run([other], tmp_path, name="robust", progress=False, config=QUICK).failed
     assert failure.name == "clip0" and "already holds different runs" in failure.message
 
 
@@ -76,7 +78,7 @@ def test_clips_with_own_settings_have_own_folders(tmp_path: Path, clips: list[Cl
     own = Clip(clips[1].source, clips[1].box, name="own", settings={"particles": 20})
     same = Clip(clips[1].source, clips[1].box, name="same", settings={"particles": 60, "seed": 5})
     strange = Clip(clips[1].source, clips[1].box, name="strange", settings={"partcles": 20})
-    summary = run([clips[0], own, same, strange], tmp_path, name="robust", progress=False, **QUICK)
+    summary = run([clips[0], own, same, strange], tmp_path, name="robust", progress=False, config=QUICK)
     folders = [Path(folder).name for folder in summary.folders]
     assert folders[0] == "robust" and len(folders) == 2 and folders[1].startswith("robust-")
     assert set(boxes_below(tmp_path)) == {
@@ -94,17 +96,15 @@ def test_common_settings_are_part_of_the_name(tmp_path: Path, clips: list[Clip])
         assert summary.failed == []
         return Path(summary.folders[0]).name
 
-    quick = folder(**QUICK)
-    assert quick.startswith("robust-") and len(quick) == len("robust-") + 8
+    name = folder(config=QUICK)
+    assert name.startswith("paper-") and len(name) == len("paper-") + 8
     # A bench with the preset's own settings does not collide with it.
-    assert not (tmp_path / "robust").exists()
-    assert folder(**{**QUICK, "particles": 50}) not in (quick, "robust")
-    assert folder(**QUICK, name="mine") == "mine"
-    config = tmp_path / "quick.toml"
-    config.write_text("".join(f"{name} = {value!r}\n" for name, value in QUICK.items()))
-    assert folder(config=config) == "quick"
-    assert folder(config=config, particles=50).startswith("quick-")
-    assert folder(config=config, particles=QUICK["particles"], seed=4) == "quick"
+    assert not (tmp_path / "paper").exists()
+    assert folder(config=quick(50)) not in (name, "paper")
+    assert folder(config=QUICK, name="mine") == "mine"
+    other_seed = quick()
+    other_seed.seed = 4
+    assert folder(config=other_seed) == name
 
 
 def test_failed_clips_do_not_stop_the_others(tmp_path: Path, clips: list[Clip], box: Any) -> None:
@@ -124,7 +124,7 @@ def test_failed_clips_do_not_stop_the_others(tmp_path: Path, clips: list[Clip], 
     manifest = tmp_path / "clips.csv"
     manifest.write_text("source,box,name\n" + "\n".join(rows) + "\n")
     config = tmp_path / "quick.toml"
-    config.write_text("".join(f"{name} = {value!r}\n" for name, value in QUICK.items()))
+    config.write_text("[paper]\nparticles = 60\n[paper.patches]\nsmall_step = 4\n")
     command = [
         sys.executable,
         "-m",
@@ -150,7 +150,7 @@ def test_failed_clips_do_not_stop_the_others(tmp_path: Path, clips: list[Clip], 
 
 
 def test_a_process_that_is_killed_is_replaced(tmp_path: Path, clips: list[Clip]) -> None:
-    run(clips, tmp_path / "whole", name="robust", progress=False, **QUICK)
+    run(clips, tmp_path / "whole", name="robust", progress=False, config=QUICK)
     with Local(jobs=2) as engine:
         killed = []
 
@@ -163,7 +163,7 @@ def test_a_process_that_is_killed_is_replaced(tmp_path: Path, clips: list[Clip])
 
         killer = threading.Thread(target=kill)
         killer.start()
-        summary = run(clips, tmp_path / "out", engine=engine, name="robust", progress=False, **QUICK)
+        summary = run(clips, tmp_path / "out", engine=engine, name="robust", progress=False, config=QUICK)
         killer.join()
     assert len(set(killed)) == 2
     assert (summary.done, summary.failed) == (12, [])

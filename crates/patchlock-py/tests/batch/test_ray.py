@@ -19,10 +19,10 @@ from ray.cluster_utils import Cluster  # noqa: E402
 
 from patchlock.batch.ray import Ray  # noqa: E402
 
-from .conftest import QUICK, boxes_below, leftovers, manifests_below
+from .conftest import QUICK, boxes_below, leftovers, manifests_below, quick
 
 MEMORY = 80 * 2**20
-SLOW = {**QUICK, "particles": 400}
+SLOW = quick(400)
 """A clip takes long enough that a node is always killed during one."""
 HURRY = {
     "health_check_initial_delay_ms": 500,
@@ -97,7 +97,7 @@ def kill_when_it_begins_a_run(node: Any, marks: Path, out: Path) -> None:
 
 
 def test_killing_a_node_does_not_change_the_results(tmp_path: Path, clips: list[Clip], cluster: Any) -> None:
-    local = run(clips, tmp_path / "local", progress=False, **SLOW)
+    local = run(clips, tmp_path / "local", progress=False, config=SLOW)
     second = cluster.add_node(num_cpus=1, object_store_memory=MEMORY)
     assert len(cluster.list_all_nodes()) == 2
     out, marks = tmp_path / "ray", tmp_path / "marks"
@@ -105,7 +105,7 @@ def test_killing_a_node_does_not_change_the_results(tmp_path: Path, clips: list[
         assert engine.slots == 2
         killer = threading.Thread(target=kill_when_it_begins_a_run, args=[second, marks, out])
         killer.start()
-        summary = run(clips, out, engine=engine, progress=False, **SLOW)
+        summary = run(clips, out, engine=engine, progress=False, config=SLOW)
         killer.join()
         nodes = {path.name.split("-")[0] for path in marks.iterdir()}
     print(
@@ -122,7 +122,12 @@ def test_killing_a_node_does_not_change_the_results(tmp_path: Path, clips: list[
 def test_a_cluster_by_address_with_failing_clips(tmp_path: Path, clips: list[Clip], cluster: Any) -> None:
     broken = Clip(tmp_path / "nowhere.mp4", clips[0].box, name="missing")
     summary = run(
-        [broken, *clips[:2]], tmp_path / "ray", engine="ray", address=cluster.address, progress=False, **QUICK
+        [broken, *clips[:2]],
+        tmp_path / "ray",
+        engine="ray",
+        address=cluster.address,
+        progress=False,
+        config=QUICK,
     )
     assert summary.done == 2 and not ray.is_initialized()
     assert [(failure.name, "no file or folder" in failure.message) for failure in summary.failed] == [
@@ -132,6 +137,6 @@ def test_a_cluster_by_address_with_failing_clips(tmp_path: Path, clips: list[Cli
 
 def test_a_missing_cluster_is_reported(tmp_path: Path, clips: list[Clip]) -> None:
     with pytest.raises(ConnectionError, match=r"can't connect to a Ray cluster at 127\.0\.0\.1:1"):
-        run(clips, tmp_path, engine="ray", address="127.0.0.1:1", progress=False, **QUICK)
+        run(clips, tmp_path, engine="ray", address="127.0.0.1:1", progress=False, config=QUICK)
     with pytest.raises(ValueError, match="jobs is 2"):
-        run(clips, tmp_path, engine="ray", jobs=2, progress=False, **QUICK)
+        run(clips, tmp_path, engine="ray", jobs=2, progress=False, config=QUICK)

@@ -8,7 +8,7 @@ import json
 import sys
 from pathlib import Path
 
-from patchlock import PRESETS
+from patchlock import PRESETS, Config
 from patchlock.batch.manifest import write_truth
 from patchlock.batch.run import bench, run
 from patchlock.batch.summary import FILE, Summary
@@ -102,7 +102,7 @@ def _parser() -> argparse.ArgumentParser:
 def _work(arguments: argparse.Namespace) -> Summary:
     common = {
         name: getattr(arguments, name)
-        for name in ("engine", "address", "jobs", "threads", "preset", "config", "name", "retries")
+        for name in ("engine", "address", "jobs", "threads", "name", "retries")
     }
     common["progress"] = False if arguments.quiet else None
     if Path(arguments.manifest).is_dir():
@@ -114,6 +114,8 @@ def _work(arguments: argparse.Namespace) -> Summary:
             arguments.manifest,
             arguments.out,
             seeds=1 if arguments.seeds is None else arguments.seeds,
+            preset=arguments.preset,
+            file=arguments.config,
             **common,
         )
     if arguments.seeds is not None:
@@ -123,7 +125,10 @@ def _work(arguments: argparse.Namespace) -> Summary:
             f"--truth-to {arguments.truth_to}: no clip of {arguments.manifest} has truth; "
             "name its file in the column truth"
         )
-    return run(arguments.manifest, arguments.out, **common)
+    if arguments.config is not None:
+        common["name"] = arguments.name or Path(arguments.config).stem
+    config = Config(arguments.preset, arguments.config)
+    return run(arguments.manifest, arguments.out, config=config, **common)
 
 
 def main() -> int:

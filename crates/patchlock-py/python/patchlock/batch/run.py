@@ -19,10 +19,7 @@ from patchlock.batch.summary import Failure, Summary
 from patchlock.batch.task import Failed, Task
 
 if TYPE_CHECKING:
-    from typing_extensions import Unpack
-
-    from patchlock._patchlock import Store
-    from patchlock._settings import Settings
+    from patchlock._patchlock import Config, Store
 
 EngineLike = Literal["local", "ray"] | Engine
 
@@ -35,12 +32,10 @@ def run(
     address: str | None = None,
     jobs: int | None = None,
     threads: int = 1,
-    preset: str = "robust",
-    config: str | os.PathLike[str] | None = None,
+    config: Config | str = "robust",
     name: str | None = None,
     retries: int = 2,
     progress: bool | None = None,
-    **overrides: Unpack[Settings],
 ) -> Summary:
     """Tracks every clip of a manifest and stores the results in the format of `patchlock bench`.
 
@@ -57,14 +52,12 @@ def run(
         address: The Ray cluster, such as `"10.0.0.1:6379"`; `None` for the cluster of this machine.
         jobs: Number of parallel runs on this machine; `None` for one per `threads` cores.
         threads: Threads of each run. 1 gives the most frames per second over all clips.
-        preset: The preset to start from.
-        config: A TOML file with settings that differ from the preset.
-        name: Name of the results; by default that of the settings file, or of the preset, followed by a hash
-            of the settings if `overrides` change any. The results of clips with their own settings go to
-            separate folders, whose names end in such a hash too.
+        config: The name of a preset, or a `patchlock.Config`.
+        name: Name of the results; by default that of the preset, followed by a hash of the settings if they
+            differ from it. The results of clips with their own settings go to separate folders, whose names
+            end in such a hash too.
         retries: How often a clip is retried if its process or machine died.
         progress: Whether to show a `tqdm` progress bar; `None` shows it only on a terminal.
-        **overrides: Settings that differ, such as `particles=200`.
 
     Returns:
         The summary, which is also written to `<out>/batch.json`. `Summary.failed` lists the clips that
@@ -75,7 +68,7 @@ def run(
         ConnectionError: The Ray cluster can't be reached.
     """
     rows = read(manifest)
-    stores = _Stores(Path(out), preset, config, name, overrides)
+    stores = _Stores(Path(out), config, name)
     with _engine(engine, address, jobs, threads) as machine:
         batch = _Batch(Path(out), engine, machine, retries, progress)
         tasks = []
@@ -102,7 +95,7 @@ def bench(
     threads: int = 1,
     protocol: Literal["ope", "tre", "sre"] = "ope",
     preset: str = "robust",
-    config: str | os.PathLike[str] | None = None,
+    file: str | os.PathLike[str] | None = None,
     command: str | None = None,
     timeout: int = 60,
     name: str | None = None,
@@ -119,14 +112,16 @@ def bench(
         out: Folder for the results; `patchlock score` and `patchlock report` read it.
         protocol: Where tracking starts: `"ope"` (the first frame), `"tre"` (20 start frames) or `"sre"`
             (12 shifted or scaled first boxes).
+        preset: The preset to start from.
+        file: A TOML file with settings that differ from the preset.
+        name: Name of the results; by default that of the settings file, or of the preset.
         command: Runs another tracker, a program that implements the TraX protocol. Requires a `name`.
         timeout: Seconds to wait for each answer of that program, 1 to 86400.
         seeds: Number of seeds for each target, 1 to 10000.
         sequences: Only these targets, or all targets of these sequences.
         attributes: Only targets that have at least one of these attributes.
 
-    `engine`, `address`, `jobs`, `threads`, `preset`, `config`, `name`, `retries` and `progress` are as for
-    `run`.
+    `engine`, `address`, `jobs`, `threads`, `retries` and `progress` are as for `run`.
 
     Returns:
         The summary, which is also written to `<out>/batch.json`.
@@ -142,7 +137,7 @@ def bench(
             out,
             protocol=protocol,
             preset=preset,
-            config=config or None,
+            file=file or None,
             command=command,
             timeout=timeout,
             name=name or None,
@@ -181,15 +176,10 @@ def _engine(engine: EngineLike, address: str | None, jobs: int | None, threads: 
 class _Stores:
     """The results folder of each configuration, opened for its first clip."""
 
-    def __init__(
-        self, out: Path, preset: str, config: str | os.PathLike[str] | None, name: str | None, overrides: Any
-    ) -> None:
-        self._out, self._preset, self._config = out, preset, config
-        self._name = name or (Path(config).stem if config is not None else preset)
-        if not is_folder_name(self._name):
-            raise ManifestError(f"name is {self._name!r}, which is not a valid name of a folder")
-        self._chosen = bool(name)
-        self._base = dict(overrides)
+    def __init__(self, out: Path, config: Config | str, name: str | None) -> None:
+        self._out, self._config, self._name = out, config, name or None
+        if name and not is_folder_name(name):
+            raise ManifestError(f"name is {name!r}, which is not a valid name of a folder")
         self._open: dict[str, Store] = {}
         self.of({})  # reports invalid common settings here rather than once per clip
 
@@ -198,13 +188,7 @@ class _Stores:
         key = repr(sorted(own.items()))
         if key not in self._open:
             self._open[key] = _patchlock.Store(
-                self._out,
-                self._name,
-                chosen=self._chosen,
-                preset=self._preset,
-                config=self._config,
-                base=self._base,
-                own=dict(own),
+                self._out, self._name, config=self._config, own=dict(own)
             )
         return self._open[key]
 

@@ -14,18 +14,17 @@ OpenCV itself is not required.
 from __future__ import annotations
 
 import math
+from copy import copy
 from typing import TYPE_CHECKING, Any
 
-from patchlock._patchlock import Estimate, Tracker
+from patchlock._patchlock import Config, Estimate, Tracker
 
 if TYPE_CHECKING:
     from typing import TypeAlias
 
     import numpy as np
     import numpy.typing as npt
-    from typing_extensions import Unpack
 
-    from patchlock._settings import Settings
     from patchlock._types import BoxLike
 
     _Box: TypeAlias = tuple[int, int, int, int] | tuple[float, float, float, float]
@@ -44,36 +43,33 @@ class TrackerPatchlock:
     image, and it raises `ValueError` or `TypeError` for invalid input instead of crashing.
 
     Args:
-        preset: The preset to start from.
+        config: The name of a preset, or a `patchlock.Config`.
         min_score: `update` returns `ok` as true if the score is at least this, 0 to 1, and the target is not
-            lost. With the method `patchwise` the score is the visible share of the target; its typical value
+            lost. With the method `paper` the score is the visible share of the target; its typical value
             differs between targets.
         exact: `False` rounds boxes to whole pixels, as OpenCV's trackers do, so that drawing functions accept
             them; `True` keeps fractions.
         threads: Number of threads; `None` means one per core. The number does not change the boxes.
-        **overrides: Settings that differ from the preset, such as `search=6.0`;
-            `patchlock.parameters()` lists all of them.
 
     Raises:
-        ValueError: `min_score` or a setting is out of range.
-        TypeError: There is no such setting.
+        ValueError: `min_score` is out of range, or there is no such preset.
     """
 
     def __init__(
         self,
-        preset: str = "robust",
+        config: Config | str = "robust",
         *,
         min_score: float = 0.1,
         exact: bool = False,
         threads: int | None = None,
-        **overrides: Unpack[Settings],
     ) -> None:
         if not 0 <= min_score <= 1:
             raise ValueError(f"min_score is {min_score}; allowed: 0 to 1")
-        self._tracker = Tracker(preset, threads=threads, channels="bgr", **overrides)
+        self._settings = Config(config) if isinstance(config, str) else copy(config)
+        self._threads = threads
+        self._tracker: Tracker | None = None
         self._min_score = min_score
         self._exact = exact
-        self._estimate: Estimate | None = None
 
     @classmethod
     def create(cls, *args: Any, **kwargs: Any) -> TrackerPatchlock:
@@ -93,7 +89,12 @@ class TrackerPatchlock:
             TypeError: This is not an image, or the box does not hold numbers.
             ValueError: The box lies outside the image.
         """
-        self._estimate = self._tracker.init(image, boundingBox)
+        if self._tracker is None:
+            self._tracker = Tracker(
+                image, boundingBox, self._settings, threads=self._threads, channels="bgr"
+            )
+        else:
+            self._tracker.restart(image, boundingBox)
 
     def update(self, image: _Image) -> tuple[bool, _Box]:
         """Finds the target in the next image.
@@ -109,7 +110,7 @@ class TrackerPatchlock:
         Raises:
             RuntimeError: `init` has not been called.
         """
-        self._estimate = estimate = self._tracker.update(image)
+        estimate = self._started().update(image)
         x, y, w, h = estimate.box
         height, width = image.shape[:2]
         inside = 0 <= x + (w - 1) / 2 < width and 0 <= y + (h - 1) / 2 < height
@@ -122,14 +123,17 @@ class TrackerPatchlock:
         Raises:
             RuntimeError: `init` has not been called.
         """
-        if self._estimate is None:
-            raise RuntimeError("the tracker has no target yet: call init(image, box) first")
-        return self._estimate.score
+        return self._started().estimate.score
 
     @property
     def estimate(self) -> Estimate | None:
         """The estimate for the last image: corners, status, visibility; `None` before `init`."""
-        return self._estimate
+        return None if self._tracker is None else self._tracker.estimate
+
+    def _started(self) -> Tracker:
+        if self._tracker is None:
+            raise RuntimeError("the tracker has no target yet: call init(image, box) first")
+        return self._tracker
 
 
 def TrackerPatchlock_create(*args: Any, **kwargs: Any) -> TrackerPatchlock:

@@ -12,17 +12,15 @@ experiment.report(["Patchlock"])
 
 from __future__ import annotations
 
+from copy import copy
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from patchlock._patchlock import Estimate, Tracker
+from patchlock._patchlock import Config, Estimate, Tracker
 
 if TYPE_CHECKING:
-    from typing_extensions import Unpack
-
-    from patchlock._settings import Settings
     from patchlock._types import BoxLike, FrameLike
 
 try:
@@ -42,29 +40,31 @@ class PatchlockTracker(_Got10kTracker):  # type: ignore[misc]  # got10k has no t
     For several seeds, make one tracker per seed, each with its own `name`.
 
     Args:
-        preset: The preset to start from.
+        config: The name of a preset, or a `patchlock.Config`.
         name: Name of the results folder.
         origin: Coordinate of the first pixel in the dataset. OTB, GOT-10k and most others count from 1, and
             the toolkit passes their boxes on unchanged.
         threads: Number of threads; `None` means one per core. The number does not change the boxes.
-        **overrides: Settings that differ from the preset, such as `seed=1`; `patchlock.parameters()` lists
-            all of them.
     """
 
     def __init__(
         self,
-        preset: str = "robust",
+        config: Config | str = "robust",
         *,
         name: str = "Patchlock",
         origin: float = 1,
         threads: int | None = None,
-        **overrides: Unpack[Settings],
     ) -> None:
         super().__init__(name=name, is_deterministic=True)
-        self._tracker = Tracker(preset, threads=threads, **overrides)
+        self._settings = Config(config) if isinstance(config, str) else copy(config)
+        self._threads = threads
+        self._tracker: Tracker | None = None
         self._origin = origin
-        self.estimate: Estimate | None = None
+
+    @property
+    def estimate(self) -> Estimate | None:
         """The estimate for the last image; `None` before `init`."""
+        return None if self._tracker is None else self._tracker.estimate
 
     def init(self, image: FrameLike, box: BoxLike) -> None:
         """Starts tracking the target in this box of this image.
@@ -74,7 +74,8 @@ class PatchlockTracker(_Got10kTracker):  # type: ignore[misc]  # got10k has no t
             box: Left, top (from `origin`), width, height.
         """
         x, y, w, h = (float(value) for value in box)
-        self.estimate = self._tracker.init(image, (x - self._origin, y - self._origin, w, h))
+        shifted = (x - self._origin, y - self._origin, w, h)
+        self._tracker = Tracker(image, shifted, self._settings, threads=self._threads)
 
     def update(self, image: FrameLike) -> npt.NDArray[np.float64]:
         """Finds the target in the next image.
@@ -82,6 +83,7 @@ class PatchlockTracker(_Got10kTracker):  # type: ignore[misc]  # got10k has no t
         Returns:
             Left, top (from `origin`), width, height; shape (4,).
         """
-        self.estimate = self._tracker.update(image)
-        x, y, w, h = self.estimate.box
+        if self._tracker is None:
+            raise RuntimeError("the tracker has no target yet: call init(image, box) first")
+        x, y, w, h = self._tracker.update(image).box
         return np.array([x + self._origin, y + self._origin, w, h])

@@ -1,0 +1,421 @@
+//! The Python class `Config` and those of its groups: settings by attribute.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use patchlock::{Error, Method, PARAMETERS, Parameter, Preset, TrackerConfig, Value};
+use patchlock_track::names::near_matches;
+use patchlock_track::settings::Overrides;
+use pyo3::exceptions::{PyAttributeError, PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::errors;
+
+/// The settings that a [`Config`] and its groups share.
+type Shared = Arc<Mutex<TrackerConfig>>;
+
+/// What `__reduce__` returns: a function and the arguments from which it makes equal settings.
+type Reduced<'py> = (Bound<'py, PyAny>, (&'static str, Bound<'py, PyDict>));
+
+/// The groups of the methods, and the group of the patch model in each of them.
+const PATCHES: &str = "patches";
+
+/// The settings of a tracker.
+///
+/// The preset chooses the method, `robust` or `paper`. The settings of the method are in the group of its
+/// name, those of the patch model in the group `patches` in it:
+///
+/// ```python
+/// config = patchlock.Config()
+/// config.seed = 3
+/// config.robust.search = 7
+/// config.robust.patches.templates = 8
+/// ```
+///
+/// `parameters()` describes every setting. A tracker copies its settings when it starts, so a later change has
+/// no effect on it. Settings can be compared, copied and pickled.
+///
+/// Args:
+///     preset: The preset to start from; `PRESETS` lists the names.
+///     file: A TOML file with settings that differ from the preset, as `patchlock config` writes it.
+///
+/// Raises:
+///     AttributeError: An attribute is not a setting, or belongs to the other method.
+///     TypeError: The value of a setting has the wrong type.
+///     ValueError: There is no such preset, the value of a setting is not allowed, or the file is invalid.
+///     OSError: The file can't be read.
+#[pyclass(frozen, module = "patchlock")]
+pub struct Config {
+    shared: Shared,
+}
+
+/// A group of settings: a view of its [`Config`].
+#[pyclass(frozen, subclass, module = "patchlock")]
+pub struct Group {
+    shared: Shared,
+    name: &'static str,
+}
+
+/// The settings of the method `robust`: `Config.robust`.
+#[pyclass(frozen, extends = Group, module = "patchlock")]
+pub struct RobustConfig;
+
+/// The settings of the method `paper`: `Config.paper`.
+#[pyclass(frozen, extends = Group, module = "patchlock")]
+pub struct PaperConfig;
+
+/// The settings of the patch model: `Config.robust.patches` or `Config.paper.patches`.
+#[pyclass(frozen, extends = Group, module = "patchlock")]
+pub struct PatchModelConfig;
+
+impl Config {
+    /// A copy of settings of the library.
+    pub fn from_rust(config: TrackerConfig) -> Self {
+        Self { shared: Arc::new(Mutex::new(config)) }
+    }
+
+    /// A copy of the settings.
+    pub fn to_rust(&self) -> TrackerConfig {
+        lock(&self.shared).clone()
+    }
+}
+
+#[pymethods]
+impl Config {
+    #[new]
+    #[pyo3(signature = (preset = "robust", file = None))]
+    fn new(preset: &str, file: Option<PathBuf>) -> PyResult<Self> {
+        let config = match file {
+            None => named(preset)?,
+            Some(_) => {
+                patchlock_track::settings::resolve(preset, file.as_deref(), Overrides::default())
+                    .map_err(|error| errors::of_track(error.into()))?
+            }
+        };
+        Ok(Self::from_rust(config))
+    }
+
+    /// All settings: a dictionary of `seed` and of the method's group, whose settings are a dictionary, too.
+    fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let config = lock(&self.shared);
+        let (all, group, patches) = (PyDict::new(py), PyDict::new(py), PyDict::new(py));
+        for (parameter, value) in used(&config) {
+            let dict = match parameter.group {
+                "" => &all,
+                PATCHES => &patches,
+                _ => &group,
+            };
+            dict.set_item(parameter.name, to_python(py, value)?)?;
+        }
+        group.set_item(PATCHES, patches)?;
+        all.set_item(config.method.name(), group)?;
+        Ok(all)
+    }
+
+    fn __getattr__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        get(py, &self.shared, "", name)
+    }
+
+    fn __setattr__(&self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        set(&self.shared, "", name, value)
+    }
+
+    fn __dir__(&self) -> Vec<&'static str> {
+        let methods = ["to_dict"];
+        methods.into_iter().chain(names(&lock(&self.shared), "")).collect()
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        // Two locks at once could wait for each other.
+        let other = other.to_rust();
+        *lock(&self.shared) == other
+    }
+
+    fn __repr__(&self) -> String {
+        let config = lock(&self.shared);
+        let (preset, changes) = basis(&config);
+        let place = |parameter: &Parameter| match parameter.group {
+            "" => parameter.name.to_owned(),
+            PATCHES => format!("{}.{PATCHES}.{}", config.method.name(), parameter.name),
+            group => format!("{group}.{}", parameter.name),
+        };
+        let changes: String = changes
+            .iter()
+            .map(|(parameter, value)| format!(", {}={value}", place(parameter)))
+            .collect();
+        format!("<Config '{preset}'{changes}>")
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        let restore = py.import("patchlock._patchlock")?.getattr("_restore_config")?;
+        let (preset, changes) = basis(&lock(&self.shared));
+        let dict = PyDict::new(py);
+        for (parameter, value) in changes {
+            dict.set_item(parameter.name, to_python(py, value)?)?;
+        }
+        Ok((restore, (preset.name(), dict)))
+    }
+}
+
+#[pymethods]
+impl Group {
+    fn __getattr__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        get(py, &self.shared, self.name, name)
+    }
+
+    fn __setattr__(&self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        set(&self.shared, self.name, name, value)
+    }
+
+    fn __dir__(&self) -> Vec<&'static str> {
+        names(&lock(&self.shared), self.name)
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        let of = |group: &Self| -> Vec<_> {
+            used(&lock(&group.shared)).filter(|(row, _)| row.group == group.name).collect()
+        };
+        self.name == other.name && of(self) == of(other)
+    }
+
+    fn __repr__(&self) -> String {
+        let config = lock(&self.shared);
+        let settings: Vec<_> = used(&config)
+            .filter(|(parameter, _)| parameter.group == self.name)
+            .map(|(parameter, value)| format!("{}={value}", parameter.name))
+            .collect();
+        format!("<{} {}>", self.name, settings.join(", "))
+    }
+}
+
+/// Called by pickle.
+#[pyfunction]
+#[pyo3(name = "_restore_config")]
+pub fn restore_config(preset: &str, changes: &Bound<'_, PyDict>) -> PyResult<Config> {
+    let mut config = named(preset)?;
+    apply(&mut config, changes)?;
+    Ok(Config::from_rust(config))
+}
+
+/// The argument `config` of a tracker: the name of a preset, or settings.
+pub struct Choice(pub TrackerConfig);
+
+impl Default for Choice {
+    fn default() -> Self {
+        Self(TrackerConfig::default())
+    }
+}
+
+impl<'py> FromPyObject<'_, 'py> for Choice {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(config) = object.cast::<Config>() {
+            return Ok(Self(config.get().to_rust()));
+        }
+        match object.extract::<&str>() {
+            Ok(preset) => named(preset).map(Self),
+            Err(_) => Err(PyTypeError::new_err(format!(
+                "config is a patchlock.Config or the name of a preset, not {}",
+                shown(&object)
+            ))),
+        }
+    }
+}
+
+/// The settings of a preset.
+fn named(preset: &str) -> PyResult<TrackerConfig> {
+    let preset: Preset = preset.parse().map_err(errors::of_tracker)?;
+    Ok(preset.into())
+}
+
+/// Changes settings by name.
+pub fn apply(config: &mut TrackerConfig, changes: &Bound<'_, PyDict>) -> PyResult<()> {
+    for (name, value) in changes {
+        let name: String = name.extract()?;
+        let parameter = Parameter::named(&name).ok_or_else(|| {
+            let all = PARAMETERS.iter().map(|parameter| parameter.name);
+            PyValueError::new_err(unknown(&name, all))
+        })?;
+        config.set(&name, to_value(parameter, &value)?).map_err(|error| match error {
+            Error::SettingKind { .. } => PyTypeError::new_err(error.to_string()),
+            error => PyValueError::new_err(error.to_string()),
+        })?;
+    }
+    Ok(())
+}
+
+/// The preset that settings differ from least, and the settings that differ.
+pub fn basis(config: &TrackerConfig) -> (Preset, Vec<(&'static Parameter, Value)>) {
+    let changes = |preset: Preset| {
+        let begun = TrackerConfig::from(preset);
+        let differ = |(parameter, value): &(&Parameter, Value)| {
+            begun.get(parameter.name).as_ref() != Ok(value)
+        };
+        (preset, used(config).filter(differ).collect::<Vec<_>>())
+    };
+    let all = Preset::ALL.into_iter().map(changes);
+    all.min_by_key(|(_, changes)| changes.len()).unwrap_or_default()
+}
+
+fn lock(shared: &Shared) -> MutexGuard<'_, TrackerConfig> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The settings that the method uses, with their values.
+fn used(config: &TrackerConfig) -> impl Iterator<Item = (&'static Parameter, Value)> {
+    PARAMETERS.iter().filter_map(|parameter| Some((parameter, config.get(parameter.name).ok()?)))
+}
+
+/// The groups directly in a group; the empty name is that of the whole configuration.
+fn groups(group: &str) -> &'static [&'static str] {
+    match group {
+        "" => &Method::NAMES,
+        PATCHES => &[],
+        _ => &[PATCHES],
+    }
+}
+
+/// The attributes of a group.
+fn names(config: &TrackerConfig, group: &str) -> Vec<&'static str> {
+    let method = config.method.name();
+    let settings = PARAMETERS.iter().filter(|row| row.group == group).map(|row| row.name);
+    let inner = groups(group).iter().copied().filter(|name| *name == method || *name == PATCHES);
+    settings.chain(inner).collect()
+}
+
+fn get<'py>(
+    py: Python<'py>,
+    shared: &Shared,
+    group: &'static str,
+    name: &str,
+) -> PyResult<Bound<'py, PyAny>> {
+    let config = lock(shared);
+    if let Some(inner) = groups(group).iter().find(|inner| **inner == name) {
+        if *inner != PATCHES && *inner != config.method.name() {
+            return Err(PyAttributeError::new_err(other_method(inner, &config)));
+        }
+        return view(py, shared, inner);
+    }
+    check_name(&config, group, name)?;
+    let value = config.get(name);
+    to_python(py, value.map_err(|error| PyAttributeError::new_err(error.to_string()))?)
+}
+
+fn set(shared: &Shared, group: &'static str, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
+    let mut config = lock(shared);
+    if groups(group).contains(&name) {
+        let message = format!("{name} is a group of settings; change them one by one");
+        return Err(PyAttributeError::new_err(message));
+    }
+    let parameter = check_name(&config, group, name)?;
+    let changed = config.set(name, to_value(parameter, value)?);
+    changed.map_err(|error| match error {
+        Error::SettingKind { .. } => wrong_kind(parameter, value),
+        error => PyValueError::new_err(error.to_string()),
+    })
+}
+
+/// The row of a setting, which must be in the group.
+fn check_name(
+    config: &TrackerConfig,
+    group: &'static str,
+    name: &str,
+) -> PyResult<&'static Parameter> {
+    let message = match Parameter::named(name) {
+        Some(parameter) if parameter.group == group => return Ok(parameter),
+        Some(parameter) if !parameter.is_used_by(&config.method) => {
+            format!("{name} is in {}: {}", parameter.group, other_method(parameter.group, config))
+        }
+        Some(parameter) => {
+            let method = config.method.name();
+            let place = match parameter.group {
+                "" => "config".to_owned(),
+                PATCHES => format!("config.{method}.{PATCHES}"),
+                group => format!("config.{group}"),
+            };
+            format!("{name} is a setting in another group: {place}.{name}")
+        }
+        None => unknown(name, names(config, group).into_iter()),
+    };
+    Err(PyAttributeError::new_err(message))
+}
+
+/// Why the group of a method can't be used.
+fn other_method(group: &str, config: &TrackerConfig) -> String {
+    format!(
+        "these settings have the method {}, not {group}; start from patchlock.Config(\"{group}\")",
+        config.method.name()
+    )
+}
+
+fn unknown<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> String {
+    let near = near_matches(name, names);
+    let meant = match near.is_empty() {
+        true => String::new(),
+        false => format!("did you mean {}? ", near.join(" or ")),
+    };
+    format!("there is no setting '{name}'; {meant}patchlock.parameters() lists all")
+}
+
+fn wrong_kind(parameter: &Parameter, value: &Bound<'_, PyAny>) -> PyErr {
+    let Parameter { name, kind, range, .. } = parameter;
+    PyTypeError::new_err(format!(
+        "the setting `{name}` is {}; it takes {kind}; allowed: {range}",
+        shown(value)
+    ))
+}
+
+fn shown(value: &Bound<'_, PyAny>) -> String {
+    value.repr().map_or("this".to_owned(), |text| text.to_string())
+}
+
+/// A group of a configuration, as an object of its class.
+fn view<'py>(py: Python<'py>, shared: &Shared, name: &'static str) -> PyResult<Bound<'py, PyAny>> {
+    let group = PyClassInitializer::from(Group { shared: Arc::clone(shared), name });
+    Ok(match name {
+        "robust" => Bound::new(py, group.add_subclass(RobustConfig))?.into_any(),
+        "paper" => Bound::new(py, group.add_subclass(PaperConfig))?.into_any(),
+        _ => Bound::new(py, group.add_subclass(PatchModelConfig))?.into_any(),
+    })
+}
+
+/// A Python value as the value of a setting.
+fn to_value(parameter: &Parameter, value: &Bound<'_, PyAny>) -> PyResult<Value> {
+    if let Ok(flag) = value.extract::<bool>() {
+        return Ok(Value::Flag(flag));
+    }
+    if let Ok(number) = value.extract::<i64>() {
+        return Ok(Value::Whole(number));
+    }
+    if let Ok(number) = value.extract::<f64>() {
+        return Ok(Value::Number(number));
+    }
+    value.extract().map(Value::Word).map_err(|_| wrong_kind(parameter, value))
+}
+
+fn to_python(py: Python<'_>, value: Value) -> PyResult<Bound<'_, PyAny>> {
+    Ok(match value {
+        Value::Flag(flag) => flag.into_pyobject(py)?.to_owned().into_any(),
+        Value::Whole(number) => number.into_pyobject(py)?.into_any(),
+        Value::Number(number) => number.into_pyobject(py)?.into_any(),
+        Value::Word(word) => word.into_pyobject(py)?.into_any(),
+    })
+}
+
+/// One row of the table of settings: group, name, default, allowed, source, purpose.
+type Row<'py> = (&'static str, &'static str, Bound<'py, PyAny>, String, &'static str, &'static str);
+
+/// The rows of the table of settings: group, name, default, allowed values, source, purpose.
+#[pyfunction]
+pub fn parameters(py: Python<'_>) -> PyResult<Vec<Row<'_>>> {
+    let defaults = [Preset::Robust, Preset::Paper].map(TrackerConfig::from);
+    let row = |parameter: &Parameter| {
+        let Parameter { group, name, range, source, purpose, .. } = *parameter;
+        let config = defaults.iter().find(|config| parameter.is_used_by(&config.method));
+        let default = config.unwrap_or(&defaults[0]).get(name).map_err(errors::of_tracker)?;
+        Ok((group, name, to_python(py, default)?, range.to_string(), source, purpose))
+    };
+    PARAMETERS.iter().map(row).collect()
+}

@@ -1,0 +1,197 @@
+//! What `Tracker` and `MultiTracker` have in common: threads, the channel order of frames, the count of frames,
+//! snapshots.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use patchlock::{Error, Frame, TrackerConfig};
+use patchlock_track::session::timed_on;
+use pyo3::exceptions::{PyKeyError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::config::Config;
+use crate::errors;
+use crate::pixels::{Channels, Pixels};
+use crate::threads::Threads;
+
+/// A tracker of the library.
+pub trait Engine: Send + Sized {
+    /// Its complete state.
+    type Snapshot: Serialize + DeserializeOwned;
+    /// What it is called where something else was given.
+    const NAME: &str;
+
+    fn config(&self) -> &TrackerConfig;
+    fn snapshot(&self) -> Self::Snapshot;
+    fn restore(snapshot: Self::Snapshot) -> Result<Self, Error>;
+}
+
+impl Engine for patchlock::Tracker {
+    type Snapshot = patchlock::Snapshot;
+    const NAME: &str = "Tracker";
+
+    fn config(&self) -> &TrackerConfig {
+        self.config()
+    }
+
+    fn snapshot(&self) -> Self::Snapshot {
+        self.snapshot()
+    }
+
+    fn restore(snapshot: Self::Snapshot) -> Result<Self, Error> {
+        Self::restore(snapshot)
+    }
+}
+
+impl Engine for patchlock::MultiTracker {
+    type Snapshot = patchlock::MultiSnapshot;
+    const NAME: &str = "MultiTracker";
+
+    fn config(&self) -> &TrackerConfig {
+        self.config()
+    }
+
+    fn snapshot(&self) -> Self::Snapshot {
+        self.snapshot()
+    }
+
+    fn restore(snapshot: Self::Snapshot) -> Result<Self, Error> {
+        Self::restore(snapshot)
+    }
+}
+
+/// A tracker with its threads and what changes from frame to frame.
+pub struct Driver<T> {
+    state: Mutex<State<T>>,
+    threads: Threads,
+    channels: Channels,
+}
+
+/// What changes from frame to frame.
+pub struct State<T> {
+    pub tracker: T,
+    /// Number of the latest frame.
+    pub frame: u64,
+    /// Milliseconds that the latest call took.
+    pub ms: f64,
+}
+
+/// What a call has found, with the number of the frame and the milliseconds that it took.
+pub struct Found<R> {
+    pub result: R,
+    pub frame: u64,
+    pub ms: f64,
+}
+
+/// What pickle and `snapshot` need: the state as JSON, and the arguments of `restored`.
+pub type Saved<'py> = (Bound<'py, PyBytes>, Option<usize>, &'static str, u64);
+
+impl<T: Engine> Driver<T> {
+    /// A driver of a tracker that needs no frame to begin.
+    pub fn new(tracker: T, threads: Option<usize>, channels: &str) -> PyResult<Self> {
+        let (threads, channels) = (Threads::new(threads)?, Channels::parse(channels)?);
+        let state = Mutex::new(State { tracker, frame: 0, ms: 0.0 });
+        Ok(Self { state, threads, channels })
+    }
+
+    /// A driver of the tracker that `start` makes of a frame.
+    pub fn start(
+        py: Python<'_>,
+        frame: &Bound<'_, PyAny>,
+        threads: Option<usize>,
+        channels: &str,
+        start: impl FnOnce(&Frame<'_>) -> Result<T, Error> + Send,
+    ) -> PyResult<Self> {
+        let (threads, channels) = (Threads::new(threads)?, Channels::parse(channels)?);
+        let pixels = Pixels::of(frame, channels)?;
+        let (frame, pool) = (pixels.frame()?, threads.pool()?);
+        let started = py.detach(|| timed_on(&pool, || start(&frame)));
+        let (tracker, seconds) = started.map_err(to_python)?;
+        let state = Mutex::new(State { tracker, frame: 0, ms: seconds * 1e3 });
+        Ok(Self { state, threads, channels })
+    }
+
+    /// The tracker; waits until no other thread uses it.
+    pub fn lock(&self) -> MutexGuard<'_, State<T>> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Processes a frame while other Python threads continue. The lock lets one thread in at a time.
+    pub fn step<R: Send>(
+        &self,
+        py: Python<'_>,
+        frame: &Bound<'_, PyAny>,
+        step: impl FnOnce(&mut State<T>, &Frame<'_>) -> Result<R, Error> + Send,
+    ) -> PyResult<Found<R>> {
+        let pixels = Pixels::of(frame, self.channels)?;
+        let (frame, pool) = (pixels.frame()?, self.threads.pool()?);
+        let found = py.detach(|| {
+            let state = &mut *self.lock();
+            let (result, seconds) = timed_on(&pool, || step(state, &frame))?;
+            state.ms = seconds * 1e3;
+            Ok(Found { result, frame: state.frame, ms: state.ms })
+        });
+        found.map_err(to_python)
+    }
+
+    /// A copy of the settings.
+    pub fn config(&self, py: Python<'_>) -> Config {
+        Config::from_rust(py.detach(|| self.lock().tracker.config().clone()))
+    }
+
+    /// Number of threads; `None` means one per core.
+    pub fn threads(&self) -> Option<usize> {
+        self.threads.count
+    }
+
+    /// The channel order of colour arrays.
+    pub fn channels(&self) -> &'static str {
+        self.channels.name()
+    }
+
+    /// The state as text, and what else a driver needs to continue.
+    pub fn saved<'py>(&self, py: Python<'py>) -> PyResult<Saved<'py>> {
+        let (text, frame) = py.detach(|| {
+            let state = self.lock();
+            (serde_json::to_vec(&state.tracker.snapshot()), state.frame)
+        });
+        let text = text.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        Ok((PyBytes::new(py, &text), self.threads(), self.channels(), frame))
+    }
+
+    /// A driver that continues where it was saved.
+    pub fn restored(
+        snapshot: &[u8],
+        threads: Option<usize>,
+        channels: &str,
+        frame: u64,
+    ) -> PyResult<Self> {
+        let snapshot: T::Snapshot = serde_json::from_slice(snapshot).map_err(|error| {
+            PyValueError::new_err(format!("this is not a snapshot of a {}: {error}", T::NAME))
+        })?;
+        let driver = Self::new(T::restore(snapshot).map_err(to_python)?, threads, channels)?;
+        driver.lock().frame = frame;
+        Ok(driver)
+    }
+
+    /// A copy that continues with threads of its own.
+    pub fn copied(&self, py: Python<'_>) -> PyResult<Self> {
+        let copy = py.detach(|| {
+            let state = self.lock();
+            let tracker = T::restore(state.tracker.snapshot())?;
+            Ok(State { tracker, frame: state.frame, ms: state.ms })
+        });
+        let state = Mutex::new(copy.map_err(to_python)?);
+        Ok(Self { state, threads: Threads::new(self.threads.count)?, channels: self.channels })
+    }
+}
+
+/// An unknown id is a `KeyError`; other errors are those of the library.
+pub fn to_python(error: Error) -> PyErr {
+    match error {
+        Error::UnknownTarget { .. } => PyKeyError::new_err(error.to_string()),
+        error => errors::of_tracker(error),
+    }
+}

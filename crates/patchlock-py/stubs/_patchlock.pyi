@@ -1,0 +1,371 @@
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final, Literal, final
+
+import numpy as np
+import numpy.typing as npt
+from typing_extensions import Self
+
+from patchlock._types import Box, BoxLike, FrameLike, Visibility
+
+__version__: Final[str]
+__all__ = [
+    "Config",
+    "Estimate",
+    "Frames",
+    "MultiTracker",
+    "PRESETS",
+    "PaperConfig",
+    "PaperObservation",
+    "PatchModelConfig",
+    "Project",
+    "RobustConfig",
+    "RobustObservation",
+    "Scene",
+    "Store",
+    "Tracker",
+    "__version__",
+    "_export",
+    "_restore",
+    "_restore_config",
+    "_restore_many",
+    "bench_jobs",
+    "parameters",
+    "read_truth",
+    "run",
+    "track_job",
+]
+
+PRESETS: Final[list[str]]
+
+@final
+class Config:
+    def __new__(cls, preset: str = "robust", file: str | os.PathLike[str] | None = None) -> Self: ...
+    robust: RobustConfig
+    """The settings of the method `robust`; only with its presets."""
+    paper: PaperConfig
+    """The settings of the method `paper`; only with its preset."""
+
+    def to_dict(self) -> dict[str, Any]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+
+@final
+class RobustConfig:
+    patches: PatchModelConfig
+    """The settings of the patch model."""
+
+    def __eq__(self, other: object, /) -> bool: ...
+
+@final
+class PaperConfig:
+    patches: PatchModelConfig
+    """The settings of the patch model."""
+
+    def __eq__(self, other: object, /) -> bool: ...
+
+@final
+class PatchModelConfig:
+    def __eq__(self, other: object, /) -> bool: ...
+
+@final
+class Tracker:
+    def __new__(
+        cls,
+        frame: FrameLike,
+        box: BoxLike,
+        config: Config | str = ...,
+        *,
+        threads: int | None = None,
+        channels: Literal["rgb", "bgr"] = "rgb",
+    ) -> Self: ...
+    @property
+    def estimate(self) -> Estimate: ...
+    def update(self, frame: FrameLike) -> Estimate: ...
+    def restart(self, frame: FrameLike, box: BoxLike) -> Estimate: ...
+    def update_observed(
+        self, frame: FrameLike
+    ) -> tuple[Estimate, PaperObservation | RobustObservation]: ...
+    @property
+    def config(self) -> Config: ...
+    @property
+    def threads(self) -> int | None: ...
+    @property
+    def channels(self) -> Literal["rgb", "bgr"]: ...
+    def snapshot(self) -> bytes: ...
+    @classmethod
+    def restore(
+        cls,
+        snapshot: bytes,
+        *,
+        threads: int | None = None,
+        channels: Literal["rgb", "bgr"] = "rgb",
+        frame: int = 0,
+    ) -> Self: ...
+    def __deepcopy__(self, _memo: dict[int, Any], /) -> Self: ...
+
+@final
+class MultiTracker:
+    def __new__(
+        cls,
+        config: Config | str = ...,
+        *,
+        threads: int | None = None,
+        channels: Literal["rgb", "bgr"] = "rgb",
+    ) -> Self: ...
+    def add(self, frame: FrameLike, box: BoxLike) -> tuple[int, Estimate]: ...
+    def restart(self, id: int, frame: FrameLike, box: BoxLike) -> Estimate: ...
+    def remove(self, id: int) -> None: ...
+    def update(self, frame: FrameLike) -> dict[int, Estimate]: ...
+    def update_observed(
+        self, frame: FrameLike
+    ) -> tuple[dict[int, Estimate], dict[int, PaperObservation | RobustObservation]]: ...
+    @property
+    def ids(self) -> list[int]: ...
+    def __len__(self) -> int: ...
+    @property
+    def config(self) -> Config: ...
+    @property
+    def threads(self) -> int | None: ...
+    @property
+    def channels(self) -> Literal["rgb", "bgr"]: ...
+    def snapshot(self) -> bytes: ...
+    @classmethod
+    def restore(
+        cls,
+        snapshot: bytes,
+        *,
+        threads: int | None = None,
+        channels: Literal["rgb", "bgr"] = "rgb",
+        frame: int = 0,
+    ) -> Self: ...
+    def __deepcopy__(self, _memo: dict[int, Any], /) -> Self: ...
+
+@final
+class Estimate:
+    def __new__(
+        cls,
+        box: BoxLike,
+        corners: Sequence[Sequence[float]] | npt.NDArray[np.float64],
+        score: float,
+        status: Literal["tracked", "uncertain", "lost"],
+        visibility: tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]] | None = None,
+        frame: int = 0,
+        ms: float = 0.0,
+    ) -> Self: ...
+    @property
+    def frame(self) -> int: ...
+    @property
+    def ms(self) -> float: ...
+    @property
+    def box(self) -> Box: ...
+    @property
+    def corners(self) -> npt.NDArray[np.float64]: ...
+    @property
+    def score(self) -> float: ...
+    @property
+    def status(self) -> Literal["tracked", "uncertain", "lost"]: ...
+    @property
+    def visibility(self) -> Visibility | None: ...
+    def to_dict(self) -> dict[str, float | str | None]: ...
+    def numbered(self, frame: int) -> Estimate: ...
+    def draw(
+        self, frame: FrameLike, *, channels: Literal["rgb", "bgr"] = "rgb"
+    ) -> npt.NDArray[np.uint8]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+
+@final
+class PaperObservation:
+    @property
+    def particles(self) -> npt.NDArray[np.float64]: ...
+    @property
+    def likelihoods(self) -> npt.NDArray[np.float64]: ...
+    @property
+    def best(self) -> int: ...
+    @property
+    def candidate(self) -> npt.NDArray[np.float32]: ...
+    @property
+    def templates(self) -> npt.NDArray[np.float32]: ...
+    @property
+    def replaced(self) -> int | None: ...
+    @property
+    def mask(self) -> npt.NDArray[np.float64] | None: ...
+
+@final
+class RobustObservation:
+    @property
+    def frame(self) -> int: ...
+    @property
+    def certainty(self) -> float: ...
+    @property
+    def elsewhere(self) -> float: ...
+    @property
+    def contrast(self) -> float: ...
+    @property
+    def side(self) -> int: ...
+    @property
+    def cell(self) -> float: ...
+    @property
+    def follower(self) -> npt.NDArray[np.float32]: ...
+    @property
+    def memory(self) -> npt.NDArray[np.float32]: ...
+
+@final
+class Frames:
+    def __new__(
+        cls,
+        source: str | os.PathLike[str],
+        *,
+        start: int = 0,
+        end: int | None = None,
+        stride: int = 1,
+        reverse: bool = False,
+        max_pixels: int = 36_000_000,
+    ) -> Self: ...
+    @property
+    def count(self) -> int | None: ...
+    @property
+    def rate(self) -> float | None: ...
+    def __iter__(self) -> Self: ...
+    def __next__(self) -> tuple[int, npt.NDArray[np.uint8] | npt.NDArray[np.uint16]]: ...
+
+@final
+class Scene:
+    def __new__(cls, name: Literal["demo", "simple", "occluded"] = "demo") -> Self: ...
+    def __len__(self) -> int: ...
+    def __getitem__(self, index: int, /) -> npt.NDArray[np.uint8]: ...
+    def truth(self, index: int) -> Box: ...
+    def hidden(self, index: int) -> float: ...
+
+@final
+class Project:
+    def __new__(
+        cls,
+        path: str | os.PathLike[str],
+        video: str | os.PathLike[str] | None = None,
+        *,
+        max_pixels: int = 36_000_000,
+    ) -> Self: ...
+    @property
+    def path(self) -> Path: ...
+    @property
+    def video(self) -> Path: ...
+    @property
+    def frames(self) -> int: ...
+    @property
+    def size(self) -> tuple[int, int]: ...
+    @property
+    def changed(self) -> str | None: ...
+    @property
+    def done(self) -> bool: ...
+    @done.setter
+    def done(self, done: bool) -> None: ...
+    @property
+    def labels(self) -> list[tuple[str, str]]: ...
+    @property
+    def targets(self) -> list[int]: ...
+    def label(self, target: int) -> str: ...
+    def attributes(self, target: int) -> dict[str, str]: ...
+    def keys(self, target: int) -> dict[int, dict[str, Any]]: ...
+    def tracked(self, target: int) -> dict[int, dict[str, Any]]: ...
+    def boxes(self, target: int) -> dict[int, Box]: ...
+    def hidden(self, target: int) -> list[tuple[int, int]]: ...
+    def add_target(self, label: str, frame: int, box: BoxLike) -> int: ...
+    def set_key(
+        self, target: int, frame: int, box: BoxLike, *, occluded: bool = False, truncated: bool = False
+    ) -> None: ...
+    def set_tracked(self, target: int, estimates: Iterable[Estimate]) -> None: ...
+    def hide(self, target: int, first: int, last: int) -> None: ...
+    def delete_target(self, target: int) -> None: ...
+    def edit(self, edits: Sequence[Mapping[str, Any]]) -> None: ...
+    def undo(self) -> bool: ...
+    def redo(self) -> bool: ...
+    def import_file(
+        self, file: str | os.PathLike[str], format: Literal["csv", "mot", "cvat", "coco"]
+    ) -> list[int]: ...
+    def export(
+        self,
+        format: Literal["csv", "mot", "coco", "cvat", "yolo", "voc", "label-studio", "lasot", "got10k"],
+        out: str | os.PathLike[str],
+        *,
+        frames: bool = False,
+        name: str | None = None,
+        key_frames: int = 1,
+        overwrite: bool = False,
+    ) -> int: ...
+    def save(self) -> None: ...
+
+@final
+class Store:
+    def __new__(
+        cls,
+        out: str | os.PathLike[str],
+        name: str | None,
+        *,
+        config: Config | str,
+        own: dict[str, Any],
+    ) -> Self: ...
+    @property
+    def folder(self) -> Path: ...
+    @property
+    def first_seed(self) -> int: ...
+    def clip(
+        self,
+        target: str,
+        seed: int,
+        bbox: Sequence[float],
+        *,
+        source: str,
+        path: str,
+        start: int,
+        end: int | None,
+        stride: int,
+        threads: int,
+        side_by_side: int,
+    ) -> str: ...
+    def holds(self, job: str) -> bool: ...
+    def keep(self, job: str, boxes: str, manifest: str) -> None: ...
+
+def track_job(job: str) -> tuple[str, str]: ...
+
+def bench_jobs(
+    dataset: str | os.PathLike[str],
+    out: str | os.PathLike[str],
+    *,
+    protocol: str,
+    preset: str,
+    file: str | os.PathLike[str] | None,
+    command: str | None,
+    timeout: int,
+    name: str | None,
+    seeds: int,
+    sequences: list[str],
+    attributes: list[str],
+    threads: int,
+    side_by_side: int,
+) -> tuple[Store, list[tuple[str, str, str]], int, list[tuple[str, str, str]]]: ...
+
+def read_truth(path: str | os.PathLike[str]) -> list[tuple[float, float, float, float] | None]: ...
+
+def parameters() -> list[tuple[str, str, int | float | str | bool, str, str, str]]: ...
+
+def run(args: list[str]) -> int: ...
+
+def _export(
+    track: str
+    | os.PathLike[str]
+    | list[tuple[int, int, tuple[float, float, float, float], float, list[list[float]], str]],
+    format: str,
+    out: str | os.PathLike[str],
+    size: tuple[int, int] | None,
+    images: str | os.PathLike[str] | None,
+    label: str,
+    name: str,
+    key_frames: int,
+    overwrite: bool,
+) -> int: ...
+
+def _restore_config(preset: str, changes: dict[str, int | float | str | bool]) -> Config: ...
+def _restore_many(snapshot: bytes, threads: int | None, channels: str, frame: int) -> MultiTracker: ...
+
+def _restore(snapshot: bytes, threads: int | None, channels: str, frame: int) -> Tracker: ...
