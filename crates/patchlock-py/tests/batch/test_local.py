@@ -216,7 +216,8 @@ def test_an_interrupted_batch_can_be_continued(
     tmp_path: Path, clips: list[Clip], ending: signal.Signals
 ) -> None:
     manifest = write_manifest(tmp_path, clips)
-    command = [sys.executable, "-m", "patchlock.batch", str(manifest), "--jobs", "2", "--out"]
+    command = [sys.executable, "-m", "patchlock.batch", str(manifest)]
+    command += ["--preset", "paper", "--jobs", "2", "--out"]
     subprocess.run([*command, str(tmp_path / "whole")], check=True, capture_output=True)
     out = tmp_path / "out"
     # A shell starts background jobs with SIGINT ignored, and child processes inherit that.
