@@ -29,6 +29,11 @@ def until(condition: Any, seconds: float = 60.0) -> None:
         time.sleep(0.01)
 
 
+TOO_LARGE = quick()
+"""Settings that do not fit each other: a patch is larger than its template."""
+TOO_LARGE.paper.patches.large_patch = 128
+
+
 def write_manifest(folder: Path, clips: list[Clip]) -> Path:
     path = folder / "clips.jsonl"
     rows = [
@@ -269,8 +274,8 @@ def test_score_and_report_read_the_results_and_the_collected_truth(
     (tmp_path / "truth.txt").write_text("".join(f"{x + 1},{y + 1},{w},{h}\n" for x, y, w, h in truth))
     (tmp_path / "clips.csv").write_text(
         "source,truth,name,stride,settings\n"
-        f"{frames},truth.txt,a,,visible_step=8\n"
-        f"{frames},truth.txt,b,2,visible_step=8\n"
+        f"{frames},truth.txt,a,,small_step=8\n"
+        f"{frames},truth.txt,b,2,small_step=8\n"
     )
     python = [sys.executable, "-m"]
     out, gathered = str(tmp_path / "out"), str(tmp_path / "truth")
@@ -302,8 +307,8 @@ def test_score_and_report_read_the_results_and_the_collected_truth(
         ({"threads": 0}, "threads is 0"),
         ({"retries": -1}, "retries is -1"),
         ({"name": "a/b"}, "name of a folder"),
-        ({"preset": "papr"}, "no preset papr"),
-        ({"epsilon": 9}, "epsilon"),
+        ({"config": "papr"}, "unknown preset `papr`"),
+        ({"config": TOO_LARGE}, "large_patch"),
     ],
 )
 def test_invalid_arguments_are_refused(
