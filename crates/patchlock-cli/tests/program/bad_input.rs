@@ -245,33 +245,30 @@ fn unknown_presets_and_settings() {
             .args(["track", "x", "--box", "1,1,9,9", "--config", "c.toml"]);
         command.assert()
     };
-    fails(configured("partcles = 3"), 2, &["c.toml", "partcles", "did you mean particles?"]);
-    let whole = "takes: a whole number, 1 to 100000";
-    fails(configured("particles = \"many\""), 2, &["particles", "wrong type", whole]);
-    for number in ["-5", "1.5", "650.0"] {
-        fails(configured(&format!("particles = {number}")), 2, &[number, "out of range", whole]);
-    }
-    fails(configured("sigma_x = -1.0"), 2, &["c.toml: ", "sigma_x", "allowed: 0 to 1000"]);
     fails(
-        configured("gamma = \"foo\""),
+        configured("[paper]\npartcles = 3"),
         2,
-        &["\"foo\" is not one of the allowed words", "takes: "],
+        &["c.toml", "partcles", "did you mean particles?"],
     );
-    let unused = "[patchwise]\nparticles = 300";
-    let advice = "method = \"patchwise\" at the beginning of the file";
-    fails(configured(unused), 2, &["c.toml: ", "robust, has no use for particles = 300", advice]);
-    let unused = "method = \"patchwise\"\nsearch = 4.0";
-    fails(configured(unused), 2, &["patchwise, has no use for search = 4.0"]);
-    // The settings of these tests choose the paper's tracker.
-    for word in ["on", "off"] {
-        let unused = bench.track("x").args(["--rotate", word]).assert();
-        let message = "--rotate: the method in use, patchwise, has no use for it";
-        fails(unused, 2, &[message, "leave --rotate out", "--preset robust"]);
+    let whole = "takes: a whole number, 1 to 100000";
+    let paper = |setting: &str| configured(&format!("[paper]\n{setting}"));
+    for wrong in ["\"many\"", "1.5", "650.0", "[1]"] {
+        let said = ["`particles` is", "it takes a whole number", whole];
+        fails(paper(&format!("particles = {wrong}")), 2, &said);
     }
-    let wrong = bench.track("x").args(["--rotate", "maybe"]).assert();
-    fails(wrong, 2, &["maybe", "--rotate", "on, off"]);
-    fails(configured("particles = 0"), 2, &["c.toml: ", "particles", "allowed"]);
-    fails(bench.track("x").args(["--preset", ""]).assert(), 2, &["no preset \"\""]);
+    fails(paper("particles = -5"), 2, &["`particles` is -5; allowed: 1 to 100000"]);
+    fails(paper("sigma_x = -1.0"), 2, &["c.toml: ", "sigma_x", "allowed: 0 to 1000"]);
+    fails(paper("gamma = \"foo\""), 2, &["`gamma` is foo; allowed: exp_visible, one"]);
+    let unused = "the setting `particles` has no effect with the method `robust`";
+    fails(configured("particles = 300"), 2, &["c.toml: ", unused, "--preset paper"]);
+    let unused = "the setting `search` has no effect with the method `paper`";
+    fails(configured("search = 4.0\n[paper]"), 2, &["c.toml: ", unused, "--preset robust"]);
+    fails(configured("[paper]\n[robust]"), 2, &["c.toml", "two methods", "one method"]);
+    // The settings of these tests choose the paper's tracker.
+    let unused = bench.track("x").args(["--set", "rotate=true"]).assert();
+    fails(unused, 2, &["--set: ", "`rotate` has no effect with the method `paper`"]);
+    fails(paper("particles = 0"), 2, &["c.toml: ", "particles", "allowed"]);
+    fails(bench.track("x").args(["--preset", ""]).assert(), 2, &["unknown preset \"\""]);
     fails(bench.track("").assert(), 1, &["no file or folder \"\""]);
     fails(configured("seed = 1\nparticles 3"), 2, &["c.toml, line 2", "TOML"]);
     fails(patchlock().args(["config", "--preset", "nope"]).assert(), 2, &["nope", "paper"]);

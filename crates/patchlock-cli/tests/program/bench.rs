@@ -30,7 +30,7 @@ fn runs_are_stored_with_their_manifests() {
         (&run["seed"], &run["frames"], &run["protocol"], &run["jobs"]),
         (&1.into(), &5.into(), &"ope".into(), &1.into())
     );
-    assert_eq!(run["subject"]["configuration"]["patchwise"]["particles"], 20);
+    assert_eq!(run["subject"]["configuration"]["paper"]["particles"], 20);
     assert_eq!(run["seconds"].as_array().unwrap().len(), 5);
     let scores = run["score"].as_array().unwrap();
     assert!(scores.len() == 5 && scores.iter().all(|s| (0.0..=1.0).contains(&s.as_f64().unwrap())));
@@ -100,7 +100,7 @@ fn five_kills_do_not_change_the_results() {
 fn other_settings_need_another_name() {
     let benchmark = Benchmark::new(1, 3);
     benchmark.bench("out", &[]).assert().success();
-    fs::write(benchmark.path("quick.toml"), "particles = 21\nsmall_step = 8\n").unwrap();
+    fs::write(benchmark.path("quick.toml"), "small_step = 8\n[paper]\nparticles = 21\n").unwrap();
     benchmark
         .bench("out", &[])
         .assert()

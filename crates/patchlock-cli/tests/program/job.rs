@@ -130,5 +130,5 @@ fn invalid_clips_are_refused() {
     if let Identity::Patchlock { version, .. } = &mut other.series.subject {
         *version = "0.0.9".into();
     }
-    assert!(error(other).contains("the same version everywhere"));
+    assert!(error(other).contains("the same build everywhere"));
 }

@@ -164,7 +164,7 @@ fn errors_say_what_to_do() {
         (&["f", "g", "--project", "p.json"], 2, "--project is for one video; there are 2"),
         (&["--project", "p.json"], 2, "--project is for one video; there are 0"),
         (&["f", "--preset", "best"], 2, "best"),
-        (&["f", "--preset", "paper", "--rotate", "on"], 2, "--rotate"),
+        (&["f", "--preset", "paper", "--set", "rotate=true"], 2, "--set"),
         (&["f", "--port", "65536"], 2, "65536"),
         (&["f", "--listen", "nowhere"], 2, "nowhere"),
         (&["f", "--listen", "192.0.2.1"], 1, "cannot listen on 192.0.2.1"),

@@ -50,7 +50,7 @@ fn a_folder_gives_all_outputs() {
         (&12.into(), &5.into(), &2.into())
     );
     let words = ["method", "preset", "version"].map(|name| summary[name].as_str().unwrap());
-    assert_eq!(words, ["patchwise", "paper", env!("CARGO_PKG_VERSION")]);
+    assert_eq!(words, ["paper", "paper", env!("CARGO_PKG_VERSION")]);
     for number in ["tracking_fps", "ms_median", "ms_p95"] {
         assert!(summary[number].as_f64().unwrap() > 0.0, "{number}");
     }
@@ -62,7 +62,8 @@ fn a_folder_gives_all_outputs() {
 fn the_status_is_in_tables_and_summary() {
     let bench = Bench::new();
     bench.images("f", 3);
-    fs::write(bench.path("quick.toml"), "particles = 12\ndelta = 1.0\n").unwrap();
+    fs::write(bench.path("quick.toml"), "[paper]\nparticles = 12\n[paper.patches]\ndelta = 1.0\n")
+        .unwrap();
     let outputs =
         ["--save", "a.csv", "--save", "a.jsonl", "--summary", "a.json", "--lost", "blank"];
     bench.track("f").args(outputs).assert().success();
@@ -74,7 +75,7 @@ fn the_status_is_in_tables_and_summary() {
     let counts = ["frames_tracked", "frames_uncertain", "frames_lost"].map(|name| &summary[name]);
     assert_eq!(counts, [&0.into(), &3.into(), &serde_json::Value::from(0)]);
     assert_eq!(summary["losses"], serde_json::json!([]));
-    assert_eq!((&summary["method"], &summary["preset"]), (&"patchwise".into(), &"paper".into()));
+    assert_eq!((&summary["method"], &summary["preset"]), (&"paper".into(), &"paper".into()));
     let wrong = bench.track("f").args(["--lost", "hide"]).assert().code(2);
     wrong.stderr(predicate::str::contains("hide").and(predicate::str::contains("keep, blank")));
 }
@@ -94,14 +95,13 @@ fn rotation_is_followed_unless_turned_off() {
     let turned = rise("", &[]);
     // The width is 48 pixels, and the target turns by 60 degrees.
     assert!(turned > 24.0, "{turned} pixels");
-    assert_eq!(rise("", &["--rotate", "off"]), 0.0);
+    assert_eq!(rise("", &["--set", "rotate=false"]), 0.0);
     assert_eq!(rise("rotate = false", &[]), 0.0);
-    assert_eq!(rise("rotate = false", &["--rotate", "on"]), turned);
+    assert_eq!(rise("rotate = false", &["--set", "rotate=true"]), turned);
 }
 
-/// Version 0.1 had no method but the paper's, and no groups.
 #[test]
-fn settings_of_version_0_1_choose_the_paper_s_tracker() {
+fn the_table_of_a_method_in_a_settings_file_chooses_it() {
     let bench = Bench::new();
     bench.images("f", 4);
     let x = |settings: &str, options: &[&str]| {
@@ -111,11 +111,11 @@ fn settings_of_version_0_1_choose_the_paper_s_tracker() {
             String::from_utf8(output.stdout).unwrap().lines().map(str::to_string).collect();
         column(&lines, "x")
     };
-    let paper = x("[patchwise]\nparticles = 12\n", &["--preset", "paper"]);
-    assert_eq!(x("particles = 12\noutside = \"zero\"\n", &[]), paper);
+    let paper = x("particles = 12\n", &["--preset", "paper"]);
+    assert_eq!(x("[paper]\nparticles = 12\n", &[]), paper);
     let robust = x("", &[]);
     assert_ne!(robust, paper);
-    assert_eq!(x("method = \"robust\"\nsearch = 5.0\n", &["--preset", "paper"]), robust);
+    assert_eq!(x("[robust]\nsearch = 5.0\n", &["--preset", "paper"]), robust);
 }
 
 #[test]
@@ -366,7 +366,7 @@ fn a_second_ctrl_c_keeps_the_tables_and_removes_partial_files() {
     let bench = Bench::new();
     bench.images("f", 3);
     // The first frame is fast; the second takes much longer than this test.
-    fs::write(bench.path("slow.toml"), "particles = 100000\n").unwrap();
+    fs::write(bench.path("slow.toml"), "[paper]\nparticles = 100000\n").unwrap();
     let child = Command::new(assert_cmd::cargo::cargo_bin("patchlock"))
         .current_dir(bench.folder.path())
         .args(["track", "f", "--box", BOX, "--config", "slow.toml", "--threads", "1"])
@@ -425,8 +425,7 @@ fn the_box_of_a_truth_file_is_that_of_the_first_tracked_frame() {
 fn single_settings_are_changed_on_the_command_line() {
     let bench = Bench::new();
     bench.images("f", 3);
-    fs::write(bench.path("my.toml"), "method = \"patchwise\"\nparticles = 25\nsigma_x = 3.0\n")
-        .unwrap();
+    fs::write(bench.path("my.toml"), "[paper]\nparticles = 25\nsigma_x = 3.0\n").unwrap();
     let track = |args: &[&str]| {
         let mut command = crate::support::patchlock();
         command.current_dir(bench.folder.path()).args(["track", "f", "--box", "20,18,32,28"]);
@@ -442,18 +441,18 @@ fn single_settings_are_changed_on_the_command_line() {
     };
     let file = table(&["--config", "my.toml"]);
     let given =
-        table(&["--preset", "paper", "--set", "particles=25", "--set", "patchwise.sigma_x = 3"]);
+        table(&["--preset", "paper", "--set", "particles=25", "--set", "paper.sigma_x = 3"]);
     assert_eq!(given, file);
     let other = table(&["--config", "my.toml", "--set", "sigma_x=12", "--set", "gamma=one"]);
     assert_ne!(other, file, "--set takes precedence over the file");
     table(&["--set", "search=4", "--set", "rotate=false"]);
     for (set, said) in [
-        ("serch=4", "--set: there is no setting serch"),
-        ("search=99", "--set: configuration field `search` is 99.0; allowed: 1.5 to 20"),
-        ("search=wide", "--set: search = \"wide\" has the wrong type"),
-        ("particles=9", "--set: the method in use, robust, has no use for particles = 9"),
-        ("search", "--set search: not of the form NAME=VALUE"),
-        ("=4", "--set =4: not of the form NAME=VALUE"),
+        ("serch=4", "--set: unknown setting `serch`"),
+        ("search=99", "--set: the setting `search` is 99; allowed: 1.5 to 20"),
+        ("search=wide", "--set: the setting `search` is wide; it takes a number"),
+        ("particles=9", "--set: the setting `particles` has no effect with the method `robust`"),
+        ("search", "--set: \"search\" is not of the form NAME=VALUE"),
+        ("=4", "--set: \"=4\" is not of the form NAME=VALUE"),
     ] {
         let error = track(&["--set", set]).assert().code(2);
         error.stderr(predicate::str::contains(said)).stderr(predicate::str::contains("hint: "));

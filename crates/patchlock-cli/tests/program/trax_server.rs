@@ -138,7 +138,7 @@ fn targets_are_reported_in_the_form_in_which_they_were_given() {
 #[test]
 fn the_status_is_a_property_in_both_protocols() {
     let session = Session::new();
-    fs::write(session.0.path("quick.toml"), "particles = 12\ndelta = 1.0\n").unwrap();
+    fs::write(session.0.path("quick.toml"), "delta = 1.0\n[paper]\nparticles = 12\n").unwrap();
     let statuses = |states: Vec<Message>| -> Vec<String> {
         states.iter().map(|state| state.get("status").unwrap().to_string()).collect()
     };
@@ -241,7 +241,7 @@ fn errors_reach_the_client_and_standard_error() {
     }
     let server = |arguments: &[&str]| session.0.patchlock(arguments).assert().code(2).stdout("");
     server(&["trax", "--protocol", "2"]).stderr(contains("must be 3 or 4"));
-    server(&["trax", "--preset", "none"]).stderr(contains("there is no preset none"));
+    server(&["trax", "--preset", "none"]).stderr(contains("unknown preset none"));
     server(&["trax", "--threads", "0"])
         .stderr(contains("'0' for '--threads <1..=1024>': 0 is not in 1..=1024"));
     session

@@ -9,7 +9,7 @@ use assert_cmd::Command;
 use super::{Bench, patchlock};
 
 /// Few particles and patches: a frame takes milliseconds.
-const QUICK: &str = "method = \"patchwise\"\nparticles = 20\nsmall_step = 8\n";
+const QUICK: &str = "small_step = 8\n[paper]\nparticles = 20\n";
 
 /// A test folder with a dataset `data`.
 pub struct Benchmark {

@@ -25,8 +25,7 @@ pub struct Bench {
 impl Bench {
     pub fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("quick.toml"), "method = \"patchwise\"\nparticles = 12\n")
-            .unwrap();
+        fs::write(folder.path().join("quick.toml"), "[paper]\nparticles = 12\n").unwrap();
         Self { folder }
     }
 
