@@ -61,7 +61,7 @@ def test_file_names_need_not_be_unicode(tmp_path):
 def test_ctrl_c_leaves_complete_files(tmp_path, scene):
     for k in range(40):
         Image.fromarray(scene[k]).save(tmp_path / f"{k:03}.png")
-    (tmp_path / "slow.toml").write_text("particles = 3000\n")
+    (tmp_path / "slow.toml").write_text("[paper]\nparticles = 3000\n")
     box = ",".join(map(str, scene.truth(0)))
     arguments = [
         "track",

@@ -109,6 +109,8 @@ class RobustConfig:
     """Smallest side of the patch that the search window is resampled to, in pixels. Allowed: 32 to
     512.
     """
+    least_side: float
+    """Shortest side to which the target may shrink, in pixels. Allowed: 1 to 1000."""
     filters: int
     """Number of tracking filters, whose mean follows the target: the basic, the wide and the slow
     one. Allowed: 1 to 3.
@@ -151,6 +153,26 @@ class RobustConfig:
     """
     rotation_rate: float
     """Learning rate of the filter over rotation. Allowed: 0 to 1."""
+    rotation_clear: float
+    """A measured rotation is clear if the filter responds at least with this share of its mean
+    response. Allowed: 0 to 10.
+    """
+    rotation_most: float
+    """A measured rotation counts up to this many radians. Allowed: 0 to 3.2."""
+    rotation_mean: float
+    """Mean response of the filter over rotation before anything was measured. Allowed: 0 to 10."""
+    rotation_mean_rate: float
+    """Rate of the mean response of the filter over rotation. Allowed: 0 to 1."""
+    turning_least: float
+    """`rotation_least` while the target turns. Allowed: 0 to 3.2."""
+    turning_margin: float
+    """`rotation_margin` while the target turns. Allowed: 0 to 10."""
+    turning_rate: float
+    """`rotation_rate` while the target turns. Allowed: 0 to 1."""
+    turning_frames: int
+    """Number of frames without rotation after which the target no longer counts as turning.
+    Allowed: 0 to 10000.
+    """
     colour_weight: float
     """Weight of the map of the target's colours, relative to the memory's mean response. Allowed: 0
     to 10.
@@ -174,6 +196,14 @@ class RobustConfig:
     first_frames: int
     """Number of first frames that count as sure whatever the memory responds. Allowed: 0 to 10000.
     """
+    recent_rate: float
+    """Rate of the running means of the memory's response, the visible share and the contrast.
+    Allowed: 0 to 1.
+    """
+    elsewhere_most: float
+    """Upper limit of the memory's response away from the box, relative to its response at the box.
+    Allowed: 0 to 1000000.
+    """
     jump_ratio: float
     """The memory overrides the tracking filters where it responds this many times stronger
     elsewhere. Allowed: 1 to 1000000.
@@ -181,6 +211,10 @@ class RobustConfig:
     jump_least: float
     """The memory overrides the tracking filters only if its response is at least this share of its
     mean. Allowed: 0 to 10.
+    """
+    jump_after: int
+    """The memory overrides the tracking filters after this many consecutive frames. Allowed: 1 to
+    10000.
     """
     lost_below: float
     """A frame is doubtful if the memory's response is below this share of its mean and `lost_drop`
@@ -229,6 +263,28 @@ class RobustConfig:
     search_windows: int
     """Number of windows that are searched on each frame while the target is lost. Allowed: 1 to
     1000.
+    """
+    search_overlap: float
+    """Share of their side by which the windows of the search overlap. Allowed: 0 to 0.9."""
+    search_larger: float
+    """Size of the target in the second of four passes of the search over the frame, relative to the
+    last one. Allowed: 0.1 to 10.
+    """
+    search_smaller: float
+    """Size of the target in the third of four passes of the search over the frame, relative to the
+    last one. Allowed: 0.1 to 10.
+    """
+    found_promising: float
+    """A peak in a window of the search is examined if it is above this share of `found_above`.
+    Allowed: 0 to 10.
+    """
+    found_larger: float
+    """Larger size that is tried at a place that was found, relative to the last one. Allowed: 0.1
+    to 10.
+    """
+    found_smaller: float
+    """Smaller size that is tried at a place that was found, relative to the last one. Allowed: 0.1
+    to 10.
     """
     scale_least: float
     """The scale filter learns only if the score is at least this. Allowed: 0 to 1."""
