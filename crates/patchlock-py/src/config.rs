@@ -199,13 +199,8 @@ pub fn restore_config(preset: &str, changes: &Bound<'_, PyDict>) -> PyResult<Con
 }
 
 /// The argument `config` of a tracker: the name of a preset, or settings.
+#[derive(Default)]
 pub struct Choice(pub TrackerConfig);
-
-impl Default for Choice {
-    fn default() -> Self {
-        Self(TrackerConfig::default())
-    }
-}
 
 impl<'py> FromPyObject<'_, 'py> for Choice {
     type Error = PyErr;
