@@ -36,13 +36,13 @@ pub fn run(args: &ConfigArgs) -> Result<()> {
     Ok(print(&text)?)
 }
 
-/// The configuration as commented TOML: the settings that its method uses. It reads back to the same
+/// The configuration as commented TOML: the settings that it reads. The text reads back to the same
 /// configuration.
 pub fn commented(config: &TrackerConfig, preset: &str) -> Result<String> {
     let mut text = format!("# Patchlock {}: the preset \"{preset}\".\n", env!("CARGO_PKG_VERSION"));
     text += "# Change values in this file and use it with: patchlock track ... --config FILE\n";
     let (mut group, mut source) = ("", "");
-    for parameter in PARAMETERS.iter().filter(|row| row.is_used_by(&config.method)) {
+    for parameter in PARAMETERS.iter().filter(|row| config.reads(row)) {
         if parameter.group != group {
             group = parameter.group;
             let method = config.method.name();
@@ -91,8 +91,8 @@ mod tests {
             assert_eq!(back, config);
             let settings = text.lines().filter(|line| !line.starts_with(['#', '[']));
             let settings = settings.filter(|line| !line.is_empty()).count();
-            let used = PARAMETERS.iter().filter(|row| row.is_used_by(&config.method)).count();
-            assert_eq!(settings, used, "every setting of the method is there, and no other");
+            let used = PARAMETERS.iter().filter(|row| config.reads(row)).count();
+            assert_eq!(settings, used, "every setting that is read is there, and no other");
             assert!(text.lines().all(|line| line.len() <= LINE + 20), "{text}");
         }
     }

@@ -180,6 +180,15 @@ impl TrackerConfig {
         Ok(())
     }
 
+    /// Whether the tracker reads the setting: its method uses it, and no other setting turns it off.
+    pub fn reads(&self, parameter: &Parameter) -> bool {
+        let is_on = match &self.method {
+            Method::Robust(config) => config.reads(parameter.name),
+            Method::Paper(_) => true,
+        };
+        is_on && parameter.is_used_by(&self.method)
+    }
+
     /// The row of a setting that the method uses.
     fn parameter(&self, name: &str) -> Result<&'static Parameter, Error> {
         let unknown = || Error::UnknownSetting { name: name.to_owned() };

@@ -177,6 +177,17 @@ impl RobustConfig {
         PaperConfig { patches: self.patches.clone(), ..PaperConfig::default() }.patch_params()
     }
 
+    /// Whether the tracker reads this setting: those of the wide and the slow filter and of rotation
+    /// count only if there are such filters, and if rotation is followed.
+    pub(super) fn reads(&self, name: &str) -> bool {
+        match name.split('_').next() {
+            Some("wide") => self.filters > 1,
+            Some("slow") => self.filters > 2,
+            Some("rotation" | "turning") => self.rotate,
+            _ => true,
+        }
+    }
+
     /// Checks the settings that a range cannot express.
     pub(super) fn check(&self) -> Result<(), Error> {
         if self.scale_count.is_multiple_of(2) {

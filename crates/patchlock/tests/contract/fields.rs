@@ -267,6 +267,23 @@ fn every_field_matters() {
     assert!(without_effect.is_empty(), "these fields have no effect: {without_effect:?}");
 }
 
+/// A setting that another one turns off changes nothing.
+#[test]
+fn what_is_not_read_has_no_effect() {
+    let config = TrackerConfig::from(Preset::Fast);
+    let before: Vec<Seen> = track(&config).collect();
+    let unread = |row: &&Parameter| row.is_used_by(&config.method) && !config.reads(row);
+    let unread: Vec<_> = PARAMETERS.iter().filter(unread).collect();
+    for name in ["wide_mask", "slow_penalty", "rotation_least", "turning_rate"] {
+        assert!(unread.iter().any(|row| row.name == name), "{name}");
+    }
+    for row in unread {
+        let mut config = config.clone();
+        config.set(row.name, others(row).remove(0)).unwrap();
+        assert!(track(&config).eq(before.iter().cloned()), "{} has an effect", row.name);
+    }
+}
+
 /// A method has the settings that it uses, and no others.
 #[test]
 fn a_setting_is_used_by_the_methods_that_have_it() {
