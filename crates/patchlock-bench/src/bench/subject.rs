@@ -43,7 +43,7 @@ pub trait Subject {
     /// Starts on a box in a frame.
     ///
     /// # Errors
-    /// [`Error::Frame`], [`Error::Tracker`].
+    /// [`Error::Track`], [`Error::Tracker`].
     fn begin(&mut self, frame: &Path, bbox: BoundingBox) -> Result<Answer, Error>;
 
     /// Tracks the target in the next frame.
@@ -65,7 +65,7 @@ impl Patchlock {
     /// Creates a tracker with this number of threads.
     ///
     /// # Errors
-    /// [`Error::Subject`] if the configuration is invalid; [`Error::Threads`].
+    /// [`Error::Subject`] if the configuration is invalid; [`Error::Track`].
     pub fn new(config: TrackerConfig, threads: usize) -> Result<Self, Error> {
         config.validate().map_err(|error| Error::Subject(error.to_string()))?;
         Ok(Self { config, pool: session::pool(Some(threads))?, session: None })

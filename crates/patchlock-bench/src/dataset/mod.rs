@@ -132,7 +132,7 @@ impl Dataset {
     /// Reads the sequences of a folder in any supported layout. Frames are listed, not decoded.
     ///
     /// # Errors
-    /// [`Error::Read`]; [`Error::NoDataset`] if the layout is not recognised. A fault in one sequence is a
+    /// [`Error::Track`]; [`Error::NoDataset`] if the layout is not recognised. A fault in one sequence is a
     /// remark and does not affect the others.
     pub fn open(root: &Path) -> Result<Self, Error> {
         let mut dataset = read(root)?;

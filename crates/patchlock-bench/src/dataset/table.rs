@@ -53,7 +53,7 @@ const USER_TABLE: &str = "attributes.csv";
 /// Adds attributes to the targets that have none, from the user's table or else from that of OTB.
 ///
 /// # Errors
-/// [`Error::Line`] if the user's table is invalid.
+/// [`Error::Track`] if the user's table is invalid.
 pub fn add_attributes(dataset: &mut Dataset) -> Result<(), Error> {
     let user_rows = user_table(&dataset.root)?;
     for sequence in dataset.sequences.iter_mut().filter(|sequence| sequence.attributes.is_empty()) {

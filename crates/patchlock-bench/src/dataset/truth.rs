@@ -19,7 +19,7 @@ impl Truth {
     /// Removes the ground truth of the frames that are flagged in a file: the target is not visible there.
     ///
     /// # Errors
-    /// [`Error::Line`] unless there is one flag for each frame.
+    /// [`Error::Track`] unless there is one flag for each frame.
     pub fn without(&mut self, flags: &Path) -> Result<(), Error> {
         let rows: Vec<f64> = text::read(flags)?.rows.into_iter().flatten().collect();
         if rows.len() != self.boxes.len() {

@@ -147,7 +147,7 @@ pub fn read_all<P: AsRef<Path>>(paths: &[P], truth: &Dataset) -> Result<Vec<Resu
 /// Reads the results of all trackers at a path: the folder of one tracker, or a folder of such folders.
 ///
 /// # Errors
-/// [`Error::Read`]; [`Error::NoResults`] if no layout matches. An unreadable file is a fault of its tracker,
+/// [`Error::Track`]; [`Error::NoResults`] if no layout matches. An unreadable file is a fault of its tracker,
 /// not an error.
 pub fn read(path: &Path, truth: &Dataset) -> Result<Vec<Results>, Error> {
     if path.is_file() {

@@ -114,8 +114,8 @@ impl Store {
     /// Opens the tracker's folder, which is created if necessary.
     ///
     /// # Errors
-    /// [`Error::Conflict`] if the folder holds runs of a different tracker; [`Error::Read`],
-    /// [`Error::Write`].
+    /// [`Error::Conflict`] if the folder holds runs of a different tracker; [`Error::Track`] if
+    /// it cannot be read or written.
     pub fn open(out: &Path, series: Series) -> Result<Self, Error> {
         let folder = out.join(&series.tracker);
         fs::create_dir_all(&folder).map_err(|error| Error::write(&folder, error))?;
@@ -193,7 +193,7 @@ impl Store {
     /// Saves the files of a complete run.
     ///
     /// # Errors
-    /// [`Error::Write`].
+    /// [`Error::Track`].
     pub fn keep(&self, run: &Run<'_>, written: &Written) -> Result<(), Error> {
         let stem = self.stem(run);
         let folder = stem.parent().unwrap_or(&self.folder);
