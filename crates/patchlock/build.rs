@@ -1,4 +1,5 @@
-//! Hashes the sources of the library, so that a build can be told from any other of the same version.
+//! Hashes the sources of the library, so that a build can be told from any other of the same
+//! version.
 
 use std::hash::{DefaultHasher, Hasher};
 use std::path::{Path, PathBuf};

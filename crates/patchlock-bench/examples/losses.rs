@@ -1,22 +1,24 @@
-//! Tracks long rendered clips in which the target disappears and returns, and says how soon the tracker
-//! notices both.
+//! Tracks long rendered clips in which the target disappears and returns, and says how soon the
+//! tracker notices both.
 //!
 //! ```sh
 //! cargo run --release -p patchlock-bench --example losses -- PRESET [FRAMES [CLIPS]]
 //! ```
 //!
-//! Half of the clips (10, of 3000 frames each) have full occlusions, the others exits from the frame; each
-//! has its own seed. The table has, for each clip and for all:
+//! Half of the clips (10, of 3000 frames each) have full occlusions, the others exits from the
+//! frame; each has its own seed. The table has, for each clip and for all:
 //!
-//! - `losses`: absences, and how many of them were said to be lost within 15 frames of the first frame in
-//!   which nothing of the target is visible;
-//! - `frames`: the mean number of frames until the status was lost, over the absences in which it ever was;
-//! - `false`: the share of the frames with the box on the target, an overlap of at least 0.5, that have the
-//!   status lost; only frames in which at least half of the target is visible;
-//! - `returns`: absences with a return, and how many of them were followed by a frame with the status tracked
-//!   and the box on the target, within 10 frames and the preset's trial of the first frame in which at least
-//!   90 % are visible again;
-//! - `frames`: the mean number of frames until then, over the returns after which it ever came so far;
+//! - `losses`: absences, and how many of them were said to be lost within 15 frames of the first
+//!   frame in which nothing of the target is visible;
+//! - `frames`: the mean number of frames until the status was lost, over the absences in which it
+//!   ever was;
+//! - `false`: the share of the frames with the box on the target, an overlap of at least 0.5, that
+//!   have the status lost; only frames in which at least half of the target is visible;
+//! - `returns`: absences with a return, and how many of them were followed by a frame with the
+//!   status tracked and the box on the target, within 10 frames and the preset's trial of the first
+//!   frame in which at least 90 % are visible again;
+//! - `frames`: the mean number of frames until then, over the returns after which it ever came so
+//!   far;
 //! - `overlap`: the mean overlap over frames in which at least half of the target is visible;
 //! - `hidden`: the mean absolute error of the hidden share, over frames with a visibility map;
 //! - `ms`: the mean time of a frame.
@@ -174,7 +176,8 @@ impl Counts {
         Said { status: estimate.status, is_on, truth }
     }
 
-    /// Counts an absence, and the return after it, if there is one, with so many frames' time for it.
+    /// Counts an absence, and the return after it, if there is one, with so many frames' time for
+    /// it.
     fn add_absence(&mut self, said: &[Said], absence: Range<usize>, return_frames: usize) {
         let rest = &said[absence.end..];
         let lost = said[absence.clone()].iter().position(|frame| frame.status == Status::Lost);

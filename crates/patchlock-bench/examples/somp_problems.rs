@@ -1,16 +1,17 @@
-//! Times the joint sparse codes of one real frame on one thread, and writes some of the problems for other
-//! solvers.
+//! Times the joint sparse codes of one real frame on one thread, and writes some of the problems
+//! for other solvers.
 //!
 //! ```sh
 //! cargo run --release -p patchlock-bench --example somp_problems -- DATASET TARGET FRAME WRITTEN OUT
 //! ```
 //!
-//! Tracks TARGET of DATASET with the preset `paper` up to FRAME, then codes the patches of all particles at
-//! all locations and both scales, without pruning. For WRITTEN evenly spaced particles, it writes the
-//! problems of each scale to OUT: `dictionary.npy` (atoms, samples), `shared.npy` (locations, buffer,
-//! samples), `patches.npy` (particles, locations, samples) and `atoms.npy` (particles, locations, atoms of a
-//! code; padded with -1). The times are printed as a line of JSON. `benchmarks/speed.py` runs this example.
-//! Patches of frames by third parties must not be committed.
+//! Tracks TARGET of DATASET with the preset `paper` up to FRAME, then codes the patches of all
+//! particles at all locations and both scales, without pruning. For WRITTEN evenly spaced
+//! particles, it writes the problems of each scale to OUT: `dictionary.npy` (atoms, samples),
+//! `shared.npy` (locations, buffer, samples), `patches.npy` (particles, locations, samples) and
+//! `atoms.npy` (particles, locations, atoms of a code; padded with -1). The times are printed as a
+//! line of JSON. `benchmarks/speed.py` runs this example. Patches of frames by third parties must
+//! not be committed.
 
 use std::error::Error;
 use std::fs;

@@ -1,11 +1,12 @@
 //! Compares two trackers with the paired bootstrap over targets.
 //!
-//! Targets are resampled with replacement, as many as there are, and the mean difference over the sample is
-//! computed; many such samples show how much the difference depends on the choice of targets in the
-//! benchmark. Both trackers are measured on the same targets, so differences in difficulty cancel.
+//! Targets are resampled with replacement, as many as there are, and the mean difference over the
+//! sample is computed; many such samples show how much the difference depends on the choice of
+//! targets in the benchmark. Both trackers are measured on the same targets, so differences in
+//! difficulty cancel.
 //!
-//! As with every bootstrap, the intervals are too narrow for few targets (fewer than about ten). With fewer
-//! than [`MIN_TARGETS`] no interval is computed.
+//! As with every bootstrap, the intervals are too narrow for few targets (fewer than about ten).
+//! With fewer than [`MIN_TARGETS`] no interval is computed.
 
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
@@ -13,8 +14,9 @@ use rand_pcg::rand_core::Rng;
 /// Number of bootstrap samples, enough for a stable third digit of the intervals.
 pub const DRAWS: usize = 10_000;
 
-/// Smallest number of targets for a comparison. With fewer, even a tracker that is better on all n targets is
-/// not significant: by chance this happens once in 2^(n - 1) times, which is more than 5 %.
+/// Smallest number of targets for a comparison. With fewer, even a tracker that is better on all n
+/// targets is not significant: by chance this happens once in 2^(n - 1) times, which is more than 5
+/// %.
 pub const MIN_TARGETS: usize = 6;
 
 /// The difference between two trackers.
@@ -47,8 +49,8 @@ impl Draws {
         Self { targets, picks: (0..targets * draws).map(|_| pick(&mut rng)).collect() }
     }
 
-    /// Compares two trackers by one value per target, in the same order. `None` unless both have one value
-    /// for each target, and there are at least [`MIN_TARGETS`].
+    /// Compares two trackers by one value per target, in the same order. `None` unless both have
+    /// one value for each target, and there are at least [`MIN_TARGETS`].
     pub fn difference(&self, first: &[f64], second: &[f64]) -> Option<Difference> {
         let count = self.targets;
         if count < MIN_TARGETS
@@ -87,7 +89,8 @@ fn quantile(sorted: &[f64], share: f64) -> f64 {
     below + (above - below) * position.fract()
 }
 
-/// Corrects p-values for multiple comparisons (Holm, 1979), which bounds the chance of any false positive.
+/// Corrects p-values for multiple comparisons (Holm, 1979), which bounds the chance of any false
+/// positive.
 pub fn holm(p: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..p.len()).collect();
     order.sort_by(|&a, &b| p[a].total_cmp(&p[b]));

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use crate::dataset::selection::SelectionError;
 
-/// An error of this crate. The message names the file or value and the reason. It gives no advice: each
-/// front end words its own.
+/// An error of this crate. The message names the file or value and the reason. It gives no advice:
+/// each front end words its own.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The folder has no sequences in a supported layout.

@@ -1,21 +1,22 @@
-//! The annotator's bill: how many key frames a person has to draw until every frame has a good box. The
-//! ground truth of a dataset plays the person.
+//! The annotator's bill: how many key frames a person has to draw until every frame has a good box.
+//! The ground truth of a dataset plays the person.
 //!
 //! ```sh
 //! cargo run --release -p patchlock-cli --example annotator -- DATASET... [--boxes FOLDER]
 //! ```
 //!
-//! A target is done when the mean overlap of its boxes is at least 0.8 and no overlap is below 0.5; key
-//! frames count as exact. The table has the number of key frames per 100 frames, for each target and in the
-//! mean over the targets of a dataset, with
+//! A target is done when the mean overlap of its boxes is at least 0.8 and no overlap is below 0.5;
+//! key frames count as exact. The table has the number of key frames per 100 frames, for each
+//! target and in the mean over the targets of a dataset, with
 //!
-//! - `interpolation`: straight lines between key frames, the next one placed where the overlap is smallest;
-//!   what a tool without a tracker does, with an oracle for the place;
+//! - `interpolation`: straight lines between key frames, the next one placed where the overlap is
+//!   smallest; what a tool without a tracker does, with an oracle for the place;
 //! - `ours`: tracked between key frames from both sides, the next one placed where
 //!   [`doubts`](patchlock_studio::tracking::doubt::doubts) points;
 //! - `oracle`: the same tracks, the next key frame placed where the overlap is smallest.
 //!
-//! `benchmarks/annotator_csrt.py` prints the same for OpenCV's CSRT, corrected at the first bad frame.
+//! `benchmarks/annotator_csrt.py` prints the same for OpenCV's CSRT, corrected at the first bad
+//! frame.
 
 use std::collections::{BTreeMap, HashMap};
 use std::error::Error;
@@ -59,7 +60,8 @@ fn per_hundred(keys: usize, frames: usize) -> f64 {
     100.0 * keys as f64 / frames as f64
 }
 
-/// The targets of a dataset with their number of frames and the key frames of each way, on all processors.
+/// The targets of a dataset with their number of frames and the key frames of each way, on all
+/// processors.
 fn bill(root: &Path) -> Result<Vec<(String, usize, [usize; 3])>> {
     let dataset = Dataset::open(root)?;
     let (next, done) = (AtomicUsize::new(0), Mutex::new(BTreeMap::new()));
@@ -86,7 +88,8 @@ fn middle_of_the_longest(target: &Target) -> usize {
 struct Course<'a> {
     sequence: &'a Sequence,
     first: usize,
-    /// By the frame that was tracked from and whether it was forward; the frames in the order of tracking.
+    /// By the frame that was tracked from and whether it was forward; the frames in the order of
+    /// tracking.
     found: HashMap<(usize, bool), Vec<Found>>,
 }
 
@@ -108,8 +111,8 @@ impl<'a> Course<'a> {
         Ok([interpolated, ours, oracle])
     }
 
-    /// The number of key frames until all boxes are good; `place` says where the next one is, from the target
-    /// as it is and the frame with the smallest overlap.
+    /// The number of key frames until all boxes are good; `place` says where the next one is, from
+    /// the target as it is and the frame with the smallest overlap.
     fn fill(
         &mut self,
         boxes: impl Fn(&mut Self, &BTreeMap<usize, Key>) -> Result<BTreeMap<usize, Tracked>>,

@@ -1,5 +1,6 @@
-//! Words the errors of the libraries for the command line: messages that name options, and hints. Every match
-//! over an error type is exhaustive where it chooses a hint, so a new error cannot be forgotten.
+//! Words the errors of the libraries for the command line: messages that name options, and hints.
+//! Every match over an error type is exhaustive where it chooses a hint, so a new error cannot be
+//! forgotten.
 
 use patchlock::{Parameter, Preset};
 use patchlock_bench::dataset::selection::SelectionError;

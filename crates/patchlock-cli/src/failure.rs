@@ -1,4 +1,5 @@
-//! Errors shown to the user: one line that says what failed and where, a hint what to do, an exit code.
+//! Errors shown to the user: one line that says what failed and where, a hint what to do, an exit
+//! code.
 
 use std::fmt;
 use std::io::{self, Write as _};

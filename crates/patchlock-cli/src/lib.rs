@@ -1,8 +1,9 @@
-//! The command line of Patchlock: frames in, tracks out. The tracker itself is the library [`patchlock`].
+//! The command line of Patchlock: frames in, tracks out. The tracker itself is the library
+//! [`patchlock`].
 //!
-//! Data flow: [`patchlock_media`] decodes numbered pictures ahead of time, a [`run`](mod@run) passes them to
-//! the tracker, and each sink of [`output`] receives every tracked frame. [`cmd`] has one file per
-//! subcommand. [`trax`] offers the tracker to other programs.
+//! Data flow: [`patchlock_media`] decodes numbered pictures ahead of time, a [`run`](mod@run)
+//! passes them to the tracker, and each sink of [`output`] receives every tracked frame. [`cmd`]
+//! has one file per subcommand. [`trax`] offers the tracker to other programs.
 
 pub mod advice;
 pub mod cmd;
@@ -23,8 +24,8 @@ use clap::Parser;
 
 /// Runs the whole program with this command line (program name first) and returns the exit code.
 ///
-/// It does not exit the process, so that the Python package can call it. The only exception is a second
-/// Ctrl-C; see [`interrupt`].
+/// It does not exit the process, so that the Python package can call it. The only exception is a
+/// second Ctrl-C; see [`interrupt`].
 pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     patchlock_media::silence_decoders();
     let args: Vec<OsString> = args.into_iter().collect();

@@ -22,8 +22,8 @@ impl Progress {
         Self::with_visibility(frames, !quiet && std::io::stderr().is_terminal())
     }
 
-    /// The same when a table goes to standard output. If that is a terminal too, the bar is hidden: it would
-    /// mix with the rows, which show the progress anyway.
+    /// The same when a table goes to standard output. If that is a terminal too, the bar is hidden:
+    /// it would mix with the rows, which show the progress anyway.
     pub fn beside_table(frames: Option<usize>, quiet: bool) -> Self {
         let (bar, table) = (std::io::stderr().is_terminal(), std::io::stdout().is_terminal());
         Self::with_visibility(frames, visible_beside_table(quiet, bar, table))

@@ -31,7 +31,8 @@ pub fn open(file: &Path, source: &str, limits: Limits) -> Result<Store, Failure>
     }
 }
 
-/// The starts of all targets of a project, restarts and ends, as its key frames and hidden frames say.
+/// The starts of all targets of a project, restarts and ends, as its key frames and hidden frames
+/// say.
 ///
 /// # Errors
 /// If there is no key frame among the frames that are tracked.

@@ -1,5 +1,5 @@
-//! One run over frames: passes each frame to the tracker and the results to the outputs. `track` and `demo`
-//! use it.
+//! One run over frames: passes each frame to the tracker and the results to the outputs. `track`
+//! and `demo` use it.
 
 use anyhow::Result;
 use patchlock::TrackerConfig;
@@ -57,8 +57,8 @@ impl Run {
         self.sinks
     }
 
-    /// Tracks all frames and passes each to the outputs, to `each` and to the progress bar. An error ends the
-    /// run; the outputs then hold the frames tracked before it.
+    /// Tracks all frames and passes each to the outputs, to `each` and to the progress bar. An
+    /// error ends the run; the outputs then hold the frames tracked before it.
     pub fn track_all(
         &mut self,
         targets: &mut Targets,
@@ -82,8 +82,8 @@ impl Run {
         Ok(targets.check_all_done()?)
     }
 
-    /// Processes the next frame: ends targets, tracks the others, starts new ones. Returns the targets in the
-    /// order of their ids, and the time in milliseconds.
+    /// Processes the next frame: ends targets, tracks the others, starts new ones. Returns the
+    /// targets in the order of their ids, and the time in milliseconds.
     fn track(
         &mut self,
         index: usize,
@@ -113,8 +113,8 @@ impl Run {
         Ok((seen, ms))
     }
 
-    /// Passes a tracked frame to the outputs. An output that fails is dropped; the others still get the
-    /// frame.
+    /// Passes a tracked frame to the outputs. An output that fails is dropped; the others still get
+    /// the frame.
     fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
         let mut result = Ok(());
         self.sinks.retain_mut(|sink| match sink.write(tracked) {

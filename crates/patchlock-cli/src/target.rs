@@ -20,8 +20,8 @@ pub fn parse(given: &str) -> Result<BoundingBox, Failure> {
     checked(numbers, &format!("--box {given}")).map_err(bad)
 }
 
-/// A truth file: one line for each frame of the source, 1-based, with commas, tabs or spaces between the
-/// numbers.
+/// A truth file: one line for each frame of the source, 1-based, with commas, tabs or spaces
+/// between the numbers.
 pub struct Truth {
     name: String,
     text: String,
@@ -68,7 +68,8 @@ fn four_numbers(given: &str) -> Option<[f64; 4]> {
     text::numbers(given).ok()?.try_into().ok()
 }
 
-/// The box with these numbers, or why they are not a box. `name` tells the user where they come from.
+/// The box with these numbers, or why they are not a box. `name` tells the user where they come
+/// from.
 pub fn checked([x, y, w, h]: [f64; 4], name: &str) -> Result<BoundingBox, String> {
     let numbers = [x, y, w, h].into_iter();
     { numbers }.try_for_each(text::coordinate).map_err(|reason| format!("{name}: {reason}"))?;

@@ -1,5 +1,5 @@
-//! Which targets a run follows, and when each starts, restarts or ends: from `--box`, `--box-from` or
-//! `--boxes`.
+//! Which targets a run follows, and when each starts, restarts or ends: from `--box`, `--box-from`
+//! or `--boxes`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -117,8 +117,8 @@ impl Targets {
         Ok(())
     }
 
-    /// Removes and returns the events of this frame, in the order of the ids. Frames must be passed in the
-    /// order of tracking.
+    /// Removes and returns the events of this frame, in the order of the ids. Frames must be passed
+    /// in the order of tracking.
     pub fn due(&mut self, frame: usize) -> Vec<Event> {
         let first = if self.started { None } else { self.events.remove(&None) };
         self.started = true;

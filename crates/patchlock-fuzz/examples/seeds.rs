@@ -1,5 +1,5 @@
-//! Writes the seeds of all surfaces, or of those that are named: `seeds DIR [SURFACE...]`. Each surface gets
-//! a folder.
+//! Writes the seeds of all surfaces, or of those that are named: `seeds DIR [SURFACE...]`. Each
+//! surface gets a folder.
 
 use std::path::Path;
 use std::process::ExitCode;

@@ -23,9 +23,9 @@ const HEIGHT: usize = 48;
 const FRAMES: usize = 50;
 const DIFFERENT: Range<usize> = 25..30;
 const AWAY: Range<usize> = 40..48;
-/// Updates, cycles or visits before the first count, until all buffers have grown: at least this many, and
-/// one in so many of those that follow. Some buffers of the sparse coder are as large as the hardest frame so
-/// far asks for.
+/// Updates, cycles or visits before the first count, until all buffers have grown: at least this
+/// many, and one in so many of those that follow. Some buffers of the sparse coder are as large as
+/// the hardest frame so far asks for.
 const WARM_UP: usize = 300;
 const WARM_UP_SHARE: usize = 50;
 /// Counts that are printed.
@@ -65,8 +65,8 @@ fn config(preset: &str) -> Option<TrackerConfig> {
     Some(config)
 }
 
-/// A bright target that moves to and fro over texture. For a while it looks different, and at the end it is
-/// away, so that the tracker does all that it ever does.
+/// A bright target that moves to and fro over texture. For a while it looks different, and at the
+/// end it is away, so that the tracker does all that it ever does.
 fn frame(k: usize) -> (Vec<u8>, BoundingBox) {
     let left = 5 + (k % FRAMES).min(FRAMES - k % FRAMES);
     let pixel = |at: usize| {
@@ -144,8 +144,8 @@ fn server(hours: usize) -> bool {
     })
 }
 
-/// Does the work `count` times, and prints the bytes in use now and then. Returns whether the last count is
-/// no larger than the first.
+/// Does the work `count` times, and prints the bytes in use now and then. Returns whether the last
+/// count is no larger than the first.
 fn watch(what: impl fmt::Display, count: usize, mut work: impl FnMut()) -> bool {
     // The first line takes a buffer for the output.
     let warm_up = WARM_UP.max(count / WARM_UP_SHARE);
@@ -156,7 +156,8 @@ fn watch(what: impl fmt::Display, count: usize, mut work: impl FnMut()) -> bool 
     let mut last = first;
     for k in 0..COUNTS {
         let (from, to) = (count * k / COUNTS, count * (k + 1) / COUNTS);
-        // Threads of the server free some buffers a little later, so the least count is what is held.
+        // Threads of the server free some buffers a little later, so the least count is what is
+        // held.
         let after_each = (from..to).map(|_| {
             work();
             ALLOCATOR.current_usage()

@@ -1,9 +1,11 @@
-//! What fuzzing feeds to Patchlock: one function for each surface that takes input from strangers. It gives
-//! the bytes to the surface and panics where something does not hold: that nothing panics, that errors have a
-//! text, that numbers are finite, and that what was accepted can be written and read again.
+//! What fuzzing feeds to Patchlock: one function for each surface that takes input from strangers.
+//! It gives the bytes to the surface and panics where something does not hold: that nothing panics,
+//! that errors have a text, that numbers are finite, and that what was accepted can be written and
+//! read again.
 //!
-//! [`SURFACES`] lists them. The targets of cargo-fuzz in `fuzz/` and the tests of this crate run them; the
-//! tests need no special compiler. [`seeds`] makes inputs to begin with, by the writers of the program.
+//! [`SURFACES`] lists them. The targets of cargo-fuzz in `fuzz/` and the tests of this crate run
+//! them; the tests need no special compiler. [`seeds`] makes inputs to begin with, by the writers
+//! of the program.
 
 pub mod check;
 mod library;

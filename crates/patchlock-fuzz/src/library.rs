@@ -1,5 +1,5 @@
-//! The library itself: configurations within their ranges, frames of every kind, boxes anywhere, and any
-//! order of calls.
+//! The library itself: configurations within their ranges, frames of every kind, boxes anywhere,
+//! and any order of calls.
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
@@ -33,8 +33,8 @@ const CAPS: &[(&str, f64)] = &[
 /// Frames that trackers have found their target in, over all inputs: for records.
 pub static UPDATES: AtomicU64 = AtomicU64::new(0);
 
-/// A box stays within this many times the larger side of the frame, or within the longer side of the box that
-/// tracking began on, up to rounding.
+/// A box stays within this many times the larger side of the frame, or within the longer side of
+/// the box that tracking began on, up to rounding.
 const MULTIPLE: f64 = 10.0;
 const ROUNDING: f64 = 1.001;
 /// Steps after which an input is not followed any further.
@@ -71,7 +71,8 @@ pub fn is_quick(config: &TrackerConfig) -> bool {
     })
 }
 
-/// The settings of a preset, with a small patch where the method has one: it is fast enough for many frames.
+/// The settings of a preset, with a small patch where the method has one: it is fast enough for
+/// many frames.
 pub fn small(preset: Preset) -> TrackerConfig {
     let mut config = TrackerConfig::from(preset);
     if let Method::Robust(robust) = &mut config.method {
@@ -153,7 +154,8 @@ enum Call {
     Update(Look),
     Start(Look, Place),
     Restart(Look, Place),
-    /// Follows a target for so many frames, on which it moves; tracking begins on the box if none is tracked.
+    /// Follows a target for so many frames, on which it moves; tracking begins on the box if none
+    /// is tracked.
     Follow(Look, Place, u8),
     /// Continues from a snapshot through text.
     Save,
@@ -276,7 +278,8 @@ struct Begun {
     on: BoundingBox,
 }
 
-/// What a call returns to: the snapshot and the box on which tracking began, if it did, and the size of frames.
+/// What a call returns to: the snapshot and the box on which tracking began, if it did, and the
+/// size of frames.
 type Saved = (Option<(Snapshot, BoundingBox)>, [usize; 2]);
 
 /// A tracker, and one of many targets that is given the same; their estimates must be the same.
@@ -409,8 +412,8 @@ fn near(found: &Estimate, on: BoundingBox, size: [usize; 2]) {
     assert!(all.iter().all(|v| *v <= most), "{:?} of {size:?}, {on:?}", found.bbox);
 }
 
-/// A result as text: errors may hold NaN, which is equal to nothing. The shortest text that is read as the
-/// same number is exact.
+/// A result as text: errors may hold NaN, which is equal to nothing. The shortest text that is read
+/// as the same number is exact.
 fn shown(result: &Result<Estimate, Error>) -> String {
     format!("{result:?}")
 }
@@ -461,7 +464,8 @@ impl Look {
         Self { shown, ..self }
     }
 
-    /// Calls `see` with the frame; `None` if no such frame can be made, which must be an error with a text.
+    /// Calls `see` with the frame; `None` if no such frame can be made, which must be an error with
+    /// a text.
     fn see<T>(self, usual: [usize; 2], see: impl FnOnce(&Frame<'_>) -> T) -> Option<T> {
         let [width, height] = self.size(usual);
         let channels = match self.samples {

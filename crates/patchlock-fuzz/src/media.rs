@@ -19,15 +19,15 @@ const FRAMES: usize = 4;
 /// Frames of at most this many pixels are also written again.
 const WRITTEN_PIXELS: usize = 96 * 96;
 
-/// A file that says that it is MP4: its boxes, its index, and a few frames. An even first byte reads
-/// forwards, an odd one backwards; the rest is the file.
+/// A file that says that it is MP4: its boxes, its index, and a few frames. An even first byte
+/// reads forwards, an odd one backwards; the rest is the file.
 pub fn mp4(data: &[u8]) {
     let (first, file) = choice(data);
     video("v.mp4", file, first % 2 == 1);
 }
 
-/// Units of H.264, each after a start code, in an MP4 of ours. Parameter sets go into the index, and each
-/// other unit is a frame; with an odd first byte all are one frame.
+/// Units of H.264, each after a start code, in an MP4 of ours. Parameter sets go into the index,
+/// and each other unit is a frame; with an odd first byte all are one frame.
 pub fn h264(data: &[u8]) {
     let (first, rest) = choice(data);
     let units = units(rest);
@@ -62,8 +62,8 @@ pub fn images(data: &[u8]) {
     }
 }
 
-/// Reads frames of a file. A panic of the decoder library becomes an error where it is called; one that was
-/// caught further out is ours.
+/// Reads frames of a file. A panic of the decoder library becomes an error where it is called; one
+/// that was caught further out is ours.
 fn video(name: &str, bytes: &[u8], reverse: bool) {
     patchlock_media::silence_decoders();
     let scratch = Scratch::new();

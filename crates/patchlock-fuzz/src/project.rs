@@ -11,8 +11,8 @@ use crate::tables::exported;
 /// Steps after which an input is not followed any further.
 const STEPS: usize = 32;
 
-/// The first part is a project file; each further part is a list of edits as JSON, or `undo`, `redo` or
-/// `save`.
+/// The first part is a project file; each further part is a list of edits as JSON, or `undo`,
+/// `redo` or `save`.
 pub fn project(data: &[u8]) {
     let mut parts = parts(data);
     let scratch = Scratch::new();

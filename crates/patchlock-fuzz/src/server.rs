@@ -70,9 +70,9 @@ impl Studio {
         Self { server: server.in_process(), host, token, scratch }
     }
 
-    /// Sends a request as text: its first line is the method and the path, then come headers, an empty line
-    /// and the body. The host and the token are added, unless the text begins with `!`. `None` if it is no
-    /// request of HTTP.
+    /// Sends a request as text: its first line is the method and the path, then come headers, an
+    /// empty line and the body. The host and the token are added, unless the text begins with `!`.
+    /// `None` if it is no request of HTTP.
     pub fn send(&self, text: &[u8]) -> Option<(StatusCode, Bytes)> {
         let (text, own) = match text.strip_prefix(b"!") {
             Some(text) => (text, false),
@@ -118,7 +118,8 @@ impl Studio {
     }
 }
 
-/// Requests, divided by separators. A server that has taken changes is replaced before the next input.
+/// Requests, divided by separators. A server that has taken changes is replaced before the next
+/// input.
 pub fn server(data: &[u8]) {
     static STUDIO: Mutex<Option<Studio>> = Mutex::new(None);
     // After a panic the old one is not trusted.

@@ -26,8 +26,9 @@ pub fn snapshot_paper(data: &[u8]) {
     restored(data, Preset::Paper);
 }
 
-/// Reads a snapshot, of one target or of many. If a tracker continues from it, it tracks, and its own
-/// snapshot is read again. Snapshots of another method than the preset's have a surface of their own.
+/// Reads a snapshot, of one target or of many. If a tracker continues from it, it tracks, and its
+/// own snapshot is read again. Snapshots of another method than the preset's have a surface of
+/// their own.
 fn restored(text: &[u8], preset: Preset) {
     let of_preset = TrackerConfig::from(preset);
     let kept = |config: &TrackerConfig| {

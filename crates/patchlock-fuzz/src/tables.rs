@@ -46,8 +46,8 @@ const RESULTS: &[&[&str]] = &[
     &["manifest.json", "tre/X/0.json", "tre/X/0.txt"],
 ];
 
-/// Writes the parts of an input as these files; a part that is missing is a file that is missing. The word
-/// `HASH` becomes the hash of the last part, without which a run would be refused at once.
+/// Writes the parts of an input as these files; a part that is missing is a file that is missing.
+/// The word `HASH` becomes the hash of the last part, without which a run would be refused at once.
 fn place(scratch: &Scratch, layout: &[&str], data: &[u8]) {
     let hash = sha256(parts(data).last().unwrap_or_default());
     for (name, content) in layout.iter().zip(parts(data)) {
@@ -148,7 +148,8 @@ pub fn boxes(data: &[u8]) {
     accepted(targets.check_all_done());
 }
 
-/// Saved tracks, of the extension that the first byte chooses; what is read is written in every format.
+/// Saved tracks, of the extension that the first byte chooses; what is read is written in every
+/// format.
 pub fn tracks(data: &[u8]) {
     let (first, rest) = choice(data);
     let scratch = Scratch::new();
@@ -185,8 +186,8 @@ fn readable(format: &str, file: &Path) {
     }
 }
 
-/// Annotations of the format that the first byte chooses, added to a project, which is exported in every
-/// format.
+/// Annotations of the format that the first byte chooses, added to a project, which is exported in
+/// every format.
 pub fn imports(data: &[u8]) {
     let (first, rest) = choice(data);
     let format = import::Format::ALL[usize::from(first) % import::Format::ALL.len()];

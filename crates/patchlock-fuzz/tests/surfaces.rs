@@ -32,7 +32,8 @@ fn alone() -> MutexGuard<'static, ()> {
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Runs a surface, within limits. An input that fails is named, and kept if there is a folder for it.
+/// Runs a surface, within limits. An input that fails is named, and kept if there is a folder for
+/// it.
 fn run(surface: Surface, input: &[u8], name: &str) {
     ALLOCATOR.reset_peak_usage();
     let (before, begun) = (ALLOCATOR.current_usage(), Instant::now());

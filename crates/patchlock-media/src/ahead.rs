@@ -30,8 +30,9 @@ pub enum Next {
 }
 
 impl Ahead {
-    /// Starts the decoder thread, which delivers the frames `indices` of `source` in this order. It stops
-    /// after the last of them, at the end of the source, at the first error, or when this value is dropped.
+    /// Starts the decoder thread, which delivers the frames `indices` of `source` in this order. It
+    /// stops after the last of them, at the end of the source, at the first error, or when this
+    /// value is dropped.
     pub fn start(
         mut source: Box<dyn FrameSource>,
         indices: impl Iterator<Item = usize> + Send + 'static,
@@ -50,8 +51,8 @@ impl Ahead {
         Self { frames, last: None, ended: false }
     }
 
-    /// Waits for the next frame and returns it with its index. Returns `None` at the end, and soon after
-    /// `stopped` returns true.
+    /// Waits for the next frame and returns it with its index. Returns `None` at the end, and soon
+    /// after `stopped` returns true.
     ///
     /// # Errors
     /// As [`Ahead::wait`].
@@ -74,7 +75,8 @@ impl Ahead {
     /// Waits up to 100 ms for the next frame.
     ///
     /// # Errors
-    /// As [`FrameSource::frame`]; [`Error::DecoderEnded`] if the decoder panicked. No frames follow an error.
+    /// As [`FrameSource::frame`]; [`Error::DecoderEnded`] if the decoder panicked. No frames follow
+    /// an error.
     pub fn wait(&mut self) -> Result<Next, Error> {
         if self.ended {
             return Ok(Next::End);

@@ -1,4 +1,5 @@
-//! A process whose output is read with a limit on its silence, and which does not outlive its owner.
+//! A process whose output is read with a limit on its silence, and which does not outlive its
+//! owner.
 
 use std::io::{self, Cursor, ErrorKind, Read};
 use std::process::{Child, ExitStatus};
@@ -14,8 +15,8 @@ const QUEUED: usize = 4;
 /// Time between two looks at a process that is expected to end.
 const PAUSE: Duration = Duration::from_millis(5);
 
-/// All running processes. The thread that reads from one may still wait for it when the program ends, and
-/// then drops nothing.
+/// All running processes. The thread that reads from one may still wait for it when the program
+/// ends, and then drops nothing.
 static RUNNING: Mutex<Vec<Arc<Mutex<Child>>>> = Mutex::new(Vec::new());
 
 /// A running process; it is killed when this is dropped.
@@ -53,8 +54,8 @@ impl Drop for Running {
     }
 }
 
-/// Ends all processes that decode videos. For a program that ends while a thread may still read one; the
-/// videos then fail.
+/// Ends all processes that decode videos. For a program that ends while a thread may still read
+/// one; the videos then fail.
 pub fn stop_decoders() {
     for child in locked(&RUNNING).iter() {
         kill(&mut locked(child));
@@ -72,8 +73,9 @@ fn locked<T>(value: &Mutex<T>) -> MutexGuard<'_, T> {
     value.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The output of a process. It is read on a thread of its own, since a read cannot be given up. A time
-/// without a byte is an error of the kind `TimedOut`; time during which nobody reads does not count.
+/// The output of a process. It is read on a thread of its own, since a read cannot be given up. A
+/// time without a byte is an error of the kind `TimedOut`; time during which nobody reads does not
+/// count.
 pub struct Watched {
     pieces: Receiver<io::Result<Vec<u8>>>,
     piece: Cursor<Vec<u8>>,

@@ -12,15 +12,15 @@ pub enum Matrix {
 }
 
 impl Matrix {
-    /// The matrix of a source that does not specify one: BT.709 for high definition (at least 1280 pixels
-    /// wide or more than 576 high, also if it was turned), else BT.601. Players do the same.
+    /// The matrix of a source that does not specify one: BT.709 for high definition (at least 1280
+    /// pixels wide or more than 576 high, also if it was turned), else BT.601. Players do the same.
     pub fn usual(width: usize, height: usize) -> Self {
         let high_definition = width.max(height) >= 1280 || width.min(height) > 576;
         if high_definition { Self::Bt709 } else { Self::Bt601 }
     }
 
-    /// The matrix with this number in H.264 and MP4 (`matrix_coefficients`, Rec. H.273); `None` if it is
-    /// unspecified or no known one.
+    /// The matrix with this number in H.264 and MP4 (`matrix_coefficients`, Rec. H.273); `None` if
+    /// it is unspecified or no known one.
     pub fn of_code(code: u32) -> Option<Self> {
         match code {
             1 => Some(Self::Bt709),
@@ -46,7 +46,8 @@ impl Default for Colour {
     }
 }
 
-/// The planes of one picture, row by row without padding. The chroma planes are empty for grey pictures.
+/// The planes of one picture, row by row without padding. The chroma planes are empty for grey
+/// pictures.
 #[derive(Debug, Clone)]
 pub struct Planes<'a> {
     /// Width of the luma plane, in pixels.
@@ -99,8 +100,8 @@ impl Colour {
     }
 }
 
-/// Converts planes to RGB bytes (`width * height * 3`). Chroma is not interpolated: each sample is used for
-/// all luma pixels that it covers.
+/// Converts planes to RGB bytes (`width * height * 3`). Chroma is not interpolated: each sample is
+/// used for all luma pixels that it covers.
 pub fn to_rgb(planes: &Planes<'_>, colour: Colour) -> Vec<u8> {
     let c = colour.to_rgb_coefficients();
     let (across, down) = planes.subsampling;
@@ -126,7 +127,8 @@ fn clamp(fixed: i32) -> u8 {
     (fixed >> 16).clamp(0, 255) as u8
 }
 
-/// Converts luma to grey values of 0..=255, for sources without colour. Limited-range luma is stretched.
+/// Converts luma to grey values of 0..=255, for sources without colour. Limited-range luma is
+/// stretched.
 pub fn luma_to_grey(luma: &[u8], full_range: bool) -> Vec<u8> {
     if full_range {
         return luma.to_vec();
@@ -136,8 +138,8 @@ pub fn luma_to_grey(luma: &[u8], full_range: bool) -> Vec<u8> {
         .collect()
 }
 
-/// Converts RGB bytes to 4:2:0 planes in BT.601, limited range. Odd sizes are padded to even ones by
-/// repeating the last row or column, since 4:2:0 H.264 allows only even sizes.
+/// Converts RGB bytes to 4:2:0 planes in BT.601, limited range. Odd sizes are padded to even ones
+/// by repeating the last row or column, since 4:2:0 H.264 allows only even sizes.
 pub fn to_yuv420(rgb: &[u8], width: usize, height: usize) -> rusty_h264::YuvFrame {
     let (wide, high) = (width.next_multiple_of(2), height.next_multiple_of(2));
     let row = |y: usize| &rgb[y.min(height - 1) * width * 3..][..width * 3];

@@ -7,8 +7,8 @@ use crate::image_file::LoadError;
 use crate::limits::TooLarge;
 use crate::order::RangeError;
 
-/// An error of this crate. The message states what is wrong, with the value and what is allowed. It gives no
-/// advice: that depends on how the user calls this crate, so each front end words its own.
+/// An error of this crate. The message states what is wrong, with the value and what is allowed. It
+/// gives no advice: that depends on how the user calls this crate, so each front end words its own.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The range of frames is invalid, or does not fit the source.
@@ -85,7 +85,8 @@ pub enum Error {
         /// The reason, given by a decoder or the operating system.
         reason: String,
     },
-    /// An image file that is a frame cannot be read. [`Error::TooLarge`] is for one with too many pixels.
+    /// An image file that is a frame cannot be read. [`Error::TooLarge`] is for one with too many
+    /// pixels.
     #[error("cannot read frame {index}, {}: {reason}", file.display())]
     Image {
         /// Index of the frame.
@@ -199,8 +200,8 @@ impl Error {
     }
 }
 
-/// The cause of an error of the `tempfile` crate, without the path that the crate appends: users know the
-/// file under another name. `None` for other errors.
+/// The cause of an error of the `tempfile` crate, without the path that the crate appends: users
+/// know the file under another name. `None` for other errors.
 pub fn without_path(error: &io::Error) -> Option<io::Error> {
     error.get_ref()?;
     let text = error.to_string();

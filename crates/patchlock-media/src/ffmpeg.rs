@@ -1,4 +1,5 @@
-//! Decodes all other video formats with an `ffmpeg` process, whose Y4M output is read through a pipe.
+//! Decodes all other video formats with an `ffmpeg` process, whose Y4M output is read through a
+//! pipe.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -21,8 +22,8 @@ use crate::{Container, Error, FrameRate, FrameSource, Picture, y4m};
 /// The option for "every frame exactly once", as spelled by new and by old versions of ffmpeg.
 const EVERY_FRAME_ONCE: [[&str; 2]; 2] = [["-fps_mode", "passthrough"], ["-vsync", "0"]];
 
-/// Formats in which frames are taken as they are; others are converted to the nearest. All have 8 bits. Those
-/// with a `j` are what older versions of ffmpeg call the full range.
+/// Formats in which frames are taken as they are; others are converted to the nearest. All have 8
+/// bits. Those with a `j` are what older versions of ffmpeg call the full range.
 const FORMATS: &str = "format=yuv420p|yuvj420p|yuv422p|yuvj422p|yuv444p|yuvj444p|yuv411p|gray";
 /// Writes the time of each frame, in millionths of a second, to a file before the frame itself.
 const TIMES: &str = "settb=AVTB,metadata=mode=add:key=n:value=0,metadata=mode=print:direct=1:file=";
@@ -41,9 +42,9 @@ impl Default for Program {
     }
 }
 
-/// Opens a video with ffmpeg. `reason` explains why ffmpeg is needed, for the message if it is missing: a
-/// predicate of which the file is the subject, such as `holds VP9 video`. `times` are those of all frames, in
-/// millionths of a second, if the file tells them.
+/// Opens a video with ffmpeg. `reason` explains why ffmpeg is needed, for the message if it is
+/// missing: a predicate of which the file is the subject, such as `holds VP9 video`. `times` are
+/// those of all frames, in millionths of a second, if the file tells them.
 pub fn open(
     path: &Path,
     reason: &str,
@@ -80,9 +81,9 @@ struct Task {
 }
 
 impl Task {
-    /// Starts ffmpeg: at the beginning, or with the frame of this number, which is the first one shown at
-    /// this time, in millionths of a second, or later. With `whole`, the frames are copied to a temporary
-    /// file, in which they can be read in any order.
+    /// Starts ffmpeg: at the beginning, or with the frame of this number, which is the first one
+    /// shown at this time, in millionths of a second, or later. With `whole`, the frames are copied
+    /// to a temporary file, in which they can be read in any order.
     fn start(&self, from: Option<(usize, i64)>, whole: bool) -> Result<Part, Error> {
         let (first, from) = (from.map_or(0, |(first, _)| first), from.map(|(_, time)| time));
         let name = self.path.display().to_string();
@@ -114,8 +115,9 @@ impl Task {
         Err(last_error.map_or_else(|| Error::unreadable(&name, "ffmpeg did not start"), of_ffmpeg))
     }
 
-    /// Decodes all frames. `-xerror` is not used: it also rejects intact videos with unevenly spaced frames.
-    /// Dithering would make the pixels of a frame depend on how many were decoded before it.
+    /// Decodes all frames. `-xerror` is not used: it also rejects intact videos with unevenly
+    /// spaced frames. Dithering would make the pixels of a frame depend on how many were decoded
+    /// before it.
     fn decoding(&self, from: Option<i64>, sync: [&str; 2]) -> Result<Command, Error> {
         let mut command = self.program.command(&self.path, "error", from, self.limits)?;
         let filters = format!("{TIMES}{TIMES_FILE},{FORMATS}");
@@ -124,8 +126,8 @@ impl Task {
         Ok(command)
     }
 
-    /// When the frames are shown, from the packets of the file, which are read but not decoded; `None` if
-    /// they do not tell.
+    /// When the frames are shown, from the packets of the file, which are read but not decoded;
+    /// `None` if they do not tell.
     fn packet_times(&self) -> Option<Vec<i64>> {
         let most = limits::frames(self.path.metadata().ok()?.len()) as usize;
         let mut command = self.program.command(&self.path, "error", None, self.limits).ok()?;
@@ -152,7 +154,8 @@ impl Task {
     }
 }
 
-/// When each frame is shown, in millionths of a second: where ffmpeg has to begin to start with that frame.
+/// When each frame is shown, in millionths of a second: where ffmpeg has to begin to start with
+/// that frame.
 enum Places {
     /// The packets of the file have not been read yet.
     NotRead,
@@ -178,7 +181,8 @@ struct Part {
 }
 
 impl Program {
-    /// A command line up to the input. With `from`, decoding starts there. Times are those of the file.
+    /// A command line up to the input. With `from`, decoding starts there. Times are those of the
+    /// file.
     fn command(
         &self,
         path: &Path,
@@ -186,8 +190,8 @@ impl Program {
         from: Option<i64>,
         limits: Limits,
     ) -> Result<Command, Error> {
-        // A file may name others, on other machines too: ffmpeg must not follow that. The prefix keeps it
-        // from taking a part of the name for a protocol.
+        // A file may name others, on other machines too: ffmpeg must not follow that. The prefix
+        // keeps it from taking a part of the name for a protocol.
         let mut input = OsString::from("file:");
         let path =
             std::path::absolute(path).map_err(|error| Error::unreadable(path.display(), error))?;
@@ -259,7 +263,8 @@ fn area(size: &str) -> Option<usize> {
     width.parse::<usize>().ok()?.checked_mul(height.parse().ok()?)
 }
 
-/// Encodings in which each packet holds one frame that is shown. VP8 and MPEG-4, for example, have others.
+/// Encodings in which each packet holds one frame that is shown. VP8 and MPEG-4, for example, have
+/// others.
 const ONE_FRAME_EACH: [&str; 7] = [
     "Video: h264",
     "Video: hevc",
@@ -470,7 +475,8 @@ impl Times {
     }
 }
 
-/// What ffmpeg wrote to standard error before it failed to write a header. Its exit codes do not tell why.
+/// What ffmpeg wrote to standard error before it failed to write a header. Its exit codes do not
+/// tell why.
 fn messages_in(error: &Error) -> &str {
     match error {
         Error::Unreadable { reason, .. } | Error::StreamEnd { reason, .. } => reason,
@@ -498,8 +504,8 @@ fn cannot_start(error: io::Error, path: &Path, reason: &str) -> Error {
     }
 }
 
-/// Summarises what ffmpeg wrote to standard error: the first line, which usually names the cause, and the
-/// last line. Empty if ffmpeg wrote nothing.
+/// Summarises what ffmpeg wrote to standard error: the first line, which usually names the cause,
+/// and the last line. Empty if ffmpeg wrote nothing.
 fn messages(errors: impl Read) -> String {
     let (mut first, mut last) = (None, None);
     let mut errors = BufReader::new(errors);
@@ -512,8 +518,8 @@ fn messages(errors: impl Read) -> String {
     first.into_iter().chain(last).collect::<Vec<_>>().join(" ... ")
 }
 
-/// Removes a leading memory address such as `[hevc @ 0x55e5cc57e4c0] `. Returns an empty string for a line
-/// that only counts repetitions.
+/// Removes a leading memory address such as `[hevc @ 0x55e5cc57e4c0] `. Returns an empty string for
+/// a line that only counts repetitions.
 fn without_address(line: &str) -> String {
     let line = line.trim();
     let text =
@@ -521,8 +527,8 @@ fn without_address(line: &str) -> String {
     if text.starts_with("Last message repeated") { String::new() } else { text.to_string() }
 }
 
-/// The output of ffmpeg. At the end of the output, a failed exit or a message on standard error becomes a
-/// read error.
+/// The output of ffmpeg. At the end of the output, a failed exit or a message on standard error
+/// becomes a read error.
 struct Pipe {
     child: Running,
     output: Watched,
@@ -548,8 +554,8 @@ impl Pipe {
         Ok(Self { child: Running::new(child), output, messages: Some(messages), patience })
     }
 
-    /// Checks that the output ended where the video ends. ffmpeg skips what it cannot decode and still exits
-    /// with success, so standard error has to be checked as well.
+    /// Checks that the output ended where the video ends. ffmpeg skips what it cannot decode and
+    /// still exits with success, so standard error has to be checked as well.
     fn check_end(&mut self) -> io::Result<()> {
         let status = self.child.end(self.patience)?;
         let messages = match self.messages.take() {

@@ -1,5 +1,5 @@
-//! Decoder libraries may panic on damaged data. [`decoding`] turns that into a value, so that one file does
-//! not end the program.
+//! Decoder libraries may panic on damaged data. [`decoding`] turns that into a value, so that one
+//! file does not end the program.
 
 use std::cell::Cell;
 use std::panic::{self, AssertUnwindSafe, catch_unwind};
@@ -22,8 +22,8 @@ pub fn decoding<T>(decode: impl FnOnce() -> T) -> Result<T, Panicked> {
     decoded.map_err(|_| Panicked)
 }
 
-/// Keeps the panics of decoders, which become errors, from being printed; all others are printed as before.
-/// For programs: it changes the panic hook of the process, at the first call only.
+/// Keeps the panics of decoders, which become errors, from being printed; all others are printed as
+/// before. For programs: it changes the panic hook of the process, at the first call only.
 pub fn silence_decoders() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {

@@ -1,6 +1,6 @@
-//! Parses the H.264 sequence parameter set (Rec. H.264, 7.3.2.1.1 and annex E) for what the decoder library
-//! does not report: whether it can decode the stream at all, what memory it would need, the crop at the left
-//! and top, and the colour encoding.
+//! Parses the H.264 sequence parameter set (Rec. H.264, 7.3.2.1.1 and annex E) for what the decoder
+//! library does not report: whether it can decode the stream at all, what memory it would need, the
+//! crop at the left and top, and the colour encoding.
 
 use std::iter;
 
@@ -13,8 +13,8 @@ pub const IDR_SLICE: u8 = 5;
 /// Side of a macroblock in pixels.
 const MACROBLOCK: usize = 16;
 
-/// The NAL units of a stream in which each follows a start code, divided as decoders do: a start code within
-/// a unit also begins a unit.
+/// The NAL units of a stream in which each follows a start code, divided as decoders do: a start
+/// code within a unit also begins a unit.
 pub fn units(stream: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut rest = after_start_code(stream);
     iter::from_fn(move || {
@@ -77,8 +77,8 @@ impl StreamInfo {
     }
 }
 
-/// Parses a sequence parameter set NAL unit, header byte included. `None` if it is truncated, or crops more
-/// than there is.
+/// Parses a sequence parameter set NAL unit, header byte included. `None` if it is truncated, or
+/// crops more than there is.
 pub fn parse(nal: &[u8]) -> Option<StreamInfo> {
     let rbsp = without_emulation_prevention(nal.get(1..)?);
     let mut bits = Bits { data: &rbsp, at: 0 };

@@ -131,8 +131,9 @@ fn decode_unguarded(bytes: &[u8], limits: Limits) -> Result<Picture, LoadError> 
     Ok(to_picture(image))
 }
 
-/// JPEG decoders silently fill missing data with grey, which would corrupt the track. A complete file has an
-/// end marker after its last start of scan; neither marker can occur within compressed data.
+/// JPEG decoders silently fill missing data with grey, which would corrupt the track. A complete
+/// file has an end marker after its last start of scan; neither marker can occur within compressed
+/// data.
 fn jpeg_is_complete(bytes: &[u8]) -> bool {
     let last = |marker: u8| bytes.windows(2).rposition(|pair| pair == [0xff, marker]);
     last(0xd9) > last(0xda)

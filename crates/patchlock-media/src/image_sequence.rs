@@ -23,8 +23,8 @@ impl ImageSequence {
         })
     }
 
-    /// The files that match a pattern such as `img/%04d.jpg`, ordered by number. The numbers may start
-    /// anywhere and have gaps.
+    /// The files that match a pattern such as `img/%04d.jpg`, ordered by number. The numbers may
+    /// start anywhere and have gaps.
     pub fn pattern(text: &str, pattern: &Pattern) -> Result<Self, Error> {
         let names = visible_files(&pattern.folder)?;
         let files = names.into_iter().filter(|file| pattern.matches(file)).collect();
@@ -80,8 +80,9 @@ impl FrameSource for ImageSequence {
     }
 }
 
-/// All entries but folders and hidden files. Entries that cannot be read, such as a dangling link, are kept
-/// as frames: reading them reports their name, and the frames after them keep their numbers.
+/// All entries but folders and hidden files. Entries that cannot be read, such as a dangling link,
+/// are kept as frames: reading them reports their name, and the frames after them keep their
+/// numbers.
 fn visible_files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     let cannot =
         |error: io::Error| Error::unreadable(format!("the folder {}", folder.display()), error);

@@ -1,15 +1,17 @@
-//! Reads and writes video and images for the command-line program, the benchmark and the Python package.
+//! Reads and writes video and images for the command-line program, the benchmark and the Python
+//! package.
 //!
-//! [`open`] returns a [`FrameSource`] for whatever the user names: a folder of images, a printf pattern, a
-//! glob, an MP4 or Y4M file, Y4M on standard input, or any other video through ffmpeg. [`Order`] selects the
-//! frames to use, and [`Ahead`] decodes them on a separate thread. A decoded frame is a [`Picture`].
-//! [`Mp4Writer`] writes frames as a video, and [`image_file`] reads single images.
+//! [`open`] returns a [`FrameSource`] for whatever the user names: a folder of images, a printf
+//! pattern, a glob, an MP4 or Y4M file, Y4M on standard input, or any other video through ffmpeg.
+//! [`Order`] selects the frames to use, and [`Ahead`] decodes them on a separate thread. A decoded
+//! frame is a [`Picture`]. [`Mp4Writer`] writes frames as a video, and [`image_file`] reads single
+//! images.
 //!
-//! Files are not trusted: [`Limits`] says what they may claim, and a decoder that fails on damaged data gives
-//! an [`Error`].
+//! Files are not trusted: [`Limits`] says what they may claim, and a decoder that fails on damaged
+//! data gives an [`Error`].
 //!
-//! This crate does not print, read the clock, end the process or handle Ctrl-C. A caller that can be
-//! interrupted passes a check to [`Ahead::next_unless`].
+//! This crate does not print, read the clock, end the process or handle Ctrl-C. A caller that can
+//! be interrupted passes a check to [`Ahead::next_unless`].
 
 mod ahead;
 mod child;
@@ -46,8 +48,8 @@ pub use order::{Order, RangeError};
 pub use picture::{Picture, Pixels};
 pub use source::{FrameRate, FrameSource};
 
-/// Y4M from any reader, as [`open`] reads standard input. Only for fuzzing, and no part of the public
-/// interface.
+/// Y4M from any reader, as [`open`] reads standard input. Only for fuzzing, and no part of the
+/// public interface.
 ///
 /// # Errors
 /// As [`open`].

@@ -1,8 +1,9 @@
 //! What a file may claim before memory is allocated or a loop is run for it.
 //!
-//! Files come from strangers. A header of a few bytes can claim any number of pixels, frames or bytes, so
-//! every decoder of this crate compares such a number with the limits of this module first. The limits are
-//! far above what cameras and encoders make; only [`Limits::pixels`] can be changed.
+//! Files come from strangers. A header of a few bytes can claim any number of pixels, frames or
+//! bytes, so every decoder of this crate compares such a number with the limits of this module
+//! first. The limits are far above what cameras and encoders make; only [`Limits::pixels`] can be
+//! changed.
 
 use std::time::Duration;
 
@@ -26,8 +27,8 @@ impl Limits {
         Ok(())
     }
 
-    /// The most pixels that an H.264 decoder may hold as references. Level 6.2, the highest, has 178 million
-    /// for frames of up to 36 million, which is this ratio.
+    /// The most pixels that an H.264 decoder may hold as references. Level 6.2, the highest, has
+    /// 178 million for frames of up to 36 million, which is this ratio.
     pub(crate) fn reference_pixels(&self) -> usize {
         self.pixels.saturating_mul(5)
     }
@@ -59,14 +60,15 @@ pub struct TooLarge {
 }
 
 impl TooLarge {
-    /// Megabytes that a frame of this size takes at least, decoded and with what is computed from it.
+    /// Megabytes that a frame of this size takes at least, decoded and with what is computed from
+    /// it.
     pub fn megabytes(&self) -> usize {
         self.pixels / 100_000
     }
 }
 
-/// Most frames of a video, and of a table or project about one: 38 days at 30 frames per second. Frames count
-/// from 0, so the largest frame number is one less.
+/// Most frames of a video, and of a table or project about one: 38 days at 30 frames per second.
+/// Frames count from 0, so the largest frame number is one less.
 pub const MOST_FRAMES: usize = 100_000_000;
 
 /// Largest index of an MP4, in bytes. An hour of video has an index of about 1 MB.
@@ -75,8 +77,8 @@ pub const INDEX_BYTES: u64 = 256 << 20;
 /// Most frames of an MP4: 92 hours at 30 frames per second.
 const FRAMES: u64 = 10_000_000;
 
-/// Most frames of an MP4 of `bytes` bytes. Even an unchanged frame takes four bytes in the index, or data of
-/// its own.
+/// Most frames of an MP4 of `bytes` bytes. Even an unchanged frame takes four bytes in the index,
+/// or data of its own.
 pub fn frames(bytes: u64) -> u64 {
     (bytes / 4).min(FRAMES)
 }
@@ -105,8 +107,8 @@ pub const LINE_BYTES: u64 = 1024;
 /// Largest width or height of Y4M.
 pub const SIDE: usize = 32_768;
 
-/// Bytes that decoding an image of this many pixels may take, and its file: eight per pixel, for four
-/// channels of 16 bits, and some for what else is in it.
+/// Bytes that decoding an image of this many pixels may take, and its file: eight per pixel, for
+/// four channels of 16 bits, and some for what else is in it.
 pub fn image_bytes(pixels: u64) -> u64 {
     pixels.saturating_mul(8).saturating_add(64 << 20)
 }

@@ -1,5 +1,5 @@
-//! Edit lists of MP4: which part of a track is shown, and when. Cameras and editors trim a video so, and
-//! encoders with B-frames shift it so that it begins at 0.
+//! Edit lists of MP4: which part of a track is shown, and when. Cameras and editors trim a video
+//! so, and encoders with B-frames shift it so that it begins at 0.
 
 use shiguredo_mp4::boxes::ElstEntry;
 
@@ -12,8 +12,9 @@ pub struct Shown {
     pub time: i64,
 }
 
-/// What is shown of pictures with these rising `times`, in ticks of the track. Of each edit, these are the
-/// pictures that begin within it. Durations of edits are in ticks of the movie. There may be `most` frames.
+/// What is shown of pictures with these rising `times`, in ticks of the track. Of each edit, these
+/// are the pictures that begin within it. Durations of edits are in ticks of the movie. There may
+/// be `most` frames.
 pub fn shown(
     times: &[i64],
     timescale: u32,

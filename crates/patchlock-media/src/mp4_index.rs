@@ -1,5 +1,5 @@
-//! Reads the index (`moov` box) of an MP4 file: where the pictures of the video track are, and when each is
-//! shown. No count is believed before the bytes behind it were seen.
+//! Reads the index (`moov` box) of an MP4 file: where the pictures of the video track are, and when
+//! each is shown. No count is believed before the bytes behind it were seen.
 
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -51,8 +51,8 @@ pub struct Track {
     pub sound: bool,
 }
 
-/// Reads the first video track of a file of `bytes` bytes; `None` if it has none. The error is the reason why
-/// the index cannot be read.
+/// Reads the first video track of a file of `bytes` bytes; `None` if it has none. The error is the
+/// reason why the index cannot be read.
 pub fn read(file: &mut File, bytes: u64) -> Result<Option<Track>, String> {
     let moov = find_index(file, bytes)?;
     let (mut video, mut movie) = (None, None);
@@ -79,8 +79,8 @@ pub fn read(file: &mut File, bytes: u64) -> Result<Option<Track>, String> {
     Ok(Some(Track { fragmented, sound, ..track }))
 }
 
-/// What a track holds, from its `mdia` and `hdlr` boxes. The other boxes of tracks that are not read may be
-/// of any kind.
+/// What a track holds, from its `mdia` and `hdlr` boxes. The other boxes of tracks that are not
+/// read may be of any kind.
 fn handler(track: &[u8]) -> Option<[u8; 4]> {
     let media = inner(track, MdiaBox::TYPE)?;
     HdlrBox::decode(inner(media, HdlrBox::TYPE)?).ok().map(|(handler, _)| handler.handler_type)
@@ -176,7 +176,8 @@ impl Track {
     }
 }
 
-/// The places of all samples in the file, and which sample entry describes them, if it is one for all.
+/// The places of all samples in the file, and which sample entry describes them, if it is one for
+/// all.
 fn places(table: &StblBox, bytes: u64) -> Result<(Vec<Sample>, Option<usize>), String> {
     let count = match &table.stsz_box {
         StszBox::Fixed { sample_count, .. } => *sample_count as usize,
@@ -224,8 +225,8 @@ fn chunk_offsets(table: &StblBox) -> Box<dyn Iterator<Item = u64> + '_> {
     }
 }
 
-/// Samples have their own bytes: otherwise a small file could claim any amount of data. Those beyond the end
-/// of a truncated file do not count.
+/// Samples have their own bytes: otherwise a small file could claim any amount of data. Those
+/// beyond the end of a truncated file do not count.
 fn check_overlap(samples: &[Sample], bytes: u64) -> Result<(), String> {
     let inside = samples.iter().filter(|s| s.offset.saturating_add(u64::from(s.size)) <= bytes);
     if inside.map(|sample| u64::from(sample.size)).sum::<u64>() > bytes {

@@ -1,6 +1,6 @@
-//! Reads MP4 files with H.264 video, decoded in pure Rust. Frames are numbered in presentation order, which
-//! may differ from the order in which they are stored. Rotation tags and edit lists are applied, so frames
-//! are what a player shows.
+//! Reads MP4 files with H.264 video, decoded in pure Rust. Frames are numbered in presentation
+//! order, which may differ from the order in which they are stored. Rotation tags and edit lists
+//! are applied, so frames are what a player shows.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -18,20 +18,20 @@ use crate::mp4_edits::{self, Shown};
 use crate::mp4_index::{self, Sample, Track};
 use crate::{Container, Error, FrameFault, FrameRate, FrameSource, Picture, guard, orientation};
 
-/// Pixels of the frames kept when reading backwards, which take 200 MB: 64 frames of 1920 x 1080. A longer
-/// group of pictures is decoded once per window of this size.
+/// Pixels of the frames kept when reading backwards, which take 200 MB: 64 frames of 1920 x 1080. A
+/// longer group of pictures is decoded once per window of this size.
 const BACKWARD_PIXELS: usize = 64 * 1920 * 1088;
 /// Most frames kept when reading backwards.
 const BACKWARD_WINDOW: usize = 64;
-/// Number of pictures decoded on opening to check that the decoder supports the video. By then, an encoder
-/// has usually used all of its tools.
+/// Number of pictures decoded on opening to check that the decoder supports the video. By then, an
+/// encoder has usually used all of its tools.
 const PROBED_PICTURES: usize = 8;
 const START_CODE: [u8; 4] = [0, 0, 0, 1];
 
 /// Why a file cannot be read by this decoder.
 pub enum OpenError {
-    /// The container is valid, but its video is not H.264 or of an unsupported kind of H.264. Completes "the
-    /// file holds ...".
+    /// The container is valid, but its video is not H.264 or of an unsupported kind of H.264.
+    /// Completes "the file holds ...".
     Codec(String),
     /// The file is damaged or unreadable.
     Broken(Error),
@@ -65,8 +65,8 @@ struct Pictures {
     shown: Vec<usize>,
     /// Maps an index in presentation order to an index in `samples`.
     stored: Vec<usize>,
-    /// The samples from which all frames of their own and of later indices can be decoded; both their indices
-    /// in `samples` and in presentation order rise.
+    /// The samples from which all frames of their own and of later indices can be decoded; both
+    /// their indices in `samples` and in presentation order rise.
     entrances: Vec<usize>,
 }
 
@@ -105,8 +105,8 @@ struct EditList {
     timescale: u32,
 }
 
-/// When each frame of a file is shown, in millionths of a second, whatever its encoding; `None` if the index
-/// does not tell.
+/// When each frame of a file is shown, in millionths of a second, whatever its encoding; `None` if
+/// the index does not tell.
 pub fn frame_times(path: &Path) -> Option<Vec<i64>> {
     let mut file = File::open(path).ok()?;
     let bytes = file.metadata().ok()?.len();
@@ -132,7 +132,8 @@ impl ColourTag {
     fn of(avc: &Avc1Box) -> Self {
         let tag = avc.unknown_boxes.iter().find(|found| found.box_type.as_bytes() == b"colr");
         match tag.map(|found| found.payload.as_slice()) {
-            // Primaries, transfer and matrix in two bytes each; QuickTime writes `nclc` without a range.
+            // Primaries, transfer and matrix in two bytes each; QuickTime writes `nclc` without a
+            // range.
             Some([b'n', b'c', b'l', kind, _, _, _, _, high, low, rest @ ..]) => Self {
                 matrix: Some(u32::from(*high) << 8 | u32::from(*low)),
                 full_range: rest.first().filter(|_| *kind == b'x').map(|flags| flags & 0x80 != 0),
@@ -149,8 +150,8 @@ pub struct Mp4 {
     name: String,
     limits: Limits,
     pictures: Pictures,
-    /// The frames that the edit list shows. In all else, pictures count as they are stored, in the order of
-    /// their times.
+    /// The frames that the edit list shows. In all else, pictures count as they are stored, in the
+    /// order of their times.
     frames: Vec<Shown>,
     /// Ticks per second of the times of frames.
     timescale: u32,
@@ -246,8 +247,8 @@ impl Mp4 {
         }
     }
 
-    /// An H.264 coding tool in the first pictures that the decoder does not support. Damage is ignored here:
-    /// it is reported when the picture is read.
+    /// An H.264 coding tool in the first pictures that the decoder does not support. Damage is
+    /// ignored here: it is reported when the picture is read.
     fn unsupported_tool(&mut self) -> Option<&'static str> {
         let mut decoder = Decoder::new();
         let probed = (limits::PROBED_PIXELS / self.info.pixels()).clamp(1, PROBED_PICTURES);
@@ -302,7 +303,8 @@ impl Mp4 {
         Ok(())
     }
 
-    /// Decodes the data of a picture. After a panic of the decoder, the next picture is decoded by a new one.
+    /// Decodes the data of a picture. After a panic of the decoder, the next picture is decoded by
+    /// a new one.
     fn decode(&mut self, data: &[u8]) -> Result<Option<YuvFrame>, Fault> {
         let decoder = &mut self.decoder;
         match guard::decoding(|| decoder.decode(data)) {
@@ -314,8 +316,8 @@ impl Mp4 {
         }
     }
 
-    /// Reads a stored picture and replaces the lengths of its NAL units by start codes, as the decoder
-    /// expects.
+    /// Reads a stored picture and replaces the lengths of its NAL units by start codes, as the
+    /// decoder expects.
     fn read_sample(&mut self, at: usize) -> Result<Vec<u8>, Fault> {
         let Sample { offset, size, keyframe, .. } = self.pictures.samples[at];
         let size = size as usize;
@@ -344,7 +346,8 @@ impl Mp4 {
         Ok(stream)
     }
 
-    /// Checks what a stored picture would make the decoder do. It may hold parameter sets of its own.
+    /// Checks what a stored picture would make the decoder do. It may hold parameter sets of its
+    /// own.
     fn check(&mut self, stream: &[u8]) -> Result<(), Fault> {
         let pictures = h264::units(stream).filter(|unit| h264::begins_picture(unit)).count();
         if pictures > limits::PICTURES_PER_SAMPLE {
@@ -356,7 +359,8 @@ impl Mp4 {
         Ok(())
     }
 
-    /// What the stream says of its colours, else what the file says, else what is usual for the size.
+    /// What the stream says of its colours, else what the file says, else what is usual for the
+    /// size.
     fn colour(&self, frame: &YuvFrame, info: &StreamInfo) -> Colour {
         let matrix = info.matrix.or(self.tagged.matrix).and_then(Matrix::of_code);
         Colour {
@@ -459,7 +463,8 @@ fn stream_info(stream: &[u8], limits: &Limits) -> Result<Option<StreamInfo>, Fau
     Ok(last)
 }
 
-/// Checks that the decoder supports this kind of H.264, and that it needs no more memory than it may.
+/// Checks that the decoder supports this kind of H.264, and that it needs no more memory than it
+/// may.
 fn supported(info: &StreamInfo, limits: &Limits) -> Result<(), Fault> {
     let kind = |what: String| Err(Fault::Kind(what));
     if info.chroma_format != 1 {

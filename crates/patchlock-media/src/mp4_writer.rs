@@ -44,9 +44,9 @@ impl<W: Write + Seek> Mp4Writer<W> {
     /// The quantiser of [`Mp4Writer::new`], for video that is to be analysed: 20 loses little.
     pub const FINE: u8 = 20;
 
-    /// Starts a video; all frames have this size in pixels. If the number of frames is known, `expected`
-    /// reserves space for the index at the start of the file, so that players can start before they have
-    /// loaded all of it.
+    /// Starts a video; all frames have this size in pixels. If the number of frames is known,
+    /// `expected` reserves space for the index at the start of the file, so that players can start
+    /// before they have loaded all of it.
     ///
     /// # Errors
     /// [`Error::Encode`] if the encoder does not support this size; [`Error::Write`].
@@ -60,8 +60,8 @@ impl<W: Write + Seek> Mp4Writer<W> {
         Self::with_quantiser(out, width, height, rate, expected, Self::FINE)
     }
 
-    /// Starts a video as [`Mp4Writer::new`] does, with a quantiser of 0 (best, largest) to 51. Six more make
-    /// the file about half as large.
+    /// Starts a video as [`Mp4Writer::new`] does, with a quantiser of 0 (best, largest) to 51. Six
+    /// more make the file about half as large.
     ///
     /// # Errors
     /// As [`Mp4Writer::new`]; a larger quantiser is one of [`Error::Encode`].
@@ -114,7 +114,8 @@ impl<W: Write + Seek> Mp4Writer<W> {
         })
     }
 
-    /// Appends a frame of RGB bytes (`width * height * 3`), which lasts as long as the frame rate says.
+    /// Appends a frame of RGB bytes (`width * height * 3`), which lasts as long as the frame rate
+    /// says.
     ///
     /// # Errors
     /// [`Error::Encode`], [`Error::Write`].
@@ -122,8 +123,9 @@ impl<W: Write + Seek> Mp4Writer<W> {
         self.push_at(rgb, None)
     }
 
-    /// Appends a frame as [`Mp4Writer::push`] does. If it and the next frame have a `time` in seconds, it
-    /// lasts from one to the other; the times may also fall, as of a video that runs backwards.
+    /// Appends a frame as [`Mp4Writer::push`] does. If it and the next frame have a `time` in
+    /// seconds, it lasts from one to the other; the times may also fall, as of a video that runs
+    /// backwards.
     ///
     /// # Errors
     /// As [`Mp4Writer::push`].

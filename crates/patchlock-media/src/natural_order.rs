@@ -1,7 +1,7 @@
 //! Natural order of file names: `2.jpg` before `10.jpg`.
 //!
-//! The crate `natord` is not used, because it puts `a0100` before `a099` and takes `a 1` and `a1` for
-//! equal.
+//! The crate `natord` is not used, because it puts `a0100` before `a099` and takes `a 1` and `a1`
+//! for equal.
 
 use std::cmp::Ordering;
 

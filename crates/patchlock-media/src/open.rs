@@ -9,8 +9,8 @@ use crate::limits::Limits;
 use crate::mp4_reader::{self, Mp4};
 use crate::{Error, FrameFault, FrameRate, FrameSource, Picture, ffmpeg, guard, image_file, y4m};
 
-/// Opens a folder of images, a printf pattern, a glob, an image, a video file, or `-` for Y4M on standard
-/// input. With `reverse`, frames can be read from the last to the first.
+/// Opens a folder of images, a printf pattern, a glob, an image, a video file, or `-` for Y4M on
+/// standard input. With `reverse`, frames can be read from the last to the first.
 ///
 /// # Errors
 /// [`Error::Missing`] if there is no such source; others if it cannot be opened.
@@ -33,8 +33,8 @@ pub fn open_within(
     guarded(name, || open_unguarded(name, reverse, limits, others))
 }
 
-/// Opens a source as [`open`] does, but gives an error for what needs ffmpeg. Fuzzing tries our own readers
-/// with it; it is no part of the public interface.
+/// Opens a source as [`open`] does, but gives an error for what needs ffmpeg. Fuzzing tries our own
+/// readers with it; it is no part of the public interface.
 ///
 /// # Errors
 /// As [`open`].

@@ -33,7 +33,8 @@ fn has(length: Option<usize>) -> String {
     length.map_or(" of the source".to_string(), |n| format!(": the source has {n} frames"))
 }
 
-/// The frames `start..end` with a stride, forwards or backwards. Both directions visit the same frames.
+/// The frames `start..end` with a stride, forwards or backwards. Both directions visit the same
+/// frames.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Order {
     /// First frame of the range.
@@ -63,8 +64,8 @@ impl Order {
         }
     }
 
-    /// The indices of the frames, in the order of the visit. An end beyond the source is clamped to its
-    /// length.
+    /// The indices of the frames, in the order of the visit. An end beyond the source is clamped to
+    /// its length.
     ///
     /// # Errors
     /// [`Error::Range`] if the range starts after the last frame.

@@ -5,9 +5,9 @@ use image::{DynamicImage, RgbImage};
 
 use crate::Picture;
 
-/// The orientation that a transformation matrix of MP4 stands for. Only turns by 90 degrees and mirrors do;
-/// no camera writes others, which are not applied. The matrix maps stored to shown positions:
-/// x' = a x + c y and y' = b x + d y, with a, b, c, d the numbers 0, 1, 3 and 4.
+/// The orientation that a transformation matrix of MP4 stands for. Only turns by 90 degrees and
+/// mirrors do; no camera writes others, which are not applied. The matrix maps stored to shown
+/// positions: x' = a x + c y and y' = b x + d y, with a, b, c, d the numbers 0, 1, 3 and 4.
 fn of_matrix(matrix: &[i32; 9]) -> Orientation {
     let [a, b, _, c, d, ..] = *matrix;
     match (b == 0 && c == 0, a == 0 && d == 0) {

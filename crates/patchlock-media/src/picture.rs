@@ -22,8 +22,8 @@ pub struct Picture {
     pub height: usize,
     /// The pixels.
     pub pixels: Pixels,
-    /// When the frame is shown, in seconds from the first frame of its source; `None` if the source has no
-    /// times, as a folder of images.
+    /// When the frame is shown, in seconds from the first frame of its source; `None` if the source
+    /// has no times, as a folder of images.
     pub time: Option<f64>,
 }
 
@@ -65,8 +65,8 @@ impl Picture {
     }
 }
 
-/// Maps 16-bit grey to 8-bit RGB for display. Sensors often use a small part of the 16 bits, so the picture's
-/// own range is stretched to 0..=255. The tracker never sees the result.
+/// Maps 16-bit grey to 8-bit RGB for display. Sensors often use a small part of the 16 bits, so the
+/// picture's own range is stretched to 0..=255. The tracker never sees the result.
 fn stretch(grey: &[u16]) -> Vec<u8> {
     let low = f64::from(grey.iter().copied().min().unwrap_or(0));
     let high = f64::from(grey.iter().copied().max().unwrap_or(0));

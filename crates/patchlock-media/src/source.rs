@@ -28,8 +28,8 @@ impl FrameRate {
 
 /// A sequence of frames, numbered from 0 in presentation order.
 ///
-/// Reading frames in increasing order is cheap for every source. Decreasing order requires a source that was
-/// opened for reverse order; it takes more memory.
+/// Reading frames in increasing order is cheap for every source. Decreasing order requires a source
+/// that was opened for reverse order; it takes more memory.
 pub trait FrameSource: Send {
     /// The number of frames, if it is known in advance.
     fn length(&self) -> Option<usize>;
@@ -42,7 +42,8 @@ pub trait FrameSource: Send {
         false
     }
 
-    /// The number of frames. If it is neither known nor told by the file, frames are read to the end.
+    /// The number of frames. If it is neither known nor told by the file, frames are read to the
+    /// end.
     ///
     /// # Errors
     /// As [`FrameSource::frame`].
@@ -56,8 +57,8 @@ pub trait FrameSource: Send {
     /// Reads the frame with this index; `None` after the last frame.
     ///
     /// # Errors
-    /// [`Error::Frame`], [`Error::Image`] or [`Error::TooLarge`] for a frame that cannot be read, and others
-    /// for a source that cannot be read any more.
+    /// [`Error::Frame`], [`Error::Image`] or [`Error::TooLarge`] for a frame that cannot be read,
+    /// and others for a source that cannot be read any more.
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error>;
 }
 

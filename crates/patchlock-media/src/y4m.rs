@@ -156,8 +156,9 @@ fn damaged(name: &str, index: usize, reason: impl ToString) -> Error {
     Error::Frame { index, name, fault: FrameFault::Unreadable, reason }
 }
 
-/// Opens a stream. For reverse order it is first copied to a temporary file, since a pipe cannot be read
-/// backwards. Without a `matrix`, it is the usual one. Forwards, the first frame has the number `first`.
+/// Opens a stream. For reverse order it is first copied to a temporary file, since a pipe cannot be
+/// read backwards. Without a `matrix`, it is the usual one. Forwards, the first frame has the
+/// number `first`.
 pub fn open_stream(
     input: impl Read + Send + 'static,
     name: &str,

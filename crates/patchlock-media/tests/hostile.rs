@@ -1,5 +1,5 @@
-//! Files that claim more than they hold, or are damaged: reading them ends with an error, soon and with
-//! little memory, and never with a panic.
+//! Files that claim more than they hold, or are damaged: reading them ends with an error, soon and
+//! with little memory, and never with a panic.
 
 mod support;
 
@@ -26,8 +26,8 @@ fn alone() -> MutexGuard<'static, ()> {
     ALONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
-/// Opens a file with these bytes and reads up to ten frames of it. Returns the first error, the time and the
-/// most memory.
+/// Opens a file with these bytes and reads up to ten frames of it. Returns the first error, the
+/// time and the most memory.
 fn read(bytes: &[u8], extension: &str, reverse: bool) -> (Option<String>, Duration, usize) {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join(format!("v.{extension}"));
@@ -262,8 +262,8 @@ fn mutated(file: &[u8], draws: &mut Draws) -> Vec<u8> {
     file
 }
 
-/// Our own code must not panic: a panic of the decoder library is caught where it is called, so a message
-/// from further out is one of ours.
+/// Our own code must not panic: a panic of the decoder library is caught where it is called, so a
+/// message from further out is one of ours.
 #[test]
 fn mutated_files_give_errors_and_no_panic() {
     let _alone = alone();

@@ -1,5 +1,5 @@
-//! Frames, times, orientation and colours are those of other programs. What OpenCV shows is in a golden file;
-//! tests that need ffmpeg say so where it is missing, and pass.
+//! Frames, times, orientation and colours are those of other programs. What OpenCV shows is in a
+//! golden file; tests that need ffmpeg say so where it is missing, and pass.
 
 mod support;
 
@@ -177,8 +177,8 @@ fn a_video_has_sound_or_not() {
     }
 }
 
-/// The same frames come out wherever reading starts; only what is needed for it is decoded. The keyframes of
-/// `open.mp4` (x264 with open-gop) are followed by frames that are shown before them.
+/// The same frames come out wherever reading starts; only what is needed for it is decoded. The
+/// keyframes of `open.mp4` (x264 with open-gop) are followed by frames that are shown before them.
 #[test]
 fn a_later_start_gives_the_same_frames() {
     let names = ["turned.mov", "trimmed.mp4", "uneven.mp4", "bframes.mp4", "open.mp4"];

@@ -1,4 +1,5 @@
-//! Frames are what a player shows: turned as the file says, and only those that its edit list shows.
+//! Frames are what a player shows: turned as the file says, and only those that its edit list
+//! shows.
 
 mod support;
 

@@ -6,7 +6,8 @@ use std::path::Path;
 use patchlock_media::{FrameRate, FrameSource, Mp4Writer, Pixels, open};
 use patchlock_scene::Scene;
 
-/// RGB bytes of a textured card that moves one pixel to the right per frame, on a smooth background.
+/// RGB bytes of a textured card that moves one pixel to the right per frame, on a smooth
+/// background.
 fn film(k: usize, width: usize, height: usize) -> Vec<u8> {
     let mut rgb = Vec::with_capacity(width * height * 3);
     for y in 0..height {
@@ -103,9 +104,9 @@ fn odd_sizes_are_padded_to_even_ones() {
     assert!(quality > 24.0, "4:2:0 blurs coloured edges by one pixel, but not more: {quality}");
 }
 
-/// The file was made with x264: 18 frames with B-frames, so the storage order differs from the presentation
-/// order, in two groups of pictures. Its height of 46 lines is cropped from 48. Red is 30 in the first frame
-/// and grows by 10 per frame.
+/// The file was made with x264: 18 frames with B-frames, so the storage order differs from the
+/// presentation order, in two groups of pictures. Its height of 46 lines is cropped from 48. Red is
+/// 30 in the first frame and grows by 10 per frame.
 #[test]
 fn reordered_frames_come_in_presentation_order() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bframes.mp4");

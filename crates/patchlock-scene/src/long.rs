@@ -23,21 +23,21 @@ const CLEARANCE: f64 = 4.0;
 pub enum Absences {
     /// It is always visible.
     Never,
-    /// It passes behind a tree trunk wide enough to hide all of it, moves up or down there, and appears on
-    /// either side.
+    /// It passes behind a tree trunk wide enough to hide all of it, moves up or down there, and
+    /// appears on either side.
     BehindPost,
     /// It leaves the frame and returns over another edge.
     OutsideFrame,
 }
 
 impl SceneConfig {
-    /// `frames` frames of 400 x 240 pixels. The target moves to and fro by up to 5 pixels per frame, changes
-    /// its size by up to a tenth, turns by up to `turn` degrees to either side, and disappears 5 to
-    /// 20 times in 3000 frames, for 24 frames or more. While it is absent, it keeps its size and its
-    /// rotation.
+    /// `frames` frames of 400 x 240 pixels. The target moves to and fro by up to 5 pixels per
+    /// frame, changes its size by up to a tenth, turns by up to `turn` degrees to either side, and
+    /// disappears 5 to 20 times in 3000 frames, for 24 frames or more. While it is absent, it keeps
+    /// its size and its rotation.
     ///
-    /// The seed determines the way of the target, the backdrop and the noise. A scene begins with all frames
-    /// of a shorter one with the same `absences`, `turn` and `seed`.
+    /// The seed determines the way of the target, the backdrop and the noise. A scene begins with
+    /// all frames of a shorter one with the same `absences`, `turn` and `seed`.
     pub fn long(frames: usize, absences: Absences, turn: f64, seed: u64) -> Self {
         let base =
             Self { width: 400, height: 240, frames, target_size: TARGET, seed, ..Self::simple() };
@@ -160,8 +160,8 @@ impl Wanderer {
         self.go(out, way);
     }
 
-    /// Leaves the frame over one edge and returns over another. Outside it goes round the corners, never
-    /// across the frame.
+    /// Leaves the frame over one edge and returns over another. Outside it goes round the corners,
+    /// never across the frame.
     fn leave_frame(&mut self) {
         let leaves = self.draw([0.0, 4.0]) as usize;
         let returns = (leaves + self.draw([1.0, 4.0]) as usize) % 4;

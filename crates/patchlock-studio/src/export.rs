@@ -16,8 +16,8 @@ use crate::project::{Error, Project, Target, file};
 /// A format that a project can be written in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
-    /// A table with one row per target and frame, which [`crate::import`] reads again, with all that the
-    /// project says of the frame.
+    /// A table with one row per target and frame, which [`crate::import`] reads again, with all
+    /// that the project says of the frame.
     Csv,
     /// The format of another tool.
     Other(export::Format),
@@ -68,7 +68,8 @@ pub struct Options {
     pub name: String,
     /// Whether formats that include the frames get them; otherwise they have boxes only.
     pub frames: bool,
-    /// Of the tracked frames, only every so many-th is a key frame; see [`export::Options::key_frames`].
+    /// Of the tracked frames, only every so many-th is a key frame; see
+    /// [`export::Options::key_frames`].
     pub key_frames: usize,
     /// What the video may claim.
     pub limits: Limits,
@@ -78,8 +79,8 @@ fn refused(reason: impl Into<String>) -> Error {
     Error::from(patchlock_track::Error::Export(reason.into()))
 }
 
-/// Writes a project to a file, or to a folder that does not exist yet or is empty; all or nothing. `video` is
-/// where the frames are. Returns the number of files.
+/// Writes a project to a file, or to a folder that does not exist yet or is empty; all or nothing.
+/// `video` is where the frames are. Returns the number of files.
 ///
 /// # Errors
 /// [`Error::Export`] if the project has no boxes, or if `out` exists: a file is replaced only with
@@ -119,7 +120,8 @@ fn write_table(project: &Project, out: &Path, overwrite: bool) -> Result<usize, 
     Ok(1)
 }
 
-/// Checks how many rows the targets have. Two numbers in a file can hide a target in any number of frames.
+/// Checks how many rows the targets have. Two numbers in a file can hide a target in any number of
+/// frames.
 fn check_rows(project: &Project) -> Result<(), Error> {
     let targets = project.targets.iter();
     let boxes: usize = targets.clone().map(|target| target.keys.len() + target.tracked.len()).sum();
@@ -137,7 +139,8 @@ fn check_rows(project: &Project) -> Result<(), Error> {
 /// The boxes of all targets, with labels, attributes and what a person has said.
 ///
 /// # Errors
-/// [`Error::Export`] if there are no boxes, or more than [`export::MOST_LINES`] boxes and hidden frames.
+/// [`Error::Export`] if there are no boxes, or more than [`export::MOST_LINES`] boxes and hidden
+/// frames.
 pub fn track(project: &Project) -> Result<Track, Error> {
     check_rows(project)?;
     let entries = project.targets.iter().flat_map(|target| {

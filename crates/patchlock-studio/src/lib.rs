@@ -1,8 +1,9 @@
-//! Annotation of video: a [`project::Project`] holds the targets of a video with their key frames, boxes that
-//! a person has drawn. [`tracking`] fills the frames between key frames, from both sides, and says which
-//! frames are doubtful.
+//! Annotation of video: a [`project::Project`] holds the targets of a video with their key frames,
+//! boxes that a person has drawn. [`tracking`] fills the frames between key frames, from both
+//! sides, and says which frames are doubtful.
 //!
-//! With the feature `server`, `server` serves a page for the browser in which a person draws and corrects.
+//! With the feature `server`, `server` serves a page for the browser in which a person draws and
+//! corrects.
 
 #[cfg(feature = "server")]
 pub mod drawing;

@@ -7,8 +7,8 @@ use patchlock_media::without_path;
 
 use crate::settings::SettingsError;
 
-/// An error of this crate. The message names the file or value and the reason. It gives no advice: each
-/// front end words its own.
+/// An error of this crate. The message names the file or value and the reason. It gives no advice:
+/// each front end words its own.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file or folder cannot be read.

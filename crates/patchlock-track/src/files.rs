@@ -15,8 +15,8 @@ pub const MAX_FILE_BYTES: u64 = 1 << 30;
 /// The content of a text file.
 ///
 /// # Errors
-/// As [`fs::read`]; what is not a file (a pipe, a device, a folder) or is longer than [`MAX_FILE_BYTES`] is
-/// refused before anything is read: it may never end.
+/// As [`fs::read`]; what is not a file (a pipe, a device, a folder) or is longer than
+/// [`MAX_FILE_BYTES`] is refused before anything is read: it may never end.
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     let refused = |reason: &str| Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
     // Opening a pipe waits for somebody to write to it, so this is asked before.

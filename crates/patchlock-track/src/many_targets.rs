@@ -23,7 +23,8 @@ pub struct ManyTargets {
 pub struct TrackedTarget {
     /// The caller's id of the target.
     pub id: u64,
-    /// Its box: the given one in the frame where the target starts, the tracked one in later frames.
+    /// Its box: the given one in the frame where the target starts, the tracked one in later
+    /// frames.
     pub bbox: BoundingBox,
     /// The estimate of the tracker.
     pub estimate: Estimate,
@@ -66,8 +67,9 @@ impl ManyTargets {
         Ok(true)
     }
 
-    /// Processes the next frame: tracks the existing targets, then starts the targets in `begin`, or restarts
-    /// those whose id is known. Returns all targets in the order of their ids, and the elapsed seconds.
+    /// Processes the next frame: tracks the existing targets, then starts the targets in `begin`,
+    /// or restarts those whose id is known. Returns all targets in the order of their ids, and the
+    /// elapsed seconds.
     ///
     /// # Errors
     /// The error of the tracker if it rejects the frame or a box.

@@ -13,8 +13,8 @@ pub fn same(a: &str, b: &str) -> bool {
     key(a) == key(b)
 }
 
-/// Whether a name can be that of a folder of results everywhere: not empty, at most 200 bytes, no slashes or
-/// control characters, no dot at the start.
+/// Whether a name can be that of a folder of results everywhere: not empty, at most 200 bytes, no
+/// slashes or control characters, no dot at the start.
 pub fn is_folder_name(name: &str) -> bool {
     const LONGEST: usize = 200;
     let forbidden = |c: char| c.is_control() || matches!(c, '/' | '\\');
@@ -31,8 +31,8 @@ pub fn some_of<S: AsRef<str>>(names: &[S]) -> String {
     }
 }
 
-/// A text for one line of a message. Characters that a terminal would obey, and those that change the order
-/// of text, are written as escapes.
+/// A text for one line of a message. Characters that a terminal would obey, and those that change
+/// the order of text, are written as escapes.
 pub fn plain(text: &str) -> String {
     let turns = |c| matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     let mut out = String::with_capacity(text.len());
@@ -45,8 +45,8 @@ pub fn plain(text: &str) -> String {
     out
 }
 
-/// The beginning of a text that somebody else has sent, for a message: plain, and not much longer than 200
-/// characters.
+/// The beginning of a text that somebody else has sent, for a message: plain, and not much longer
+/// than 200 characters.
 pub fn beginning(text: &str) -> String {
     const KEPT: usize = 200;
     match text.char_indices().nth(KEPT) {

@@ -11,8 +11,8 @@ use crate::Error;
 /// Upper limit for the number of threads, to catch typing errors.
 pub const MOST_THREADS: usize = 1024;
 
-/// A pool with this number of threads, by default one per logical processor. With 0, `rayon` chooses the
-/// number, which is that of the environment variable `RAYON_NUM_THREADS` if it is set.
+/// A pool with this number of threads, by default one per logical processor. With 0, `rayon`
+/// chooses the number, which is that of the environment variable `RAYON_NUM_THREADS` if it is set.
 ///
 /// # Errors
 /// [`Error::Threads`] if the system cannot start the threads.

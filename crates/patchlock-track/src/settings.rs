@@ -1,5 +1,5 @@
-//! Resolves a preset, a settings file and single settings to a validated configuration. Each setting goes
-//! through [`TrackerConfig::set`].
+//! Resolves a preset, a settings file and single settings to a validated configuration. Each
+//! setting goes through [`TrackerConfig::set`].
 
 use std::fmt;
 use std::io;
@@ -98,8 +98,8 @@ pub fn preset(name: &str) -> Result<TrackerConfig, SettingsError> {
     preset.map_err(|_| SettingsError::Preset { name: name.to_string() })
 }
 
-/// The preset that a configuration is based on: this one, unless a settings file has chosen another method;
-/// then the first preset of that method.
+/// The preset that a configuration is based on: this one, unless a settings file has chosen another
+/// method; then the first preset of that method.
 pub fn basis<'a>(name: &'a str, config: &TrackerConfig) -> &'a str {
     let has_method =
         |name: &&str| preset(name).is_ok_and(|preset| preset.method.name() == config.method.name());
@@ -119,8 +119,8 @@ pub struct Overrides<'a> {
 /// The configuration of a preset, with the settings of a file and then the overrides applied.
 ///
 /// # Errors
-/// [`SettingsError`] if the preset is unknown, the file cannot be read or is invalid, or a setting is unknown,
-/// has no effect with the method, or is out of range.
+/// [`SettingsError`] if the preset is unknown, the file cannot be read or is invalid, or a setting
+/// is unknown, has no effect with the method, or is out of range.
 pub fn resolve(
     name: &str,
     file: Option<&Path>,
@@ -172,8 +172,9 @@ fn short_name(name: &str) -> &str {
     }
 }
 
-/// The configuration with the settings of a file. The table of a method chooses that method; settings outside
-/// of tables are those of the method in use, since no two settings have the same name.
+/// The configuration with the settings of a file. The table of a method chooses that method;
+/// settings outside of tables are those of the method in use, since no two settings have the same
+/// name.
 fn with_file(mut config: TrackerConfig, file: &Path) -> Result<TrackerConfig, SettingsError> {
     let mut settings = read(file)?;
     let tables = Method::NAMES.map(|name| match settings.remove(name) {
@@ -226,7 +227,8 @@ fn apply(config: &mut TrackerConfig, settings: toml::Table) -> Result<(), Error>
     settings.iter().try_for_each(|(name, value)| config.set(name, to_value(value)))
 }
 
-/// What TOML has and settings have not becomes a word, which is of the wrong kind or none of the choices.
+/// What TOML has and settings have not becomes a word, which is of the wrong kind or none of the
+/// choices.
 fn to_value(value: &toml::Value) -> Value {
     match value {
         toml::Value::Boolean(flag) => Value::Flag(*flag),

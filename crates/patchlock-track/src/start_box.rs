@@ -10,8 +10,8 @@ const EXPONENT_FROM: f64 = 1e9;
 /// Checks a box against frame `index` of this width and height in pixels.
 ///
 /// # Errors
-/// [`Error::StartBoxShape`] for an invalid width or height; [`Error::StartBoxOutside`] if no part of the box
-/// is in the frame.
+/// [`Error::StartBoxShape`] for an invalid width or height; [`Error::StartBoxOutside`] if no part
+/// of the box is in the frame.
 pub fn check(bbox: &BoundingBox, index: usize, width: usize, height: usize) -> Result<(), Error> {
     let Err(error) = bbox.check_in(width, height) else { return Ok(()) };
     let shown = [bbox.x, bbox.y, bbox.w, bbox.h].map(coordinate).join(",");

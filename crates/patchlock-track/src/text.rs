@@ -1,8 +1,8 @@
 //! Text files of boxes: one line per frame, with numbers separated by commas, tabs or spaces.
 //!
-//! The files come from many sources, so several encodings are supported: UTF-8 with or without a byte-order
-//! mark, UTF-16, and any kind of line end. Anything unusual is recorded. A line that is not understood is an
-//! error that names the line; lines are never skipped.
+//! The files come from many sources, so several encodings are supported: UTF-8 with or without a
+//! byte-order mark, UTF-16, and any kind of line end. Anything unusual is recorded. A line that is
+//! not understood is an error that names the line; lines are never skipped.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -12,8 +12,8 @@ use patchlock_media::MOST_FRAMES;
 
 use crate::{Error, files};
 
-/// The largest distance of a coordinate from the frame's first pixel, and the longest side of a box, in
-/// pixels.
+/// The largest distance of a coordinate from the frame's first pixel, and the longest side of a
+/// box, in pixels.
 pub const MAX_COORDINATE: f64 = 1e9;
 
 /// The numbers of a file.
@@ -114,8 +114,8 @@ fn number(word: &str, index: usize) -> Result<f64, String> {
     word.parse().map_err(|_| format!("\"{shown}\" is not a number"))
 }
 
-/// The box of a row `x,y,w,h`, or the bounding box of a polygon `x1,y1,x2,y2,..`. `None` for a row with NaN.
-/// `origin` is the coordinate of the first pixel in the file, 0 or 1.
+/// The box of a row `x,y,w,h`, or the bounding box of a polygon `x1,y1,x2,y2,..`. `None` for a row
+/// with NaN. `origin` is the coordinate of the first pixel in the file, 0 or 1.
 ///
 /// # Errors
 /// What is wrong with the row.
@@ -173,8 +173,8 @@ pub fn bounding_box(points: &[f64], origin: f64) -> BoundingBox {
     BoundingBox { x: left - origin, y: top - origin, w: right - left, h: bottom - top }
 }
 
-/// A text as a cell of a CSV table. What a spreadsheet would take for a formula has an apostrophe before it;
-/// a number is none. [`of_cell`] takes it off again.
+/// A text as a cell of a CSV table. What a spreadsheet would take for a formula has an apostrophe
+/// before it; a number is none. [`of_cell`] takes it off again.
 pub fn as_cell(text: &str) -> Cow<'_, str> {
     match is_formula(text.trim_start_matches('\'')) {
         true => format!("'{text}").into(),

@@ -1,6 +1,6 @@
-//! Runs each stage once, for instruction counters: `instructions STAGE` runs the stage inside [`counted`],
-//! the only function whose instructions should be counted. Without arguments it runs all stages, to check
-//! that they work. `benchmarks/instructions.py` does the counting.
+//! Runs each stage once, for instruction counters: `instructions STAGE` runs the stage inside
+//! [`counted`], the only function whose instructions should be counted. Without arguments it runs
+//! all stages, to check that they work. `benchmarks/instructions.py` does the counting.
 
 #[allow(dead_code)] // each benchmark uses a part of it
 mod setup;
@@ -15,8 +15,8 @@ use patchlock_scene::{Scene, SceneFrame};
 use setup::{Bench, PARAMS, PARTICLES, SIDE, truth, view};
 use std::hint::black_box;
 
-/// The centre of the small scale's 7 x 7 locations. They are twice as far apart as in the paper, because
-/// programs run about fifty times slower while instructions are counted.
+/// The centre of the small scale's 7 x 7 locations. They are twice as far apart as in the paper,
+/// because programs run about fifty times slower while instructions are counted.
 const LOCATION: usize = 24;
 
 fn small() -> PatchGrid {
@@ -98,7 +98,8 @@ fn codes_of_a_location() {
     counted(&mut code_all);
 }
 
-/// The small dictionary, the buffer's patches, and the data that follow from both for each location.
+/// The small dictionary, the buffer's patches, and the data that follow from both for each
+/// location.
 fn small_dictionary() {
     let bench = Bench::new();
     let (mut scale, buffer) = (scale(&bench), buffer::begin(&bench.templates, 4));

@@ -1,4 +1,5 @@
-//! The time of each stage of a frame, on the rendered scene: `cargo bench -p patchlock --bench stages`.
+//! The time of each stage of a frame, on the rendered scene: `cargo bench -p patchlock --bench
+//! stages`.
 
 #[path = "../tests/solvers/definition.rs"]
 mod definition;
@@ -67,8 +68,8 @@ fn definition_of_one_code(bencher: Bencher<'_, '_>) {
     bencher.bench_local(|| definition::solve(&dictionary, &shared, candidate, &PARAMS));
 }
 
-/// The visibility of one candidate, with small patches this many samples apart (2 in the paper), on one
-/// thread.
+/// The visibility of one candidate, with small patches this many samples apart (2 in the paper), on
+/// one thread.
 #[divan::bench(args = [2, 4])]
 fn look(bencher: Bencher<'_, '_>, small_step: usize) {
     let mut config = PaperConfig::default();

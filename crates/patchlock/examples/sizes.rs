@@ -4,10 +4,10 @@
 //! cargo run --release -p patchlock --example sizes -- robust
 //! ```
 //!
-//! The frames are views of one random texture, displaced a little from frame to frame, so that the target in
-//! their middle is never lost. The first table has frames of several sizes with a target of 64 x 64 pixels,
-//! the second targets of several sizes in frames of 3840 x 2160; both have the median and the slowest frame,
-//! and the memory that the tracker holds.
+//! The frames are views of one random texture, displaced a little from frame to frame, so that the
+//! target in their middle is never lost. The first table has frames of several sizes with a target
+//! of 64 x 64 pixels, the second targets of several sizes in frames of 3840 x 2160; both have the
+//! median and the slowest frame, and the memory that the tracker holds.
 
 use allocation_counter::measure;
 use patchlock::{BoundingBox, Frame, Preset, Tracker};

@@ -5,10 +5,11 @@
 //! cargo run --release -p patchlock --example targets -- robust --separate 1 2 4 8  # a Tracker per target
 //! ```
 //!
-//! For each number of targets it prints the median wall-clock time per frame and per target, the processor
-//! time per target, and the memory of the process. The last two are read from Linux and are 0 on other
-//! systems. All boxes lie around the scene's target, an eighth of a pixel apart. The cost of a target depends
-//! on the contents of its box, and only the number of targets should vary here.
+//! For each number of targets it prints the median wall-clock time per frame and per target, the
+//! processor time per target, and the memory of the process. The last two are read from Linux and
+//! are 0 on other systems. All boxes lie around the scene's target, an eighth of a pixel apart. The
+//! cost of a target depends on the contents of its box, and only the number of targets should vary
+//! here.
 
 use patchlock::{BoundingBox, Error, Frame, MultiTracker, Preset, Tracker};
 use patchlock_scene::{Scene, SceneFrame};

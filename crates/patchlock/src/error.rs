@@ -2,7 +2,8 @@
 
 use crate::value::Kind;
 
-/// Any error of the library. Its message states what was wrong, the given value and what is allowed.
+/// Any error of the library. Its message states what was wrong, the given value and what is
+/// allowed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -52,7 +53,8 @@ pub enum Error {
         /// The existing names.
         known: String,
     },
-    /// The environment variable names instructions that are unknown or that this processor does not support.
+    /// The environment variable names instructions that are unknown or that this processor does not
+    /// support.
     #[error(
         "the environment variable `{variable}` is `{value}`; allowed on this processor: {allowed}. \
          Unset it to use the fastest"

@@ -9,20 +9,21 @@ use std::fmt;
 /// Where the target is in a frame, and how sure that is.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
-    /// The upright box of the target's width and height around its centre, in pixels with fractions.
+    /// The upright box of the target's width and height around its centre, in pixels with
+    /// fractions.
     pub bbox: BoundingBox,
-    /// The corners of the target's outline, which may be turned. For the first box: top left, top right,
-    /// bottom right, bottom left.
+    /// The corners of the target's outline, which may be turned. For the first box: top left, top
+    /// right, bottom right, bottom left.
     pub corners: [Point; 4],
-    /// How sure the tracker is, from 0 to 1. With the method `robust` it is an estimate of the probability
-    /// that the box overlaps the target by at least half. With the method `paper` it is the visible share
-    /// of the target, [`Visibility::share`]: it falls when the target is hidden, changes faster than it is
-    /// learned, or is lost.
+    /// How sure the tracker is, from 0 to 1. With the method `robust` it is an estimate of the
+    /// probability that the box overlaps the target by at least half. With the method `paper` it is
+    /// the visible share of the target, [`Visibility::share`]: it falls when the target is hidden,
+    /// changes faster than it is learned, or is lost.
     pub score: f64,
     /// Whether the target is followed.
     pub status: Status,
-    /// Which parts of the target are visible, where the method knows; `robust` does not while the target is
-    /// lost.
+    /// Which parts of the target are visible, where the method knows; `robust` does not while the
+    /// target is lost.
     pub visibility: Option<Visibility>,
 }
 
@@ -32,10 +33,11 @@ pub struct Estimate {
 pub enum Status {
     /// The target is in the box.
     Tracked,
-    /// The target may be hidden or lost. With the method `paper`: no more of it is visible than the share
-    /// `delta`, at or below which no template is replaced (Eq. 20 of the paper).
+    /// The target may be hidden or lost. With the method `paper`: no more of it is visible than the
+    /// share `delta`, at or below which no template is replaced (Eq. 20 of the paper).
     Uncertain,
-    /// The target is lost; the box is the last one that was known. The method `paper` never says so.
+    /// The target is lost; the box is the last one that was known. The method `paper` never says
+    /// so.
     Lost,
 }
 

@@ -1,10 +1,12 @@
-//! Patchlock: a visual object tracker. Draw a box around anything in the first frame; it follows it through
-//! the video, says how sure it is, and which parts are hidden. No training, no model files, no GPU.
+//! Patchlock: a visual object tracker. Draw a box around anything in the first frame; it follows it
+//! through the video, says how sure it is, and which parts are hidden. No training, no model files,
+//! no GPU.
 //!
-//! There are two methods. [`Method::Robust`] (the presets `robust`, the default, and `fast`) follows with
-//! correlation filters and a map of the target's colours, remembers what was sure, and finds the target again
-//! after a loss. [`Method::Paper`] (the preset `paper`) is an exact and fast implementation of "Patchwise
-//! object tracking via structural local sparse appearance model" (Kashiyani, Shokouhi, 2017).
+//! There are two methods. [`Method::Robust`] (the presets `robust`, the default, and `fast`)
+//! follows with correlation filters and a map of the target's colours, remembers what was sure, and
+//! finds the target again after a loss. [`Method::Paper`] (the preset `paper`) is an exact and fast
+//! implementation of "Patchwise object tracking via structural local sparse appearance model"
+//! (Kashiyani, Shokouhi, 2017).
 //!
 //! Begin with [`Tracker`] and [`TrackerConfig`]; [`MultiTracker`] follows many targets at once.
 //!
@@ -42,8 +44,8 @@
 //! | mask, new template | Eq. 17, 20-21 | `patch_model::mask`, `patch_model::update` |
 //! | first templates, replacement | Sec. 2.5 | `patch_model::templates`, `patch_model::memory` |
 //!
-//! These modules are no part of the public interface: they are visible so that the tests and benchmarks of
-//! this crate can reach them, and change without notice.
+//! These modules are no part of the public interface: they are visible so that the tests and
+//! benchmarks of this crate can reach them, and change without notice.
 
 mod config;
 #[doc(hidden)]
@@ -87,8 +89,8 @@ pub use value::{Kind, Value};
 pub use vision::frame::Frame;
 pub use vision::geometry::{BoundingBox, Point};
 
-/// Identifies the build: a hash of the library's sources, in hexadecimal. Boxes of two builds with the same
-/// hash and the same dependencies are comparable.
+/// Identifies the build: a hash of the library's sources, in hexadecimal. Boxes of two builds with
+/// the same hash and the same dependencies are comparable.
 pub const BUILD: &str = env!("PATCHLOCK_BUILD");
 
 /// Compiles and runs the examples of the README.

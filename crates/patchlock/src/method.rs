@@ -1,5 +1,5 @@
-//! The methods of tracking: a closed set. Everything that a tracker needs of its method is here, so that a
-//! further method is a further variant.
+//! The methods of tracking: a closed set. Everything that a tracker needs of its method is here, so
+//! that a further method is a further variant.
 
 use crate::config::{Method, TrackerConfig};
 use crate::estimate::Estimate;
@@ -33,7 +33,8 @@ pub(crate) struct Images {
     grey: GreyImage,
 }
 
-/// Buffers of one thread for the targets of any method. Those of methods that are not used stay empty.
+/// Buffers of one thread for the targets of any method. Those of methods that are not used stay
+/// empty.
 #[derive(Debug, Default)]
 pub(crate) struct MethodScratch {
     paper: paper::PaperScratch,

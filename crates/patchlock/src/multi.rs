@@ -1,9 +1,10 @@
-//! Many targets in one video. Each is tracked as by a [`Tracker`](crate::Tracker) of its own, to the same
-//! boxes, bit for bit, but the frame is converted once, and buffers belong to threads rather than to targets.
+//! Many targets in one video. Each is tracked as by a [`Tracker`](crate::Tracker) of its own, to
+//! the same boxes, bit for bit, but the frame is converted once, and buffers belong to threads
+//! rather than to targets.
 //!
-//! The targets are split over the threads of the pool in consecutive groups. A thread that has finished its
-//! run helps with the candidates of the others, so that all threads have work with fewer targets than
-//! threads.
+//! The targets are split over the threads of the pool in consecutive groups. A thread that has
+//! finished its run helps with the candidates of the others, so that all threads have work with
+//! fewer targets than threads.
 
 use crate::Error;
 use crate::config::TrackerConfig;
@@ -44,11 +45,12 @@ pub struct Tracked {
 /// ```
 ///
 /// On a frame where some targets continue and others begin, call [`update`](Self::update) first and
-/// [`add`](Self::add) after it. As with a `Tracker`, the `rayon` pool of the caller decides the number of
-/// threads, and the boxes do not depend on it. All targets have the same configuration, the seed included.
+/// [`add`](Self::add) after it. As with a `Tracker`, the `rayon` pool of the caller decides the
+/// number of threads, and the boxes do not depend on it. All targets have the same configuration,
+/// the seed included.
 ///
-/// A target holds its dictionaries and what follows from them, about 20 MB in the preset `paper`. Buffers for
-/// candidates are held once per thread.
+/// A target holds its dictionaries and what follows from them, about 20 MB in the preset `paper`.
+/// Buffers for candidates are held once per thread.
 #[derive(Debug)]
 pub struct MultiTracker {
     config: TrackerConfig,
@@ -68,7 +70,8 @@ impl MultiTracker {
     ///
     /// # Errors
     /// [`Error::Config`] names the setting that is wrong, its value and what is allowed.
-    /// [`Error::Instructions`] if the environment asks for instructions that the processor does not have.
+    /// [`Error::Instructions`] if the environment asks for instructions that the processor does not
+    /// have.
     pub fn new(config: impl Into<TrackerConfig>) -> Result<Self, Error> {
         let config = config.into();
         config.validate()?;
@@ -103,8 +106,8 @@ impl MultiTracker {
     /// [`Tracker`](crate::Tracker) says of the frame.
     ///
     /// # Errors
-    /// [`Error::BoxShape`], [`Error::BoxOutside`] or [`Error::Frame`]; [`Error::FrameSize`] if the other
-    /// targets are tracked on frames of another size. Then nothing has changed.
+    /// [`Error::BoxShape`], [`Error::BoxOutside`] or [`Error::Frame`]; [`Error::FrameSize`] if the
+    /// other targets are tracked on frames of another size. Then nothing has changed.
     pub fn add(&mut self, frame: &Frame<'_>, bbox: BoundingBox) -> Result<&Tracked, Error> {
         let (target, estimate) = self.begin(frame, bbox)?;
         let id = TargetId::from(self.next);
@@ -114,7 +117,8 @@ impl MultiTracker {
         Ok(&self.tracked[self.tracked.len() - 1])
     }
 
-    /// Starts again with a known target on a box of this frame, to correct its track or after a loss.
+    /// Starts again with a known target on a box of this frame, to correct its track or after a
+    /// loss.
     ///
     /// # Errors
     /// As [`add`](Self::add), and [`Error::UnknownTarget`].
@@ -140,13 +144,13 @@ impl MultiTracker {
         Ok(())
     }
 
-    /// Finds all targets in the next frame and learns from it. The targets come in the order in which they
-    /// were added. Nothing is allocated once all buffers have grown, except by `rayon`.
+    /// Finds all targets in the next frame and learns from it. The targets come in the order in
+    /// which they were added. Nothing is allocated once all buffers have grown, except by `rayon`.
     ///
     /// # Errors
-    /// [`Error::FrameSize`] or [`Error::Frame`] if the frame does not fit; then all targets are unchanged. No
-    /// error concerns a single target: one that is lost or outside the frame has an estimate with a low
-    /// score.
+    /// [`Error::FrameSize`] or [`Error::Frame`] if the frame does not fit; then all targets are
+    /// unchanged. No error concerns a single target: one that is lost or outside the frame has an
+    /// estimate with a low score.
     pub fn update(&mut self, frame: &Frame<'_>) -> Result<&[Tracked], Error> {
         let threads = self.prepare(frame)?;
         let run = self.targets.len().div_ceil(threads).max(1);
@@ -160,8 +164,8 @@ impl MultiTracker {
         Ok(&self.tracked)
     }
 
-    /// As [`update`](Self::update), and shows the observer what happened, target by target, without threads
-    /// over targets. The boxes are the same.
+    /// As [`update`](Self::update), and shows the observer what happened, target by target, without
+    /// threads over targets. The boxes are the same.
     ///
     /// # Errors
     /// As [`update`](Self::update).
@@ -198,8 +202,8 @@ impl MultiTracker {
     /// A tracker that continues where the snapshot was taken.
     ///
     /// # Errors
-    /// [`Error::Snapshot`] or [`Error::Config`] where the parts do not fit together; [`Error::Instructions`]
-    /// as in [`MultiTracker::new`].
+    /// [`Error::Snapshot`] or [`Error::Config`] where the parts do not fit together;
+    /// [`Error::Instructions`] as in [`MultiTracker::new`].
     pub fn restore(snapshot: MultiSnapshot) -> Result<Self, Error> {
         let MultiParts { config, next, frame_size, tracks } = snapshot.into_parts()?;
         let mut tracker = Self::new(config)?;

@@ -15,7 +15,8 @@ pub enum FrameView<'a> {
 
 /// Receives the view of each frame. Implemented by every `FnMut(&FrameView)`.
 pub trait Observer {
-    /// Called once per frame that [`Tracker::update_observed`](crate::Tracker::update_observed) tracks.
+    /// Called once per frame that [`Tracker::update_observed`](crate::Tracker::update_observed)
+    /// tracks.
     fn observe(&mut self, view: &FrameView<'_>);
 }
 

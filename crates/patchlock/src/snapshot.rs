@@ -1,5 +1,5 @@
-//! Saved trackers: one version for [`Tracker`](crate::Tracker) and [`MultiTracker`](crate::MultiTracker), of
-//! any method.
+//! Saved trackers: one version for [`Tracker`](crate::Tracker) and
+//! [`MultiTracker`](crate::MultiTracker), of any method.
 
 use crate::Error;
 use crate::config::TrackerConfig;
@@ -15,8 +15,8 @@ const VERSION: u32 = 3;
 
 /// The state of a [`Tracker`](crate::Tracker) between two frames.
 ///
-/// Serialise it with a self-describing `serde` format that keeps floats exact and has 128-bit integers, such
-/// as JSON text (with `serde_json`'s feature `float_roundtrip`).
+/// Serialise it with a self-describing `serde` format that keeps floats exact and has 128-bit
+/// integers, such as JSON text (with `serde_json`'s feature `float_roundtrip`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Snapshot {
     version: Version,
@@ -25,7 +25,8 @@ pub struct Snapshot {
     track: SavedTrack,
 }
 
-/// The state of a [`MultiTracker`](crate::MultiTracker) between two frames; otherwise as [`Snapshot`].
+/// The state of a [`MultiTracker`](crate::MultiTracker) between two frames; otherwise as
+/// [`Snapshot`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MultiSnapshot {
     version: Version,

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Identifies a target of a [`MultiTracker`](crate::MultiTracker). The first target added has number 1, the
-/// next 2. Numbers are never reused.
+/// Identifies a target of a [`MultiTracker`](crate::MultiTracker). The first target added has
+/// number 1, the next 2. Numbers are never reused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct TargetId(u64);
 

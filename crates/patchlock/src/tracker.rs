@@ -24,8 +24,9 @@ use crate::vision::geometry::BoundingBox;
 /// # Ok::<(), patchlock::Error>(())
 /// ```
 ///
-/// The work is shared by the `rayon` pool of the caller, so `pool.install(|| tracker.update(&frame))` chooses
-/// the number of threads. For the same seed the boxes are the same, bit for bit, on any number of them.
+/// The work is shared by the `rayon` pool of the caller, so `pool.install(||
+/// tracker.update(&frame))` chooses the number of threads. For the same seed the boxes are the
+/// same, bit for bit, on any number of them.
 #[derive(Debug)]
 pub struct Tracker {
     config: TrackerConfig,
@@ -43,8 +44,8 @@ impl Tracker {
     ///
     /// # Errors
     /// [`Error::Config`] names the setting that is wrong, its value and what is allowed.
-    /// [`Error::BoxShape`], [`Error::BoxOutside`] or [`Error::Frame`]. [`Error::Instructions`] if the
-    /// environment asks for instructions that the processor does not have.
+    /// [`Error::BoxShape`], [`Error::BoxOutside`] or [`Error::Frame`]. [`Error::Instructions`] if
+    /// the environment asks for instructions that the processor does not have.
     pub fn start(
         config: impl Into<TrackerConfig>,
         frame: &Frame<'_>,
@@ -60,11 +61,12 @@ impl Tracker {
         Ok(Self { config, size: frame.size(), target, estimate, images, scratch })
     }
 
-    /// Starts again on a box of this frame, which may have another size, with the same configuration. The
-    /// result is that of a new tracker, without allocating its buffers again.
+    /// Starts again on a box of this frame, which may have another size, with the same
+    /// configuration. The result is that of a new tracker, without allocating its buffers again.
     ///
     /// # Errors
-    /// [`Error::BoxShape`], [`Error::BoxOutside`] or [`Error::Frame`]; then the tracker is unchanged.
+    /// [`Error::BoxShape`], [`Error::BoxOutside`] or [`Error::Frame`]; then the tracker is
+    /// unchanged.
     pub fn restart(&mut self, frame: &Frame<'_>, bbox: BoundingBox) -> Result<&Estimate, Error> {
         let Self { config, images, scratch, .. } = self;
         bbox.check_in(frame.width(), frame.height())?;
@@ -84,11 +86,12 @@ impl Tracker {
         &self.estimate
     }
 
-    /// Finds the target in the next frame and learns from it. Nothing is allocated once all buffers have
-    /// grown.
+    /// Finds the target in the next frame and learns from it. Nothing is allocated once all buffers
+    /// have grown.
     ///
     /// # Errors
-    /// [`Error::FrameSize`] or [`Error::Frame`] if the frame does not fit; then the tracker is unchanged.
+    /// [`Error::FrameSize`] or [`Error::Frame`] if the frame does not fit; then the tracker is
+    /// unchanged.
     pub fn update(&mut self, frame: &Frame<'_>) -> Result<&Estimate, Error> {
         self.step(frame, None)
     }
@@ -114,8 +117,8 @@ impl Tracker {
     /// A tracker that continues where the snapshot was taken.
     ///
     /// # Errors
-    /// [`Error::Snapshot`] or [`Error::Config`] if the parts do not fit together; [`Error::Instructions`] as
-    /// in [`Tracker::start`].
+    /// [`Error::Snapshot`] or [`Error::Config`] if the parts do not fit together;
+    /// [`Error::Instructions`] as in [`Tracker::start`].
     pub fn restore(snapshot: Snapshot) -> Result<Self, Error> {
         let (config, size, SavedTrack { target, estimate }) = snapshot.into_parts();
         config.validate()?;

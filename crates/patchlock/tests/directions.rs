@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 /// A module of the library, and the modules that it may use.
 type Rule = (&'static str, &'static [&'static str]);
 
-/// Every module below the library's root; each may also use itself. A module may use only modules listed
-/// before it, so there are no cycles.
+/// Every module below the library's root; each may also use itself. A module may use only modules
+/// listed before it, so there are no cycles.
 const MAY_USE: &[Rule] = &[
     ("value", &[]),
     ("error", &["value"]),
@@ -50,16 +50,16 @@ const MAY_USE: &[Rule] = &[
 const RE_EXPORTS: &[(&str, &str)] =
     &[("Error", "error"), ("Tracker", "tracker"), ("MultiTracker", "multi")];
 
-/// Parts of the standard library that the tracker must not use: files, the terminal, the network, processes
-/// and the clock.
+/// Parts of the standard library that the tracker must not use: files, the terminal, the network,
+/// processes and the clock.
 const FORBIDDEN_STD: &[&str] = &["fs", "io", "env", "net", "process", "time", "os"];
 /// An environment variable selects the instructions; it affects nothing else.
 const EXCEPTIONS: &[(&str, &str)] = &[("instructions.rs", "env")];
 const FORBIDDEN_WORDS: &[&str] =
     &["println!", "eprintln!", "print!", "eprint!", "dbg!", "Instant", "SystemTime"];
 
-/// Each crate of the workspace, the workspace crates that it may depend on, and those that only its tests may
-/// depend on.
+/// Each crate of the workspace, the workspace crates that it may depend on, and those that only its
+/// tests may depend on.
 const CRATES: &[(&str, &[&str], &[&str])] = &[
     ("patchlock-scene", &[], &[]),
     // Finds the real sequences for tests.

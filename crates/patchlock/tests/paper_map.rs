@@ -1,5 +1,5 @@
-//! Checks PAPER.md against the code: every item and test that it names exists, and every equation has an
-//! entry.
+//! Checks PAPER.md against the code: every item and test that it names exists, and every equation
+//! has an entry.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -11,7 +11,8 @@ const EQUATIONS: std::ops::RangeInclusive<u32> = 1..=24;
 /// The parts below the heading of an entry, in this order.
 const PARTS: [&str; 3] = ["where", "proved by", "reading"];
 
-/// An entry of the map: a heading such as `### Sec. 2.1, Eq. 3-6: what it is`, followed by [`PARTS`].
+/// An entry of the map: a heading such as `### Sec. 2.1, Eq. 3-6: what it is`, followed by
+/// [`PARTS`].
 #[derive(Debug)]
 struct Entry {
     section: String,
@@ -193,7 +194,8 @@ fn every_item_named_anywhere_exists() {
     assert!(wrong.is_empty(), "{}", wrong.into_iter().collect::<Vec<_>>().join("\n"));
 }
 
-/// For every parameter whose source is the paper, the map has an entry of the section that it names.
+/// For every parameter whose source is the paper, the map has an entry of the section that it
+/// names.
 #[test]
 fn the_table_of_parameters_is_part_of_the_map() {
     let entries = entries(&map());

@@ -48,8 +48,8 @@ fn vectors(dim: usize, count: usize) -> impl Strategy<Value = Vec<f32>> {
     })
 }
 
-/// The atoms must be those of the definition, unless a step was a tie; then both alternatives must have equal
-/// scores.
+/// The atoms must be those of the definition, unless a step was a tie; then both alternatives must
+/// have equal scores.
 fn check(
     dictionary: &Dictionary,
     shared: &[f32],
@@ -169,8 +169,8 @@ impl Setting {
         Self { scene, grid, dictionary, buffer }
     }
 
-    /// Compares the fast solver with the definition at one location of a candidate near the target of frame
-    /// `k`.
+    /// Compares the fast solver with the definition at one location of a candidate near the target
+    /// of frame `k`.
     fn check(&self, k: usize, offset: [f64; 4], location: usize) {
         let candidate = cut(&image(&self.scene, k), &self.scene, k, offset);
         let patch = |template: &Vec<f32>| {
@@ -192,7 +192,8 @@ fn image(scene: &Scene, k: usize) -> GreyImage {
     image
 }
 
-/// The normalised candidate at the true box of frame `k`, offset by this in x, y, scale and rotation.
+/// The normalised candidate at the true box of frame `k`, offset by this in x, y, scale and
+/// rotation.
 fn cut(image: &GreyImage, scene: &Scene, k: usize, [x, y, scale, rotation]: [f64; 4]) -> Vec<f32> {
     let [left, top, w, h] = scene.truth(k).bbox;
     let centre = BoundingBox { x: left + x, y: top + y, w, h }.centre();
@@ -204,8 +205,8 @@ fn cut(image: &GreyImage, scene: &Scene, k: usize, [x, y, scale, rotation]: [f64
     unit(candidate)
 }
 
-/// Candidates as the motion model draws them, but spread wider, over frames in which the target is visible,
-/// half hidden, and visible again.
+/// Candidates as the motion model draws them, but spread wider, over frames in which the target is
+/// visible, half hidden, and visible again.
 fn candidates() -> impl Strategy<Value = (usize, [f64; 4], usize)> {
     let offset = (-12.0..12.0f64, -12.0..12.0f64, -0.1..0.1f64, -0.1..0.1f64);
     (1..60usize, offset.prop_map(|(x, y, s, r)| [x, y, s, r]), 0..169usize)

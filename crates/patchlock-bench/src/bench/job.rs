@@ -1,5 +1,5 @@
-//! A run as a self-contained, serialisable job: everything that another process or machine needs to make it.
-//! The answer is the two files of the run.
+//! A run as a self-contained, serialisable job: everything that another process or machine needs to
+//! make it. The answer is the two files of the run.
 
 use std::path::{self, PathBuf};
 use std::time::Duration;
@@ -126,8 +126,8 @@ pub struct BenchJobs {
     pub failures: Vec<Failure>,
 }
 
-/// The jobs that a benchmark with these options consists of. The caller chooses how many of them run in
-/// parallel, and on how many threads each.
+/// The jobs that a benchmark with these options consists of. The caller chooses how many of them
+/// run in parallel, and on how many threads each.
 ///
 /// # Errors
 /// As [`plan::plan`].

@@ -39,8 +39,8 @@ pub struct Failure {
     pub error: Error,
 }
 
-/// The runs to make on sequences, ordered by target, seed and start. A sequence whose frames cannot be used
-/// is a failure.
+/// The runs to make on sequences, ordered by target, seed and start. A sequence whose frames cannot
+/// be used is a failure.
 pub fn tasks<'a>(
     dataset: &Dataset,
     sequences: &[&'a Sequence],
@@ -75,8 +75,8 @@ pub fn tasks<'a>(
     (tasks, failures)
 }
 
-/// Makes the runs, `jobs` of them in parallel, with `threads` threads per tracker. Returns the runs that
-/// failed; they do not stop the others.
+/// Makes the runs, `jobs` of them in parallel, with `threads` threads per tracker. Returns the runs
+/// that failed; they do not stop the others.
 pub fn run(
     tasks: &[Task<'_>],
     store: &Store,
@@ -149,8 +149,8 @@ fn one(
     store.keep(&run, &store.series().write(&run, trajectory, threads, jobs))
 }
 
-/// Passes frames to a tracker in order and collects its answers. The second argument of `look` is true for
-/// the first frame.
+/// Passes frames to a tracker in order and collects its answers. The second argument of `look` is
+/// true for the first frame.
 ///
 /// # Errors
 /// The first error of `frames` or `look`.

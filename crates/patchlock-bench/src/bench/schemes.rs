@@ -1,17 +1,18 @@
-//! Where a tracker starts: once, at many frames, or on many boxes. These are the protocols of Wu, Lim and
-//! Yang (CVPR 2013) as their toolkit implements them.
+//! Where a tracker starts: once, at many frames, or on many boxes. These are the protocols of Wu,
+//! Lim and Yang (CVPR 2013) as their toolkit implements them.
 //!
 //! - **OPE**, one-pass evaluation: starts at the first frame with ground truth, on its true box.
-//! - **TRE**, temporal robustness evaluation: 20 starts. A frame is eligible if its true box has a positive
-//!   position and size (in the numbers of the file) and at least 19 frames follow it; E is the number of
-//!   eligible frames. The starts are the eligible frames number `1 + floor(k E / 19)` for `k = 0 .. 18`, and
-//!   number E. Each run continues to the end of the sequence. In a short sequence, starts that coincide are
-//!   run once. The toolkit also excludes frames by lists of its authors (target hidden or out of view); these
-//!   are not used here.
-//! - **SRE**, spatial robustness evaluation: 12 boxes on the first frame. For a true box of size w x h, in
-//!   this order: moved left, right, up and down by `ceil(0.1 w)` or `ceil(0.1 h)` pixels; each of the four
-//!   corners pulled outwards by 10 % of w and h, rounded, with the opposite corner fixed; scaled by 0.8, 0.9,
-//!   1.1 and 1.2 around the centre, rounded to whole pixels. Boxes are clipped to the frame.
+//! - **TRE**, temporal robustness evaluation: 20 starts. A frame is eligible if its true box has a
+//!   positive position and size (in the numbers of the file) and at least 19 frames follow it; E is
+//!   the number of eligible frames. The starts are the eligible frames number `1 + floor(k E / 19)`
+//!   for `k = 0 .. 18`, and number E. Each run continues to the end of the sequence. In a short
+//!   sequence, starts that coincide are run once. The toolkit also excludes frames by lists of its
+//!   authors (target hidden or out of view); these are not used here.
+//! - **SRE**, spatial robustness evaluation: 12 boxes on the first frame. For a true box of size w
+//!   x h, in this order: moved left, right, up and down by `ceil(0.1 w)` or `ceil(0.1 h)` pixels;
+//!   each of the four corners pulled outwards by 10 % of w and h, rounded, with the opposite corner
+//!   fixed; scaled by 0.8, 0.9, 1.1 and 1.2 around the centre, rounded to whole pixels. Boxes are
+//!   clipped to the frame.
 //!
 //! All runs are scored against the unmodified ground truth.
 
@@ -94,8 +95,8 @@ pub fn count(scheme: Scheme, sequence: &Sequence, origin: f64) -> usize {
     starts.map_or(0, |starts| starts.len())
 }
 
-/// All starts on a target. `origin` is the coordinate of the first pixel in the file of ground truth, 0 or 1.
-/// `size` returns width and height of the first frame; only SRE calls it.
+/// All starts on a target. `origin` is the coordinate of the first pixel in the file of ground
+/// truth, 0 or 1. `size` returns width and height of the first frame; only SRE calls it.
 ///
 /// # Errors
 /// The error of `size`.

@@ -140,8 +140,8 @@ impl Subject for Patchlock {
     }
 }
 
-/// Creates the tracker for one run: Patchlock with `threads` threads, or an external program with the time
-/// limit `patience` for each answer.
+/// Creates the tracker for one run: Patchlock with `threads` threads, or an external program with
+/// the time limit `patience` for each answer.
 ///
 /// # Errors
 /// [`Error::Subject`] if the tracker cannot be started or is of a different version than the runs.

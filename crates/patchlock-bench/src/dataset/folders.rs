@@ -1,5 +1,5 @@
-//! Reads the layouts with one folder per sequence and a `groundtruth.txt` in it: GOT-10k, LaSOT and VOT. The
-//! other files in the folder tell them apart.
+//! Reads the layouts with one folder per sequence and a `groundtruth.txt` in it: GOT-10k, LaSOT and
+//! VOT. The other files in the folder tell them apart.
 
 use std::path::{Path, PathBuf};
 
@@ -10,8 +10,8 @@ use patchlock_track::{files, text};
 
 /// Name of the file of ground truth.
 const TRUTH: &str = "groundtruth.txt";
-/// Depth below the root at which sequences are searched: LaSOT has a folder for each class, GOT-10k for each
-/// subset.
+/// Depth below the root at which sequences are searched: LaSOT has a folder for each class, GOT-10k
+/// for each subset.
 const DEPTH: usize = 2;
 
 /// `None` if no folder holds such a file. The root may itself be a sequence.
@@ -82,7 +82,8 @@ fn read_sequence(folder: &Path, layout: Layout, builder: &mut Builder) -> Result
     Ok(())
 }
 
-/// VOT's tags: one file per tag, with one flag per frame. A sequence has the tags that any of its frames has.
+/// VOT's tags: one file per tag, with one flag per frame. A sequence has the tags that any of its
+/// frames has.
 fn tags(folder: &Path) -> Result<Vec<String>, Error> {
     let is_tag = |path: &PathBuf| files::ends_with(path, "tag") || files::ends_with(path, "label");
     let mut tags = Vec::new();

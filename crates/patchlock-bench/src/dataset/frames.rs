@@ -41,7 +41,8 @@ pub struct Images {
     pub ranges: Vec<Range>,
 }
 
-/// The images that belong to `rows` rows of ground truth, and a note on anything unusual about them.
+/// The images that belong to `rows` rows of ground truth, and a note on anything unusual about
+/// them.
 ///
 /// # Errors
 /// The reason why images and rows cannot be matched. Nothing is guessed.
@@ -97,8 +98,8 @@ fn has(files: &[PathBuf], number: u64) -> bool {
     files.iter().any(|file| files::number_of(file) == Some(number))
 }
 
-/// The numbers missing between the first and the last file. Empty if a file has no number, or if there are
-/// more missing numbers than files.
+/// The numbers missing between the first and the last file. Empty if a file has no number, or if
+/// there are more missing numbers than files.
 fn gaps(files: &[PathBuf]) -> Vec<String> {
     let numbers: Option<Vec<u64>> = files.iter().map(|file| files::number_of(file)).collect();
     let Some(mut numbers) = numbers else { return Vec::new() };

@@ -7,8 +7,8 @@ use super::{Dataset, Remark, Sequence, Severity};
 /// The result of [`Dataset::inspect`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Findings {
-    /// Width and height of the frames of each sequence in pixels, in the order of the dataset; `None` if the
-    /// first frame cannot be read.
+    /// Width and height of the frames of each sequence in pixels, in the order of the dataset;
+    /// `None` if the first frame cannot be read.
     pub sizes: Vec<Option<(usize, usize)>>,
     /// Anything unusual.
     pub remarks: Vec<Remark>,

@@ -1,5 +1,5 @@
-//! Reads sequences with ground truth from the layouts of public benchmarks. The layout is detected from the
-//! files.
+//! Reads sequences with ground truth from the layouts of public benchmarks. The layout is detected
+//! from the files.
 
 mod folders;
 mod frames;
@@ -45,8 +45,9 @@ pub enum Layout {
 }
 
 impl Layout {
-    /// Coordinate of the first pixel in the files, 0 or 1. Only OTB documents it. Of the others, benchmarks
-    /// with a MATLAB toolkit are assumed to count from 1, the rest from 0. Scores do not depend on it.
+    /// Coordinate of the first pixel in the files, 0 or 1. Only OTB documents it. Of the others,
+    /// benchmarks with a MATLAB toolkit are assumed to count from 1, the rest from 0. Scores do not
+    /// depend on it.
     pub fn origin(self) -> f64 {
         match self {
             Self::Otb | Self::TruthOnly | Self::Lasot | Self::Uav123 => 1.0,
@@ -74,11 +75,11 @@ impl fmt::Display for Layout {
 pub struct Sequence {
     /// Name of the target, such as `Jogging.2`.
     pub name: String,
-    /// The image files, one for each row of ground truth; empty if the dataset has no frames or they do not
-    /// match the ground truth.
+    /// The image files, one for each row of ground truth; empty if the dataset has no frames or
+    /// they do not match the ground truth.
     pub frames: Vec<PathBuf>,
-    /// The box in each frame, in pixels counted from 0; `None` for frames without ground truth, which are not
-    /// scored.
+    /// The box in each frame, in pixels counted from 0; `None` for frames without ground truth,
+    /// which are not scored.
     pub truth: Vec<Option<BoundingBox>>,
     /// Short names of the attributes, such as `OCC`.
     pub attributes: Vec<String>,
@@ -132,8 +133,8 @@ impl Dataset {
     /// Reads the sequences of a folder in any supported layout. Frames are listed, not decoded.
     ///
     /// # Errors
-    /// [`Error::Track`]; [`Error::NoDataset`] if the layout is not recognised. A fault in one sequence is a
-    /// remark and does not affect the others.
+    /// [`Error::Track`]; [`Error::NoDataset`] if the layout is not recognised. A fault in one
+    /// sequence is a remark and does not affect the others.
     pub fn open(root: &Path) -> Result<Self, Error> {
         let mut dataset = read(root)?;
         dataset.sequences.sort_by(|a, b| natural_order::compare(&a.name, &b.name));
@@ -151,7 +152,8 @@ impl Dataset {
         sequence.truth.len() == 1 || sequence.truth.iter().flatten().nth(1).is_some()
     }
 
-    /// Checks the ground truth against the frame sizes. Reads the header of each sequence's first image.
+    /// Checks the ground truth against the frame sizes. Reads the header of each sequence's first
+    /// image.
     pub fn inspect(&self) -> inspect::Findings {
         inspect::inspect(self)
     }
@@ -217,7 +219,8 @@ impl Builder {
         self.dataset.remarks.push(Remark { target: None, severity: Severity::Note, text });
     }
 
-    /// Adds a target, or a remark on why it cannot be used. `images` is `None` for layouts without frames.
+    /// Adds a target, or a remark on why it cannot be used. `images` is `None` for layouts without
+    /// frames.
     fn add(
         &mut self,
         name: &str,

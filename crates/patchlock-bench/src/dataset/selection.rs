@@ -45,7 +45,8 @@ fn has(sequence: &Sequence, attribute: &str) -> bool {
     sequence.attributes.iter().any(|own| own.eq_ignore_ascii_case(attribute))
 }
 
-/// Selects the targets with one of the names (all if empty) and one of the attributes (any if empty).
+/// Selects the targets with one of the names (all if empty) and one of the attributes (any if
+/// empty).
 ///
 /// # Errors
 /// [`SelectionError`] if a name or attribute is unknown, or nothing is selected.

@@ -32,22 +32,24 @@ fn rows() -> impl Iterator<Item = (&'static str, &'static str, &'static str)> {
     })
 }
 
-/// If results with `rows` boxes cover all frames of a sequence of which only a part counts: a note on that
-/// part.
+/// If results with `rows` boxes cover all frames of a sequence of which only a part counts: a note
+/// on that part.
 pub fn counted_part(name: &str, rows: usize) -> Option<String> {
     let range = ranges(name).into_iter().find(|range| range.len() == rows)?;
     Some(format!("the benchmark counts frames {} to {} of this sequence", range.first, range.last))
 }
 
-/// The ranges of file numbers that count, one for each edition of the benchmark; empty if all frames count.
+/// The ranges of file numbers that count, one for each edition of the benchmark; empty if all
+/// frames count.
 pub fn ranges(name: &str) -> Vec<Range> {
     let row = rows().find(|(target, ..)| names::same(target, name));
     let ranges = row.filter(|row| row.1 != "-").map_or("", |row| row.1);
     ranges.split('|').filter_map(Range::parse).collect()
 }
 
-/// Name of an optional table of attributes in or beside a dataset. Its header is `sequence` and short names
-/// of attributes; each further line has the name of a target and 0 or 1 for each attribute.
+/// Name of an optional table of attributes in or beside a dataset. Its header is `sequence` and
+/// short names of attributes; each further line has the name of a target and 0 or 1 for each
+/// attribute.
 const USER_TABLE: &str = "attributes.csv";
 
 /// Adds attributes to the targets that have none, from the user's table or else from that of OTB.

@@ -1,5 +1,5 @@
-//! Reads TrackingNet: `anno/<name>.txt` and `frames/<name>/0.jpg`, in the root or in its subsets (`TEST`,
-//! `TRAIN_0` and so on).
+//! Reads TrackingNet: `anno/<name>.txt` and `frames/<name>/0.jpg`, in the root or in its subsets
+//! (`TEST`, `TRAIN_0` and so on).
 
 use std::path::Path;
 

@@ -16,7 +16,8 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// Removes the ground truth of the frames that are flagged in a file: the target is not visible there.
+    /// Removes the ground truth of the frames that are flagged in a file: the target is not visible
+    /// there.
     ///
     /// # Errors
     /// [`Error::Track`] unless there is one flag for each frame.
@@ -40,8 +41,8 @@ impl Truth {
     }
 }
 
-/// Reads the ground truth of a target. A row with NaN or without a positive width and height is a frame
-/// without ground truth.
+/// Reads the ground truth of a target. A row with NaN or without a positive width and height is a
+/// frame without ground truth.
 pub fn read(path: &Path, origin: f64) -> Result<Truth, Error> {
     let table = text::read(path)?;
     let error = |line: usize, reason: String| Error::line(path, line, reason);

@@ -1,5 +1,6 @@
-//! Reads UAV123: `anno/<set>/<name>.txt`, `anno/<set>/att/<name>.txt` and `data_seq/<set>/<name>/000001.jpg`.
-//! Several targets may be parts of one folder of images: `bird1_2` is a part of `bird1`.
+//! Reads UAV123: `anno/<set>/<name>.txt`, `anno/<set>/att/<name>.txt` and
+//! `data_seq/<set>/<name>/000001.jpg`. Several targets may be parts of one folder of images:
+//! `bird1_2` is a part of `bird1`.
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,5 @@
-//! Compares the score that a tracker gives, read as the probability that its box is on the target, with the
-//! overlap.
+//! Compares the score that a tracker gives, read as the probability that its box is on the target,
+//! with the overlap.
 
 use crate::protocol::HIT_OVERLAP;
 
@@ -17,8 +17,8 @@ pub struct Bin {
     pub share: f64,
 }
 
-/// Scores of frames, each with whether the box is on the target (an overlap of at least 0.5; never without
-/// truth). The first frame of a run does not count, because its box is given.
+/// Scores of frames, each with whether the box is on the target (an overlap of at least 0.5; never
+/// without truth). The first frame of a run does not count, because its box is given.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Calibration {
     frames: Vec<(f64, bool)>,
@@ -37,7 +37,8 @@ impl Calibration {
         self.frames.extend_from_slice(&other.frames);
     }
 
-    /// The frames by score: bin k has the scores from k / 10 to less than (k + 1) / 10, the last one also 1.
+    /// The frames by score: bin k has the scores from k / 10 to less than (k + 1) / 10, the last
+    /// one also 1.
     pub fn bins(&self) -> [Bin; BINS] {
         let mut bins = [Bin::default(); BINS];
         for &(score, is_on) in &self.frames {
@@ -53,16 +54,17 @@ impl Calibration {
         bins
     }
 
-    /// The expected calibration error: the mean over frames of the distance between mean score and share in
-    /// their bin; `None` without frames.
+    /// The expected calibration error: the mean over frames of the distance between mean score and
+    /// share in their bin; `None` without frames.
     pub fn ece(&self) -> Option<f64> {
         let distance = |bin: &Bin| bin.frames as f64 * (bin.score - bin.share).abs();
         let sum: f64 = self.bins().iter().map(distance).sum();
         (!self.frames.is_empty()).then(|| sum / self.frames.len() as f64)
     }
 
-    /// The area under the ROC curve: the probability that a frame with the box on the target has a larger
-    /// score than one without, where equal scores count half; `None` unless there are frames of both kinds.
+    /// The area under the ROC curve: the probability that a frame with the box on the target has a
+    /// larger score than one without, where equal scores count half; `None` unless there are frames
+    /// of both kinds.
     pub fn auroc(&self) -> Option<f64> {
         let mut sorted = self.frames.clone();
         sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -126,7 +128,8 @@ mod tests {
         assert_eq!(of(&[(0.9, on), (0.8, on), (0.3, off), (0.1, None)]).auroc(), Some(1.0));
         assert_eq!(of(&[(0.1, on), (0.8, off)]).auroc(), Some(0.0));
         assert_eq!(of(&[(0.5, on), (0.5, off), (0.5, on)]).auroc(), Some(0.5));
-        // Of the six pairs, (0.6, 0.2), (0.6, 0.4), (0.4, 0.2) are in order, and (0.4, 0.4) counts half.
+        // Of the six pairs, (0.6, 0.2), (0.6, 0.4), (0.4, 0.2) are in order, and (0.4, 0.4) counts
+        // half.
         let mixed = of(&[(0.6, on), (0.4, on), (0.4, off), (0.2, off), (0.7, off)]);
         assert!(close(mixed.auroc(), 3.5 / 6.0));
     }

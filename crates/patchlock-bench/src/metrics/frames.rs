@@ -25,8 +25,8 @@ pub fn last_given(boxes: &[Option<BoundingBox>]) -> Vec<Option<BoundingBox>> {
         .collect()
 }
 
-/// Compares boxes with the ground truth of the same frames; both slices have the same length. Missing boxes
-/// are replaced as by [`last_given`].
+/// Compares boxes with the ground truth of the same frames; both slices have the same length.
+/// Missing boxes are replaced as by [`last_given`].
 pub fn compare(boxes: &[Option<BoundingBox>], truth: &[Option<BoundingBox>]) -> FrameMeasures {
     let mut measures = FrameMeasures::default();
     for (bbox, truth) in last_given(boxes).iter().zip(truth) {

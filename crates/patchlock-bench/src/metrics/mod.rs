@@ -1,5 +1,5 @@
-//! Compares boxes with ground truth, per frame and as curves, and the scores and statuses of a tracker
-//! with these boxes. Of the tracker it uses only the types `BoundingBox` and `Status`.
+//! Compares boxes with ground truth, per frame and as curves, and the scores and statuses of a
+//! tracker with these boxes. Of the tracker it uses only the types `BoundingBox` and `Status`.
 
 mod calibration;
 mod curves;

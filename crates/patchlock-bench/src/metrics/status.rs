@@ -6,8 +6,9 @@ use crate::protocol::{HIT_OVERLAP, LOST_OVERLAP};
 
 /// Counts of frames by status and truth, summed over several runs before they are divided.
 ///
-/// The target is *gone* in a frame without truth or with an overlap below 0.1; the box is *on* it with an
-/// overlap of at least 0.5. The first frame of a run does not count, because its box is given.
+/// The target is *gone* in a frame without truth or with an overlap below 0.1; the box is *on* it
+/// with an overlap of at least 0.5. The first frame of a run does not count, because its box is
+/// given.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct StatusCounts {
     /// Frames with the status lost.
@@ -26,8 +27,8 @@ pub struct StatusCounts {
     pub frames_until_lost: usize,
     /// Stretches of consecutive frames with the status lost.
     pub losses: usize,
-    /// Losses that are followed, before the next one, by a frame with the status tracked in which the box is
-    /// on the target.
+    /// Losses that are followed, before the next one, by a frame with the status tracked in which
+    /// the box is on the target.
     pub recoveries: usize,
 }
 
@@ -76,24 +77,26 @@ impl StatusCounts {
         self.recoveries += other.recoveries;
     }
 
-    /// Share of the frames with the status lost in which the target is gone; `None` without such frames.
+    /// Share of the frames with the status lost in which the target is gone; `None` without such
+    /// frames.
     pub fn precision(&self) -> Option<f64> {
         share(self.lost_and_gone, self.lost)
     }
 
-    /// Share of the frames in which the target is gone that have the status lost; `None` if it never is.
+    /// Share of the frames in which the target is gone that have the status lost; `None` if it
+    /// never is.
     pub fn recall(&self) -> Option<f64> {
         share(self.lost_and_gone, self.gone)
     }
 
-    /// Share of the frames in which the box is on the target that have the status lost; `None` without such
-    /// frames.
+    /// Share of the frames in which the box is on the target that have the status lost; `None`
+    /// without such frames.
     pub fn false_lost(&self) -> Option<f64> {
         share(self.lost_and_on, self.on)
     }
 
-    /// Mean number of frames before the first with the status lost, over the runs that have one; `None` if
-    /// none has.
+    /// Mean number of frames before the first with the status lost, over the runs that have one;
+    /// `None` if none has.
     pub fn first_lost(&self) -> Option<f64> {
         share(self.frames_until_lost, self.runs_with_lost)
     }

@@ -89,13 +89,13 @@ pub struct Comparison<'a> {
 }
 
 impl<'a> Comparison<'a> {
-    /// Selects and ranks the trackers. `shown` names the trackers that every plot names; the report is about
-    /// the first of them, or by default about the best tracker. Trackers with another protocol than the first
-    /// of `shown` (by default OPE, if any tracker has it) are left out.
+    /// Selects and ranks the trackers. `shown` names the trackers that every plot names; the report
+    /// is about the first of them, or by default about the best tracker. Trackers with another
+    /// protocol than the first of `shown` (by default OPE, if any tracker has it) are left out.
     ///
     /// # Errors
-    /// [`Error::NothingToCompare`] if there are no trackers, they have no target in common, or a name in
-    /// `shown` is unknown.
+    /// [`Error::NothingToCompare`] if there are no trackers, they have no target in common, or a
+    /// name in `shown` is unknown.
     pub fn new(board: &'a Scoreboard, truth: &'a Dataset, shown: &[String]) -> Result<Self, Error> {
         let nothing = |reason: String| Err(Error::NothingToCompare { reason });
         if board.trackers.is_empty() {
@@ -176,7 +176,8 @@ fn of_one_kind<'a>(
     (kind, own, notes)
 }
 
-/// The targets of the dataset that all trackers have results for, and a note if some have results for more.
+/// The targets of the dataset that all trackers have results for, and a note if some have results
+/// for more.
 fn common_targets<'a>(
     trackers: &[&TrackerScore],
     truth: &'a Dataset,

@@ -21,8 +21,8 @@ pub const MIN_FRAMES: usize = 3;
 const SIZE: [f64; 2] = [232.0, 174.0];
 const JPEG_QUALITY: u8 = 72;
 
-/// The ranges of frames in which the target is lost. Frames without ground truth neither end nor count
-/// towards a failure.
+/// The ranges of frames in which the target is lost. Frames without ground truth neither end nor
+/// count towards a failure.
 pub fn failures(overlaps: &[Option<f64>]) -> Vec<Range<usize>> {
     let mut all: Vec<(Range<usize>, usize)> = Vec::new();
     let mut open = false;
@@ -54,8 +54,8 @@ pub struct Moment {
     pub what: String,
 }
 
-/// The first frames of the `limit` longest failures, in order of time; or, without failures, the frame with
-/// the smallest overlap.
+/// The first frames of the `limit` longest failures, in order of time; or, without failures, the
+/// frame with the smallest overlap.
 pub fn moments(overlaps: &[Option<f64>], failures: &[Range<usize>], limit: usize) -> Vec<Moment> {
     let mut longest: Vec<&Range<usize>> = failures.iter().collect();
     longest.sort_by_key(|failure| std::cmp::Reverse(failure.len()));
@@ -119,7 +119,8 @@ pub fn thumbnail(
 
 /// A box with a dark border behind it, so that it is visible on any picture.
 fn outline(class: &str, bbox: &BoundingBox, [left, top]: [f64; 2], scale: f64) -> String {
-    // In the thumbnail, pixel k covers k to k + 1, like the pixels of a box: no shift by half a pixel.
+    // In the thumbnail, pixel k covers k to k + 1, like the pixels of a box: no shift by half a
+    // pixel.
     let (x, y) = ((bbox.x - left) * scale, (bbox.y - top) * scale);
     let geometry = format!(
         "x=\"{x:.1}\" y=\"{y:.1}\" width=\"{:.1}\" height=\"{:.1}\"",
@@ -129,8 +130,8 @@ fn outline(class: &str, bbox: &BoundingBox, [left, top]: [f64; 2], scale: f64) -
     format!("<rect class=\"halo\" {geometry}/><rect class=\"{class}\" {geometry}/>")
 }
 
-/// Left, top, width and height of the crop in whole pixels: the boxes with a margin, clipped to the frame, in
-/// the aspect ratio of a thumbnail if the frame is large enough.
+/// Left, top, width and height of the crop in whole pixels: the boxes with a margin, clipped to the
+/// frame, in the aspect ratio of a thumbnail if the frame is large enough.
 fn view(boxes: &[BoundingBox], [frame_w, frame_h]: [f64; 2]) -> [f64; 4] {
     let inside =
         boxes.iter().filter(|b| [b.x, b.y, b.w, b.h].iter().all(|value| value.is_finite()));

@@ -1,7 +1,7 @@
 //! The report: a self-contained HTML page, and every plot with its numbers.
 //!
-//! [`build`] reads only the frames for thumbnails and writes no files: it returns the page as text, and the
-//! plots as values that can be rendered as SVG, PNG and CSV.
+//! [`build`] reads only the frames for thumbnails and writes no files: it returns the page as text,
+//! and the plots as values that can be rendered as SVG, PNG and CSV.
 
 mod comparison;
 mod failures;
@@ -33,8 +33,8 @@ use plots::speed::{Point, Speed};
 /// The options of a report.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Options {
-    /// Names of trackers that every plot names regardless of their rank. The report is about the first of
-    /// them, or by default about the best tracker.
+    /// Names of trackers that every plot names regardless of their rank. The report is about the
+    /// first of them, or by default about the best tracker.
     pub shown: Vec<String>,
     /// How many of the best trackers each plot names.
     pub best: usize,
@@ -64,8 +64,8 @@ pub struct Report {
 /// Builds the report.
 ///
 /// # Errors
-/// [`Error::NothingToCompare`] if there are no trackers, they have no target in common, or a shown one is
-/// unknown.
+/// [`Error::NothingToCompare`] if there are no trackers, they have no target in common, or a shown
+/// one is unknown.
 pub fn build(
     board: &Scoreboard,
     truth: &Dataset,
@@ -199,7 +199,8 @@ fn reliability_plot(comparison: &Comparison, options: &Options) -> Option<Plot> 
     (!lines.is_empty()).then(|| Reliability { title, lines }.plot())
 }
 
-/// The curves of the trackers, ranked by the score of the measure. The best and the shown trackers are named.
+/// The curves of the trackers, ranked by the score of the measure. The best and the shown trackers
+/// are named.
 fn curve_plot(
     measure: &Measure,
     trackers: &[(&ComparedTracker, Summary)],
@@ -268,7 +269,8 @@ fn attribute_plots(
     all
 }
 
-/// The attributes of the compared targets with their meanings: those of OTB in its order, then others.
+/// The attributes of the compared targets with their meanings: those of OTB in its order, then
+/// others.
 fn attributes_of(comparison: &Comparison) -> Vec<(String, String)> {
     let targets = comparison.about().targets.iter();
     let mut present: BTreeSet<&str> =
@@ -280,8 +282,8 @@ fn attributes_of(comparison: &Comparison) -> Vec<(String, String)> {
     all
 }
 
-/// The differences between the tracker of the report and each other one; `None` if there is no other, or
-/// there are too few targets.
+/// The differences between the tracker of the report and each other one; `None` if there is no
+/// other, or there are too few targets.
 fn interval_plot(comparison: &Comparison, draws: &Draws) -> Option<Plot> {
     if comparison.targets.len() < MIN_TARGETS {
         return None;
@@ -310,8 +312,8 @@ fn interval_plot(comparison: &Comparison, draws: &Draws) -> Option<Plot> {
     (!plot.rows.is_empty()).then(|| plot.plot())
 }
 
-/// A name with all characters replaced that are unusual in file names. A long one is cut, and then ends with
-/// a hash of the whole.
+/// A name with all characters replaced that are unusual in file names. A long one is cut, and then
+/// ends with a hash of the whole.
 fn file_name(name: &str) -> String {
     const LONGEST: usize = 60;
     let usual = |c: char| c.is_alphanumeric() || matches!(c, '.' | '-' | '_');

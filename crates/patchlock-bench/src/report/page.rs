@@ -152,8 +152,8 @@ fn track<'a>(tracker: &ComparedTracker<'a>, target: &TargetScore) -> Track<'a> {
     }
 }
 
-/// The status of each frame, the middle one over seeds (the worse of two); `None` unless all passes have
-/// statuses.
+/// The status of each frame, the middle one over seeds (the worse of two); `None` unless all passes
+/// have statuses.
 fn statuses(passes: &[&Pass], frames: usize) -> Option<Vec<Option<Status>>> {
     let known: Option<Vec<&[Status]>> =
         passes.iter().map(|pass| pass.statuses.as_deref()).collect();

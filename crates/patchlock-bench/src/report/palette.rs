@@ -1,14 +1,14 @@
 //! Colours and dash patterns of the trackers; each tracker has the same ones in every plot.
 //!
-//! The hues are those of Okabe and Ito (2008), which can be told apart with any colour vision. When they are
-//! used up, they are repeated with dashes.
+//! The hues are those of Okabe and Ito (2008), which can be told apart with any colour vision. When
+//! they are used up, they are repeated with dashes.
 
 use std::fmt::Write;
 
 use patchlock::Status;
 
-/// Hues for the light and the dark theme, for the classes `c0`, `c1` ..; the first is that of the tracker
-/// that the report is about.
+/// Hues for the light and the dark theme, for the classes `c0`, `c1` ..; the first is that of the
+/// tracker that the report is about.
 const HUES: [[&str; 2]; 7] = [
     ["#d1480a", "#ff8a4c"],
     ["#0072b2", "#57b1ee"],
@@ -22,8 +22,8 @@ const HUES: [[&str; 2]; 7] = [
 pub const LEVEL_COUNT: usize = 5;
 /// Number of statuses.
 pub const STATUS_COUNT: usize = Status::NAMES.len();
-/// Colours of the levels of overlap for the light and the dark theme, from lost to good, for the classes `h0`
-/// .. `h4`.
+/// Colours of the levels of overlap for the light and the dark theme, from lost to good, for the
+/// classes `h0` .. `h4`.
 const LEVELS: [[&str; 2]; LEVEL_COUNT] = [
     ["#b63a06", "#ff7a3d"],
     ["#f0a97f", "#a3542c"],
@@ -31,8 +31,8 @@ const LEVELS: [[&str; 2]; LEVEL_COUNT] = [
     ["#8fbfdf", "#3b7ca8"],
     ["#1f7ab0", "#6cc0f5"],
 ];
-/// Colours of the statuses tracked, uncertain and lost for the light and the dark theme, for the classes `s0`
-/// .. `s2`.
+/// Colours of the statuses tracked, uncertain and lost for the light and the dark theme, for the
+/// classes `s0` .. `s2`.
 const STATUSES: [[&str; 2]; STATUS_COUNT] =
     [["#b9dbb0", "#3d6b3a"], ["#e8b93c", "#c4941c"], ["#8c1d40", "#e0557f"]];
 /// Dash patterns; each repetition of the hues uses the next one.

@@ -1,7 +1,7 @@
 //! A minimal SVG writer (a few shapes and escaped text), and a rasteriser to PNG.
 //!
-//! Shapes have classes instead of colours. SVG files embed [`STYLE`], which defines light colours; in the
-//! page, its own style applies, so that the same plot suits a dark screen and paper.
+//! Shapes have classes instead of colours. SVG files embed [`STYLE`], which defines light colours;
+//! in the page, its own style applies, so that the same plot suits a dark screen and paper.
 
 use std::fmt::{Arguments, Write};
 use std::sync::Arc;
@@ -14,8 +14,8 @@ use crate::Error;
 
 /// Family name of the font that PNGs are drawn with.
 pub const FAMILY: &str = "Hack";
-/// The font file. It is monospaced, so digits align, and it is wider than other fonts, whose text therefore
-/// fits as well.
+/// The font file. It is monospaced, so digits align, and it is wider than other fonts, whose text
+/// therefore fits as well.
 pub const FONT: &[u8] = epaint_default_fonts::HACK_REGULAR;
 /// Scale of PNGs, for sharp text on high-density screens.
 pub const PNG_SCALE: f32 = 2.0;
@@ -68,8 +68,8 @@ impl Svg {
         ));
     }
 
-    /// Appends a name in the colour `ink`, from `x` to at most `x + room`: smaller if it is long, and
-    /// shortened where that is not enough. A shortened name has the whole one as its tooltip.
+    /// Appends a name in the colour `ink`, from `x` to at most `x + room`: smaller if it is long,
+    /// and shortened where that is not enough. A shortened name has the whole one as its tooltip.
     pub fn name(&mut self, [x, y]: [f64; 2], size: f64, room: f64, name: &str) {
         let size = (size * room / width(name, size).max(1.0)).clamp(size * SMALLEST_NAME, size);
         let shown = shorten(name, (room / (size * CHARACTER) + 1e-9) as usize);
@@ -111,8 +111,8 @@ impl Svg {
         ));
     }
 
-    /// The image as an SVG element for a page, without the uppermost `head` units. The style of the page
-    /// applies.
+    /// The image as an SVG element for a page, without the uppermost `head` units. The style of the
+    /// page applies.
     pub fn inline(&self, [width, height]: [f64; 2], head: f64, label: &str) -> String {
         let height = height - head;
         format!(
@@ -141,8 +141,8 @@ pub fn width(text: &str, size: f64) -> f64 {
     text.chars().count() as f64 * size * CHARACTER
 }
 
-/// Shortens a text to at most this number of characters by an ellipsis in the middle, since similar names
-/// differ mostly at their ends.
+/// Shortens a text to at most this number of characters by an ellipsis in the middle, since similar
+/// names differ mostly at their ends.
 pub fn shorten(text: &str, letters: usize) -> String {
     let all: Vec<char> = text.chars().collect();
     if all.len() <= letters {

@@ -58,8 +58,8 @@ pub fn targets(comparison: &Comparison) -> Vec<Vec<String>> {
     table
 }
 
-/// One row per tracker that says something of itself, and kind of mean: over targets, or pooled over all
-/// frames.
+/// One row per tracker that says something of itself, and kind of mean: over targets, or pooled
+/// over all frames.
 pub fn status(comparison: &Comparison) -> Vec<Vec<String>> {
     let head =
         "tracker,mean,lost_precision,lost_recall,false_lost,first_lost,losses,recoveries,ece,auroc";

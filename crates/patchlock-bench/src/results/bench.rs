@@ -1,5 +1,5 @@
-//! Reads what `patchlock bench` writes; see [`crate::bench::store`]. The runs of each protocol are separate
-//! results.
+//! Reads what `patchlock bench` writes; see [`crate::bench::store`]. The runs of each protocol are
+//! separate results.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -41,8 +41,8 @@ pub fn read(folder: &Path, truth: &Dataset) -> Result<Vec<Results>, Error> {
     Ok(all)
 }
 
-/// Leaves out a seed on a target if runs from some starts are missing: it would be scored on other frames
-/// than those of the other trackers.
+/// Leaves out a seed on a target if runs from some starts are missing: it would be scored on other
+/// frames than those of the other trackers.
 fn leave_out_incomplete(results: &mut Results, scheme: Scheme, truth: &Dataset) {
     let mut counts: BTreeMap<(String, u64), usize> = BTreeMap::new();
     for run in &results.runs {

@@ -1,7 +1,7 @@
 //! Reads the results of trackers from common layouts. The layout is detected from the files.
 //!
-//! A layout does not define the coordinate of the first pixel: results are assumed to have the same origin as
-//! the ground truth that they are scored against.
+//! A layout does not define the coordinate of the first pixel: results are assumed to have the same
+//! origin as the ground truth that they are scored against.
 
 mod bench;
 mod mot;
@@ -28,11 +28,11 @@ pub enum Layout {
     Bench,
     /// `<target>.txt` with one box per line: OTB, and the got10k toolkit for OTB.
     Otb,
-    /// `<target>/<target>_001.txt` with one box per line: the got10k toolkit for GOT-10k. Several files are
-    /// repetitions.
+    /// `<target>/<target>_001.txt` with one box per line: the got10k toolkit for GOT-10k. Several
+    /// files are repetitions.
     Got10k,
-    /// `<target>/<target>_001.txt`, in which a line may be a code (1 start, 2 failure, 0 no box) or a
-    /// polygon.
+    /// `<target>/<target>_001.txt`, in which a line may be a code (1 start, 2 failure, 0 no box) or
+    /// a polygon.
     Vot,
     /// `<target>.txt` with `frame,id,x,y,w,h,confidence,..` on each line.
     Mot,
@@ -63,7 +63,8 @@ pub struct Run {
     pub first: usize,
     /// The box in each frame, in pixels counted from 0; `None` where the tracker reported none.
     pub boxes: Vec<Option<BoundingBox>>,
-    /// Time of the tracker for each frame in seconds, if it is known and was measured without parallel runs.
+    /// Time of the tracker for each frame in seconds, if it is known and was measured without
+    /// parallel runs.
     pub seconds: Option<Vec<f64>>,
     /// How sure the tracker was of each frame, 0 to 1, if it is known.
     pub scores: Option<Vec<f64>>,
@@ -122,8 +123,8 @@ impl Results {
     }
 }
 
-/// Reads the results of all trackers at several paths, each as [`read`] does. If trackers have the same name,
-/// their paths are appended to it.
+/// Reads the results of all trackers at several paths, each as [`read`] does. If trackers have the
+/// same name, their paths are appended to it.
 ///
 /// # Errors
 /// As [`read`].
@@ -144,11 +145,12 @@ pub fn read_all<P: AsRef<Path>>(paths: &[P], truth: &Dataset) -> Result<Vec<Resu
     Ok(all.into_iter().map(named).collect())
 }
 
-/// Reads the results of all trackers at a path: the folder of one tracker, or a folder of such folders.
+/// Reads the results of all trackers at a path: the folder of one tracker, or a folder of such
+/// folders.
 ///
 /// # Errors
-/// [`Error::Track`]; [`Error::NoResults`] if no layout matches. An unreadable file is a fault of its tracker,
-/// not an error.
+/// [`Error::Track`]; [`Error::NoResults`] if no layout matches. An unreadable file is a fault of
+/// its tracker, not an error.
 pub fn read(path: &Path, truth: &Dataset) -> Result<Vec<Results>, Error> {
     if path.is_file() {
         return Err(Error::NoResults {
@@ -200,8 +202,8 @@ fn boxes(file: &Path, table: &text::Table, origin: f64) -> Result<Vec<Option<Bou
     table.rows.iter().enumerate().map(row).collect()
 }
 
-/// Reads the times in a file with one number of seconds per line; `None` unless there are `frames` valid
-/// ones.
+/// Reads the times in a file with one number of seconds per line; `None` unless there are `frames`
+/// valid ones.
 fn seconds(file: &Path, frames: usize) -> Option<Vec<f64>> {
     let rows = text::read(file).ok()?.rows;
     let seconds: Option<Vec<f64>> = rows

@@ -1,5 +1,5 @@
-//! Reads MOT files: `frame,id,x,y,w,h,confidence,..` on each line, frames counted from 1, with a single
-//! object.
+//! Reads MOT files: `frame,id,x,y,w,h,confidence,..` on each line, frames counted from 1, with a
+//! single object.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -18,9 +18,9 @@ pub fn is_mot(table: &Table) -> bool {
     !table.rows.is_empty() && table.rows.iter().all(row)
 }
 
-/// One box per frame up to the last frame in the file; `None` for frames that are not listed. No frame may be
-/// after the last of the truth, which has so many `frames`: a short line cannot claim memory by its number. A
-/// target without truth is not scored; it has the listed frames only.
+/// One box per frame up to the last frame in the file; `None` for frames that are not listed. No
+/// frame may be after the last of the truth, which has so many `frames`: a short line cannot claim
+/// memory by its number. A target without truth is not scored; it has the listed frames only.
 pub fn boxes(
     file: &Path,
     table: &Table,

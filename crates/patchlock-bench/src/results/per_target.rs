@@ -1,5 +1,5 @@
-//! Reads one folder per target: `<target>/<target>_001.txt`, as written by the toolkits of GOT-10k and VOT.
-//! Files 002 and so on are repetitions.
+//! Reads one folder per target: `<target>/<target>_001.txt`, as written by the toolkits of GOT-10k
+//! and VOT. Files 002 and so on are repetitions.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,8 @@ use crate::dataset::Dataset;
 use patchlock_track::files::{ends_with, entries, name_of, stem_of};
 use patchlock_track::text;
 
-/// Names of the VOT toolkit's experiments: a folder between that of the tracker and those of the targets.
+/// Names of the VOT toolkit's experiments: a folder between that of the tracker and those of the
+/// targets.
 const EXPERIMENTS: &[&str] = &["baseline", "supervised", "unsupervised", "realtime"];
 
 /// `None` if no folder has files of its own name.
@@ -38,7 +39,8 @@ pub fn read(folder: &Path, truth: &Dataset) -> Result<Option<Results>, Error> {
             results.add(target.clone(), number, &file, given);
             let times = inner.join(format!("{target}_time.txt"));
             if let Some(run) = results.runs.last_mut().filter(|run| run.file == file) {
-                // With several repetitions the file of times has one column for each; these are not read.
+                // With several repetitions the file of times has one column for each; these are not
+                // read.
                 run.seconds = (number == 0).then(|| seconds(&times, run.boxes.len())).flatten();
             }
         }
@@ -79,8 +81,8 @@ fn is_vot(table: &text::Table) -> bool {
     table.rows.iter().any(|row| row.len() == 1 || row.len() >= 6)
 }
 
-/// The boxes of a VOT file. Code 1 in the first line means that the tracker was started there on the true
-/// box, `first`. `codes` counts the codes after it.
+/// The boxes of a VOT file. Code 1 in the first line means that the tracker was started there on
+/// the true box, `first`. `codes` counts the codes after it.
 fn vot_boxes(
     file: &Path,
     table: &text::Table,

@@ -1,8 +1,9 @@
-//! Scores the runs of each tracker against the ground truth, per target and seed, and averages them.
+//! Scores the runs of each tracker against the ground truth, per target and seed, and averages
+//! them.
 //!
-//! The score of a seed is the mean over targets; the score of a tracker is the mean over seeds, with the
-//! standard deviation over seeds. The frames of all runs on one target with one seed (several in TRE and SRE)
-//! are pooled, as in the OTB toolkit.
+//! The score of a seed is the mean over targets; the score of a tracker is the mean over seeds,
+//! with the standard deviation over seeds. The frames of all runs on one target with one seed
+//! (several in TRE and SRE) are pooled, as in the OTB toolkit.
 
 mod summary;
 
@@ -98,8 +99,8 @@ pub struct Refused {
 pub struct Scoreboard {
     /// The trackers that could be scored, in the order given.
     pub trackers: Vec<TrackerScore>,
-    /// The others. They are not scored on the targets whose results happen to be valid, which would be
-    /// misleading.
+    /// The others. They are not scored on the targets whose results happen to be valid, which would
+    /// be misleading.
     pub refused: Vec<Refused>,
     /// The targets with invalid ground truth and the reasons; no tracker is scored on them.
     pub without_truth: Vec<String>,
@@ -190,7 +191,8 @@ fn score_targets(
     targets
 }
 
-/// Groups the runs by the normal form of the target's name. Notes the targets that are ignored or missing.
+/// Groups the runs by the normal form of the target's name. Notes the targets that are ignored or
+/// missing.
 fn runs_by_target<'a>(
     results: &'a Results,
     truth: &Dataset,
@@ -349,8 +351,8 @@ fn common_seeds(targets: &[TargetScore], notes: &mut Vec<String>) -> Vec<u64> {
     whole.into_iter().map(|(seed, _)| seed).collect()
 }
 
-/// The attributes of the trackers' targets, each with the targets that have it: those of OTB first and in its
-/// order.
+/// The attributes of the trackers' targets, each with the targets that have it: those of OTB first
+/// and in its order.
 pub fn attributes(trackers: &[TrackerScore]) -> Vec<(String, Vec<String>)> {
     let known = OTB_ATTRIBUTES.iter().map(|(name, _)| name.to_string());
     let mut parts: Vec<(String, Vec<String>)> = known.map(|name| (name, Vec::new())).collect();

@@ -140,7 +140,8 @@ fn calibration(rows: &[Vec<&SeedScore>]) -> Option<CalibrationSummary> {
     })
 }
 
-/// The mean over the targets that have the value, for each seed that has any, then over these seeds.
+/// The mean over the targets that have the value, for each seed that has any, then over these
+/// seeds.
 fn over_known(
     rows: &[Vec<&SeedScore>],
     value: impl Fn(&SeedScore) -> Option<f64>,
@@ -226,7 +227,8 @@ mod tests {
         assert_eq!((status.losses.mean, mean(status.first_lost)), (0.5, 1.0));
         let calibration = known.calibration.unwrap();
         assert_eq!((mean(calibration.auroc), calibration.pooled.auroc()), (1.0, Some(1.0)));
-        // Of `never` (0.1 + 0.3) / 2, of `half` (0.1 + 0.1) / 2; pooled (0.1 + 0.1 + 0.3 + 0.1) / 4.
+        // Of `never` (0.1 + 0.3) / 2, of `half` (0.1 + 0.1) / 2; pooled (0.1 + 0.1 + 0.3 + 0.1)
+        // / 4.
         assert!((mean(calibration.ece) - 0.15).abs() < 1e-12);
         assert!((calibration.pooled.ece().unwrap() - 0.15).abs() < 1e-12);
 

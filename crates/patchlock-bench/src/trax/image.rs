@@ -1,5 +1,5 @@
-//! Images in TraX: a path (`file:///img/0001.jpg`), pixels (`image:640;480;rgb;` and Base64), or the bytes of
-//! an image file (`data:image/jpeg;` and Base64).
+//! Images in TraX: a path (`file:///img/0001.jpg`), pixels (`image:640;480;rgb;` and Base64), or
+//! the bytes of an image file (`data:image/jpeg;` and Base64).
 
 use std::path::{Path, PathBuf};
 
@@ -68,8 +68,8 @@ impl Image {
         }
     }
 
-    /// The argument for a file. The path should be absolute, since the other program may run in another
-    /// folder.
+    /// The argument for a file. The path should be absolute, since the other program may run in
+    /// another folder.
     pub fn of_path(file: &Path) -> String {
         format!("file://{}", file.display())
     }

@@ -1,7 +1,7 @@
 //! Regions in TraX: `left,top,width,height`, or a polygon `x1,y1,x2,y2,..`.
 //!
-//! Pixel `k` covers `k` to `k + 1`, so the polygon of a box extends from `x` to `x + w`. Corners in the
-//! `patchlock` crate have pixel centres at integers and are half a pixel smaller.
+//! Pixel `k` covers `k` to `k + 1`, so the polygon of a box extends from `x` to `x + w`. Corners in
+//! the `patchlock` crate have pixel centres at integers and are half a pixel smaller.
 
 use std::fmt;
 
@@ -27,7 +27,8 @@ pub enum Region {
 }
 
 impl Region {
-    /// Parses a region such as `10,20,30,40`, optionally preceded by its type, as in `rect:10,20,30,40`.
+    /// Parses a region such as `10,20,30,40`, optionally preceded by its type, as in
+    /// `rect:10,20,30,40`.
     ///
     /// # Errors
     /// What is wrong with the region. Masks are not supported.

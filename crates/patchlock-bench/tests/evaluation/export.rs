@@ -11,8 +11,8 @@ use patchlock_track::export::{self, About, Entry, Format, Options, Track};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// Target 1 in frames 0, 2 and 6, and target 3 in frames 2 and 4, where its box leaves the frame. Only every
-/// second frame was tracked.
+/// Target 1 in frames 0, 2 and 6, and target 3 in frames 2 and 4, where its box leaves the frame.
+/// Only every second frame was tracked.
 fn track() -> Track {
     let entry = |frame, id, [x, y, w, h]: [f64; 4], score, corners| Entry {
         frame,
@@ -67,7 +67,8 @@ impl Workspace {
     }
 }
 
-/// A target in frames 0 to 6: lost in 2 and 3 and at the end, uncertain in 4. `blank`: lost without a box.
+/// A target in frames 0 to 6: lost in 2 and 3 and at the end, uncertain in 4. `blank`: lost without
+/// a box.
 fn lost_track(blank: bool) -> Track {
     use Status::{Lost, Tracked, Uncertain};
     let statuses = [Tracked, Tracked, Lost, Lost, Uncertain, Tracked, Lost];
@@ -357,7 +358,8 @@ fn got10k_is_read_back() {
     assert_reads_back(&out, Layout::Got10k);
 }
 
-/// Checks that our own reader finds two sequences with frames, the first with the boxes of target 1.
+/// Checks that our own reader finds two sequences with frames, the first with the boxes of
+/// target 1.
 fn assert_reads_back(out: &Path, layout: Layout) {
     let dataset = Dataset::open(out).unwrap();
     assert_eq!((dataset.layout, dataset.sequences.len()), (layout, 2));
@@ -419,8 +421,8 @@ fn a_size_that_is_not_needed_is_ignored() {
     assert_eq!(text(out), exported_text(Format::Mot));
 }
 
-/// A target that moves by a pixel per frame from 0 to 30, is half hidden in 12 to 14, and is lost in 21 to
-/// 24.
+/// A target that moves by a pixel per frame from 0 to 30, is half hidden in 12 to 14, and is lost
+/// in 21 to 24.
 fn long_track() -> Track {
     let entry = |frame: usize| {
         let bbox = BoundingBox { x: frame as f64, y: 5.0, w: 4.0, h: 3.0 };
@@ -560,7 +562,8 @@ fn frames_of_a_video_are_saved_as_images() {
     for (format, image) in [
         (Format::Yolo, "images/train/frame_000004.jpg"),
         (Format::Voc, "JPEGImages/frame_000004.jpg"),
-        // The fourth frame of target 1 is frame 6; the frames of target 3, which come later, begin before it.
+        // The fourth frame of target 1 is frame 6; the frames of target 3, which come later, begin
+        // before it.
         (Format::Got10k, "film_000003/00000002.jpg"),
         (Format::Lasot, "toy car/toy car-3/img/00000002.jpg"),
     ] {
@@ -598,7 +601,8 @@ fn existing_files_are_kept() {
     assert_eq!(fs::read_dir(workspace.folder.path()).unwrap().count(), 2);
 }
 
-/// A target has two entries, and each begins a frame after the one before it and ends a frame earlier.
+/// A target has two entries, and each begins a frame after the one before it and ends a frame
+/// earlier.
 fn nested(targets: usize) -> Track {
     let entry = |frame, id| Entry {
         frame,

@@ -13,8 +13,8 @@ use patchlock_bench::{Error, results};
 
 const FRAMES: usize = 12;
 
-/// Sequences in the layout of OTB, with small images. `Deer` and `Crossing` have attributes in the table of
-/// OTB.
+/// Sequences in the layout of OTB, with small images. `Deer` and `Crossing` have attributes in the
+/// table of OTB.
 fn dataset(root: &Path) -> Dataset {
     for (k, name) in ["Deer", "Crossing", "Mine"].iter().enumerate() {
         let folder = root.join(name).join("img");
@@ -43,8 +43,8 @@ fn tracker(root: &Path, name: &str, targets: &[&str], behind: usize, lost_from: 
 
 const ALL: [&str; 3] = ["Deer", "Crossing", "Mine"];
 
-/// Scores three trackers: one exact, one that is lost from frame 6 on, and one whose name must be escaped in
-/// HTML.
+/// Scores three trackers: one exact, one that is lost from frame 6 on, and one whose name must be
+/// escaped in HTML.
 fn scored(folder: &Path, truth: &Dataset) -> Scoreboard {
     tracker(folder, "exact", &ALL, 0, FRAMES);
     tracker(folder, "loser", &ALL, 1, 6);
@@ -118,7 +118,8 @@ fn every_plot_has_svg_png_and_csv_with_the_scores() {
         let dp: f64 = plot(&report, "precision").table[21][column].parse().unwrap();
         assert!((dp - tracker.overall.dp20.mean).abs() < 1e-6, "{}", tracker.name);
     }
-    // Deer and Crossing have a cluttered background; only Deer has motion blur, which then has no plot.
+    // Deer and Crossing have a cluttered background; only Deer has motion blur, which then has no
+    // plot.
     let loser = &board.trackers.iter().find(|t| t.name == "loser").unwrap().targets;
     let both = loser.iter().filter(|target| target.target != "Mine");
     let both: Vec<f64> = both.map(|target| target.seeds[0].curves.success50()).collect();

@@ -1,5 +1,5 @@
-//! On real sequences, the pruned computation gives exactly the same boxes as the plain one, in which
-//! every candidate is coded at every location. `patchlock_testdata` finds the sequences.
+//! On real sequences, the pruned computation gives exactly the same boxes as the plain one, in
+//! which every candidate is coded at every location. `patchlock_testdata` finds the sequences.
 //! `PATCHLOCK_FULL=1` tests whole sequences, which takes most of an hour on two cores;
 //! `PATCHLOCK_SIMD=plain` selects the code without SIMD.
 

@@ -1,23 +1,24 @@
-//! Compares our scores with an independent implementation: the got10k toolkit 0.1.3 scores the same boxes
-//! against the same ground truth, and every difference is explained.
+//! Compares our scores with an independent implementation: the got10k toolkit 0.1.3 scores the same
+//! boxes against the same ground truth, and every difference is explained.
 //!
-//! Its definition of the centre of a box, its thresholds and its comparisons (`<=` for distances, `>` for
-//! overlaps) are the same as ours. It differs in four conventions:
+//! Its definition of the centre of a box, its thresholds and its comparisons (`<=` for distances,
+//! `>` for overlaps) are the same as ours. It differs in four conventions:
 //!
 //! - [`Difference::FirstFrame`]: it replaces the first box by the true one.
-//! - [`Difference::MissingBox`]: a frame without a box counts as a failure; we use the last box before it.
-//! - [`Difference::NoTruth`]: a frame without ground truth counts, with an overlap of 0; for us it does not
-//!   count.
-//! - [`Difference::Thresholds`]: its overlap thresholds are multiples of 0.05, which are not the closest
-//!   numbers to 0.15, 0.3 and so on. Only overlaps within this rounding error are affected.
+//! - [`Difference::MissingBox`]: a frame without a box counts as a failure; we use the last box
+//!   before it.
+//! - [`Difference::NoTruth`]: a frame without ground truth counts, with an overlap of 0; for us it
+//!   does not count.
+//! - [`Difference::Thresholds`]: its overlap thresholds are multiples of 0.05, which are not the
+//!   closest numbers to 0.15, 0.3 and so on. Only overlaps within this rounding error are affected.
 //!
-//! With these conventions applied, the curves are equal for every target, except for frames whose value
-//! equals a threshold up to rounding; these are counted. (Its speed, which is not tested here, is the mean of
-//! 1 / t over frames; ours is the number of frames divided by the total time.)
+//! With these conventions applied, the curves are equal for every target, except for frames whose
+//! value equals a threshold up to rounding; these are counted. (Its speed, which is not tested
+//! here, is the mean of 1 / t over frames; ours is the number of frames divided by the total time.)
 //!
-//! The tests on the golden file need only that file, which `tools/judge` generates. The others need its
-//! virtual environment (`tools/judge/setup.sh`); without it they print a note and pass, or fail if
-//! `PATCHLOCK_JUDGE` is `required`.
+//! The tests on the golden file need only that file, which `tools/judge` generates. The others need
+//! its virtual environment (`tools/judge/setup.sh`); without it they print a note and pass, or fail
+//! if `PATCHLOCK_JUDGE` is `required`.
 
 use std::collections::BTreeMap;
 use std::env;
@@ -90,13 +91,15 @@ fn frames(run: &Run, truth: &Truth, differences: &[Difference]) -> Vec<Frame> {
     frames
 }
 
-/// Centre distance to a row of ground truth, which counts from 1 and may have no size or no numbers.
+/// Centre distance to a row of ground truth, which counts from 1 and may have no size or no
+/// numbers.
 fn distance(bbox: &BoundingBox, [x, y, w, h]: [f64; 4]) -> f64 {
     let [cx, cy] = bbox.centre();
     (cx - (x - 1.0 + (w - 1.0) / 2.0)).hypot(cy - (y - 1.0 + (h - 1.0) / 2.0))
 }
 
-/// Shares of frames at the thresholds, and shares of frames that equal each threshold up to rounding.
+/// Shares of frames at the thresholds, and shares of frames that equal each threshold up to
+/// rounding.
 struct Curve {
     shares: Vec<f64>,
     ties: Vec<f64>,
@@ -191,7 +194,8 @@ fn read(folder: &Path) -> Input {
     Input { dataset, truth, trackers }
 }
 
-/// The Python interpreter of the virtual environment; without one, logs the reason and returns `None`.
+/// The Python interpreter of the virtual environment; without one, logs the reason and returns
+/// `None`.
 fn judge(test: &str) -> Option<PathBuf> {
     let venv = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/judge-venv");
     let python = venv.join("bin/python");
@@ -220,8 +224,8 @@ fn golden() -> Value {
     serde_json::from_slice(&fs::read(here().join("got10k.json")).unwrap()).unwrap()
 }
 
-/// Largest gap over all runs of the made-up trackers. Their numbers are chosen so that rounding has no
-/// effect.
+/// Largest gap over all runs of the made-up trackers. Their numbers are chosen so that rounding has
+/// no effect.
 fn made_up_gap(judged: &Value, differences: &[Difference], only: Option<&str>) -> f64 {
     let input = read(&here().join("made_up"));
     let mut most = 0.0_f64;
@@ -308,7 +312,8 @@ fn published_boxes_are_scored_as_by_got10k() {
     let (Some(python), Some(data)) = (judge(test), published(test)) else { return };
     let folder = tempfile::tempdir().unwrap();
     copy(&data.join("annotations"), &folder.path().join("truth"));
-    // LSK is not used: two of its files are longer than the ground truth, which both programs reject.
+    // LSK is not used: two of its files are longer than the ground truth, which both programs
+    // reject.
     for name in ["SCM", "Struck", "TLD", "ASLA", "IVT", "CXT", "VTD", "MIL", "CPF", "L1APG"] {
         copy(&data.join(name), &folder.path().join("results").join(name));
     }

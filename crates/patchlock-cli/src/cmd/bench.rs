@@ -69,9 +69,9 @@ pub struct BenchArgs {
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
 
-    /// Run another tracker: a program that implements the TraX protocol (version 1 to 4, text on its
-    /// standard input and output, images as paths). It is restarted for each run, with the seed in the
-    /// environment variable PATCHLOCK_SEED. Its times include reading the images
+    /// Run another tracker: a program that implements the TraX protocol (version 1 to 4, text on
+    /// its standard input and output, images as paths). It is restarted for each run, with the seed
+    /// in the environment variable PATCHLOCK_SEED. Its times include reading the images
     #[arg(
         long,
         value_name = "PROGRAM ...",
@@ -112,7 +112,8 @@ pub struct BenchArgs {
     #[arg(long, value_name = "IV,OCC", value_delimiter = ',')]
     attributes: Vec<String>,
 
-    /// Parallel runs, each with its share of the threads; with more than 1 the times do not measure speed
+    /// Parallel runs, each with its share of the threads; with more than 1 the times do not measure
+    /// speed
     #[arg(
         long,
         value_name = THREADS_SHOWN,

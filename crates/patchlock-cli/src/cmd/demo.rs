@@ -206,7 +206,8 @@ impl Show {
         let chart = Chart { overlap: &self.overlap, score: &self.score, hidden: &hidden, subtitle };
         let mut strip = Vec::new();
         strip::draw(&self.panels)?.write_png(&mut strip)?;
-        // Write all files first and then rename all, so that a full disk does not leave an incomplete demo.
+        // Write all files first and then rename all, so that a full disk does not leave an
+        // incomplete demo.
         let files = [
             self.input.finish().map_err(self.write_error)?,
             filled(out, "overlap.svg", chart.svg().as_bytes())?,
@@ -225,8 +226,8 @@ impl Show {
     }
 }
 
-/// A crop of the frame around the target, annotated like a whole frame. There is no overlap where nothing of
-/// the target is visible.
+/// A crop of the frame around the target, annotated like a whole frame. There is no overlap where
+/// nothing of the target is visible.
 fn panel(target: &Seen, tracked: &Tracked<'_>, what: &str, overlap: Option<f64>) -> Panel {
     let Tracked { picture, frame, ms, .. } = *tracked;
     let side = PANEL.min(picture.width).min(picture.height);
@@ -293,8 +294,8 @@ struct Moment {
     what: String,
 }
 
-/// The first frame and the frames in which each difficulty is greatest, in temporal order. The middle of the
-/// frames in which the target is hidden completely stands for all of them.
+/// The first frame and the frames in which each difficulty is greatest, in temporal order. The
+/// middle of the frames in which the target is hidden completely stands for all of them.
 fn moments(scene: &Scene) -> Vec<Moment> {
     let percent = |share: f64| format!("{:.0} %", 100.0 * share);
     let most = |value: &dyn Fn(usize) -> f64| {

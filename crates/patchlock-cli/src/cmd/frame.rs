@@ -97,7 +97,8 @@ fn write(canvas: &Canvas, out: &Path, overwrite: bool) -> Result<()> {
     Ok(())
 }
 
-/// Draws a line every 1, 2 or 5 times a power of ten pixels, and their numbers at the upper and left side.
+/// Draws a line every 1, 2 or 5 times a power of ten pixels, and their numbers at the upper and
+/// left side.
 fn draw_grid(canvas: &mut Canvas) {
     let (width, height) = (canvas.width(), canvas.height());
     let longer = width.max(height);

@@ -40,8 +40,8 @@ pub struct PictureArgs {
     #[arg(long, value_name = "FILE.gif")]
     gif: Option<PathBuf>,
 
-    /// Show only the part around the target in --video and --gif, this many times as wide as the larger side
-    /// of its box. Only for a single target
+    /// Show only the part around the target in --video and --gif, this many times as wide as the
+    /// larger side of its box. Only for a single target
     #[arg(long, value_name = "1..20", allow_negative_numbers = true, requires = "pictures")]
     crop: Option<f64>,
 

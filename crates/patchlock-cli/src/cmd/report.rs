@@ -42,11 +42,13 @@ The page needs no other files and no network. Every figure is also written as
 SVG, PNG and CSV, with tables of all numbers, to a folder beside the page. The
 same input gives the same files.";
 
-/// Compares trackers on one page: plots, tables, differences with intervals, every sequence over time
+/// Compares trackers on one page: plots, tables, differences with intervals, every sequence over
+/// time
 ///
-/// RESULTS are folders of trackers, or folders that contain such folders, in the layouts that patchlock score
-/// reads. The trackers are compared on the targets that all of them have; the page lists the targets that are
-/// left out. A tracker with a trajectory of the wrong length is left out and named.
+/// RESULTS are folders of trackers, or folders that contain such folders, in the layouts that
+/// patchlock score reads. The trackers are compared on the targets that all of them have; the page
+/// lists the targets that are left out. A tracker with a trajectory of the wrong length is left out
+/// and named.
 #[derive(Debug, Args)]
 #[command(override_usage = USAGE, after_help = EXAMPLES)]
 pub struct ReportArgs {
@@ -62,8 +64,8 @@ pub struct ReportArgs {
     #[arg(long, value_name = "FILE.html")]
     out: PathBuf,
 
-    /// Trackers that every plot labels, whatever their rank; the report is about the first [default: the
-    /// tracker with the largest AUC]
+    /// Trackers that every plot labels, whatever their rank; the report is about the first
+    /// [default: the tracker with the largest AUC]
     #[arg(long, value_name = "NAME,..", value_delimiter = ',')]
     show: Vec<String>,
 
@@ -77,7 +79,8 @@ pub struct ReportArgs {
     )]
     best: u8,
 
-    /// Maximum number of pictures of failures for each target, if the dataset has frames; 0 for none
+    /// Maximum number of pictures of failures for each target, if the dataset has frames; 0 for
+    /// none
     #[arg(
         long,
         value_name = "0..=12",
@@ -87,8 +90,8 @@ pub struct ReportArgs {
     )]
     thumbnails: u8,
 
-    /// Folder for the figures as SVG, PNG and CSV and for the tables [default: the name of the page plus
-    /// _plots]
+    /// Folder for the figures as SVG, PNG and CSV and for the tables [default: the name of the page
+    /// plus _plots]
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
 

@@ -46,10 +46,12 @@ of 0.5: expected calibration error (ECE) and area under the ROC curve (AUROC).
 
 METHODOLOGY.md documents all conventions.";
 
-/// Scores results against the truth: precision, success, overlap, speed, and their spread over seeds
+/// Scores results against the truth: precision, success, overlap, speed, and their spread over
+/// seeds
 ///
-/// Scores are averaged over targets, then over seeds; +- is the standard deviation over seeds. A tracker with
-/// a trajectory that can't be read or has the wrong length is not scored, and the exit code is 1.
+/// Scores are averaged over targets, then over seeds; +- is the standard deviation over seeds. A
+/// tracker with a trajectory that can't be read or has the wrong length is not scored, and the exit
+/// code is 1.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ScoreArgs {
@@ -94,8 +96,8 @@ pub fn run(args: &ScoreArgs) -> Result<()> {
     conclude(&board)
 }
 
-/// Prints notes on standard error, to keep them out of the tables. A note on several trackers is printed
-/// once.
+/// Prints notes on standard error, to keep them out of the tables. A note on several trackers is
+/// printed once.
 fn print_notes(board: &Scoreboard, targets: usize) {
     let mut notes: Vec<(&str, Vec<&str>)> = Vec::new();
     for tracker in &board.trackers {
@@ -324,7 +326,8 @@ fn tracker_json(board: &Scoreboard, tracker: &TrackerScore, by: Option<By>) -> V
     value
 }
 
-/// The measures; `_sd` is null for a single seed, `fps`, `status` and `calibration` if they are unknown.
+/// The measures; `_sd` is null for a single seed, `fps`, `status` and `calibration` if they are
+/// unknown.
 fn summary_json(s: &Summary) -> Value {
     let mut value = measures_json(&[
         ("dp20", Some(s.dp20)),

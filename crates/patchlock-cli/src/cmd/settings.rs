@@ -19,8 +19,8 @@ pub struct SettingsArgs {
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
 
-    /// Change one setting, such as search=7 or rotate=false; may be repeated. It takes precedence over
-    /// --config
+    /// Change one setting, such as search=7 or rotate=false; may be repeated. It takes precedence
+    /// over --config
     #[arg(long, value_name = "NAME=VALUE")]
     pub set: Vec<String>,
 }

@@ -38,8 +38,8 @@ pub struct CompletionsArgs {
 #[derive(Debug, Args)]
 #[command(after_help = MAN)]
 pub struct ManArgs {
-    /// An existing folder for the pages of the program and of each command; files of the same names are
-    /// replaced
+    /// An existing folder for the pages of the program and of each command; files of the same names
+    /// are replaced
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }

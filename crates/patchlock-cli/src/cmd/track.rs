@@ -59,17 +59,17 @@ EXAMPLES:
 
 /// Tracks one or more objects through a video or a folder of frames
 ///
-/// SOURCE is a folder of images (in natural order: 2.jpg before 10.jpg), a pattern such as 'img/%04d.jpg', a
-/// glob in quotes, an MP4 with H.264 video, a Y4M file, or - for Y4M on standard input. Other videos are
-/// decoded by ffmpeg, if it is installed. Images are jpg, png, tiff, bmp or webp; grey images stay grey and
-/// 16-bit grey images stay 16-bit. Frames are as a player shows them: rotation tags of videos and images and
-/// the edit lists of MP4 files are applied.
+/// SOURCE is a folder of images (in natural order: 2.jpg before 10.jpg), a pattern such as
+/// 'img/%04d.jpg', a glob in quotes, an MP4 with H.264 video, a Y4M file, or - for Y4M on standard
+/// input. Other videos are decoded by ffmpeg, if it is installed. Images are jpg, png, tiff, bmp or
+/// webp; grey images stay grey and 16-bit grey images stay 16-bit. Frames are as a player shows
+/// them: rotation tags of videos and images and the edit lists of MP4 files are applied.
 ///
-/// Frames count from 0. Pixels count from 0 with their centres at whole numbers, so a box covers the pixels x
-/// to x + w - 1.
+/// Frames count from 0. Pixels count from 0 with their centres at whole numbers, so a box covers
+/// the pixels x to x + w - 1.
 ///
-/// With several boxes, or a file of boxes, tables have a column id after frame and one line per target and
-/// frame.
+/// With several boxes, or a file of boxes, tables have a column id after frame and one line per
+/// target and frame.
 ///
 /// Ctrl-C stops after the current frame; all files are then complete up to that frame. A second
 /// Ctrl-C does not wait for it: tables are kept up to the frame before, video and summary are not
@@ -88,8 +88,8 @@ pub struct TrackArgs {
     /// Frames: a folder, a pattern, a glob, a video file, or - for Y4M on stdin
     source: String,
 
-    /// The target in the first tracked frame: left, top (from 0), width, height; may be fractional. If the
-    /// option is repeated, each box is a target, with the ids 1, 2 and so on
+    /// The target in the first tracked frame: left, top (from 0), width, height; may be fractional.
+    /// If the option is repeated, each box is a target, with the ids 1, 2 and so on
     #[arg(long = "box", id = "bbox", value_name = "X,Y,W,H", allow_hyphen_values = true)]
     bbox: Vec<String>,
 
@@ -98,8 +98,9 @@ pub struct TrackArgs {
     #[arg(long, value_name = "FILE")]
     box_from: Option<PathBuf>,
 
-    /// Targets that start and end at any frame: a CSV file with the columns frame,id,x,y,w,h, counted from 0.
-    /// A target starts at its first line, restarts at a later one, and ends at a line without x, y, w and h
+    /// Targets that start and end at any frame: a CSV file with the columns frame,id,x,y,w,h,
+    /// counted from 0. A target starts at its first line, restarts at a later one, and ends at a
+    /// line without x, y, w and h
     #[arg(long, value_name = "FILE.csv")]
     boxes: Option<PathBuf>,
 
@@ -113,7 +114,8 @@ pub struct TrackArgs {
     #[command(flatten)]
     settings: SettingsArgs,
 
-    /// Seed of the random numbers [default: the seed in the settings]; the same seed gives the same boxes
+    /// Seed of the random numbers [default: the seed in the settings]; the same seed gives the same
+    /// boxes
     #[arg(long, value_name = SEEDS_SHOWN, allow_negative_numbers = true, value_parser = seed())]
     seed: Option<u64>,
 
@@ -125,7 +127,8 @@ pub struct TrackArgs {
     #[arg(long, value_name = "0..", default_value = "0", allow_negative_numbers = true)]
     start: usize,
 
-    /// End of the range, exclusive: --start 10 --end 20 tracks frames 10 to 19 [default: all frames]
+    /// End of the range, exclusive: --start 10 --end 20 tracks frames 10 to 19 [default: all
+    /// frames]
     #[arg(long, value_name = "0..", allow_negative_numbers = true)]
     end: Option<usize>,
 
@@ -143,8 +146,8 @@ pub struct TrackArgs {
     #[arg(long)]
     reverse: bool,
 
-    /// Save the boxes; may be repeated. The extension selects the format: .csv and .jsonl (0-based, all
-    /// columns), .txt (x,y,w,h per line, 1-based)
+    /// Save the boxes; may be repeated. The extension selects the format: .csv and .jsonl (0-based,
+    /// all columns), .txt (x,y,w,h per line, 1-based)
     #[arg(long, value_name = "FILE")]
     save: Vec<PathBuf>,
 
@@ -155,8 +158,8 @@ pub struct TrackArgs {
     #[command(flatten)]
     pictures: PictureArgs,
 
-    /// Save statistics of the run as JSON: frames, frames_lost, losses (each with the frames of the loss and
-    /// of the return), tracking_fps (without decoding), ms_median, ms_p95, ...
+    /// Save statistics of the run as JSON: frames, frames_lost, losses (each with the frames of the
+    /// loss and of the return), tracking_fps (without decoding), ms_median, ms_p95, ...
     #[arg(long, value_name = "FILE.json")]
     summary: Option<PathBuf>,
 

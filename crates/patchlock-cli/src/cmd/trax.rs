@@ -44,7 +44,8 @@ pub struct TraxArgs {
     #[command(flatten)]
     settings: SettingsArgs,
 
-    /// Seed of the random numbers [default: the seed in the settings]; the same seed gives the same boxes
+    /// Seed of the random numbers [default: the seed in the settings]; the same seed gives the same
+    /// boxes
     #[arg(
         long,
         value_name = SEEDS_SHOWN,

@@ -1,6 +1,6 @@
-//! Draws the track on a frame: box and rotated outline, and the panels with score and patches. Lines are
-//! solid when the target is tracked, dashed when that is uncertain; of a lost target only the last known box
-//! is drawn, thin and grey, with the word LOST.
+//! Draws the track on a frame: box and rotated outline, and the panels with score and patches.
+//! Lines are solid when the target is tracked, dashed when that is uncertain; of a lost target only
+//! the last known box is drawn, thin and grey, with the word LOST.
 
 use patchlock::{Estimate, Status};
 use patchlock_studio::drawing::canvas::{Canvas, Line};
@@ -43,8 +43,8 @@ pub fn annotate_on(
     }
 }
 
-/// The corners of the target's outline, on the canvas. They are points, and a point with integer coordinates
-/// is the centre of a pixel.
+/// The corners of the target's outline, on the canvas. They are points, and a point with integer
+/// coordinates is the centre of a pixel.
 pub fn outline(seen: &Seen) -> [[f32; 2]; 4] {
     seen.estimate.corners.map(|corner| corner.map(|value| value as f32 + 0.5))
 }

@@ -1,4 +1,5 @@
-//! What a run measures: the time of each frame, the status of each target, and when targets were lost.
+//! What a run measures: the time of each frame, the status of each target, and when targets were
+//! lost.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -44,7 +45,8 @@ pub struct Loss {
     pub id: Option<u64>,
     /// The first frame in which it was lost.
     pub frame: usize,
-    /// The first frame in which it was not lost any more; `None` if the target or the run ended before.
+    /// The first frame in which it was not lost any more; `None` if the target or the run ended
+    /// before.
     pub returned: Option<usize>,
 }
 
@@ -101,8 +103,8 @@ impl Measured {
         self.statuses[status as usize]
     }
 
-    /// The stretches of at least ten frames with a low score: below one half, if the score is a probability,
-    /// and otherwise below half of the target's median score.
+    /// The stretches of at least ten frames with a low score: below one half, if the score is a
+    /// probability, and otherwise below half of the target's median score.
     pub fn low_scores(&self, is_probability: bool) -> Vec<Low> {
         let mut all = Vec::new();
         for (&id, scores) in &self.scores {

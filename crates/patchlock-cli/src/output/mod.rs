@@ -1,4 +1,5 @@
-//! Output of results: tables, the annotated video, the summary. Files are written completely or not at all.
+//! Output of results: tables, the annotated video, the summary. Files are written completely or not
+//! at all.
 
 pub mod chart;
 pub mod draw;
@@ -31,7 +32,8 @@ use patchlock_media::Picture;
 pub struct Seen {
     /// The target's id; `None` if the run has a single target.
     pub id: Option<u64>,
-    /// The box: the given one in the frame where the target starts, the tracked one in later frames.
+    /// The box: the given one in the frame where the target starts, the tracked one in later
+    /// frames.
     pub bbox: BoundingBox,
     /// The tracker's estimate.
     pub estimate: Estimate,
@@ -49,8 +51,8 @@ impl Seen {
         seen
     }
 
-    /// The target with all positions multiplied, for an enlarged frame. Boxes cover whole pixels, while
-    /// corners are points, and pixel centres are at whole numbers.
+    /// The target with all positions multiplied, for an enlarged frame. Boxes cover whole pixels,
+    /// while corners are points, and pixel centres are at whole numbers.
     pub fn scaled(&self, by: f64) -> Self {
         let mut seen = self.clone();
         let Estimate { bbox, corners, .. } = &mut seen.estimate;

@@ -1,5 +1,5 @@
-//! The panels of an annotated frame: frame number, score and status in one, the maps of visible patches in
-//! another. Each is in a corner where it covers no target, as long as there is one.
+//! The panels of an annotated frame: frame number, score and status in one, the maps of visible
+//! patches in another. Each is in a corner where it covers no target, as long as there is one.
 
 use patchlock::{Estimate, Visibility, VisibilityMap};
 use patchlock_studio::drawing::canvas::{Area, Canvas};
@@ -95,8 +95,8 @@ fn margin(canvas: &Canvas) -> f32 {
     (6.0 * scale(canvas)).round()
 }
 
-/// The corner for a panel of this size: the last one, if no target is there, else the first one that is free
-/// of targets and not taken by the other panel. If there is none, the last one.
+/// The corner for a panel of this size: the last one, if no target is there, else the first one
+/// that is free of targets and not taken by the other panel. If there is none, the last one.
 fn free(
     canvas: &Canvas,
     last: Corner,

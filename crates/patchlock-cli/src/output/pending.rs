@@ -1,4 +1,5 @@
-//! Atomic files: written under a temporary name in the same folder and renamed when they are complete.
+//! Atomic files: written under a temporary name in the same folder and renamed when they are
+//! complete.
 
 use std::fmt::Display;
 use std::fs::{self, File};
@@ -55,7 +56,8 @@ fn folder_of(target: &Path) -> PathBuf {
 }
 
 impl PendingFile {
-    /// Opens the temporary file, so that a missing write permission is noticed before the work starts.
+    /// Opens the temporary file, so that a missing write permission is noticed before the work
+    /// starts.
     pub fn create(target: &Path, overwrite: bool) -> Result<Self, Failure> {
         check(target, overwrite)?;
         // Follow links: the target gets the new content, the link stays.
@@ -88,8 +90,8 @@ impl PendingFile {
         self
     }
 
-    /// Delays an immediate exit while the guard lives. Not for devices and pipes, where writing may block
-    /// forever.
+    /// Delays an immediate exit while the guard lives. Not for devices and pipes, where writing may
+    /// block forever.
     pub fn hold(&self) -> Option<unfinished::Hold> {
         matches!(self.writer, Writer::Temporary(..)).then(unfinished::hold)
     }
@@ -137,7 +139,8 @@ impl PendingFile {
     }
 }
 
-/// Temporary files are private by default, but results should have the usual permissions of new files.
+/// Temporary files are private by default, but results should have the usual permissions of new
+/// files.
 fn temporary_in(folder: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".patchlock-").suffix(".part");

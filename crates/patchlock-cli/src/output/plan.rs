@@ -1,4 +1,5 @@
-//! Which files a run writes. All are checked before the work starts and opened before the first frame.
+//! Which files a run writes. All are checked before the work starts and opened before the first
+//! frame.
 
 use std::path::{Path, PathBuf};
 

@@ -8,8 +8,8 @@ use patchlock_track::names::plain;
 use super::pending::cannot_write;
 use crate::failure::Failure;
 
-/// Prints lines of text. Names in them cannot command the terminal. It is not an error if the reader closes
-/// the pipe early, as `head` does.
+/// Prints lines of text. Names in them cannot command the terminal. It is not an error if the
+/// reader closes the pipe early, as `head` does.
 pub fn print(text: &str) -> Result<(), Failure> {
     let lines: Vec<String> = text.split('\n').map(plain).collect();
     print_as_it_is(&lines.join("\n"))

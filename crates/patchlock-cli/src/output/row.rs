@@ -61,8 +61,8 @@ pub struct Row {
     pub frame_w: usize,
     /// Height of the frame in pixels.
     pub frame_h: usize,
-    /// When the frame is shown, in seconds from the first frame of the source; a source without times has no
-    /// such column.
+    /// When the frame is shown, in seconds from the first frame of the source; a source without
+    /// times has no such column.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time: Option<f64>,
 }
@@ -108,7 +108,8 @@ impl Row {
     }
 }
 
-/// Rounds to six decimal places: no tracker is more precise, and more digits make tables hard to read.
+/// Rounds to six decimal places: no tracker is more precise, and more digits make tables hard to
+/// read.
 fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }

@@ -22,7 +22,8 @@ pub struct Summary {
     pub frames: usize,
     /// Number of targets.
     pub targets: usize,
-    /// Number of frames in which the status is tracked; like the next two, the sum over all targets.
+    /// Number of frames in which the status is tracked; like the next two, the sum over all
+    /// targets.
     pub frames_tracked: usize,
     /// Number of frames in which the status is uncertain.
     pub frames_uncertain: usize,
@@ -32,7 +33,8 @@ pub struct Summary {
     pub losses: Vec<TimedLoss>,
     /// Each stretch of at least ten frames in which a target was not lost but its score stayed low.
     pub low_scores: Vec<LowScore>,
-    /// Frames per second of the tracker alone: includes the first frame, but not decoding and writing.
+    /// Frames per second of the tracker alone: includes the first frame, but not decoding and
+    /// writing.
     pub tracking_fps: f64,
     /// Median time per frame in milliseconds.
     pub ms_median: f64,
@@ -66,8 +68,9 @@ impl Settings {
     }
 }
 
-/// A stretch of frames in which the score of a target stayed low: below one half with the method `robust`,
-/// whose score is a probability, and below half of the target's median score with `paper`.
+/// A stretch of frames in which the score of a target stayed low: below one half with the method
+/// `robust`, whose score is a probability, and below half of the target's median score with
+/// `paper`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LowScore {
     /// The target's id; with a single target there is no such field.
@@ -96,9 +99,11 @@ pub struct TimedLoss {
     pub id: Option<u64>,
     /// The first frame in which it was lost.
     pub lost_frame: usize,
-    /// The time of that frame in seconds from the start of the source; `None` if its frame rate is unknown.
+    /// The time of that frame in seconds from the start of the source; `None` if its frame rate is
+    /// unknown.
     pub lost_seconds: Option<f64>,
-    /// The first frame in which it was not lost any more; `None` if the target or the run ended before.
+    /// The first frame in which it was not lost any more; `None` if the target or the run ended
+    /// before.
     pub return_frame: Option<usize>,
     /// The time of that frame.
     pub return_seconds: Option<f64>,

@@ -56,8 +56,8 @@ impl<W: Write> Table<W> {
         Self { format, lost, writer, started: false }
     }
 
-    /// Adds the rows of a frame and flushes each, so that a full disk is noticed immediately and the reader
-    /// of a pipe need not wait.
+    /// Adds the rows of a frame and flushes each, so that a full disk is noticed immediately and
+    /// the reader of a pipe need not wait.
     pub fn add(&mut self, tracked: &Tracked<'_>) -> io::Result<()> {
         let lost = self.lost;
         tracked.targets.iter().try_for_each(|seen| self.row(&Row::new(tracked, seen, lost)))
@@ -121,7 +121,8 @@ impl Stdout {
     }
 }
 
-/// The reader of standard output has closed the pipe, as `head` does. This ends the run, but is not an error.
+/// The reader of standard output has closed the pipe, as `head` does. This ends the run, but is not
+/// an error.
 #[derive(Debug)]
 pub struct PipeClosed;
 

@@ -1,4 +1,5 @@
-//! A global list of the files that are being written, so that an immediate exit leaves none of them behind.
+//! A global list of the files that are being written, so that an immediate exit leaves none of them
+//! behind.
 
 use std::fs;
 use std::io;
@@ -75,8 +76,8 @@ pub struct Abandoned {
     pub lost: Vec<PathBuf>,
 }
 
-/// Moves partial files that should be kept into place and removes the others. The process must exit after
-/// this: no file can be completed any more.
+/// Moves partial files that should be kept into place and removes the others. The process must exit
+/// after this: no file can be completed any more.
 pub fn abandon() -> Abandoned {
     let mut open = open();
     let mut result = Abandoned::default();

@@ -19,8 +19,8 @@ pub fn check_name(path: &Path) -> Result<(), Failure> {
         .hint("use a name that ends in .mp4; --gif writes an animated GIF"))
 }
 
-/// The quantiser if the user gives none: lines of one pixel stay crisp, and the file is about half as large
-/// as with that of video for analysis.
+/// The quantiser if the user gives none: lines of one pixel stay crisp, and the file is about half
+/// as large as with that of video for analysis.
 pub const QUALITY: u8 = 26;
 
 /// Draws the track on the frames and encodes them.
@@ -42,8 +42,8 @@ enum State {
 }
 
 impl Video {
-    /// A video to be written to `file`, with frames at this rate if they have no times. `quality` is the
-    /// quantiser, `expected` the number of frames, if it is known.
+    /// A video to be written to `file`, with frames at this rate if they have no times. `quality`
+    /// is the quantiser, `expected` the number of frames, if it is known.
     pub fn new(
         file: PendingFile,
         rate: FrameRate,

@@ -12,7 +12,8 @@ use super::{Seen, Tracked};
 const LEAST_SIDE: f64 = 240.0;
 const MOST_SIDE: f64 = 960.0;
 
-/// The part shown grows and shrinks by this share of what the target does, so that it does not tremble.
+/// The part shown grows and shrinks by this share of what the target does, so that it does not
+/// tremble.
 const ZOOM_RATE: f64 = 0.05;
 
 /// How frames are shown.

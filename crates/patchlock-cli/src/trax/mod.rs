@@ -1,5 +1,5 @@
-//! The tracker as a TraX server: sends a greeting, reads requests line by line, and answers each with one
-//! state per target.
+//! The tracker as a TraX server: sends a greeting, reads requests line by line, and answers each
+//! with one state per target.
 
 mod requests;
 mod targets;

@@ -43,8 +43,8 @@ impl<R: BufRead> Requests<R> {
         Self { input, protocol }
     }
 
-    /// The next request. In protocol 4 it consists of several messages: an `initialize` for each new target
-    /// (without a region it removes all targets), then `frame`.
+    /// The next request. In protocol 4 it consists of several messages: an `initialize` for each
+    /// new target (without a region it removes all targets), then `frame`.
     ///
     /// # Errors
     /// An invalid message.

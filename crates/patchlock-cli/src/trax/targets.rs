@@ -36,8 +36,8 @@ impl Targets {
         Ok(())
     }
 
-    /// Tracks the targets in a picture, then starts new ones; returns the state of each. The state of a new
-    /// target is its given region.
+    /// Tracks the targets in a picture, then starts new ones; returns the state of each. The state
+    /// of a new target is its given region.
     ///
     /// # Errors
     /// The reason why the tracker refuses the picture or a region.
@@ -71,7 +71,8 @@ impl Targets {
     }
 }
 
-/// The state of a target: its region, its score, its status and, for any type of region, its rotated outline.
+/// The state of a target: its region, its score, its status and, for any type of region, its
+/// rotated outline.
 fn state(region: &Region, estimate: &Estimate) -> Message {
     Message::new("state", &[&region.to_string()])
         .with("confidence", estimate.score)

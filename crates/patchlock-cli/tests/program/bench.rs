@@ -1,4 +1,5 @@
-//! Tests of `patchlock bench`: stored runs survive crashes, and results do not depend on how runs are split.
+//! Tests of `patchlock bench`: stored runs survive crashes, and results do not depend on how runs
+//! are split.
 
 use std::fs;
 use std::process::{Command, Stdio};

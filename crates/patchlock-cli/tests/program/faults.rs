@@ -1,5 +1,5 @@
-//! Full disks, signals, closed pipes, limits of the system, and two programs on one output: files are whole
-//! or absent, and messages say what happened. `docs/promises.md` lists what is tried.
+//! Full disks, signals, closed pipes, limits of the system, and two programs on one output: files
+//! are whole or absent, and messages say what happened. `docs/promises.md` lists what is tried.
 
 use std::fs;
 use std::io::Write as _;
@@ -18,7 +18,8 @@ fn program() -> PathBuf {
     assert_cmd::cargo::cargo_bin("patchlock")
 }
 
-/// Runs the program from a shell, after `before`, such as a limit, and with `after`, such as a redirection.
+/// Runs the program from a shell, after `before`, such as a limit, and with `after`, such as a
+/// redirection.
 fn in_shell(folder: &Path, before: &str, args: &[&str], after: &str) -> Assert {
     let mut command = assert_cmd::Command::new("sh");
     let line = format!("{before}\n\"$0\" \"$@\" {after}");
@@ -26,8 +27,8 @@ fn in_shell(folder: &Path, before: &str, args: &[&str], after: &str) -> Assert {
     command.timeout(Duration::from_secs(120)).assert()
 }
 
-/// No file can be longer than a block of 512 or 1024 bytes: the same as a disk that is full in the middle of
-/// a file.
+/// No file can be longer than a block of 512 or 1024 bytes: the same as a disk that is full in the
+/// middle of a file.
 const SMALL_DISK: &str = "trap '' XFSZ; ulimit -f 1";
 /// No file can have any content.
 const NO_DISK: &str = "trap '' XFSZ; ulimit -f 0";
@@ -60,8 +61,8 @@ fn bench() -> Bench {
 
 const TRACK: [&str; 6] = ["track", "f", "--box", BOX, "--config", "quick.toml"];
 
-/// The command lines of all writers but `bench`, `report` and `demo`, with the file or folder that each
-/// makes.
+/// The command lines of all writers but `bench`, `report` and `demo`, with the file or folder that
+/// each makes.
 fn writers() -> Vec<(Vec<&'static str>, &'static str)> {
     let track = |option: &'static str, out: &'static str| {
         (TRACK.into_iter().chain([option, out]).collect::<Vec<_>>(), out)

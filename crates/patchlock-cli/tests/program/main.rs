@@ -1,4 +1,5 @@
-//! The program `patchlock`, run as a user runs it. One binary, as a build of it takes longer than most tests.
+//! The program `patchlock`, run as a user runs it. One binary, as a build of it takes longer than
+//! most tests.
 
 mod bad_input;
 mod bench;

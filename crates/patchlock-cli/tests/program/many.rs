@@ -5,7 +5,8 @@ use std::fs;
 use crate::support::{BOX, Bench, COLUMNS};
 use predicates::prelude::*;
 
-/// A box inside the card: on the smooth background the atoms are almost equal, which makes coding slow.
+/// A box inside the card: on the smooth background the atoms are almost equal, which makes coding
+/// slow.
 const OTHER: &str = "30,24,20,18";
 
 /// The rows of a table: target, frame, and the other columns.

@@ -1,7 +1,8 @@
 //! Tests on real sequences, which `patchlock_testdata` finds. Without them each test prints SKIPPED
 //! and passes, or fails if they are required.
 //!
-//! Long sequences are cut so that the tests take minutes; with `PATCHLOCK_FULL=1` they are used whole.
+//! Long sequences are cut so that the tests take minutes; with `PATCHLOCK_FULL=1` they are used
+//! whole.
 
 use std::env;
 use std::fs;
@@ -54,7 +55,8 @@ impl Sequence {
         all
     }
 
-    /// Runs `patchlock track` on the first `count` frames; returns the boxes and the text of the file.
+    /// Runs `patchlock track` on the first `count` frames; returns the boxes and the text of the
+    /// file.
     fn track(
         &self,
         preset: &str,
@@ -96,8 +98,8 @@ fn distance(a: &BoundingBox, b: &BoundingBox) -> f64 {
     (ax - bx).hypot(ay - by)
 }
 
-/// Share of the frames, including the first, whose centre is at most 20 pixels off. Frames without truth do
-/// not count.
+/// Share of the frames, including the first, whose centre is at most 20 pixels off. Frames without
+/// truth do not count.
 fn dp(tracked: &[BoundingBox], truth: &[BoundingBox]) -> f64 {
     let pairs: Vec<_> = tracked.iter().zip(truth).filter(|(_, t)| t.w > 0.0 && t.h > 0.0).collect();
     let near = pairs.iter().filter(|(a, b)| distance(a, b) <= 20.0).count();
@@ -109,7 +111,8 @@ fn four_sequences_are_followed() {
     let Some(data) = real("four_sequences_are_followed", "otb-dev") else { return };
     let full = env::var_os("PATCHLOCK_FULL").is_some_and(|value| value == "1");
     let mut scores = Vec::new();
-    // In CarScale the car then passes behind trees while it grows, and the paper's tracker loses it.
+    // In CarScale the car then passes behind trees while it grows, and the paper's tracker loses
+    // it.
     let before_the_trees = 150;
     for (name, short, long) in [
         ("Crossing", 120, usize::MAX),
@@ -172,7 +175,8 @@ fn a_video_and_its_frames_give_similar_tracks() {
     };
     let (apart, overlap) = (mean(&distance), mean(&|a, b| a.overlap(b)));
     say(&format!("video and frames: centres {apart:.2} px apart, overlap {overlap:.3}"));
-    // Compression changes the frames a little. The target is 17 pixels wide; another would be further away.
+    // Compression changes the frames a little. The target is 17 pixels wide; another would be
+    // further away.
     assert!(apart < 3.0, "{apart}");
     assert!(overlap > 0.8, "{overlap}");
 }

@@ -8,8 +8,8 @@ use assert_cmd::Command;
 use predicates::prelude::PredicateBooleanExt;
 use predicates::str::contains;
 
-/// Writes the truth of two targets, the boxes of two trackers, `near` and `far`, and a tracker with too few
-/// boxes.
+/// Writes the truth of two targets, the boxes of two trackers, `near` and `far`, and a tracker with
+/// too few boxes.
 fn write_input(root: &Path) {
     let rows = |shift: usize, count: usize| -> String {
         (0..count).map(|frame| format!("{},20,30,40\n", 10 + frame + shift)).collect()

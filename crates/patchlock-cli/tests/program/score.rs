@@ -7,7 +7,8 @@ use predicates::prelude::*;
 use predicates::str::contains;
 use serde_json::Value;
 
-/// A benchmark of targets A and B, and a tracker whose boxes equal the truth for A and are far off for B.
+/// A benchmark of targets A and B, and a tracker whose boxes equal the truth for A and are far off
+/// for B.
 fn half_right() -> Benchmark {
     let benchmark = Benchmark::new(2, 3);
     fs::create_dir(benchmark.path("half")).unwrap();

@@ -248,8 +248,8 @@ fn damage_reported_by_ffmpeg_is_an_error() {
     );
 }
 
-/// The file shows ffmpeg's test pattern and was made with x264 -qp 0: H.264 with 8 bits and 4:2:0, but with a
-/// feature that the decoder does not support.
+/// The file shows ffmpeg's test pattern and was made with x264 -qp 0: H.264 with 8 bits and 4:2:0,
+/// but with a feature that the decoder does not support.
 #[cfg(unix)]
 #[test]
 fn unsupported_kinds_of_h264_are_decoded_by_ffmpeg() {

@@ -1,5 +1,6 @@
-//! Tests of `bench --cmd`, which runs other trackers through the TraX protocol. The tracker here is a short
-//! script that needs only the Python standard library. Without `python3` these tests print SKIPPED and pass.
+//! Tests of `bench --cmd`, which runs other trackers through the TraX protocol. The tracker here is
+//! a short script that needs only the Python standard library. Without `python3` these tests print
+//! SKIPPED and pass.
 
 use std::fs;
 use std::io::Write;

@@ -9,8 +9,8 @@ use std::io::Cursor;
 use bits::{pack, ue};
 use patchlock_media::{FrameRate, Mp4Writer};
 
-/// A video of `frames` frames with 25 frames per second: a bright square that moves over a dark gradient.
-/// Its index is behind its data, so that offsets stay valid when the index changes.
+/// A video of `frames` frames with 25 frames per second: a bright square that moves over a dark
+/// gradient. Its index is behind its data, so that offsets stay valid when the index changes.
 pub fn small_mp4(width: usize, height: usize, frames: usize) -> Vec<u8> {
     let rate = FrameRate { frames: 25, seconds: 1 };
     let mut writer = Mp4Writer::new(Cursor::new(Vec::new()), width, height, rate, None).unwrap();
@@ -39,7 +39,8 @@ pub fn boxed(kind: &str, content: &[u8]) -> Vec<u8> {
     all
 }
 
-/// Changes the content of the first box at a path such as `moov/trak/tkhd`. Sizes around it are adapted.
+/// Changes the content of the first box at a path such as `moov/trak/tkhd`. Sizes around it are
+/// adapted.
 pub fn change(file: &[u8], path: &str, edit: &dyn Fn(&mut Vec<u8>)) -> Vec<u8> {
     let (kind, inner) = path.split_once('/').map_or((path, None), |(a, b)| (a, Some(b)));
     let mut at = 0;

@@ -1,4 +1,5 @@
-//! A thin layer over the drawing library: RGB in and out, lines that stay visible on any background.
+//! A thin layer over the drawing library: RGB in and out, lines that stay visible on any
+//! background.
 
 use std::io::{self, Write};
 
@@ -56,8 +57,8 @@ impl Canvas {
         Some(Self { pixmap })
     }
 
-    /// A square part of the picture, resampled to this many pixels per side; black outside the picture.
-    /// `None` if the part or the result has no pixels.
+    /// A square part of the picture, resampled to this many pixels per side; black outside the
+    /// picture. `None` if the part or the result has no pixels.
     pub fn part(&self, area: Area, pixels: usize) -> Option<Self> {
         let mut part = Self::plain(pixels, pixels, [0; 3])?;
         if !(area.w > 0.0 && area.h > 0.0) {
@@ -110,7 +111,8 @@ impl Canvas {
         }
     }
 
-    /// Draws a closed outline with a dark border, which keeps it visible on bright and on dark backgrounds.
+    /// Draws a closed outline with a dark border, which keeps it visible on bright and on dark
+    /// backgrounds.
     pub fn outline(&mut self, corners: &[[f32; 2]], line: Line) {
         let Some(path) = polygon(corners) else { return };
         let Line { width, colour, dashed } = line;

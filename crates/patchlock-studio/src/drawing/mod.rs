@@ -14,14 +14,14 @@ pub const PANEL: [u8; 3] = [12, 16, 22];
 /// Opacity of that background.
 pub const PANEL_OPACITY: f32 = 0.72;
 
-/// Scale of text and lines. It grows more slowly than the frame, so that they stay legible on small frames
-/// and do not cover large ones.
+/// Scale of text and lines. It grows more slowly than the frame, so that they stay legible on small
+/// frames and do not cover large ones.
 pub fn scale(canvas: &Canvas) -> f32 {
     (canvas.width().min(canvas.height()) / 240.0).powf(0.7).clamp(0.75, 4.0)
 }
 
-/// The corners of an upright box, on the canvas. A box covers whole pixels, and on the canvas pixel k spans k
-/// to k + 1, so no offset is needed.
+/// The corners of an upright box, on the canvas. A box covers whole pixels, and on the canvas pixel
+/// k spans k to k + 1, so no offset is needed.
 pub fn upright(bbox: BoundingBox) -> [[f32; 2]; 4] {
     let BoundingBox { x, y, w, h } = bbox;
     [[x, y], [x + w, y], [x + w, y + h], [x, y + h]].map(|corner| corner.map(|value| value as f32))

@@ -3,9 +3,9 @@
 use patchlock::{BoundingBox, Estimate, Point, Tracker, TrackerConfig};
 use patchlock_media::Picture;
 
-/// Compares the target in a box with how it looks in a key frame. The frame is moved and scaled so that the
-/// two boxes coincide, and the tracker of the key frame looks at the result. The corners of the estimate are
-/// those in the frame.
+/// Compares the target in a box with how it looks in a key frame. The frame is moved and scaled so
+/// that the two boxes coincide, and the tracker of the key frame looks at the result. The corners
+/// of the estimate are those in the frame.
 ///
 /// # Errors
 /// An error of the tracker, if it does not accept a picture or box.

@@ -1,5 +1,5 @@
-//! Tracking jobs: which stretches of a video a wish means ([`plan`]), and a tracker on the frames of one
-//! ([`Engine::track`]). [`look`] compares a frame with the nearest key frame.
+//! Tracking jobs: which stretches of a video a wish means ([`plan`]), and a tracker on the frames
+//! of one ([`Engine::track`]). [`look`] compares a frame with the nearest key frame.
 
 pub mod look;
 pub mod plan;
@@ -55,14 +55,14 @@ pub trait Listener {
     /// Whether to stop before the next frame.
     fn stopped(&self) -> bool;
 
-    /// A box was found. Those of a span between two key frames come twice: as tracked forward, and, with the
-    /// last one, all as joined. A pass over the frames that shows nothing new has no box.
+    /// A box was found. Those of a span between two key frames come twice: as tracked forward, and,
+    /// with the last one, all as joined. A pass over the frames that shows nothing new has no box.
     fn found(&mut self, frame: usize, tracked: Option<Tracked>);
 }
 
 impl Engine {
-    /// Tracks a span. Returns the boxes of its frames without those that it starts from, or `None` if the
-    /// listener has stopped it; what was found until then it knows.
+    /// Tracks a span. Returns the boxes of its frames without those that it starts from, or `None`
+    /// if the listener has stopped it; what was found until then it knows.
     ///
     /// # Errors
     /// [`Error`]; what was found until then the listener knows.

@@ -9,9 +9,9 @@ use crate::project::Target;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(untagged, deny_unknown_fields)]
 pub enum Wish {
-    /// What a new key frame changes: between the key frames before and after it. After the last key frame,
-    /// up to the next hidden stretch or the end; before the first one, only where there are tracked boxes
-    /// already.
+    /// What a new key frame changes: between the key frames before and after it. After the last key
+    /// frame, up to the next hidden stretch or the end; before the first one, only where there are
+    /// tracked boxes already.
     Around {
         /// The target.
         target: u64,
@@ -219,7 +219,8 @@ impl Plan<'_> {
         spans
     }
 
-    /// The spans between two neighbouring key frames: two, with a gap, if the target is hidden in between.
+    /// The spans between two neighbouring key frames: two, with a gap, if the target is hidden in
+    /// between.
     fn between(&self, first: Anchor, last: Anchor) -> Vec<Span> {
         let (end, begin) = (self.visible_until(first.0), self.visible_from(last.0));
         if end >= last.0 {

@@ -1,7 +1,7 @@
 //! Reads annotations of other programs, and our own tables, as targets of a project.
 //!
-//! A box counts as drawn by a person, and becomes a key frame, unless the file says otherwise: with a key
-//! frame flag, a status, or a score below 1. Other boxes become tracked ones.
+//! A box counts as drawn by a person, and becomes a key frame, unless the file says otherwise: with
+//! a key frame flag, a status, or a score below 1. Other boxes become tracked ones.
 
 mod coco;
 mod cvat;
@@ -17,20 +17,20 @@ use crate::project::{Error, Key, Project, Target, Tracked, Video, check, stretch
 /// A format that can be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
-    /// A table of `patchlock track` or of a project, as CSV or as JSON lines: the columns `frame`, `x`, `y`,
-    /// `w` and `h`, counted from 0, and, if there are, `id`, `label`, `score`, `status`, `key`, `occluded`,
-    /// `truncated`, `hidden`, `visible`, `agreement`, `frame_w` and `frame_h`.
+    /// A table of `patchlock track` or of a project, as CSV or as JSON lines: the columns `frame`,
+    /// `x`, `y`, `w` and `h`, counted from 0, and, if there are, `id`, `label`, `score`, `status`,
+    /// `key`, `occluded`, `truncated`, `hidden`, `visible`, `agreement`, `frame_w` and `frame_h`.
     Csv,
-    /// MOTChallenge, results or ground truth: `frame,id,left,top,width,height,confidence,...`, counted from
-    /// one. Confidence 0 means lost. Ground truth has a class, which becomes the label `class N`, and the
-    /// visible share.
+    /// MOTChallenge, results or ground truth: `frame,id,left,top,width,height,confidence,...`,
+    /// counted from one. Confidence 0 means lost. Ground truth has a class, which becomes the label
+    /// `class N`, and the visible share.
     Mot,
-    /// "CVAT for video 1.1": an XML file. From a box that is outside to the next one that is not, the target
-    /// is hidden.
+    /// "CVAT for video 1.1": an XML file. From a box that is outside to the next one that is not,
+    /// the target is hidden.
     Cvat,
-    /// A JSON file in the format of COCO. The frame of an image is its `frame_id`, or the number at the end
-    /// of its name, counted from 0. Annotations of one target have the same `track_id`, `instance_id` or
-    /// attribute `track_id`; others are targets of their own.
+    /// A JSON file in the format of COCO. The frame of an image is its `frame_id`, or the number at
+    /// the end of its name, counted from 0. Annotations of one target have the same `track_id`,
+    /// `instance_id` or attribute `track_id`; others are targets of their own.
     Coco,
 }
 
@@ -60,12 +60,12 @@ impl Format {
     }
 }
 
-/// Reads the targets of a file, for [`Edit::Import`](crate::project::Edit::Import). Targets without a label
-/// in the file get the first of the project. The ids are those of this list, from 1.
+/// Reads the targets of a file, for [`Edit::Import`](crate::project::Edit::Import). Targets without
+/// a label in the file get the first of the project. The ids are those of this list, from 1.
 ///
 /// # Errors
-/// [`Error::Import`] if the text is not in this format, or has boxes that the project cannot have; it names
-/// the place.
+/// [`Error::Import`] if the text is not in this format, or has boxes that the project cannot have;
+/// it names the place.
 pub fn read(format: Format, text: &[u8], project: &Project) -> Result<Vec<Target>, Error> {
     let text = std::str::from_utf8(text)
         .map_err(|error| Error::Import(format!("the file is not text in UTF-8: {error}")))?;

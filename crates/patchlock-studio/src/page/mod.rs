@@ -1,5 +1,5 @@
-//! The files of the page. They are part of the program. `tools/studio/check.sh` checks their types and tries
-//! them in a browser.
+//! The files of the page. They are part of the program. `tools/studio/check.sh` checks their types
+//! and tries them in a browser.
 
 /// A file of the page.
 pub struct PageFile {

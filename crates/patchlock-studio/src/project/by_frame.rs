@@ -1,5 +1,5 @@
-//! Maps from frames to what is in them, as JSON objects. JSON has only texts as names, and inside a tagged
-//! enum serde hands them over as texts, which it can't read as numbers by itself.
+//! Maps from frames to what is in them, as JSON objects. JSON has only texts as names, and inside a
+//! tagged enum serde hands them over as texts, which it can't read as numbers by itself.
 
 use std::collections::BTreeMap;
 use std::fmt;

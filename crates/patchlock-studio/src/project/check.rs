@@ -22,7 +22,8 @@ pub mod limits {
     pub const FRAMES: usize = patchlock_media::MOST_FRAMES;
     /// Longest side of a box or a frame, in pixels.
     pub const SIDE: f64 = 100_000.0;
-    /// Largest id of a target. It is a whole number in every language, also where all numbers are `f64`.
+    /// Largest id of a target. It is a whole number in every language, also where all numbers are
+    /// `f64`.
     pub const ID: u64 = 1 << 53;
 }
 
@@ -183,8 +184,8 @@ pub fn range([from, to]: [usize; 2], video: &Video) -> Result {
     }
 }
 
-/// Checks a box that a person has drawn. Its centre must be within the frame, enlarged by the size of the box
-/// on all sides.
+/// Checks a box that a person has drawn. Its centre must be within the frame, enlarged by the size
+/// of the box on all sides.
 pub fn drawn_box(bbox: BoundingBox, video: &Video) -> Result {
     sides(bbox, 1.0)?;
     let [x, y] = bbox.centre();

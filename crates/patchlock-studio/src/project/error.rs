@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use patchlock_media::without_path;
 
-/// An error of a project or its file. The message states what is wrong, with the value and what is allowed.
-/// It gives no advice: each front end words its own.
+/// An error of a project or its file. The message states what is wrong, with the value and what is
+/// allowed. It gives no advice: each front end words its own.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file cannot be read.

@@ -16,7 +16,8 @@ pub struct Frames {
     /// Its tracked boxes.
     #[serde(with = "by_frame")]
     pub tracked: BTreeMap<usize, Tracked>,
-    /// First and last frame of each stretch in which it is not visible; in order, and apart from each other.
+    /// First and last frame of each stretch in which it is not visible; in order, and apart from
+    /// each other.
     pub hidden: Vec<[usize; 2]>,
 }
 

@@ -6,8 +6,8 @@ use super::{Edit, Error, Project};
 
 /// The most steps that can be undone.
 pub const MAX_STEPS: usize = 200;
-/// The most boxes that the steps hold together. The oldest steps are forgotten first; the latest step can
-/// always be undone.
+/// The most boxes that the steps hold together. The oldest steps are forgotten first; the latest
+/// step can always be undone.
 pub const MAX_BOXES: usize = 1_000_000;
 
 /// Edits that are undone together.

@@ -17,7 +17,8 @@ impl Lock {
     /// Takes the lock of a project file.
     ///
     /// # Errors
-    /// [`Error::InUse`] if another process has it, or another store of this process; [`Error::Write`].
+    /// [`Error::InUse`] if another process has it, or another store of this process;
+    /// [`Error::Write`].
     pub fn take(project: &Path) -> Result<Self, Error> {
         let path = lock_file(project);
         let cannot = |error| Error::write(&path, error);
@@ -49,7 +50,8 @@ impl Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // The lock is still held, so nobody else's file is removed. If it cannot be removed, it does no harm.
+        // The lock is still held, so nobody else's file is removed. If it cannot be removed, it
+        // does no harm.
         if cfg!(unix) {
             let _ = fs::remove_file(&self.path);
         }

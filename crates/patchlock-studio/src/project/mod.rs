@@ -1,7 +1,7 @@
 //! A video with its targets, and everything that can be done to them.
 //!
-//! A [`Store`] holds a [`Project`] and its file. All changes are [`Edit`]s, which are checked, and which the
-//! store can undo and redo. The file is described in `docs/project-file.md`.
+//! A [`Store`] holds a [`Project`] and its file. All changes are [`Edit`]s, which are checked, and
+//! which the store can undo and redo. The file is described in `docs/project-file.md`.
 
 mod by_frame;
 pub(crate) mod check;
@@ -61,9 +61,9 @@ pub struct Video {
     pub path: PathBuf,
     /// Its size in bytes; for a folder, that of all images together.
     pub bytes: u64,
-    /// SHA-256 in hexadecimal digits. Of a file of at most 64 MiB, it is that of the file; of a longer one,
-    /// that of 64 pieces of 1 MiB, evenly spaced. Of a folder, it is that of a line `NAME SIZE` for each
-    /// image.
+    /// SHA-256 in hexadecimal digits. Of a file of at most 64 MiB, it is that of the file; of a
+    /// longer one, that of 64 pieces of 1 MiB, evenly spaced. Of a folder, it is that of a line
+    /// `NAME SIZE` for each image.
     pub hash: String,
     /// Number of frames.
     pub frames: usize,
@@ -83,7 +83,8 @@ pub struct Label {
     pub colour: String,
 }
 
-/// Colours for labels without one, which are told apart with any colour vision (Okabe and Ito, 2008).
+/// Colours for labels without one, which are told apart with any colour vision (Okabe and Ito,
+/// 2008).
 const COLOURS: [&str; 7] =
     ["#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7"];
 
@@ -110,13 +111,14 @@ pub struct Target {
     /// Where it is between key frames, as tracked, by frame. Key frames have no entry.
     #[serde(with = "by_frame")]
     pub tracked: BTreeMap<usize, Tracked>,
-    /// First and last frame of each stretch in which a person said that it is not visible; in order, and
-    /// apart from each other. A frame in a stretch has neither a key nor a tracked box.
+    /// First and last frame of each stretch in which a person said that it is not visible; in
+    /// order, and apart from each other. A frame in a stretch has neither a key nor a tracked box.
     pub hidden: Vec<[usize; 2]>,
 }
 
 impl Target {
-    /// The box in this frame, as drawn or as tracked. `None` if there is none, or the target is lost there.
+    /// The box in this frame, as drawn or as tracked. `None` if there is none, or the target is
+    /// lost there.
     pub fn box_at(&self, frame: usize) -> Option<BoundingBox> {
         let tracked = || self.tracked.get(&frame).filter(|tracked| tracked.status != Status::Lost);
         let key = self.keys.get(&frame).map(|key| key.bbox);

@@ -14,8 +14,8 @@ use super::{Change, Edit, Error, Label, Project, Video, check};
 
 /// A project with its file and its history.
 ///
-/// Edits change what is in memory; [`Store::save`] writes it. Nobody else can open the project while the
-/// store lives, unless it was opened with [`Store::open_shared`].
+/// Edits change what is in memory; [`Store::save`] writes it. Nobody else can open the project
+/// while the store lives, unless it was opened with [`Store::open_shared`].
 #[derive(Debug)]
 pub struct Store {
     /// The project file.
@@ -34,9 +34,9 @@ pub struct Store {
     limits: Limits,
 }
 
-/// The project file of a video, beside it: `clip.patchlock.json` for `clip.mp4`, `frames.patchlock.json` for
-/// the folder `frames`. Where that is the project of another video, such as `clip.mov`, or `is_taken` by one,
-/// it is `clip.mp4.patchlock.json`.
+/// The project file of a video, beside it: `clip.patchlock.json` for `clip.mp4`,
+/// `frames.patchlock.json` for the folder `frames`. Where that is the project of another video,
+/// such as `clip.mov`, or `is_taken` by one, it is `clip.mp4.patchlock.json`.
 pub fn beside(video: &Path, is_taken: impl Fn(&Path) -> bool) -> PathBuf {
     // `.` and `..` have no name of their own.
     let whole = video.file_name().is_none().then(|| video.canonicalize().ok()).flatten();
@@ -67,12 +67,13 @@ pub(super) fn folder_of(file: &Path) -> &Path {
 }
 
 impl Store {
-    /// Opens a project file, or begins a project for the video if there is no file. Without `video`, the file
-    /// must exist, and the video is the one that it names.
+    /// Opens a project file, or begins a project for the video if there is no file. Without
+    /// `video`, the file must exist, and the video is the one that it names.
     ///
     /// # Errors
-    /// [`Error::InUse`] if the project is open elsewhere; [`Error::OtherVideo`] if the project belongs to
-    /// another video that still exists; else as [`Store::create`] and [`Store::open_shared`].
+    /// [`Error::InUse`] if the project is open elsewhere; [`Error::OtherVideo`] if the project
+    /// belongs to another video that still exists; else as [`Store::create`] and
+    /// [`Store::open_shared`].
     pub fn open(path: &Path, video: Option<&Path>) -> Result<Self, Error> {
         Self::open_within(path, video, Limits::default())
     }
@@ -90,8 +91,9 @@ impl Store {
     /// [`Store::save`].
     ///
     /// # Errors
-    /// [`Error::Exists`] if there is such a file; [`Error::InUse`]; [`Error::Read`] and [`Error::Video`] if
-    /// the video cannot be read; [`Error::Write`] if nothing can be written to the folder.
+    /// [`Error::Exists`] if there is such a file; [`Error::InUse`]; [`Error::Read`] and
+    /// [`Error::Video`] if the video cannot be read; [`Error::Write`] if nothing can be written to
+    /// the folder.
     pub fn create(path: &Path, video: &Path) -> Result<Self, Error> {
         let (path, lock) = locked(path)?;
         match path.exists() {
@@ -100,8 +102,8 @@ impl Store {
         }
     }
 
-    /// Opens a project without keeping others from it. [`Store::save`] fails if another program has the
-    /// project open at that moment, or has changed the file since it was read.
+    /// Opens a project without keeping others from it. [`Store::save`] fails if another program has
+    /// the project open at that moment, or has changed the file since it was read.
     ///
     /// # Errors
     /// [`Error::Read`]; [`Error::Invalid`] and [`Error::Version`] if the file is not a project;
@@ -217,9 +219,9 @@ impl Store {
         self.apply_step(edits, false)
     }
 
-    /// Applies edits that are undone together with those that led to the revision `since`, if that is still
-    /// the present one; otherwise as [`Store::apply`]. Work that takes long is written piece by piece and
-    /// undone as one.
+    /// Applies edits that are undone together with those that led to the revision `since`, if that
+    /// is still the present one; otherwise as [`Store::apply`]. Work that takes long is written
+    /// piece by piece and undone as one.
     ///
     /// # Errors
     /// [`Error::Edit`]; the project is unchanged.
@@ -244,7 +246,8 @@ impl Store {
         Ok(self.stepped(undone))
     }
 
-    /// Does the step again that was undone last. Returns the new revision; `None` if there is no such step.
+    /// Does the step again that was undone last. Returns the new revision; `None` if there is no
+    /// such step.
     ///
     /// # Errors
     /// [`Error::Edit`] never, unless there is a bug.
@@ -273,8 +276,8 @@ impl Store {
         self.saved == Some(self.revision)
     }
 
-    /// Writes the file, if it does not have all changes. It is replaced as a whole: after a crash there is
-    /// the old one or the new one.
+    /// Writes the file, if it does not have all changes. It is replaced as a whole: after a crash
+    /// there is the old one or the new one.
     ///
     /// # Errors
     /// [`Error::Write`]; the changes are still in memory. Of a shared project, [`Error::InUse`] and
@@ -311,17 +314,18 @@ impl Store {
         }
     }
 
-    /// How the video differs from the one that the project was made for; `None` if it is the same. Reads up
-    /// to 64 MiB of it.
+    /// How the video differs from the one that the project was made for; `None` if it is the same.
+    /// Reads up to 64 MiB of it.
     pub fn changed(&self) -> Option<Change> {
         self.project.video.change(&self.video)
     }
 
-    /// Goes on with the video as it is now. The step cannot be undone, and none before it. Returns the new
-    /// revision.
+    /// Goes on with the video as it is now. The step cannot be undone, and none before it. Returns
+    /// the new revision.
     ///
     /// # Errors
-    /// [`Error::Edit`] if targets have boxes beyond its end; as [`Store::create`] if it cannot be read.
+    /// [`Error::Edit`] if targets have boxes beyond its end; as [`Store::create`] if it cannot be
+    /// read.
     pub fn accept_video(&mut self) -> Result<u64, Error> {
         let video = Video::describe(&self.video, folder_of(&self.path), self.limits)?;
         let old = std::mem::replace(&mut self.project.video, video);
@@ -335,7 +339,8 @@ impl Store {
     }
 }
 
-/// The path of a project file with links resolved, so that the file is replaced and not a link to it.
+/// The path of a project file with links resolved, so that the file is replaced and not a link to
+/// it.
 fn real(path: &Path) -> Result<PathBuf, Error> {
     match path.canonicalize() {
         Ok(real) => Ok(real),
@@ -356,8 +361,8 @@ fn locked(path: &Path) -> Result<(PathBuf, Lock), Error> {
     Ok((path, lock))
 }
 
-/// The path of the given video for the project file, if it may be the project's: the same file, or one that
-/// takes the place of a file that is gone.
+/// The path of the given video for the project file, if it may be the project's: the same file, or
+/// one that takes the place of a file that is gone.
 fn found(given: &Path, expected: &Path, project: &Path) -> Result<PathBuf, Error> {
     let real = fs::canonicalize(given).map_err(|error| Error::read(given, error))?;
     if fs::canonicalize(expected).is_ok_and(|expected| expected != real) {

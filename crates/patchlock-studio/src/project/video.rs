@@ -47,8 +47,9 @@ impl fmt::Display for Change {
 }
 
 impl Video {
-    /// Describes a video for a project file in this folder. Reads the first frame, and all of them if neither
-    /// the file nor its packets say how many there are. A video that claims more than the limits is refused.
+    /// Describes a video for a project file in this folder. Reads the first frame, and all of them
+    /// if neither the file nor its packets say how many there are. A video that claims more than
+    /// the limits is refused.
     ///
     /// # Errors
     /// [`Error::Read`] and [`Error::Video`] if it cannot be read or has no frames.

@@ -1,6 +1,6 @@
-//! Who may ask. A page of another site must not reach this server, neither by its address nor by a name that
-//! was made to point here (DNS rebinding), and nothing under `/api` is answered without the token, except
-//! for [`once`], which hands it out.
+//! Who may ask. A page of another site must not reach this server, neither by its address nor by a
+//! name that was made to point here (DNS rebinding), and nothing under `/api` is answered without
+//! the token, except for [`once`], which hands it out.
 
 use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
@@ -16,7 +16,8 @@ use super::{App, once};
 
 /// Random bytes of a token.
 const TOKEN_BYTES: usize = 32;
-/// The subprotocol of WebSockets; the token follows as the second one, since a page cannot set headers there.
+/// The subprotocol of WebSockets; the token follows as the second one, since a page cannot set
+/// headers there.
 pub const PROTOCOL: &str = "patchlock";
 
 /// What a request is checked against.
@@ -32,8 +33,8 @@ impl Access {
         Ok(Self { address, token: random_hex::<TOKEN_BYTES>()?, session: random_hex::<4>()? })
     }
 
-    /// The address for the browser, with the token or a code for it. What follows `#` is never sent to a
-    /// server.
+    /// The address for the browser, with the token or a code for it. What follows `#` is never sent
+    /// to a server.
     pub fn address(&self, camera: bool, secret: &str) -> String {
         let mut shown = self.address;
         if shown.ip().is_unspecified() {
@@ -73,8 +74,8 @@ impl Access {
         if self.answers_for(host) { Ok(host) } else { Err(wrong(host)) }
     }
 
-    /// Whether a host with its port is this server: `localhost` or an address, never a name that somebody
-    /// else can make point here.
+    /// Whether a host with its port is this server: `localhost` or an address, never a name that
+    /// somebody else can make point here.
     fn answers_for(&self, host: &str) -> bool {
         let port = self.address.port();
         let name = match host.strip_suffix(&format!(":{port}")) {

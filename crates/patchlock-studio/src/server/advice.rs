@@ -1,4 +1,5 @@
-//! Words hints for the page. The user of the page has the program's window beside it, but gives no options.
+//! Words hints for the page. The user of the page has the program's window beside it, but gives no
+//! options.
 
 use patchlock_media::image_file::EXTENSIONS;
 use patchlock_media::{Container, FrameFault};

@@ -159,7 +159,8 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequestParts<S> for Asked<T> {
     }
 }
 
-/// A body that arrives piece by piece, of limited length, from a client that must not pause for long.
+/// A body that arrives piece by piece, of limited length, from a client that must not pause for
+/// long.
 pub struct Arriving {
     pieces: BodyDataStream,
     left: u64,

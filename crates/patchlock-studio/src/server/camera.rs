@@ -1,5 +1,5 @@
-//! The camera of the browser: it sends pictures, and is told where the target is. A picture that comes while
-//! another one is tracked replaces the one that waits.
+//! The camera of the browser: it sends pictures, and is told where the target is. A picture that
+//! comes while another one is tracked replaces the one that waits.
 
 use std::fmt::Write as _;
 use std::io::Write as _;

@@ -26,8 +26,8 @@ use crate::tracking::doubt::doubts;
 
 /// Largest list of edits, in bytes of JSON.
 const EDIT_BYTES: u64 = 64 << 20;
-/// Events kept for a window that is slow to take them; one that is slower still is told to read everything
-/// again.
+/// Events kept for a window that is slow to take them; one that is slower still is told to read
+/// everything again.
 const EVENTS: usize = 256;
 /// How long the list of clips waits for those that are still being opened.
 const OPENING: Duration = Duration::from_secs(60);
@@ -72,8 +72,8 @@ pub struct Opened {
 /// The project, and what the windows know of it.
 pub struct Held {
     pub store: Store,
-    /// The last revision that was announced. Later ones are pieces of a running job, which conflict with
-    /// nothing.
+    /// The last revision that was announced. Later ones are pieces of a running job, which conflict
+    /// with nothing.
     told: u64,
 }
 

@@ -206,8 +206,8 @@ fn kind(format: export::Format) -> (&'static str, &'static str) {
     }
 }
 
-/// Writes all files below a folder into one, below a folder of this name, without compressing them: pictures
-/// are compressed already.
+/// Writes all files below a folder into one, below a folder of this name, without compressing them:
+/// pictures are compressed already.
 fn pack(folder: &Path, name: &str, out: &std::fs::File) -> io::Result<()> {
     let mut zip = ZipWriter::new(out);
     let stored = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);
@@ -237,8 +237,8 @@ pub fn stem(name: &str) -> String {
     if plain.is_empty() { "clip".to_owned() } else { plain.to_owned() }
 }
 
-/// A file as an answer, with a name to keep it under. It is read piece by piece; a temporary one is removed
-/// afterwards.
+/// A file as an answer, with a name to keep it under. It is read piece by piece; a temporary one is
+/// removed afterwards.
 pub async fn download(
     path: impl AsRef<Path> + Send + 'static,
     kind: &'static str,

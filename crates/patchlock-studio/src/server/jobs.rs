@@ -1,5 +1,5 @@
-//! Tracking jobs of a clip: one at a time, further ones wait. What a job finds is shown as it is found,
-//! written about every two seconds, and undone as one step.
+//! Tracking jobs of a clip: one at a time, further ones wait. What a job finds is shown as it is
+//! found, written about every two seconds, and undone as one step.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -113,7 +113,8 @@ impl Jobs {
         })
     }
 
-    /// Stops all jobs, waits until the running one has handed over what it found, and returns their number.
+    /// Stops all jobs, waits until the running one has handed over what it found, and returns their
+    /// number.
     pub fn stop_all(&self) -> usize {
         self.stop(|_| true)
     }

@@ -27,7 +27,8 @@ pub async fn events(
     let clip = app.clips.open(clip).await?;
     let upgrade = upgrade.map_err(|error| Refusal::bad(error.body_text()))?;
     let upgrade = upgrade.protocols([PROTOCOL]).max_message_size(MESSAGE_BYTES);
-    // The window reads the project as soon as it has the answer; what changes after that must reach it.
+    // The window reads the project as soon as it has the answer; what changes after that must reach
+    // it.
     let events = clip.events.subscribe();
     Ok(upgrade.on_upgrade(move |socket| window(socket, events, clip)))
 }

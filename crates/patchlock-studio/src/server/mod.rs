@@ -1,8 +1,8 @@
-//! The page in the browser: a server for this machine, with the clips that the command line named and those
-//! that are uploaded.
+//! The page in the browser: a server for this machine, with the clips that the command line named
+//! and those that are uploaded.
 //!
-//! `access` decides who may ask: the token, the host and the origin of every request are checked before
-//! anything else. `clips` answers about projects, `frames` serves single frames.
+//! `access` decides who may ask: the token, the host and the origin of every request are checked
+//! before anything else. `clips` answers about projects, `frames` serves single frames.
 
 mod access;
 mod advice;
@@ -144,8 +144,8 @@ impl Server {
     /// Listens on the address of the options and opens the videos.
     ///
     /// # Errors
-    /// [`Error`] if the address cannot be used, or if the only video cannot be opened. Of several, the page
-    /// says which cannot.
+    /// [`Error`] if the address cannot be used, or if the only video cannot be opened. Of several,
+    /// the page says which cannot.
     pub fn open(options: &Options) -> Result<Self, Error> {
         let listen = |reason| Error::Listen { address: options.address, reason };
         let pool = session::pool(options.threads);
@@ -182,8 +182,9 @@ impl Server {
         access.address(self.app.camera, access.token())
     }
 
-    /// An address for the arguments of a browser, which other users of the machine can read. Instead of the
-    /// token it holds a code: the first page that uses it within [`Patience::code`] gets the token.
+    /// An address for the arguments of a browser, which other users of the machine can read.
+    /// Instead of the token it holds a code: the first page that uses it within [`Patience::code`]
+    /// gets the token.
     ///
     /// # Errors
     /// [`Error::Start`] if the system gives no random numbers.
@@ -225,7 +226,8 @@ impl Server {
     }
 }
 
-/// A server without connections: fuzzing calls it in its own process. No part of the public interface.
+/// A server without connections: fuzzing calls it in its own process. No part of the public
+/// interface.
 #[doc(hidden)]
 pub struct InProcess {
     app: Arc<App>,

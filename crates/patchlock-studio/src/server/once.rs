@@ -1,6 +1,6 @@
-//! The code in the address that the program hands to a browser. The list of processes shows that address to
-//! other users of the machine, so the code is no token: it is exchanged for one, once, and soon after it was
-//! drawn.
+//! The code in the address that the program hands to a browser. The list of processes shows that
+//! address to other users of the machine, so the code is no token: it is exchanged for one, once,
+//! and soon after it was drawn.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};

@@ -9,8 +9,8 @@ use crate::project::{Target, Tracked};
 /// Frames with at least this probability of a wrong box are doubtful.
 const DOUBTFUL: f64 = 0.5;
 
-/// Share of the frames, far from a key frame and not doubtful, that a key frame is expected to improve.
-/// Between two key frames, it is this share of the expected number of wrong boxes.
+/// Share of the frames, far from a key frame and not doubtful, that a key frame is expected to
+/// improve. Between two key frames, it is this share of the expected number of wrong boxes.
 const UNCHECKED: f64 = 0.05;
 
 /// Shorter stretches without a key frame need no look.
@@ -56,8 +56,8 @@ impl fmt::Display for Reason {
     }
 }
 
-/// The frames of a target to look at, the one whose correction is expected to repair most frames first: one
-/// for each stretch of doubtful frames, and one for each span without a key frame.
+/// The frames of a target to look at, the one whose correction is expected to repair most frames
+/// first: one for each stretch of doubtful frames, and one for each span without a key frame.
 pub fn doubts(target: &Target) -> Vec<Doubt> {
     let mut found = Vec::new();
     for span in spans(target) {

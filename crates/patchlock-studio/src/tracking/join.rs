@@ -8,8 +8,9 @@ use crate::project::Tracked;
 /// Boxes that overlap by at least this much are on the same target.
 const LEAST_OVERLAP: f64 = 0.3;
 
-/// In spans of at most this many frames, a straight line is better than tracks that disagree. With the
-/// development sequences of `examples/annotator.rs`, 6 and 24 give nearly the same number of key frames.
+/// In spans of at most this many frames, a straight line is better than tracks that disagree. With
+/// the development sequences of `examples/annotator.rs`, 6 and 24 give nearly the same number of
+/// key frames.
 const SHORT: usize = 12;
 
 /// A track with a lower score is not sure.
@@ -17,15 +18,17 @@ const SURE: f64 = 0.5;
 
 /// Joins what was found between two neighbouring key frames, `first` and `last`.
 ///
-/// `forward` was tracked from the first key frame and holds the frames after it, up to and with the last key
-/// frame. `backward` was tracked from the last key frame and holds, in the order of the video, the first key
-/// frame and the frames after it, without the last. Both have one element per frame of the span, `n`; the
-/// result has the `n - 1` frames between the key frames. If one is longer, its further elements are ignored.
+/// `forward` was tracked from the first key frame and holds the frames after it, up to and with the
+/// last key frame. `backward` was tracked from the last key frame and holds, in the order of the
+/// video, the first key frame and the frames after it, without the last. Both have one element per
+/// frame of the span, `n`; the result has the `n - 1` frames between the key frames. If one is
+/// longer, its further elements are ignored.
 ///
-/// A track that arrives at the other key frame loses its drift, in equal parts on each frame. Where both
-/// arrive and agree, the box moves from the one to the other. Elsewhere it is on a straight line from where
-/// the forward track was last sure to where the backward track is sure again, or, in short spans, between the
-/// key frames. In all other frames it is that of one track up to a frame and of the other from there on.
+/// A track that arrives at the other key frame loses its drift, in equal parts on each frame. Where
+/// both arrive and agree, the box moves from the one to the other. Elsewhere it is on a straight
+/// line from where the forward track was last sure to where the backward track is sure again, or,
+/// in short spans, between the key frames. In all other frames it is that of one track up to a
+/// frame and of the other from there on.
 pub fn join(
     first: BoundingBox,
     forward: &[Found],
@@ -65,7 +68,8 @@ pub fn join(
     forward.iter().zip(&backward).enumerate().map(join).collect()
 }
 
-/// A stretch in which neither track is sure: what each finds there is no better than a straight line.
+/// A stretch in which neither track is sure: what each finds there is no better than a straight
+/// line.
 struct Gap {
     /// The last frame before it, and the box of the forward track.
     before: (usize, BoundingBox),
@@ -74,8 +78,8 @@ struct Gap {
 }
 
 impl Gap {
-    /// The gap between the frames in which the forward track is sure from the first on, and those in which
-    /// the backward track is sure up to the last.
+    /// The gap between the frames in which the forward track is sure from the first on, and those
+    /// in which the backward track is sure up to the last.
     fn between(forward: &[Found], backward: &[Found]) -> Option<Self> {
         let is_unsure = |found: &Found| found.status == Status::Lost || found.score < SURE;
         let before = forward.iter().position(is_unsure)?.checked_sub(1)?;
@@ -143,8 +147,8 @@ pub fn between(from: BoundingBox, to: BoundingBox, share: f64) -> BoundingBox {
     }
 }
 
-/// The number of frames to take from the forward track, the rest being taken from the backward track: where
-/// the two are sure on their sides, and agree.
+/// The number of frames to take from the forward track, the rest being taken from the backward
+/// track: where the two are sure on their sides, and agree.
 fn best_switch(forward: &[Found], backward: &[Found]) -> usize {
     let total: f64 = backward.iter().map(|found| found.score).sum();
     let mut best = (f64::NEG_INFINITY, 0);

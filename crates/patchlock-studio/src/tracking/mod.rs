@@ -1,6 +1,6 @@
-//! From key frames to boxes on every frame: one span between neighbouring key frames at a time, tracked from
-//! both sides and [joined](join::join) where the two agree best. [`doubt::doubts`] says which frames to look
-//! at next.
+//! From key frames to boxes on every frame: one span between neighbouring key frames at a time,
+//! tracked from both sides and [joined](join::join) where the two agree best. [`doubt::doubts`]
+//! says which frames to look at next.
 //!
 //! Nothing here opens files or runs a tracker: the caller does, and hands over what was [`Found`].
 

@@ -195,7 +195,8 @@ fn every_format_has_the_labels() {
     let named = |frame: usize| {
         fs::read_to_string(out.join(format!("labels/train/frame_{frame:06}.txt"))).or(lines(frame))
     };
-    // Target 1 is lost in frame 6, where nothing is known, and hidden in frame 7, where that is known.
+    // Target 1 is lost in frame 6, where nothing is known, and hidden in frame 7, where that is
+    // known.
     assert!(named(6).is_err());
     let hidden = named(7).unwrap();
     assert!(hidden.starts_with("1 ") && hidden.lines().count() == 1, "{hidden}");

@@ -1,5 +1,5 @@
-//! How fast frames of a large video come, and how much memory that takes. These tests measure, so they are
-//! run alone, with `--ignored --nocapture`.
+//! How fast frames of a large video come, and how much memory that takes. These tests measure, so
+//! they are run alone, with `--ignored --nocapture`.
 
 use std::path::Path;
 use std::time::{Duration, Instant};

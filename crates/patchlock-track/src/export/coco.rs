@@ -1,7 +1,8 @@
-//! COCO JSON for video: `images` and `annotations` as for images, so that image tools can read the file, plus
-//! `videos` and `tracks`. An annotation refers to its target as `track_id` (TAO), `instance_id` (CocoVID) and
-//! the attribute `track_id` (CVAT, Datumaro). The status, if known, is the attribute `status`. A box that a
-//! person has drawn has the attributes `keyframe`, `occluded` and `truncated`.
+//! COCO JSON for video: `images` and `annotations` as for images, so that image tools can read the
+//! file, plus `videos` and `tracks`. An annotation refers to its target as `track_id` (TAO),
+//! `instance_id` (CocoVID) and the attribute `track_id` (CVAT, Datumaro). The status, if known, is
+//! the attribute `status`. A box that a person has drawn has the attributes `keyframe`, `occluded`
+//! and `truncated`.
 
 use patchlock::BoundingBox;
 use serde_json::{Value, json};

@@ -66,7 +66,8 @@ impl Frames {
         Some(Item { path, content })
     }
 
-    /// The frame's image as JPEG, if there is one: copied if it is a JPEG already, converted otherwise.
+    /// The frame's image as JPEG, if there is one: copied if it is a JPEG already, converted
+    /// otherwise.
     pub fn jpeg(&self, frame: usize, path: PathBuf) -> Option<Item> {
         let is_jpeg = |file: &Path| files::ends_with(file, "jpg") || files::ends_with(file, "jpeg");
         let item = self.copy(frame, path)?;
@@ -99,7 +100,8 @@ fn images_in(folder: &Path, track: &Track) -> Result<Vec<PathBuf>, Error> {
     }
 }
 
-/// The size of the frames: as given, of the images, or as the file of the track has it. They must agree.
+/// The size of the frames: as given, of the images, or as the file of the track has it. They must
+/// agree.
 fn size(track: &Track, options: &Options, images: &Images) -> Result<(usize, usize), Error> {
     let of_images = match images {
         Images::None => None,

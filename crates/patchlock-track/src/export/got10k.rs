@@ -1,5 +1,6 @@
-//! GOT-10k: `<name>_<id>/groundtruth.txt` with `x,y,w,h` on each line, labels with one number per line,
-//! `meta_info.ini`, and the frames as `00000001.jpg`; and `list.txt` with the names of the sequences.
+//! GOT-10k: `<name>_<id>/groundtruth.txt` with `x,y,w,h` on each line, labels with one number per
+//! line, `meta_info.ini`, and the frames as `00000001.jpg`; and `list.txt` with the names of the
+//! sequences.
 
 use std::path::Path;
 

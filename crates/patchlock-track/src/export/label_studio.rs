@@ -1,7 +1,7 @@
-//! Label Studio: a JSON file with one task, to import into a project with a `Video`, a `VideoRectangle` named
-//! `box` and its `Labels`. The tracks are its prediction. Positions are percent of the frame, frames count
-//! from 1, and times are those of the frames. A key frame that is not enabled ends a stretch; between the
-//! others the tool interpolates.
+//! Label Studio: a JSON file with one task, to import into a project with a `Video`, a
+//! `VideoRectangle` named `box` and its `Labels`. The tracks are its prediction. Positions are
+//! percent of the frame, frames count from 1, and times are those of the frames. A key frame that
+//! is not enabled ends a stretch; between the others the tool interpolates.
 
 use serde_json::{Value, json};
 
@@ -34,7 +34,8 @@ pub fn text(job: &Job<'_>) -> String {
     format!("{:#}\n", json!([task]))
 }
 
-/// The key frames of a target: the first and the last of each stretch, and every so many-th between them.
+/// The key frames of a target: the first and the last of each stretch, and every so many-th between
+/// them.
 fn sequence<'a>(
     job: &Job<'_>,
     frames: &[usize],

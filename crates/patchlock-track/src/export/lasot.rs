@@ -1,5 +1,5 @@
-//! LaSOT: `<label>/<label>-<id>/groundtruth.txt` with `x,y,w,h` on each line, counted from 1, two files with
-//! one line of flags each, and the frames as `img/00000001.jpg`.
+//! LaSOT: `<label>/<label>-<id>/groundtruth.txt` with `x,y,w,h` on each line, counted from 1, two
+//! files with one line of flags each, and the frames as `img/00000001.jpg`.
 
 use std::path::Path;
 
@@ -28,7 +28,8 @@ fn sequence_items(job: &Job<'_>, sequence: &Sequence<'_>) -> Vec<Item> {
     items
 }
 
-/// One line with a flag for each frame. `flag` receives whether the target is lost or has no box in it.
+/// One line with a flag for each frame. `flag` receives whether the target is lost or has no box in
+/// it.
 fn flags(sequence: &Sequence<'_>, flag: impl Fn(bool) -> bool) -> String {
     let frames = sequence.frames.iter();
     let flags: Vec<&str> =

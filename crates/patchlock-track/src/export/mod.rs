@@ -1,8 +1,10 @@
-//! Exports tracks in the formats of annotation tools and other benchmarks. There is one module per format,
-//! which generates the text of its files from a [`Track`]; [`write()`] writes them, all or none.
+//! Exports tracks in the formats of annotation tools and other benchmarks. There is one module per
+//! format, which generates the text of its files from a [`Track`]; [`write()`] writes them, all or
+//! none.
 //!
-//! A box covers the pixels from `x` to `x + w - 1`. In tools whose pixel `k` covers `k` to `k + 1` it has the
-//! same numbers: COCO, CVAT, YOLO, Label Studio and GOT-10k count from 0. MOT, VOC and LaSOT count from 1.
+//! A box covers the pixels from `x` to `x + w - 1`. In tools whose pixel `k` covers `k` to `k + 1`
+//! it has the same numbers: COCO, CVAT, YOLO, Label Studio and GOT-10k count from 0. MOT, VOC and
+//! LaSOT count from 1.
 
 mod coco;
 mod cvat;
@@ -31,25 +33,26 @@ pub use track::{About, Entry, Said, Track};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// The results format of MOTChallenge: a text file with
-    /// `frame,id,left,top,width,height,confidence,-1,-1,-1` on each line; frames and pixels count from 1. The
-    /// confidence is 0 while the target is lost.
+    /// `frame,id,left,top,width,height,confidence,-1,-1,-1` on each line; frames and pixels count
+    /// from 1. The confidence is 0 while the target is lost.
     Mot,
-    /// A JSON file in the format of COCO, with `videos` and `tracks`. Each annotation has `track_id`, and the
-    /// rotated outline as `segmentation`, the score and the attribute `status` if they are known.
+    /// A JSON file in the format of COCO, with `videos` and `tracks`. Each annotation has
+    /// `track_id`, and the rotated outline as `segmentation`, the score and the attribute `status`
+    /// if they are known.
     Coco,
     /// "CVAT for video 1.1": an XML file with one track per target. A lost target is outside.
     Cvat,
-    /// A folder with `data.yaml` and `labels/train`, one text file per frame with `class centre-x centre-y
-    /// width height`, relative to the frame and clipped to it. Targets are not told apart. Frames in which
-    /// one is lost are left out.
+    /// A folder with `data.yaml` and `labels/train`, one text file per frame with `class centre-x
+    /// centre-y width height`, relative to the frame and clipped to it. Targets are not told apart.
+    /// Frames in which one is lost are left out.
     Yolo,
-    /// Pascal VOC: a folder with `Annotations`, one XML file per frame, and `JPEGImages`. Boxes are clipped
-    /// to the frame. Frames in which a target is lost are left out.
+    /// Pascal VOC: a folder with `Annotations`, one XML file per frame, and `JPEGImages`. Boxes are
+    /// clipped to the frame. Frames in which a target is lost are left out.
     Voc,
     /// Label Studio: a JSON file with one task, whose predictions are regions of the video.
     LabelStudio,
-    /// One folder `<label>/<label>-<id>` per target, with `groundtruth.txt`, `full_occlusion.txt` and
-    /// `out_of_view.txt`. A lost target counts as fully occluded.
+    /// One folder `<label>/<label>-<id>` per target, with `groundtruth.txt`, `full_occlusion.txt`
+    /// and `out_of_view.txt`. A lost target counts as fully occluded.
     Lasot,
     /// One folder `<name>_<id>` per target, with `groundtruth.txt`, `absence.label`, `cover.label`,
     /// `cut_by_image.label` and `meta_info.ini`; and `list.txt`. A lost target is absent.
@@ -120,8 +123,8 @@ impl Format {
     }
 }
 
-/// Most lines of an export that has more than the track: a line for each frame of a target's stretch, with
-/// or without a box. A small file can claim very many.
+/// Most lines of an export that has more than the track: a line for each frame of a target's
+/// stretch, with or without a box. A small file can claim very many.
 pub const MOST_LINES: usize = 5_000_000;
 
 /// The options of an export.
@@ -133,14 +136,15 @@ pub struct Options {
     pub name: String,
     /// Class of the targets, such as `car`, unless the track has one for each.
     pub label: String,
-    /// Width and height of the frames in pixels; `None` to use that of `images` or of the track. Formats that
-    /// need no size ignore it.
+    /// Width and height of the frames in pixels; `None` to use that of `images` or of the track.
+    /// Formats that need no size ignore it.
     pub size: Option<(usize, usize)>,
-    /// The folder of the frames, or the video; frame 0 of the track is the first image in natural order. Some
-    /// formats refer to the images by name, others get copies; frames of a video are saved as JPEG.
+    /// The folder of the frames, or the video; frame 0 of the track is the first image in natural
+    /// order. Some formats refer to the images by name, others get copies; frames of a video are
+    /// saved as JPEG.
     pub images: Option<PathBuf>,
-    /// Only every so many-th tracked frame is a key frame, besides the first and last of each stretch; the
-    /// tool interpolates between them. 1 makes all frames key frames.
+    /// Only every so many-th tracked frame is a key frame, besides the first and last of each
+    /// stretch; the tool interpolates between them. 1 makes all frames key frames.
     pub key_frames: usize,
     /// What the images or the video may claim.
     pub limits: Limits,
@@ -228,13 +232,13 @@ impl<'a> Job<'a> {
     }
 }
 
-/// Writes a track to a file, or to a folder that does not exist yet or is empty. If an error occurs, nothing
-/// is written. Returns the number of files.
+/// Writes a track to a file, or to a folder that does not exist yet or is empty. If an error
+/// occurs, nothing is written. Returns the number of files.
 ///
 /// # Errors
-/// [`Error::Export`] if the options are inconsistent, if there would be more than [`MOST_LINES`], or if `out`
-/// exists: a file is replaced only with `overwrite`, a folder never. [`Error::Read`] and [`Error::Frame`] for
-/// the images; [`Error::Write`].
+/// [`Error::Export`] if the options are inconsistent, if there would be more than [`MOST_LINES`],
+/// or if `out` exists: a file is replaced only with `overwrite`, a folder never. [`Error::Read`]
+/// and [`Error::Frame`] for the images; [`Error::Write`].
 pub fn write(
     track: &Track,
     options: &Options,

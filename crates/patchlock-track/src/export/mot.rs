@@ -1,9 +1,10 @@
-//! MOTChallenge results: `frame,id,left,top,width,height,confidence,-1,-1,-1` on each line; frames and pixels
-//! count from 1.
+//! MOTChallenge results: `frame,id,left,top,width,height,confidence,-1,-1,-1` on each line; frames
+//! and pixels count from 1.
 
 use super::{Entry, Job};
 
-/// The contents of the file. The confidence is the score, 1 if it is unknown, and 0 if the target is lost.
+/// The contents of the file. The confidence is the score, 1 if it is unknown, and 0 if the target
+/// is lost.
 pub fn text(job: &Job<'_>) -> String {
     let line = |entry: &Entry| {
         let bbox = entry.bbox?;

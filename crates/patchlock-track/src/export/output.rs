@@ -1,5 +1,5 @@
-//! Writes the files of an export under temporary names beside the output, then renames them: the output is
-//! complete or does not exist.
+//! Writes the files of an export under temporary names beside the output, then renames them: the
+//! output is complete or does not exist.
 
 use std::fs;
 use std::io::{self, Write};
@@ -16,8 +16,8 @@ const JPEG_QUALITY: u8 = 95;
 /// Prefix of temporary names.
 const PREFIX: &str = ".patchlock-";
 
-/// Checks that the output can be written, before any work is done. `is_file` tells whether the format is one
-/// file.
+/// Checks that the output can be written, before any work is done. `is_file` tells whether the
+/// format is one file.
 pub fn check(out: &Path, is_file: bool, overwrite: bool) -> Result<(), Error> {
     let parent = parent(out);
     if !parent.is_dir() {

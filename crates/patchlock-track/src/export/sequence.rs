@@ -1,5 +1,5 @@
-//! Splits a track into one sequence per target, for the formats of single-target benchmarks. A sequence
-//! covers the tracked frames from the target's first box to its last entry.
+//! Splits a track into one sequence per target, for the formats of single-target benchmarks. A
+//! sequence covers the tracked frames from the target's first box to its last entry.
 
 use patchlock::BoundingBox;
 
@@ -55,8 +55,8 @@ fn sequence<'a>(id: u64, entries: Vec<&'a Entry>, frames: &[usize]) -> Sequence<
 }
 
 impl Sequence<'_> {
-    /// `x,y,w,h` on each line, with `origin` as the coordinate of the first pixel; zeros where the target is
-    /// absent.
+    /// `x,y,w,h` on each line, with `origin` as the coordinate of the first pixel; zeros where the
+    /// target is absent.
     pub fn boxes(&self, origin: f64) -> String {
         let line = |(_, found): &(usize, Option<Found<'_>>)| match found {
             Some((_, bbox)) => format!(

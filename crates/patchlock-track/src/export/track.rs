@@ -1,5 +1,5 @@
-//! A track: the boxes of all targets in all frames. It is read from files saved by `patchlock track`, or from
-//! text with one box per line.
+//! A track: the boxes of all targets in all frames. It is read from files saved by `patchlock
+//! track`, or from text with one box per line.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -24,7 +24,8 @@ pub struct Entry {
     pub score: Option<f64>,
     /// Corners of the rotated outline, if known, with pixel centres at integer coordinates.
     pub corners: Option<[[f64; 2]; 4]>,
-    /// Whether the target is followed, if known. The box of a lost target is the last one that was known.
+    /// Whether the target is followed, if known. The box of a lost target is the last one that was
+    /// known.
     pub status: Option<Status>,
     /// What a person has said of this frame; `None` if nobody has.
     pub said: Option<Said>,
@@ -84,8 +85,8 @@ pub struct Track {
     about: BTreeMap<u64, About>,
 }
 
-/// A row of a table, read by column names. Other columns are ignored. Position cells may be empty, but the
-/// columns must be there.
+/// A row of a table, read by column names. Other columns are ignored. Position cells may be empty,
+/// but the columns must be there.
 #[derive(Deserialize)]
 struct Row {
     frame: usize,
@@ -167,8 +168,8 @@ impl Track {
     /// A track of these entries, given in any order.
     ///
     /// # Errors
-    /// [`Error::Export`] if there are no boxes, a target has two entries in one frame, or an entry is
-    /// invalid.
+    /// [`Error::Export`] if there are no boxes, a target has two entries in one frame, or an entry
+    /// is invalid.
     pub fn new(mut entries: Vec<Entry>) -> Result<Self, Error> {
         if entries.iter().all(|entry| entry.bbox.is_none()) {
             return Err(Error::Export("the track has no boxes".to_string()));
@@ -191,10 +192,10 @@ impl Track {
         }
     }
 
-    /// Reads a file by its extension: `.csv` or `.jsonl` with at least the columns `frame`, `x`, `y`, `w` and
-    /// `h` as written by `patchlock track`, counted from 0; or `.txt` with one `x,y,w,h` per line and frame,
-    /// counted from 1. Without a column `id`, all boxes are of target 1. A target has no box in a frame if
-    /// these cells are empty, or NaN in `.txt`.
+    /// Reads a file by its extension: `.csv` or `.jsonl` with at least the columns `frame`, `x`,
+    /// `y`, `w` and `h` as written by `patchlock track`, counted from 0; or `.txt` with one
+    /// `x,y,w,h` per line and frame, counted from 1. Without a column `id`, all boxes are of target
+    /// 1. A target has no box in a frame if these cells are empty, or NaN in `.txt`.
     ///
     /// # Errors
     /// [`Error::Read`]; [`Error::Line`]; as [`Track::new`].
@@ -217,8 +218,8 @@ impl Track {
         Ok(Self { size, times, ..Self::new(entries)? })
     }
 
-    /// Seconds from the first frame of the source to this one; by 30 frames per second if the file has no
-    /// times.
+    /// Seconds from the first frame of the source to this one; by 30 frames per second if the file
+    /// has no times.
     pub(super) fn time(&self, frame: usize) -> f64 {
         self.times.get(&frame).copied().unwrap_or(frame as f64 / DEFAULT_RATE)
     }
@@ -234,8 +235,8 @@ impl Track {
         Self { size: Some((width, height)), ..self }
     }
 
-    /// The same track with what is known of its targets, by id. A target that is not in it has the label of
-    /// the [`Options`](super::Options).
+    /// The same track with what is known of its targets, by id. A target that is not in it has the
+    /// label of the [`Options`](super::Options).
     #[must_use]
     pub fn with_targets(self, about: BTreeMap<u64, About>) -> Self {
         Self { about, ..self }

@@ -86,7 +86,8 @@ fn objects<'a>(job: &'a Job<'_>, entries: &[Entry]) -> Option<Vec<Object<'a>>> {
         let bbox = entry.found()?;
         let Some(sides) = clipped(&bbox, width, height) else { continue };
         let whole = sides == [bbox.x, bbox.y, bbox.x + bbox.w, bbox.y + bbox.h];
-        // Left and top of the first pixel, right and bottom of the last one, at least one pixel large.
+        // Left and top of the first pixel, right and bottom of the last one, at least one pixel
+        // large.
         let [left, top, right, bottom] = sides.map(f64::round);
         let (left, top) = (left.min(width - 1.0) + 1.0, top.min(height - 1.0) + 1.0);
         objects.push(Object {

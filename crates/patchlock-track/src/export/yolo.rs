@@ -1,7 +1,8 @@
-//! YOLO, as read by Ultralytics: `data.yaml`, `labels/train/<image>.txt` with `class centre-x centre-y width
-//! height` relative to the frame, and the frames in `images/train`. Boxes are clipped to the frame, as the
-//! format requires; boxes outside it are omitted. Frames in which a target is lost are left out: it may be in
-//! the picture, and a detector would learn that it is background.
+//! YOLO, as read by Ultralytics: `data.yaml`, `labels/train/<image>.txt` with `class centre-x
+//! centre-y width height` relative to the frame, and the frames in `images/train`. Boxes are
+//! clipped to the frame, as the format requires; boxes outside it are omitted. Frames in which a
+//! target is lost are left out: it may be in the picture, and a detector would learn that it is
+//! background.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

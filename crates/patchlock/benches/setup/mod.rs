@@ -69,7 +69,8 @@ impl Bench {
         .collect()
     }
 
-    /// The dictionary, the buffer's patches and the candidates' patches at one location of the small scale.
+    /// The dictionary, the buffer's patches and the candidates' patches at one location of the
+    /// small scale.
     pub fn problems(&self) -> (Dictionary, Vec<f32>, Vec<f32>) {
         let grid = small();
         let buffer = buffer::begin(&self.templates, 4);

@@ -1,10 +1,10 @@
 //! The configuration: every number and choice, in one table, in groups.
 //!
-//! Each group is a file: [`paper`], [`robust`], and [`patches`] for the patch model that both methods use.
-//! The macro call in it *is* its part of the table. Each row is a setting with its type, default, range,
-//! purpose and source. The structs, their defaults, the checks of ranges, access by name
-//! ([`TrackerConfig::get`], [`TrackerConfig::set`]) and [`PARAMETERS`] are all made from the rows, so they
-//! cannot disagree.
+//! Each group is a file: [`paper`], [`robust`], and [`patches`] for the patch model that both
+//! methods use. The macro call in it *is* its part of the table. Each row is a setting with its
+//! type, default, range, purpose and source. The structs, their defaults, the checks of ranges,
+//! access by name ([`TrackerConfig::get`], [`TrackerConfig::set`]) and [`PARAMETERS`] are all made
+//! from the rows, so they cannot disagree.
 
 mod paper;
 mod patches;
@@ -69,12 +69,13 @@ pub const PARAMETERS: &[Parameter] = {
 /// # Ok::<(), patchlock::Error>(())
 /// ```
 ///
-/// Serialised, it is a table with `seed` and one table with the name and the settings of the method. Settings
-/// that are missing when it is read have their defaults.
+/// Serialised, it is a table with `seed` and one table with the name and the settings of the
+/// method. Settings that are missing when it is read have their defaults.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct TrackerConfig {
-    /// Seed of all randomness: the same seed gives the same boxes. Default 0; allowed: 0 to 2^53 - 1.
+    /// Seed of all randomness: the same seed gives the same boxes. Default 0; allowed: 0 to 2^53
+    /// - 1.
     pub seed: u64,
     /// The method that follows the target, with its settings.
     #[serde(flatten)]
@@ -86,8 +87,8 @@ pub struct TrackerConfig {
 #[serde(rename_all = "lowercase")]
 #[expect(clippy::large_enum_variant, reason = "a tracker has one")]
 pub enum Method {
-    /// The default tracker: correlation filters that follow and remember the target, and the paper's patch
-    /// model, which sees what is hidden.
+    /// The default tracker: correlation filters that follow and remember the target, and the
+    /// paper's patch model, which sees what is hidden.
     Robust(RobustConfig),
     /// The paper's tracker: particles, weighed by structural local sparse appearance.
     Paper(PaperConfig),
@@ -168,8 +169,8 @@ impl TrackerConfig {
     /// Changes the setting with this name in [`PARAMETERS`].
     ///
     /// # Errors
-    /// As [`TrackerConfig::get`]; [`Error::SettingKind`] and [`Error::Config`] if the value is of another
-    /// kind or out of range. Then nothing has changed.
+    /// As [`TrackerConfig::get`]; [`Error::SettingKind`] and [`Error::Config`] if the value is of
+    /// another kind or out of range. Then nothing has changed.
     pub fn set(&mut self, name: &str, value: impl Into<Value>) -> Result<(), Error> {
         let (parameter, value) = (self.parameter(name)?, value.into());
         match &mut self.method {
@@ -180,7 +181,8 @@ impl TrackerConfig {
         Ok(())
     }
 
-    /// Whether the tracker reads the setting: its method uses it, and no other setting turns it off.
+    /// Whether the tracker reads the setting: its method uses it, and no other setting turns it
+    /// off.
     pub fn reads(&self, parameter: &Parameter) -> bool {
         let is_on = match &self.method {
             Method::Robust(config) => config.reads(parameter.name),

@@ -35,8 +35,8 @@ group! {
         buffer: usize = 4, number(0.0, 16.0);
     }
     "own choice: atoms that repeat others must not be chosen" {
-        /// An atom is eligible while the squared norm of what the chosen atoms leave of it is at least
-        /// this.
+        /// An atom is eligible while the squared norm of what the chosen atoms leave of it is at
+        /// least this.
         min_residual: f64 = 1e-6, number(1e-7, 0.1);
     }
     "paper Sec. 2.3, Eq. 12-14, 18-19" {
@@ -50,19 +50,22 @@ group! {
         update_interval: usize = 5, number(1.0, 10_000.0);
         /// Frames between updates of the small dictionary and the small buffer.
         small_update_interval: usize = 20, number(1.0, 10_000.0);
-        /// Templates are updated when the visible shares of both scales add to more than twice this.
+        /// Templates are updated when the visible shares of both scales add to more than twice
+        /// this.
         delta: f64 = 0.08, number(0.0, 1.0);
-        /// The large buffer takes the candidate when more than this share of large patches is visible
-        /// (o1).
+        /// The large buffer takes the candidate when more than this share of large patches is
+        /// visible (o1).
         large_buffer_guard: f64 = 0.0, number(0.0, 1.0);
-        /// The small buffer takes the candidate when more than this share of small patches is visible
-        /// (o2).
+        /// The small buffer takes the candidate when more than this share of small patches is
+        /// visible (o2).
         small_buffer_guard: f64 = 0.13, number(0.0, 1.0);
-        /// The chance that a template is replaced grows by this factor from one to the next younger one.
+        /// The chance that a template is replaced grows by this factor from one to the next younger
+        /// one.
         replacement_growth: f64 = 2.0, number(1.0, 100.0);
         /// Weight of the past in the subspace when a batch comes in (1 forgets nothing).
         forgetting: f64 = 1.0, number(0.01, 1.0);
-        /// Eigenvectors are kept while their squared singular value is at least this share of the total.
+        /// Eigenvectors are kept while their squared singular value is at least this share of the
+        /// total.
         subspace_keep: f64 = 1e-6, number(0.0, 1.0);
         /// Maximum number of eigenvectors of the subspace.
         subspace_vectors: usize = 20, number(1.0, 64.0);

@@ -1,4 +1,5 @@
-//! Reads a configuration from any self-describing format. Each setting goes through [`TrackerConfig::set`].
+//! Reads a configuration from any self-describing format. Each setting goes through
+//! [`TrackerConfig::set`].
 
 use super::{Method, PaperConfig, TrackerConfig};
 use crate::value::Value;

@@ -103,7 +103,8 @@ group! {
         first_frames: usize = 10, number(0.0, 10_000.0);
         /// Rate of the running means of the memory's response, the visible share and the contrast.
         recent_rate: f64 = 0.05, number(0.0, 1.0);
-        /// Upper limit of the memory's response away from the box, relative to its response at the box.
+        /// Upper limit of the memory's response away from the box, relative to its response at the
+        /// box.
         elsewhere_most: f64 = 2.0, number(0.0, 1e6);
         /// The memory overrides the tracking filters where it responds this many times stronger
         /// elsewhere.
@@ -149,9 +150,11 @@ group! {
         search_windows: usize = 5, number(1.0, 1000.0);
         /// Share of their side by which the windows of the search overlap.
         search_overlap: f64 = 0.5, number(0.0, 0.9);
-        /// Size of the target in the second of four passes of the search over the frame, relative to the last one.
+        /// Size of the target in the second of four passes of the search over the frame, relative
+        /// to the last one.
         search_larger: f64 = 1.2, number(0.1, 10.0);
-        /// Size of the target in the third of four passes of the search over the frame, relative to the last one.
+        /// Size of the target in the third of four passes of the search over the frame, relative to
+        /// the last one.
         search_smaller: f64 = 0.8, number(0.1, 10.0);
         /// A peak in a window of the search is examined if it is above this share of `found_above`.
         found_promising: f64 = 0.5, number(0.0, 10.0);
@@ -177,8 +180,8 @@ impl RobustConfig {
         PaperConfig { patches: self.patches.clone(), ..PaperConfig::default() }.patch_params()
     }
 
-    /// Whether the tracker reads this setting: those of the wide and the slow filter and of rotation
-    /// count only if there are such filters, and if rotation is followed.
+    /// Whether the tracker reads this setting: those of the wide and the slow filter and of
+    /// rotation count only if there are such filters, and if rotation is followed.
     pub(super) fn reads(&self, name: &str) -> bool {
         match name.split('_').next() {
             Some("wide") => self.filters > 1,

@@ -41,8 +41,8 @@ impl fmt::Display for Range {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Parameter {
-    /// The group: empty for a setting of all methods, the name of a method, or `patches` for the patch model,
-    /// which all methods use.
+    /// The group: empty for a setting of all methods, the name of a method, or `patches` for the
+    /// patch model, which all methods use.
     pub group: &'static str,
     /// The name, which no other setting has.
     pub name: &'static str,
@@ -50,8 +50,8 @@ pub struct Parameter {
     pub kind: Kind,
     /// The values that it may take.
     pub range: Range,
-    /// Where its default comes from: a section and equations of the paper, another publication, or our own
-    /// choice.
+    /// Where its default comes from: a section and equations of the paper, another publication, or
+    /// our own choice.
     pub source: &'static str,
     /// What it does, in one sentence.
     pub purpose: &'static str,
@@ -68,7 +68,8 @@ pub(super) trait Setting: Sized {
 
     fn value(&self) -> Value;
 
-    /// The setting with this value; `None` if the value is of another kind. A whole number is a number, too.
+    /// The setting with this value; `None` if the value is of another kind. A whole number is a
+    /// number, too.
     fn of(value: &Value) -> Option<Self>;
 
     /// Whether it lies in the range. What the type alone ensures is always within.
@@ -171,8 +172,8 @@ pub(super) fn checked<T: Setting>(parameter: &Parameter, value: &Value) -> Resul
     }
 }
 
-/// Makes a struct of the rows of a group, with its default, its rows as a table, and access by name. A group
-/// may hold another one as a field.
+/// Makes a struct of the rows of a group, with its default, its rows as a table, and access by
+/// name. A group may hold another one as a field.
 macro_rules! group {
     (
         $(#[$meta:meta])+

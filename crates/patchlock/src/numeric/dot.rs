@@ -2,9 +2,9 @@
 
 use pulp::{Simd, bytemuck};
 
-/// The inner product, summed in `f64`. The order of the sums does not depend on the vector width and nothing
-/// is fused, so the bits are the same on every processor. It uses the instructions that the caller is
-/// compiled for.
+/// The inner product, summed in `f64`. The order of the sums does not depend on the vector width
+/// and nothing is fused, so the bits are the same on every processor. It uses the instructions that
+/// the caller is compiled for.
 #[inline(always)]
 pub fn dot(a: &[f32], b: &[f32]) -> f64 {
     let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<16>(), b.as_chunks::<16>());
@@ -37,8 +37,8 @@ pub fn dot_wide<S: Simd>(simd: S, a: &[f64], b: &[f64]) -> f64 {
     dots_wide(simd, a, [b])[0]
 }
 
-/// The same for several vectors at once. It takes little longer than for one, because the additions are
-/// independent.
+/// The same for several vectors at once. It takes little longer than for one, because the additions
+/// are independent.
 #[inline(always)]
 pub fn dots_wide<S: Simd, const N: usize>(simd: S, a: &[f64], others: [&[f64]; N]) -> [f64; N] {
     let parts = 16 / S::F64_LANES;

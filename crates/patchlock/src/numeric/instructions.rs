@@ -1,10 +1,11 @@
-//! The CPU instructions that the tracker uses: the widest that the processor supports, unless the environment
-//! variable `PATCHLOCK_SIMD` selects others.
+//! The CPU instructions that the tracker uses: the widest that the processor supports, unless the
+//! environment variable `PATCHLOCK_SIMD` selects others.
 //!
-//! Its values are `avx512`, `avx2`, `neon` and `plain`, as far as the processor supports them. The boxes are
-//! the same with all of them: candidates and patches have the same bits, everything that decides about codes
-//! is computed in `f64` in a fixed order, and sums over channels are taken in blocks of a fixed length.
-//! `plain` is the same source compiled for every processor of the architecture.
+//! Its values are `avx512`, `avx2`, `neon` and `plain`, as far as the processor supports them. The
+//! boxes are the same with all of them: candidates and patches have the same bits, everything that
+//! decides about codes is computed in `f64` in a fixed order, and sums over channels are taken in
+//! blocks of a fixed length. `plain` is the same source compiled for every processor of the
+//! architecture.
 
 use crate::error::Error;
 #[cfg(target_arch = "aarch64")]
@@ -35,12 +36,12 @@ pub enum Instructions {
 }
 
 impl Instructions {
-    /// The instructions that [`VARIABLE`] names, or the widest that the processor supports. The variable is
-    /// read once.
+    /// The instructions that [`VARIABLE`] names, or the widest that the processor supports. The
+    /// variable is read once.
     ///
     /// # Errors
-    /// [`Error::Instructions`] if the variable holds an unknown name or one that this processor does not
-    /// support.
+    /// [`Error::Instructions`] if the variable holds an unknown name or one that this processor
+    /// does not support.
     pub fn chosen() -> Result<Self, Error> {
         static CHOSEN: OnceLock<Result<Instructions, Error>> = OnceLock::new();
         let read = || match std::env::var(VARIABLE) {
@@ -84,8 +85,8 @@ impl Instructions {
         })
     }
 
-    /// The chosen instructions, or AVX2 instead of AVX-512: for computations on eight values at a time, which
-    /// take longer when compiled for wider vectors.
+    /// The chosen instructions, or AVX2 instead of AVX-512: for computations on eight values at a
+    /// time, which take longer when compiled for wider vectors.
     pub fn of_eight() -> Self {
         match Self::default() {
             #[cfg(target_arch = "x86_64")]

@@ -1,5 +1,5 @@
-//! Numerical building blocks: the choice of CPU instructions, inner products that give the same bits on every
-//! processor, aligned rows, singular vectors and a thread team.
+//! Numerical building blocks: the choice of CPU instructions, inner products that give the same
+//! bits on every processor, aligned rows, singular vectors and a thread team.
 
 pub mod aligned;
 mod dot;

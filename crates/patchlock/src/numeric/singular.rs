@@ -1,9 +1,9 @@
-//! Singular vectors and values of a few long columns, in place: the one-sided Jacobi method (Hestenes, 1958;
-//! Demmel, Veselic, 1992).
+//! Singular vectors and values of a few long columns, in place: the one-sided Jacobi method
+//! (Hestenes, 1958; Demmel, Veselic, 1992).
 //!
-//! Each step rotates two columns in their common plane so that they become orthogonal. When all pairs are
-//! orthogonal, the columns are the left singular vectors times the singular values. Even the smallest
-//! singular values have full relative accuracy.
+//! Each step rotates two columns in their common plane so that they become orthogonal. When all
+//! pairs are orthogonal, the columns are the left singular vectors times the singular values. Even
+//! the smallest singular values have full relative accuracy.
 
 use crate::numeric::dot_wide;
 use crate::numeric::instructions::Instructions;
@@ -12,7 +12,8 @@ use pulp::{Simd, WithSimd};
 /// About ten suffice in practice.
 const MAX_SWEEPS: usize = 60;
 
-/// Rotates the columns, stored one after the other with `dim` samples each, until all pairs are orthogonal.
+/// Rotates the columns, stored one after the other with `dim` samples each, until all pairs are
+/// orthogonal.
 pub fn orthogonalise(columns: &mut [f64], dim: usize) {
     Instructions::default().dispatch(Orthogonalise { columns, dim });
 }
@@ -69,8 +70,8 @@ mod tests {
     use nalgebra::DMatrix;
     use proptest::prelude::*;
 
-    /// Compares the columns with those of `U S`, where `U S V^T` is the singular value decomposition by
-    /// another library.
+    /// Compares the columns with those of `U S`, where `U S V^T` is the singular value
+    /// decomposition by another library.
     fn check(dim: usize, columns: &[f64]) -> Result<(), TestCaseError> {
         let before = DMatrix::from_column_slice(dim, columns.len() / dim, columns);
         let mut rotated = columns.to_vec();

@@ -1,8 +1,8 @@
 //! A team of threads that stay awake over many short rounds of work.
 //!
-//! Pruning works in rounds, 30 to 100 per frame, each of which takes a fraction of a millisecond. Waking a
-//! sleeping thread for each round would take too long, so helpers spin until all rounds are over. The team
-//! does not wait for threads that never join because they have other work.
+//! Pruning works in rounds, 30 to 100 per frame, each of which takes a fraction of a millisecond.
+//! Waking a sleeping thread for each round would take too long, so helpers spin until all rounds
+//! are over. The team does not wait for threads that never join because they have other work.
 
 use std::hint::spin_loop;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -17,7 +17,8 @@ const SPINS: usize = 100;
 /// One leading thread and its helpers.
 pub struct ThreadTeam<'a> {
     task: &'a (dyn Fn(usize) + Sync),
-    /// Number of tasks of the round that no thread has taken yet, and of tasks that are not finished.
+    /// Number of tasks of the round that no thread has taken yet, and of tasks that are not
+    /// finished.
     open: AtomicUsize,
     unfinished: AtomicUsize,
     /// Whether all rounds are over.
@@ -101,7 +102,8 @@ mod tests {
     use super::*;
     use std::sync::Mutex;
 
-    /// Runs rounds with these task counts on this many threads; returns the sorted tasks of each round.
+    /// Runs rounds with these task counts on this many threads; returns the sorted tasks of each
+    /// round.
     fn rounds(threads: usize, counts: &[usize]) -> Vec<Vec<usize>> {
         let (done, mut all) = (Mutex::new(Vec::new()), Vec::new());
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

@@ -1,5 +1,5 @@
-//! The paper's tracker (Fig. 1): particles around the last state are weighed by the patch model, the most
-//! likely one is the estimate, and the model learns from it every few frames.
+//! The paper's tracker (Fig. 1): particles around the last state are weighed by the patch model,
+//! the most likely one is the estimate, and the model learns from it every few frames.
 
 pub mod motion;
 pub mod particles;
@@ -36,7 +36,8 @@ pub(crate) struct PaperTarget {
     model: PatchModel,
 }
 
-/// Buffers that live from frame to frame. Their content does not, so that all targets of a thread share them.
+/// Buffers that live from frame to frame. Their content does not, so that all targets of a thread
+/// share them.
 #[derive(Debug, Default)]
 pub(crate) struct PaperScratch {
     particles: Particles,

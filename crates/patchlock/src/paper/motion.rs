@@ -5,18 +5,19 @@ use crate::config::PaperConfig;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-/// Maximum number of redraws of a state; then the last state is kept. Even if half of all draws were refused,
-/// this number would never be reached.
+/// Maximum number of redraws of a state; then the last state is kept. Even if half of all draws
+/// were refused, this number would never be reached.
 const MAX_REDRAWS: usize = 100;
 
-/// A drawn target's sides, and the distances of its centre from the frame's first row and column, are at most
-/// this many times the larger side of the frame.
+/// A drawn target's sides, and the distances of its centre from the frame's first row and column,
+/// are at most this many times the larger side of the frame.
 const MAX_FRAMES: f64 = 10.0;
 
 /// How states move.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
-    /// Standard deviations of x and y (pixels), scale, rotation (radians), aspect, and skew (radians).
+    /// Standard deviations of x and y (pixels), scale, rotation (radians), aspect, and skew
+    /// (radians).
     pub sigma: [f64; 6],
     /// What is never drawn.
     pub limits: Limits,
@@ -35,8 +36,8 @@ impl Limits {
         Self { template_side, pixels: MAX_FRAMES * frame[0].max(frame[1]) as f64 }
     }
 
-    /// Whether a state drawn around `last` is within the limits. What was beyond them before, because the
-    /// first box was, may stay where it is or come closer.
+    /// Whether a state drawn around `last` is within the limits. What was beyond them before,
+    /// because the first box was, may stay where it is or come closer.
     fn hold(&self, state: &State, last: &State) -> bool {
         let sizes = |state: &State| {
             let (width, height) = state.size(self.template_side);

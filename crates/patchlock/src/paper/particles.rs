@@ -1,4 +1,5 @@
-//! The particles of a frame (Eq. 22, 23): states drawn anew around the last estimate, and their candidates.
+//! The particles of a frame (Eq. 22, 23): states drawn anew around the last estimate, and their
+//! candidates.
 
 use super::motion::Motion;
 use super::state::State;
@@ -54,16 +55,16 @@ impl Particles {
     }
 }
 
-/// Draws `count` particles around `last` into `particles`. All noise is drawn here, in one sequence, so the
-/// result does not depend on the number of threads.
+/// Draws `count` particles around `last` into `particles`. All noise is drawn here, in one
+/// sequence, so the result does not depend on the number of threads.
 fn draw(particles: &mut Vec<State>, count: usize, last: &State, motion: &Motion, rng: &mut Pcg64) {
     particles.clear();
     particles.extend((0..count).map(|_| motion.draw(last, rng)));
 }
 
-/// Puts the particles' numbers into an order in which neighbours are similar: vertical strips from left to
-/// right, traversed downwards and upwards in turn. When the order is cut into about `parts` parts, each
-/// covers an area that is about square in samples of the template.
+/// Puts the particles' numbers into an order in which neighbours are similar: vertical strips from
+/// left to right, traversed downwards and upwards in turn. When the order is cut into about `parts`
+/// parts, each covers an area that is about square in samples of the template.
 fn arrange(particles: &[State], parts: usize, order: &mut Vec<u32>) {
     order.clear();
     order.extend(0..particles.len() as u32);

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Centre, scale, rotation, aspect and skew of the target. Tracking stores only these six numbers; they are
-/// never recovered from the matrix.
+/// Centre, scale, rotation, aspect and skew of the target. Tracking stores only these six numbers;
+/// they are never recovered from the matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct State {
     /// Column of the centre, in pixels.

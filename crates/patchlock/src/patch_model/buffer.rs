@@ -10,8 +10,8 @@ pub fn push(buffer: &mut [Vec<f32>], newest: &[f32]) {
     }
 }
 
-/// The first entries: the last `length` templates. If there are fewer, the first template is repeated before
-/// them.
+/// The first entries: the last `length` templates. If there are fewer, the first template is
+/// repeated before them.
 pub fn begin(templates: &[Vec<f32>], length: usize) -> Vec<Vec<f32>> {
     let missing = length.saturating_sub(templates.len());
     let first = templates.len().saturating_sub(length);

@@ -71,8 +71,8 @@ impl LikelihoodParams {
         feature.error < self.epsilon
     }
 
-    /// `p = gamma * mean_i(omega_i F_i) + mean_i(omega_i G_i)`. The inputs are features with their position
-    /// weights.
+    /// `p = gamma * mean_i(omega_i F_i) + mean_i(omega_i G_i)`. The inputs are features with their
+    /// position weights.
     pub fn likelihood(
         &self,
         large: impl Iterator<Item = (Feature, f64)> + Clone,
@@ -109,7 +109,8 @@ impl LikelihoodParams {
         patch_weight(true, position)
     }
 
-    /// An upper bound of [`Self::large_part`] where some features are not known yet; shares are at most 1.
+    /// An upper bound of [`Self::large_part`] where some features are not known yet; shares are at
+    /// most 1.
     pub fn large_part_at_most(
         &self,
         large: impl Iterator<Item = (Option<Feature>, f64)> + Clone,
@@ -169,8 +170,8 @@ mod tests {
 
     #[test]
     fn the_likelihood_is_eq_24() {
-        // Large: one of two patches is visible, so gamma = exp(-1/2) and the weights are 1.5 and 1. Small:
-        // the weights are 1 and 1.5.
+        // Large: one of two patches is visible, so gamma = exp(-1/2) and the weights are 1.5 and 1.
+        // Small: the weights are 1 and 1.5.
         let (large, small) = ((1.5 * 0.5 + 1.0) / 2.0, (0.2 + 1.5 * 0.4) / 2.0);
         assert!((likelihood(&PAPER) - ((-0.5f64).exp() * large + small)).abs() < 1e-12);
         let with = |gamma, scales| likelihood(&LikelihoodParams { gamma, scales, ..PAPER });

@@ -1,4 +1,5 @@
-//! The occlusion mask (Eq. 17): the visibility of the large patches, spread over their samples and smoothed.
+//! The occlusion mask (Eq. 17): the visibility of the large patches, spread over their samples and
+//! smoothed.
 
 use crate::vision::guided_filter::GuidedFilter;
 use crate::vision::patches::PatchGrid;
@@ -20,8 +21,9 @@ impl OcclusionMask {
         &self.mask
     }
 
-    /// Makes the mask of a candidate: for each sample the mean visibility of the patches that cover it (0 if
-    /// there are none), smoothed with the candidate as the guide (rescaled to `[0, 1]`), and clamped.
+    /// Makes the mask of a candidate: for each sample the mean visibility of the patches that cover
+    /// it (0 if there are none), smoothed with the candidate as the guide (rescaled to `[0, 1]`),
+    /// and clamped.
     pub fn make(
         &mut self,
         candidate: &[f32],
@@ -89,8 +91,8 @@ mod tests {
         mask.make(&[0.5; 1024], (&GRID(), &visible), (0, 0.01));
         let spread = &mask.spread;
         assert_eq!(spread[0], 0.0);
-        // Rows 8 to 15 lie in two rows of patches, so the centre of the upper left quarter lies in four
-        // patches.
+        // Rows 8 to 15 lie in two rows of patches, so the centre of the upper left quarter lies in
+        // four patches.
         assert_eq!(spread[8 * 32 + 8], 0.75);
         assert_eq!(spread[8], 0.5);
         assert_eq!(spread[1023], 1.0);

@@ -1,5 +1,5 @@
-//! What a patch model remembers (Sec. 2.5): templates, buffers and the subspace, and how they learn from a
-//! tracked candidate. A saved state holds exactly this; the dictionaries follow from it.
+//! What a patch model remembers (Sec. 2.5): templates, buffers and the subspace, and how they learn
+//! from a tracked candidate. A saved state holds exactly this; the dictionaries follow from it.
 
 use super::buffer;
 use super::params::PatchParams;
@@ -148,8 +148,8 @@ impl PatchMemory {
         self.templates.last().map_or(&[], Vec::as_slice)
     }
 
-    /// Whether this could be the memory of a model with these parameters; if not, what does not fit.
-    /// `batch_limit`: fewer candidates than this wait for the subspace.
+    /// Whether this could be the memory of a model with these parameters; if not, what does not
+    /// fit. `batch_limit`: fewer candidates than this wait for the subspace.
     ///
     /// # Errors
     /// The first part that does not fit.

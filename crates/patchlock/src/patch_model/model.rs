@@ -1,7 +1,7 @@
 //! The patch model: the appearance model of the paper as one value (Sec. 2.1 to 2.5).
 //!
-//! It remembers a target as templates, patch dictionaries at two scales, buffers of recent patches and a
-//! subspace.
+//! It remembers a target as templates, patch dictionaries at two scales, buffers of recent patches
+//! and a subspace.
 //!
 //! - [`PatchModel::begin`] makes it from one position in a frame;
 //! - [`PatchModel::look`] says which patches of one candidate are visible;
@@ -37,11 +37,13 @@ pub struct PatchModel {
 pub struct Candidates<'a> {
     /// `template_side * template_side` samples each, one candidate after the other.
     pub samples: &'a [f32],
-    /// All candidates, each next to similar ones. It decides how fast they are weighed, and nothing else.
+    /// All candidates, each next to similar ones. It decides how fast they are weighed, and nothing
+    /// else.
     pub order: &'a [u32],
 }
 
-/// The likelihoods and patch scores of the candidates that were weighed last, and the buffers to weigh with.
+/// The likelihoods and patch scores of the candidates that were weighed last, and the buffers to
+/// weigh with.
 #[derive(Debug, Default)]
 pub struct Weighed {
     likelihoods: Vec<f64>,
@@ -92,9 +94,10 @@ impl PatchModel {
     }
 
     /// Which patches of one candidate are visible (Eq. 12, 18): the candidate of a box is what
-    /// [`cut_candidate`] makes of the matrix of [`State::from_box`](crate::paper::state::State::from_box).
-    /// It takes 0.9 to 2.1 ms on one core with the paper's grid and 0.2 ms with small patches 4 samples apart
-    /// (benchmark `look`). Nothing is allocated once the buffers have grown, and nothing is learned.
+    /// [`cut_candidate`] makes of the matrix of
+    /// [`State::from_box`](crate::paper::state::State::from_box). It takes 0.9 to 2.1 ms on one
+    /// core with the paper's grid and 0.2 ms with small patches 4 samples apart (benchmark `look`).
+    /// Nothing is allocated once the buffers have grown, and nothing is learned.
     pub fn look(&self, candidate: &[f32], scratch: &mut LookScratch, out: &mut Visibility) {
         for (scale, map) in [(&self.large, &mut out.large), (&self.small, &mut out.small)] {
             map.clear(scale.grid().per_side());
@@ -104,9 +107,9 @@ impl PatchModel {
         }
     }
 
-    /// The likelihoods of many candidates (Eq. 24), all of them or those that can be the most likely one. The
-    /// work is shared by the `rayon` pool of the caller; the likelihoods are the same on any number of
-    /// threads.
+    /// The likelihoods of many candidates (Eq. 24), all of them or those that can be the most
+    /// likely one. The work is shared by the `rayon` pool of the caller; the likelihoods are the
+    /// same on any number of threads.
     pub fn weigh(&self, candidates: Candidates<'_>, wanted: Wanted, out: &mut Weighed) {
         let length = self.params.template_side * self.params.template_side;
         out.rank(candidates, self.memory.last_template());
@@ -148,8 +151,9 @@ impl PatchModel {
         self.memory.collect(candidate, scratch);
     }
 
-    /// Learns from a tracked candidate and its visibility (Sec. 2.5): the subspace, templates and buffers if
-    /// enough is visible (Eq. 20), then the dictionaries. `step` says what learns on this frame.
+    /// Learns from a tracked candidate and its visibility (Sec. 2.5): the subspace, templates and
+    /// buffers if enough is visible (Eq. 20), then the dictionaries. `step` says what learns on
+    /// this frame.
     pub fn learn(
         &mut self,
         tracked: (&[f32], &Visibility),

@@ -30,13 +30,17 @@ pub struct PatchParams {
 /// How a patch model learns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LearningParams {
-    /// Templates are updated when the visible shares of both scales add to more than twice this (Eq. 20).
+    /// Templates are updated when the visible shares of both scales add to more than twice this
+    /// (Eq. 20).
     pub delta: f64,
-    /// The large buffer takes the candidate when more than this share of large patches is visible (o1).
+    /// The large buffer takes the candidate when more than this share of large patches is visible
+    /// (o1).
     pub large_buffer_guard: f64,
-    /// The small buffer takes the candidate when more than this share of small patches is visible (o2).
+    /// The small buffer takes the candidate when more than this share of small patches is visible
+    /// (o2).
     pub small_buffer_guard: f64,
-    /// The chance that a template is replaced grows by this factor from one to the next younger one.
+    /// The chance that a template is replaced grows by this factor from one to the next younger
+    /// one.
     pub replacement_growth: f64,
     /// How the subspace forgets and what it keeps.
     pub subspace: SubspaceParams,

@@ -1,8 +1,9 @@
-//! Alignment pooling (Eq. 10-11): the share of a patch's code that lies on atoms of its own location.
+//! Alignment pooling (Eq. 10-11): the share of a patch's code that lies on atoms of its own
+//! location.
 //!
-//! For each location the absolute coefficients of all templates are summed and divided by the total of all
-//! locations. Of the resulting vector, only the entry of the patch's own location is kept (the diagonal of
-//! `diag(Z)`; `F_i` for large and `G_i` for small patches).
+//! For each location the absolute coefficients of all templates are summed and divided by the total
+//! of all locations. Of the resulting vector, only the entry of the patch's own location is kept
+//! (the diagonal of `diag(Z)`; `F_i` for large and `G_i` for small patches).
 
 use crate::patch_model::sparse::codes::Code;
 
@@ -22,8 +23,8 @@ pub fn own_share(code: &Code, location: usize, locations: usize) -> f64 {
 mod tests {
     use super::*;
 
-    /// Eq. 10 as written: all coefficients in one long vector, summed over templates, normalised, and the
-    /// diagonal taken.
+    /// Eq. 10 as written: all coefficients in one long vector, summed over templates, normalised,
+    /// and the diagonal taken.
     fn as_written(code: &Code, location: usize, locations: usize) -> f64 {
         let mut alpha = vec![0.0; 10 * locations];
         code.entries().for_each(|(atom, x)| alpha[atom] = x.abs());

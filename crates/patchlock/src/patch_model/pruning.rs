@@ -1,30 +1,31 @@
-//! Pruning of candidates. Only the most likely candidate is needed, so a candidate is dropped once it cannot
-//! be it.
+//! Pruning of candidates. Only the most likely candidate is needed, so a candidate is dropped once
+//! it cannot be it.
 //!
-//! The share of a patch is at most 1, so a patch adds at most its largest weight to a likelihood. After some
-//! locations have been coded, the likelihood of a candidate is at most what these contribute plus the maximum
-//! of the others. A candidate is dropped if this upper bound is below a likelihood that another candidate
-//! reaches. The candidate with the largest likelihood is never dropped, and neither is one that ties with it.
-//! The likelihoods of the remaining candidates are computed as if none had been dropped. So the estimate is
-//! the same, bit for bit.
+//! The share of a patch is at most 1, so a patch adds at most its largest weight to a likelihood.
+//! After some locations have been coded, the likelihood of a candidate is at most what these
+//! contribute plus the maximum of the others. A candidate is dropped if this upper bound is below a
+//! likelihood that another candidate reaches. The candidate with the largest likelihood is never
+//! dropped, and neither is one that ties with it. The likelihoods of the remaining candidates are
+//! computed as if none had been dropped. So the estimate is the same, bit for bit.
 //!
-//! The order of candidates and locations affects only how early candidates are dropped. A few *seeds*, the
-//! candidates most similar to the last template, are coded at all locations first, to reach a high likelihood
-//! early. The others are coded location by location. The large locations come in the order of their weights,
-//! the small ones in the order of what the seeds lost there. Similar candidates are coded next to each other,
-//! because they share more of the work.
+//! The order of candidates and locations affects only how early candidates are dropped. A few
+//! *seeds*, the candidates most similar to the last template, are coded at all locations first, to
+//! reach a high likelihood early. The others are coded location by location. The large locations
+//! come in the order of their weights, the small ones in the order of what the seeds lost there.
+//! Similar candidates are coded next to each other, because they share more of the work.
 
 use crate::patch_model::sparse::somp::batched::BLOCK;
 
-/// Number of candidates coded at all locations before the others, and of further ones, selected by their
-/// large patches.
+/// Number of candidates coded at all locations before the others, and of further ones, selected by
+/// their large patches.
 const SEEDS: usize = 3;
 
-/// Maximum number of small locations that are coded together. A smaller number drops candidates earlier.
+/// Maximum number of small locations that are coded together. A smaller number drops candidates
+/// earlier.
 const ROUND: usize = 8;
 
-/// Number of blocks of candidates that are coded together, as far as [`ROUND`] allows: enough that no thread
-/// waits long for another.
+/// Number of blocks of candidates that are coded together, as far as [`ROUND`] allows: enough that
+/// no thread waits long for another.
 const BLOCKS: usize = 32;
 
 /// Exceeds the rounding error of a likelihood.
@@ -44,15 +45,15 @@ pub trait UpperBounds {
     /// Codes these candidates at these locations.
     fn code(&mut self, size: ScaleSize, candidates: &[u32], locations: &[u32]);
 
-    /// The maximum that a patch at this location can add to a likelihood, before any factor common to all
-    /// patches.
+    /// The maximum that a patch at this location can add to a likelihood, before any factor common
+    /// to all patches.
     fn gain_at_most(&self, size: ScaleSize, location: u32) -> f64;
 
     /// What this candidate's small patch adds to its likelihood; the patch must have been coded.
     fn gain(&self, candidate: u32, location: u32) -> f64;
 
-    /// The maximum that the candidate's large patches can add to its likelihood together, if those in `coded`
-    /// are coded.
+    /// The maximum that the candidate's large patches can add to its likelihood together, if those
+    /// in `coded` are coded.
     fn large_part(&self, candidate: u32, coded: &[u32]) -> f64;
 }
 
@@ -60,8 +61,8 @@ pub trait UpperBounds {
 #[derive(Debug, Default)]
 pub struct Pruning {
     remaining: Vec<u32>,
-    /// For each candidate, the maximum contribution of its large patches, and that of its small patches coded
-    /// so far.
+    /// For each candidate, the maximum contribution of its large patches, and that of its small
+    /// patches coded so far.
     large_parts: Vec<f64>,
     gains: Vec<f64>,
     /// The largest likelihood that some candidate is known to reach.
@@ -122,7 +123,8 @@ impl Pruning {
 
         let small_bound: f64 =
             (0..small as u32).map(|i| bounds.gain_at_most(ScaleSize::Small, i)).sum();
-        // If large patches have no weight, they are coded at the end, and only for the remaining candidates.
+        // If large patches have no weight, they are coded at the end, and only for the remaining
+        // candidates.
         let large_counts =
             self.large_order.iter().any(|&i| bounds.gain_at_most(ScaleSize::Large, i) > 0.0);
         let rounds = if large_counts { large } else { 0 };
@@ -185,7 +187,8 @@ impl Pruning {
         }
     }
 
-    /// Codes some of the remaining candidates at all small locations, which completes their likelihoods.
+    /// Codes some of the remaining candidates at all small locations, which completes their
+    /// likelihoods.
     fn code_small(&mut self, which: std::ops::Range<usize>, bounds: &mut impl UpperBounds) {
         bounds.code(ScaleSize::Small, &self.remaining[which.clone()], &self.small_order);
         for &k in &self.remaining[which] {
@@ -292,7 +295,8 @@ mod tests {
     }
 
     proptest! {
-        /// For any gains, the best candidate and all that tie with it remain and are coded at all locations.
+        /// For any gains, the best candidate and all that tie with it remain and are coded at all
+        /// locations.
         #[test]
         fn the_most_likely_candidate_is_never_dropped(
             large in prop::collection::vec(prop::collection::vec(0..3u8, 4), 40),

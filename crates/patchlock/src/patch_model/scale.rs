@@ -1,4 +1,5 @@
-//! One of the two patch scales: its grid, dictionary and buffer, and the scoring of patches with them.
+//! One of the two patch scales: its grid, dictionary and buffer, and the scoring of patches with
+//! them.
 
 use super::likelihood::Feature;
 use super::pooling::own_share;
@@ -126,13 +127,14 @@ impl Scale {
         &self.dictionary
     }
 
-    /// The position part of each location's weight, `exp(-beta (|row - centre| + |column - centre|))`.
+    /// The position part of each location's weight, `exp(-beta (|row - centre| + |column -
+    /// centre|))`.
     pub fn positions(&self) -> &[f64] {
         &self.positions
     }
 
-    /// Codes the patches of some templates, at most a block of them, at one location. Blocks are independent,
-    /// so the results are the same on any number of threads.
+    /// Codes the patches of some templates, at most a block of them, at one location. Blocks are
+    /// independent, so the results are the same on any number of threads.
     pub fn code_block<'a>(
         &self,
         location: usize,
@@ -152,8 +154,8 @@ impl Scale {
 }
 
 impl Scale {
-    /// Codes the patches of one template at all locations, and calls `each` with the code and the feature of
-    /// one after the other: what [`Self::code_block`] gives for a block of one.
+    /// Codes the patches of one template at all locations, and calls `each` with the code and the
+    /// feature of one after the other: what [`Self::code_block`] gives for a block of one.
     pub fn code_everywhere(
         &self,
         template: &[f32],

@@ -1,9 +1,9 @@
-//! The subspace of the tracked candidates (Sec. 2.5): incremental SVD with mean update (Ross, Lim, Lin, Yang,
-//! "Incremental learning for robust visual tracking", 2008).
+//! The subspace of the tracked candidates (Sec. 2.5): incremental SVD with mean update (Ross, Lim,
+//! Lin, Yang, "Incremental learning for robust visual tracking", 2008).
 //!
-//! Without forgetting and truncation, the mean, singular values and basis after any number of batches are
-//! those of all columns together. For a batch `B` of `m` columns with mean `b`, and `n` earlier columns with
-//! mean `a`:
+//! Without forgetting and truncation, the mean, singular values and basis after any number of
+//! batches are those of all columns together. For a batch `B` of `m` columns with mean `b`, and `n`
+//! earlier columns with mean `a`:
 //!
 //! ```text
 //! B' = [B - b, sqrt(n m / (n + m)) (b - a)]
@@ -17,19 +17,20 @@ use serde::{Deserialize, Serialize};
 /// differences of 1e-8.
 const NOISE: f64 = 1e-20;
 
-/// No entry of the mean or the basis is larger, because the vectors have norm 1; includes rounding errors.
+/// No entry of the mean or the basis is larger, because the vectors have norm 1; includes rounding
+/// errors.
 const MAX_ENTRY: f64 = 1.001;
 
-/// The squared singular values sum to at most this many times the weight. A batch of `m` unit vectors adds at
-/// most `m` around its mean, and `n m / (n + m) < m` times the squared distance of the means, which is at
-/// most 4; both sums then decay at least as fast as the weight.
+/// The squared singular values sum to at most this many times the weight. A batch of `m` unit
+/// vectors adds at most `m` around its mean, and `n m / (n + m) < m` times the squared distance of
+/// the means, which is at most 4; both sums then decay at least as fast as the weight.
 const MAX_SQUARE_PER_WEIGHT: f64 = 5.0;
 
 /// More vectors than any video has frames.
 const MAX_WEIGHT: f64 = 1e15;
 
-/// Maximum number of vectors that are added at once, because the time grows with its square. Longer batches
-/// are split.
+/// Maximum number of vectors that are added at once, because the time grows with its square. Longer
+/// batches are split.
 const MAX_BATCH: usize = 64;
 
 /// How the subspace weights the past, and what it keeps.

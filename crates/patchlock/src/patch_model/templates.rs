@@ -8,8 +8,8 @@ use rand_pcg::Pcg64;
 const FIRST_SHIFTS: [(i32, i32); 10] =
     [(0, 0), (2, 0), (1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, -1), (1, -1), (-1, 1)];
 
-/// Shifts in pixels for `count` first templates: the paper's ten, then the nearest remaining ones; those at
-/// equal distance row by row.
+/// Shifts in pixels for `count` first templates: the paper's ten, then the nearest remaining ones;
+/// those at equal distance row by row.
 pub fn shifts(count: usize) -> Vec<[f64; 2]> {
     let square = (-4..=4i32).flat_map(|y| (-4..=4i32).map(move |x| (x, y)));
     let mut others: Vec<_> = square.filter(|shift| !FIRST_SHIFTS.contains(shift)).collect();
@@ -18,9 +18,9 @@ pub fn shifts(count: usize) -> Vec<[f64; 2]> {
     all.take(count).map(|(x, y)| [f64::from(x), f64::from(y)]).collect()
 }
 
-/// Draws the index `k` of the template to replace. The first template is never replaced; from each later one
-/// to the next, the probability grows by the factor `growth`. With the paper's `growth = 2` it is
-/// proportional to `2^(k-1)`.
+/// Draws the index `k` of the template to replace. The first template is never replaced; from each
+/// later one to the next, the probability grows by the factor `growth`. With the paper's `growth =
+/// 2` it is proportional to `2^(k-1)`.
 pub fn draw_replaced(count: usize, growth: f64, rng: &mut Pcg64) -> usize {
     let uniform: f64 = StandardUniform.sample(rng);
     // Relative to the newest template, so that no power overflows.

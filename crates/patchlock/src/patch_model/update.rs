@@ -1,5 +1,5 @@
-//! The new template (Eq. 15-17, 20-21): the tracked candidate where it is visible, and its reconstruction
-//! where it is hidden.
+//! The new template (Eq. 15-17, 20-21): the tracked candidate where it is visible, and its
+//! reconstruction where it is hidden.
 
 use super::mask::OcclusionMask;
 use super::subspace::Subspace;

@@ -12,7 +12,8 @@ pub struct Visibility {
 }
 
 impl Visibility {
-    /// The visible share of the target, from 0 to 1: the mean of both scales' shares. Not part of the paper.
+    /// The visible share of the target, from 0 to 1: the mean of both scales' shares. Not part of
+    /// the paper.
     pub fn share(&self) -> f64 {
         (self.large.share() + self.small.share()) / 2.0
     }

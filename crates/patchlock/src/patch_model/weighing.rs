@@ -1,5 +1,5 @@
-//! Weighs the candidates of a frame (Eq. 24): codes, features and likelihoods of all of them, or of those
-//! that can be the most likely one.
+//! Weighs the candidates of a frame (Eq. 24): codes, features and likelihoods of all of them, or of
+//! those that can be the most likely one.
 
 use super::likelihood::{Feature, LikelihoodParams};
 use super::pruning::{Pruning, ScaleSize, UpperBounds};
@@ -103,8 +103,8 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl<'a> Coding<'a> {
-    /// For these candidates, one after the other, with so many samples each, by the large and the small
-    /// scale.
+    /// For these candidates, one after the other, with so many samples each, by the large and the
+    /// small scale.
     pub fn new(
         candidates: (&'a [f32], usize),
         (large, small): (&'a Scale, &'a Scale),
@@ -136,8 +136,8 @@ impl<'a> Coding<'a> {
 }
 
 impl Weighing<'_> {
-    /// Codes the candidates with a team of threads: all of them everywhere, or until those that remain are
-    /// coded everywhere and the most likely one is among them.
+    /// Codes the candidates with a team of threads: all of them everywhere, or until those that
+    /// remain are coded everywhere and the most likely one is among them.
     pub fn run(&mut self, wanted: Wanted, pruning: &mut Pruning) {
         let coding = self.coding;
         let locations = (coding.large.grid().locations(), coding.small.grid().locations());

@@ -6,9 +6,9 @@ use crate::patch_model::sparse::dictionary::Dictionary;
 /// Samples that are processed together.
 const LANES: usize = 16;
 
-/// `||r - D a_own||^2`, where `a_own` keeps the code's coefficients for atoms of the patch's own location,
-/// without a refit (Eq. 12, 18). The error of a patch of zero norm is infinite, so that it counts as hidden.
-/// The order of the sums does not depend on the vector width.
+/// `||r - D a_own||^2`, where `a_own` keeps the code's coefficients for atoms of the patch's own
+/// location, without a refit (Eq. 12, 18). The error of a patch of zero norm is infinite, so that
+/// it counts as hidden. The order of the sums does not depend on the vector width.
 #[inline(always)]
 pub fn masked_error(dictionary: &Dictionary, patch: &[f32], code: &Code, location: usize) -> f64 {
     if patch.iter().all(|&v| v == 0.0) {
@@ -44,8 +44,9 @@ pub fn masked_error(dictionary: &Dictionary, patch: &[f32], code: &Code, locatio
     sums.iter().sum::<f64>() + rest
 }
 
-/// The position part of each location's weight, `exp(-beta (|row - centre| + |column - centre|))`. Rows and
-/// columns are counted `1..=per_side`, and the centre is `(1 + per_side) / 2`. All 1 if not `enabled`.
+/// The position part of each location's weight, `exp(-beta (|row - centre| + |column - centre|))`.
+/// Rows and columns are counted `1..=per_side`, and the centre is `(1 + per_side) / 2`. All 1 if
+/// not `enabled`.
 pub fn position_weights(per_side: usize, beta: f64, enabled: bool) -> Vec<f64> {
     let centre = (1.0 + per_side as f64) / 2.0;
     let away = |k: usize| (k as f64 + 1.0 - centre).abs();
@@ -76,7 +77,8 @@ mod tests {
 
     #[test]
     fn only_atoms_of_the_patchs_own_location_count() {
-        // Two locations and two templates; the atoms are the unit vectors of a space of four dimensions.
+        // Two locations and two templates; the atoms are the unit vectors of a space of four
+        // dimensions.
         let axes: Vec<f32> = (0..16).map(|k| if k % 5 == 0 { 1.0 } else { 0.0 }).collect();
         let dictionary = Dictionary::new(4, 2, axes);
         let patch = [0.5, 0.5, 0.5, 0.5];

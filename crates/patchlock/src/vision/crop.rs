@@ -1,5 +1,5 @@
-//! Upright crops of a frame, resampled to any size: bilinear where they are enlarged, area averages where
-//! they shrink. Pixels outside the frame repeat those at its border.
+//! Upright crops of a frame, resampled to any size: bilinear where they are enlarged, area averages
+//! where they shrink. Pixels outside the frame repeat those at its border.
 //!
 //! The cost follows the size of the result, not that of the crop: beyond four source pixels per
 //! result pixel, only every so many rows and columns of the frame are read.
@@ -9,9 +9,11 @@ use super::geometry::Point;
 use crate::numeric::instructions::Instructions;
 use pulp::{Simd, WithSimd};
 
-/// The maximum number of source pixels, along each axis, that a pixel of the result is averaged from.
+/// The maximum number of source pixels, along each axis, that a pixel of the result is averaged
+/// from.
 const MAX_SHRINK: f64 = 4.0;
-/// The most taps of a pixel of the result along one axis: `MAX_SHRINK` and a part of a pixel at both ends.
+/// The most taps of a pixel of the result along one axis: `MAX_SHRINK` and a part of a pixel at
+/// both ends.
 const MAX_TAPS: usize = MAX_SHRINK as usize + 1;
 
 /// Samples behind a row of pixels: a pixel with three samples is read with a fourth.
@@ -57,7 +59,8 @@ pub struct Crop {
     pub scale: [f64; 2],
     /// Width and height of the result in pixels.
     pub size: [usize; 2],
-    /// By how much the crop is turned in the frame, in radians: from x towards y, so clockwise as seen.
+    /// By how much the crop is turned in the frame, in radians: from x towards y, so clockwise as
+    /// seen.
     pub rotation: f64,
 }
 
@@ -98,8 +101,8 @@ pub struct CropScratch {
     around: Planes,
 }
 
-/// Where the pixels of the result come from along one axis of the frame. Only every `step`-th frame pixel
-/// counts; tap `t` of result pixel `i` is number `first[i] + t` of those, counted from `low`.
+/// Where the pixels of the result come from along one axis of the frame. Only every `step`-th frame
+/// pixel counts; tap `t` of result pixel `i` is number `first[i] + t` of those, counted from `low`.
 #[derive(Debug, Default)]
 struct Axis {
     step: usize,

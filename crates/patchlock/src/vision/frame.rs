@@ -18,7 +18,8 @@ trait Sample: Copy + std::fmt::Debug {
 
     fn value(self) -> f32;
 
-    /// The value with white at 255; the same for samples of every type that stand for the same 8 bits.
+    /// The value with white at 255; the same for samples of every type that stand for the same 8
+    /// bits.
     fn level(self) -> f32;
 
     /// Whether the sample is finite and its magnitude is allowed.
@@ -136,8 +137,8 @@ impl Colours {
     }
 }
 
-/// A borrowed view of one frame: row-major samples, with `stride` samples from the start of one row to the
-/// next.
+/// A borrowed view of one frame: row-major samples, with `stride` samples from the start of one row
+/// to the next.
 #[derive(Debug, Clone, Copy)]
 pub struct Frame<'a> {
     samples: Samples<'a>,
@@ -151,7 +152,8 @@ impl<'a> Frame<'a> {
     /// Grey, 8 bits per sample; `width * height` samples without gaps.
     ///
     /// # Errors
-    /// [`Error::Frame`] if a side is 0 or there are too few samples. This holds for all kinds of frames.
+    /// [`Error::Frame`] if a side is 0 or there are too few samples. This holds for all kinds of
+    /// frames.
     pub fn grey8(samples: &'a [u8], width: usize, height: usize) -> Result<Self, Error> {
         Self::contiguous(Samples::U8(samples), Colours::Grey, width, height)
     }
@@ -180,8 +182,9 @@ impl<'a> Frame<'a> {
         Self::contiguous(Samples::U16(samples), Colours::Rgb, width, height)
     }
 
-    /// Grey floats, usually in `[0, 1]`. Other ranges also work, because candidates are normalised. All
-    /// samples must be finite and at most 1e6 in magnitude, which is checked when the frame is used.
+    /// Grey floats, usually in `[0, 1]`. Other ranges also work, because candidates are normalised.
+    /// All samples must be finite and at most 1e6 in magnitude, which is checked when the frame is
+    /// used.
     ///
     /// # Errors
     /// As [`Frame::grey8`].
@@ -197,16 +200,16 @@ impl<'a> Frame<'a> {
         Self::contiguous(Samples::F32(samples), Colours::Rgb, width, height)
     }
 
-    /// The same samples with the channels in the order blue, green, red, as in OpenCV. A grey frame is
-    /// unchanged.
+    /// The same samples with the channels in the order blue, green, red, as in OpenCV. A grey frame
+    /// is unchanged.
     #[must_use]
     pub fn bgr(self) -> Self {
         let colours = if self.colours == Colours::Rgb { Colours::Bgr } else { self.colours };
         Self { colours, ..self }
     }
 
-    /// The same samples with `stride` samples (not pixels) from the start of one row to the start of the
-    /// next.
+    /// The same samples with `stride` samples (not pixels) from the start of one row to the start
+    /// of the next.
     ///
     /// # Errors
     /// [`Error::Frame`] if rows would overlap or there are too few samples.
@@ -244,9 +247,9 @@ impl<'a> Frame<'a> {
         (0..self.height).try_for_each(|y| self.check_row(&samples[y * self.stride..][..row], y))
     }
 
-    /// Adds pixels of row `y`, times `weight`, to `out`: those in columns `from`, `from + step` and so on.
-    /// A pixel is one luma (`out.len()` pixels) or the frame's three colours in its own order, with white at
-    /// 255; a grey pixel counts as three equal colours.
+    /// Adds pixels of row `y`, times `weight`, to `out`: those in columns `from`, `from + step` and
+    /// so on. A pixel is one luma (`out.len()` pixels) or the frame's three colours in its own
+    /// order, with white at 255; a grey pixel counts as three equal colours.
     #[inline(always)]
     pub(crate) fn add_row(&self, y: usize, taps: RowTaps, channels: usize, out: &mut [f32]) {
         match self.samples {
@@ -371,8 +374,8 @@ impl GreyImage {
         &self.samples[start..(start + self.width).min(self.samples.len())]
     }
 
-    /// The sample at `column` and `row` and its right neighbour, and the two below them; `None` if one is
-    /// outside.
+    /// The sample at `column` and `row` and its right neighbour, and the two below them; `None` if
+    /// one is outside.
     #[inline(always)]
     pub fn neighbours(&self, column: usize, row: usize) -> Option<([f32; 2], [f32; 2])> {
         let index = row * self.width + column;

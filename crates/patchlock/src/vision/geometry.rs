@@ -1,8 +1,8 @@
 //! Boxes in pixels and their coordinates.
 //!
-//! Pixel centres lie at whole numbers, the first at 0. A box `x, y, w, h` covers the pixels from `x` to
-//! `x + w - 1`, so its centre is `x + (w - 1) / 2`. A benchmark that counts from 1 stores the same box with 1
-//! added to `x` and `y`.
+//! Pixel centres lie at whole numbers, the first at 0. A box `x, y, w, h` covers the pixels from
+//! `x` to `x + w - 1`, so its centre is `x + (w - 1) / 2`. A benchmark that counts from 1 stores
+//! the same box with 1 added to `x` and `y`.
 
 use crate::Error;
 use serde::{Deserialize, Serialize};
@@ -57,7 +57,8 @@ impl BoundingBox {
         if !(x.is_finite() && y.is_finite() && side.contains(&w) && side.contains(&h)) {
             return Err(Error::BoxShape { x, y, w, h, max: MAX_SIDE });
         }
-        // Pixel k covers k - 0.5 to k + 0.5, but comparing the first and last pixels needs no halves.
+        // Pixel k covers k - 0.5 to k + 0.5, but comparing the first and last pixels needs no
+        // halves.
         if x + w <= 0.0 || y + h <= 0.0 || x >= width as f64 || y >= height as f64 {
             return Err(Error::BoxOutside { x, y, w, h, width, height });
         }

@@ -1,10 +1,10 @@
-//! The guided filter (He, Sun, Tang, "Guided image filtering", 2013): smooths a mask along the edges of an
-//! image.
+//! The guided filter (He, Sun, Tang, "Guided image filtering", 2013): smooths a mask along the
+//! edges of an image.
 //!
-//! In each window `w_k` of radius `r` the output is linear in the guide, `q_i = a_k I_i + b_k`, with
-//! `a_k = cov_k(I, p) / (var_k(I) + eps)` and `b_k = mean_k(p) - a_k mean_k(I)`. Each sample uses the mean of
-//! `a` and `b` over the windows that cover it. Windows are clipped at the border, and their means count only
-//! samples inside.
+//! In each window `w_k` of radius `r` the output is linear in the guide, `q_i = a_k I_i + b_k`,
+//! with `a_k = cov_k(I, p) / (var_k(I) + eps)` and `b_k = mean_k(p) - a_k mean_k(I)`. Each sample
+//! uses the mean of `a` and `b` over the windows that cover it. Windows are clipped at the border,
+//! and their means count only samples inside.
 
 /// The filter with its buffers. Reuse a value to avoid allocations.
 #[derive(Debug, Clone, Default)]
@@ -19,7 +19,8 @@ pub struct GuidedFilter {
 }
 
 impl GuidedFilter {
-    /// Filters `input` with `guide`; both are row-major and `width` samples wide. `radius` is in samples.
+    /// Filters `input` with `guide`; both are row-major and `width` samples wide. `radius` is in
+    /// samples.
     pub fn filter(
         &mut self,
         guide: &[f64],
@@ -53,7 +54,8 @@ fn set(plane: &mut Vec<f64>, values: impl Iterator<Item = f64>) {
     plane.extend(values);
 }
 
-/// Replaces each sample by the mean of the window of this radius around it, rows first, then columns.
+/// Replaces each sample by the mean of the window of this radius around it, rows first, then
+/// columns.
 fn box_mean(values: &mut [f64], width: usize, radius: usize, rows: &mut Vec<f64>) {
     let height = values.len() / width.max(1);
     rows.resize(values.len(), 0.0);

@@ -1,12 +1,12 @@
-//! The patches of a template (Eq. 1): overlapping squares on a regular grid, each normalised. The bits are
-//! the same with all instructions.
+//! The patches of a template (Eq. 1): overlapping squares on a regular grid, each normalised. The
+//! bits are the same with all instructions.
 
 use crate::numeric::{dot, instructions::Instructions};
 use pulp::{Simd, WithSimd};
 
-/// The grid of patches in a square template: `per_side * per_side` squares of side `patch`, `step` samples
-/// apart. Location `i` is row `i / per_side`, column `i % per_side`. A patch is a row-major vector of
-/// `patch * patch` samples.
+/// The grid of patches in a square template: `per_side * per_side` squares of side `patch`, `step`
+/// samples apart. Location `i` is row `i / per_side`, column `i % per_side`. A patch is a row-major
+/// vector of `patch * patch` samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PatchGrid {
     template_side: usize,
@@ -58,8 +58,8 @@ impl PatchGrid {
         self.cut_each(std::iter::once(template), location, out);
     }
 
-    /// Cuts the patch at `location` out of each template and normalises it. The patches are written one after
-    /// the other, [`Self::dim`] samples each.
+    /// Cuts the patch at `location` out of each template and normalises it. The patches are written
+    /// one after the other, [`Self::dim`] samples each.
     pub fn cut_each<'a>(
         &self,
         templates: impl Iterator<Item = &'a [f32]>,
@@ -137,7 +137,8 @@ impl<'a, T: Iterator<Item = &'a [f32]>> WithSimd for Cut<'_, T> {
     }
 }
 
-/// Divides a vector by its L2 norm. A vector of zeros, or one whose norm is not finite, becomes zero.
+/// Divides a vector by its L2 norm. A vector of zeros, or one whose norm is not finite, becomes
+/// zero.
 pub fn normalise(vector: &mut [f32]) {
     Instructions::default().dispatch(Normalise(vector));
 }

@@ -1,8 +1,9 @@
 //! The affine warp of a candidate (Sec. 2): bilinear samples of the frame on a square grid.
 //!
-//! A grid of side `n` has the coordinates `-(n-1)/2 .. (n-1)/2` in both directions (for 32: -15.5 .. 15.5).
-//! The affine map `[[m00, m01, x], [m10, m11, y]]` takes grid coordinates `(a, b)` to pixels. Pixels outside
-//! the frame are 0, so samples just beyond the last pixel fade to 0 (OpenCV's `BORDER_CONSTANT`).
+//! A grid of side `n` has the coordinates `-(n-1)/2 .. (n-1)/2` in both directions (for 32: -15.5
+//! .. 15.5). The affine map `[[m00, m01, x], [m10, m11, y]]` takes grid coordinates `(a, b)` to
+//! pixels. Pixels outside the frame are 0, so samples just beyond the last pixel fade to 0
+//! (OpenCV's `BORDER_CONSTANT`).
 
 use crate::numeric::instructions::Instructions;
 use crate::vision::frame::GreyImage;
@@ -14,8 +15,8 @@ pub type Affine = [[f64; 3]; 2];
 /// Adjacent samples of a row that are computed together.
 const LANES: usize = 16;
 
-/// Warps the grid of side `side` into `out`: row-major, `side * side` samples. The bits are the same with all
-/// instructions.
+/// Warps the grid of side `side` into `out`: row-major, `side * side` samples. The bits are the
+/// same with all instructions.
 pub fn warp(image: &GreyImage, map: &Affine, side: usize, out: &mut [f32]) {
     Instructions::default().dispatch(Warp { image, map, side, out });
 }
@@ -54,8 +55,8 @@ impl WithSimd for Warp<'_> {
     }
 }
 
-/// The images of the corners `(-half, -half)`, `(half, -half)`, `(half, half)` and `(-half, half)` of a
-/// square.
+/// The images of the corners `(-half, -half)`, `(half, -half)`, `(half, half)` and `(-half, half)`
+/// of a square.
 pub fn corners(map: &Affine, half: f64) -> [[f64; 2]; 4] {
     [(-half, -half), (half, -half), (half, half), (-half, half)].map(|(a, b)| {
         [map[0][0] * a + map[0][1] * b + map[0][2], map[1][0] * a + map[1][1] * b + map[1][2]]
@@ -72,8 +73,8 @@ fn sample_lanes(image: &GreyImage, at: impl Fn(usize) -> [f64; 2], out: &mut [f3
         }
         return;
     }
-    // All loops but the second compile to vector instructions. The second is limited by its two loads of
-    // pairs.
+    // All loops but the second compile to vector instructions. The second is limited by its two
+    // loads of pairs.
     let (mut columns, mut rows) = ([0u32; LANES], [0u32; LANES]);
     let (mut fx, mut fy) = ([0.0f32; LANES], [0.0f32; LANES]);
     for lane in 0..LANES {
@@ -84,8 +85,8 @@ fn sample_lanes(image: &GreyImage, at: impl Fn(usize) -> [f64; 2], out: &mut [f3
     }
     let (mut upper, mut lower) = ([[0.0f32; 2]; LANES], [[0.0f32; 2]; LANES]);
     for lane in 0..LANES {
-        // Never breaks, since all positions are inside. But without it the compiler would make gathers of
-        // this loop, and a warp would take twice as long.
+        // Never breaks, since all positions are inside. But without it the compiler would make
+        // gathers of this loop, and a warp would take twice as long.
         let Some(found) = image.neighbours(columns[lane] as usize, rows[lane] as usize) else {
             break;
         };
@@ -98,11 +99,12 @@ fn sample_lanes(image: &GreyImage, at: impl Fn(usize) -> [f64; 2], out: &mut [f3
     }
 }
 
-/// Adding this to a number from 0 to `2^51` rounds it to an integer, which is in the low bits of the sum.
+/// Adding this to a number from 0 to `2^51` rounds it to an integer, which is in the low bits of
+/// the sum.
 const ROUND: f64 = (1u64 << 52) as f64;
 
-/// The floor of a number from 0 to `2^51`. Casts to integers would not compile to vector instructions, nor
-/// would `f64::floor` on old processors.
+/// The floor of a number from 0 to `2^51`. Casts to integers would not compile to vector
+/// instructions, nor would `f64::floor` on old processors.
 #[inline(always)]
 fn floor(x: f64) -> f64 {
     let near = (x + ROUND) - ROUND;
@@ -115,7 +117,8 @@ fn to_u32(x: f64) -> u32 {
     (x + ROUND).to_bits() as u32
 }
 
-/// Whether all four neighbours of a position are in the frame, and their columns and rows fit in `u32`.
+/// Whether all four neighbours of a position are in the frame, and their columns and rows fit in
+/// `u32`.
 #[inline(always)]
 fn is_inside(image: &GreyImage, [x, y]: [f64; 2]) -> bool {
     let last = |side: usize| side.saturating_sub(1).min(u32::MAX as usize) as f64;
@@ -153,8 +156,8 @@ mod tests {
     }
 
     proptest! {
-        /// The fast path and the general one give the same bits inside, outside and across the border, with
-        /// all instructions and for every side.
+        /// The fast path and the general one give the same bits inside, outside and across the
+        /// border, with all instructions and for every side.
         #[test]
         fn fast_and_general_sampling_agree(
             x in -10.0..50.0f64,

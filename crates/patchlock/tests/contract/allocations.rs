@@ -82,8 +82,8 @@ fn memory_does_not_grow_with_the_video() {
     for config in all() {
         let held = held(&config, 3000, 100);
         println!("bytes held: {held:?}");
-        // How much some buffers grow depends on which candidates are similar; their capacity doubles a few
-        // times at most.
+        // How much some buffers grow depends on which candidates are similar; their capacity
+        // doubles a few times at most.
         let late = &held[held.len() / 2..];
         assert!(late.iter().all(|&bytes| bytes == late[0]), "{held:?}");
     }

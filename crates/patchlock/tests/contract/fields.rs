@@ -31,8 +31,8 @@ fn set(config: &mut TrackerConfig, settings: &[(&str, f64)]) {
     }
 }
 
-/// Settings of a method under which a field of this group can have an effect. Few particles and frequent
-/// updates let every kind of step occur within a few frames.
+/// Settings of a method under which a field of this group can have an effect. Few particles and
+/// frequent updates let every kind of step occur within a few frames.
 fn base(method: &Method, group: &str) -> TrackerConfig {
     let mut config = match method {
         Method::Paper(_) => with(Preset::Paper, &[("particles", 25), ("small_step", 8)]),
@@ -43,7 +43,8 @@ fn base(method: &Method, group: &str) -> TrackerConfig {
         &[("templates", 6.0), ("update_interval", 2.0), ("small_update_interval", 3.0)],
     );
     if group == "robust" {
-        // The target is lost and found again while it is half hidden, and any small rotation is believed.
+        // The target is lost and found again while it is half hidden, and any small rotation is
+        // believed.
         let easily_lost = [
             ("search", 4.0),
             ("jump_ratio", 1.0),
@@ -113,8 +114,8 @@ fn base_of(method: &Method, row: &Parameter) -> TrackerConfig {
 /// An estimate, and everything that an observer saw on its frame.
 type Seen = (Estimate, String);
 
-/// Tracks to the tree, or with the method `robust`, which can find the target again, past it; a frame at a
-/// time, so that a difference is known as soon as it is there.
+/// Tracks to the tree, or with the method `robust`, which can find the target again, past it; a
+/// frame at a time, so that a difference is known as soon as it is there.
 fn track(config: &TrackerConfig) -> impl Iterator<Item = Seen> {
     let mut tracker = OCCLUDED.begin(config, 16);
     let end = if config.method.name() == "robust" { OCCLUDED.len() } else { 34 };

@@ -39,8 +39,8 @@ fn it_follows_a_target_behind_a_thin_tree() {
     }
 }
 
-/// Half of the target is hidden, and the box stays on it: as a probability, the score falls a little; the
-/// visible share falls as far as the target is hidden.
+/// Half of the target is hidden, and the box stays on it: as a probability, the score falls a
+/// little; the visible share falls as far as the target is hidden.
 #[test]
 fn score_and_visible_share_fall_while_the_target_is_hidden() {
     for config in all().into_iter().map(following) {

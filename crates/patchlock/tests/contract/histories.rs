@@ -1,4 +1,5 @@
-//! Whatever a tracker can reach, its snapshot can hold: random configurations, frames and histories.
+//! Whatever a tracker can reach, its snapshot can hold: random configurations, frames and
+//! histories.
 
 use crate::methods::all;
 use crate::sequence::numbers;

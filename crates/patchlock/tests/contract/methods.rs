@@ -51,8 +51,8 @@ pub fn following(mut config: TrackerConfig) -> TrackerConfig {
     config
 }
 
-/// The default settings, and the number of frames after which all buffers have grown and every learning step
-/// has occurred.
+/// The default settings, and the number of frames after which all buffers have grown and every
+/// learning step has occurred.
 pub fn default_settings(method: &Method) -> (TrackerConfig, usize) {
     match method {
         Method::Paper(_) => (TrackerConfig::from(Preset::Paper), 60),

@@ -29,8 +29,8 @@ fn keep(tracks: &mut Tracks, tracked: &[Tracked]) {
     }
 }
 
-/// Tracks targets together. Target k is added on frame k (counted from 0), and the second one is removed
-/// before frame 6.
+/// Tracks targets together. Target k is added on frame k (counted from 0), and the second one is
+/// removed before frame 6.
 fn track_together(config: &TrackerConfig, threads: usize, count: usize, frames: usize) -> Tracks {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     let mut tracker = MultiTracker::new(config.clone()).unwrap();

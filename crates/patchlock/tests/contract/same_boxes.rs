@@ -41,7 +41,8 @@ fn with_an_observer() {
     }
 }
 
-/// With every setting that affects pruning, more candidates than a block holds, and frequent learning.
+/// With every setting that affects pruning, more candidates than a block holds, and frequent
+/// learning.
 #[test]
 fn with_an_observer_whatever_is_pruned() {
     let mut base = learning_early(paper());

@@ -1,4 +1,5 @@
-//! Compares parts of the tracker with other programs. `tools/oracles` wrote the files in this folder.
+//! Compares parts of the tracker with other programs. `tools/oracles` wrote the files in this
+//! folder.
 
 mod guided_filter;
 mod lasso;

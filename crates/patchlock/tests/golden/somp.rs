@@ -1,4 +1,5 @@
-//! Compares joint sparse codes with SPAMS, and with the oracle's reference where SPAMS itself fails.
+//! Compares joint sparse codes with SPAMS, and with the oracle's reference where SPAMS itself
+//! fails.
 
 use crate::solvers::{PARAMS, Solver, Span, energy, indices};
 use crate::{golden, read};
@@ -82,7 +83,8 @@ fn is_clear(margin: Option<f64>) -> bool {
     margin.is_some_and(|margin| margin >= CLEAR)
 }
 
-/// One problem in the form that our solvers expect. The files list the candidate first, then the buffer.
+/// One problem in the form that our solvers expect. The files list the candidate first, then the
+/// buffer.
 struct Problem<'a> {
     name: String,
     dictionary: &'a Dictionary,

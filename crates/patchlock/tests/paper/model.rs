@@ -1,5 +1,5 @@
-//! The patch model on its own: `look` gives the same visibility as weighing a candidate among many, and
-//! changes nothing.
+//! The patch model on its own: `look` gives the same visibility as weighing a candidate among many,
+//! and changes nothing.
 
 use patchlock::patch_model::memory::{LearningScratch, LearningStep};
 use patchlock::patch_model::model::{

@@ -23,14 +23,14 @@ fn visibility(estimate: &Estimate) -> &Visibility {
     estimate.visibility.as_ref().unwrap()
 }
 
-/// Tracks past the tree. Calls `look` with each frame's estimate, its view, and the templates before the
-/// frame.
+/// Tracks past the tree. Calls `look` with each frame's estimate, its view, and the templates
+/// before the frame.
 fn watch(config: &TrackerConfig, mut look: impl FnMut(&Estimate, &PaperView<'_>, &[Vec<f32>])) {
     let mut tracker = OCCLUDED.begin(config, 0);
     let mut templates: Vec<Vec<f32>> = Vec::new();
     for k in 1..FRAMES {
-        // The view is passed before the estimate is returned, so a second tracker computes the estimate
-        // first.
+        // The view is passed before the estimate is returned, so a second tracker computes the
+        // estimate first.
         let mut twin = Tracker::restore(tracker.snapshot()).unwrap();
         let estimate = twin.update(&OCCLUDED.frame(k)).unwrap().clone();
         let mut views = 0;

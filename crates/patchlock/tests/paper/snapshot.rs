@@ -1,4 +1,5 @@
-//! Damaged snapshots of the paper's tracker are refused. Damage that cannot be detected never causes a panic.
+//! Damaged snapshots of the paper's tracker are refused. Damage that cannot be detected never
+//! causes a panic.
 
 use crate::methods::paper;
 use crate::sequence::{SIMPLE, numbers};

@@ -5,7 +5,8 @@ use patchlock::{Estimate, Status};
 use patchlock_scene::{Absences, Scene, SceneConfig, Truth};
 use std::ops::Range;
 
-/// The first two. Behind the post, not every other seed keeps the bounds: some trunks pass for the target.
+/// The first two. Behind the post, not every other seed keeps the bounds: some trunks pass for the
+/// target.
 const SEEDS: [u64; 2] = [1, 2];
 
 /// The target turns by up to this many degrees on its way.
@@ -20,8 +21,8 @@ const LONGEST: usize = 1000;
 /// A loss is said within this many frames of the first without the target: half a second of video.
 const SAID_WITHIN: usize = 15;
 
-/// The target is followed again within this many frames of its return: while it is lost, a frame is searched
-/// in parts, and what is found is believed after a trial.
+/// The target is followed again within this many frames of its return: while it is lost, a frame is
+/// searched in parts, and what is found is believed after a trial.
 const FOUND_WITHIN: usize = 10;
 
 /// From this visible share on, the target counts as back.

@@ -1,4 +1,5 @@
-//! The visibility of a target that passes behind a trunk: first its right side is hidden, then its left one.
+//! The visibility of a target that passes behind a trunk: first its right side is hidden, then its
+//! left one.
 
 use crate::{config, mean, track};
 use patchlock::{Estimate, VisibilityMap};
@@ -11,8 +12,8 @@ const SEEDS: [u64; 2] = [1, 2];
 /// The hidden share is off by this much in the mean: about one of the nine large patches.
 const MEAN_OFF: f64 = 0.12;
 
-/// While more than this share is hidden, the trunk is in the middle of the target, and patches beside it
-/// count as hidden, too.
+/// While more than this share is hidden, the trunk is in the middle of the target, and patches
+/// beside it count as hidden, too.
 const ONE_SIDE: f64 = 0.4;
 
 /// From this hidden share on, the hidden side must show in the map of the small patches.

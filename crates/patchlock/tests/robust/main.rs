@@ -1,5 +1,5 @@
-//! The method `robust` on rendered scenes: what it says when the target disappears, returns, turns or is
-//! partly hidden.
+//! The method `robust` on rendered scenes: what it says when the target disappears, returns, turns
+//! or is partly hidden.
 
 mod absences;
 mod hidden_side;

@@ -7,21 +7,22 @@ use patchlock_scene::{Absences, KeyPose, Scene, SceneConfig};
 /// Degrees per frame. Half as fast, rotation is partly learnt instead of followed.
 const SPEEDS: [f64; 2] = [2.0, -4.0];
 
-/// The outline is never off by so many degrees: a rotation counts from 10 degrees on (`rotation_least`), and
-/// the target turns on until it is believed.
+/// The outline is never off by so many degrees: a rotation counts from 10 degrees on
+/// (`rotation_least`), and the target turns on until it is believed.
 const MOST_OFF: f64 = 15.0;
 
 /// The mean over the frames, half of which are without rotation: half of what counts as a rotation.
 const MEAN_OFF: f64 = 5.0;
 
-/// A target that does not turn is not turned by this many degrees: while none is known, no smaller rotation
-/// than 10 degrees counts, so the outline stays upright.
+/// A target that does not turn is not turned by this many degrees: while none is known, no smaller
+/// rotation than 10 degrees counts, so the outline stays upright.
 const UPRIGHT: f64 = 1.0;
 
 /// Frames before the target turns, and after.
 const STILL: usize = 20;
 
-/// A target that turns by this many degrees, at this many degrees per frame; to the left if that is negative.
+/// A target that turns by this many degrees, at this many degrees per frame; to the left if that is
+/// negative.
 fn turning(degrees: f64, speed: f64) -> Scene {
     let turns = (degrees / speed.abs()).round();
     let degrees = degrees * speed.signum();

@@ -1,5 +1,6 @@
 //! The definition of a joint code, written to be obviously correct: in `f64`, and with every
-//! projection of every step solved anew as a least-squares problem. It is far too slow for tracking.
+//! projection of every step solved anew as a least-squares problem. It is far too slow for
+//! tracking.
 
 use nalgebra::DMatrix;
 use patchlock::patch_model::sparse::codes::{Code, CodeParams, final_energy};

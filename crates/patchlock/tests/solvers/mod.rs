@@ -1,4 +1,5 @@
-//! Both solvers behind one interface, and an independent computation of what a set of atoms explains.
+//! Both solvers behind one interface, and an independent computation of what a set of atoms
+//! explains.
 
 // Each test program uses only a part of this module.
 #![allow(dead_code)]
@@ -40,8 +41,8 @@ impl Solver {
     }
 }
 
-/// The codes of many candidates by the batched solver; they must be the same with all instructions of this
-/// processor.
+/// The codes of many candidates by the batched solver; they must be the same with all instructions
+/// of this processor.
 pub fn solve_all(
     dictionary: &Dictionary,
     shared: &[f32],

@@ -30,7 +30,8 @@ pub(super) fn write_atomically(path: &Path, bytes: &[u8], replace: bool) -> Resu
     builder.prefix(".patchlock-").suffix(".part");
     #[cfg(unix)]
     {
-        // Temporary files are private; a result should have the permissions of an ordinary new file.
+        // Temporary files are private; a result should have the permissions of an ordinary new
+        // file.
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }

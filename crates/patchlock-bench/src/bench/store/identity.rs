@@ -32,8 +32,8 @@ pub enum Identity {
 }
 
 impl Identity {
-    /// The identity of Patchlock with a configuration that began as a preset. If its method is another one
-    /// now, the preset of that method is recorded.
+    /// The identity of Patchlock with a configuration that began as a preset. If its method is
+    /// another one now, the preset of that method is recorded.
     pub fn patchlock(configuration: &TrackerConfig, preset: &str) -> Self {
         Self::Patchlock {
             version: env!("CARGO_PKG_VERSION").to_string(),

@@ -19,8 +19,8 @@ pub struct Manifest {
     pub tracker: String,
     /// SHA-256 of `subject`.
     pub configuration_hash: String,
-    /// The tracker that was run: the fields of an [`Identity`](super::Identity), possibly of another version,
-    /// or whatever another program that writes this layout stores here.
+    /// The tracker that was run: the fields of an [`Identity`](super::Identity), possibly of
+    /// another version, or whatever another program that writes this layout stores here.
     pub subject: Value,
 }
 
@@ -31,8 +31,8 @@ pub struct RunManifest {
     pub tracker: String,
     /// SHA-256 of `subject`.
     pub configuration_hash: String,
-    /// The tracker that was run: the fields of an [`Identity`](super::Identity), possibly of another version,
-    /// or whatever another program that writes this layout stores here.
+    /// The tracker that was run: the fields of an [`Identity`](super::Identity), possibly of
+    /// another version, or whatever another program that writes this layout stores here.
     pub subject: Value,
     /// The protocol: `ope`, `tre` or `sre`.
     pub protocol: String,
@@ -68,13 +68,15 @@ pub struct RunManifest {
     /// How sure the tracker was of each frame, 0 to 1; missing if it did not say so for all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub score: Option<Vec<f64>>,
-    /// Whether the target was followed in each frame; missing if the tracker did not say so for all.
+    /// Whether the target was followed in each frame; missing if the tracker did not say so for
+    /// all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub status: Option<Vec<Status>>,
 }
 
 impl RunManifest {
-    /// Whether the manifest belongs to this run: same first box, and same frames as far as can be checked.
+    /// Whether the manifest belongs to this run: same first box, and same frames as far as can be
+    /// checked.
     pub(super) fn is_of(&self, run: &Run<'_>) -> bool {
         let same_start = self.given == run.start.bbox && self.first == run.start.first;
         same_start
@@ -137,8 +139,8 @@ impl Trajectory {
 }
 
 impl Series {
-    /// The contents of the files of a run made on this machine, with `threads` threads per tracker and `jobs`
-    /// runs in parallel.
+    /// The contents of the files of a run made on this machine, with `threads` threads per tracker
+    /// and `jobs` runs in parallel.
     pub fn write(
         &self,
         run: &Run<'_>,

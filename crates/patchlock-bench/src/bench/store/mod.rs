@@ -1,11 +1,12 @@
 //! Stores runs on disk: `OUT/<tracker>/manifest.json`, and for each run
 //! `OUT/<tracker>/<scheme>/<target>/<run>.txt` with `<run>.json` beside it.
 //!
-//! The text file has one box per line, counted from 0 or 1 like the dataset's own ground truth, with enough
-//! digits to be read back exactly; a missing box is `NaN,NaN,NaN,NaN`. The JSON file is the manifest of the
-//! run, with time, score and status of each frame. It is written after the text file and holds its hash: a
-//! run is complete if both files exist and agree, so a partly written run is never taken for a result. Every
-//! file is written under a temporary name, flushed to disk and renamed.
+//! The text file has one box per line, counted from 0 or 1 like the dataset's own ground truth,
+//! with enough digits to be read back exactly; a missing box is `NaN,NaN,NaN,NaN`. The JSON file is
+//! the manifest of the run, with time, score and status of each frame. It is written after the text
+//! file and holds its hash: a run is complete if both files exist and agree, so a partly written
+//! run is never taken for a result. Every file is written under a temporary name, flushed to disk
+//! and renamed.
 //!
 //! `<run>` is the seed, followed by `-<start>` in TRE and SRE.
 
@@ -125,7 +126,8 @@ impl Store {
         Ok(store)
     }
 
-    /// Writes the manifest, or checks the existing one. Another process may write it at the same time.
+    /// Writes the manifest, or checks the existing one. Another process may write it at the same
+    /// time.
     fn claim(&self) -> Result<(), Error> {
         let path = self.folder.join(MANIFEST);
         let manifest = Manifest {

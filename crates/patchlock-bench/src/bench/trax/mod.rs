@@ -1,11 +1,12 @@
-//! An external program as the tracker under test. It speaks TraX ([`crate::trax`]), versions 1 to 4, on its
-//! standard input and output.
+//! An external program as the tracker under test. It speaks TraX ([`crate::trax`]), versions 1 to
+//! 4, on its standard input and output.
 //!
-//! The program sends `hello` with its capabilities. It is sent `initialize` with the path of an image and a
-//! box, then `frame` with the path of each following image, and answers each message with `state` and a
-//! region. In version 4, which supports several targets, the box and the first image are sent in two
-//! messages. Regions are `left,top,width,height` in pixels counted from 0, or polygons. The measured time is
-//! that from our message to its answer; it includes reading the image, which the program does itself.
+//! The program sends `hello` with its capabilities. It is sent `initialize` with the path of an
+//! image and a box, then `frame` with the path of each following image, and answers each message
+//! with `state` and a region. In version 4, which supports several targets, the box and the first
+//! image are sent in two messages. Regions are `left,top,width,height` in pixels counted from 0, or
+//! polygons. The measured time is that from our message to its answer; it includes reading the
+//! image, which the program does itself.
 
 mod process;
 
@@ -23,7 +24,8 @@ use patchlock_track::names::beginning;
 use patchlock_track::session;
 use process::{MAX_LINE_BYTES, NoLine, Process};
 
-/// The newest supported version of the protocol. Versions 1 to 3 do not differ in anything used here.
+/// The newest supported version of the protocol. Versions 1 to 3 do not differ in anything used
+/// here.
 const NEWEST_VERSION: u32 = 4;
 /// The environment variable that holds the seed.
 pub const SEED_VARIABLE: &str = "PATCHLOCK_SEED";
@@ -43,11 +45,12 @@ pub struct Trax {
 }
 
 impl Trax {
-    /// Starts a program and waits for its `hello`. `patience` is the time limit for this and for every later
-    /// answer.
+    /// Starts a program and waits for its `hello`. `patience` is the time limit for this and for
+    /// every later answer.
     ///
     /// # Errors
-    /// [`Error::Subject`] if the program cannot be started, does not answer, or lacks a required capability.
+    /// [`Error::Subject`] if the program cannot be started, does not answer, or lacks a required
+    /// capability.
     pub fn start(command: &[String], seed: u64, patience: Duration) -> Result<Self, Error> {
         let subject = |reason: String| Error::Subject(reason);
         let mut process = Process::start(command, (SEED_VARIABLE, &seed.to_string()), patience)
@@ -92,7 +95,8 @@ fn reason_of(quit: &Message) -> String {
     quit.get("trax.reason").map(|reason| format!(": {}", beginning(reason))).unwrap_or_default()
 }
 
-/// Waits for the next message; lines that are not messages are skipped. `what` is the expected message.
+/// Waits for the next message; lines that are not messages are skipped. `what` is the expected
+/// message.
 fn next(process: &mut Process, what: &str) -> Result<Message, String> {
     let line = process.next(|line| Message::parse(line).is_some());
     match line {

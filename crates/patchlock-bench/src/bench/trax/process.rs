@@ -39,8 +39,8 @@ struct Line {
 /// A running program.
 pub struct Process {
     child: Child,
-    /// Lines for the thread that writes them, since a program that does not read would never let us go on.
-    /// `None` closes the program's input.
+    /// Lines for the thread that writes them, since a program that does not read would never let us
+    /// go on. `None` closes the program's input.
     input: Option<Sender<String>>,
     lines: Receiver<Line>,
     output: Arc<Mutex<String>>,
@@ -48,7 +48,8 @@ pub struct Process {
 }
 
 impl Process {
-    /// Starts a program with one additional environment variable. `timeout` is the time limit for each line.
+    /// Starts a program with one additional environment variable. `timeout` is the time limit for
+    /// each line.
     pub fn start(
         command: &[String],
         variable: (&str, &str),
@@ -114,7 +115,8 @@ impl Process {
         if output.is_empty() { String::new() } else { format!("; its output: {output}") }
     }
 
-    /// The exit status in words. Called when the output is closed, so the program is expected to exit soon.
+    /// The exit status in words. Called when the output is closed, so the program is expected to
+    /// exit soon.
     fn status(&mut self) -> String {
         match wait(&mut self.child, EXIT_TIMEOUT) {
             Some(status) => status,
@@ -146,8 +148,8 @@ fn wait(child: &mut Child, timeout: Duration) -> Option<String> {
     }
 }
 
-/// Passes lines to `take` until the end of the stream or until `take` returns false. Invalid UTF-8 is
-/// replaced.
+/// Passes lines to `take` until the end of the stream or until `take` returns false. Invalid UTF-8
+/// is replaced.
 fn each_line(stream: impl Read, mut take: impl FnMut(Line) -> bool) {
     let mut reader = BufReader::new(stream);
     let mut bytes = Vec::new();

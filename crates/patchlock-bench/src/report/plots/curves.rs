@@ -1,5 +1,5 @@
-//! Precision and success plots: one line per tracker. The best are named in a ranked legend; the others are
-//! pale lines in the background.
+//! Precision and success plots: one line per tracker. The best are named in a ranked legend; the
+//! others are pale lines in the background.
 
 use super::chart::{Chart, Entry};
 use super::{Axis, Plot};

@@ -99,8 +99,8 @@ impl Intervals<'_> {
         }
     }
 
-    /// Round numbers below and above 0 that enclose all intervals, far enough from 0 that the labels do not
-    /// overlap.
+    /// Round numbers below and above 0 that enclose all intervals, far enough from 0 that the
+    /// labels do not overlap.
     fn reach(&self, m: usize) -> [f64; 2] {
         let all = || self.rows.iter().filter_map(|row| row.differences.get(m));
         let steps = [0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8];

@@ -1,5 +1,5 @@
-//! The plots of the report. Each can be embedded in the page or written as a file, and has a table with its
-//! numbers.
+//! The plots of the report. Each can be embedded in the page or written as a file, and has a table
+//! with its numbers.
 
 mod chart;
 pub mod curves;
@@ -52,8 +52,8 @@ impl Plot {
     }
 }
 
-/// Formats rows as CSV. Cells with commas, quotes or line breaks are quoted. A text that a spreadsheet would
-/// take for a formula has an apostrophe before it.
+/// Formats rows as CSV. Cells with commas, quotes or line breaks are quoted. A text that a
+/// spreadsheet would take for a formula has an apostrophe before it.
 pub fn csv(table: &[Vec<String>]) -> String {
     let cell = |cell: &String| {
         let text = as_cell(cell);

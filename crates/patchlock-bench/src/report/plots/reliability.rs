@@ -1,5 +1,5 @@
-//! The reliability diagram: how often the box is on the target, for each bin of the score that the tracker
-//! gives. Where the score is the probability of that, the points are on the diagonal.
+//! The reliability diagram: how often the box is on the target, for each bin of the score that the
+//! tracker gives. Where the score is the probability of that, the points are on the diagonal.
 
 use super::chart::{Chart, Entry};
 use super::{Axis, Plot};
@@ -97,7 +97,8 @@ impl Reliability<'_> {
 }
 
 impl Line<'_> {
-    /// Draws a point for each bin that has frames, with an area by their number, and a line through them.
+    /// Draws a point for each bin that has frames, with an area by their number, and a line through
+    /// them.
     fn draw(&self, svg: &mut Svg, x: Axis, y: Axis) {
         let filled: Vec<&Bin> = self.bins.iter().filter(|bin| bin.frames > 0).collect();
         let frames: usize = filled.iter().map(|bin| bin.frames).sum();

@@ -62,7 +62,8 @@ impl Speed<'_> {
         Plot { name, title: self.title.clone(), table, picture: svg, size: SIZE, head: 0.0 }
     }
 
-    /// The speed axis in powers of ten, and the accuracy axis from 0 to a round number above all points.
+    /// The speed axis in powers of ten, and the accuracy axis from 0 to a round number above all
+    /// points.
     fn axes(&self, svg: &mut Svg) -> (Axis, Axis) {
         let logs = || self.points.iter().map(|point| point.fps.log10());
         let low = logs().fold(f64::INFINITY, f64::min).floor();
@@ -116,8 +117,8 @@ fn around([x, y]: [f64; 2]) -> Area {
     [x - RADIUS, y - RADIUS, x + RADIUS, y + RADIUS]
 }
 
-/// The position of a label: right of its point, left, above, below, then the same further away; the first
-/// that is inside the plot and free.
+/// The position of a label: right of its point, left, above, below, then the same further away; the
+/// first that is inside the plot and free.
 fn free_area([x, y]: [f64; 2], wide: f64, taken: &[Area]) -> Area {
     let high = FONT_SIZE + 3.0;
     let beside =

@@ -1,5 +1,6 @@
-//! Plots overlap over time on one target: a line with its range over seeds for the tracker that the report is
-//! about, with a strip of its status where that is known, and a coloured strip for each named tracker.
+//! Plots overlap over time on one target: a line with its range over seeds for the tracker that the
+//! report is about, with a strip of its status where that is known, and a coloured strip for each
+//! named tracker.
 
 use std::fmt::Write;
 use std::ops::Range;
@@ -139,7 +140,8 @@ impl Timeline<'_> {
     }
 }
 
-/// The legend of the strip colours, right-aligned in the heading, since the page has a legend of its own.
+/// The legend of the strip colours, right-aligned in the heading, since the page has a legend of
+/// its own.
 fn key(svg: &mut Svg, [right, y]: [f64; 2]) {
     let (wide, left) = (18.0, right - 18.0 * (palette::LEVEL_COUNT + 1) as f64);
     svg.text([left - 8.0, y], 11.5, "soft", Anchor::End, "overlap 0");
@@ -152,8 +154,8 @@ fn key(svg: &mut Svg, [right, y]: [f64; 2]) {
     svg.text([right - 10.0, y], 11.5, "soft", Anchor::Start, "1");
 }
 
-/// Splits values into runs without gaps, binned to at most `most` points. Each point is the middle of its bin
-/// and the mean of its values.
+/// Splits values into runs without gaps, binned to at most `most` points. Each point is the middle
+/// of its bin and the mean of its values.
 fn runs(values: &[Option<f64>], most: usize) -> Vec<Vec<(f64, f64)>> {
     let size = values.len().div_ceil(most).max(1);
     let mut runs: Vec<Vec<(f64, f64)>> = Vec::new();
@@ -228,15 +230,16 @@ fn status_strip(svg: &mut Svg, x: Axis, top: f64, statuses: &[Option<Status>]) {
     bars(svg, x, at, STATUS - 8.0, ('s', palette::STATUS_COUNT), &runs);
 }
 
-/// The middle one of some statuses, from tracked to lost; the worse of two. `None` without statuses.
+/// The middle one of some statuses, from tracked to lost; the worse of two. `None` without
+/// statuses.
 pub fn middle(statuses: &[Status]) -> Option<Status> {
     let mut sorted = statuses.to_vec();
     sorted.sort_by_key(|&status| status as usize);
     sorted.get(sorted.len() / 2).copied()
 }
 
-/// Draws ranges of frames as thick lines, each class in its colour: one path for each of the `count` classes,
-/// which are named by a letter and their number.
+/// Draws ranges of frames as thick lines, each class in its colour: one path for each of the
+/// `count` classes, which are named by a letter and their number.
 fn bars(
     svg: &mut Svg,
     x: Axis,
@@ -257,8 +260,8 @@ fn bars(
     }
 }
 
-/// Runs of adjacent bins of the same class, as ranges of frames. `class` is given the values of a bin, of
-/// which there is at least one.
+/// Runs of adjacent bins of the same class, as ranges of frames. `class` is given the values of a
+/// bin, of which there is at least one.
 fn class_runs<T: Copy>(
     values: &[Option<T>],
     class: impl Fn(&[T]) -> usize,

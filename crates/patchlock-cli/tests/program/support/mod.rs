@@ -1,4 +1,5 @@
-//! Shared by the tests of the command line: a small film in every kind of source, and fast settings.
+//! Shared by the tests of the command line: a small film in every kind of source, and fast
+//! settings.
 
 pub mod benchmark;
 
@@ -72,7 +73,8 @@ impl Bench {
         }
     }
 
-    /// A folder of frames in which the target turns by 60 degrees; returns its box in the first frame.
+    /// A folder of frames in which the target turns by 60 degrees; returns its box in the first
+    /// frame.
     pub fn turning(&self, name: &str, count: usize) -> String {
         let pose = |frame: usize, degrees: f64| {
             let (frame, centre) = (frame as f64, [120.0, 90.0]);
@@ -117,7 +119,8 @@ pub fn patchlock() -> Command {
     Command::cargo_bin("patchlock").unwrap()
 }
 
-/// RGB pixels of a textured card in front of a smooth background; it moves one pixel per frame to the right.
+/// RGB pixels of a textured card in front of a smooth background; it moves one pixel per frame to
+/// the right.
 pub fn film(k: usize, width: usize, height: usize) -> Vec<u8> {
     let mut rgb = Vec::with_capacity(width * height * 3);
     for y in 0..height {

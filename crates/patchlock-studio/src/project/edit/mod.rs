@@ -1,5 +1,5 @@
-//! Everything that can be done to a project: [`Edit`] is the list. Each of the modules makes the edits of one
-//! kind.
+//! Everything that can be done to a project: [`Edit`] is the list. Each of the modules makes the
+//! edits of one kind.
 
 mod keys;
 mod labels;
@@ -16,8 +16,8 @@ use super::{
     Error, Frames, Key, Label, Project, Target, Tracked, by_frame, check, limits, stretches,
 };
 
-/// A change to a project. In JSON, the member `edit` has its name: `{"edit": "hide", "target": 1, "from": 5,
-/// "to": 9}`. Ranges of frames include both ends.
+/// A change to a project. In JSON, the member `edit` has its name: `{"edit": "hide", "target": 1,
+/// "from": 5, "to": 9}`. Ranges of frames include both ends.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "edit", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Edit {
@@ -54,8 +54,8 @@ pub enum Edit {
         /// The frame.
         frame: usize,
     },
-    /// Replaces the tracked boxes of a range. Key frames and hidden frames stay as they are: entries for them
-    /// are left out. Boxes are rounded to 1/1000 pixel, all else to 1/10000.
+    /// Replaces the tracked boxes of a range. Key frames and hidden frames stay as they are:
+    /// entries for them are left out. Boxes are rounded to 1/1000 pixel, all else to 1/10000.
     SetTracked {
         /// The target.
         target: u64,
@@ -101,17 +101,17 @@ pub enum Edit {
         /// The target.
         target: u64,
     },
-    /// Makes a new target, with the same label and attributes, of all frames from `frame` on. Its id is
-    /// [`Project::next_id`].
+    /// Makes a new target, with the same label and attributes, of all frames from `frame` on. Its
+    /// id is [`Project::next_id`].
     Split {
         /// The target that keeps the frames before.
         target: u64,
         /// The first frame of the new target.
         frame: usize,
     },
-    /// Adds the frames of the second target to the first and deletes the second. Label and attributes are
-    /// those of the first. A frame must not have a box of both; boxes of lost targets and hidden frames give
-    /// way to boxes.
+    /// Adds the frames of the second target to the first and deletes the second. Label and
+    /// attributes are those of the first. A frame must not have a box of both; boxes of lost
+    /// targets and hidden frames give way to boxes.
     Join {
         /// The target that stays.
         first: u64,
@@ -150,8 +150,8 @@ pub enum Edit {
         /// Whether it is.
         done: bool,
     },
-    /// Adds targets with new ids, in this order, the first with [`Project::next_id`]. Labels that do not
-    /// exist are added.
+    /// Adds targets with new ids, in this order, the first with [`Project::next_id`]. Labels that
+    /// do not exist are added.
     Import {
         /// The targets; their ids are ignored.
         targets: Vec<Target>,

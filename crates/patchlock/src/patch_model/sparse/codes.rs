@@ -3,8 +3,8 @@
 /// The maximum number of atoms in a code.
 pub const MAX_ATOMS: usize = 8;
 
-/// The code of one patch: up to [`MAX_ATOMS`] atoms, in the order in which they were chosen, with signed
-/// coefficients.
+/// The code of one patch: up to [`MAX_ATOMS`] atoms, in the order in which they were chosen, with
+/// signed coefficients.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Code {
     atoms: [u32; MAX_ATOMS],
@@ -49,11 +49,12 @@ pub struct CodeParams {
     pub min_residual: f64,
 }
 
-/// Share of the signals' energy that counts as rounding error. The signals are `f32`, whose rounding errors
-/// have about 1e-14 of their energy.
+/// Share of the signals' energy that counts as rounding error. The signals are `f32`, whose
+/// rounding errors have about 1e-14 of their energy.
 const ROUNDING: f64 = 1e-12;
 
-/// The residual energy at which a joint problem is complete; `energy` is the total energy of its signals.
+/// The residual energy at which a joint problem is complete; `energy` is the total energy of its
+/// signals.
 pub fn final_energy(energy: f64) -> f64 {
     ROUNDING * energy
 }

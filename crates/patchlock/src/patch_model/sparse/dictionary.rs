@@ -1,13 +1,13 @@
 //! The dictionary (Eq. 1-2): the normalised patches of all templates at all locations.
 //!
-//! It has `K = templates * locations` atoms of `dim` samples. Atom `j * locations + i` is location `i` of
-//! template `j`. An atom has norm 1, or 0 if its patch was all zero.
+//! It has `K = templates * locations` atoms of `dim` samples. Atom `j * locations + i` is location
+//! `i` of template `j`. An atom has norm 1, or 0 if its patch was all zero.
 
 use super::gram;
 use crate::numeric::aligned::Aligned;
 
-/// Atoms and what is derived from them: squared norms, the samples in the layout of the matrix product, and
-/// inner products.
+/// Atoms and what is derived from them: squared norms, the samples in the layout of the matrix
+/// product, and inner products.
 #[derive(Debug, Clone, Default)]
 pub struct Dictionary {
     dim: usize,
@@ -16,8 +16,8 @@ pub struct Dictionary {
     stride: usize,
     atoms: Vec<f32>,
     squared_norms: Vec<f64>,
-    /// The atoms, sorted so that identical ones are neighbours, and a flag for each that repeats an earlier
-    /// one.
+    /// The atoms, sorted so that identical ones are neighbours, and a flag for each that repeats an
+    /// earlier one.
     sorted: Vec<u32>,
     repeats: Vec<bool>,
     panels: Aligned,
@@ -126,20 +126,20 @@ impl Dictionary {
         k % self.locations
     }
 
-    /// The samples in panels of [`LANES`] atoms. A panel has `dim` rows; row `s` holds sample `s` of each of
-    /// its atoms. The last panel is padded with zero atoms.
+    /// The samples in panels of [`LANES`] atoms. A panel has `dim` rows; row `s` holds sample `s`
+    /// of each of its atoms. The last panel is padded with zero atoms.
     pub fn panels(&self) -> &[f32] {
         &self.panels
     }
 
-    /// The inner products of atom `k` with all atoms, minus 1, computed in `f64` and rounded once. The
-    /// padding holds -1, as for zero atoms.
+    /// The inner products of atom `k` with all atoms, minus 1, computed in `f64` and rounded once.
+    /// The padding holds -1, as for zero atoms.
     pub fn gram_row(&self, k: usize) -> &[f32] {
         &self.gram[k * self.stride..][..self.stride]
     }
 
-    /// Upper bound of the difference from 1 of any inner product of two nonzero atoms, and of any squared
-    /// norm.
+    /// Upper bound of the difference from 1 of any inner product of two nonzero atoms, and of any
+    /// squared norm.
     pub fn spread(&self) -> f64 {
         self.spread
     }

@@ -1,9 +1,9 @@
-//! The inner products of all atoms with each other, minus 1: a matrix product in `f64`, rounded to `f32`
-//! once. The inner products of patches with little texture are all near 1; only the difference from 1
-//! distinguishes them.
+//! The inner products of all atoms with each other, minus 1: a matrix product in `f64`, rounded to
+//! `f32` once. The inner products of patches with little texture are all near 1; only the
+//! difference from 1 distinguishes them.
 //!
-//! The product of two `f32` numbers is exact in `f64`, so fusing it with the addition changes nothing: the
-//! bits are the same with all instructions.
+//! The product of two `f32` numbers is exact in `f64`, so fusing it with the addition changes
+//! nothing: the bits are the same with all instructions.
 
 use super::dictionary::LANES;
 use crate::numeric::instructions::Instructions;
@@ -15,8 +15,8 @@ use std::any::TypeId;
 const ROWS: usize = 4;
 const VECTORS: usize = 2;
 
-/// Fills the rows of `out`, one per atom and with one entry per atom in `panels`. These are the panels of a
-/// [`Dictionary`](super::dictionary::Dictionary): `dim` rows of [`LANES`] atoms each.
+/// Fills the rows of `out`, one per atom and with one entry per atom in `panels`. These are the
+/// panels of a [`Dictionary`](super::dictionary::Dictionary): `dim` rows of [`LANES`] atoms each.
 pub fn fill(panels: &[f64], dim: usize, out: &mut [f32]) {
     let stride = panels.len() / dim.max(1);
     let rows = out.par_chunks_mut((LANES * stride).max(1));
@@ -41,7 +41,8 @@ impl WithSimd for Rows<'_> {
         let Self { own, panels, dim, out } = self;
         let stride = panels.len() / dim;
         for (k, panel) in panels.chunks_exact(LANES * dim).enumerate() {
-            // A few columns of the panel stay in the first-level cache while all rows are multiplied by them.
+            // A few columns of the panel stay in the first-level cache while all rows are
+            // multiplied by them.
             for column in (0..LANES).step_by(VECTORS * S::F64_LANES) {
                 for (first, rows) in out.chunks_mut(ROWS * stride).enumerate() {
                     let sums = products(simd, &own[first * ROWS..], &panel[column..]);

@@ -1,14 +1,16 @@
-//! The reconstruction with trivial templates (Eq. 15-16): a code in an orthonormal basis and a sparse error.
+//! The reconstruction with trivial templates (Eq. 15-16): a code in an orthonormal basis and a
+//! sparse error.
 //!
 //! ```text
 //! min_{q, e}  ||y - U q - e||^2 / 2 + lambda (||q||_1 + ||e||_1)
 //! ```
 //!
-//! `U` (`dim x k`) has orthonormal columns. So the best `q` for a given `e` is the soft threshold of
-//! `U^T (y - e)`, and the best `e` for a given `q` is the soft threshold of `y - U q`. Alternating between
-//! them is a proximal gradient method with step length 1 on the problem with `e` eliminated, and converges to
-//! the exact solution. With many outliers it converges slowly. Nesterov's momentum, restarted whenever it
-//! points uphill (O'Donoghue, Candes, 2015), reduces it to about a hundred iterations.
+//! `U` (`dim x k`) has orthonormal columns. So the best `q` for a given `e` is the soft threshold
+//! of `U^T (y - e)`, and the best `e` for a given `q` is the soft threshold of `y - U q`.
+//! Alternating between them is a proximal gradient method with step length 1 on the problem with
+//! `e` eliminated, and converges to the exact solution. With many outliers it converges slowly.
+//! Nesterov's momentum, restarted whenever it points uphill (O'Donoghue, Candes, 2015), reduces it
+//! to about a hundred iterations.
 
 use crate::numeric::dot_wide;
 use crate::numeric::instructions::Instructions;
@@ -20,7 +22,8 @@ const MAX_ITERATIONS: usize = 10_000;
 /// Converged when no coefficient moved by more than this times lambda.
 const TOLERANCE: f64 = 1e-9;
 
-/// Coefficients in the basis and the sparse error, with their buffers. Reuse a value to avoid allocations.
+/// Coefficients in the basis and the sparse error, with their buffers. Reuse a value to avoid
+/// allocations.
 #[derive(Debug, Clone, Default)]
 pub struct Reconstruction {
     coefficients: Vec<f64>,
@@ -47,8 +50,8 @@ impl Reconstruction {
         &self.fit
     }
 
-    /// Solves the problem for `signal` (`y`) in `basis` (`U`). The columns of the basis are stored one after
-    /// the other and have the signal's length.
+    /// Solves the problem for `signal` (`y`) in `basis` (`U`). The columns of the basis are stored
+    /// one after the other and have the signal's length.
     pub fn solve(&mut self, basis: &[f64], signal: &[f64], lambda: f64) {
         Instructions::default()
             .dispatch(Solve { out: self, problem: Problem { basis, signal, lambda } });
@@ -166,8 +169,8 @@ mod tests {
         [q, e]
     }
 
-    /// At the minimum, the gradient of the smooth part is `-lambda sign(x)` where `x` is not 0, and within
-    /// `lambda` of 0 elsewhere.
+    /// At the minimum, the gradient of the smooth part is `-lambda sign(x)` where `x` is not 0, and
+    /// within `lambda` of 0 elsewhere.
     fn violation(gradient: &DVector<f64>, x: &DVector<f64>, lambda: f64) -> f64 {
         let each = gradient.iter().zip(x.iter()).map(|(&g, &x)| {
             if x == 0.0 { (g.abs() - lambda).max(0.0) } else { (g + lambda * x.signum()).abs() }

@@ -1,5 +1,5 @@
-//! Sparse codes: the dictionary of patches, joint codes by matching pursuit, and the lasso with trivial
-//! templates.
+//! Sparse codes: the dictionary of patches, joint codes by matching pursuit, and the lasso with
+//! trivial templates.
 
 pub mod codes;
 pub mod dictionary;

@@ -1,45 +1,46 @@
-//! The fast solver: it codes all candidates of a location together and chooses the same atoms as the
-//! definition in `tests/solvers/definition.rs`.
+//! The fast solver: it codes all candidates of a location together and chooses the same atoms as
+//! the definition in `tests/solvers/definition.rs`.
 //!
 //! # How it is fast
-//! - Candidates are correlated with the atoms as differences from a *reference*, the newest shared column.
-//!   The correlations of these differences with all atoms are one matrix product, and each part of it is
-//!   screened as soon as it has been computed.
-//! - Chosen atoms form a tree. Candidates with the same atoms so far are at the same *node*. Everything that
-//!   follows from these atoms alone (the residuals of the atoms and of the shared columns) is computed once
-//!   per node. The root of a location, where no atom has been chosen yet, is kept from frame to frame until
-//!   the dictionary or the buffer changes.
-//! - No step reads the samples of all atoms again. With the orthonormal basis `q_1 .. q_t` of the chosen
-//!   atoms, `w_t = D^T q_t` follows from a row of the Gram matrix and the earlier `w`. Each residual
-//!   correlation follows from the previous one: `y <- y - p w_t`, `p = q_t^T r`.
-//! - A step passes over the atoms once, in tiles of about 64. The node's part of a tile is computed, and all
-//!   candidates at the node use it while it is in registers. For each candidate, a tile is searched for atoms
-//!   whose score could exceed the lower bound on the best score. The first lower bound comes from a guess:
-//!   the atom that the previous candidates chose.
+//! - Candidates are correlated with the atoms as differences from a *reference*, the newest shared
+//!   column. The correlations of these differences with all atoms are one matrix product, and each
+//!   part of it is screened as soon as it has been computed.
+//! - Chosen atoms form a tree. Candidates with the same atoms so far are at the same *node*.
+//!   Everything that follows from these atoms alone (the residuals of the atoms and of the shared
+//!   columns) is computed once per node. The root of a location, where no atom has been chosen yet,
+//!   is kept from frame to frame until the dictionary or the buffer changes.
+//! - No step reads the samples of all atoms again. With the orthonormal basis `q_1 .. q_t` of the
+//!   chosen atoms, `w_t = D^T q_t` follows from a row of the Gram matrix and the earlier `w`. Each
+//!   residual correlation follows from the previous one: `y <- y - p w_t`, `p = q_t^T r`.
+//! - A step passes over the atoms once, in tiles of about 64. The node's part of a tile is
+//!   computed, and all candidates at the node use it while it is in registers. For each candidate,
+//!   a tile is searched for atoms whose score could exceed the lower bound on the best score. The
+//!   first lower bound comes from a guess: the atom that the previous candidates chose.
 //!
 //! # Why it is exact
-//! All of this only *screens*, in `f32`. If the bounds below leave only one atom that can have the largest
-//! score, that atom is chosen. Otherwise the remaining atoms are computed in `f64` from their samples, which
-//! decides eligibility and ties. So the chosen atom can differ from that of the definition only where two
-//! scores agree to the last digits of `f64`. Write `u = 2^-24`, mark values of the screen with a hat, and let
-//! atoms and signals have norm 1 at most (up to rounding). For an atom with true residual correlations `x_c`,
-//! `|x_c - ^x_c| <= e_c`, and `l <= ||d_res||^2 <= l + g`, any `0 < s <= 1` gives
+//! All of this only *screens*, in `f32`. If the bounds below leave only one atom that can have the
+//! largest score, that atom is chosen. Otherwise the remaining atoms are computed in `f64` from
+//! their samples, which decides eligibility and ties. So the chosen atom can differ from that of
+//! the definition only where two scores agree to the last digits of `f64`. Write `u = 2^-24`, mark
+//! values of the screen with a hat, and let atoms and signals have norm 1 at most (up to rounding).
+//! For an atom with true residual correlations `x_c`, `|x_c - ^x_c| <= e_c`, and `l <= ||d_res||^2
+//! <= l + g`, any `0 < s <= 1` gives
 //!
 //! ```text
 //! score = sum x_c^2 / ||d_res||^2  <=  ((1 + s) sum ^x_c^2 + (1/s + 1) sum e_c^2) / l
 //!                                  >=  ((1 - s) sum ^x_c^2 - (1/s - 1) sum e_c^2) / (l + g)
 //! ```
 //!
-//! from `2 |^x| e <= s ^x^2 + e^2 / s`. An atom whose upper bound is below the lower bound of another atom
-//! cannot be chosen; where `l <= 0` there is no upper bound. An atom is certainly eligible if `l` is at least
-//! the required residual, and certainly not eligible if `l + g` is less; in between it is computed in `f64`.
-//! An atom that repeats an earlier one bit for bit is never chosen. The relative rounding errors of the sums,
-//! less than `64 u`, are added to `s`.
+//! from `2 |^x| e <= s ^x^2 + e^2 / s`. An atom whose upper bound is below the lower bound of
+//! another atom cannot be chosen; where `l <= 0` there is no upper bound. An atom is certainly
+//! eligible if `l` is at least the required residual, and certainly not eligible if `l + g` is
+//! less; in between it is computed in `f64`. An atom that repeats an earlier one bit for bit is
+//! never chosen. The relative rounding errors of the sums, less than `64 u`, are added to `s`.
 //!
-//! Patches with little texture differ little: their inner products are all near 1, and rounding errors would
-//! hide the differences between them. So the screen stores such numbers minus 1: `G' = G - 1` of the Gram
-//! matrix, at the root `y' = y - 1` and `l' = ||d||^2 - 1`, and at a first node `w' = w_1 - 1`. With
-//! `n = ||d_t,res||` and `a_s = q_s^T d_t`
+//! Patches with little texture differ little: their inner products are all near 1, and rounding
+//! errors would hide the differences between them. So the screen stores such numbers minus 1: `G' =
+//! G - 1` of the Gram matrix, at the root `y' = y - 1` and `l' = ||d||^2 - 1`, and at a first node
+//! `w' = w_1 - 1`. With `n = ||d_t,res||` and `a_s = q_s^T d_t`
 //!
 //! ```text
 //! w'  = G' / n + (1 / n - 1)
@@ -48,8 +49,8 @@
 //! l   = l' - w' (2 + w')       at a first node, l <- l - w_t^2 further below
 //! ```
 //!
-//! where `1 / n - 1`, `1 - a_1` and `1 - p` are computed in `f64`. Let `k` be an upper bound of `|G'|` over
-//! all nonzero atoms and `c` one of `|y'|` (larger by `||r - b||` for a candidate). Let
+//! where `1 / n - 1`, `1 - a_1` and `1 - p` are computed in `f64`. Let `k` be an upper bound of
+//! `|G'|` over all nonzero atoms and `c` one of `|y'|` (larger by `||r - b||` for a candidate). Let
 //! `m_1 = k / n + |1 / n - 1|`, let `M^2` be an upper bound of `||d_res||^2` after the first node,
 //! `m_t = M + o_t`, and `S = k + |1 - a_1| + sum_s<t |a_s| m_s`. The errors are at most:
 //!
@@ -69,10 +70,10 @@
 //!                    since (|w| + o_t)^2 - w_t^2 <= 4 o_t max(|w|, o_t)
 //! ```
 //!
-//! where `w` is the screen's value in the bounds of `l` and `g` further below. At the root, `g` is 8u, and
-//! `l` is `l' + 1 - 4u`. Each bound is increased by one hundredth for products of errors. Every line counts
-//! one rounding for each operation, fused or not, so the bounds hold on any processor. The less the patches
-//! differ, the tighter the bounds.
+//! where `w` is the screen's value in the bounds of `l` and `g` further below. At the root, `g` is
+//! 8u, and `l` is `l' + 1 - 4u`. Each bound is increased by one hundredth for products of errors.
+//! Every line counts one rounding for each operation, fused or not, so the bounds hold on any
+//! processor. The less the patches differ, the tighter the bounds.
 
 use super::exact::{AtomCache, Choice, Exact, eligible};
 use super::node::{Node, Path};
@@ -88,8 +89,8 @@ use crate::patch_model::sparse::dictionary::Dictionary;
 use pulp::{Simd, WithSimd};
 use std::ops::Range;
 
-/// Candidates that are solved together, so that their rows stay in the second-level cache. A multiple of six,
-/// and at most the number of bits in a `u64`.
+/// Candidates that are solved together, so that their rows stay in the second-level cache. A
+/// multiple of six, and at most the number of bits in a `u64`.
 pub const BLOCK: usize = 60;
 
 /// Locations of a candidate that share a matrix product. A multiple of six; their rows stay in the
@@ -99,8 +100,8 @@ const GROUP: usize = 24;
 /// Stands for "no atom"; greater than any index of an atom.
 const NONE: u32 = u32::MAX;
 
-/// A location: its shared columns, and everything that follows from them and the dictionary alone. It must be
-/// filled again when either of them changes.
+/// A location: its shared columns, and everything that follows from them and the dictionary alone.
+/// It must be filled again when either of them changes.
 #[derive(Debug, Clone, Default)]
 pub struct Location {
     root: Node,
@@ -130,8 +131,8 @@ impl Location {
     }
 }
 
-/// Fills a location's root, compiled for the instructions in use. A closure would not do: only code that is
-/// always inlined is compiled for them.
+/// Fills a location's root, compiled for the instructions in use. A closure would not do: only code
+/// that is always inlined is compiled for them.
 struct FillRoot<'a> {
     location: &'a mut Location,
     dictionary: &'a Dictionary,
@@ -154,8 +155,8 @@ impl WithSimd for FillRoot<'_> {
 #[derive(Debug, Default)]
 pub struct SolverScratch {
     instructions: Instructions,
-    /// For the candidates of a block: their differences from the reference, and their own correlations with
-    /// all atoms.
+    /// For the candidates of a block: their differences from the reference, and their own
+    /// correlations with all atoms.
     differences: Vec<f32>,
     correlations: Aligned,
     /// For the candidates of a group: the correlations of their differences with all atoms.
@@ -163,15 +164,16 @@ pub struct SolverScratch {
     /// The residual of each candidate.
     residuals: Vec<f64>,
     candidates: Vec<Candidate>,
-    /// The candidates in the order of the tree: the atom that each chose last, and the candidate's row.
+    /// The candidates in the order of the tree: the atom that each chose last, and the candidate's
+    /// row.
     order: Vec<(u32, u32)>,
     /// The nodes from the root's child down to the current one.
     nodes: Vec<Node>,
     rows: Vec<Rows>,
     branches: Vec<Branch>,
     screen: Screen,
-    /// For each depth, the atom chosen last minus the index of its location. At the next location the atom
-    /// next to it is the likely choice.
+    /// For each depth, the atom chosen last minus the index of its location. At the next location
+    /// the atom next to it is the likely choice.
     guesses: [usize; MAX_ATOMS],
     wide: Vec<f64>,
     cache: AtomCache,
@@ -212,8 +214,8 @@ impl Candidate {
             1 => (self.projections[0], 1.0 - self.projections[0], self.error),
             _ => (self.projections[depth - 1], 0.0, self.error),
         };
-        // The next atom explains some share of the residual energy. The bounds need only the score's order of
-        // magnitude.
+        // The next atom explains some share of the residual energy. The bounds need only the
+        // score's order of magnitude.
         let score = 0.3 * (node_energy + self.energy);
         StepCandidate::new(row, (projection, offset), score, margins.squared + error * error)
     }
@@ -228,8 +230,8 @@ struct Branch {
     members: Range<usize>,
 }
 
-/// Codes every candidate (rows of `dim` samples) jointly with the location's shared columns, one code per
-/// candidate. The location must have been filled for this dictionary and these parameters.
+/// Codes every candidate (rows of `dim` samples) jointly with the location's shared columns, one
+/// code per candidate. The location must have been filled for this dictionary and these parameters.
 pub fn solve(
     dictionary: &Dictionary,
     location: &Location,
@@ -250,9 +252,9 @@ pub fn solve(
     }
 }
 
-/// Codes one candidate at each of these locations (rows of `dim` samples, one for each location). The codes
-/// are those of [`solve`] for each location, but the locations of a group share one matrix product, which
-/// reads the dictionary once for all of them.
+/// Codes one candidate at each of these locations (rows of `dim` samples, one for each location).
+/// The codes are those of [`solve`] for each location, but the locations of a group share one
+/// matrix product, which reads the dictionary once for all of them.
 pub fn solve_each(
     dictionary: &Dictionary,
     locations: &[Location],
@@ -274,7 +276,8 @@ pub fn solve_each(
 }
 
 impl SolverScratch {
-    /// Working memory of a solver that uses these instructions, whatever the environment variable says.
+    /// Working memory of a solver that uses these instructions, whatever the environment variable
+    /// says.
     pub fn with(instructions: Instructions) -> Self {
         Self { instructions, ..Self::default() }
     }
@@ -374,8 +377,8 @@ impl SolverScratch {
         }
     }
 
-    /// Clears the state of the previous block and reserves space for a full one, which may occur only after
-    /// many frames.
+    /// Clears the state of the previous block and reserves space for a full one, which may occur
+    /// only after many frames.
     fn clear(&mut self, dictionary: &Dictionary) {
         let Self { differences, correlations, residuals, candidates, order, branches, .. } = self;
         let samples = BLOCK * dictionary.dim();
@@ -446,8 +449,8 @@ impl SolverScratch {
         }
     }
 
-    /// Fills in the branch's node and projects its atom out of the members. Members whose codes are then
-    /// complete leave the branch.
+    /// Fills in the branch's node and projects its atom out of the members. Members whose codes are
+    /// then complete leave the branch.
     #[inline(always)]
     fn make_node<S: Simd>(
         &mut self,
@@ -535,8 +538,8 @@ impl SolverScratch {
         members.sort_unstable();
     }
 
-    /// Makes one branch per atom that members chose. Members without a further atom, or with the last one,
-    /// are complete.
+    /// Makes one branch per atom that members chose. Members without a further atom, or with the
+    /// last one, are complete.
     #[inline(always)]
     fn split(&mut self, problem: Problem<'_>, branch: &Branch, codes: &mut [Code]) {
         let (depth, end) = (branch.depth + 1, branch.members.end);
@@ -595,8 +598,8 @@ fn set_last_atoms<S: Simd>(
     }
 }
 
-/// The candidate's code: the least-squares coefficients for the atoms of the nodes and of the last choice, by
-/// back substitution in the triangular factor.
+/// The candidate's code: the least-squares coefficients for the atoms of the nodes and of the last
+/// choice, by back substitution in the triangular factor.
 fn code(nodes: &[Node], candidate: &Candidate, last: Option<&Choice>) -> Code {
     let mut support = [0; MAX_ATOMS];
     let mut triangle = [[0.0; MAX_ATOMS]; MAX_ATOMS];

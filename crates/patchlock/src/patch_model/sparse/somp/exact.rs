@@ -29,8 +29,9 @@ pub struct Exact<'a> {
     pub path: Path<'a>,
     /// How atoms are chosen.
     pub params: &'a CodeParams,
-    /// Limits for the screen's lower bound `l` and upper bound of `||d_res||^2`: the atom is certainly
-    /// eligible if `l` is at least the first, and certainly not if the upper bound is below the second.
+    /// Limits for the screen's lower bound `l` and upper bound of `||d_res||^2`: the atom is
+    /// certainly eligible if `l` is at least the first, and certainly not if the upper bound is
+    /// below the second.
     pub eligible: (f32, f32),
     /// Scratch space for one atom.
     pub wide: &'a mut Vec<f64>,
@@ -38,8 +39,8 @@ pub struct Exact<'a> {
     pub cache: &'a mut AtomCache,
 }
 
-/// Results that depend on the node and the atom, but not on the candidate. Where patches have little texture,
-/// many candidates need the same atoms.
+/// Results that depend on the node and the atom, but not on the candidate. Where patches have
+/// little texture, many candidates need the same atoms.
 #[derive(Debug, Default)]
 pub struct AtomCache {
     /// Incremented at each node. Entries of an older generation are invalid.
@@ -77,8 +78,8 @@ pub fn eligible(params: &CodeParams) -> (f32, f32) {
 }
 
 impl Exact<'_> {
-    /// The atom as a choice without a score, if it is eligible. Used for the last atom of a code, whose score
-    /// is not needed. `residual` is the candidate's residual.
+    /// The atom as a choice without a score, if it is eligible. Used for the last atom of a code,
+    /// whose score is not needed. `residual` is the candidate's residual.
     #[inline(always)]
     pub fn choice_without_score<S: Simd>(
         &mut self,
@@ -113,8 +114,8 @@ impl Exact<'_> {
         (score > 0.0).then_some(Choice { score, ..choice })
     }
 
-    /// The result for the atom with these shared columns, and its inner product with the candidate's
-    /// residual.
+    /// The result for the atom with these shared columns, and its inner product with the
+    /// candidate's residual.
     #[inline(always)]
     fn compute<S: Simd>(
         &mut self,

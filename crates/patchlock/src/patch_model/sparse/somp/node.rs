@@ -1,5 +1,5 @@
-//! The `f64` data of a node: everything that follows from its atoms and the shared columns alone. Unlike the
-//! screen's `f32` data, it decides.
+//! The `f64` data of a node: everything that follows from its atoms and the shared columns alone.
+//! Unlike the screen's `f32` data, it decides.
 
 use super::vectors::{dots_each, subtract_scaled_wide, widen};
 use crate::numeric::dot_wide;
@@ -7,7 +7,8 @@ use crate::patch_model::sparse::codes::MAX_ATOMS;
 use crate::patch_model::sparse::dictionary::Dictionary;
 use pulp::Simd;
 
-/// A node in the tree of chosen atoms. The root has no atoms; each node has one more than its parent.
+/// A node in the tree of chosen atoms. The root has no atoms; each node has one more than its
+/// parent.
 #[derive(Debug, Clone, Default)]
 pub struct Node {
     /// The atom that was chosen last.
@@ -62,7 +63,8 @@ impl Node {
         let direction = &mut self.direction;
         widen(direction, dictionary.atom(atom));
         self.triangle = [0.0; MAX_ATOMS];
-        // Twice, so that the directions are orthogonal up to rounding even if the atom's residual is small.
+        // Twice, so that the directions are orthogonal up to rounding even if the atom's residual
+        // is small.
         for _ in 0..2 {
             let mut projections = [0.0; MAX_ATOMS];
             let directions = path.nodes.iter().map(|node| &*node.direction);

@@ -1,12 +1,12 @@
-//! The correlations of signals with all atoms: a matrix product for few signals and a dictionary that fits in
-//! the cache.
+//! The correlations of signals with all atoms: a matrix product for few signals and a dictionary
+//! that fits in the cache.
 
 use super::vectors::{TILE, Tile, mul_add, tile_index, tiles};
 use crate::patch_model::sparse::dictionary::{Dictionary, LANES};
 use pulp::Simd;
 
-/// Writes the inner products of each signal (rows of `dim` samples) with the atoms of tile `t`, plus that
-/// atom's entry of `base`, to this tile's entries of `out`.
+/// Writes the inner products of each signal (rows of `dim` samples) with the atoms of tile `t`,
+/// plus that atom's entry of `base`, to this tile's entries of `out`.
 #[inline(always)]
 pub fn correlate<S: Simd>(
     simd: S,
@@ -37,8 +37,8 @@ pub fn correlate<S: Simd>(
     }
 }
 
-/// The products of the first `SIZE` signals; returns `SIZE`. Each row of `panel` begins with one sample of
-/// each of the tile's atoms. The results are written to every `step`th tile of `out`.
+/// The products of the first `SIZE` signals; returns `SIZE`. Each row of `panel` begins with one
+/// sample of each of the tile's atoms. The results are written to every `step`th tile of `out`.
 #[inline(always)]
 fn products<S: Simd, const SIZE: usize>(
     simd: S,

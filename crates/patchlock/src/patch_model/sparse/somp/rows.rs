@@ -1,5 +1,5 @@
-//! The `f32` data of the screen at a node: rows over all atoms, each with an error bound. The head of
-//! [`batched`](super::batched) defines the symbols and derives the bounds.
+//! The `f32` data of the screen at a node: rows over all atoms, each with an error bound. The head
+//! of [`batched`](super::batched) defines the symbols and derives the bounds.
 
 use super::node::{Node, Path};
 use super::product::correlate;
@@ -27,11 +27,11 @@ const NEARLY_ONE: f32 = 1.0 - 4.0 * U as f32;
 pub struct Rows {
     /// `w_t = D^T q_t`, minus 1 at a first node; empty at the root.
     weights: Aligned,
-    /// The correlations of the shared columns' residuals with all atoms, one row per column, in panels; minus
-    /// 1 at the root. Without shared columns there is one row, for a column of zeros.
+    /// The correlations of the shared columns' residuals with all atoms, one row per column, in
+    /// panels; minus 1 at the root. Without shared columns there is one row, for a column of zeros.
     columns: Aligned,
-    /// For each atom, a lower bound of the divisor of its score, or [`EXCLUDED`]. At the root it is the
-    /// divisor minus 1, rounded rather than bounded.
+    /// For each atom, a lower bound of the divisor of its score, or [`EXCLUDED`]. At the root it is
+    /// the divisor minus 1, rounded rather than bounded.
     divisors: Aligned,
     /// `p` of each column along the node's direction; zeros without shared columns.
     projections: Vec<f32>,
@@ -76,8 +76,8 @@ pub struct Margins {
 }
 
 impl Margins {
-    /// The error that a correlation gains when `projection` times the weight is subtracted. At the root its
-    /// `|y'|` was at most `spread`.
+    /// The error that a correlation gains when `projection` times the weight is subtracted. At the
+    /// root its `|y'|` was at most `spread`.
     #[inline(always)]
     pub fn projection_error(&self, projection: f64, spread: f64) -> f64 {
         let (p, (off, max_weight)) = (projection.abs(), self.weights);
@@ -109,8 +109,8 @@ impl Errors {
         }
     }
 
-    /// Sets the bounds of the node at the end of the path, a child of `parent`, and returns the margins of
-    /// its step.
+    /// Sets the bounds of the node at the end of the path, a child of `parent`, and returns the
+    /// margins of its step.
     #[inline(always)]
     fn set_child<const FIRST: bool>(
         &mut self,
@@ -173,8 +173,8 @@ impl Errors {
 /// Error bound of adding 1 to a correlation.
 pub const ADD_ONE_ERROR: f64 = 2.0 * U;
 
-/// A tile of the data that all candidates at a node share. Aligned, because loading a vector that straddles
-/// two cache lines costs twice as much.
+/// A tile of the data that all candidates at a node share. Aligned, because loading a vector that
+/// straddles two cache lines costs twice as much.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub struct SharedTile<S: Simd> {
@@ -197,8 +197,8 @@ pub struct RootTiles<'a, S: Simd> {
     divisors: &'a [Tile<S>],
 }
 
-/// Makes the tiles of a child, of the root or of a deeper node, one by one. Its rows are split into tiles
-/// once, because splitting them costs more than computing a tile.
+/// Makes the tiles of a child, of the root or of a deeper node, one by one. Its rows are split into
+/// tiles once, because splitting them costs more than computing a tile.
 #[derive(Debug)]
 pub struct ChildTiles<'a, S: Simd, const FIRST: bool> {
     recurrence: Recurrence<'a>,
@@ -218,13 +218,13 @@ struct Recurrence<'a> {
     gram: &'a [f32],
     above: &'a [Rows],
     parent: &'a Rows,
-    /// `q_s^T d` of the new atom for each node above, the inverse of the norm of its residual, and `p` of
-    /// each column.
+    /// `q_s^T d` of the new atom for each node above, the inverse of the norm of its residual, and
+    /// `p` of each column.
     triangle: [f32; MAX_ATOMS],
     inverse: f32,
     projections: &'a [f32],
-    /// Corrections for entries stored minus 1. `weight_offset` is added to the weights, at a first node after
-    /// scaling them; `offsets` are added to the columns.
+    /// Corrections for entries stored minus 1. `weight_offset` is added to the weights, at a first
+    /// node after scaling them; `offsets` are added to the columns.
     weight_offset: f32,
     offsets: &'a [f32],
     atom: usize,
@@ -250,7 +250,8 @@ pub trait Tiles<S: Simd> {
     /// Whether the updated correlations are stored for child nodes.
     fn stores_rows(&self) -> bool;
 
-    /// Correlates the candidates with the atoms of tile `t`, unless their correlations are stored already.
+    /// Correlates the candidates with the atoms of tile `t`, unless their correlations are stored
+    /// already.
     fn correlate(&self, simd: S, t: usize, correlations: &mut [Tile<S>]);
 
     /// Makes tile `t`.
@@ -296,16 +297,16 @@ impl Rows {
         self.divisors.fill(EXCLUDED);
         for (k, divisor) in self.divisors.iter_mut().take(count).enumerate() {
             let norm = dictionary.squared_norm(k);
-            // An atom that repeats an earlier one has the same score and loses the tie. Once the earlier one
-            // has been chosen, it has no residual.
+            // An atom that repeats an earlier one has the same score and loses the tie. Once the
+            // earlier one has been chosen, it has no residual.
             if norm >= params.min_residual && !dictionary.repeats(k) {
                 *divisor = (norm - 1.0) as f32;
             }
         }
     }
 
-    /// Tightens [`Errors::max_residual`] once all tiles have been made: the smaller the residuals of the
-    /// atoms, the smaller the errors of deeper nodes.
+    /// Tightens [`Errors::max_residual`] once all tiles have been made: the smaller the residuals
+    /// of the atoms, the smaller the errors of deeper nodes.
     #[inline(always)]
     pub fn tighten_max_residual<S: Simd>(&mut self, simd: S) {
         let (excluded, zero) = (simd.splat_f32s(EXCLUDED), simd.splat_f32s(0.0));
@@ -362,9 +363,9 @@ impl Rows {
         RootTiles { dictionary, differences, rows: self, columns, divisors }
     }
 
-    /// The tiles and margins of the node at the end of the path; `FIRST` if its parent is the root. `root`
-    /// and `above` are the rows of the nodes above it. Its own rows are complete once all tiles have been
-    /// made.
+    /// The tiles and margins of the node at the end of the path; `FIRST` if its parent is the root.
+    /// `root` and `above` are the rows of the nodes above it. Its own rows are complete once all
+    /// tiles have been made.
     #[inline(always)]
     pub fn child_tiles<'a, S: Simd, const FIRST: bool>(
         &'a mut self,
@@ -511,8 +512,8 @@ impl<S: Simd, const FIRST: bool> Tiles<S> for ChildTiles<'_, S, FIRST> {
     }
 }
 
-/// Updates the parent's columns, which are every `step`th tile, to the child, adds up their squares, and
-/// stores them if the child stores its rows.
+/// Updates the parent's columns, which are every `step`th tile, to the child, adds up their
+/// squares, and stores them if the child stores its rows.
 #[inline(always)]
 fn update_columns<S: Simd, const FIRST: bool>(
     simd: S,
@@ -581,8 +582,8 @@ impl Recurrence<'_> {
         [w, squares, above - (size + self.loss.0) * size - self.loss.1]
     }
 
-    /// Lower bounds of the divisors: `||d_res||^2` decreases by `w^2` and by its error bound. The node's own
-    /// atom is excluded.
+    /// Lower bounds of the divisors: `||d_res||^2` decreases by `w^2` and by its error bound. The
+    /// node's own atom is excluded.
     #[inline(always)]
     fn update_divisors<S: Simd, const FIRST: bool>(
         &self,
@@ -606,8 +607,8 @@ impl Recurrence<'_> {
     }
 }
 
-/// Marks the atom as excluded. It compares lanes, because writing one lane would move the whole tile through
-/// memory.
+/// Marks the atom as excluded. It compares lanes, because writing one lane would move the whole
+/// tile through memory.
 #[inline(always)]
 fn exclude<S: Simd>(simd: S, divisors: &mut Tile<S>, atom: usize) {
     static NUMBERS: [f32; LANES] = {
@@ -638,8 +639,8 @@ mod tests {
     const DIM: usize = 16;
     const PARAMS: CodeParams = CodeParams { atoms: MAX_ATOMS, min_residual: 1e-6 };
 
-    /// Positive, similar vectors with this much texture, like patches; every third one nearly equals the one
-    /// before it.
+    /// Positive, similar vectors with this much texture, like patches; every third one nearly
+    /// equals the one before it.
     fn vectors(count: usize, texture: f32) -> impl Strategy<Value = Vec<f32>> {
         let rows = prop::collection::vec(prop::collection::vec(-0.5..0.5f32, DIM), count);
         rows.prop_map(move |rows| {
@@ -684,8 +685,8 @@ mod tests {
         a.iter().zip(b).map(|(a, b)| a * b).sum()
     }
 
-    /// Chooses these atoms in order, as far as they are eligible, and compares each node's rows with the
-    /// truth. Returns the error bounds of the nodes.
+    /// Chooses these atoms in order, as far as they are eligible, and compares each node's rows
+    /// with the truth. Returns the error bounds of the nodes.
     struct Descend<'a> {
         dictionary: &'a Dictionary,
         shared: &'a [f32],
@@ -785,7 +786,8 @@ mod tests {
         }
     }
 
-    /// With little texture the residuals of the atoms are small, and the bounds are correspondingly tight.
+    /// With little texture the residuals of the atoms are small, and the bounds are correspondingly
+    /// tight.
     #[test]
     fn bounds_are_tight_where_little_is_left() {
         let mut runner = proptest::test_runner::TestRunner::deterministic();

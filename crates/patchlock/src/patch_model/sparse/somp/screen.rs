@@ -1,5 +1,5 @@
-//! One step of all candidates at a node: the screen finds in `f32` which atoms can have the largest score.
-//! Where several can, `f64` decides.
+//! One step of all candidates at a node: the screen finds in `f32` which atoms can have the largest
+//! score. Where several can, `f64` decides.
 
 use super::exact::{Choice, Exact};
 use super::rows::{SharedTile, Tiles};
@@ -12,21 +12,21 @@ use std::iter::successors;
 /// Exceeds all relative rounding errors of a screened score.
 const ROUNDING: f64 = 64.0 * U;
 
-/// Below any score that is not just rounding error. Above 0, so that the score of an excluded atom stays
-/// below it.
+/// Below any score that is not just rounding error. Above 0, so that the score of an excluded atom
+/// stays below it.
 const MIN_SCORE: f32 = 1e-30;
 
-/// The most possible atoms of a tile that are added one by one. With more, most of them are ruled out once
-/// the best of the tile is known.
+/// The most possible atoms of a tile that are added one by one. With more, most of them are ruled
+/// out once the best of the tile is known.
 const FEW: u32 = 3;
 
 /// Factors slightly below and above 1 that absorb the rounding of a bound.
 const ROUND_DOWN: f32 = 1.0 - 8.0 * U as f32;
 const ROUND_UP: f32 = 1.0 + 8.0 * U as f32;
 
-/// Bounds on an atom's score, given its screened sum of squares `x`. With `l <= ||d_res||^2 <= l + gap`, the
-/// score is at most `(upper_factor x + upper_term) / l` and at least
-/// `(lower_factor x - lower_term) / (l + gap)`.
+/// Bounds on an atom's score, given its screened sum of squares `x`. With `l <= ||d_res||^2 <= l +
+/// gap`, the score is at most `(upper_factor x + upper_term) / l` and at least `(lower_factor x -
+/// lower_term) / (l + gap)`.
 #[derive(Debug, Clone, Copy, Default)]
 struct Bounds {
     upper_factor: f32,
@@ -36,11 +36,12 @@ struct Bounds {
 }
 
 impl Bounds {
-    /// The bounds for columns whose squared errors sum to `squared_errors`; tightest for scores near `score`.
+    /// The bounds for columns whose squared errors sum to `squared_errors`; tightest for scores
+    /// near `score`.
     #[inline(always)]
     fn new(score: f64, squared_errors: f64) -> Self {
-        // Any slack in this range is valid. This one widens the bounds about as much as the errors do at a
-        // residual energy of a quarter.
+        // Any slack in this range is valid. This one widens the bounds about as much as the errors
+        // do at a residual energy of a quarter.
         let slack = (2.0 * (squared_errors / score.max(MIN_SCORE.into())).sqrt()).clamp(1e-9, 1.0);
         let inverse = 1.0 / slack;
         Self {
@@ -58,8 +59,8 @@ pub struct StepCandidate {
     row: usize,
     /// `p` along the node's direction.
     projection: f32,
-    /// Added to the correlations, which are stored minus 1: 1 at the root, `1 - p` at a first node, 0 further
-    /// below.
+    /// Added to the correlations, which are stored minus 1: 1 at the root, `1 - p` at a first node,
+    /// 0 further below.
     offset: f32,
     bounds: Bounds,
     /// A lower bound on the largest score.
@@ -104,8 +105,8 @@ impl Residuals<'_> {
 }
 
 impl Screen {
-    /// Reserves space for this many candidates and for every atom of each. How many atoms remain possible
-    /// varies from frame to frame, and a new maximum may occur after any number of frames.
+    /// Reserves space for this many candidates and for every atom of each. How many atoms remain
+    /// possible varies from frame to frame, and a new maximum may occur after any number of frames.
     #[inline(always)]
     pub fn reserve(&mut self, candidates: usize, atoms: usize) {
         self.candidates.clear();
@@ -122,10 +123,10 @@ impl Screen {
         self.possible_atoms.clear();
     }
 
-    /// Screens all atoms for all candidates, tile by tile. The atom `guess` comes first: a good guess raises
-    /// the lower bounds early. A divisor may be too small by at most `gap`. `correlations` are the
-    /// candidates' own, in panels, as the parent left them. They are updated to this node if it can have
-    /// children.
+    /// Screens all atoms for all candidates, tile by tile. The atom `guess` comes first: a good
+    /// guess raises the lower bounds early. A divisor may be too small by at most `gap`.
+    /// `correlations` are the candidates' own, in panels, as the parent left them. They are updated
+    /// to this node if it can have children.
     #[inline(always)]
     pub fn run<S: Simd, T: Tiles<S>>(
         &mut self,
@@ -145,8 +146,8 @@ impl Screen {
                 tiles.correlate(simd, t, correlations);
             }
             let shared = tiles.tile(simd, t);
-            // These candidates are handled after the loop: doing it here would move the tile out of the
-            // registers.
+            // These candidates are handled after the loop: doing it here would move the tile out of
+            // the registers.
             let mut found = 0u64;
             for (number, candidate) in self.candidates.iter().enumerate() {
                 let index = tile_index::<S>(t, candidate.row, rows);
@@ -260,9 +261,9 @@ impl Screen {
         }
     }
 
-    /// Calls `done` with each candidate's row and its eligible atom with the largest score, or `None` if no
-    /// score is positive. Of equal scores the first atom is chosen. If more than one atom is possible, they
-    /// are computed in `f64`.
+    /// Calls `done` with each candidate's row and its eligible atom with the largest score, or
+    /// `None` if no score is positive. Of equal scores the first atom is chosen. If more than one
+    /// atom is possible, they are computed in `f64`.
     #[inline(always)]
     pub fn finish<S: Simd>(
         &mut self,
@@ -279,9 +280,10 @@ impl Screen {
 }
 
 impl StepCandidate {
-    /// The state of the candidate in this row: `projection` is `p` along the node's direction, `offset` is
-    /// added to its correlations, `score` estimates the score of the next atom, and `squared_errors` is the
-    /// sum of the squared error bounds of the correlations of all columns, including its own.
+    /// The state of the candidate in this row: `projection` is `p` along the node's direction,
+    /// `offset` is added to its correlations, `score` estimates the score of the next atom, and
+    /// `squared_errors` is the sum of the squared error bounds of the correlations of all columns,
+    /// including its own.
     #[inline(always)]
     pub fn new(
         row: usize,
@@ -322,8 +324,8 @@ impl StepCandidate {
         self.raise_lower_bound(simd.reduce_max_f32s(highest) * ROUND_DOWN);
     }
 
-    /// For each atom, the excess of its upper bound over the lower bound, times its divisor. If it is
-    /// negative, the atom cannot be chosen.
+    /// For each atom, the excess of its upper bound over the lower bound, times its divisor. If it
+    /// is negative, the atom cannot be chosen.
     #[inline(always)]
     fn excess<S: Simd>(&self, simd: S, sums: &Tile<S>, divisors: &Tile<S>) -> Tile<S> {
         let (upper_factor, upper_term) =

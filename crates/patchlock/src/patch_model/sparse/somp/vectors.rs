@@ -28,8 +28,8 @@ pub fn tiles_mut<S: Simd>(row: &mut [f32]) -> &mut [Tile<S>] {
     S::as_mut_simd_f32s(row).0.as_chunks_mut().0
 }
 
-/// Rows that are used together are stored interleaved, in panels of [`LANES`] atoms with one row after
-/// another in each panel. Returns the index of the entry of atom `k` in row `row` of `rows`.
+/// Rows that are used together are stored interleaved, in panels of [`LANES`] atoms with one row
+/// after another in each panel. Returns the index of the entry of atom `k` in row `row` of `rows`.
 #[inline(always)]
 pub fn panel_index(k: usize, row: usize, rows: usize) -> usize {
     (k / LANES * rows + row) * LANES + k % LANES
@@ -75,8 +75,8 @@ pub fn add_squares<S: Simd>(simd: S, squares: &mut Tile<S>, y: &Tile<S>) {
     }
 }
 
-/// `a b + c`, fused where the processor supports it. Plain code would call a function for every fused
-/// operation, which is twenty times slower.
+/// `a b + c`, fused where the processor supports it. Plain code would call a function for every
+/// fused operation, which is twenty times slower.
 #[inline(always)]
 pub fn mul_add<S: Simd>(simd: S, a: S::f32s, b: S::f32s, c: S::f32s) -> S::f32s {
     if TypeId::of::<S>() == TypeId::of::<Scalar256b>() {
@@ -95,8 +95,8 @@ pub fn widen(wide: &mut Vec<f64>, narrow: &[f32]) {
     }
 }
 
-/// Calls `take` with the index of each vector and its inner product with `wide`. As many products are
-/// computed at once as have room for their sums in registers.
+/// Calls `take` with the index of each vector and its inner product with `wide`. As many products
+/// are computed at once as have room for their sums in registers.
 #[inline(always)]
 pub fn dots_each<'a, S: Simd>(
     simd: S,
