@@ -314,7 +314,7 @@ mod tests {
         };
         let set = |set| error("robust", "", &[set]);
         assert_eq!(set("serch=4"), "unknown setting `serch`");
-        assert_eq!(set("search=99"), "the setting `search` is 99.0; allowed: 1.5 to 20");
+        assert_eq!(set("search=99"), "the setting `search` is 99; allowed: 1.5 to 20");
         assert_eq!(set("search=wide"), "the setting `search` is wide; it takes a number");
         assert_eq!(set("search=[1, 2]"), "the setting `search` is [1, 2]; it takes a number");
         assert!(set("particles=9").contains("has no effect with the method `robust`"));
