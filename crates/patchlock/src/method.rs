@@ -127,7 +127,8 @@ impl Target {
                     .map(Self::Robust)
                     .map_err(error::snapshot)
             }
-            (method, _) => Err(error::snapshot(format!(
+            (method @ Method::Paper(_), SavedTarget::Robust(_))
+            | (method @ Method::Robust(_), SavedTarget::Paper(_)) => Err(error::snapshot(format!(
                 "its target has another method than its configuration, which says {}",
                 method.name()
             ))),

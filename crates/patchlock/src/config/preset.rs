@@ -12,8 +12,8 @@ pub enum Preset {
     /// The default: correlation filters follow the target, a memory finds it again after a loss.
     #[default]
     Robust,
-    /// As [`Preset::Robust`], in less than half the time: one filter instead of three, a smaller
-    /// patch, no rotation.
+    /// As [`Preset::Robust`], in half the time: one filter instead of three, a smaller patch, no
+    /// rotation.
     Fast,
     /// The tracker of the paper.
     Paper,
