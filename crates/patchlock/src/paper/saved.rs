@@ -11,6 +11,9 @@ use serde::{Deserialize, Serialize};
 /// More frames than any video has; counting on from here never overflows.
 const MAX_FRAMES: u64 = 1 << 53;
 
+/// Larger than any side that a tracker reaches: ten times that of a frame. Corners stay finite.
+const LARGEST_SIDE: f64 = 1e15;
+
 /// All that the target's next frames depend on.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SavedPaper {
@@ -45,6 +48,10 @@ impl PaperTarget {
             return Err(
                 "a number of the state is not finite, or its scale or aspect is not positive",
             );
+        }
+        let (width, height) = state.size(config.patches.template_side);
+        if width.max(height) > LARGEST_SIDE {
+            return Err("its target is larger than any frame");
         }
         model.check(&config.patch_params(), config.patches.update_interval)?;
         let model = PatchModel::restore(model, config.patch_params());

@@ -82,6 +82,7 @@ fn a_damaged_snapshot_is_refused() {
         ("/track/target/paper/state/scale", json!(0.0)),
         ("/track/target/paper/state/scale", json!(-1.5)),
         ("/track/target/paper/state/aspect", json!(-0.5)),
+        ("/track/target/paper/state/aspect", json!(1e308)),
         ("/track/target/paper/state/x", Value::Null),
         ("/track/target/paper/state", json!({})),
         ("/track/target/paper/model/templates", json!([])),
