@@ -61,14 +61,16 @@ def has_box(row: Array) -> bool:
 def track(sequence: Path, file: Path, settings: dict[str, float]) -> list[list[float]]:
     """The columns of each frame after the first, and whether the box is on the target."""
     true, rows = truth(file), []
-    tracker = patchlock.Tracker(**settings)
+    config = patchlock.Config()
+    for name, value in settings.items():
+        setattr(config.robust, name, value)
     for k, image in patchlock.Frames(str(sequence / "img")):
         if k == 0:
-            tracker.init(image, tuple(true[0]))
+            tracker = patchlock.Tracker(image, tuple(true[0]), config)
         elif k < len(true):
             estimate, seen = tracker.update_observed(image)
             parts = estimate.visibility
-            visible = 0.0 if parts is None else (parts.large + parts.small) / 2
+            visible = 0.0 if parts is None else sum(parts.shares) / 2
             on = has_box(true[k]) and overlap(np.array(estimate.box), true[k]) >= HIT_OVERLAP
             rows.append([1.0, visible, seen.elsewhere, float(on)])
     return rows

@@ -69,13 +69,18 @@ def follow(
     frames: Frames, box: patchlock.Box, settings: dict[str, int]
 ) -> tuple[list[patchlock.Estimate], list[float]]:
     """The estimates, and the time around each call in milliseconds."""
-    tracker = patchlock.Tracker("paper", threads=1, **settings)
-    estimates, around = [], []
-    for k, frame in enumerate(frames):
+    config = patchlock.Config("paper")
+    for name, value in settings.items():
+        group = config.paper if hasattr(config.paper, name) else config.paper.patches
+        setattr(group, name, value)
+    start = time.perf_counter()
+    tracker = patchlock.Tracker(frames[0], box, config, threads=1)
+    around = [(time.perf_counter() - start) * 1e3]
+    estimates = [tracker.estimate]
+    for frame in frames[1:]:
         start = time.perf_counter()
-        estimate = tracker.update(frame) if k else tracker.init(frame, box)
+        estimates.append(tracker.update(frame))
         around.append((time.perf_counter() - start) * 1e3)
-        estimates.append(estimate)
     return estimates, around
 
 
@@ -90,7 +95,7 @@ def cost(program: Program, frames: Frames, box: patchlock.Box, settings: dict[st
         ]
         if not all(same):
             raise SystemExit(f"the boxes differ from frame {same.index(False)} on: can't compare")
-        # The first frame is init rather than update.
+        # The first frame starts the tracker.
         rust.append([row["ms"] for row in rows][1:])
         around.append(times[1:])
         inside.append([estimate.ms for estimate in estimates][1:])
