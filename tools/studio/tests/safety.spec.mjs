@@ -103,7 +103,7 @@ test.describe('names with HTML', () => {
 
 test('without the token the page says where to find it', async ({ page, studio }) => {
     await page.goto(new URL(studio.address).origin);
-    await expect(page.locator('#errors')).toContainText('has not the token');
+    await expect(page.locator('#errors')).toContainText('has no server token');
 });
 
 test('the address that the program opens works once', async ({ page, folder, context }) => {

@@ -3,7 +3,7 @@
 const STORED = 'patchlock-token';
 /** What a code begins with. */
 const ONCE = 'once-';
-const WITHOUT = 'This page has not the token of the server.';
+const WITHOUT = 'This page has no server token.';
 
 /** What the server, or the way to it, has against a request. */
 export class Failure extends Error {
