@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use crate::dataset::selection::SelectionError;
 
-/// An error of this crate. The message names the file or value and the reason. It gives no advice:
-/// each front end words its own.
+/// An error of this crate. The message names the file or value and the reason. [`Error::advice`] is
+/// for users of any front end; what names an option is worded by the front end.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The folder has no sequences in a supported layout.
@@ -133,5 +133,27 @@ impl Error {
             Self::Track(error) => error.is_misuse(),
             _ => false,
         }
+    }
+
+    /// What the user can do, whichever front end is used; `None` if that depends on the front end,
+    /// or nothing helps.
+    pub fn advice(&self) -> Option<String> {
+        let advice = match self {
+            Self::NoDataset { .. } | Self::NoFrames { .. } => "name the folder of the sequences",
+            Self::NoResults { .. } => {
+                "name a tracker's folder with one text file per target, or a folder of such folders"
+            }
+            Self::Picture { .. } => "this is a bug in Patchlock: please report it",
+            Self::Manifest { .. } => "remove the file, so that the run is made again",
+            Self::Tracker { .. } | Self::Subject(_) => "the other sequences are not affected",
+            Self::FolderName(_) => "use letters, digits, - and _, at most 200 of them",
+            Self::Selection(error) => return error.advice(),
+            Self::Track(error) => return error.advice(),
+            Self::NothingToCompare { .. }
+            | Self::Conflict { .. }
+            | Self::Sequence(_)
+            | Self::CommandLine(_) => return None,
+        };
+        Some(advice.to_string())
     }
 }

@@ -3,12 +3,14 @@
 use std::io;
 use std::path::PathBuf;
 
-use crate::image_file::LoadError;
+use crate::image_file::{EXTENSIONS, LoadError};
 use crate::limits::TooLarge;
 use crate::order::RangeError;
 
-/// An error of this crate. The message states what is wrong, with the value and what is allowed. It
-/// gives no advice: that depends on how the user calls this crate, so each front end words its own.
+const CONVERT: &str = "convert the video to an MP4 with 8-bit 4:2:0 H.264 (yuv420p)";
+
+/// An error of this crate. The message states what is wrong, with the value and what is allowed.
+/// [`Error::advice`] is for users of any front end; what names an option is worded by the front end.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The range of frames is invalid, or does not fit the source.
@@ -157,6 +159,19 @@ pub enum Container {
     Other,
 }
 
+impl Container {
+    /// What the user can do about a source in this container that cannot be opened.
+    fn advice(self) -> &'static str {
+        match self {
+            Self::Y4m => {
+                "this writes a supported stream: ffmpeg -i IN -f yuv4mpegpipe -pix_fmt yuv420p -"
+            }
+            Self::Mp4 => "the file may be truncated or still being written: copy it again",
+            Self::Other => CONVERT,
+        }
+    }
+}
+
 /// Why a frame of a video cannot be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FrameFault {
@@ -182,6 +197,52 @@ impl Error {
     /// Whether the request was invalid (a usage error), as opposed to a failure while serving it.
     pub fn is_misuse(&self) -> bool {
         matches!(self, Self::Range(_))
+    }
+
+    /// What the user can do, whichever front end is used; `None` if that depends on the front end,
+    /// or nothing helps.
+    pub fn advice(&self) -> Option<String> {
+        let advice = match self {
+            Self::Range(error) => return error.advice(),
+            Self::NoImages { inner: Some(inner), .. } => {
+                return Some(format!(
+                    "the folder {} has images: name that folder instead",
+                    inner.display()
+                ));
+            }
+            Self::NoImages { inner: None, .. } => {
+                return Some(format!("the image formats are {}", EXTENSIONS.join(", ")));
+            }
+            Self::NoMatch { is_glob: true, .. } => "check the folder and the extension",
+            Self::NoMatch { is_glob: false, .. } => {
+                "%d stands for a number, %04d for one padded to four digits"
+            }
+            Self::NoVideo { .. } => "name a file with a video",
+            Self::FfmpegMissing { .. } => {
+                return Some(format!("install ffmpeg, or {CONVERT} elsewhere"));
+            }
+            Self::Unreadable { container: Some(container), .. } => container.advice(),
+            Self::Image { .. } => "replace or remove that file",
+            Self::Frame { fault: FrameFault::Unreadable | FrameFault::Damaged, .. } => {
+                "the frames before it can be used"
+            }
+            Self::Frame { fault: FrameFault::Unsupported, .. } | Self::DecoderEnded { .. } => {
+                CONVERT
+            }
+            Self::StreamCopy { .. } => {
+                "make room there, or set TMPDIR to a folder with room for the uncompressed video"
+            }
+            Self::Missing { .. }
+            | Self::Endless { .. }
+            | Self::NoFrames
+            | Self::TooLarge { .. }
+            | Self::TooManyPixels { .. }
+            | Self::Unreadable { container: None, .. }
+            | Self::StreamEnd { .. }
+            | Self::Write(_)
+            | Self::Encode(_) => return None,
+        };
+        Some(advice.to_string())
     }
 
     /// [`Error::Unreadable`] of a source whose container does not matter.

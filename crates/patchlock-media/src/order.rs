@@ -28,6 +28,20 @@ pub enum RangeError {
     },
 }
 
+impl RangeError {
+    /// What the user can do, whichever front end is used.
+    pub(crate) fn advice(&self) -> Option<String> {
+        match self {
+            Self::ZeroStride | Self::Empty { .. } => None,
+            Self::Beyond { length: None, .. } => Some("frames count from 0".to_string()),
+            Self::Beyond { length: Some(length), .. } => {
+                let last = length.saturating_sub(1);
+                Some(format!("frames count from 0, so the last one is {last}"))
+            }
+        }
+    }
+}
+
 /// The length of the source, after "beyond the end".
 fn has(length: Option<usize>) -> String {
     length.map_or(" of the source".to_string(), |n| format!(": the source has {n} frames"))

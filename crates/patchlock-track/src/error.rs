@@ -7,8 +7,15 @@ use patchlock_media::without_path;
 
 use crate::settings::SettingsError;
 
-/// An error of this crate. The message names the file or value and the reason. It gives no advice:
-/// each front end words its own.
+/// What the user can do about a file or folder that cannot be read.
+pub const READ_ADVICE: &str =
+    "check that the path is right and that you have permission to read it";
+/// What the user can do about a file or folder that cannot be written.
+pub const WRITE_ADVICE: &str =
+    "choose a folder that you can write to, and check the free disk space";
+
+/// An error of this crate. The message names the file or value and the reason. [`Error::advice`] is
+/// for users of any front end; what names an option is worded by the front end.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file or folder cannot be read.
@@ -120,6 +127,25 @@ impl Error {
             Self::Media(error) => error.is_misuse(),
             _ => false,
         }
+    }
+
+    /// What the user can do, whichever front end is used; `None` if that depends on the front end,
+    /// or nothing helps.
+    pub fn advice(&self) -> Option<String> {
+        let advice = match self {
+            Self::Read { .. } => READ_ADVICE,
+            Self::Write { .. } => WRITE_ADVICE,
+            Self::Line { .. } => "a line is x,y,w,h; a missing box is NaN,NaN,NaN,NaN",
+            Self::Frame { .. } => "replace the file",
+            Self::Settings(error) => return error.advice(),
+            Self::Media(error) => return error.advice(),
+            Self::Export(_)
+            | Self::Threads(_)
+            | Self::TrackerInFrame { .. }
+            | Self::StartBoxShape { .. }
+            | Self::StartBoxOutside { .. } => return None,
+        };
+        Some(advice.to_string())
     }
 }
 

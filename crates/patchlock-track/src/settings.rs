@@ -82,6 +82,27 @@ impl SettingsError {
     pub fn is_misuse(&self) -> bool {
         !matches!(self, Self::Unreadable { .. })
     }
+
+    /// What the user can do, whichever front end is used; `None` if that depends on the front end,
+    /// or nothing helps.
+    pub fn advice(&self) -> Option<String> {
+        let advice = match self {
+            Self::Preset { .. } => {
+                let names = Preset::ALL.map(Preset::name).join(", ");
+                return Some(format!("the presets are {names}"));
+            }
+            Self::NoToml { .. } => "each line is name = value, with text values in quotes",
+            Self::TwoMethods { .. } => "keep the table of one method",
+            Self::Setting { error: Error::UnknownSetting { name }, .. } => {
+                let near = Some(near_names(name)).filter(|near| !near.is_empty())?;
+                return Some(format!("did you mean {}?", near.join(" or ")));
+            }
+            Self::Unreadable { .. } | Self::Assignment { .. } | Self::Setting { .. } => {
+                return None;
+            }
+        };
+        Some(advice.to_string())
+    }
 }
 
 /// The names of settings that are similar to this one.

@@ -27,6 +27,26 @@ pub enum SelectionError {
     Nothing,
 }
 
+impl SelectionError {
+    /// What the user can do, whichever front end is used; `None` if that depends on the front end,
+    /// or nothing helps.
+    pub fn advice(&self) -> Option<String> {
+        match self {
+            Self::Name { near, .. } if near.is_empty() => None,
+            Self::Name { near, .. } => Some(format!("did you mean {}?", near.join(" or "))),
+            Self::Attribute { known, .. } if known.is_empty() => Some(
+                "the attributes of this dataset are unknown; attributes.csv beside it can define \
+                 them"
+                    .to_string(),
+            ),
+            Self::Attribute { known, .. } => {
+                Some(format!("the attributes are {}", known.join(", ")))
+            }
+            Self::Nothing => None,
+        }
+    }
+}
+
 /// The selected part of a dataset.
 pub struct Selection<'a> {
     /// The targets.

@@ -4,9 +4,11 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use patchlock_media::without_path;
+use patchlock_track::error::{READ_ADVICE, WRITE_ADVICE};
 
 /// An error of a project or its file. The message states what is wrong, with the value and what is
-/// allowed. It gives no advice: each front end words its own.
+/// allowed. [`Error::advice`] is for users of any front end; what names an option is worded by the
+/// front end.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file cannot be read.
@@ -109,5 +111,27 @@ impl Error {
             Self::Video(error) => error.is_misuse(),
             _ => false,
         }
+    }
+
+    /// What the user can do, whichever front end is used; `None` if that depends on the front end,
+    /// or nothing helps.
+    pub fn advice(&self) -> Option<String> {
+        let advice = match self {
+            Self::Read { .. } => READ_ADVICE,
+            Self::Write { .. } => WRITE_ADVICE,
+            Self::Invalid { .. } => {
+                "docs/project-file.md describes the file; it is never written in part, so another \
+                 program changed it"
+            }
+            Self::Version { .. } => "use the version of Patchlock that wrote it, or a newer one",
+            Self::Exists { .. } => "open it, or name another file",
+            Self::InUse { .. } => "close it there, or work there",
+            Self::Overtaken { .. } => "open it again, and repeat the changes",
+            Self::Import(_) => "docs/annotating.md says what is read from each format",
+            Self::Video(error) => return error.advice(),
+            Self::Export(error) => return error.advice(),
+            Self::OtherVideo { .. } | Self::Edit(_) => return None,
+        };
+        Some(advice.to_string())
     }
 }
