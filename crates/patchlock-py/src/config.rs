@@ -198,6 +198,14 @@ pub fn restore_config(preset: &str, changes: &Bound<'_, PyDict>) -> PyResult<Con
     Ok(Config::from_rust(config))
 }
 
+/// A copy of settings that fit each other.
+#[pyfunction]
+#[pyo3(name = "_checked_config")]
+pub fn checked_config(config: Choice) -> PyResult<Config> {
+    config.0.validate().map_err(errors::of_tracker)?;
+    Ok(Config::from_rust(config.0))
+}
+
 /// The argument `config` of a tracker: the name of a preset, or settings.
 #[derive(Default)]
 pub struct Choice(pub TrackerConfig);

@@ -44,6 +44,7 @@ fn _patchlock(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(tracker::restore, module)?)?;
     module.add_function(wrap_pyfunction!(multi::restore_many, module)?)?;
     module.add_function(wrap_pyfunction!(config::restore_config, module)?)?;
+    module.add_function(wrap_pyfunction!(config::checked_config, module)?)?;
     module.add_function(wrap_pyfunction!(export::export, module)?)?;
     module.add_function(wrap_pyfunction!(config::parameters, module)?)?;
     module.add_class::<batch::Store>()?;

@@ -26,6 +26,7 @@ __all__ = [
     "Store",
     "Tracker",
     "__version__",
+    "_checked_config",
     "_export",
     "_restore",
     "_restore_config",
@@ -365,6 +366,7 @@ def _export(
     overwrite: bool,
 ) -> int: ...
 
+def _checked_config(config: Config | str) -> Config: ...
 def _restore_config(preset: str, changes: dict[str, int | float | str | bool]) -> Config: ...
 def _restore_many(snapshot: bytes, threads: int | None, channels: str, frame: int) -> MultiTracker: ...
 

@@ -176,6 +176,8 @@ def test_frames_are_read_lazily(film, scene):
         ({"stride": 0}, ValueError, "at least 1"),
         ({"start": 3, "end": 3}, ValueError, "end=3 is not after start=3"),
         ({"config": "best"}, ValueError, "unknown preset `best`"),
+        ({"config": 3}, TypeError, "config is a patchlock.Config or the name of a preset"),
+        ({"config": configured("paper", large_patch=128)}, ValueError, "`large_patch` is 128; .*template_side"),
         ({"source": iter([]), "reverse": True}, TypeError, "can be indexed"),
     ],
 )

@@ -28,6 +28,7 @@ __all__ = [
     "Store",
     "Tracker",
     "__version__",
+    "_checked_config",
     "_export",
     "_restore",
     "_restore_config",
@@ -1242,6 +1243,9 @@ def _export(
 ) -> int:
     """Writes a track in another format; returns the number of files written."""
 
+
+def _checked_config(config: Config | str) -> Config:
+    """A copy of settings that fit each other."""
 
 def _restore_config(preset: str, changes: dict[str, int | float | str | bool]) -> Config:
     """Called by pickle."""

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from copy import copy
 from functools import partial
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Literal, cast
 
 from tqdm import tqdm
 
-from patchlock._patchlock import Config, Estimate, Frames, Tracker
+from patchlock._patchlock import Config, Estimate, Frames, Tracker, _checked_config
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -64,8 +63,8 @@ def track(
         TypeError: A frame is neither an array nor an image.
         OSError: The source can't be read.
     """
-    # The iterator starts later: a copy keeps what the settings are now.
-    settings = Config(config) if isinstance(config, str) else copy(config)
+    # The iterator starts later: wrong settings are found now, and a copy keeps what they are now.
+    settings = _checked_config(config)
     if isinstance(source, (str, os.PathLike)):
         files = Frames(
             source, start=start, end=end, stride=stride, reverse=reverse, max_pixels=max_pixels
