@@ -17,7 +17,6 @@ use serde_json::{Value, json};
 
 use crate::SEPARATOR;
 use crate::library::{pattern, small};
-use crate::mutate::Draws;
 use crate::scratch::Scratch;
 
 /// The seeds of a surface; none for a name that is not one.
@@ -485,10 +484,10 @@ fn requests() -> Vec<Vec<u8>> {
 
 /// Bytes that stand for plans of the surface `library`.
 fn plans() -> Vec<Vec<u8>> {
-    let mut draws = Draws(11);
+    let mut draws = fastrand::Rng::with_seed(11);
     let plan = |_| {
-        let length = 200 + draws.next(600);
-        (0..length).map(|_| draws.next(256) as u8).collect()
+        let length = 200 + draws.usize(..600);
+        (0..length).map(|_| draws.u8(..)).collect()
     };
     (0..24).map(plan).collect()
 }

@@ -6,7 +6,8 @@ use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use patchlock_fuzz::mutate::{Draws, mutated};
+use fastrand::Rng;
+use patchlock_fuzz::mutate::mutated;
 use patchlock_fuzz::seeds::seeds;
 use patchlock_fuzz::{SURFACES, Surface, UPDATES};
 use peak_alloc::PeakAlloc;
@@ -61,11 +62,11 @@ fn try_changes(name: &str) {
     }
     let scale = std::env::var("PATCHLOCK_FUZZ_SCALE").ok().and_then(|scale| scale.parse().ok());
     let scale: u32 = scale.unwrap_or(1);
-    let (mut draws, begun) = (Draws(u64::from(scale)), Instant::now());
+    let (mut draws, begun) = (Rng::with_seed(u64::from(scale)), Instant::now());
     let mut tried = 0;
     while tried < INPUTS * scale as usize && (tried < LEAST || begun.elapsed() < TIME * scale) {
-        let seed = &seeds[draws.next(seeds.len())];
-        let other = &seeds[draws.next(seeds.len())];
+        let seed = &seeds[draws.usize(..seeds.len())];
+        let other = &seeds[draws.usize(..seeds.len())];
         run(surface, &mutated(seed, other, &mut draws), &format!("{name} input {tried}"));
         tried += 1;
     }

@@ -8,6 +8,7 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
+use fastrand::Rng;
 use patchlock_media::{Error, FrameSource, Limits, image_file, open, open_within};
 use peak_alloc::PeakAlloc;
 use support::bits::ue;
@@ -223,37 +224,24 @@ fn a_pipe_or_a_device_is_refused_without_reading_it() {
     assert!(error.to_string().contains("it is a pipe or a device"), "{error}");
 }
 
-/// A small generator with a fixed stream (splitmix64).
-struct Draws(u64);
-
-impl Draws {
-    fn next(&mut self, below: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (z ^ z >> 31) as usize % below
-    }
-}
-
 /// A few changes of bytes, mostly in the index, and sometimes a cut or a repeated part.
-fn mutated(file: &[u8], draws: &mut Draws) -> Vec<u8> {
+fn mutated(file: &[u8], draws: &mut Rng) -> Vec<u8> {
     const VALUES: [u8; 6] = [0, 1, 0x7f, 0x80, 0xff, 3];
     let index = file.windows(4).position(|four| four == b"moov").unwrap();
     let mut file = file.to_vec();
-    for _ in 0..1 + draws.next(4) {
-        let from = if draws.next(3) > 0 { index } else { 0 };
-        let at = from + draws.next(file.len() - from);
-        match draws.next(12) {
+    for _ in 0..1 + draws.usize(..4) {
+        let from = if draws.usize(..3) > 0 { index } else { 0 };
+        let at = from + draws.usize(..file.len() - from);
+        match draws.usize(..12) {
             0 => file.truncate(at.max(index)),
             1 => {
-                let part = file[at..(at + draws.next(64)).min(file.len())].to_vec();
-                let to = draws.next(file.len());
+                let part = file[at..(at + draws.usize(..64)).min(file.len())].to_vec();
+                let to = draws.usize(..file.len());
                 file.splice(to..to, part);
             }
-            2..5 => file[at] ^= 1 << draws.next(8),
-            5..9 => file[at] = VALUES[draws.next(VALUES.len())],
-            _ => file[at] = draws.next(256) as u8,
+            2..5 => file[at] ^= 1 << draws.usize(..8),
+            5..9 => file[at] = VALUES[draws.usize(..VALUES.len())],
+            _ => file[at] = draws.u8(..),
         }
         if file.len() <= index {
             break;
@@ -271,7 +259,7 @@ fn mutated_files_give_errors_and_no_panic() {
     let file = folder.path().join("v.mp4");
     let bframes = fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bframes.mp4"));
     let originals = [small_mp4(64, 48, 6), bframes.unwrap()];
-    let mut draws = Draws(7);
+    let mut draws = Rng::with_seed(7);
     ALLOCATOR.reset_peak_usage();
     let (start, before) = (Instant::now(), ALLOCATOR.current_usage());
     let (mut tried, mut whole) = (0, 0);
