@@ -5,6 +5,9 @@
 //! side by side, are a signal along scale for each feature; a filter that is learnt to answer with
 //! a Gaussian around the true scale says by its peak how much larger or smaller the target has
 //! become.
+//!
+//! With AVX2, finding and learning take 57 % and 54 % of the plain instructions
+//! (`benchmarks/record/2026-11-25-vectors.md`).
 
 use super::fhog::{self, CELL, FhogScratch, fhog};
 use super::fourier::{Complex32, SavedSpectrum};

@@ -6,6 +6,12 @@
 //! decides about codes is computed in `f64` in a fixed order, and sums over channels are taken in
 //! blocks of a fixed length. `plain` is the same source compiled for every processor of the
 //! architecture.
+//!
+//! Code becomes vector instructions in two ways. Most of it is plain loops over arrays of a fixed
+//! length, which [`Instructions::dispatch`] compiles for each set. Where a sum must have one order,
+//! or vectors must stay in registers, it uses pulp's vectors: the sums over channels, `dot_wide`,
+//! the Gram matrix and the solver. The head of each module says what that saves, measured in
+//! `benchmarks/record/2026-11-25-vectors.md`.
 
 use crate::error::Error;
 #[cfg(target_arch = "aarch64")]
@@ -13,6 +19,7 @@ use pulp::aarch64::Neon;
 #[cfg(target_arch = "x86_64")]
 use pulp::x86::{V3, V4};
 use pulp::{Scalar256b, Simd, WithSimd};
+use std::any::TypeId;
 use std::env::VarError;
 use std::sync::OnceLock;
 
@@ -108,6 +115,13 @@ impl Instructions {
             Self::Neon(simd) => Simd::vectorize(simd, op),
         }
     }
+}
+
+/// Whether these are the plain instructions, which have no fused multiplication and addition: each
+/// would call a function.
+#[inline(always)]
+pub fn is_plain<S: Simd>() -> bool {
+    TypeId::of::<S>() == TypeId::of::<Scalar256b>()
 }
 
 impl Default for Instructions {

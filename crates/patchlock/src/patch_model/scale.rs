@@ -1,5 +1,8 @@
 //! One of the two patch scales: its grid, dictionary and buffer, and the scoring of patches with
 //! them.
+//!
+//! Code that the solver runs in is compiled for the instructions in use; the head of
+//! `somp::vectors` says what that saves.
 
 use super::likelihood::Feature;
 use super::pooling::own_share;

@@ -4,6 +4,9 @@
 //! .. 15.5). The affine map `[[m00, m01, x], [m10, m11, y]]` takes grid coordinates `(a, b)` to
 //! pixels. Pixels outside the frame are 0, so samples just beyond the last pixel fade to 0
 //! (OpenCV's `BORDER_CONSTANT`).
+//!
+//! Plain loops over sixteen samples. With AVX2 they take 75 % of the plain instructions and 83 % of
+//! the time (`benchmarks/record/2026-11-25-vectors.md`).
 
 use crate::numeric::instructions::Instructions;
 use crate::vision::frame::GreyImage;

@@ -4,12 +4,13 @@
 //!
 //! The product of two `f32` numbers is exact in `f64`, so fusing it with the addition changes
 //! nothing: the bits are the same with all instructions.
+//!
+//! With AVX2 it takes 31 % of the plain instructions (`benchmarks/record/2026-11-25-vectors.md`).
 
 use super::dictionary::LANES;
-use crate::numeric::instructions::Instructions;
-use pulp::{Scalar256b, Simd, WithSimd, bytemuck};
+use crate::numeric::instructions::{Instructions, is_plain};
+use pulp::{Simd, WithSimd, bytemuck};
 use rayon::prelude::*;
-use std::any::TypeId;
 
 /// Rows, and vectors per row, whose sums are kept in registers together.
 const ROWS: usize = 4;
@@ -76,10 +77,10 @@ fn products<S: Simd>(simd: S, rows: &[f64], columns: &[f64]) -> [[S::f64s; VECTO
     sums
 }
 
-/// `a b + c`. Plain code would call a function for every fused operation.
+/// `a b + c`, fused where the processor supports it.
 #[inline(always)]
 fn mul_add<S: Simd>(simd: S, a: S::f64s, b: S::f64s, c: S::f64s) -> S::f64s {
-    if TypeId::of::<S>() == TypeId::of::<Scalar256b>() {
+    if is_plain::<S>() {
         simd.add_f64s(simd.mul_f64s(a, b), c)
     } else {
         simd.mul_add_e_f64s(a, b, c)

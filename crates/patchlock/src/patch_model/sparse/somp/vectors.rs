@@ -1,11 +1,14 @@
 //! Rows over all atoms as SIMD vectors of `f32`, and short vectors of `f64`.
 //!
 //! The `f64` loops give the same bits on every processor, as [`dot_wide`] does.
+//!
+//! With AVX2 the solver, which this module serves, takes 38 % of the plain instructions, and
+//! preparing a location 29 % (`benchmarks/record/2026-11-25-vectors.md`).
 
+use crate::numeric::instructions::is_plain;
 use crate::numeric::{dot_wide, dots_wide};
 use crate::patch_model::sparse::dictionary::LANES;
-use pulp::{Scalar256b, Simd};
-use std::any::TypeId;
+use pulp::Simd;
 
 /// The unit roundoff of `f32`.
 pub const U: f64 = 1.0 / 16_777_216.0;
@@ -75,11 +78,11 @@ pub fn add_squares<S: Simd>(simd: S, squares: &mut Tile<S>, y: &Tile<S>) {
     }
 }
 
-/// `a b + c`, fused where the processor supports it. Plain code would call a function for every
-/// fused operation, which is twenty times slower.
+/// `a b + c`, fused where the processor supports it. A call for every fused operation would make
+/// plain code twenty times slower.
 #[inline(always)]
 pub fn mul_add<S: Simd>(simd: S, a: S::f32s, b: S::f32s, c: S::f32s) -> S::f32s {
-    if TypeId::of::<S>() == TypeId::of::<Scalar256b>() {
+    if is_plain::<S>() {
         simd.add_f32s(simd.mul_f32s(a, b), c)
     } else {
         simd.mul_add_e_f32s(a, b, c)
