@@ -1,5 +1,7 @@
 //! What of a target is visible in a frame, compared with a key frame.
 
+use image::imageops::interpolate_bilinear;
+use image::{Rgb, RgbImage};
 use patchlock::{BoundingBox, Estimate, Point, Tracker, TrackerConfig};
 use patchlock_media::Picture;
 
@@ -30,29 +32,20 @@ fn there([x, y]: Point, from: BoundingBox, to: BoundingBox) -> Point {
 }
 
 /// The frame as a picture of the key frame's size, with its box where that of the key frame is.
+/// Samples are bilinear; outside the frame they are those of the nearest pixel.
 fn align(frame: (&Picture, BoundingBox), key: (&Picture, BoundingBox)) -> Picture {
-    let (picture, rgb) = (frame.0, frame.0.to_rgb());
-    let (width, height) = (key.0.width, key.0.height);
+    let (picture, key_picture) = (frame.0, key.0);
+    let size = [picture.width, picture.height];
+    let image = RgbImage::from_raw(size[0] as u32, size[1] as u32, picture.to_rgb());
+    let image = image.unwrap_or_default();
+    let (width, height) = (key_picture.width, key_picture.height);
     let mut aligned = Vec::with_capacity(width * height * 3);
     for y in 0..height {
         for x in 0..width {
             let point = there([x as f64, y as f64], key.1, frame.1);
-            aligned.extend(sample(&rgb, picture.width, picture.height, point));
+            let [x, y] = [0, 1].map(|axis| point[axis].clamp(0.0, (size[axis] - 1) as f64) as f32);
+            aligned.extend(interpolate_bilinear(&image, x, y).unwrap_or(Rgb([0; 3])).0);
         }
     }
     Picture::rgb(width, height, aligned)
-}
-
-/// The colour at a point, bilinear; outside the picture, that of the nearest pixel.
-fn sample(rgb: &[u8], width: usize, height: usize, [x, y]: Point) -> [u8; 3] {
-    let (x, y) = (x.clamp(0.0, (width - 1) as f64), y.clamp(0.0, (height - 1) as f64));
-    let (left, top) = (x as usize, y as usize);
-    let (right, bottom) = ((left + 1).min(width - 1), (top + 1).min(height - 1));
-    let (dx, dy) = (x - left as f64, y - top as f64);
-    std::array::from_fn(|channel| {
-        let at = |x: usize, y: usize| f64::from(rgb[(y * width + x) * 3 + channel]);
-        let upper = at(left, top) * (1.0 - dx) + at(right, top) * dx;
-        let lower = at(left, bottom) * (1.0 - dx) + at(right, bottom) * dx;
-        (upper * (1.0 - dy) + lower * dy).round() as u8
-    })
 }
