@@ -12,7 +12,7 @@ if [ ! -x "$venv/bin/python" ]; then
 fi
 # Sums are reproducible only in a fixed order, hence one thread.
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
-for script in warp subspace guided_filter lasso; do
+for script in warp subspace guided_filter lasso network_model; do
     "$venv/bin/python" "$script.py"
 done
 "$venv/bin/python" somp.py "$frames"
