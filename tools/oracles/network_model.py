@@ -333,8 +333,8 @@ def main() -> None:
     header = golden.header(
         ["onnx", "onnxruntime", "numpy"],
         "Outputs of the made-up networks, and boxes of network.py, counted from 0. Inputs of `calls`: "
-        "element [0, c, y, x] is ((31c + 7y + 13x) mod 256) * scale + offset. Sample i of n elements is element "
-        "floor(i n / 64). Frames of `tracks`: frame k has in column x, row y, channel c the value "
+        "element [0, c, y, x] is ((31c + 7y + 13x) mod 256) * scale + offset. Sample i of n elements is "
+        "element floor(i n / 64). Frames of `tracks`: frame k has in column x, row y, channel c the value "
         "((7 i i + 5 j j + 3 i j + 2c) mod 8) * 25 + ((x + 2y) mod 9) * 6 with i = floor((x + 3k) / 11), "
         "j = floor((y + 2k) / 9); the first is frame 0. `boxes` and "
         "`scores` begin at frame 1.",
