@@ -5,6 +5,7 @@ use patchlock::Parameter;
 use patchlock_bench::dataset::selection::SelectionError;
 use patchlock_media::{FrameFault, RangeError};
 use patchlock_studio::project;
+use patchlock_track::ModelError;
 use patchlock_track::settings::{Origin, SettingsError, allowed};
 
 /// Describes the syntax of a box on the command line.
@@ -139,8 +140,20 @@ fn settings_hint(error: &SettingsError) -> Option<String> {
             Some(error.advice().map_or(all.to_string(), |near| format!("{near} {all}")))
         }
         SettingsError::Setting { error, .. } => setting_hint(error),
+        SettingsError::Model(error) => model_hint(error),
         _ => error.advice(),
     }
+}
+
+/// The hint for a network that cannot be loaded.
+fn model_hint(error: &ModelError) -> Option<String> {
+    Some(match error {
+        ModelError::Missing { .. } => {
+            "give its files with --model; patchlock model --help says where to get them".to_string()
+        }
+        ModelError::Unused { .. } => "--preset network follows with it".to_string(),
+        _ => return error.advice(),
+    })
 }
 
 fn setting_hint(error: &patchlock::Error) -> Option<String> {

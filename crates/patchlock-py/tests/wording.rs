@@ -102,8 +102,8 @@ fn next_settings(error: &SettingsError) -> Option<SettingsError> {
         SettingsError::Unreadable { .. } => {
             SettingsError::NoToml { file: file(), line: 1, reason: "why".into() }
         }
-        SettingsError::NoToml { .. } => SettingsError::TwoMethods { file: file() },
-        SettingsError::TwoMethods { .. } => SettingsError::Assignment { given: "x".into() },
+        SettingsError::NoToml { .. } => SettingsError::ManyMethods { file: file(), methods: Vec::new() },
+        SettingsError::ManyMethods { .. } => SettingsError::Assignment { given: "x".into() },
         SettingsError::Assignment { .. } => {
             let error = patchlock::Error::UnknownSetting { name: "particels".into() };
             SettingsError::Setting { origin: Origin::File(file()), error }

@@ -10,6 +10,7 @@ pub mod error;
 pub mod export;
 pub mod files;
 pub mod many_targets;
+pub mod models;
 pub mod names;
 pub mod session;
 pub mod settings;
@@ -17,3 +18,4 @@ pub mod start_box;
 pub mod text;
 
 pub use error::Error;
+pub use models::ModelError;

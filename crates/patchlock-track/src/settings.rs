@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use patchlock::{Error, Kind, Method, PARAMETERS, Parameter, Preset, TrackerConfig, Value};
 
 use crate::files;
+use crate::models::{self, ModelError};
 use crate::names::near_matches;
 
 /// Invalid settings.
@@ -37,12 +38,17 @@ pub enum SettingsError {
         /// What is wrong.
         reason: String,
     },
-    /// The file has settings of two methods.
-    #[error("{} has settings of two methods: {}", file.display(), Method::NAMES.join(" and "))]
-    TwoMethods {
+    /// The file has settings of several methods.
+    #[error("{} has settings of several methods: {}", file.display(), methods.join(" and "))]
+    ManyMethods {
         /// The file.
         file: PathBuf,
+        /// The names of the methods.
+        methods: Vec<&'static str>,
     },
+    /// A network cannot be used.
+    #[error(transparent)]
+    Model(#[from] ModelError),
     /// A setting is not of the form `NAME=VALUE`.
     #[error("{given:?} is not of the form NAME=VALUE")]
     Assignment {
@@ -92,7 +98,8 @@ impl SettingsError {
                 return Some(format!("the presets are {names}"));
             }
             Self::NoToml { .. } => "each line is name = value, with text values in quotes",
-            Self::TwoMethods { .. } => "keep the table of one method",
+            Self::ManyMethods { .. } => "keep the table of one method",
+            Self::Model(error) => return error.advice(),
             Self::Setting { error: Error::UnknownSetting { name }, .. } => {
                 let near = Some(near_names(name)).filter(|near| !near.is_empty())?;
                 return Some(format!("did you mean {}?", near.join(" or ")));
@@ -135,6 +142,11 @@ pub struct Overrides<'a> {
     pub set: &'a [String],
     /// The seed of the random numbers; it takes precedence over one in `set`.
     pub seed: Option<u64>,
+    /// The network; it takes precedence over that of a settings file.
+    pub model: Option<&'a Path>,
+    /// The library of onnxruntime that runs the network, instead of the built-in runtime; it takes
+    /// precedence over that of a settings file.
+    pub runtime: Option<&'a Path>,
 }
 
 /// The configuration of a preset, with the settings of a file and then the overrides applied.
@@ -148,8 +160,9 @@ pub fn resolve(
     overrides: Overrides<'_>,
 ) -> Result<TrackerConfig, SettingsError> {
     let mut config = preset(name)?;
+    let mut paths = Paths::default();
     if let Some(file) = file {
-        config = with_file(config, file)?;
+        (config, paths) = with_file(config, file)?;
     }
     let invalid = |error| SettingsError::Setting { origin: Origin::Single, error };
     for given in overrides.set {
@@ -160,7 +173,17 @@ pub fn resolve(
         config.set("seed", seed).map_err(invalid)?;
     }
     config.validate().map_err(invalid)?;
+    let model = overrides.model.or(paths.model.as_deref());
+    let runtime = overrides.runtime.or(paths.runtime.as_deref());
+    config.network = models::network_for(&config.method, model, runtime)?;
     Ok(config)
+}
+
+/// The files that a settings file names; relative ones are beside it.
+#[derive(Debug, Default)]
+struct Paths {
+    model: Option<PathBuf>,
+    runtime: Option<PathBuf>,
 }
 
 /// The name and the value of `NAME=VALUE`.
@@ -196,22 +219,37 @@ fn short_name(name: &str) -> &str {
 /// The configuration with the settings of a file. The table of a method chooses that method;
 /// settings outside of tables are those of the method in use, since no two settings have the same
 /// name.
-fn with_file(mut config: TrackerConfig, file: &Path) -> Result<TrackerConfig, SettingsError> {
+fn with_file(
+    mut config: TrackerConfig,
+    file: &Path,
+) -> Result<(TrackerConfig, Paths), SettingsError> {
     let mut settings = read(file)?;
-    let tables = Method::NAMES.map(|name| match settings.remove(name) {
-        Some(toml::Value::Table(table)) => Some((name, table)),
+    let mut path = |name: &str| match settings.remove(name) {
+        Some(toml::Value::String(path)) => Ok(Some(file.with_file_name("").join(path))),
         Some(other) => {
-            settings.insert(name.to_owned(), other);
-            None
+            let value = other.to_string();
+            let name = if name == "model" { "model" } else { "runtime" };
+            let error = Error::SettingKind { name, value, kind: Kind::Word };
+            Err(SettingsError::Setting { origin: Origin::File(file.to_path_buf()), error })
         }
-        None => None,
-    });
-    let table = match tables {
-        [Some(_), Some(_)] => {
-            return Err(SettingsError::TwoMethods { file: file.to_path_buf() });
-        }
-        [one, other] => one.or(other),
+        None => Ok(None),
     };
+    let paths = Paths { model: path("model")?, runtime: path("runtime")? };
+    let mut tables = Vec::new();
+    for name in Method::NAMES {
+        match settings.remove(name) {
+            Some(toml::Value::Table(table)) => tables.push((name, table)),
+            Some(other) => {
+                settings.insert(name.to_owned(), other);
+            }
+            None => {}
+        }
+    }
+    if tables.len() > 1 {
+        let methods = tables.into_iter().map(|(name, _)| name).collect();
+        return Err(SettingsError::ManyMethods { file: file.to_path_buf(), methods });
+    }
+    let table = tables.pop();
     let invalid =
         |error| SettingsError::Setting { origin: Origin::File(file.to_path_buf()), error };
     if let Some((method, table)) = table {
@@ -231,7 +269,7 @@ fn with_file(mut config: TrackerConfig, file: &Path) -> Result<TrackerConfig, Se
     }
     apply(&mut config, settings).map_err(invalid)?;
     config.validate().map_err(invalid)?;
-    Ok(config)
+    Ok((config, paths))
 }
 
 /// The first preset of a method, with the seed of another configuration.
@@ -302,7 +340,7 @@ mod tests {
         let file = folder.path().join("my.toml");
         std::fs::write(&file, text).unwrap();
         let set: Vec<String> = set.iter().map(|text| (*text).to_owned()).collect();
-        resolve(preset, Some(&file), Overrides { set: &set, seed: None })
+        resolve(preset, Some(&file), Overrides { set: &set, ..Overrides::default() })
     }
 
     #[test]
@@ -324,7 +362,7 @@ mod tests {
         let config = resolved("fast", "[robust]\nsearch = 4", &[]).unwrap();
         assert_eq!(config.get("filters").unwrap(), Value::Whole(1));
         let both = resolved("robust", "[robust]\n[paper]\n", &[]);
-        assert!(matches!(both, Err(SettingsError::TwoMethods { .. })), "{both:?}");
+        assert!(matches!(both, Err(SettingsError::ManyMethods { .. })), "{both:?}");
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The errors of the library. Their messages tell the caller what to change.
 
+use crate::network::NetworkError;
 use crate::value::Kind;
 
 /// Any error of the library. Its message states what was wrong, the given value and what is
@@ -129,6 +130,9 @@ pub enum Error {
         /// The ids of the existing targets.
         known: String,
     },
+    /// A network cannot be used.
+    #[error("the network can't be used: {0}")]
+    Network(#[from] NetworkError),
     /// A saved state is damaged or inconsistent.
     #[error("the saved state can't be used: {0}")]
     Snapshot(String),

@@ -2,11 +2,12 @@
 //! through the video, says how sure it is, and which parts are hidden. No training, no model files,
 //! no GPU.
 //!
-//! There are two methods. [`Method::Robust`] (the presets `robust`, the default, and `fast`)
+//! There are three methods. [`Method::Robust`] (the presets `robust`, the default, and `fast`)
 //! follows with correlation filters and a map of the target's colours, remembers what was sure, and
 //! finds the target again after a loss. [`Method::Paper`] (the preset `paper`) is an exact and fast
 //! implementation of "Patchwise object tracking via structural local sparse appearance model"
-//! (Kashiyani, Shokouhi, 2017).
+//! (Kashiyani, Shokouhi, 2017). [`Method::Network`] (the preset `network`) follows with a small
+//! [`Network`] of the user, from ONNX files.
 //!
 //! Begin with [`Tracker`] and [`TrackerConfig`]; [`MultiTracker`] follows many targets at once.
 //!
@@ -55,6 +56,8 @@ mod estimate;
 mod method;
 mod multi;
 #[doc(hidden)]
+pub mod network;
+#[doc(hidden)]
 pub mod numeric;
 mod observe;
 #[doc(hidden)]
@@ -71,13 +74,14 @@ mod value;
 pub mod vision;
 
 pub use config::{
-    Method, PARAMETERS, PaperConfig, Parameter, PatchModelConfig, Preset, Range, RobustConfig,
+    Method, NetworkConfig, PARAMETERS, PaperConfig, Parameter, PatchModelConfig, Preset, Range, RobustConfig,
     TrackerConfig,
 };
 pub use error::Error;
 pub use estimate::{Estimate, Status};
 pub use multi::{MultiTracker, Tracked};
-pub use observe::{FrameView, Observer, PaperView, PatchView, RobustView, UpdateView};
+pub use network::{KNOWN_MODELS, KnownModel, ModelFile, Network, NetworkError, Runtime};
+pub use observe::{FrameView, NetworkView, Observer, PaperView, PatchView, RobustView, UpdateView};
 pub use paper::state::State;
 pub use patch_model::likelihood::{Feature, Gamma, Scales};
 pub use patch_model::sparse::codes::Code;

@@ -3,9 +3,11 @@
 
 use crate::config::{Method, TrackerConfig};
 use crate::estimate::Estimate;
-use crate::observe::{FrameView, Observer, PaperView, RobustView};
+use crate::network::target as network;
+use crate::observe::{FrameView, NetworkView, Observer, PaperView, RobustView};
 use crate::vision::frame::{Frame, GreyImage};
 use crate::vision::geometry::BoundingBox;
+use crate::network::NetworkError;
 use crate::{Error, error};
 use crate::{paper, robust};
 use serde::{Deserialize, Serialize};
@@ -16,6 +18,7 @@ use serde::{Deserialize, Serialize};
 pub(crate) enum Target {
     Paper(paper::PaperTarget),
     Robust(robust::RobustTarget),
+    Network(network::NetworkTarget),
 }
 
 /// A target between two frames, as a snapshot holds it.
@@ -25,6 +28,7 @@ pub(crate) enum Target {
 pub(crate) enum SavedTarget {
     Paper(paper::SavedPaper),
     Robust(robust::SavedRobust),
+    Network(network::SavedNetwork),
 }
 
 /// The current frame as the method wants it: made once per frame, shared by all targets.
@@ -39,6 +43,7 @@ pub(crate) struct Images {
 pub(crate) struct MethodScratch {
     paper: paper::PaperScratch,
     robust: robust::RobustScratch,
+    network: network::NetworkScratch,
 }
 
 impl Images {
@@ -46,36 +51,48 @@ impl Images {
     pub fn fill(&mut self, frame: &Frame<'_>, method: &Method) -> Result<(), Error> {
         match method {
             Method::Paper(_) => self.grey.fill(frame),
-            Method::Robust(_) => frame.check_samples(),
+            Method::Robust(_) | Method::Network(_) => frame.check_samples(),
         }
     }
 }
 
 impl Target {
     /// Begins on the target in this box of the frame.
+    ///
+    /// # Errors
+    /// [`Error::Network`] if a network is missing or fails.
     pub fn begin(
         (frame, images): (&Frame<'_>, &Images),
         bbox: BoundingBox,
         config: &TrackerConfig,
         scratch: &mut MethodScratch,
-    ) -> (Self, Estimate) {
+    ) -> Result<(Self, Estimate), Error> {
         match &config.method {
             Method::Paper(settings) => {
                 let (settings, scratch) = ((config.seed, settings), &mut scratch.paper);
                 let (target, estimate) =
                     paper::PaperTarget::begin(&images.grey, bbox, settings, scratch);
-                (Self::Paper(target), estimate)
+                Ok((Self::Paper(target), estimate))
             }
             Method::Robust(settings) => {
                 let (settings, scratch) = ((config.seed, settings), &mut scratch.robust);
                 let (target, estimate) =
                     robust::RobustTarget::begin(frame, bbox, settings, scratch);
-                (Self::Robust(target), estimate)
+                Ok((Self::Robust(target), estimate))
+            }
+            Method::Network(_) => {
+                let network = config.network.as_ref().ok_or(NetworkError::None)?;
+                let (target, estimate) =
+                    network::NetworkTarget::begin(network, frame, bbox, &mut scratch.network)?;
+                Ok((Self::Network(target), estimate))
             }
         }
     }
 
     /// Finds the target in the next frame, of the same size, and learns from it.
+    ///
+    /// # Errors
+    /// [`Error::Network`] if a network fails; then nothing has changed.
     pub fn step(
         &mut self,
         (frame, images): (&Frame<'_>, &Images),
@@ -83,12 +100,13 @@ impl Target {
         scratch: &mut MethodScratch,
         observer: Option<&mut dyn Observer>,
         estimate: &mut Estimate,
-    ) {
+    ) -> Result<(), Error> {
         match (self, method) {
             (Self::Paper(target), Method::Paper(settings)) => {
                 let scratch = &mut scratch.paper;
                 let Some(observer) = observer else {
-                    return target.step(&images.grey, settings, scratch, None, estimate);
+                    target.step(&images.grey, settings, scratch, None, estimate);
+                    return Ok(());
                 };
                 let mut show = |view: PaperView<'_>| observer.observe(&FrameView::Paper(view));
                 target.step(&images.grey, settings, scratch, Some(&mut show), estimate);
@@ -96,14 +114,24 @@ impl Target {
             (Self::Robust(target), Method::Robust(_)) => {
                 let scratch = &mut scratch.robust;
                 let Some(observer) = observer else {
-                    return target.step(frame, scratch, None, estimate);
+                    target.step(frame, scratch, None, estimate);
+                    return Ok(());
                 };
                 let mut show = |view: RobustView<'_>| observer.observe(&FrameView::Robust(view));
                 target.step(frame, scratch, Some(&mut show), estimate);
             }
+            (Self::Network(target), Method::Network(settings)) => {
+                let scratch = &mut scratch.network;
+                let Some(observer) = observer else {
+                    return Ok(target.step(frame, settings, scratch, None, estimate)?);
+                };
+                let mut show = |view: NetworkView<'_>| observer.observe(&FrameView::Network(view));
+                target.step(frame, settings, scratch, Some(&mut show), estimate)?;
+            }
             // `begin` and `restore` make targets of the configuration's method only.
-            (Self::Paper(_), Method::Robust(_)) | (Self::Robust(_), Method::Paper(_)) => {}
+            (Self::Paper(_) | Self::Robust(_) | Self::Network(_), _) => {}
         }
+        Ok(())
     }
 
     /// The target as a snapshot holds it.
@@ -111,6 +139,7 @@ impl Target {
         match self {
             Self::Paper(target) => SavedTarget::Paper(target.saved()),
             Self::Robust(target) => SavedTarget::Robust(target.saved()),
+            Self::Network(target) => SavedTarget::Network(target.saved()),
         }
     }
 
@@ -127,8 +156,10 @@ impl Target {
                     .map(Self::Robust)
                     .map_err(error::snapshot)
             }
-            (method @ Method::Paper(_), SavedTarget::Robust(_))
-            | (method @ Method::Robust(_), SavedTarget::Paper(_)) => Err(error::snapshot(format!(
+            (Method::Network(_), SavedTarget::Network(saved)) => {
+                network::NetworkTarget::restore(saved, config.network.as_ref()).map(Self::Network)
+            }
+            (method, _) => Err(error::snapshot(format!(
                 "its target has another method than its configuration, which says {}",
                 method.name()
             ))),

@@ -71,10 +71,11 @@ impl MultiTracker {
     /// # Errors
     /// [`Error::Config`] names the setting that is wrong, its value and what is allowed.
     /// [`Error::Instructions`] if the environment asks for instructions that the processor does not
-    /// have.
+    /// have. [`Error::Network`] if the method needs a network and there is none.
     pub fn new(config: impl Into<TrackerConfig>) -> Result<Self, Error> {
         let config = config.into();
         config.validate()?;
+        config.check_network()?;
         Instructions::chosen()?;
         Ok(Self {
             config,
@@ -149,18 +150,19 @@ impl MultiTracker {
     ///
     /// # Errors
     /// [`Error::FrameSize`] or [`Error::Frame`] if the frame does not fit; then all targets are
-    /// unchanged. No error concerns a single target: one that is lost or outside the frame has an
+    /// unchanged. [`Error::Network`] if the runtime of a network fails; then some targets may have
+    /// moved. No other error concerns a single target: one that is lost or outside the frame has an
     /// estimate with a low score.
     pub fn update(&mut self, frame: &Frame<'_>) -> Result<&[Tracked], Error> {
         let threads = self.prepare(frame)?;
         let run = self.targets.len().div_ceil(threads).max(1);
         let (method, images) = (&self.config.method, &self.images);
         let runs = self.targets.par_chunks_mut(run).zip(self.tracked.par_chunks_mut(run));
-        runs.zip(&mut self.scratches).for_each(|((targets, tracked), scratch)| {
-            for (target, tracked) in targets.iter_mut().zip(tracked) {
-                target.step((frame, images), method, scratch, None, &mut tracked.estimate);
-            }
-        });
+        runs.zip(&mut self.scratches).try_for_each(|((targets, tracked), scratch)| {
+            targets.iter_mut().zip(tracked).try_for_each(|(target, tracked)| {
+                target.step((frame, images), method, scratch, None, &mut tracked.estimate)
+            })
+        })?;
         Ok(&self.tracked)
     }
 
@@ -179,7 +181,7 @@ impl MultiTracker {
         let scratch = &mut self.scratches[0];
         for (target, Tracked { id, estimate }) in self.targets.iter_mut().zip(&mut self.tracked) {
             let mut show = |view: &FrameView<'_>| observer(*id, view);
-            target.step((frame, images), method, scratch, Some(&mut show), estimate);
+            target.step((frame, images), method, scratch, Some(&mut show), estimate)?;
         }
         Ok(&self.tracked)
     }
@@ -234,7 +236,7 @@ impl MultiTracker {
             self.scratches.push(MethodScratch::default());
         }
         self.size = Some(frame.size());
-        Ok(Target::begin((frame, &self.images), bbox, &self.config, &mut self.scratches[0]))
+        Target::begin((frame, &self.images), bbox, &self.config, &mut self.scratches[0])
     }
 
     /// The size of the frames, while there are targets.

@@ -1,5 +1,6 @@
 //! Access to the intermediate results of a tracker, with one kind of view per method.
 
+pub use crate::network::view::NetworkView;
 pub use crate::paper::view::{PaperView, PatchView, UpdateView};
 pub use crate::robust::view::RobustView;
 
@@ -11,6 +12,8 @@ pub enum FrameView<'a> {
     Paper(PaperView<'a>),
     /// The method `robust`.
     Robust(RobustView<'a>),
+    /// The method `network`.
+    Network(NetworkView<'a>),
 }
 
 /// Receives the view of each frame. Implemented by every `FnMut(&FrameView)`.

@@ -6,6 +6,7 @@ use crate::config::TrackerConfig;
 use crate::error;
 use crate::estimate::Estimate;
 use crate::method::SavedTarget;
+use crate::network::Network;
 use crate::target_id::TargetId;
 use crate::vision::frame::FrameSize;
 use serde::{Deserialize, Serialize};
@@ -60,6 +61,19 @@ impl TryFrom<u32> for Version {
 }
 
 impl Snapshot {
+    /// The same with a network, which a saved state does not hold. It must be the one that the
+    /// target was tracked with.
+    #[must_use]
+    pub fn with_network(mut self, network: Network) -> Self {
+        self.config.network = Some(network);
+        self
+    }
+
+    /// The configuration.
+    pub fn config(&self) -> &TrackerConfig {
+        &self.config
+    }
+
     pub(crate) fn new(config: TrackerConfig, frame_size: FrameSize, track: SavedTrack) -> Self {
         Self { version: Version(VERSION), config, frame_size, track }
     }
@@ -78,6 +92,18 @@ pub(crate) struct MultiParts {
 }
 
 impl MultiSnapshot {
+    /// As [`Snapshot::with_network`].
+    #[must_use]
+    pub fn with_network(mut self, network: Network) -> Self {
+        self.config.network = Some(network);
+        self
+    }
+
+    /// The configuration.
+    pub fn config(&self) -> &TrackerConfig {
+        &self.config
+    }
+
     pub(crate) fn new(parts: MultiParts) -> Self {
         let MultiParts { config, next, frame_size, tracks } = parts;
         Self { version: Version(VERSION), config, next, frame_size, tracks }

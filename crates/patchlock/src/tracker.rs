@@ -45,7 +45,8 @@ impl Tracker {
     /// # Errors
     /// [`Error::Config`] names the setting that is wrong, its value and what is allowed.
     /// [`Error::BoxShape`], [`Error::BoxOutside`] or [`Error::Frame`]. [`Error::Instructions`] if
-    /// the environment asks for instructions that the processor does not have.
+    /// the environment asks for instructions that the processor does not have. [`Error::Network`] if
+    /// the method needs a network and there is none.
     pub fn start(
         config: impl Into<TrackerConfig>,
         frame: &Frame<'_>,
@@ -53,11 +54,12 @@ impl Tracker {
     ) -> Result<Self, Error> {
         let config = config.into();
         config.validate()?;
+        config.check_network()?;
         Instructions::chosen()?;
         bbox.check_in(frame.width(), frame.height())?;
         let (mut images, mut scratch) = (Images::default(), MethodScratch::default());
         images.fill(frame, &config.method)?;
-        let (target, estimate) = Target::begin((frame, &images), bbox, &config, &mut scratch);
+        let (target, estimate) = Target::begin((frame, &images), bbox, &config, &mut scratch)?;
         Ok(Self { config, size: frame.size(), target, estimate, images, scratch })
     }
 
@@ -71,7 +73,7 @@ impl Tracker {
         let Self { config, images, scratch, .. } = self;
         bbox.check_in(frame.width(), frame.height())?;
         images.fill(frame, &config.method)?;
-        (self.target, self.estimate) = Target::begin((frame, images), bbox, config, scratch);
+        (self.target, self.estimate) = Target::begin((frame, images), bbox, config, scratch)?;
         self.size = frame.size();
         Ok(&self.estimate)
     }
@@ -90,8 +92,8 @@ impl Tracker {
     /// have grown.
     ///
     /// # Errors
-    /// [`Error::FrameSize`] or [`Error::Frame`] if the frame does not fit; then the tracker is
-    /// unchanged.
+    /// [`Error::FrameSize`] or [`Error::Frame`] if the frame does not fit, [`Error::Network`] if
+    /// the runtime of a network fails; then the tracker is unchanged.
     pub fn update(&mut self, frame: &Frame<'_>) -> Result<&Estimate, Error> {
         self.step(frame, None)
     }
@@ -117,7 +119,8 @@ impl Tracker {
     /// A tracker that continues where the snapshot was taken.
     ///
     /// # Errors
-    /// [`Error::Snapshot`] or [`Error::Config`] if the parts do not fit together;
+    /// [`Error::Snapshot`] or [`Error::Config`] if the parts do not fit together; [`Error::Network`]
+    /// if the snapshot needs a network that it does not have, see [`Snapshot::with_network`];
     /// [`Error::Instructions`] as in [`Tracker::start`].
     pub fn restore(snapshot: Snapshot) -> Result<Self, Error> {
         let (config, size, SavedTrack { target, estimate }) = snapshot.into_parts();
@@ -137,7 +140,7 @@ impl Tracker {
         let Self { config, size, target, estimate, images, scratch } = self;
         size.expect(frame.size())?;
         images.fill(frame, &config.method)?;
-        target.step((frame, images), &config.method, scratch, observer, estimate);
+        target.step((frame, images), &config.method, scratch, observer, estimate)?;
         Ok(estimate)
     }
 }

@@ -1,11 +1,12 @@
 //! The configuration: every number and choice, in one table, in groups.
 //!
-//! Each group is a file: [`paper`], [`robust`], and [`patches`] for the patch model that both
-//! methods use. The macro call in it *is* its part of the table. Each row is a setting with its
+//! Each group is a file: [`paper`], [`robust`], [`network`], and [`patches`] for the patch model
+//! that the first two use. The macro call in it *is* its part of the table. Each row is a setting with its
 //! type, default, range, purpose and source. The structs, their defaults, the checks of ranges,
 //! access by name ([`TrackerConfig::get`], [`TrackerConfig::set`]) and [`PARAMETERS`] are all made
 //! from the rows, so they cannot disagree.
 
+mod network;
 mod paper;
 mod patches;
 mod preset;
@@ -13,10 +14,12 @@ mod reading;
 mod robust;
 mod table;
 
+use crate::network::{Network, NetworkError};
 use crate::Error;
 use serde::Serialize;
 
 use crate::value::Value;
+pub use network::NetworkConfig;
 pub use paper::PaperConfig;
 pub use patches::PatchModelConfig;
 pub use preset::Preset;
@@ -40,7 +43,7 @@ const SEED: Parameter = Parameter {
 /// The table of all settings: those of all methods, then those of each group.
 pub const PARAMETERS: &[Parameter] = {
     const ALL: &[&[Parameter]] =
-        &[&[SEED], RobustConfig::ROWS, PaperConfig::ROWS, PatchModelConfig::ROWS];
+        &[&[SEED], RobustConfig::ROWS, PaperConfig::ROWS, PatchModelConfig::ROWS, NetworkConfig::ROWS];
     const COUNT: usize = {
         let (mut count, mut k) = (0, 0);
         while k < ALL.len() {
@@ -70,7 +73,8 @@ pub const PARAMETERS: &[Parameter] = {
 /// ```
 ///
 /// Serialised, it is a table with `seed` and one table with the name and the settings of the
-/// method. Settings that are missing when it is read have their defaults.
+/// method. Settings that are missing when it is read have their defaults. The network is not
+/// written: it has to be given again.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct TrackerConfig {
@@ -80,6 +84,9 @@ pub struct TrackerConfig {
     /// The method that follows the target, with its settings.
     #[serde(flatten)]
     pub method: Method,
+    /// The network that the method `network` follows with; the other methods have none.
+    #[serde(skip)]
+    pub network: Option<Network>,
 }
 
 /// The methods of tracking, with their settings.
@@ -92,25 +99,29 @@ pub enum Method {
     Robust(RobustConfig),
     /// The paper's tracker: particles, weighed by structural local sparse appearance.
     Paper(PaperConfig),
+    /// A network of the user, [`TrackerConfig::network`], in the loop that was published with it.
+    Network(NetworkConfig),
 }
 
 impl Method {
     /// The names of all methods.
-    pub const NAMES: [&'static str; 2] = ["robust", "paper"];
+    pub const NAMES: [&'static str; 3] = ["robust", "paper", "network"];
 
     /// The name of the method, which is also that of its group of settings.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Robust(_) => Self::NAMES[0],
             Self::Paper(_) => Self::NAMES[1],
+            Self::Network(_) => Self::NAMES[2],
         }
     }
 
-    /// The patch model.
-    pub fn patches(&self) -> &PatchModelConfig {
+    /// The patch model, if the method has one.
+    pub fn patches(&self) -> Option<&PatchModelConfig> {
         match self {
-            Self::Robust(config) => &config.patches,
-            Self::Paper(config) => &config.patches,
+            Self::Robust(config) => Some(&config.patches),
+            Self::Paper(config) => Some(&config.patches),
+            Self::Network(_) => None,
         }
     }
 }
@@ -123,19 +134,25 @@ impl Default for TrackerConfig {
 
 impl From<Preset> for TrackerConfig {
     fn from(preset: Preset) -> Self {
-        Self { seed: 0, method: preset.method() }
+        Self { seed: 0, method: preset.method(), network: None }
     }
 }
 
 impl From<RobustConfig> for TrackerConfig {
     fn from(config: RobustConfig) -> Self {
-        Self { seed: 0, method: Method::Robust(config) }
+        Self { seed: 0, method: Method::Robust(config), network: None }
     }
 }
 
 impl From<PaperConfig> for TrackerConfig {
     fn from(config: PaperConfig) -> Self {
-        Self { seed: 0, method: Method::Paper(config) }
+        Self { seed: 0, method: Method::Paper(config), network: None }
+    }
+}
+
+impl From<NetworkConfig> for TrackerConfig {
+    fn from(config: NetworkConfig) -> Self {
+        Self { seed: 0, method: Method::Network(config), network: None }
     }
 }
 
@@ -147,7 +164,11 @@ impl Parameter {
 
     /// Whether this method uses the setting.
     pub fn is_used_by(&self, method: &Method) -> bool {
-        ["", "patches", method.name()].contains(&self.group)
+        match self.group {
+            "" => true,
+            "patches" => method.patches().is_some(),
+            group => group == method.name(),
+        }
     }
 }
 
@@ -162,6 +183,7 @@ impl TrackerConfig {
             _ if parameter.name == SEED.name => Some(self.seed.value()),
             Method::Robust(config) => config.get(name),
             Method::Paper(config) => config.get(name),
+            Method::Network(config) => config.get(name),
         };
         value.ok_or_else(|| Error::UnknownSetting { name: name.to_owned() })
     }
@@ -177,6 +199,7 @@ impl TrackerConfig {
             _ if parameter.name == SEED.name => self.seed = checked(parameter, &value)?,
             Method::Robust(config) => config.set(parameter, &value)?,
             Method::Paper(config) => config.set(parameter, &value)?,
+            Method::Network(config) => config.set(parameter, &value)?,
         }
         Ok(())
     }
@@ -186,7 +209,7 @@ impl TrackerConfig {
     pub fn reads(&self, parameter: &Parameter) -> bool {
         let is_on = match &self.method {
             Method::Robust(config) => config.reads(parameter.name),
-            Method::Paper(_) => true,
+            Method::Paper(_) | Method::Network(_) => true,
         };
         is_on && parameter.is_used_by(&self.method)
     }
@@ -202,7 +225,19 @@ impl TrackerConfig {
         Err(Error::UnusedSetting { name, method: self.method.name(), owner: group })
     }
 
-    /// Checks every setting against its range, and the settings that must fit each other.
+    /// The network of the method `network`.
+    ///
+    /// # Errors
+    /// [`NetworkError::None`] if the method needs one and there is none.
+    pub(crate) fn check_network(&self) -> Result<(), Error> {
+        match (&self.method, &self.network) {
+            (Method::Network(_), None) => Err(NetworkError::None.into()),
+            _ => Ok(()),
+        }
+    }
+
+    /// Checks every setting against its range, and the settings that must fit each other. Whether
+    /// there is the network that the method needs is checked when a tracker starts.
     ///
     /// # Errors
     /// [`Error::Config`] names the first setting that is wrong, its value and what is allowed.
@@ -214,7 +249,8 @@ impl TrackerConfig {
                 config.check()?;
             }
             Method::Paper(config) => config.check_ranges()?,
+            Method::Network(config) => config.check_ranges()?,
         }
-        self.method.patches().check()
+        self.method.patches().map_or(Ok(()), PatchModelConfig::check)
     }
 }

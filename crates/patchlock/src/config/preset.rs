@@ -1,6 +1,6 @@
 //! Presets: named settings to begin with.
 
-use super::{Method, PaperConfig, RobustConfig};
+use super::{Method, NetworkConfig, PaperConfig, RobustConfig};
 use crate::Error;
 use std::fmt;
 use std::str::FromStr;
@@ -17,11 +17,13 @@ pub enum Preset {
     Fast,
     /// The tracker of the paper.
     Paper,
+    /// A network of the user; see [`TrackerConfig::network`](crate::TrackerConfig::network).
+    Network,
 }
 
 impl Preset {
     /// All presets, the default first.
-    pub const ALL: [Self; 3] = [Self::Robust, Self::Fast, Self::Paper];
+    pub const ALL: [Self; 4] = [Self::Robust, Self::Fast, Self::Paper, Self::Network];
 
     /// The name, in lower case.
     pub fn name(self) -> &'static str {
@@ -29,6 +31,7 @@ impl Preset {
             Self::Robust => "robust",
             Self::Fast => "fast",
             Self::Paper => "paper",
+            Self::Network => "network",
         }
     }
 
@@ -44,6 +47,7 @@ impl Preset {
                 ..robust
             }),
             Self::Paper => Method::Paper(PaperConfig::default()),
+            Self::Network => Method::Network(NetworkConfig::default()),
         }
     }
 }

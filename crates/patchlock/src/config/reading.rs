@@ -1,7 +1,7 @@
 //! Reads a configuration from any self-describing format. Each setting goes through
 //! [`TrackerConfig::set`].
 
-use super::{Method, PaperConfig, TrackerConfig};
+use super::{Method, NetworkConfig, PaperConfig, TrackerConfig};
 use crate::value::Value;
 use serde::de::{Deserialize, Deserializer, Error};
 use std::collections::BTreeMap;
@@ -23,6 +23,8 @@ impl<'de> Deserialize<'de> for TrackerConfig {
         let mut config = Self::default();
         if entries.contains_key(Method::NAMES[1]) {
             config = PaperConfig::default().into();
+        } else if entries.contains_key(Method::NAMES[2]) {
+            config = NetworkConfig::default().into();
         }
         let method = config.method.name();
         match entries.remove(method) {

@@ -237,6 +237,21 @@ impl<'a> Frame<'a> {
         self.colours != Colours::Grey
     }
 
+    /// The mean red, green and blue, with white at 255.
+    pub(crate) fn mean_colour(&self) -> [f32; 3] {
+        let mut row = vec![0.0; self.width * 3];
+        let mut sums = [0.0_f64; 3];
+        for y in 0..self.height {
+            row.fill(0.0);
+            self.add_row(y, RowTaps { from: 0, step: 1, weight: 1.0 }, 3, &mut row);
+            for pixel in row.as_chunks::<3>().0 {
+                (0..3).for_each(|k| sums[k] += f64::from(pixel[k]));
+            }
+        }
+        let count = (self.width * self.height) as f64;
+        [0, 1, 2].map(|colour| (sums[self.place_of(colour)] / count) as f32)
+    }
+
     /// Checks all samples of an `f32` frame.
     ///
     /// # Errors

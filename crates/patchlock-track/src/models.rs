@@ -1,0 +1,152 @@
+//! Finds the files of a network and loads them.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use patchlock::{Method, ModelFile, Network, NetworkError, Runtime};
+
+/// The largest file that is read; the library's own limit is the same.
+const MAX_BYTES: u64 = 64 << 20;
+
+/// Why a network cannot be loaded.
+#[derive(Debug, thiserror::Error)]
+pub enum ModelError {
+    /// A file or folder cannot be read.
+    #[error("cannot read {}: {reason}", path.display())]
+    Unreadable {
+        /// The file or folder.
+        path: PathBuf,
+        /// The error of the operating system.
+        reason: io::Error,
+    },
+    /// A folder holds no ONNX file.
+    #[error("{} holds no file *.onnx", folder.display())]
+    NoFiles {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// The files are no network that can be used.
+    #[error("{}: {error}", path.display())]
+    Unusable {
+        /// The file or folder.
+        path: PathBuf,
+        /// What is wrong.
+        error: NetworkError,
+    },
+    /// The method needs a network and has none.
+    #[error("the method {method} needs a network")]
+    Missing {
+        /// The method.
+        method: &'static str,
+    },
+    /// The method has no use for a network.
+    #[error("the network {} has no effect with the method {method}", path.display())]
+    Unused {
+        /// The network.
+        path: PathBuf,
+        /// The method.
+        method: &'static str,
+    },
+}
+
+impl ModelError {
+    /// What the user can do, whichever front end is used; `None` if that depends on the front end,
+    /// or nothing helps.
+    pub fn advice(&self) -> Option<String> {
+        let advice = match self {
+            Self::NoFiles { .. } => "give the folder with the model's *.onnx files",
+            Self::Unusable { error: NetworkError::Incomplete { .. }, .. } => {
+                "give the folder with both files"
+            }
+            Self::Unusable { .. }
+            | Self::Unreadable { .. }
+            | Self::Missing { .. }
+            | Self::Unused { .. } => return None,
+        };
+        Some(advice.to_string())
+    }
+}
+
+/// The ONNX files of a model: a file itself, or all of a folder, by name.
+///
+/// # Errors
+/// [`ModelError::Unreadable`] or [`ModelError::NoFiles`].
+pub fn files(path: &Path) -> Result<Vec<PathBuf>, ModelError> {
+    let unreadable = |reason| ModelError::Unreadable { path: path.to_path_buf(), reason };
+    if !path.is_dir() {
+        return Ok(vec![path.to_path_buf()]);
+    }
+    let mut files = Vec::new();
+    for entry in path.read_dir().map_err(unreadable)? {
+        let file = entry.map_err(unreadable)?.path();
+        if file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("onnx")) {
+            files.push(file);
+        }
+    }
+    files.sort();
+    if files.is_empty() {
+        return Err(ModelError::NoFiles { folder: path.to_path_buf() });
+    }
+    Ok(files)
+}
+
+/// The bytes of a file of a model.
+///
+/// # Errors
+/// [`ModelError::Unreadable`]; [`ModelError::Unusable`] if it is too large.
+pub fn read(path: &Path) -> Result<Vec<u8>, ModelError> {
+    let unreadable = |reason| ModelError::Unreadable { path: path.to_path_buf(), reason };
+    let size = std::fs::metadata(path).map_err(unreadable)?.len();
+    if size > MAX_BYTES {
+        let error =
+            NetworkError::TooLarge { what: "the number of bytes", value: size, max: MAX_BYTES };
+        return Err(ModelError::Unusable { path: path.to_path_buf(), error });
+    }
+    crate::files::read(path).map_err(unreadable)
+}
+
+/// What a file is.
+///
+/// # Errors
+/// As [`read`], and [`ModelError::Unusable`].
+pub fn examine(path: &Path) -> Result<ModelFile, ModelError> {
+    let unusable = |error| ModelError::Unusable { path: path.to_path_buf(), error };
+    ModelFile::examine(&read(path)?).map_err(unusable)
+}
+
+/// The network in a folder or file, run by the built-in runtime or by this library of onnxruntime.
+///
+/// # Errors
+/// [`ModelError`] if a file cannot be read or used.
+pub fn load(path: &Path, runtime: Option<&Path>) -> Result<Network, ModelError> {
+    let files = files(path)?;
+    let bytes = files.iter().map(|file| read(file)).collect::<Result<Vec<_>, _>>()?;
+    let bytes: Vec<&[u8]> = bytes.iter().map(Vec::as_slice).collect();
+    let runtime = match runtime {
+        None => Runtime::built_in(),
+        Some(library) => {
+            let path = library.to_path_buf();
+            Runtime::onnxruntime(library).map_err(|error| ModelError::Unusable { path, error })?
+        }
+    };
+    let unusable = |error| ModelError::Unusable { path: path.to_path_buf(), error };
+    Network::with_runtime(&bytes, &runtime).map_err(unusable)
+}
+
+/// The network for a method, which must be given if the method needs it and not otherwise.
+///
+/// # Errors
+/// As [`load`]; [`ModelError::Missing`] and [`ModelError::Unused`].
+pub fn network_for(
+    method: &Method,
+    model: Option<&Path>,
+    runtime: Option<&Path>,
+) -> Result<Option<Network>, ModelError> {
+    let name = method.name();
+    match (method, model) {
+        (Method::Network(_), Some(path)) => load(path, runtime).map(Some),
+        (Method::Network(_), None) => Err(ModelError::Missing { method: name }),
+        (_, Some(path)) => Err(ModelError::Unused { path: path.to_path_buf(), method: name }),
+        (_, None) => Ok(None),
+    }
+}

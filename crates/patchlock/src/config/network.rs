@@ -1,0 +1,15 @@
+//! The settings of the method `network`.
+
+use super::table::{group, number};
+
+group! {
+    /// The settings of the method `network`. What belongs to a network, such as how fast the size
+    /// follows, is published with it and not a setting.
+    NetworkConfig ("network") {}
+    "own choice" {
+        /// The network's score from which on the target counts as tracked.
+        tracked_score: f64 = 0.8, number(0.0, 1.0);
+        /// The network's score below which the target counts as lost.
+        lost_score: f64 = 0.4, number(0.0, 1.0);
+    }
+}

@@ -1,0 +1,131 @@
+//! What a network says of a window of the frame: for each cell of a grid, whether the target is
+//! there, and its box.
+
+use super::program::ProgramScratch;
+use crate::vision::crop::{Crop, CropScratch, Planes};
+use crate::vision::frame::Frame;
+use crate::vision::geometry::{BoundingBox, Point};
+
+/// Where the target is, in pixels of the frame.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Place {
+    /// The centre.
+    pub centre: Point,
+    /// Width and height.
+    pub size: [f64; 2],
+}
+
+impl Place {
+    /// The place of a box.
+    pub fn of(bbox: BoundingBox) -> Self {
+        Self { centre: bbox.centre(), size: [bbox.w, bbox.h] }
+    }
+
+    /// The box of a place.
+    pub fn bbox(&self) -> BoundingBox {
+        BoundingBox::around(self.centre, self.size[0], self.size[1])
+    }
+
+    /// Whether all numbers are finite and the size positive.
+    pub fn is_sound(&self) -> bool {
+        let [w, h] = self.size;
+        self.centre.iter().chain(&self.size).all(|number| number.is_finite()) && w > 0.0 && h > 0.0
+    }
+}
+
+/// A square window of the frame.
+#[derive(Debug, Clone, Copy)]
+pub struct Window {
+    /// The centre in the frame.
+    pub centre: Point,
+    /// The side in frame pixels.
+    pub side: f64,
+    /// The side of the network's input in pixels.
+    pub pixels: usize,
+}
+
+impl Window {
+    /// Frame pixels per pixel of the input.
+    pub fn scale(&self) -> f64 {
+        self.side / self.pixels as f64
+    }
+
+    /// Cuts the window out of the frame: planes of red, green and blue, white at 255. What lies
+    /// outside the frame has the colour `border`.
+    pub fn cut(&self, frame: &Frame<'_>, border: [f32; 3], scratch: &mut Buffers) {
+        let Buffers { crop, planes, .. } = scratch;
+        let size = [self.pixels; 2];
+        let scale = [self.scale(); 2];
+        let cut = Crop { centre: self.centre, scale, size, rotation: 0.0 };
+        cut.cut_bordered(frame, border, crop, planes);
+    }
+}
+
+/// What a network says of a window. The cells are in rows, from the top left.
+#[derive(Debug, Clone, Default)]
+pub struct Look {
+    /// The score of each cell: how sure the network is that the target's centre is there, from 0
+    /// to 1.
+    pub scores: Vec<f64>,
+    /// The logarithm of the odds that belong to each score.
+    pub logits: Vec<f64>,
+    /// The target's box in the frame, as each cell sees it.
+    pub places: Vec<Place>,
+}
+
+impl Look {
+    /// Empties the lists.
+    pub(super) fn clear(&mut self) {
+        self.scores.clear();
+        self.logits.clear();
+        self.places.clear();
+    }
+
+    /// Adds a cell. A number that is not finite counts as the smallest score and the old place.
+    pub(super) fn push(&mut self, logit: f64, place: Place, last: Place) {
+        let logit = if logit.is_finite() { logit } else { -1e3 };
+        self.logits.push(logit);
+        self.scores.push(1.0 / (1.0 + (-logit).exp()));
+        self.places.push(if place.is_sound() { place } else { last });
+    }
+}
+
+/// What a family makes of a look, by the rules that were published with it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settled {
+    /// The new place.
+    pub place: Place,
+    /// The score of the chosen cell, from 0 to 1.
+    pub score: f64,
+    /// The chosen cell.
+    pub cell: usize,
+}
+
+/// Buffers of a thread.
+#[derive(Debug, Default)]
+pub struct Buffers {
+    pub(super) crop: CropScratch,
+    /// The window that was cut.
+    pub(super) planes: Planes,
+    pub(super) program: ProgramScratch,
+    pub(super) features: [Vec<f32>; 1],
+    pub(super) outputs: Vec<Vec<f32>>,
+    pub(super) look: Look,
+}
+
+/// `r` or its inverse, whichever is larger.
+pub(super) fn change(r: f64) -> f64 {
+    r.max(1.0 / r)
+}
+
+/// The weights of a Hann window of `n` points, whose ends are 0.
+pub(super) fn hann(n: usize) -> Vec<f64> {
+    let step = std::f64::consts::TAU / (n.max(2) - 1) as f64;
+    (0..n).map(|k| 0.5 - 0.5 * (k as f64 * step).cos()).collect()
+}
+
+/// The number of the largest value; 0 if there is none.
+pub(super) fn largest(values: impl Iterator<Item = f64>) -> usize {
+    let best = |best: (usize, f64), (k, value)| if value > best.1 { (k, value) } else { best };
+    values.enumerate().fold((0, f64::NEG_INFINITY), best).0
+}

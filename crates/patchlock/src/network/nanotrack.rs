@@ -1,0 +1,235 @@
+//! NanoTrack, versions 2 and 3 (HonglinChu, <https://github.com/HonglinChu/SiamTrackers>): a
+//! backbone for template and window, and a head that correlates the two.
+//!
+//! The rules of [`Family::settle`] are those of SiamRPN (Li et al. 2018, Sec. 4.3) with the numbers
+//! that were published with each version.
+
+use super::error::NetworkError;
+use super::family::{Family, Part, Recogniser};
+use super::graph::CheckedGraph;
+use super::look::{Buffers, Look, Place, Settled, Window, change, hann, largest};
+use super::program::Program;
+use super::runtime::Runtime;
+use crate::vision::frame::Frame;
+
+/// Sides of the inputs in pixels.
+const TEMPLATE: usize = 127;
+const SEARCH: usize = 255;
+/// Pixels of the window from one cell to the next.
+const STRIDE: f64 = 16.0;
+/// The part of the target's half perimeter that is added to its sides as context.
+const CONTEXT: f64 = 0.5;
+/// Rows and columns of the template's features that the head uses.
+const KERNEL: usize = 8;
+
+/// Numbers that differ between the versions.
+#[derive(Debug, Clone, Copy)]
+struct Version {
+    name: &'static str,
+    /// Cells on a side of the head's outputs, by which the version is recognised.
+    cells: usize,
+    /// How much the Hann window counts.
+    window: f64,
+    /// How strongly a change of size or aspect is punished.
+    penalty: f64,
+    /// How fast the size follows.
+    rate: f64,
+}
+
+const VERSIONS: [Version; 2] = [
+    Version { name: "NanoTrack v2", cells: 16, window: 0.490, penalty: 0.150, rate: 0.385 },
+    Version { name: "NanoTrack v3", cells: 15, window: 0.455, penalty: 0.138, rate: 0.348 },
+];
+
+/// How the files are recognised.
+pub const RECOGNISER: Recogniser = Recogniser {
+    parts: &[
+        Part { family: "NanoTrack", name: "backbone" },
+        Part { family: "NanoTrack", name: "head" },
+    ],
+    files: "NanoTrack (a backbone with an input [1, 3, 255, 255] and one output; a head with two \
+            inputs [1, C, 8, 8] and [1, C, 16, 16] and outputs of 2 and 4 channels)",
+    part,
+    build,
+};
+
+/// A NanoTrack.
+#[derive(Debug)]
+struct NanoTrack {
+    version: Version,
+    template: Program,
+    search: Program,
+    head: Program,
+    /// The Hann window over the cells.
+    hann: Vec<f64>,
+}
+
+fn part(graph: &CheckedGraph) -> Option<usize> {
+    let channels = |values: &[super::onnx::ValueInfo]| -> Vec<Option<i64>> {
+        values.iter().map(|value| value.shape().get(1).copied().flatten()).collect()
+    };
+    match (&channels(&graph.inputs)[..], &channels(&graph.outputs)[..]) {
+        ([Some(3)], [_]) => Some(0),
+        ([template, search], [Some(2), Some(4)]) if template == search => Some(1),
+        _ => None,
+    }
+}
+
+fn build(graphs: &[CheckedGraph], runtime: &Runtime) -> Result<Box<dyn Family>, NetworkError> {
+    let [backbone, head] = graphs else { return Err(super::error::graph("it has another part")) };
+    let damaged = |what: &str, shapes: &[Vec<usize>]| {
+        super::error::graph(format!("the outputs of its {what} have the shapes {shapes:?}"))
+    };
+    let image = |side| [1, 3, side, side];
+    let template = Program::new(backbone, &[&image(TEMPLATE)], runtime)?;
+    let search = Program::new(backbone, &[&image(SEARCH)], runtime)?;
+    let ([small], [large]) = (template.output_shapes(), search.output_shapes()) else {
+        return Err(damaged("backbone", search.output_shapes()));
+    };
+    if small.len() != 4 || small[2..] != [KERNEL; 2] {
+        return Err(damaged("backbone", template.output_shapes()));
+    }
+    let head = Program::new(head, &[small, large], runtime)?;
+    let [classes, boxes] = head.output_shapes() else {
+        return Err(damaged("head", head.output_shapes()));
+    };
+    let of = |version: &&Version| {
+        let cells = version.cells;
+        *classes == [1, 2, cells, cells] && *boxes == [1, 4, cells, cells]
+    };
+    let version = VERSIONS.iter().find(of).ok_or_else(|| damaged("head", head.output_shapes()))?;
+    let line = hann(version.cells);
+    let hann = line.iter().flat_map(|y| line.iter().map(move |x| y * x)).collect();
+    Ok(Box::new(NanoTrack { version: *version, template, search, head, hann }))
+}
+
+/// The side of the square with the target and its context, in frame pixels.
+fn context([w, h]: [f64; 2]) -> f64 {
+    let context = CONTEXT * (w + h);
+    ((w + context) * (h + context)).sqrt()
+}
+
+impl Family for NanoTrack {
+    fn name(&self) -> &'static str {
+        self.version.name
+    }
+
+    fn template(
+        &self,
+        frame: &Frame<'_>,
+        border: [f32; 3],
+        place: Place,
+        buffers: &mut Buffers,
+    ) -> Result<Vec<f32>, NetworkError> {
+        let side = context(place.size);
+        Window { centre: place.centre, side, pixels: TEMPLATE }.cut(frame, border, buffers);
+        let Buffers { planes, program, features, .. } = buffers;
+        self.template.run(&[&planes.samples], program, features)?;
+        Ok(features[0].clone())
+    }
+
+    fn template_length(&self) -> usize {
+        self.template.output_shapes()[0].iter().product()
+    }
+
+    fn look(
+        &self,
+        frame: &Frame<'_>,
+        border: [f32; 3],
+        template: &[f32],
+        place: Place,
+        buffers: &mut Buffers,
+    ) -> Result<(), NetworkError> {
+        let side = context(place.size) * SEARCH as f64 / TEMPLATE as f64;
+        let window = Window { centre: place.centre, side, pixels: SEARCH };
+        window.cut(frame, border, buffers);
+        let Buffers { planes, program, features, outputs, look, .. } = buffers;
+        self.search.run(&[&planes.samples], program, features)?;
+        outputs.resize_with(2, Vec::new);
+        self.head.run(&[template, &features[0]], program, outputs)?;
+        decode(&outputs[0], &outputs[1], self.version.cells, &window, place, look);
+        Ok(())
+    }
+
+    fn settle(&self, look: &Look, last: Place) -> Settled {
+        let Version { window, penalty, rate, .. } = self.version;
+        let penalties = |place: &Place| {
+            let [w, h] = place.size;
+            let aspect = change((last.size[0] / last.size[1]) / (w / h));
+            let size = change(context(place.size) / context(last.size));
+            (-(aspect * size - 1.0) * penalty).exp()
+        };
+        let ranked = look.places.iter().zip(&look.scores).zip(&self.hann).map(
+            |((place, score), hann)| penalties(place) * score * (1.0 - window) + hann * window,
+        );
+        let cell = largest(ranked);
+        let (best, score) = (look.places[cell], look.scores[cell]);
+        let rate = penalties(&best) * score * rate;
+        let size = [0, 1].map(|k| last.size[k] + rate * (best.size[k] - last.size[k]));
+        Settled { place: Place { centre: best.centre, size }, score, cell }
+    }
+}
+
+/// The cells of the head's outputs: two classes, and the distances from a cell to the left, top,
+/// right and bottom of the box.
+fn decode(
+    classes: &[f32],
+    boxes: &[f32],
+    cells: usize,
+    window: &Window,
+    last: Place,
+    look: &mut Look,
+) {
+    look.clear();
+    let count = cells * cells;
+    let (Some(classes), Some(boxes)) = (classes.get(..2 * count), boxes.get(..4 * count)) else {
+        return;
+    };
+    let scale = window.scale();
+    for k in 0..count {
+        let value = |plane: usize| f64::from(boxes[plane * count + k]);
+        let cell = [k % cells, k / cells].map(|at| (at as f64 - (cells / 2) as f64) * STRIDE);
+        let [left, top, right, bottom] = [value(0), value(1), value(2), value(3)];
+        let offset = [cell[0] + (right - left) / 2.0, cell[1] + (bottom - top) / 2.0];
+        let centre = [0, 1].map(|axis| window.centre[axis] + scale * offset[axis]);
+        let place = Place { centre, size: [(left + right) * scale, (top + bottom) * scale] };
+        let logit = f64::from(classes[count + k]) - f64::from(classes[k]);
+        look.push(logit, place, last);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WINDOW: Window = Window { centre: [50.0, 40.0], side: 510.0, pixels: 255 };
+    const LAST: Place = Place { centre: [50.0, 40.0], size: [20.0, 30.0] };
+
+    fn look(logit: impl Fn(usize) -> f32, sides: [f32; 4]) -> Look {
+        let count = 15 * 15;
+        let classes: Vec<f32> = (0..2 * count)
+            .map(|k| if k < count { 0.0 } else { logit(k - count) })
+            .collect();
+        let boxes: Vec<f32> = (0..4 * count).map(|k| sides[k / count]).collect();
+        let mut look = Look::default();
+        decode(&classes, &boxes, 15, &WINDOW, LAST, &mut look);
+        look
+    }
+
+    #[test]
+    fn cells_are_decoded_into_the_frame() {
+        let look = look(|_| 0.0, [5.0, 7.0, 5.0, 9.0]);
+        assert_eq!(look.places.len(), 225);
+        assert_eq!(look.scores[0], 0.5);
+        let middle = look.places[7 * 15 + 7];
+        assert_eq!(middle, Place { centre: [50.0, 42.0], size: [20.0, 32.0] });
+        assert_eq!(look.places[7 * 15 + 9].centre, [50.0 + 2.0 * 16.0 * 2.0, 42.0]);
+    }
+
+    #[test]
+    fn damaged_outputs_are_the_old_place_with_no_score() {
+        let look = look(|_| f32::NAN, [f32::INFINITY, 7.0, 5.0, -9.0]);
+        assert!(look.places.iter().all(|place| *place == LAST));
+        assert!(look.scores.iter().all(|&score| score == 0.0));
+    }
+}

@@ -1,0 +1,142 @@
+//! The method `network`: the loop that was published with the network. It looks at the window
+//! around the last place and moves to where the network sees the target.
+
+use super::error::NetworkError;
+use super::look::{Buffers, Look, Place, Settled};
+use super::view::NetworkView;
+use super::Network;
+use crate::config::NetworkConfig;
+use crate::estimate::{Estimate, Status};
+use crate::vision::frame::{Frame, FrameSize};
+use crate::vision::geometry::{BoundingBox, MAX_SIDE};
+use serde::{Deserialize, Serialize};
+
+/// The shortest side of a target, in pixels.
+const MIN_SIDE: f64 = 10.0;
+
+/// A target of the method `network`.
+#[derive(Debug)]
+pub(crate) struct NetworkTarget {
+    network: Network,
+    place: Place,
+    /// The mean colour of the first frame, which is seen beyond the frame's border.
+    border: [f32; 3],
+    template: Vec<f32>,
+}
+
+/// Buffers, shared by all targets of a thread.
+#[derive(Debug, Default)]
+pub(crate) struct NetworkScratch {
+    buffers: Buffers,
+}
+
+/// A target between two frames, as a snapshot holds it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct SavedNetwork {
+    /// The hash of the network.
+    network: String,
+    place: Place,
+    border: [f32; 3],
+    template: Vec<f32>,
+}
+
+impl NetworkTarget {
+    /// Begins on the target in this box of the first frame.
+    pub fn begin(
+        network: &Network,
+        frame: &Frame<'_>,
+        bbox: BoundingBox,
+        scratch: &mut NetworkScratch,
+    ) -> Result<(Self, Estimate), NetworkError> {
+        let (place, border) = (Place::of(bbox), frame.mean_colour());
+        let template = network.family().template(frame, border, place, &mut scratch.buffers)?;
+        let target = Self { network: network.clone(), place, border, template };
+        let mut estimate = Estimate::empty();
+        fill(place, 1.0, Status::Tracked, &mut estimate);
+        Ok((target, estimate))
+    }
+
+    /// Finds the target in the next frame. On an error nothing has changed.
+    pub fn step(
+        &mut self,
+        frame: &Frame<'_>,
+        config: &NetworkConfig,
+        scratch: &mut NetworkScratch,
+        show: Option<&mut dyn FnMut(NetworkView<'_>)>,
+        estimate: &mut Estimate,
+    ) -> Result<(), NetworkError> {
+        let Self { network, place, border, template } = self;
+        let NetworkScratch { buffers } = scratch;
+        network.family().look(frame, *border, template, *place, buffers)?;
+        let settled = network.family().settle(&buffers.look, *place);
+        *place = within(settled.place, frame.size());
+        fill(*place, settled.score, status(settled.score, config), estimate);
+        if let Some(show) = show {
+            show(view(&buffers.look, settled));
+        }
+        Ok(())
+    }
+
+    /// The target as a snapshot holds it.
+    pub fn saved(&self) -> SavedNetwork {
+        let Self { network, place, border, template } = self;
+        let network = network.hash().to_owned();
+        SavedNetwork { network, place: *place, border: *border, template: template.clone() }
+    }
+
+    /// A target that continues from a saved one.
+    ///
+    /// # Errors
+    /// The network is missing or another one, or the numbers do not fit it.
+    pub fn restore(saved: SavedNetwork, network: Option<&Network>) -> Result<Self, crate::Error> {
+        let SavedNetwork { network: needed, place, border, template } = saved;
+        let Some(network) = network.filter(|network| network.hash() == needed) else {
+            let given = network.map(|network| network.hash().to_owned());
+            return Err(NetworkError::Other { needed, given }.into());
+        };
+        let numbers = border.iter().chain(&template).all(|number| number.is_finite());
+        if !place.is_sound() || place.size.iter().any(|&side| side > MAX_SIDE) || !numbers {
+            return Err(crate::error::snapshot("a number of its target is out of range"));
+        }
+        if template.len() != network.family().template_length() {
+            return Err(crate::error::snapshot("its template has another length than its network's"));
+        }
+        Ok(Self { network: network.clone(), place, border, template })
+    }
+}
+
+/// The place, with its centre in the frame and sides that a target can have.
+fn within(place: Place, frame: FrameSize) -> Place {
+    let lengths = [frame.width, frame.height].map(|length| length as f64);
+    let limit = |side: f64, length: f64| side.clamp(MIN_SIDE, length.max(MIN_SIDE));
+    Place {
+        centre: [0, 1].map(|axis| place.centre[axis].clamp(0.0, lengths[axis] - 1.0)),
+        size: [0, 1].map(|axis| limit(place.size[axis], lengths[axis])),
+    }
+}
+
+fn status(score: f64, config: &NetworkConfig) -> Status {
+    match score {
+        score if score >= config.tracked_score => Status::Tracked,
+        score if score >= config.lost_score => Status::Uncertain,
+        _ => Status::Lost,
+    }
+}
+
+fn fill(place: Place, score: f64, status: Status, out: &mut Estimate) {
+    let bbox = place.bbox();
+    let (right, bottom) = (bbox.x + bbox.w - 1.0, bbox.y + bbox.h - 1.0);
+    out.bbox = bbox;
+    out.corners = [[bbox.x, bbox.y], [right, bbox.y], [right, bottom], [bbox.x, bottom]];
+    (out.score, out.status, out.visibility) = (score, status, None);
+}
+
+fn view(look: &Look, settled: Settled) -> NetworkView<'_> {
+    NetworkView {
+        cells: look.scores.len().isqrt(),
+        scores: &look.scores,
+        logits: &look.logits,
+        chosen: settled.cell,
+        seen: look.places[settled.cell].bbox(),
+    }
+}

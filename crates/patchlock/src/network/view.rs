@@ -1,0 +1,19 @@
+//! What the network saw, for an observer.
+
+use crate::vision::geometry::BoundingBox;
+
+/// The intermediate results of the method `network` in one frame.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct NetworkView<'a> {
+    /// Cells on a side of the grid over the search window.
+    pub cells: usize,
+    /// The score of each cell, from 0 to 1, row by row from the top left.
+    pub scores: &'a [f64],
+    /// The logarithm of the odds that belong to each score.
+    pub logits: &'a [f64],
+    /// The cell that was chosen.
+    pub chosen: usize,
+    /// The box that the chosen cell saw, before the size was smoothed.
+    pub seen: BoundingBox,
+}
