@@ -74,8 +74,8 @@ mod value;
 pub mod vision;
 
 pub use config::{
-    Method, NetworkConfig, PARAMETERS, PaperConfig, Parameter, PatchModelConfig, Preset, Range, RobustConfig,
-    TrackerConfig,
+    Method, NetworkConfig, PARAMETERS, PaperConfig, Parameter, PatchModelConfig, Preset, Range,
+    RobustConfig, TrackerConfig,
 };
 pub use error::Error;
 pub use estimate::{Estimate, Status};

@@ -3,11 +3,11 @@
 
 use crate::config::{Method, TrackerConfig};
 use crate::estimate::Estimate;
+use crate::network::NetworkError;
 use crate::network::target as network;
 use crate::observe::{FrameView, NetworkView, Observer, PaperView, RobustView};
 use crate::vision::frame::{Frame, GreyImage};
 use crate::vision::geometry::BoundingBox;
-use crate::network::NetworkError;
 use crate::{Error, error};
 use crate::{paper, robust};
 use serde::{Deserialize, Serialize};

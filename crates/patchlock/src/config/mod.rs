@@ -14,8 +14,8 @@ mod reading;
 mod robust;
 mod table;
 
-use crate::network::{Network, NetworkError};
 use crate::Error;
+use crate::network::{Network, NetworkError};
 use serde::Serialize;
 
 use crate::value::Value;
@@ -42,8 +42,13 @@ const SEED: Parameter = Parameter {
 
 /// The table of all settings: those of all methods, then those of each group.
 pub const PARAMETERS: &[Parameter] = {
-    const ALL: &[&[Parameter]] =
-        &[&[SEED], RobustConfig::ROWS, PaperConfig::ROWS, PatchModelConfig::ROWS, NetworkConfig::ROWS];
+    const ALL: &[&[Parameter]] = &[
+        &[SEED],
+        RobustConfig::ROWS,
+        PaperConfig::ROWS,
+        PatchModelConfig::ROWS,
+        NetworkConfig::ROWS,
+    ];
     const COUNT: usize = {
         let (mut count, mut k) = (0, 0);
         while k < ALL.len() {

@@ -30,8 +30,16 @@ pub struct Pipeline {
 #[derive(Debug)]
 enum Step {
     /// Operators that `rten` computes.
-    Operators { model: Box<Model>, inputs: Vec<(NodeId, usize)>, outputs: Vec<(NodeId, usize)> },
-    Depthwise { convolution: Box<Depthwise>, input: usize, output: usize },
+    Operators {
+        model: Box<Model>,
+        inputs: Vec<(NodeId, usize)>,
+        outputs: Vec<(NodeId, usize)>,
+    },
+    Depthwise {
+        convolution: Box<Depthwise>,
+        input: usize,
+        output: usize,
+    },
 }
 
 /// Buffers of a run.
@@ -194,9 +202,34 @@ fn pool(threads: usize) -> Arc<ThreadPool> {
 /// Loads a file with the operators that trackers use.
 fn load(file: Vec<u8>, optimize: bool) -> Result<Model, NetworkError> {
     let operators = rten::op_registry!(
-        Add, Cast, Clip, Concat, Conv, Div, Erf, Exp, Gemm, GlobalAveragePool, HardSigmoid,
-        HardSwish, MatMul, Mul, Pow, ReduceMean, Relu, Reshape, Shape, Sigmoid, Slice, Softmax,
-        Split, Sqrt, Squeeze, Sub, Transpose, Unsqueeze
+        Add,
+        Cast,
+        Clip,
+        Concat,
+        Conv,
+        Div,
+        Erf,
+        Exp,
+        Gemm,
+        GlobalAveragePool,
+        HardSigmoid,
+        HardSwish,
+        MatMul,
+        Mul,
+        Pow,
+        ReduceMean,
+        Relu,
+        Reshape,
+        Shape,
+        Sigmoid,
+        Slice,
+        Softmax,
+        Split,
+        Sqrt,
+        Squeeze,
+        Sub,
+        Transpose,
+        Unsqueeze
     );
     let mut options = ModelOptions::with_ops(operators);
     options.enable_optimization(optimize).prepack_weights(optimize);
@@ -243,11 +276,7 @@ fn try_out(
     Ok(values.into_iter().map(known).collect())
 }
 
-fn shape_of(
-    name: &str,
-    graph: &CheckedGraph,
-    values: &HashMap<&str, Value>,
-) -> Option<Vec<usize>> {
+fn shape_of(name: &str, graph: &CheckedGraph, values: &HashMap<&str, Value>) -> Option<Vec<usize>> {
     let constant = || {
         let tensor = graph.constants.get(name)?;
         Some(tensor.dims.iter().map(|&dim| dim as usize).collect())
@@ -329,7 +358,8 @@ impl Plan<'_> {
             let Known { shape, element } = &self.known[name];
             ValueInfo::new(name, *element, shape)
         };
-        let (inputs, outputs) = (taken.iter().map(info).collect(), given.iter().map(info).collect());
+        let (inputs, outputs) =
+            (taken.iter().map(info).collect(), given.iter().map(info).collect());
         let nodes: Vec<Node> = nodes.iter().map(|&node| node.clone()).collect();
         let model = Box::new(load(self.graph.file(&nodes, inputs, outputs), true)?);
         let mut slots = |names: &[&str]| {

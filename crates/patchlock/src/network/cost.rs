@@ -75,7 +75,9 @@ fn convolution(
     let damaged = |reason: String| graph(format!("an operator Conv {reason}"));
     let (&[batch, channels, height, width], &[kernels, depth, high, wide]) = (input, weights)
     else {
-        return Err(damaged(format!("has an input {input:?} and weights {weights:?}; allowed: images")));
+        return Err(damaged(format!(
+            "has an input {input:?} and weights {weights:?}; allowed: images"
+        )));
     };
     let group = node.attribute("group").and_then(|group| group.i).unwrap_or(1);
     let groups = usize::try_from(group).unwrap_or(0);
@@ -130,7 +132,9 @@ fn broadcast(node: &Node, a: &[usize], b: &[usize]) -> Result<u64, NetworkError>
         let (left, right) = (from_end(a, k), from_end(b, k));
         if left != right && left != 1 && right != 1 {
             let name = &node.op_type;
-            return Err(graph(format!("an operator {name} has inputs {a:?} and {b:?}, which do not fit")));
+            return Err(graph(format!(
+                "an operator {name} has inputs {a:?} and {b:?}, which do not fit"
+            )));
         }
         shape.push(left.max(right));
     }
@@ -152,7 +156,8 @@ mod tests {
     }
 
     fn with(op: &str, name: &str, ints: &[i64]) -> Node {
-        let attribute = Attribute { name: name.into(), ints: ints.to_vec(), ..Attribute::default() };
+        let attribute =
+            Attribute { name: name.into(), ints: ints.to_vec(), ..Attribute::default() };
         Node { attribute: vec![attribute], ..node(op) }
     }
 
@@ -186,7 +191,10 @@ mod tests {
         for (name, ints) in
             [("pads", [1 << 40; 4].as_slice()), ("strides", &[0, 1]), ("dilations", &[-1, 1])]
         {
-            assert!(refused(&with("Conv", name, ints), &[image, &[8, 3, 3, 3]]).contains("allowed: pads"));
+            assert!(
+                refused(&with("Conv", name, ints), &[image, &[8, 3, 3, 3]])
+                    .contains("allowed: pads")
+            );
         }
         let wide: &[usize] = &[1, 1, 4096];
         assert!(refused(&node("Mul"), &[&[4097, 1], wide]).contains("at most 16777216"));

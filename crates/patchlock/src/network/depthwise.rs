@@ -82,7 +82,8 @@ impl Depthwise {
         let along = |length: usize, padding: i64, kernel: usize| {
             (length + padding as usize).checked_sub(kernel).map(|room| room / stride + 1)
         };
-        let result = [along(height, top + bottom, kernel[0])?, along(width, left + right, kernel[1])?];
+        let result =
+            [along(height, top + bottom, kernel[0])?, along(width, left + right, kernel[1])?];
         let before = [top as usize, left as usize];
         let image = [height, width];
         Some(Self { channels, image, kernel, result, stride, before, weights, bias })

@@ -85,7 +85,8 @@ pub fn recognise(graph: &CheckedGraph) -> Result<(&'static Recogniser, usize), N
 pub fn described(graph: &CheckedGraph) -> String {
     let values = |values: &[super::onnx::ValueInfo]| {
         let value = |value: &super::onnx::ValueInfo| {
-            let length = |length: &Option<i64>| length.map_or("?".into(), |length| length.to_string());
+            let length =
+                |length: &Option<i64>| length.map_or("?".into(), |length| length.to_string());
             let shape: Vec<String> = value.shape().iter().map(length).collect();
             format!("`{}` [{}]", value.name, shape.join(", "))
         };

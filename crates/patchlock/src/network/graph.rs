@@ -92,7 +92,8 @@ impl CheckedGraph {
         let inputs: Vec<_> =
             graph.input.into_iter().filter(|input| !constants.contains_key(&input.name)).collect();
         let nodes = in_order(nodes, &inputs, &constants)?;
-        let made = |name: &str| nodes.iter().any(|node| node.output.iter().any(|made| made == name));
+        let made =
+            |name: &str| nodes.iter().any(|node| node.output.iter().any(|made| made == name));
         if let Some(output) = graph.output.iter().find(|output| !made(&output.name)) {
             return Err(self::graph(format!("nothing computes its output `{}`", output.name)));
         }
@@ -124,7 +125,8 @@ impl CheckedGraph {
             sparse_initializer: Vec::new(),
         };
         let opset_import = vec![onnx::OperatorSet { domain: String::new(), version: self.opset }];
-        onnx::Model { ir_version: self.ir_version, graph: Some(graph), opset_import }.encode_to_vec()
+        onnx::Model { ir_version: self.ir_version, graph: Some(graph), opset_import }
+            .encode_to_vec()
     }
 }
 
@@ -201,7 +203,8 @@ fn check_tensor(tensor: &Tensor) -> Result<(), NetworkError> {
     };
     let product = |count: u64, &dim: &i64| count.checked_mul(u64::try_from(dim).ok()?);
     let count = tensor.dims.iter().try_fold(1, product);
-    let count = count.ok_or_else(|| graph(format!("the tensor `{name}` has an impossible shape")))?;
+    let count =
+        count.ok_or_else(|| graph(format!("the tensor `{name}` has an impossible shape")))?;
     at_most("the number of elements of a tensor", count, MAX_ELEMENTS)?;
     let held = match (&tensor.raw_data, tensor.data_type) {
         (Some(raw), _) if raw.len().is_multiple_of(size) => raw.len() / size,
@@ -214,7 +217,9 @@ fn check_tensor(tensor: &Tensor) -> Result<(), NetworkError> {
         return Ok(());
     }
     let dims = &tensor.dims;
-    Err(graph(format!("the tensor `{name}` does not hold the {count} elements of its shape {dims:?}")))
+    Err(graph(format!(
+        "the tensor `{name}` does not hold the {count} elements of its shape {dims:?}"
+    )))
 }
 
 /// The nodes in an order in which each value is made before it is used.
@@ -231,9 +236,10 @@ fn in_order(
             return Err(graph(format!("the value `{name}` is made twice")));
         }
     }
-    let absent = nodes.iter().flat_map(|node| &node.input).find(|name| {
-        !name.is_empty() && !made.contains(*name)
-    });
+    let absent = nodes
+        .iter()
+        .flat_map(|node| &node.input)
+        .find(|name| !name.is_empty() && !made.contains(*name));
     if let Some(name) = absent {
         return Err(graph(format!("nothing computes the value `{name}`")));
     }

@@ -18,17 +18,14 @@ pub struct KnownModel {
     pub training: &'static str,
 }
 
-const NANOTRACK_TRAINING: &str =
-    "trained on GOT-10k, ImageNet VID and DET, YouTube-BB, COCO and LaSOT, on a MobileNetV3 \
+const NANOTRACK_TRAINING: &str = "trained on GOT-10k, ImageNet VID and DET, YouTube-BB, COCO and LaSOT, on a MobileNetV3 \
      pretrained on ImageNet. Several of these are given out for research only, and what that means \
      for the weights is unsettled: decide for yourself whether you may use it";
 
 const VITTRACK_TRAINING: &str =
     "its publisher does not say what it was trained on: decide for yourself whether you may use it";
 
-const fn nanotrack(
-    [name, file, sha256, origin]: [&'static str; 4],
-) -> KnownModel {
+const fn nanotrack([name, file, sha256, origin]: [&'static str; 4]) -> KnownModel {
     let (licence, training) = ("Apache-2.0", NANOTRACK_TRAINING);
     KnownModel { name, file, sha256, origin, licence, training }
 }

@@ -2,11 +2,15 @@
 //! there, and its box.
 
 use super::program::ProgramScratch;
-use crate::vision::crop::{Crop, CropScratch, Planes};
+use crate::vision::bilinear::{Bilinear, BilinearScratch};
+use crate::vision::crop::Planes;
 use crate::vision::frame::Frame;
 use crate::vision::geometry::{BoundingBox, Point};
 
 /// Where the target is, in pixels of the frame.
+///
+/// The networks were trained with `x + w / 2` as the centre of a box and as a column of the frame,
+/// half a pixel to the right of where the box is. So it is here; see `benchmarks/record`.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Place {
     /// The centre.
@@ -18,12 +22,14 @@ pub struct Place {
 impl Place {
     /// The place of a box.
     pub fn of(bbox: BoundingBox) -> Self {
-        Self { centre: bbox.centre(), size: [bbox.w, bbox.h] }
+        let BoundingBox { x, y, w, h } = bbox;
+        Self { centre: [x + w / 2.0, y + h / 2.0], size: [w, h] }
     }
 
     /// The box of a place.
     pub fn bbox(&self) -> BoundingBox {
-        BoundingBox::around(self.centre, self.size[0], self.size[1])
+        let ([x, y], [w, h]) = (self.centre, self.size);
+        BoundingBox { x: x - w / 2.0, y: y - h / 2.0, w, h }
     }
 
     /// Whether all numbers are finite and the size positive.
@@ -53,11 +59,9 @@ impl Window {
     /// Cuts the window out of the frame: planes of red, green and blue, white at 255. What lies
     /// outside the frame has the colour `border`.
     pub fn cut(&self, frame: &Frame<'_>, border: [f32; 3], scratch: &mut Buffers) {
-        let Buffers { crop, planes, .. } = scratch;
-        let size = [self.pixels; 2];
-        let scale = [self.scale(); 2];
-        let cut = Crop { centre: self.centre, scale, size, rotation: 0.0 };
-        cut.cut_bordered(frame, border, crop, planes);
+        let Buffers { window, planes, .. } = scratch;
+        let sampled = Bilinear { centre: self.centre, scale: self.scale(), size: self.pixels };
+        sampled.sample(frame, border, window, planes);
     }
 }
 
@@ -104,7 +108,7 @@ pub struct Settled {
 /// Buffers of a thread.
 #[derive(Debug, Default)]
 pub struct Buffers {
-    pub(super) crop: CropScratch,
+    pub(super) window: BilinearScratch,
     /// The window that was cut.
     pub(super) planes: Planes,
     pub(super) program: ProgramScratch,

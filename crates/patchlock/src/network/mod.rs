@@ -131,8 +131,10 @@ impl Network {
                     missing: missing.name,
                 },
                 _ => {
-                    let each: Vec<_> =
-                        given.iter().map(|part| format!("a {} {}", part.family, part.name)).collect();
+                    let each: Vec<_> = given
+                        .iter()
+                        .map(|part| format!("a {} {}", part.family, part.name))
+                        .collect();
                     unusable(format!("the files are {}", each.join(", ")))
                 }
             });

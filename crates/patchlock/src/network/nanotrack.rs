@@ -159,9 +159,10 @@ impl Family for NanoTrack {
             let size = change(context(place.size) / context(last.size));
             (-(aspect * size - 1.0) * penalty).exp()
         };
-        let ranked = look.places.iter().zip(&look.scores).zip(&self.hann).map(
-            |((place, score), hann)| penalties(place) * score * (1.0 - window) + hann * window,
-        );
+        let ranked =
+            look.places.iter().zip(&look.scores).zip(&self.hann).map(|((place, score), hann)| {
+                penalties(place) * score * (1.0 - window) + hann * window
+            });
         let cell = largest(ranked);
         let (best, score) = (look.places[cell], look.scores[cell]);
         let rate = penalties(&best) * score * rate;
@@ -207,9 +208,8 @@ mod tests {
 
     fn look(logit: impl Fn(usize) -> f32, sides: [f32; 4]) -> Look {
         let count = 15 * 15;
-        let classes: Vec<f32> = (0..2 * count)
-            .map(|k| if k < count { 0.0 } else { logit(k - count) })
-            .collect();
+        let classes: Vec<f32> =
+            (0..2 * count).map(|k| if k < count { 0.0 } else { logit(k - count) }).collect();
         let boxes: Vec<f32> = (0..4 * count).map(|k| sides[k / count]).collect();
         let mut look = Look::default();
         decode(&classes, &boxes, 15, &WINDOW, LAST, &mut look);

@@ -55,9 +55,8 @@ impl Session {
         inputs: &[&[usize]],
         outputs: &[Vec<usize>],
     ) -> Result<Self, NetworkError> {
-        let typed = |(value, shape): (&ValueInfo, &[usize])| {
-            ValueInfo::new(&value.name, FLOAT, shape)
-        };
+        let typed =
+            |(value, shape): (&ValueInfo, &[usize])| ValueInfo::new(&value.name, FLOAT, shape);
         let given = graph.inputs.iter().zip(inputs.iter().copied()).map(typed).collect();
         let made = graph.outputs.iter().zip(outputs.iter().map(Vec::as_slice)).map(typed).collect();
         let session = Self {

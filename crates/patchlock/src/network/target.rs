@@ -1,10 +1,10 @@
 //! The method `network`: the loop that was published with the network. It looks at the window
 //! around the last place and moves to where the network sees the target.
 
+use super::Network;
 use super::error::NetworkError;
 use super::look::{Buffers, Look, Place, Settled};
 use super::view::NetworkView;
-use super::Network;
 use crate::config::NetworkConfig;
 use crate::estimate::{Estimate, Status};
 use crate::vision::frame::{Frame, FrameSize};
@@ -99,7 +99,9 @@ impl NetworkTarget {
             return Err(crate::error::snapshot("a number of its target is out of range"));
         }
         if template.len() != network.family().template_length() {
-            return Err(crate::error::snapshot("its template has another length than its network's"));
+            return Err(crate::error::snapshot(
+                "its template has another length than its network's",
+            ));
         }
         Ok(Self { network: network.clone(), place, border, template })
     }
@@ -110,7 +112,7 @@ fn within(place: Place, frame: FrameSize) -> Place {
     let lengths = [frame.width, frame.height].map(|length| length as f64);
     let limit = |side: f64, length: f64| side.clamp(MIN_SIDE, length.max(MIN_SIDE));
     Place {
-        centre: [0, 1].map(|axis| place.centre[axis].clamp(0.0, lengths[axis] - 1.0)),
+        centre: [0, 1].map(|axis| place.centre[axis].clamp(0.0, lengths[axis])),
         size: [0, 1].map(|axis| limit(place.size[axis], lengths[axis])),
     }
 }

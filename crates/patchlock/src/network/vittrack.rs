@@ -17,6 +17,8 @@ const SEARCH_SIDE: f64 = 4.0;
 /// Mean and standard deviation of ImageNet's red, green and blue.
 const MEAN: [f32; 3] = [0.485, 0.456, 0.406];
 const DEVIATION: [f32; 3] = [0.229, 0.224, 0.225];
+/// The colour beyond the frame's border: black.
+const BORDER: [f32; 3] = [0.0; 3];
 /// Cells on a side of the outputs.
 const CELLS: usize = 16;
 /// Below this score, the box stays where it was.
@@ -86,12 +88,12 @@ impl Family for VitTrack {
     fn template(
         &self,
         frame: &Frame<'_>,
-        border: [f32; 3],
+        _: [f32; 3],
         place: Place,
         buffers: &mut Buffers,
     ) -> Result<Vec<f32>, NetworkError> {
         let side = TEMPLATE_SIDE * root(place.size);
-        Window { centre: place.centre, side, pixels: TEMPLATE }.cut(frame, border, buffers);
+        Window { centre: place.centre, side, pixels: TEMPLATE }.cut(frame, BORDER, buffers);
         normalise(&mut buffers.planes.samples);
         Ok(buffers.planes.samples.clone())
     }
@@ -103,14 +105,14 @@ impl Family for VitTrack {
     fn look(
         &self,
         frame: &Frame<'_>,
-        border: [f32; 3],
+        _: [f32; 3],
         template: &[f32],
         place: Place,
         buffers: &mut Buffers,
     ) -> Result<(), NetworkError> {
         let side = SEARCH_SIDE * root(place.size);
         let window = Window { centre: place.centre, side, pixels: SEARCH };
-        window.cut(frame, border, buffers);
+        window.cut(frame, BORDER, buffers);
         let Buffers { planes, program, outputs, look, .. } = buffers;
         normalise(&mut planes.samples);
         outputs.resize_with(3, Vec::new);

@@ -1,6 +1,5 @@
 //! Upright crops of a frame, resampled to any size: bilinear where they are enlarged, area averages
-//! where they shrink. Pixels outside the frame repeat those at its border, or have a colour that is
-//! given.
+//! where they shrink. Pixels outside the frame repeat those at its border.
 //!
 //! The cost follows the size of the result, not that of the crop: beyond four source pixels per
 //! result pixel, only every so many rows and columns of the frame are read.
@@ -160,14 +159,6 @@ impl Axis {
         self.inside = if first <= last { (first as usize, last as usize) } else { (0, 0) };
     }
 
-    /// Whether the frame has the pixel with this number.
-    #[inline(always)]
-    fn is_inside(&self, number: usize, length: usize) -> bool {
-        let step = self.step as i64;
-        let pixel = (self.low + number as i64) * step + (step - 1) / 2;
-        (0..length as i64).contains(&pixel)
-    }
-
     /// The frame pixel with this number, or the nearest that the frame has.
     #[inline(always)]
     fn pixel(&self, number: usize, length: usize) -> usize {
@@ -187,27 +178,15 @@ impl Crop {
         out: &mut Planes,
     ) {
         if self.rotation == 0.0 {
-            return self.cut_upright(frame, channels, None, (scratch, out));
+            return self.cut_upright(frame, channels, scratch, out);
         }
         let mut around = std::mem::take(&mut scratch.around);
         let side = (self.size[0] as f64).hypot(self.size[1] as f64).ceil() as usize + 2;
         let upright = Self { size: [side; 2], rotation: 0.0, ..*self };
-        upright.cut_upright(frame, channels, None, (scratch, &mut around));
+        upright.cut_upright(frame, channels, scratch, &mut around);
         out.reshape(self.size, channels);
         self.turn(&around, out);
         scratch.around = around;
-    }
-
-    /// Cuts an upright crop out of the frame, with 3 channels. Pixels outside the frame have this
-    /// red, green and blue, with white at 255.
-    pub fn cut_bordered(
-        &self,
-        frame: &Frame<'_>,
-        border: [f32; 3],
-        scratch: &mut CropScratch,
-        out: &mut Planes,
-    ) {
-        self.cut_upright(frame, 3, Some(border), (scratch, out));
     }
 
     /// Samples the crop from the upright one around it, bilinearly.
@@ -239,13 +218,11 @@ impl Crop {
         &self,
         frame: &Frame<'_>,
         channels: usize,
-        border: Option<[f32; 3]>,
-        (scratch, out): (&mut CropScratch, &mut Planes),
+        scratch: &mut CropScratch,
+        out: &mut Planes,
     ) {
         out.reshape(self.size, channels);
-        // The channels of the frame may stand in another order.
-        let border = border.map(|colour| [0, 1, 2].map(|k| colour[frame.place_of(k)]));
-        Instructions::default().dispatch(Resample { crop: self, frame, border, scratch, out });
+        Instructions::default().dispatch(Resample { crop: self, frame, scratch, out });
     }
 }
 
@@ -253,8 +230,6 @@ impl Crop {
 struct Resample<'a> {
     crop: &'a Crop,
     frame: &'a Frame<'a>,
-    /// The colour outside the frame, in the order of its channels.
-    border: Option<[f32; 3]>,
     scratch: &'a mut CropScratch,
     out: &'a mut Planes,
 }
@@ -264,11 +239,11 @@ impl WithSimd for Resample<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { crop, frame, border, scratch, out } = self;
+        let Self { crop, frame, scratch, out } = self;
         scratch.columns.fill(frame.width(), crop.centre[0], crop.scale[0], crop.size[0]);
         scratch.rows.fill(frame.height(), crop.centre[1], crop.scale[1], crop.size[1]);
         for j in 0..out.height {
-            average_rows((frame, border), j, out.channels, scratch);
+            average_rows(frame, j, out.channels, scratch);
             let CropScratch { columns, row, pixels, .. } = &mut *scratch;
             match out.channels {
                 1 => average_columns::<1, 1>(columns, row, pixels),
@@ -287,12 +262,7 @@ impl WithSimd for Resample<'_> {
 
 /// The columns of the frame that count, averaged along y for one row of the result.
 #[inline(always)]
-fn average_rows(
-    (frame, border): (&Frame<'_>, Option<[f32; 3]>),
-    j: usize,
-    channels: usize,
-    scratch: &mut CropScratch,
-) {
+fn average_rows(frame: &Frame<'_>, j: usize, channels: usize, scratch: &mut CropScratch) {
     let CropScratch { columns, rows, row, .. } = scratch;
     row.clear();
     row.reserve((columns.first.len() * MAX_SHRINK as usize + MAX_TAPS) * channels + PADDING);
@@ -300,24 +270,11 @@ fn average_rows(
     for t in 0..rows.taps {
         let weight = rows.weights[j * rows.taps + t];
         if weight != 0.0 {
-            let number = rows.first[j] as usize + t;
-            match border {
-                Some(colour) if !rows.is_inside(number, frame.height()) => {
-                    let pixels = row.as_chunks_mut::<3>().0.iter_mut();
-                    pixels.for_each(|pixel| (0..3).for_each(|k| pixel[k] += weight * colour[k]));
-                }
-                _ => add_row(frame, rows.pixel(number, frame.height()), weight, columns, channels, row),
-            }
+            let y = rows.pixel(rows.first[j] as usize + t, frame.height());
+            add_row(frame, y, weight, columns, channels, row);
         }
     }
-    match border {
-        None => repeat_border(columns, channels, row),
-        Some(colour) => {
-            let pixels = row.as_chunks_mut::<3>().0.iter_mut().take(columns.count).enumerate();
-            let outside = pixels.filter(|(k, _)| !columns.is_inside(*k, frame.width()));
-            outside.for_each(|(_, pixel)| *pixel = colour);
-        }
-    }
+    repeat_border(columns, channels, row);
 }
 
 /// Adds a row of the frame to that part of the buffer that lies inside it.
@@ -411,35 +368,6 @@ mod tests {
         assert_eq!(cut(&frame, 1, far).samples, [60.0; 15]);
         let far = Crop { centre: [-900.0, 700.0], ..crop };
         assert_eq!(cut(&frame, 1, far).samples, [160.0; 15]);
-    }
-
-    #[test]
-    fn a_border_colour_is_seen_outside_the_frame_only() {
-        let white = vec![255; 40 * 30 * 3];
-        let frame = Frame::rgb8(&white, 40, 30).unwrap().bgr();
-        let (mut scratch, mut out) = (CropScratch::default(), Planes::default());
-        let border = [10.0, 20.0, 30.0];
-        for (scale, centre) in [(1.0, [0.0, 29.0]), (2.5, [3.0, 4.0]), (9.0, [20.0, 15.0])] {
-            let crop = Crop { centre, scale: [scale; 2], size: [20, 16], rotation: 0.0 };
-            crop.cut_bordered(&frame, border, &mut scratch, &mut out);
-            for (channel, (y, x)) in
-                (0..3).flat_map(|c| (0..16).flat_map(move |y| (0..20).map(move |x| (c, (y, x)))))
-            {
-                let at = |k: usize, n: usize, axis: usize| {
-                    centre[axis] + (k as f64 - (n as f64 - 1.0) / 2.0) * scale
-                };
-                let (u, v) = (at(x, 20, 0), at(y, 16, 1));
-                let reach = scale * 1.5 + 1.0;
-                let far = u < -reach || v < -reach || u > 39.0 + reach || v > 29.0 + reach;
-                let deep = (reach..39.0 - reach).contains(&u) && (reach..29.0 - reach).contains(&v);
-                let value = out.plane(channel)[y * 20 + x];
-                let expected = if deep { 255.0 } else { border[channel] };
-                if far || deep {
-                    assert!((value - expected).abs() < 1e-3, "{scale} {x} {y} {value} {expected}");
-                }
-                assert!((border[channel] - 1e-3..255.001).contains(&value), "{value}");
-            }
-        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 //!
 //! Grey is `0.2989 R + 0.5870 G + 0.1140 B`, scaled to `[0, 1]` (Sec. 2 of the paper).
 
+use super::bilinear::Tap;
 use crate::Error;
 use serde::{Deserialize, Serialize};
 
@@ -235,6 +236,54 @@ impl<'a> Frame<'a> {
     /// Whether the frame has colour channels.
     pub(crate) fn has_colour(&self) -> bool {
         self.colours != Colours::Grey
+    }
+
+    /// Samples row `y` between its columns, linearly. A pixel is the frame's three colours in its
+    /// own order, with white at 255; a grey pixel counts as three equal colours. Columns outside
+    /// the frame have the colour `border`, in the same order.
+    pub(crate) fn sample_row(
+        &self,
+        y: usize,
+        taps: &[Tap],
+        border: [f32; 3],
+        out: &mut [[f32; 3]],
+    ) {
+        match self.samples {
+            Samples::U8(samples) => self.sample_row_of(samples, y, taps, border, out),
+            Samples::U16(samples) => self.sample_row_of(samples, y, taps, border, out),
+            Samples::F32(samples) => self.sample_row_of(samples, y, taps, border, out),
+        }
+    }
+
+    fn sample_row_of<S: Sample>(
+        &self,
+        samples: &[S],
+        y: usize,
+        taps: &[Tap],
+        border: [f32; 3],
+        out: &mut [[f32; 3]],
+    ) {
+        let channels = self.colours.channels();
+        let row = &samples[y * self.stride..][..channels * self.width];
+        let colours = |pixel: &[S]| match pixel {
+            [a, b, c, ..] => [a.level(), b.level(), c.level()],
+            _ => [pixel[0].level(); 3],
+        };
+        let outside = |column: i64| match usize::try_from(column) {
+            Ok(column) if column < self.width => colours(&row[column * channels..][..channels]),
+            _ => border,
+        };
+        for (out, tap) in out.iter_mut().zip(taps) {
+            let inside = usize::try_from(tap.before).ok().filter(|&x| x + 1 < self.width);
+            let (left, right) = match inside {
+                Some(column) => {
+                    let pair = &row[column * channels..][..2 * channels];
+                    (colours(&pair[..channels]), colours(&pair[channels..]))
+                }
+                None => (outside(tap.before), outside(tap.before + 1)),
+            };
+            *out = std::array::from_fn(|k| left[k] + (right[k] - left[k]) * tap.fraction);
+        }
     }
 
     /// The mean red, green and blue, with white at 255.

@@ -1,5 +1,6 @@
 //! Frames, boxes, the warp of candidates, patches of templates, and the guided filter.
 
+pub mod bilinear;
 pub mod crop;
 pub mod frame;
 pub mod geometry;
