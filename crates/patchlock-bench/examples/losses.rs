@@ -135,7 +135,7 @@ fn track(scene: &Scene, config: &TrackerConfig) -> Result<Counts, patchlock::Err
     }
     let trial = match &config.method {
         Method::Robust(config) => config.trial,
-        Method::Paper(_) => 0,
+        Method::Paper(_) | Method::Network(_) => 0,
     };
     for absence in absences(&said) {
         counts.add_absence(&said, absence, RETURN_FRAMES + trial);

@@ -61,6 +61,7 @@ fn config(preset: &str) -> Option<TrackerConfig> {
     match &mut config.method {
         Method::Robust(robust) => (robust.min_patch, robust.max_patch) = (32.0, 32.0),
         Method::Paper(paper) => (paper.particles, paper.patches.small_step) = (12, 8),
+        Method::Network(_) => config.network = Some(patchlock_fuzz::made_up_network()),
     }
     Some(config)
 }

@@ -53,6 +53,15 @@ pub const SURFACES: &[(&str, Surface)] = &[
     ("library", library),
 ];
 
+/// A small network with made-up weights.
+pub fn made_up_network() -> patchlock::Network {
+    let files: [&[u8]; 2] = [
+        include_bytes!("../../patchlock/tests/golden/network/nanotrack_backbone.onnx"),
+        include_bytes!("../../patchlock/tests/golden/network/nanotrack_head.onnx"),
+    ];
+    patchlock::Network::from_bytes(&files).expect("is a network")
+}
+
 /// Separates the parts of an input that stands for several files.
 pub const SEPARATOR: u8 = 0x1e;
 

@@ -10,6 +10,7 @@ use patchlock::{
 };
 
 use crate::check::{accepted, estimate, said};
+use crate::made_up_network;
 
 /// The largest value that is tried of numbers that cost time.
 const CAPS: &[(&str, f64)] = &[
@@ -46,8 +47,9 @@ const PATCHES: usize = 64;
 
 /// Whether few patches of the templates are coded.
 fn has_few_patches(config: &TrackerConfig) -> bool {
-    let PatchModelConfig { template_side, large_patch, large_step, .. } = *config.method.patches();
-    let PatchModelConfig { small_patch, small_step, .. } = *config.method.patches();
+    let Some(patches) = config.method.patches() else { return true };
+    let PatchModelConfig { template_side, large_patch, large_step, .. } = *patches;
+    let PatchModelConfig { small_patch, small_step, .. } = *patches;
     [(large_patch, large_step), (small_patch, small_step)]
         .iter()
         .all(|(patch, step)| ((template_side - patch) / step + 1).pow(2) <= PATCHES)
@@ -58,6 +60,7 @@ fn most_frames(method: &Method) -> u32 {
     match method {
         Method::Robust(_) => 160,
         Method::Paper(_) => 10,
+        Method::Network(_) => 20,
     }
 }
 
@@ -225,6 +228,7 @@ impl Plan {
                 (paper.particles, paper.patches.small_step) = (30, 8);
                 (paper.patches.update_interval, paper.patches.small_update_interval) = (2, 3);
             }
+            Method::Network(_) => config.network = Some(made_up_network()),
         }
         for change in self.changes.iter().take(12) {
             let row = &PARAMETERS[usize::from(change.row) % PARAMETERS.len()];

@@ -15,9 +15,9 @@ use patchlock_studio::project::{Edit, Store};
 use patchlock_track::export::{self, Entry, Track};
 use serde_json::{Value, json};
 
-use crate::SEPARATOR;
 use crate::library::{pattern, small};
 use crate::scratch::Scratch;
+use crate::{SEPARATOR, made_up_network};
 
 /// The seeds of a surface; none for a name that is not one.
 pub fn seeds(surface: &str) -> Vec<Vec<u8>> {
@@ -318,6 +318,7 @@ fn tracker(preset: Preset, updates: u8) -> Tracker {
             paper.particles = 20;
             shrink(&mut paper.patches);
         }
+        Method::Network(_) => config.network = Some(made_up_network()),
     }
     let pixels = |k: u8| pattern(40, 32, k + 3);
     let first = pixels(0);

@@ -24,7 +24,7 @@ pub fn settings(data: &[u8]) {
     let scratch = Scratch::new();
     let file = file.map(|content| scratch.file("settings.toml", &content));
     let set: Vec<String> = set.lines().map(str::to_owned).collect();
-    let options = Overrides { set: &set, seed: None };
+    let options = Overrides { set: &set, ..Overrides::default() };
     match resolve(preset, file.as_deref(), options) {
         Ok(config) => {
             config.validate().expect("what was resolved is valid");

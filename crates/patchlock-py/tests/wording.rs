@@ -11,6 +11,7 @@ use patchlock_bench::dataset::selection::SelectionError;
 use patchlock_media::image_file::LoadError;
 use patchlock_media::{Container, FrameFault, Limits, RangeError, TooLarge};
 use patchlock_studio::project;
+use patchlock_track::ModelError;
 use patchlock_track::settings::{Origin, SettingsError};
 
 fn io_error() -> io::Error {
@@ -102,7 +103,9 @@ fn next_settings(error: &SettingsError) -> Option<SettingsError> {
         SettingsError::Unreadable { .. } => {
             SettingsError::NoToml { file: file(), line: 1, reason: "why".into() }
         }
-        SettingsError::NoToml { .. } => SettingsError::ManyMethods { file: file(), methods: Vec::new() },
+        SettingsError::NoToml { .. } => {
+            SettingsError::ManyMethods { file: file(), methods: Vec::new() }
+        }
         SettingsError::ManyMethods { .. } => SettingsError::Assignment { given: "x".into() },
         SettingsError::Assignment { .. } => {
             let error = patchlock::Error::UnknownSetting { name: "particels".into() };
@@ -112,7 +115,10 @@ fn next_settings(error: &SettingsError) -> Option<SettingsError> {
             let error = patchlock::Error::UnknownSetting { name: "nothing like it".into() };
             SettingsError::Setting { origin: Origin::Single, error }
         }
-        SettingsError::Setting { origin: Origin::Single, .. } => return None,
+        SettingsError::Setting { origin: Origin::Single, .. } => {
+            SettingsError::Model(ModelError::NoFiles { folder: "models".into() })
+        }
+        SettingsError::Model(_) => return None,
     })
 }
 

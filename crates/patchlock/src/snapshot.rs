@@ -75,6 +75,8 @@ impl Snapshot {
     }
 
     pub(crate) fn new(config: TrackerConfig, frame_size: FrameSize, track: SavedTrack) -> Self {
+        // A network is a file of its own, which the text of a snapshot does not hold.
+        let config = TrackerConfig { network: None, ..config };
         Self { version: Version(VERSION), config, frame_size, track }
     }
 
@@ -106,6 +108,7 @@ impl MultiSnapshot {
 
     pub(crate) fn new(parts: MultiParts) -> Self {
         let MultiParts { config, next, frame_size, tracks } = parts;
+        let config = TrackerConfig { network: None, ..config };
         Self { version: Version(VERSION), config, next, frame_size, tracks }
     }
 

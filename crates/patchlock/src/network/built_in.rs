@@ -27,13 +27,16 @@ pub struct Pipeline {
     outputs: Vec<usize>,
 }
 
+/// A value of `rten`, and its number among those that go from step to step.
+type Link = (NodeId, usize);
+
 #[derive(Debug)]
 enum Step {
     /// Operators that `rten` computes.
     Operators {
         model: Box<Model>,
-        inputs: Vec<(NodeId, usize)>,
-        outputs: Vec<(NodeId, usize)>,
+        inputs: Vec<Link>,
+        outputs: Vec<Link>,
     },
     Depthwise {
         convolution: Box<Depthwise>,
@@ -152,13 +155,12 @@ impl Pipeline {
     fn run_operators(
         &self,
         model: &Model,
-        (inputs, outputs): (&[(NodeId, usize)], &[(NodeId, usize)]),
+        (inputs, outputs): (&[Link], &[Link]),
         pool: &Arc<ThreadPool>,
         values: &mut [Held],
     ) -> Result<(), NetworkError> {
-        let given = |&(id, slot): &(NodeId, usize)| {
-            (id, ValueOrView::View(values[slot].view(&self.shapes[slot])))
-        };
+        let given =
+            |&(id, slot): &Link| (id, ValueOrView::View(values[slot].view(&self.shapes[slot])));
         let given = inputs.iter().map(given).collect();
         let wanted: Vec<NodeId> = outputs.iter().map(|(id, _)| *id).collect();
         let options = RunOptions::default().with_thread_pool(Some(Arc::clone(pool)));

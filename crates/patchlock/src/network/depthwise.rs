@@ -115,8 +115,8 @@ impl Depthwise {
         let [rows, columns] = self.result;
         let columns = columns.next_multiple_of(LANES);
         // The last vector also reads to the right of what its results need.
-        let part = (columns + (self.kernel[1] - 1) / self.stride)
-            .max((self.image[1] + self.before[1]).div_ceil(self.stride));
+        let filled = [self.image[1], self.before[1]].map(|length| length.div_ceil(self.stride));
+        let part = (columns + (self.kernel[1] - 1) / self.stride).max(filled[0] + filled[1]);
         let needed = (rows.next_multiple_of(ROWS) - 1) * self.stride + self.kernel[0];
         let rows = needed.max(self.image[0] + self.before[0]);
         Layout { part, row: part * self.stride, rows, columns }

@@ -54,6 +54,9 @@ pub struct Part {
     pub name: &'static str,
 }
 
+/// Makes a network of its parts, in order.
+type Build = fn(&[CheckedGraph], &Runtime) -> Result<Box<dyn Family>, NetworkError>;
+
 /// A family, by what its files look like.
 pub struct Recogniser {
     /// The parts, in order.
@@ -63,7 +66,7 @@ pub struct Recogniser {
     /// The number of the part that a file holds.
     pub part: fn(&CheckedGraph) -> Option<usize>,
     /// Makes the network of its parts, in order.
-    pub build: fn(&[CheckedGraph], &Runtime) -> Result<Box<dyn Family>, NetworkError>,
+    pub build: Build,
 }
 
 /// All families.

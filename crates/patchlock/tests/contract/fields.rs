@@ -1,6 +1,6 @@
 //! Every field of the configuration has an effect, and none accepts a value outside its range.
 
-use crate::methods::{all, robust, with};
+use crate::methods::{all, network, robust, with};
 use crate::sequence::{OCCLUDED, SIMPLE};
 use patchlock::{
     Error, Estimate, FrameView, Kind, Method, MultiTracker, PARAMETERS, PaperConfig, Parameter,
@@ -37,6 +37,7 @@ fn base(method: &Method, group: &str) -> TrackerConfig {
     let mut config = match method {
         Method::Paper(_) => with(Preset::Paper, &[("particles", 25), ("small_step", 8)]),
         Method::Robust(_) => robust(),
+        Method::Network(_) => return network(),
     };
     set(
         &mut config,

@@ -1,9 +1,14 @@
 //! The methods under test.
 
-use patchlock::{Method, Preset, TrackerConfig};
+use patchlock::{Method, Network, Preset, TrackerConfig};
 
 /// Every method, with settings that take milliseconds per frame and still exercise everything.
 pub fn all() -> Vec<TrackerConfig> {
+    vec![robust(), paper(), network()]
+}
+
+/// Every method that follows a target as it comes: a network with made-up weights does not.
+pub fn all_that_follow() -> Vec<TrackerConfig> {
     vec![robust(), paper()]
 }
 
@@ -15,6 +20,17 @@ pub fn robust() -> TrackerConfig {
 /// The preset `paper` with few particles and small patches.
 pub fn paper() -> TrackerConfig {
     with(Preset::Paper, &[("particles", 30), ("small_step", 8)])
+}
+
+/// The preset `network` with a small network of made-up weights.
+pub fn network() -> TrackerConfig {
+    let files: [&[u8]; 2] = [
+        include_bytes!("../golden/network/nanotrack_backbone.onnx"),
+        include_bytes!("../golden/network/nanotrack_head.onnx"),
+    ];
+    let mut config = TrackerConfig::from(Preset::Network);
+    config.network = Some(Network::from_bytes(&files).unwrap());
+    config
 }
 
 /// A preset with these whole numbers.
@@ -32,13 +48,16 @@ pub fn draws_boxes(method: &Method) -> bool {
         Method::Paper(_) => true,
         // Only the templates that are replaced are drawn, which affects the visibility.
         Method::Robust(_) => false,
+        Method::Network(_) => false,
     }
 }
 
 /// The same settings with every learning step within a few frames.
 pub fn learning_early(mut config: TrackerConfig) -> TrackerConfig {
-    config.set("update_interval", 2).unwrap();
-    config.set("small_update_interval", 5).unwrap();
+    if config.method.patches().is_some() {
+        config.set("update_interval", 2).unwrap();
+        config.set("small_update_interval", 5).unwrap();
+    }
     config
 }
 
@@ -46,7 +65,7 @@ pub fn learning_early(mut config: TrackerConfig) -> TrackerConfig {
 pub fn following(mut config: TrackerConfig) -> TrackerConfig {
     match &mut config.method {
         Method::Paper(paper) => (paper.particles, paper.patches.small_step) = (150, 4),
-        Method::Robust(_) => {}
+        Method::Robust(_) | Method::Network(_) => {}
     }
     config
 }
@@ -57,6 +76,7 @@ pub fn default_settings(method: &Method) -> (TrackerConfig, usize) {
     match method {
         Method::Paper(_) => (TrackerConfig::from(Preset::Paper), 60),
         Method::Robust(_) => (robust(), 60),
+        Method::Network(_) => (network(), 3),
     }
 }
 
