@@ -1,7 +1,7 @@
 //! Words the errors of the libraries for the command line: messages and hints that name options or
 //! commands. The other hints are the errors' own advice.
 
-use patchlock::Parameter;
+use patchlock::{NetworkError, Parameter};
 use patchlock_bench::dataset::selection::SelectionError;
 use patchlock_media::{FrameFault, RangeError};
 use patchlock_studio::project;
@@ -151,7 +151,17 @@ fn model_hint(error: &ModelError) -> Option<String> {
         ModelError::Missing { .. } => {
             "give its files with --model; patchlock model --help says where to get them".to_string()
         }
-        ModelError::Unused { .. } => "--preset network follows with it".to_string(),
+        ModelError::Unused { .. } | ModelError::UnusedRuntime { .. } => {
+            "--preset network uses it".to_string()
+        }
+        ModelError::Unusable { error: NetworkError::Family { .. }, .. } => {
+            "patchlock model --help lists the networks that can be used".to_string()
+        }
+        ModelError::Runtime(_) => {
+            "--runtime takes the library of onnxruntime 1.17 or later; without it, the built-in \
+             runtime is used"
+                .to_string()
+        }
         _ => return error.advice(),
     })
 }

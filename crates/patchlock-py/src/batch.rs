@@ -9,7 +9,7 @@ use patchlock_bench::bench::job::{self, BenchJobs, Frames, Job};
 use patchlock_bench::bench::plan::{Entrant, MOST_SECONDS, MOST_SEEDS, Options};
 use patchlock_bench::bench::schemes::{Scheme, Start};
 use patchlock_bench::bench::store::{self, Clip, Identity, Series, Written};
-use patchlock_track::text;
+use patchlock_track::{ModelPaths, text};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -97,6 +97,7 @@ impl Store {
             threads,
             side_by_side,
             patience: Duration::ZERO,
+            paths: ModelPaths::default(),
         })
     }
 
@@ -195,7 +196,8 @@ fn entrant(
     name: Option<String>,
 ) -> PyResult<Entrant> {
     let Some(command) = command else {
-        return Ok(Entrant::Patchlock { preset, config: file, name });
+        let paths = ModelPaths::default();
+        return Ok(Entrant::Patchlock { preset, config: file, paths, name });
     };
     if file.is_some() {
         let message = "file holds settings of Patchlock: it can't be combined with command";

@@ -1,8 +1,8 @@
 //! Tracking around the library: what the program, the studio and the Python package share.
 //!
 //! A [`session`] is a tracker with its threads and a clock; [`many_targets`] tracks targets by the
-//! caller's ids. [`settings`] resolves presets and settings files, [`start_box`] checks first
-//! boxes, [`text`] reads tables of boxes, and [`export`] writes tracks for other tools.
+//! caller's ids. [`settings`] resolves presets and settings files, [`models`] loads networks,
+//! [`start_box`] checks first boxes, [`text`] reads tables of boxes, and [`export`] writes tracks for other tools.
 //!
 //! Boxes are [`patchlock::BoundingBox`], in pixels counted from 0.
 
@@ -18,4 +18,4 @@ pub mod start_box;
 pub mod text;
 
 pub use error::Error;
-pub use models::ModelError;
+pub use models::{ModelError, ModelPaths, UsedNetwork};

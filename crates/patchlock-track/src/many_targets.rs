@@ -39,6 +39,11 @@ impl ManyTargets {
         Ok(Self { tracker: MultiTracker::new(config)?, pool, ids: Vec::new() })
     }
 
+    /// The configuration.
+    pub fn config(&self) -> &TrackerConfig {
+        self.tracker.config()
+    }
+
     /// Number of threads.
     pub fn threads(&self) -> usize {
         self.pool.current_num_threads()

@@ -1,9 +1,13 @@
 //! Finds the files of a network and loads them.
 
+use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use patchlock::{Method, ModelFile, Network, NetworkError, Runtime};
+use serde::{Deserialize, Serialize};
+
+use crate::error::READ_ADVICE;
 
 /// The largest file that is read; the library's own limit is the same.
 const MAX_BYTES: u64 = 64 << 20;
@@ -33,6 +37,9 @@ pub enum ModelError {
         /// What is wrong.
         error: NetworkError,
     },
+    /// The library of a runtime cannot be used.
+    #[error("{0}")]
+    Runtime(NetworkError),
     /// The method needs a network and has none.
     #[error("the method {method} needs a network")]
     Missing {
@@ -47,9 +54,22 @@ pub enum ModelError {
         /// The method.
         method: &'static str,
     },
+    /// The method runs no network.
+    #[error("the runtime {} has no effect with the method {method}", path.display())]
+    UnusedRuntime {
+        /// The library.
+        path: PathBuf,
+        /// The method.
+        method: &'static str,
+    },
 }
 
 impl ModelError {
+    /// Whether the files or options are wrong, as opposed to a file being unreadable.
+    pub fn is_misuse(&self) -> bool {
+        !matches!(self, Self::Unreadable { .. })
+    }
+
     /// What the user can do, whichever front end is used; `None` if that depends on the front end,
     /// or nothing helps.
     pub fn advice(&self) -> Option<String> {
@@ -58,10 +78,12 @@ impl ModelError {
             Self::Unusable { error: NetworkError::Incomplete { .. }, .. } => {
                 "give the folder with both files"
             }
+            Self::Unreadable { .. } => READ_ADVICE,
             Self::Unusable { .. }
-            | Self::Unreadable { .. }
+            | Self::Runtime(_)
             | Self::Missing { .. }
-            | Self::Unused { .. } => return None,
+            | Self::Unused { .. }
+            | Self::UnusedRuntime { .. } => return None,
         };
         Some(advice.to_string())
     }
@@ -124,29 +146,82 @@ pub fn load(path: &Path, runtime: Option<&Path>) -> Result<Network, ModelError> 
     let bytes: Vec<&[u8]> = bytes.iter().map(Vec::as_slice).collect();
     let runtime = match runtime {
         None => Runtime::built_in(),
-        Some(library) => {
-            let path = library.to_path_buf();
-            Runtime::onnxruntime(library).map_err(|error| ModelError::Unusable { path, error })?
-        }
+        Some(library) => Runtime::onnxruntime(library).map_err(ModelError::Runtime)?,
     };
     let unusable = |error| ModelError::Unusable { path: path.to_path_buf(), error };
     Network::with_runtime(&bytes, &runtime).map_err(unusable)
 }
 
-/// The network for a method, which must be given if the method needs it and not otherwise.
-///
-/// # Errors
-/// As [`load`]; [`ModelError::Missing`] and [`ModelError::Unused`].
-pub fn network_for(
-    method: &Method,
-    model: Option<&Path>,
-    runtime: Option<&Path>,
-) -> Result<Option<Network>, ModelError> {
-    let name = method.name();
-    match (method, model) {
-        (Method::Network(_), Some(path)) => load(path, runtime).map(Some),
-        (Method::Network(_), None) => Err(ModelError::Missing { method: name }),
-        (_, Some(path)) => Err(ModelError::Unused { path: path.to_path_buf(), method: name }),
-        (_, None) => Ok(None),
+/// Where the files of a network are.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct ModelPaths {
+    /// A folder with the ONNX files of one network, or the only file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub model: Option<PathBuf>,
+    /// The library of onnxruntime that runs it; without one, the built-in runtime does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub runtime: Option<PathBuf>,
+}
+
+impl ModelPaths {
+    /// The network for a method, which must be given if the method needs it and not otherwise.
+    ///
+    /// # Errors
+    /// As [`load`]; [`ModelError::Missing`], [`ModelError::Unused`] and
+    /// [`ModelError::UnusedRuntime`].
+    pub fn network(&self, method: &Method) -> Result<Option<Network>, ModelError> {
+        let name = method.name();
+        match (method, &self.model, &self.runtime) {
+            (Method::Network(_), Some(model), runtime) => load(model, runtime.as_deref()).map(Some),
+            (Method::Network(_), None, _) => Err(ModelError::Missing { method: name }),
+            (_, Some(model), _) => Err(ModelError::Unused { path: model.clone(), method: name }),
+            (_, None, Some(library)) => {
+                Err(ModelError::UnusedRuntime { path: library.clone(), method: name })
+            }
+            (_, None, None) => Ok(None),
+        }
+    }
+
+    /// The same paths, independent of the working directory.
+    ///
+    /// # Errors
+    /// [`ModelError::Unreadable`] if the working directory is unknown.
+    pub fn absolute(&self) -> Result<Self, ModelError> {
+        let absolute = |path: &Option<PathBuf>| {
+            let path = path.as_deref().map(|path| {
+                let unreadable =
+                    |reason| ModelError::Unreadable { path: path.to_path_buf(), reason };
+                std::path::absolute(path).map_err(unreadable)
+            });
+            path.transpose()
+        };
+        Ok(Self { model: absolute(&self.model)?, runtime: absolute(&self.runtime)? })
+    }
+}
+
+/// The network that a run used, as summaries and manifests name it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct UsedNetwork {
+    /// Its name.
+    pub model: String,
+    /// Its hash, [`Network::hash`].
+    pub model_sha256: String,
+    /// What ran it.
+    pub runtime: String,
+}
+
+impl From<&Network> for UsedNetwork {
+    fn from(network: &Network) -> Self {
+        Self {
+            model: network.name().to_owned(),
+            model_sha256: network.hash().to_owned(),
+            runtime: network.runtime().to_string(),
+        }
+    }
+}
+
+impl fmt::Display for UsedNetwork {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, runtime {}", self.model, self.runtime)
     }
 }

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use patchlock::{Error, Kind, Method, PARAMETERS, Parameter, Preset, TrackerConfig, Value};
 
 use crate::files;
-use crate::models::{self, ModelError};
+use crate::models::{ModelError, ModelPaths};
 use crate::names::near_matches;
 
 /// Invalid settings.
@@ -86,7 +86,11 @@ impl fmt::Display for Origin {
 impl SettingsError {
     /// Whether the settings are invalid, as opposed to the file being unreadable.
     pub fn is_misuse(&self) -> bool {
-        !matches!(self, Self::Unreadable { .. })
+        match self {
+            Self::Unreadable { .. } => false,
+            Self::Model(error) => error.is_misuse(),
+            _ => true,
+        }
     }
 
     /// What the user can do, whichever front end is used; `None` if that depends on the front end,
@@ -149,18 +153,31 @@ pub struct Overrides<'a> {
     pub runtime: Option<&'a Path>,
 }
 
-/// The configuration of a preset, with the settings of a file and then the overrides applied.
+/// The configuration of a preset, with the settings of a file and then the overrides applied, and
+/// with the network that the method needs.
 ///
 /// # Errors
-/// [`SettingsError`] if the preset is unknown, the file cannot be read or is invalid, or a setting
+/// [`SettingsError`] if the preset is unknown, a file cannot be read or is invalid, or a setting
 /// is unknown, has no effect with the method, or is out of range.
 pub fn resolve(
     name: &str,
     file: Option<&Path>,
     overrides: Overrides<'_>,
 ) -> Result<TrackerConfig, SettingsError> {
+    resolve_with_paths(name, file, overrides).map(|(config, _)| config)
+}
+
+/// As [`resolve`], with the files of the network.
+///
+/// # Errors
+/// As [`resolve`].
+pub fn resolve_with_paths(
+    name: &str,
+    file: Option<&Path>,
+    overrides: Overrides<'_>,
+) -> Result<(TrackerConfig, ModelPaths), SettingsError> {
     let mut config = preset(name)?;
-    let mut paths = Paths::default();
+    let mut paths = ModelPaths::default();
     if let Some(file) = file {
         (config, paths) = with_file(config, file)?;
     }
@@ -173,17 +190,12 @@ pub fn resolve(
         config.set("seed", seed).map_err(invalid)?;
     }
     config.validate().map_err(invalid)?;
-    let model = overrides.model.or(paths.model.as_deref());
-    let runtime = overrides.runtime.or(paths.runtime.as_deref());
-    config.network = models::network_for(&config.method, model, runtime)?;
-    Ok(config)
-}
-
-/// The files that a settings file names; relative ones are beside it.
-#[derive(Debug, Default)]
-struct Paths {
-    model: Option<PathBuf>,
-    runtime: Option<PathBuf>,
+    let paths = ModelPaths {
+        model: overrides.model.map(Path::to_path_buf).or(paths.model),
+        runtime: overrides.runtime.map(Path::to_path_buf).or(paths.runtime),
+    };
+    config.network = paths.network(&config.method)?;
+    Ok((config, paths))
 }
 
 /// The name and the value of `NAME=VALUE`.
@@ -218,23 +230,22 @@ fn short_name(name: &str) -> &str {
 
 /// The configuration with the settings of a file. The table of a method chooses that method;
 /// settings outside of tables are those of the method in use, since no two settings have the same
-/// name.
+/// name. The files of a network are relative to the file that names them.
 fn with_file(
     mut config: TrackerConfig,
     file: &Path,
-) -> Result<(TrackerConfig, Paths), SettingsError> {
+) -> Result<(TrackerConfig, ModelPaths), SettingsError> {
     let mut settings = read(file)?;
-    let mut path = |name: &str| match settings.remove(name) {
+    let mut path = |name: &'static str| match settings.remove(name) {
         Some(toml::Value::String(path)) => Ok(Some(file.with_file_name("").join(path))),
         Some(other) => {
             let value = other.to_string();
-            let name = if name == "model" { "model" } else { "runtime" };
             let error = Error::SettingKind { name, value, kind: Kind::Word };
             Err(SettingsError::Setting { origin: Origin::File(file.to_path_buf()), error })
         }
         None => Ok(None),
     };
-    let paths = Paths { model: path("model")?, runtime: path("runtime")? };
+    let paths = ModelPaths { model: path("model")?, runtime: path("runtime")? };
     let mut tables = Vec::new();
     for name in Method::NAMES {
         match settings.remove(name) {

@@ -10,11 +10,12 @@ use serde::{Deserialize, Serialize};
 use super::plan::{self, Options, Plan};
 use super::runner::{self, Failure};
 use super::schemes::Start;
-use super::store::{Clip, Footage, Run, Series, Store, Task, Trajectory, Written};
+use super::store::{Clip, Footage, Identity, Run, Series, Store, Task, Trajectory, Written};
 use super::subject::{self, Patchlock};
 use crate::Error;
 use crate::dataset::Dataset;
-use patchlock_track::start_box;
+use patchlock_track::settings::SettingsError;
+use patchlock_track::{ModelPaths, start_box};
 
 /// A run to make.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -35,6 +36,10 @@ pub struct Job {
     pub side_by_side: usize,
     /// Time limit for each answer of an external tracker.
     pub patience: Duration,
+    /// The files of the tracker's network, where the run is made. They do not depend on the working
+    /// directory.
+    #[serde(default)]
+    pub paths: ModelPaths,
 }
 
 /// Where the frames are.
@@ -70,7 +75,7 @@ impl Job {
     /// Makes the run and returns the contents of its two files.
     ///
     /// # Errors
-    /// An error of the frames or of the tracker.
+    /// An error of the frames, of the network's files or of the tracker.
     pub fn track(&self) -> Result<Written, Error> {
         let trajectory = match &self.frames {
             Frames::Files(files) => self.track_files(files)?,
@@ -79,9 +84,21 @@ impl Job {
         Ok(self.series.write(&self.run(), trajectory, self.threads, self.side_by_side))
     }
 
+    /// The tracker to run, with its network, which a message does not hold.
+    fn identity(&self) -> Result<Identity, Error> {
+        let mut identity = self.series.subject.clone();
+        if let Identity::Patchlock { configuration, network: Some(_), .. } = &mut identity
+            && configuration.network.is_none()
+        {
+            let network = self.paths.network(&configuration.method);
+            configuration.network = network.map_err(SettingsError::from)?;
+        }
+        Ok(identity)
+    }
+
     fn track_files(&self, files: &[PathBuf]) -> Result<Trajectory, Error> {
-        let subject = &self.series.subject;
-        let mut subject = subject::start(subject, self.seed, self.threads, self.patience)?;
+        let identity = self.identity()?;
+        let mut subject = subject::start(&identity, self.seed, self.threads, self.patience)?;
         runner::trace(files.iter().map(Ok), |file, is_first| match is_first {
             true => subject.begin(file, self.start.bbox),
             false => subject.follow(file),
@@ -95,7 +112,7 @@ impl Job {
         let source = patchlock_media::open(path, false)?;
         let indices = order.indices(source.length())?;
         let frames = Ahead::start(source, indices).map(|frame| frame.map_err(Error::from));
-        let mut subject = Patchlock::of(&self.series.subject, self.seed, self.threads)?;
+        let mut subject = Patchlock::of(&self.identity()?, self.seed, self.threads)?;
         let trajectory = runner::trace(frames, |(index, picture): (usize, Picture), is_first| {
             let bbox = self.start.bbox;
             let answer = if is_first {
@@ -137,7 +154,8 @@ pub fn of_bench(
     side_by_side: usize,
 ) -> Result<BenchJobs, Error> {
     let dataset = Dataset::open(&options.dataset)?;
-    let Plan { store, tasks, before, failures } = plan::plan(options, &dataset)?;
+    let Plan { store, paths, tasks, before, failures } = plan::plan(options, &dataset)?;
+    let paths = paths.absolute().map_err(SettingsError::from)?;
     let job = |task: Task<'_>| {
         let files = task.frames.iter();
         let files = files.map(|file| path::absolute(file).map_err(|e| Error::read(file, e)));
@@ -150,6 +168,7 @@ pub fn of_bench(
             threads,
             side_by_side,
             patience: options.entrant.patience(),
+            paths: paths.clone(),
         })
     };
     let jobs = tasks.into_iter().map(job).collect::<Result<_, Error>>()?;

@@ -8,8 +8,8 @@ use super::schemes::Scheme;
 use super::store::{Identity, Series, Store, Task};
 use crate::Error;
 use crate::dataset::{Dataset, Layout, Remark, selection};
-use patchlock_track::names;
 use patchlock_track::settings::{self, Overrides};
+use patchlock_track::{ModelPaths, names};
 
 /// Upper limit for the number of seeds.
 pub const MOST_SEEDS: u64 = 10_000;
@@ -46,6 +46,8 @@ pub enum Entrant {
         preset: String,
         /// A TOML file of settings that override the preset.
         config: Option<PathBuf>,
+        /// The network, which takes precedence over that of the settings file.
+        paths: ModelPaths,
         /// Name of the results; by default that of the file or of the preset.
         name: Option<String>,
     },
@@ -69,17 +71,23 @@ impl Entrant {
         }
     }
 
-    /// The identity of the tracker, and the first seed.
-    fn identity(&self) -> Result<(Identity, u64), Error> {
+    /// The identity of the tracker, the first seed, and the files of its network.
+    fn identity(&self) -> Result<(Identity, u64, ModelPaths), Error> {
         match self {
-            Self::Patchlock { preset, config, .. } => {
-                let config = settings::resolve(preset, config.as_deref(), Overrides::default())?;
-                Ok((Identity::patchlock(&config, preset), config.seed))
+            Self::Patchlock { preset, config, paths, .. } => {
+                let overrides = Overrides {
+                    model: paths.model.as_deref(),
+                    runtime: paths.runtime.as_deref(),
+                    ..Overrides::default()
+                };
+                let (config, paths) =
+                    settings::resolve_with_paths(preset, config.as_deref(), overrides)?;
+                Ok((Identity::patchlock(&config, preset), config.seed, paths))
             }
             Self::Program { command, .. } => {
                 let words = shell_words::split(command).ok().filter(|words| !words.is_empty());
                 let words = words.ok_or_else(|| Error::CommandLine(command.clone()))?;
-                Ok((Identity::Trax { command: words }, 0))
+                Ok((Identity::Trax { command: words }, 0, ModelPaths::default()))
             }
         }
     }
@@ -101,6 +109,8 @@ impl Entrant {
 pub struct Plan<'a> {
     /// The store that runs are saved to.
     pub store: Store,
+    /// The files of the tracker's network.
+    pub paths: ModelPaths,
     /// The runs to make.
     pub tasks: Vec<Task<'a>>,
     /// Number of runs in the store already.
@@ -114,7 +124,7 @@ pub struct Plan<'a> {
 /// # Errors
 /// An error if the options are invalid, or if a file cannot be read or written.
 pub fn plan<'a>(options: &Options, dataset: &'a Dataset) -> Result<Plan<'a>, Error> {
-    let (subject, first_seed) = options.entrant.identity()?;
+    let (subject, first_seed, paths) = options.entrant.identity()?;
     if dataset.layout == Layout::TruthOnly {
         return Err(Error::NoFrames { path: options.dataset.clone() });
     }
@@ -131,7 +141,7 @@ pub fn plan<'a>(options: &Options, dataset: &'a Dataset) -> Result<Plan<'a>, Err
     let all = tasks.len();
     let tasks = runner::missing(tasks, &store)?;
     let before = all - tasks.len();
-    Ok(Plan { store, tasks, before, failures })
+    Ok(Plan { store, paths, tasks, before, failures })
 }
 
 fn without_truth(remark: &Remark) -> Failure {

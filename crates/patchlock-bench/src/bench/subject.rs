@@ -10,6 +10,7 @@ use patchlock_media::{Picture, image_file};
 use super::store::{Identity, with_seed};
 use super::trax::Trax;
 use crate::Error;
+use patchlock_track::UsedNetwork;
 use patchlock_track::session::{self, Session};
 use rayon::ThreadPool;
 
@@ -74,9 +75,10 @@ impl Patchlock {
     /// Creates the tracker that an identity describes, with this seed.
     ///
     /// # Errors
-    /// [`Error::Subject`] if the identity is that of another program or version.
+    /// [`Error::Subject`] if the identity is that of another program or version, or of another
+    /// network than the one in its configuration.
     pub fn of(identity: &Identity, seed: u64, threads: usize) -> Result<Self, Error> {
-        let Identity::Patchlock { version, build, configuration, .. } = identity else {
+        let Identity::Patchlock { version, build, configuration, network, .. } = identity else {
             return Err(Error::Subject("the tracker is an external program".to_string()));
         };
         let here = (env!("CARGO_PKG_VERSION"), patchlock::BUILD);
@@ -87,6 +89,10 @@ impl Patchlock {
                 here.0, here.1
             );
             return Err(Error::Subject(reason));
+        }
+        let given = configuration.network.as_ref().map(UsedNetwork::from);
+        if *network != given {
+            return Err(Error::Subject(other_network(network.as_ref(), given.as_ref())));
         }
         Self::new(with_seed(configuration, seed), threads)
     }
@@ -120,6 +126,15 @@ impl Patchlock {
         let (estimate, seconds) = session.update(&frame)?;
         Ok(Answer::of_estimate(estimate, seconds))
     }
+}
+
+/// Why runs cannot be made with this network.
+fn other_network(needed: Option<&UsedNetwork>, given: Option<&UsedNetwork>) -> String {
+    let shown = |network: Option<&UsedNetwork>| match network {
+        Some(network) => format!("{network}, SHA-256 {}", network.model_sha256),
+        None => "none".to_string(),
+    };
+    format!("the runs need the network {}; given: {}", shown(needed), shown(given))
 }
 
 fn load(file: &Path) -> Result<Picture, Error> {

@@ -13,6 +13,7 @@ use patchlock_bench::bench::subject;
 use patchlock_bench::dataset::Dataset;
 use patchlock_track::names::{self, counted};
 
+use super::settings::ModelArgs;
 use super::{PRESETS_SHOWN, THREADS_SHOWN, threads};
 use crate::failure::{Failure, failed, interrupted, say};
 use crate::interrupt;
@@ -69,13 +70,16 @@ pub struct BenchArgs {
     #[arg(long, value_name = "FILE.toml")]
     config: Option<PathBuf>,
 
+    #[command(flatten)]
+    model: ModelArgs,
+
     /// Run another tracker: a program that implements the TraX protocol (version 1 to 4, text on
     /// its standard input and output, images as paths). It is restarted for each run, with the seed
     /// in the environment variable PATCHLOCK_SEED. Its times include reading the images
     #[arg(
         long,
         value_name = "PROGRAM ...",
-        conflicts_with_all = ["preset", "config", "threads"],
+        conflicts_with_all = ["preset", "config", "model", "runtime", "threads"],
         requires = "name"
     )]
     cmd: Option<String>,
@@ -155,6 +159,7 @@ impl BenchArgs {
             None => Entrant::Patchlock {
                 preset: self.preset.clone(),
                 config: self.config.clone(),
+                paths: self.model.paths(),
                 name: self.name.clone(),
             },
             Some(command) => Entrant::Program {
@@ -178,7 +183,7 @@ fn parse_shard(text: &str) -> Result<(usize, usize), String> {
 pub fn run(args: &BenchArgs) -> Result<()> {
     let dataset = Dataset::open(&args.dataset).map_err(Failure::from)?;
     let options = args.options();
-    let Plan { store, tasks, before, mut failures } =
+    let Plan { store, tasks, before, mut failures, .. } =
         plan::plan(&options, &dataset).map_err(Failure::from)?;
     interrupt::listen()?;
     let jobs = args.jobs;

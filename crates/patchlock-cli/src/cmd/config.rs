@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use clap::Args;
-use patchlock::{PARAMETERS, TrackerConfig};
+use patchlock::{Method, PARAMETERS, TrackerConfig};
 use patchlock_track::settings;
 
 use super::PRESETS_SHOWN;
@@ -16,7 +16,19 @@ EXAMPLES:
   patchlock config > my.toml
   patchlock track video.mp4 --box 120,80,64,48 --config my.toml
       changes settings; a file may also contain only the settings that differ
-      from the preset";
+      from the preset
+  patchlock config --preset network > net.toml
+      the file can also name the network, so that --model is not needed";
+
+/// The files of a network, which the user has to name.
+const NETWORK: &str = "
+# The network: a folder with its ONNX files, or its only file. A relative path is relative to this
+# file. --model takes precedence.
+# model = \"DIR\"
+
+# The library of onnxruntime that runs the network. Without it, the built-in runtime does.
+# runtime = \"libonnxruntime.so\"
+";
 
 /// Width of comment lines.
 const LINE: usize = 100;
@@ -41,6 +53,9 @@ pub fn run(args: &ConfigArgs) -> Result<()> {
 pub fn commented(config: &TrackerConfig, preset: &str) -> Result<String> {
     let mut text = format!("# Patchlock {}: the preset \"{preset}\".\n", env!("CARGO_PKG_VERSION"));
     text += "# Change values in this file and use it with: patchlock track ... --config FILE\n";
+    if matches!(config.method, Method::Network(_)) {
+        text += NETWORK;
+    }
     let (mut group, mut source) = ("", "");
     for parameter in PARAMETERS.iter().filter(|row| config.reads(row)) {
         if parameter.group != group {

@@ -6,6 +6,7 @@ pub mod dataset;
 pub mod demo;
 pub mod export;
 pub mod frame;
+pub mod model;
 mod pictures;
 pub mod report;
 pub mod score;
@@ -37,7 +38,7 @@ const THREADS_SHOWN: &str = "1..=1024";
 const PRESETS_SHOWN: &str = "\
 Settings to start from. robust: the most accurate; reports a loss and searches for the target. fast: \
 robust in about half the time, a little less accurate, without rotation. paper: the tracker of the \
-paper, for comparison";
+paper, for comparison. network: a tracking network that you bring; it needs --model";
 
 /// Parses on or off.
 fn on_or_off() -> impl TypedValueParser<Value = bool> {
@@ -121,6 +122,7 @@ enum Command {
     Demo(demo::DemoArgs),
     Studio(studio::StudioArgs),
     Config(config::ConfigArgs),
+    Model(model::ModelArgs),
     Dataset(dataset::DatasetArgs),
     Bench(Box<bench::BenchArgs>),
     Score(score::ScoreArgs),
@@ -140,6 +142,7 @@ impl Cli {
             Command::Demo(args) => demo::run(&args, program),
             Command::Studio(args) => studio::run(&args),
             Command::Config(args) => config::run(&args),
+            Command::Model(args) => model::run(&args),
             Command::Dataset(args) => dataset::run(&args),
             Command::Bench(args) => bench::run(&args),
             Command::Score(args) => score::run(&args),

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use patchlock::TrackerConfig;
+use patchlock_track::ModelPaths;
 use patchlock_track::settings::{self, Overrides};
 
 use super::PRESETS_SHOWN;
@@ -19,20 +20,34 @@ pub struct SettingsArgs {
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
 
-    /// The network of the preset network: a folder with the ONNX files of one model, or the file
-    /// of a model that has one; see patchlock model
-    #[arg(long, value_name = "DIR|FILE")]
-    pub model: Option<PathBuf>,
-
-    /// Run the network with this library of onnxruntime, such as libonnxruntime.so, instead of the
-    /// built-in runtime
-    #[arg(long, value_name = "FILE", requires = "model")]
-    pub runtime: Option<PathBuf>,
+    #[command(flatten)]
+    pub model: ModelArgs,
 
     /// Change one setting, such as search=7 or rotate=false; may be repeated. It takes precedence
     /// over --config
     #[arg(long, value_name = "NAME=VALUE")]
     pub set: Vec<String>,
+}
+
+/// The network of the preset `network`.
+#[derive(Debug, Args)]
+pub struct ModelArgs {
+    /// The network that the preset network follows with: a folder with the ONNX files of one model,
+    /// or the file of a model that has only one. patchlock model --help says where to get one
+    #[arg(long, value_name = "DIR|FILE")]
+    pub model: Option<PathBuf>,
+
+    /// Run the network with this library of onnxruntime, such as libonnxruntime.so, instead of the
+    /// built-in runtime. The library is code: load only one that you trust
+    #[arg(long, value_name = "FILE")]
+    pub runtime: Option<PathBuf>,
+}
+
+impl ModelArgs {
+    /// The files.
+    pub fn paths(&self) -> ModelPaths {
+        ModelPaths { model: self.model.clone(), runtime: self.runtime.clone() }
+    }
 }
 
 impl SettingsArgs {
@@ -41,8 +56,8 @@ impl SettingsArgs {
         let overrides = Overrides {
             set: &self.set,
             seed,
-            model: self.model.as_deref(),
-            runtime: self.runtime.as_deref(),
+            model: self.model.model.as_deref(),
+            runtime: self.model.runtime.as_deref(),
         };
         settings::resolve(&self.preset, self.config.as_deref(), overrides).map_err(Failure::from)
     }

@@ -213,6 +213,7 @@ impl TrackArgs {
         let inputs = [
             Some(Path::new(&self.source)),
             self.settings.config.as_deref(),
+            self.settings.model.model.as_deref(),
             self.box_from.as_deref(),
             self.boxes.as_deref(),
             self.project.as_deref(),

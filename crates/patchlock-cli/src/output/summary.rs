@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use patchlock::{Status, TrackerConfig};
 use patchlock_media::FrameRate;
+use patchlock_track::UsedNetwork;
 use patchlock_track::settings::basis;
 use serde::Serialize;
 
@@ -58,19 +59,23 @@ pub struct Settings {
     pub preset: String,
     /// Seed of the random numbers.
     pub seed: u64,
+    /// The network, of the method `network`.
+    #[serde(flatten)]
+    pub network: Option<UsedNetwork>,
 }
 
 impl Settings {
     /// Of a configuration that began as this preset.
     pub fn new(preset: &str, config: &TrackerConfig) -> Self {
         let preset = basis(preset, config).to_string();
-        Self { method: config.method.name(), preset, seed: config.seed }
+        let network = config.network.as_ref().map(UsedNetwork::from);
+        Self { method: config.method.name(), preset, seed: config.seed, network }
     }
 }
 
 /// A stretch of frames in which the score of a target stayed low: below one half with the method
 /// `robust`, whose score is a probability, and below half of the target's median score with
-/// `paper`.
+/// `paper` and `network`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LowScore {
     /// The target's id; with a single target there is no such field.
@@ -167,9 +172,19 @@ impl Summary {
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self {
-            frames, tracking_fps, frames_uncertain, frames_lost, losses, low_scores, ..
+            frames,
+            tracking_fps,
+            frames_uncertain,
+            frames_lost,
+            losses,
+            low_scores,
+            settings,
+            ..
         } = self;
         write!(f, "tracked {frames} frames at {tracking_fps:.1} frames per second")?;
+        if let Some(network) = &settings.network {
+            write!(f, " with {network}")?;
+        }
         if frames_uncertain + frames_lost > 0 {
             write!(f, "; uncertain in {frames_uncertain}, lost in {frames_lost}")?;
         }

@@ -12,12 +12,16 @@ use patchlock_bench::trax::image;
 use patchlock_bench::trax::message::Message;
 use patchlock_bench::trax::region::{POLYGON, RECTANGLE};
 
+use patchlock_track::UsedNetwork;
+
 use crate::failure::failed;
 use requests::{Request, Requests};
 pub use targets::Targets;
 
 /// Description of the tracker for lists of trackers.
 const DESCRIPTION: &str = "Visual object tracker by structural local sparse appearance";
+/// The description where a network follows the targets.
+const NETWORK_DESCRIPTION: &str = "Visual object tracker with a network of the user";
 
 /// Supported versions of the TraX protocol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,7 +43,7 @@ pub fn serve(
     mut targets: Targets,
 ) -> Result<()> {
     let mut requests = Requests::new(input, protocol);
-    if !sent(&mut output, [hello(protocol)])? {
+    if !sent(&mut output, [hello(protocol, targets.network())])? {
         return Ok(());
     }
     loop {
@@ -68,14 +72,18 @@ pub fn serve(
 }
 
 /// The greeting, which lists what the server supports.
-fn hello(protocol: Protocol) -> Message {
+fn hello(protocol: Protocol, network: Option<UsedNetwork>) -> Message {
     let list = |items: &[&str]| items.iter().map(|item| format!("{item};")).collect::<String>();
+    let (description, family) = match network {
+        Some(network) => (NETWORK_DESCRIPTION, network.to_string()),
+        None => (DESCRIPTION, "sparse appearance".to_owned()),
+    };
     let hello = Message::new("hello", &[])
         .with("trax.version", protocol)
         .with("trax.name", "Patchlock")
         .with("trax.identifier", "patchlock")
-        .with("trax.description", DESCRIPTION)
-        .with("trax.family", "sparse appearance")
+        .with("trax.description", description)
+        .with("trax.family", family)
         .with("trax.image", list(&image::FORMATS))
         .with("trax.region", list(&[RECTANGLE, POLYGON]))
         .with("trax.channels", list(&["color"]))

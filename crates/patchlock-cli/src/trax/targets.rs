@@ -6,6 +6,7 @@ use patchlock::{BoundingBox, Error, Estimate, TrackerConfig};
 use patchlock_bench::trax::message::Message;
 use patchlock_bench::trax::region::Region;
 use patchlock_media::Picture;
+use patchlock_track::UsedNetwork;
 use patchlock_track::many_targets::ManyTargets;
 use rayon::ThreadPool;
 
@@ -24,6 +25,11 @@ impl Targets {
     /// As [`ManyTargets::new`].
     pub fn new(config: TrackerConfig, pool: Arc<ThreadPool>) -> Result<Self, Error> {
         Ok(Self { tracker: ManyTargets::new(config, pool)?, as_polygons: Vec::new() })
+    }
+
+    /// The network that follows the targets, if one does.
+    pub fn network(&self) -> Option<UsedNetwork> {
+        self.tracker.config().network.as_ref().map(UsedNetwork::from)
     }
 
     /// Removes all targets and resets the tracker to its initial state.

@@ -10,6 +10,7 @@ use patchlock_bench::bench::job::{self, Frames, Job};
 use patchlock_bench::bench::plan::{Entrant, Options};
 use patchlock_bench::bench::schemes::{Scheme, Start};
 use patchlock_bench::bench::store::{Clip, Identity, Series};
+use patchlock_track::ModelPaths;
 
 /// The job after a round trip through its JSON message.
 fn sent(job: &Job) -> Job {
@@ -24,7 +25,12 @@ fn options(benchmark: &Benchmark, out: &str) -> Options {
     Options {
         dataset: benchmark.path("data"),
         out: benchmark.path(out),
-        entrant: Entrant::Patchlock { preset: "paper".into(), config, name: None },
+        entrant: Entrant::Patchlock {
+            preset: "paper".into(),
+            config,
+            paths: ModelPaths::default(),
+            name: None,
+        },
         scheme: Scheme::Ope,
         seeds: 1,
         sequences: Vec::new(),
@@ -84,6 +90,7 @@ fn clip(path: &Path, clip: Clip, config: &TrackerConfig) -> Job {
         threads: 1,
         side_by_side: 1,
         patience: std::time::Duration::from_secs(1),
+        paths: ModelPaths::default(),
     }
 }
 

@@ -81,6 +81,8 @@ fn answer(
     let scales: Vec<Value> =
         maps.into_iter().flat_map(|maps| [scale(&maps.large), scale(&maps.small)]).collect();
     let visible = maps.map(patchlock::Visibility::share);
+    // A network has no map of patches.
+    let lost = estimate.status == Status::Lost;
     json!({
         "box": bbox,
         "corners": estimate.corners,
@@ -89,7 +91,7 @@ fn answer(
         "visible": visible,
         "key": key,
         "scales": scales,
-        "words": words(tracked, visible, outside(bbox, size), key),
+        "words": words(tracked, (visible, lost), outside(bbox, size), key),
     })
 }
 
@@ -108,7 +110,12 @@ fn outside(bbox: BoundingBox, [width, height]: [usize; 2]) -> f64 {
 }
 
 /// Why the place is doubtful, the weightiest first.
-fn words(tracked: Option<Tracked>, visible: Option<f64>, outside: f64, key: usize) -> Vec<String> {
+fn words(
+    tracked: Option<Tracked>,
+    (visible, lost): (Option<f64>, bool),
+    outside: f64,
+    key: usize,
+) -> Vec<String> {
     let percent = |share: f64| (100.0 * share).round();
     let mut words = Vec::new();
     if let Some(Tracked { status, score, agreement, .. }) = tracked {
@@ -130,8 +137,8 @@ fn words(tracked: Option<Tracked>, visible: Option<f64>, outside: f64, key: usiz
         Some(visible) if visible < 0.9 => {
             words.push(format!("hidden {} %, compared with frame {key}", percent(1.0 - visible)));
         }
-        None => words.push(format!("does not look like frame {key}")),
-        Some(_) => {}
+        None if lost => words.push(format!("does not look like frame {key}")),
+        Some(_) | None => {}
     }
     words
 }

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::files::sha256;
-use patchlock_track::settings;
+use patchlock_track::{UsedNetwork, settings};
 
 /// The tracker that was run. Runs are comparable only if their identities are equal.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -23,6 +23,9 @@ pub enum Identity {
         preset: String,
         /// The configuration. Its seed is 0, since each run has its own.
         configuration: Box<TrackerConfig>,
+        /// The network that the method follows with; the other methods have none.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        network: Option<UsedNetwork>,
     },
     /// An external program that speaks TraX.
     Trax {
@@ -40,6 +43,7 @@ impl Identity {
             build: patchlock::BUILD.to_string(),
             preset: settings::basis(preset, configuration).to_string(),
             configuration: Box::new(with_seed(configuration, 0)),
+            network: configuration.network.as_ref().map(UsedNetwork::from),
         }
     }
 
