@@ -40,9 +40,18 @@ enum Step {
     },
     Depthwise {
         convolution: Box<Depthwise>,
+        weights: Weights,
         input: usize,
         output: usize,
     },
+}
+
+/// The weights of a depthwise convolution.
+#[derive(Debug)]
+enum Weights {
+    Constant(Vec<f32>),
+    /// Those of a value, as where a template is correlated with a window.
+    Value(usize),
 }
 
 /// Buffers of a run.
@@ -136,20 +145,34 @@ impl Pipeline {
                 Step::Operators { model, inputs, outputs } => {
                     self.run_operators(model, (inputs, outputs), pool, values)?;
                 }
-                Step::Depthwise { convolution, input, output } => {
+                Step::Depthwise { convolution, weights, input, output } => {
                     let mut result = std::mem::take(&mut values[*output].samples);
-                    let view = floats(values[*input].view(&self.shapes[*input]))?;
-                    let samples = view.data().ok_or_else(|| failed("a value has gaps"))?;
-                    convolution.run(samples, depthwise, &mut result);
+                    let samples = self.samples(values, *input)?;
+                    let weights = match weights {
+                        Weights::Constant(weights) => weights,
+                        Weights::Value(slot) => self.samples(values, *slot)?,
+                    };
+                    convolution.run((samples, weights), depthwise, &mut result);
                     values[*output] = Held { value: None, samples: result };
                 }
             }
         }
         for (output, &slot) in outputs.iter_mut().zip(&self.outputs) {
             output.clear();
-            output.extend(floats(values[slot].view(&self.shapes[slot]))?.iter());
+            output.extend_from_slice(self.samples(values, slot)?);
         }
         Ok(())
+    }
+
+    /// The samples of a value.
+    fn samples<'a>(&self, values: &'a [Held], slot: usize) -> Result<&'a [f32], NetworkError> {
+        match &values[slot].value {
+            None => Ok(&values[slot].samples),
+            Some(Value::FloatTensor(tensor)) => {
+                tensor.data().ok_or_else(|| failed("a value has gaps"))
+            }
+            Some(_) => Err(failed("a value is not of floats")),
+        }
     }
 
     fn run_operators(
@@ -179,13 +202,6 @@ fn contiguous(value: Value) -> Value {
             Tensor::from_data(tensor.shape(), tensor.to_vec()).into()
         }
         value => value,
-    }
-}
-
-fn floats(view: ValueView<'_>) -> Result<TensorView<'_, f32>, NetworkError> {
-    match view {
-        ValueView::FloatTensor(tensor) => Ok(tensor),
-        _ => Err(failed("a value is not of floats")),
     }
 }
 
@@ -328,8 +344,13 @@ impl Plan<'_> {
                 steps.push(self.operators(&nodes)?);
             }
             for (convolution, node) in convolutions {
+                let weights = match graph.constants.get(&node.input[1]) {
+                    Some(weights) => Weights::Constant(weights.floats()),
+                    None => Weights::Value(self.slot(&node.input[1])),
+                };
                 let (input, output) = (self.slot(&node.input[0]), self.slot(&node.output[0]));
-                steps.push(Step::Depthwise { convolution: Box::new(convolution), input, output });
+                let convolution = Box::new(convolution);
+                steps.push(Step::Depthwise { convolution, weights, input, output });
             }
         }
         Ok(steps)
@@ -337,13 +358,21 @@ impl Plan<'_> {
 
     /// The node as a depthwise convolution, if it is one.
     fn depthwise(&self, node: &Node) -> Option<Depthwise> {
-        let constant = |k: usize| self.graph.constants.get(node.input.get(k)?);
-        let bias = match node.input.get(2) {
-            Some(name) if !name.is_empty() => Some(constant(2)?),
+        let [image, weights, bias @ ..] = &node.input[..] else { return None };
+        let constant = |name: &String| self.graph.constants.get(name);
+        let bias = match bias {
+            [name] if !name.is_empty() => Some(constant(name)?),
             _ => None,
         };
-        let input = &self.known.get(node.input.first()?)?.shape;
-        Depthwise::of(node, input, constant(1)?, bias)
+        let image = &self.known.get(image)?.shape;
+        let shape = match (constant(weights), self.known.get(weights)) {
+            (Some(tensor), _) if tensor.data_type == FLOAT => {
+                tensor.dims.iter().map(|&length| length as usize).collect()
+            }
+            (None, Some(Known { shape, element: FLOAT })) => shape.clone(),
+            _ => return None,
+        };
+        Depthwise::of(node, image, &shape, bias)
     }
 
     /// Operators that `rten` computes, with the values that they take from and give to others.

@@ -1,17 +1,17 @@
 //! Depthwise convolutions of planes: each channel with a kernel of its own.
 //!
 //! A channel is first copied with zeros around it, its columns sorted by their remainder after
-//! division by the stride, so that eight neighbouring results always read eight neighbouring
-//! samples. Products are added in the order of the plain loop, so that its results have the same
-//! bits, with any instructions and on any number of threads.
+//! division by the stride, so that neighbouring results always read neighbouring samples. Products
+//! are added in the order of the plain loop, so that its results have the same bits, with any
+//! instructions and on any number of threads.
 
 use super::onnx::{FLOAT, Node, Tensor};
 use crate::numeric::instructions::Instructions;
-use pulp::{Simd, WithSimd};
+use pulp::{Simd, WithSimd, bytemuck};
 use rayon::prelude::*;
 
-/// Results that are computed at once along a row, and the number of such rows.
-const LANES: usize = 8;
+/// Results of a row are computed in groups of at most `LANES`, in `ROWS` rows at once.
+const LANES: usize = 16;
 const ROWS: usize = 8;
 
 /// A depthwise convolution of one image.
@@ -25,8 +25,6 @@ pub struct Depthwise {
     stride: usize,
     /// Rows and columns of zeros above and to the left.
     before: [usize; 2],
-    /// `kernel` weights for each channel, row by row.
-    weights: Vec<f32>,
     bias: Vec<f32>,
 }
 
@@ -44,20 +42,18 @@ struct Layout {
     /// Samples of a row: those of all remainders.
     row: usize,
     rows: usize,
-    /// Columns of the result, rounded up to whole vectors.
-    columns: usize,
 }
 
 impl Depthwise {
-    /// The convolution that a node computes for an image of this shape, if it is depthwise.
+    /// The convolution that a node computes for an image and weights of these shapes, if it is
+    /// depthwise.
     pub fn of(
         node: &Node,
         image: &[usize],
-        weights: &Tensor,
+        weights: &[usize],
         bias: Option<&Tensor>,
     ) -> Option<Self> {
-        let (&[1, channels, height, width], &[kernels, 1, high, wide]) = (image, &weights.dims[..])
-        else {
+        let (&[1, channels, height, width], &[kernels, 1, high, wide]) = (image, weights) else {
             return None;
         };
         let group = node.attribute("group").and_then(|group| group.i);
@@ -67,16 +63,15 @@ impl Depthwise {
         else {
             return None;
         };
-        let counted = [group?, kernels].iter().all(|&count| count == channels as i64);
-        let types = [Some(weights), bias].into_iter().flatten().all(|of| of.data_type == FLOAT);
+        let counted = group? == channels as i64 && kernels == channels;
+        let types = bias.is_none_or(|bias| bias.data_type == FLOAT);
         let plain = node.ints("dilations", &[1; 2]) == [1; 2] && (1..=2).contains(&down);
         if node.op_type != "Conv" || !counted || !types || !plain || down != across {
             return None;
         }
-        let kernel = [high as usize, wide as usize];
-        let (weights, stride) = (weights.floats(), down as usize);
+        let (kernel, stride) = ([high, wide], down as usize);
         let bias = bias.map_or_else(|| vec![0.0; channels], Tensor::floats);
-        if bias.len() != channels || weights.len() != channels * kernel[0] * kernel[1] {
+        if bias.len() != channels {
             return None;
         }
         let along = |length: usize, padding: i64, kernel: usize| {
@@ -86,14 +81,21 @@ impl Depthwise {
             [along(height, top + bottom, kernel[0])?, along(width, left + right, kernel[1])?];
         let before = [top as usize, left as usize];
         let image = [height, width];
-        Some(Self { channels, image, kernel, result, stride, before, weights, bias })
+        Some(Self { channels, image, kernel, result, stride, before, bias })
     }
 
-    /// Convolves the planes of all channels, one after the other.
-    pub fn run(&self, image: &[f32], scratch: &mut DepthwiseScratch, result: &mut Vec<f32>) {
+    /// Convolves the planes of all channels, one after the other, with the weights of each channel,
+    /// row by row.
+    pub fn run(
+        &self,
+        (image, weights): (&[f32], &[f32]),
+        scratch: &mut DepthwiseScratch,
+        result: &mut Vec<f32>,
+    ) {
         let layout = self.layout();
         let (plane, cells) = (self.image[0] * self.image[1], self.result[0] * self.result[1]);
-        if image.len() != self.channels * plane {
+        let kernel = self.kernel[0] * self.kernel[1];
+        if [image.len(), weights.len()] != [plane, kernel].map(|length| self.channels * length) {
             return;
         }
         result.resize(self.channels * cells, 0.0);
@@ -105,8 +107,8 @@ impl Depthwise {
             |(group, (result, padded))| {
                 let planes = image.chunks_exact(plane).enumerate().skip(group * each);
                 padded.fill(0.0);
-                let op = Channels { convolution: self, layout, planes, padded, result };
-                Instructions::of_eight().dispatch(op);
+                let op = Channels { convolution: self, layout, planes, weights, padded, result };
+                Instructions::default().dispatch(op);
             },
         );
     }
@@ -119,7 +121,7 @@ impl Depthwise {
         let part = (columns + (self.kernel[1] - 1) / self.stride).max(filled[0] + filled[1]);
         let needed = (rows.next_multiple_of(ROWS) - 1) * self.stride + self.kernel[0];
         let rows = needed.max(self.image[0] + self.before[0]);
-        Layout { part, row: part * self.stride, rows, columns }
+        Layout { part, row: part * self.stride, rows }
     }
 }
 
@@ -129,6 +131,8 @@ struct Channels<'a, P> {
     layout: Layout,
     /// The planes with their numbers.
     planes: P,
+    /// The weights of all channels.
+    weights: &'a [f32],
     /// Zero but for what earlier channels left where this one will be.
     padded: &'a mut [f32],
     result: &'a mut [f32],
@@ -138,15 +142,25 @@ impl<'a, P: Iterator<Item = (usize, &'a [f32])>> WithSimd for Channels<'_, P> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { convolution, layout, planes, padded, result } = self;
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { convolution, layout, planes, weights, padded, result } = self;
+        let kernel = convolution.kernel[0] * convolution.kernel[1];
         let cells = convolution.result[0] * convolution.result[1];
         for ((channel, plane), result) in planes.zip(result.chunks_exact_mut(cells)) {
             pad(convolution, layout, plane, padded);
+            let weights = &weights[channel * kernel..][..kernel];
+            let bias = convolution.bias[channel];
             match convolution.kernel {
-                [3, 3] => convolve::<3>(convolution, layout, channel, padded, result),
-                [5, 5] => convolve::<5>(convolution, layout, channel, padded, result),
-                _ => convolve::<0>(convolution, layout, channel, padded, result),
+                [3, 3] => {
+                    convolve::<S, 3>(simd, (convolution, layout), (weights, bias), padded, result)
+                }
+                [4, 4] => {
+                    convolve::<S, 4>(simd, (convolution, layout), (weights, bias), padded, result)
+                }
+                [5, 5] => {
+                    convolve::<S, 5>(simd, (convolution, layout), (weights, bias), padded, result)
+                }
+                _ => convolve::<S, 0>(simd, (convolution, layout), (weights, bias), padded, result),
             }
         }
     }
@@ -177,41 +191,37 @@ fn pad(convolution: &Depthwise, layout: Layout, plane: &[f32], padded: &mut [f32
 
 /// One channel. `K` is the side of the kernel, or 0 for any.
 #[inline(always)]
-fn convolve<const K: usize>(
-    convolution: &Depthwise,
-    layout: Layout,
-    channel: usize,
+fn convolve<S: Simd, const K: usize>(
+    simd: S,
+    (convolution, layout): (&Depthwise, Layout),
+    (weights, bias): (&[f32], f32),
     padded: &[f32],
     result: &mut [f32],
 ) {
     let Depthwise { stride, result: [_, width], .. } = *convolution;
     let [high, wide] = if K > 0 { [K; 2] } else { convolution.kernel };
-    let weights = &convolution.weights[channel * high * wide..][..high * wide];
-    let bias = convolution.bias[channel];
+    let bias = simd.splat_f32s(bias);
+    let (lanes, down) = (S::F32_LANES, stride * layout.row);
     for (block, rows) in result.chunks_mut(ROWS * width).enumerate() {
-        for x in (0..layout.columns).step_by(LANES) {
-            let mut sums = [[bias; LANES]; ROWS];
+        for x in (0..width).step_by(lanes) {
+            let mut sums = [bias; ROWS];
             for ky in 0..high {
+                let first = (block * ROWS * stride + ky) * layout.row + x;
                 for kx in 0..wide {
-                    let weight = weights[ky * wide + kx];
-                    let column = kx % stride * layout.part + kx / stride + x;
-                    let first = (block * ROWS * stride + ky) * layout.row + column;
-                    for (r, sums) in sums.iter_mut().enumerate() {
-                        let Some(samples) = padded
-                            .get(first + r * stride * layout.row..)
-                            .and_then(|samples| samples.first_chunk::<LANES>())
-                        else {
-                            continue;
-                        };
-                        for (sum, sample) in sums.iter_mut().zip(samples) {
-                            *sum += weight * sample;
-                        }
+                    let weight = simd.splat_f32s(weights[ky * wide + kx]);
+                    let column = first + kx % stride * layout.part + kx / stride;
+                    let samples = &padded[column..][..(ROWS - 1) * down + lanes];
+                    for (r, sum) in sums.iter_mut().enumerate() {
+                        let samples = S::as_simd_f32s(&samples[r * down..][..lanes]).0[0];
+                        // Not fused, so that the bits are those of the plain loop.
+                        *sum = simd.add_f32s(*sum, simd.mul_f32s(weight, samples));
                     }
                 }
             }
-            let inside = LANES.min(width - x.min(width));
-            for (row, sums) in rows.chunks_exact_mut(width).zip(&sums) {
-                row[x..x + inside].copy_from_slice(&sums[..inside]);
+            let inside = lanes.min(width - x);
+            for (row, sum) in rows.chunks_exact_mut(width).zip(&sums) {
+                let sums = bytemuck::cast_slice::<S::f32s, f32>(std::slice::from_ref(sum));
+                row[x..][..inside].copy_from_slice(&sums[..inside]);
             }
         }
     }
@@ -224,7 +234,7 @@ mod tests {
     use proptest::prelude::*;
 
     /// The same by the definition.
-    fn plain(convolution: &Depthwise, image: &[f32]) -> Vec<f32> {
+    fn plain(convolution: &Depthwise, image: &[f32], weights: &[f32]) -> Vec<f32> {
         let Depthwise { image: [height, width], kernel: [high, wide], .. } = *convolution;
         let Depthwise { result: [rows, columns], before: [top, left], stride, .. } = *convolution;
         let mut result = Vec::new();
@@ -235,7 +245,7 @@ mod tests {
                     let row = (y * stride + ky).checked_sub(top).filter(|&row| row < height);
                     let column = (x * stride + kx).checked_sub(left).filter(|&x| x < width);
                     if let (Some(row), Some(column)) = (row, column) {
-                        let weight = convolution.weights[(channel * high + ky) * wide + kx];
+                        let weight = weights[(channel * high + ky) * wide + kx];
                         sum += weight * image[(channel * height + row) * width + column];
                     }
                 }
@@ -279,10 +289,10 @@ mod tests {
         ) {
             let (high, wide) = if square { (high | 1, high | 1) } else { (high, wide) };
             let node = node(&[("pads", &pads), ("strides", &[stride; 2])], channels as i64);
-            let weights = tensor(&[channels, 1, high, wide], value(seed));
+            let weights: Vec<f32> = (0..channels * high * wide).map(value(seed)).collect();
             let bias = tensor(&[channels], value(seed + 1));
             let shape = [1, channels, height, width];
-            let Some(convolution) = Depthwise::of(&node, &shape, &weights, Some(&bias)) else {
+            let Some(convolution) = Depthwise::of(&node, &shape, &[channels, 1, high, wide], Some(&bias)) else {
                 // Only where the kernel is larger than the padded image.
                 let fits = |length: usize, padding: i64, kernel| length + padding as usize >= kernel;
                 prop_assert!(!fits(height, pads[0] + pads[2], high) || !fits(width, pads[1] + pads[3], wide));
@@ -291,8 +301,8 @@ mod tests {
             let image: Vec<f32> = (0..channels * height * width).map(value(seed + 2)).collect();
             let (mut scratch, mut result) = (DepthwiseScratch::default(), vec![9.0; 3]);
             for _ in 0..2 {
-                convolution.run(&image, &mut scratch, &mut result);
-                prop_assert_eq!(&result, &plain(&convolution, &image));
+                convolution.run((&image, &weights), &mut scratch, &mut result);
+                prop_assert_eq!(&result, &plain(&convolution, &image, &weights));
             }
         }
     }
@@ -300,8 +310,7 @@ mod tests {
     #[test]
     fn other_convolutions_are_left_to_the_runtime() {
         let of = |ints: &[(&str, &[i64])], group, image: &[usize], weights: &[usize]| {
-            let weights = tensor(weights, value(0));
-            Depthwise::of(&node(ints, group), image, &weights, None).is_some()
+            Depthwise::of(&node(ints, group), image, weights, None).is_some()
         };
         let image = [1, 4, 9, 9];
         assert!(of(&[], 4, &image, &[4, 1, 3, 3]));
