@@ -142,14 +142,19 @@ pub fn examine(path: &Path) -> Result<ModelFile, ModelError> {
 /// [`ModelError`] if a file cannot be read or used.
 pub fn load(path: &Path, runtime: Option<&Path>) -> Result<Network, ModelError> {
     let files = files(path)?;
-    let bytes = files.iter().map(|file| read(file)).collect::<Result<Vec<_>, _>>()?;
-    let bytes: Vec<&[u8]> = bytes.iter().map(Vec::as_slice).collect();
+    let contents = files.iter().map(|file| read(file)).collect::<Result<Vec<_>, _>>()?;
+    let bytes: Vec<&[u8]> = contents.iter().map(Vec::as_slice).collect();
     let runtime = match runtime {
         None => Runtime::built_in(),
         Some(library) => Runtime::onnxruntime(library).map_err(ModelError::Runtime)?,
     };
-    let unusable = |error| ModelError::Unusable { path: path.to_path_buf(), error };
-    Network::with_runtime(&bytes, &runtime).map_err(unusable)
+    Network::with_runtime(&bytes, &runtime).map_err(|error| {
+        // The file, if one is unusable by itself; otherwise the files do not fit together.
+        let mut alone = files.iter().zip(&bytes);
+        let faulty = alone.find_map(|(file, bytes)| Some((file, ModelFile::examine(bytes).err()?)));
+        let (path, error) = faulty.map_or((path, error), |(file, error)| (file, error));
+        ModelError::Unusable { path: path.to_path_buf(), error }
+    })
 }
 
 /// Where the files of a network are.

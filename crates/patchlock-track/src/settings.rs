@@ -376,6 +376,29 @@ mod tests {
         assert!(matches!(both, Err(SettingsError::ManyMethods { .. })), "{both:?}");
     }
 
+    const MADE_UP: &str =
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../patchlock/tests/golden/network/vittrack.onnx");
+
+    #[test]
+    fn a_network_is_loaded_where_the_method_needs_one() {
+        let path = Path::new(MADE_UP);
+        let given = Overrides { model: Some(path), ..Overrides::default() };
+        let (config, paths) = resolve_with_paths("network", None, given).unwrap();
+        let network = config.network.expect("is loaded");
+        assert_eq!((network.name(), paths.model.as_deref()), ("VitTrack", Some(path)));
+        let in_file = resolved("network", &format!("model = {MADE_UP:?}"), &[]).unwrap();
+        assert_eq!(in_file.network, Some(network));
+        let error = |preset, overrides| match resolve(preset, None, overrides) {
+            Err(SettingsError::Model(error)) => error,
+            other => panic!("{other:?}"),
+        };
+        let missing = error("network", Overrides::default());
+        assert!(matches!(missing, ModelError::Missing { method: "network" }), "{missing}");
+        assert!(matches!(error("fast", given), ModelError::Unused { .. }));
+        let library = Overrides { runtime: Some(path), ..Overrides::default() };
+        assert!(matches!(error("fast", library), ModelError::UnusedRuntime { .. }));
+    }
+
     #[test]
     fn wrong_settings_are_named() {
         let error = |preset, text, set: &[&str]| match resolved(preset, text, set) {

@@ -159,6 +159,6 @@ mod tests {
         let long = row("training", &"words and ".repeat(20));
         let lines: Vec<&str> = long.lines().collect();
         assert!(lines.len() == 3 && lines.iter().all(|line| line.len() <= WIDTH), "{long}");
-        assert!(lines[1].starts_with("             w"), "{long}");
+        assert!(lines[1].starts_with("             and words"), "{long}");
     }
 }

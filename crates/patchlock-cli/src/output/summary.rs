@@ -248,6 +248,7 @@ fn round(value: f64) -> f64 {
 mod tests {
     use super::super::{Seen, example};
     use super::*;
+    use patchlock::Preset;
 
     fn summary(run: &Measured, rate: Option<FrameRate>) -> Summary {
         Summary::new(run, rate, Settings::new("robust", &TrackerConfig::default()), 2)
@@ -264,6 +265,25 @@ mod tests {
         assert_eq!(known.tracking_fps, 19.608); // 101 frames in 5.151 s
         assert_eq!(known.to_string(), "tracked 101 frames at 19.6 frames per second");
         assert_eq!(summary(&Measured::default(), None).tracking_fps, 0.0);
+    }
+
+    #[test]
+    fn the_network_is_named() {
+        let network = UsedNetwork {
+            model: "VitTrack".into(),
+            model_sha256: "0f".into(),
+            runtime: "built-in".into(),
+        };
+        let settings = Settings {
+            network: Some(network),
+            ..Settings::new("network", &TrackerConfig::from(Preset::Network))
+        };
+        let summary = Summary::new(&Measured::default(), None, settings, 1);
+        let text = summary.to_string();
+        assert!(text.ends_with(" frames per second with VitTrack, runtime built-in"), "{text}");
+        let json = serde_json::to_value(summary).expect("JSON");
+        let names = ["method", "model", "model_sha256", "runtime"].map(|name| json[name].clone());
+        assert_eq!(names, ["network", "VitTrack", "0f", "built-in"].map(serde_json::Value::from));
     }
 
     /// Lost in frames 10 to 12 and from frame 20 on.

@@ -235,7 +235,7 @@ fn unknown_presets_and_settings() {
     fails(
         bench.track("x").args(["--preset", "papre"]).assert(),
         2,
-        &["papre", "the presets are robust, fast, paper"],
+        &["papre", "the presets are robust, fast, paper, network"],
     );
     let configured = |text: &str| {
         fs::write(bench.path("c.toml"), text).unwrap();
@@ -263,7 +263,11 @@ fn unknown_presets_and_settings() {
     fails(configured("particles = 300"), 2, &["c.toml: ", unused, "--preset paper"]);
     let unused = "the setting `search` has no effect with the method `paper`";
     fails(configured("search = 4.0\n[paper]"), 2, &["c.toml: ", unused, "--preset robust"]);
-    fails(configured("[paper]\n[robust]"), 2, &["c.toml", "two methods", "one method"]);
+    fails(
+        configured("[paper]\n[robust]"),
+        2,
+        &["c.toml", "several methods: robust and paper", "one method"],
+    );
     // The settings of these tests choose the paper's tracker.
     let unused = bench.track("x").args(["--set", "rotate=true"]).assert();
     fails(unused, 2, &["--set: ", "`rotate` has no effect with the method `paper`"]);

@@ -11,6 +11,7 @@ mod frame;
 mod help;
 mod job;
 mod many;
+mod network;
 mod project;
 mod real;
 mod report;

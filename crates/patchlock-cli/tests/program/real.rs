@@ -1,4 +1,4 @@
-//! Tests on real sequences, which `patchlock_testdata` finds. Without them each test prints SKIPPED
+//! Tests on real sequences and networks, which `patchlock_testdata` finds. Without them each test prints SKIPPED
 //! and passes, or fails if they are required.
 //!
 //! Long sequences are cut so that the tests take minutes; with `PATCHLOCK_FULL=1` they are used
@@ -12,7 +12,7 @@ use std::process::Command;
 
 use patchlock::BoundingBox;
 use patchlock_media::{FrameRate, Mp4Writer};
-use patchlock_testdata::real;
+use patchlock_testdata::{model, real};
 
 /// Prints past the test harness, which captures normal output.
 fn say(text: &str) {
@@ -142,6 +142,58 @@ fn the_number_of_threads_changes_nothing() {
         let track =
             |threads| sequence.track(preset, &sequence.images, Some(15), &["--threads", threads]).1;
         assert_eq!(track("1"), track("2"), "{preset}");
+    }
+}
+
+/// The overlap of the boxes with the truth, on average over the frames that have one.
+fn mean_overlap(tracked: &[BoundingBox], truth: &[BoundingBox]) -> f64 {
+    let overlaps = tracked.iter().zip(truth).map(|(a, b)| a.overlap(b));
+    overlaps.sum::<f64>() / tracked.len() as f64
+}
+
+#[test]
+fn each_real_network_follows() {
+    let test = "each_real_network_follows";
+    let Some(data) = real(test, "otb-dev") else { return };
+    let sequence = Sequence::of(&data, "CarScale");
+    let truth = boxes(&fs::read_to_string(&sequence.truth).unwrap());
+    let mut found = Vec::new();
+    for name in ["nanotrack-v3", "nanotrack-v2", "vittrack"] {
+        let Some(folder) = model(test, name) else { continue };
+        let folder = folder.to_string_lossy();
+        let track = |threads| {
+            let more = ["--model", &folder, "--threads", threads];
+            sequence.track("network", &sequence.images, Some(60), &more)
+        };
+        let (tracked, text) = track("1");
+        assert_eq!(text, track("2").1, "{name}: threads change nothing");
+        let overlap = mean_overlap(&tracked, &truth);
+        say(&format!("{name}: mean overlap {overlap:.3} over {} frames", tracked.len()));
+        found.push((name, overlap));
+    }
+    assert!(found.iter().all(|(_, overlap)| *overlap > 0.75), "{found:?}");
+}
+
+#[test]
+fn published_networks_are_recognised() {
+    for (name, known) in [
+        ("nanotrack-v3", "NanoTrack v3"),
+        ("nanotrack-v2", "NanoTrack v2"),
+        ("vittrack", "VitTrack"),
+    ] {
+        let Some(folder) = model("published_networks_are_recognised", name) else { continue };
+        let mut command = Command::new(env!("CARGO_BIN_EXE_patchlock"));
+        let output = command.arg("model").arg(folder).output().unwrap();
+        let text = String::from_utf8(output.stdout).unwrap();
+        let said = [
+            format!(" of {known}\n"),
+            "  licence    Apache-2.0, as its publisher states\n".into(),
+            "decide for".into(),
+            format!("\n\n{known}\n"),
+        ];
+        for said in said {
+            assert!(text.contains(&said), "{said}: {text}");
+        }
     }
 }
 

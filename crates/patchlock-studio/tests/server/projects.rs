@@ -1,12 +1,15 @@
 //! What a page does with a clip.
 
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use image::ImageFormat;
+use patchlock::Preset;
+use patchlock_track::models;
 use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket};
 
-use crate::support::{FRAMES, Running};
+use crate::support::{FRAMES, Running, options, video};
 
 /// The next message of a window of this type.
 fn next(socket: &mut WebSocket<std::net::TcpStream>, kind: &str) -> Value {
@@ -294,6 +297,27 @@ fn a_look_says_what_is_visible() {
     let look = server.get("/api/clips/1/look?target=1&frame=30").json();
     assert!(look["visible"].as_f64().is_none_or(|share| share < 0.5), "{look}");
     assert!(!look["words"].as_array().expect("a list").is_empty());
+}
+
+/// A made-up network: it finds nothing, but works as the real ones do.
+#[test]
+fn a_network_tracks_targets() {
+    let file =
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../patchlock/tests/golden/network/vittrack.onnx");
+    let folder = tempfile::tempdir().expect("a folder");
+    let truth = video(&folder.path().join("clip.mp4"));
+    let mut options = options(vec![folder.path().join("clip.mp4")], folder.path());
+    options.config = Preset::Network.into();
+    options.config.network = Some(models::load(Path::new(file), None).expect("loads"));
+    let server = Running::with(options, folder, truth);
+    server.add_target(0);
+    server.edit(json!({ "edit": "set_key", "target": 1, "frame": 8, "box": server.truth[8] }));
+    let wish = json!({ "target": 1, "from": 0, "direction": "forward", "until": 12 });
+    assert_eq!(server.post("/api/clips/1/track", &wish).status, 200);
+    assert_eq!(tracked_frames(&server.wait()).len(), 11);
+    let look = server.get("/api/clips/1/look?target=1&frame=4").json();
+    assert!(look["visible"].is_null() && look["scales"] == json!([]), "{look}");
+    assert!(!look["words"].to_string().contains("hidden"), "{look}");
 }
 
 #[test]
