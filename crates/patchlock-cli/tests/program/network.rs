@@ -6,6 +6,7 @@ use std::path::Path;
 
 use crate::support::benchmark::Benchmark;
 use crate::support::{BOX, Bench, patchlock};
+use patchlock::KNOWN_MODELS;
 use patchlock_bench::bench::job::{self, Job};
 use patchlock_bench::bench::plan::{Entrant, Options};
 use patchlock_bench::bench::schemes::Scheme;
@@ -271,6 +272,18 @@ fn a_job_finds_its_network_again() {
     assert!(at(Some("other.onnx")).contains("the runs need the network VitTrack"));
     assert!(at(Some("none.onnx")).contains("cannot read"));
     assert!(at(None).contains("needs a network"));
+}
+
+#[test]
+fn the_guide_lists_the_known_files() {
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/networks.md");
+    let page = fs::read_to_string(page).unwrap();
+    for known in KNOWN_MODELS {
+        let line = format!("{}  {}\n", known.sha256, known.file);
+        assert!(page.contains(&line), "{line}");
+        let place = known.origin.rsplit(", ").next().unwrap();
+        assert!(page.contains(place) && page.contains(known.licence), "{known:?}");
+    }
 }
 
 #[test]
