@@ -6,8 +6,9 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../.." && pwd)
 venv=$root/target/python-venv
 
-# Other toolkits, Ray, readers of the export formats and the rerun SDK, and what builds the documentation.
-"$here/setup.sh" export got10k ray rerun vot docs
+# Other toolkits, Ray, onnxruntime, readers of the export formats and the rerun SDK, and what builds the
+# documentation.
+"$here/setup.sh" export got10k onnxruntime ray rerun vot docs
 [ -x "$venv/bin/pytest" ] || exit 0 # prepare.sh has printed the reason
 
 # In this folder Python finds the installed package, not the sources in python/.

@@ -19,7 +19,13 @@ PACKAGE = Path(__file__).resolve().parents[2] / "crates/patchlock-py"
 TYPES = PACKAGE / "stubs/_patchlock.pyi"
 STUBS = PACKAGE / "python/patchlock/_patchlock.pyi"
 WIDTH = 100
-GROUPS = {"Config": "", "RobustConfig": "robust", "PaperConfig": "paper", "PatchModelConfig": "patches"}
+GROUPS = {
+    "Config": "",
+    "RobustConfig": "robust",
+    "PaperConfig": "paper",
+    "NetworkConfig": "network",
+    "PatchModelConfig": "patches",
+}
 HEAD = '"""The Rust part of the package `patchlock`. Written by tools/python/stubs.py."""\n\n'
 
 

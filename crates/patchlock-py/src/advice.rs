@@ -1,18 +1,35 @@
 //! Words the errors of the libraries for Python: messages and advice that name keyword arguments. The other
 //! advice is that of the errors themselves.
 
+use patchlock::NetworkError;
 use patchlock_bench::dataset::selection::SelectionError;
 use patchlock_media::{FrameFault, RangeError};
 use patchlock_studio::project;
+use patchlock_track::ModelError;
+use patchlock_track::settings::SettingsError;
 
 const BOX: &str =
     "a box is (x, y, w, h) in pixels: left and top edge counted from 0, width and height";
+
+const MODEL: &str = "give its files with model=";
 
 fn joined(message: String, advice: Option<String>) -> String {
     match advice {
         Some(advice) => format!("{message} ({advice})"),
         None => message,
     }
+}
+
+/// The text for an error of the tracker.
+pub fn tracker(error: &patchlock::Error) -> String {
+    let advice = match error {
+        patchlock::Error::Network(NetworkError::None | NetworkError::Other { .. }) => Some(MODEL),
+        patchlock::Error::Network(NetworkError::Incomplete { .. }) => {
+            Some("give both files, or their folder")
+        }
+        _ => None,
+    };
+    joined(error.to_string(), advice.map(str::to_owned))
 }
 
 /// The text for an error of a frame source.
@@ -98,6 +115,14 @@ fn track_advice(error: &patchlock_track::Error) -> Option<String> {
         Error::StartBoxOutside { .. } => {
             "the box is for the first tracked frame; with reverse=True that is the last frame of the \
              range"
+        }
+        Error::Settings(SettingsError::Model(ModelError::Missing { .. })) => MODEL,
+        Error::Settings(SettingsError::Model(
+            ModelError::Unused { .. } | ModelError::UnusedRuntime { .. },
+        )) => "preset=\"network\" follows with a network",
+        Error::Settings(SettingsError::Model(ModelError::Runtime(_))) => {
+            "runtime= takes the library of onnxruntime 1.17 or later; without it, the built-in runtime \
+             is used"
         }
         _ => return error.advice(),
     };

@@ -1,7 +1,7 @@
 //! Runs as JSON messages, for the engines of `patchlock.batch`: planned and stored here, executed wherever
 //! an engine sends them.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use patchlock::{BoundingBox, TrackerConfig};
@@ -14,8 +14,9 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::config::{self, Choice, basis};
+use crate::config::{self, Config, Settings, basis};
 use crate::errors;
+use crate::network::{self, RuntimeName};
 
 /// The coordinate of the first pixel in the text files of clips, as in those of `patchlock track`.
 const ORIGIN: f64 = 1.0;
@@ -25,6 +26,8 @@ const ORIGIN: f64 = 1.0;
 pub struct Store {
     store: store::Store,
     first_seed: u64,
+    /// The files of the network.
+    paths: ModelPaths,
 }
 
 #[pymethods]
@@ -35,12 +38,14 @@ impl Store {
     #[new]
     #[pyo3(signature = (out, name, *, config, own))]
     fn new(
+        py: Python<'_>,
         out: PathBuf,
         name: Option<String>,
-        config: Choice,
+        config: &Config,
         own: &Bound<'_, PyDict>,
     ) -> PyResult<Self> {
-        let Choice(common) = config;
+        let Settings { config: common, model } = config.settings(py);
+        let paths = model.map(|model| model.get().paths_for_jobs()).transpose()?;
         let preset = basis(&common).0;
         let meant = if name.is_some() { common.clone() } else { TrackerConfig::from(preset) };
         let name = name.unwrap_or_else(|| preset.to_string());
@@ -53,7 +58,8 @@ impl Store {
             false => format!("{name}-{}", &subject.hash()[..8]),
         };
         let series = Series { tracker, scheme: Scheme::Ope, subject, origin: ORIGIN };
-        Self::open(&out, series, &configuration)
+        let store = store::Store::open(&out, series).map_err(errors::of_bench)?;
+        Ok(Self { store, first_seed: configuration.seed, paths: paths.unwrap_or_default() })
     }
 
     /// Path of the folder.
@@ -97,7 +103,7 @@ impl Store {
             threads,
             side_by_side,
             patience: Duration::ZERO,
-            paths: ModelPaths::default(),
+            paths: self.paths.clone(),
         })
     }
 
@@ -110,13 +116,6 @@ impl Store {
     fn keep(&self, py: Python<'_>, job: &str, boxes: String, manifest: String) -> PyResult<()> {
         let written = Written { boxes, manifest };
         py.detach(|| self.store.keep(&read(job)?.run(), &written).map_err(errors::of_bench))
-    }
-}
-
-impl Store {
-    fn open(out: &Path, series: Series, configuration: &TrackerConfig) -> PyResult<Self> {
-        let store = store::Store::open(out, series).map_err(errors::of_bench)?;
-        Ok(Self { store, first_seed: configuration.seed })
     }
 }
 
@@ -149,8 +148,8 @@ type Named = Vec<(String, String, String)>;
 /// that can't be run.
 #[pyfunction]
 #[pyo3(signature = (
-    dataset, out, *, protocol, preset, file, command, timeout, name, seeds, sequences, attributes,
-    threads, side_by_side
+    dataset, out, *, protocol, preset, file, model, runtime, command, timeout, name, seeds,
+    sequences, attributes, threads, side_by_side
 ))]
 #[expect(clippy::too_many_arguments, reason = "Python calls it with keywords")]
 pub fn bench_jobs(
@@ -160,6 +159,8 @@ pub fn bench_jobs(
     protocol: &str,
     preset: String,
     file: Option<PathBuf>,
+    model: Option<PathBuf>,
+    runtime: Option<RuntimeName>,
     command: Option<String>,
     timeout: i64,
     name: Option<String>,
@@ -169,10 +170,26 @@ pub fn bench_jobs(
     threads: usize,
     side_by_side: usize,
 ) -> PyResult<(Store, Named, usize, Named)> {
+    let runtime = network::library(py, runtime.as_ref())?;
     let options = Options {
         dataset,
         out,
-        entrant: entrant(preset, file, command, timeout, name)?,
+        entrant: match command {
+            Some(command) => {
+                if file.is_some() || model.is_some() {
+                    return Err(PyValueError::new_err(
+                        "file and model are for Patchlock: they can't be combined with command",
+                    ));
+                }
+                program(command, timeout, name)?
+            }
+            None => Entrant::Patchlock {
+                preset,
+                config: file,
+                paths: ModelPaths { model, runtime },
+                name,
+            },
+        },
         scheme: protocol.parse().map_err(PyValueError::new_err)?,
         seeds: in_range("seeds", seeds, MOST_SEEDS)?,
         sequences,
@@ -184,25 +201,13 @@ pub fn bench_jobs(
     let named = |job: &Job| Ok((job.target.clone(), job.label(), message(job)?));
     let jobs = jobs.iter().map(named).collect::<PyResult<_>>()?;
     let failures = failures.into_iter().map(|f| (f.target, f.run, f.error.to_string())).collect();
-    Ok((Store { store, first_seed: 0 }, jobs, before, failures))
+    // The jobs have the files of the network.
+    let store = Store { store, first_seed: 0, paths: ModelPaths::default() };
+    Ok((store, jobs, before, failures))
 }
 
-/// Our tracker with these settings, or another program.
-fn entrant(
-    preset: String,
-    file: Option<PathBuf>,
-    command: Option<String>,
-    timeout: i64,
-    name: Option<String>,
-) -> PyResult<Entrant> {
-    let Some(command) = command else {
-        let paths = ModelPaths::default();
-        return Ok(Entrant::Patchlock { preset, config: file, paths, name });
-    };
-    if file.is_some() {
-        let message = "file holds settings of Patchlock: it can't be combined with command";
-        return Err(PyValueError::new_err(message));
-    }
+/// Another program, which must have a name.
+fn program(command: String, timeout: i64, name: Option<String>) -> PyResult<Entrant> {
     let Some(name) = name else {
         return Err(PyValueError::new_err(
             "command needs a name for its results, but name is None",

@@ -3,28 +3,32 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use patchlock::{Error, Method, PARAMETERS, Parameter, Preset, TrackerConfig, Value};
+use patchlock::{Error, Method, NetworkError, PARAMETERS, Parameter, Preset, TrackerConfig, Value};
 use patchlock_track::names::near_matches;
-use patchlock_track::settings::Overrides;
+use patchlock_track::settings;
 use pyo3::exceptions::{PyAttributeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::errors;
+use crate::network::{Model, Network, RuntimeName, check_use};
 
 /// The settings that a [`Config`] and its groups share.
 type Shared = Arc<Mutex<TrackerConfig>>;
 
 /// What `__reduce__` returns: a function and the arguments from which it makes equal settings.
-type Reduced<'py> = (Bound<'py, PyAny>, (&'static str, Bound<'py, PyDict>));
+type Reduced<'py> = (Bound<'py, PyAny>, (&'static str, Bound<'py, PyDict>, Option<Py<Network>>));
 
-/// The groups of the methods, and the group of the patch model in each of them.
+/// The group of the patch model, in those of the methods that have one.
 const PATCHES: &str = "patches";
+
+/// The attribute that holds the network.
+const MODEL: &str = "model";
 
 /// The settings of a tracker.
 ///
-/// The preset chooses the method, `robust` or `paper`. The settings of the method are in the group of its
-/// name, those of the patch model in the group `patches` in it:
+/// The preset chooses the method, `robust`, `paper` or `network`. The settings of the method are in the group of
+/// its name, those of the patch model of `robust` and `paper` in the group `patches` in it:
 ///
 /// ```python
 /// config = patchlock.Config()
@@ -34,20 +38,28 @@ const PATCHES: &str = "patches";
 /// ```
 ///
 /// `parameters()` describes every setting. A tracker copies its settings when it starts, so a later change has
-/// no effect on it. Settings can be compared, copied and pickled.
+/// no effect on it. Settings can be compared, copied and pickled. A pickle holds the paths of the network's
+/// files, not the network; see `Network`.
 ///
 /// Args:
 ///     preset: The preset to start from; `PRESETS` lists the names.
 ///     file: A TOML file with settings that differ from the preset, as `patchlock config` writes it.
+///     model: The network of the preset `network`: a `Network`, or what `Network` takes. It takes precedence
+///         over that of the file.
+///     runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
 ///
 /// Raises:
-///     AttributeError: An attribute is not a setting, or belongs to the other method.
-///     TypeError: The value of a setting has the wrong type.
-///     ValueError: There is no such preset, the value of a setting is not allowed, or the file is invalid.
-///     OSError: The file can't be read.
+///     AttributeError: An attribute is not a setting, or belongs to another method.
+///     TypeError: The value of a setting or of an argument has the wrong type.
+///     ValueError: There is no such preset, the value of a setting is not allowed, the file is invalid, or the
+///         network can't be used.
+///     OSError: A file can't be read.
+///     ImportError: `runtime` is `"onnxruntime"`, which is not installed.
 #[pyclass(frozen, module = "patchlock")]
 pub struct Config {
     shared: Shared,
+    /// The network of the settings.
+    model: Option<Py<Network>>,
 }
 
 /// A group of settings: a view of its [`Config`].
@@ -65,35 +77,87 @@ pub struct RobustConfig;
 #[pyclass(frozen, extends = Group, module = "patchlock")]
 pub struct PaperConfig;
 
+/// The settings of the method `network`: `Config.network`.
+#[pyclass(frozen, extends = Group, module = "patchlock")]
+pub struct NetworkConfig;
+
 /// The settings of the patch model: `Config.robust.patches` or `Config.paper.patches`.
 #[pyclass(frozen, extends = Group, module = "patchlock")]
 pub struct PatchModelConfig;
 
+/// Settings with the Python object of their network.
+#[derive(Default)]
+pub struct Settings {
+    pub config: TrackerConfig,
+    pub model: Option<Py<Network>>,
+}
+
+impl Settings {
+    /// The settings with this network, or with their own.
+    fn with(
+        self,
+        py: Python<'_>,
+        model: Option<Model>,
+        runtime: Option<RuntimeName>,
+    ) -> PyResult<Self> {
+        let Some(model) = model else {
+            return match runtime {
+                Some(_) => Err(PyValueError::new_err(
+                    "runtime is what runs the network of model=, but there is no model=",
+                )),
+                None => Ok(self),
+            };
+        };
+        let (mut config, model) = (self.config, model.network(py, runtime)?);
+        let network = model.get().to_rust();
+        check_use(&config.method, Some(&network))?;
+        config.network = Some(network);
+        Ok(Self { config, model: Some(model) })
+    }
+}
+
 impl Config {
-    /// A copy of settings of the library.
-    pub fn from_rust(config: TrackerConfig) -> Self {
-        Self { shared: Arc::new(Mutex::new(config)) }
+    /// An object with these settings.
+    pub fn of(settings: Settings) -> Self {
+        let Settings { config, model } = settings;
+        Self { shared: Arc::new(Mutex::new(config)), model }
     }
 
     /// A copy of the settings.
-    pub fn to_rust(&self) -> TrackerConfig {
-        lock(&self.shared).clone()
+    pub fn settings(&self, py: Python<'_>) -> Settings {
+        let model = self.model.as_ref().map(|model| model.clone_ref(py));
+        Settings { config: lock(&self.shared).clone(), model }
     }
 }
 
 #[pymethods]
 impl Config {
     #[new]
-    #[pyo3(signature = (preset = "robust", file = None))]
-    fn new(preset: &str, file: Option<PathBuf>) -> PyResult<Self> {
-        let config = match file {
-            None => named(preset)?,
-            Some(_) => {
-                patchlock_track::settings::resolve(preset, file.as_deref(), Overrides::default())
-                    .map_err(|error| errors::of_track(error.into()))?
-            }
+    #[pyo3(signature = (preset = "robust", file = None, *, model = None, runtime = None))]
+    fn new(
+        py: Python<'_>,
+        preset: &str,
+        file: Option<PathBuf>,
+        model: Option<Model>,
+        runtime: Option<RuntimeName>,
+    ) -> PyResult<Self> {
+        let Some(file) = file else {
+            return Ok(Self::of(named(preset)?.with(py, model, runtime)?));
         };
-        Ok(Self::from_rust(config))
+        let (config, paths) =
+            settings::from_file(preset, &file).map_err(|error| errors::of_track(error.into()))?;
+        // The file names the network and its runtime where the arguments do not.
+        let model = model.or_else(|| paths.model.map(Model::of_path));
+        let is_loaded = matches!(model, Some(Model::Loaded(_)));
+        let of_file = paths.runtime.filter(|_| !is_loaded).map(RuntimeName);
+        let settings = Settings { config, model: None };
+        Ok(Self::of(settings.with(py, model, runtime.or(of_file))?))
+    }
+
+    /// The network of the preset `network`; `None` if none was given.
+    #[getter]
+    fn model(&self, py: Python<'_>) -> Option<Py<Network>> {
+        self.model.as_ref().map(|model| model.clone_ref(py))
     }
 
     /// All settings: a dictionary of `seed` and of the method's group, whose settings are a dictionary, too.
@@ -108,7 +172,9 @@ impl Config {
             };
             dict.set_item(parameter.name, to_python(py, value)?)?;
         }
-        group.set_item(PATCHES, patches)?;
+        if config.method.patches().is_some() {
+            group.set_item(PATCHES, patches)?;
+        }
         all.set_item(config.method.name(), group)?;
         Ok(all)
     }
@@ -118,17 +184,22 @@ impl Config {
     }
 
     fn __setattr__(&self, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        if name == MODEL {
+            let message =
+                "model can't be changed; patchlock.Config(\"network\", model=...) sets it";
+            return Err(PyAttributeError::new_err(message));
+        }
         set(&self.shared, "", name, value)
     }
 
     fn __dir__(&self) -> Vec<&'static str> {
-        let methods = ["to_dict"];
-        methods.into_iter().chain(names(&lock(&self.shared), "")).collect()
+        let others = [MODEL, "to_dict"];
+        others.into_iter().chain(names(&lock(&self.shared), "")).collect()
     }
 
     fn __eq__(&self, other: &Self) -> bool {
         // Two locks at once could wait for each other.
-        let other = other.to_rust();
+        let other = lock(&other.shared).clone();
         *lock(&self.shared) == other
     }
 
@@ -144,7 +215,9 @@ impl Config {
             .iter()
             .map(|(parameter, value)| format!(", {}={value}", place(parameter)))
             .collect();
-        format!("<Config '{preset}'{changes}>")
+        let model = config.network.as_ref();
+        let model = model.map_or(String::new(), |model| format!(", model='{}'", model.name()));
+        format!("<Config '{preset}'{changes}{model}>")
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
@@ -154,7 +227,7 @@ impl Config {
         for (parameter, value) in changes {
             dict.set_item(parameter.name, to_python(py, value)?)?;
         }
-        Ok((restore, (preset.name(), dict)))
+        Ok((restore, (preset.name(), dict, self.model(py))))
     }
 }
 
@@ -191,31 +264,45 @@ impl Group {
 
 /// Called by pickle.
 #[pyfunction]
-#[pyo3(name = "_restore_config")]
-pub fn restore_config(preset: &str, changes: &Bound<'_, PyDict>) -> PyResult<Config> {
-    let mut config = named(preset)?;
-    apply(&mut config, changes)?;
-    Ok(Config::from_rust(config))
+#[pyo3(name = "_restore_config", signature = (preset, changes, model = None))]
+pub fn restore_config(
+    py: Python<'_>,
+    preset: &str,
+    changes: &Bound<'_, PyDict>,
+    model: Option<Py<Network>>,
+) -> PyResult<Config> {
+    let mut settings = named(preset)?.with(py, model.map(Model::Loaded), None)?;
+    apply(&mut settings.config, changes)?;
+    Ok(Config::of(settings))
 }
 
-/// A copy of settings that fit each other.
+/// A copy of settings that fit each other, with the network that the method needs.
 #[pyfunction]
-#[pyo3(name = "_checked_config")]
-pub fn checked_config(config: Choice) -> PyResult<Config> {
-    config.0.validate().map_err(errors::of_tracker)?;
-    Ok(Config::from_rust(config.0))
+#[pyo3(name = "_checked_config", signature = (config, preset, model, runtime))]
+pub fn checked_config(
+    py: Python<'_>,
+    config: Option<Choice>,
+    preset: Option<&str>,
+    model: Option<Model>,
+    runtime: Option<RuntimeName>,
+) -> PyResult<Config> {
+    let settings = chosen(py, (config, preset), (model, runtime))?;
+    settings.config.validate().map_err(errors::of_tracker)?;
+    if matches!(settings.config.method, Method::Network(_)) && settings.model.is_none() {
+        return Err(errors::of_tracker(NetworkError::None.into()));
+    }
+    Ok(Config::of(settings))
 }
 
 /// The argument `config` of a tracker: the name of a preset, or settings.
-#[derive(Default)]
-pub struct Choice(pub TrackerConfig);
+pub struct Choice(Settings);
 
 impl<'py> FromPyObject<'_, 'py> for Choice {
     type Error = PyErr;
 
     fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
         if let Ok(config) = object.cast::<Config>() {
-            return Ok(Self(config.get().to_rust()));
+            return Ok(Self(config.get().settings(object.py())));
         }
         match object.extract::<&str>() {
             Ok(preset) => named(preset).map(Self),
@@ -227,10 +314,29 @@ impl<'py> FromPyObject<'_, 'py> for Choice {
     }
 }
 
+/// The settings that the arguments `config` or `preset`, `model` and `runtime` choose.
+pub fn chosen(
+    py: Python<'_>,
+    (config, preset): (Option<Choice>, Option<&str>),
+    (model, runtime): (Option<Model>, Option<RuntimeName>),
+) -> PyResult<Settings> {
+    let settings = match (config, preset) {
+        (Some(_), Some(_)) => {
+            return Err(PyValueError::new_err(
+                "config and preset are both given; config can be the name of a preset",
+            ));
+        }
+        (Some(Choice(settings)), None) => settings,
+        (None, Some(preset)) => named(preset)?,
+        (None, None) => Settings::default(),
+    };
+    settings.with(py, model, runtime)
+}
+
 /// The settings of a preset.
-fn named(preset: &str) -> PyResult<TrackerConfig> {
+fn named(preset: &str) -> PyResult<Settings> {
     let preset: Preset = preset.parse().map_err(errors::of_tracker)?;
-    Ok(preset.into())
+    Ok(Settings { config: preset.into(), model: None })
 }
 
 /// Changes settings by name.
@@ -249,7 +355,7 @@ pub fn apply(config: &mut TrackerConfig, changes: &Bound<'_, PyDict>) -> PyResul
     Ok(())
 }
 
-/// The preset that settings differ from least, and the settings that differ.
+/// The preset of the method that settings differ from least, and the settings that differ.
 pub fn basis(config: &TrackerConfig) -> (Preset, Vec<(&'static Parameter, Value)>) {
     let changes = |preset: Preset| {
         let begun = TrackerConfig::from(preset);
@@ -258,7 +364,9 @@ pub fn basis(config: &TrackerConfig) -> (Preset, Vec<(&'static Parameter, Value)
         };
         (preset, used(config).filter(differ).collect::<Vec<_>>())
     };
-    let all = Preset::ALL.into_iter().map(changes);
+    let has_method =
+        |preset: &Preset| TrackerConfig::from(*preset).method.name() == config.method.name();
+    let all = Preset::ALL.into_iter().filter(has_method).map(changes);
     all.min_by_key(|(_, changes)| changes.len()).unwrap_or_default()
 }
 
@@ -275,8 +383,8 @@ fn used(config: &TrackerConfig) -> impl Iterator<Item = (&'static Parameter, Val
 fn groups(group: &str) -> &'static [&'static str] {
     match group {
         "" => &Method::NAMES,
-        PATCHES => &[],
-        _ => &[PATCHES],
+        "robust" | "paper" => &[PATCHES],
+        _ => &[],
     }
 }
 
@@ -329,7 +437,9 @@ fn check_name(
     let message = match Parameter::named(name) {
         Some(parameter) if parameter.group == group => return Ok(parameter),
         Some(parameter) if !parameter.is_used_by(&config.method) => {
-            format!("{name} is in {}: {}", parameter.group, other_method(parameter.group, config))
+            // Of the methods with a patch model, the default one.
+            let owner = if parameter.group == PATCHES { "robust" } else { parameter.group };
+            format!("{name} is in {}: {}", parameter.group, other_method(owner, config))
         }
         Some(parameter) => {
             let method = config.method.name();
@@ -380,6 +490,7 @@ fn view<'py>(py: Python<'py>, shared: &Shared, name: &'static str) -> PyResult<B
     Ok(match name {
         "robust" => Bound::new(py, group.add_subclass(RobustConfig))?.into_any(),
         "paper" => Bound::new(py, group.add_subclass(PaperConfig))?.into_any(),
+        "network" => Bound::new(py, group.add_subclass(NetworkConfig))?.into_any(),
         _ => Bound::new(py, group.add_subclass(PatchModelConfig))?.into_any(),
     })
 }
@@ -413,7 +524,7 @@ type Row<'py> = (&'static str, &'static str, Bound<'py, PyAny>, String, &'static
 /// The rows of the table of settings: group, name, default, allowed values, source, purpose.
 #[pyfunction]
 pub fn parameters(py: Python<'_>) -> PyResult<Vec<Row<'_>>> {
-    let defaults = [Preset::Robust, Preset::Paper].map(TrackerConfig::from);
+    let defaults = [Preset::Robust, Preset::Paper, Preset::Network].map(TrackerConfig::from);
     let row = |parameter: &Parameter| {
         let Parameter { group, name, range, source, purpose, .. } = *parameter;
         let config = defaults.iter().find(|config| parameter.is_used_by(&config.method));

@@ -3,7 +3,7 @@
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use patchlock::{Error, Frame, TrackerConfig};
+use patchlock::{Error, Frame, Method, Network, TrackerConfig};
 use patchlock_track::session::timed_on;
 use pyo3::exceptions::{PyKeyError, PyValueError};
 use pyo3::prelude::*;
@@ -11,8 +11,9 @@ use pyo3::types::PyBytes;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::config::Config;
+use crate::config::{Config, Settings};
 use crate::errors;
+use crate::network::{self, check_use};
 use crate::pixels::{Channels, Pixels};
 use crate::threads::Threads;
 
@@ -25,7 +26,9 @@ pub trait Engine: Send + Sized {
 
     fn config(&self) -> &TrackerConfig;
     fn snapshot(&self) -> Self::Snapshot;
-    fn restore(snapshot: Self::Snapshot) -> Result<Self, Error>;
+    /// Continues with this network, which the snapshot does not hold.
+    fn restore(snapshot: Self::Snapshot, network: Option<Network>) -> Result<Self, Error>;
+    fn method(snapshot: &Self::Snapshot) -> &Method;
 }
 
 impl Engine for patchlock::Tracker {
@@ -40,8 +43,15 @@ impl Engine for patchlock::Tracker {
         self.snapshot()
     }
 
-    fn restore(snapshot: Self::Snapshot) -> Result<Self, Error> {
-        Self::restore(snapshot)
+    fn restore(snapshot: Self::Snapshot, network: Option<Network>) -> Result<Self, Error> {
+        Self::restore(match network {
+            Some(network) => snapshot.with_network(network),
+            None => snapshot,
+        })
+    }
+
+    fn method(snapshot: &Self::Snapshot) -> &Method {
+        &snapshot.config().method
     }
 }
 
@@ -57,14 +67,26 @@ impl Engine for patchlock::MultiTracker {
         self.snapshot()
     }
 
-    fn restore(snapshot: Self::Snapshot) -> Result<Self, Error> {
-        Self::restore(snapshot)
+    fn restore(snapshot: Self::Snapshot, network: Option<Network>) -> Result<Self, Error> {
+        Self::restore(match network {
+            Some(network) => snapshot.with_network(network),
+            None => snapshot,
+        })
+    }
+
+    fn method(snapshot: &Self::Snapshot) -> &Method {
+        &snapshot.config().method
     }
 }
+
+/// The network of a tracker, as a Python object.
+type Model = Option<Py<network::Network>>;
 
 /// A tracker with its threads and what changes from frame to frame.
 pub struct Driver<T> {
     state: Mutex<State<T>>,
+    /// The network of the settings.
+    model: Model,
     threads: Threads,
     channels: Channels,
 }
@@ -86,31 +108,40 @@ pub struct Found<R> {
 }
 
 /// What pickle and `snapshot` need: the state as JSON, and the arguments of `restored`.
-pub type Saved<'py> = (Bound<'py, PyBytes>, Option<usize>, &'static str, u64);
+pub type Saved<'py> = (Bound<'py, PyBytes>, Option<usize>, &'static str, u64, Model);
 
 impl<T: Engine> Driver<T> {
-    /// A driver of a tracker that needs no frame to begin.
-    pub fn new(tracker: T, threads: Option<usize>, channels: &str) -> PyResult<Self> {
+    /// A driver of the tracker that `make` makes of settings without a frame.
+    pub fn new(
+        settings: Settings,
+        threads: Option<usize>,
+        channels: &str,
+        make: impl FnOnce(TrackerConfig) -> Result<T, Error>,
+    ) -> PyResult<Self> {
         let (threads, channels) = (Threads::new(threads)?, Channels::parse(channels)?);
+        let Settings { config, model } = settings;
+        let tracker = make(config).map_err(to_python)?;
         let state = Mutex::new(State { tracker, frame: 0, ms: 0.0 });
-        Ok(Self { state, threads, channels })
+        Ok(Self { state, model, threads, channels })
     }
 
-    /// A driver of the tracker that `start` makes of a frame.
+    /// A driver of the tracker that `start` makes of settings and a frame.
     pub fn start(
         py: Python<'_>,
+        settings: Settings,
         frame: &Bound<'_, PyAny>,
         threads: Option<usize>,
         channels: &str,
-        start: impl FnOnce(&Frame<'_>) -> Result<T, Error> + Send,
+        start: impl FnOnce(TrackerConfig, &Frame<'_>) -> Result<T, Error> + Send,
     ) -> PyResult<Self> {
         let (threads, channels) = (Threads::new(threads)?, Channels::parse(channels)?);
         let pixels = Pixels::of(frame, channels)?;
         let (frame, pool) = (pixels.frame()?, threads.pool()?);
-        let started = py.detach(|| timed_on(&pool, || start(&frame)));
+        let Settings { config, model } = settings;
+        let started = py.detach(|| timed_on(&pool, || start(config, &frame)));
         let (tracker, seconds) = started.map_err(to_python)?;
         let state = Mutex::new(State { tracker, frame: 0, ms: seconds * 1e3 });
-        Ok(Self { state, threads, channels })
+        Ok(Self { state, model, threads, channels })
     }
 
     /// The tracker; waits until no other thread uses it.
@@ -138,7 +169,8 @@ impl<T: Engine> Driver<T> {
 
     /// A copy of the settings.
     pub fn config(&self, py: Python<'_>) -> Config {
-        Config::from_rust(py.detach(|| self.lock().tracker.config().clone()))
+        let config = py.detach(|| self.lock().tracker.config().clone());
+        Config::of(Settings { config, model: self.model(py) })
     }
 
     /// Number of threads; `None` means one per core.
@@ -158,12 +190,18 @@ impl<T: Engine> Driver<T> {
             (serde_json::to_vec(&state.tracker.snapshot()), state.frame)
         });
         let text = text.map_err(|error| PyValueError::new_err(error.to_string()))?;
-        Ok((PyBytes::new(py, &text), self.threads(), self.channels(), frame))
+        let text = PyBytes::new(py, &text);
+        Ok((text, self.threads(), self.channels(), frame, self.model(py)))
+    }
+
+    fn model(&self, py: Python<'_>) -> Model {
+        self.model.as_ref().map(|model| model.clone_ref(py))
     }
 
     /// A driver that continues where it was saved.
     pub fn restored(
         snapshot: &[u8],
+        model: Model,
         threads: Option<usize>,
         channels: &str,
         frame: u64,
@@ -171,20 +209,25 @@ impl<T: Engine> Driver<T> {
         let snapshot: T::Snapshot = serde_json::from_slice(snapshot).map_err(|error| {
             PyValueError::new_err(format!("this is not a snapshot of a {}: {error}", T::NAME))
         })?;
-        let driver = Self::new(T::restore(snapshot).map_err(to_python)?, threads, channels)?;
-        driver.lock().frame = frame;
-        Ok(driver)
+        let network = model.as_ref().map(|model| model.get().to_rust());
+        check_use(T::method(&snapshot), network.as_ref())?;
+        let (threads, channels) = (Threads::new(threads)?, Channels::parse(channels)?);
+        let tracker = T::restore(snapshot, network).map_err(to_python)?;
+        let state = Mutex::new(State { tracker, frame, ms: 0.0 });
+        Ok(Self { state, model, threads, channels })
     }
 
     /// A copy that continues with threads of its own.
     pub fn copied(&self, py: Python<'_>) -> PyResult<Self> {
         let copy = py.detach(|| {
             let state = self.lock();
-            let tracker = T::restore(state.tracker.snapshot())?;
+            let network = state.tracker.config().network.clone();
+            let tracker = T::restore(state.tracker.snapshot(), network)?;
             Ok(State { tracker, frame: state.frame, ms: state.ms })
         });
-        let state = Mutex::new(copy.map_err(to_python)?);
-        Ok(Self { state, threads: Threads::new(self.threads.count)?, channels: self.channels })
+        let (state, model) = (Mutex::new(copy.map_err(to_python)?), self.model(py));
+        let threads = Threads::new(self.threads.count)?;
+        Ok(Self { state, model, threads, channels: self.channels })
     }
 }
 

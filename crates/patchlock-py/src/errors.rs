@@ -8,7 +8,7 @@ use crate::advice;
 
 /// An error of the tracker: a value that is not allowed.
 pub fn of_tracker(error: Error) -> PyErr {
-    PyValueError::new_err(error.to_string())
+    PyValueError::new_err(advice::tracker(&error))
 }
 
 /// An error of a session, a setting or an export, with its advice.

@@ -119,7 +119,8 @@ impl Estimate {
     /// How certain the tracker is, 0 to 1.
     ///
     /// With the method `robust` it is an estimate of the probability that the box overlaps the target by at
-    /// least half, with `paper` the visible share of the target: the mean over both scales.
+    /// least half, with `paper` the visible share of the target: the mean over both scales. With `network` it
+    /// is the network's own score, which often stays high when the box is on something else.
     #[getter]
     fn score(&self) -> f64 {
         self.inner.score
@@ -127,7 +128,8 @@ impl Estimate {
 
     /// Whether the target is followed: "tracked", "uncertain" or "lost".
     ///
-    /// While it is lost, the box and the corners are the last ones that were known.
+    /// While it is lost, the box and the corners are the last ones that were known; with the method `network`
+    /// they are where the network is least unsure.
     #[getter]
     fn status(&self) -> &'static str {
         self.inner.status.name()

@@ -4,9 +4,10 @@ use patchlock::{FrameView, TargetId, Tracked};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
 
-use crate::config::{Choice, Config};
+use crate::config::{Choice, Config, chosen};
 use crate::driver::{Driver, Found, Saved, to_python};
 use crate::estimate::{Estimate, to_box};
+use crate::network::{Model, Network, RuntimeName};
 use crate::observation::Seen;
 
 /// Follows many targets through the frames of a video.
@@ -19,15 +20,21 @@ use crate::observation::Seen;
 /// Frames, threads, pickling and copying work as for `Tracker`. All targets share the same settings.
 ///
 /// Args:
-///     config: The name of a preset, or a `Config`.
+///     config: A `Config`, or the name of a preset; `None` for the preset `robust`.
+///     preset: The name of a preset, instead of `config`.
+///     model: The network of the preset `network`: a `Network`, or what `Network` takes. It takes
+///         precedence over that of `config`.
+///     runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
 ///     threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool
 ///         that all such trackers of the process share. The number does not change the boxes.
 ///     channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV. PIL images carry
 ///         their own order.
 ///
 /// Raises:
-///     TypeError: `config` is neither of these.
-///     ValueError: An argument is invalid, or settings do not fit each other.
+///     TypeError: `config` or `model` is none of these.
+///     ValueError: An argument is invalid, settings do not fit each other, or the network can't be
+///         used.
+///     OSError: A file of the network can't be read.
 #[pyclass(frozen, module = "patchlock")]
 pub struct MultiTracker {
     driver: Driver<patchlock::MultiTracker>,
@@ -39,10 +46,22 @@ type Observed<'py> = (Bound<'py, PyDict>, Bound<'py, PyDict>);
 #[pymethods]
 impl MultiTracker {
     #[new]
-    #[pyo3(signature = (config = Choice::default(), *, threads = None, channels = "rgb"))]
-    fn new(config: Choice, threads: Option<usize>, channels: &str) -> PyResult<Self> {
-        let tracker = patchlock::MultiTracker::new(config.0).map_err(to_python)?;
-        Ok(Self { driver: Driver::new(tracker, threads, channels)? })
+    #[pyo3(signature = (
+        config = None, *, preset = None, model = None, runtime = None, threads = None,
+        channels = "rgb"
+    ))]
+    fn new(
+        py: Python<'_>,
+        config: Option<Choice>,
+        preset: Option<&str>,
+        model: Option<Model>,
+        runtime: Option<RuntimeName>,
+        threads: Option<usize>,
+        channels: &str,
+    ) -> PyResult<Self> {
+        let settings = chosen(py, (config, preset), (model, runtime))?;
+        let make = patchlock::MultiTracker::new;
+        Ok(Self { driver: Driver::new(settings, threads, channels, make)? })
     }
 
     /// Adds the target in this box of this frame; returns its id and first estimate.
@@ -127,8 +146,8 @@ impl MultiTracker {
     /// as `Tracker.update_observed` does it.
     ///
     /// Returns:
-    ///     The estimates, and for each id a `RobustObservation`, or with the method `paper` a
-    ///     `PaperObservation`.
+    ///     The estimates, and for each id a `RobustObservation`, with the method `paper` a
+    ///     `PaperObservation`, with `network` a `NetworkObservation`.
     ///
     /// Raises:
     ///     TypeError: As for `update`.
@@ -184,7 +203,7 @@ impl MultiTracker {
 
     /// The complete state of the tracker, as JSON text.
     ///
-    /// A tracker restored from it gives the same boxes. The Rust library reads it as a
+    /// A tracker restored from it gives the same boxes. It has the hash of a network, not the network. The Rust library reads it as a
     /// `MultiSnapshot`.
     fn snapshot<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         Ok(self.driver.saved(py)?.0)
@@ -194,22 +213,31 @@ impl MultiTracker {
     ///
     /// Args:
     ///     snapshot: What `snapshot` returned.
+    ///     model: The network that the targets were tracked with, as for the constructor; only with
+    ///         the method `network`. A snapshot holds its hash.
+    ///     runtime: As for the constructor.
     ///     threads: As for the constructor.
     ///     channels: As for the constructor.
     ///     frame: Number of calls of `update` before the snapshot was taken.
     ///
     /// Raises:
-    ///     ValueError: This is not a snapshot, or its parts are inconsistent.
+    ///     ValueError: This is not a snapshot, its parts are inconsistent, or it needs another network.
+    ///     OSError: A file of the network can't be read.
     #[classmethod]
-    #[pyo3(signature = (snapshot, *, threads = None, channels = "rgb", frame = 0))]
+    #[pyo3(signature = (
+        snapshot, *, model = None, runtime = None, threads = None, channels = "rgb", frame = 0
+    ))]
     fn restore(
-        _class: &Bound<'_, PyType>,
+        class: &Bound<'_, PyType>,
         snapshot: &[u8],
+        model: Option<Model>,
+        runtime: Option<RuntimeName>,
         threads: Option<usize>,
         channels: &str,
         frame: u64,
     ) -> PyResult<Self> {
-        restore_many(snapshot, threads, channels, frame)
+        let model = model.map(|model| model.network(class.py(), runtime)).transpose()?;
+        restore_many(snapshot, threads, channels, frame, model)
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Saved<'py>)> {
@@ -239,12 +267,13 @@ fn by_id(py: Python<'_>, found: Found<Vec<Tracked>>) -> PyResult<Bound<'_, PyDic
 
 /// Called by pickle.
 #[pyfunction]
-#[pyo3(name = "_restore_many")]
+#[pyo3(name = "_restore_many", signature = (snapshot, threads, channels, frame, model = None))]
 pub fn restore_many(
     snapshot: &[u8],
     threads: Option<usize>,
     channels: &str,
     frame: u64,
+    model: Option<Py<Network>>,
 ) -> PyResult<MultiTracker> {
-    Ok(MultiTracker { driver: Driver::restored(snapshot, threads, channels, frame)? })
+    Ok(MultiTracker { driver: Driver::restored(snapshot, model, threads, channels, frame)? })
 }

@@ -1,10 +1,12 @@
-//! The Python classes `PaperObservation` and `RobustObservation`.
+//! The Python classes `PaperObservation`, `RobustObservation` and `NetworkObservation`.
 
 use numpy::ndarray::{Array2, Array3};
 use numpy::{PyArray1, PyArray2, PyArray3, ToPyArray};
-use patchlock::{FrameView, PaperView, RobustView};
+use patchlock::{BoundingBox, FrameView, NetworkView, PaperView, RobustView};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+
+use crate::estimate::box_tuple;
 
 /// What the method `paper` computed on one frame; `Tracker.update_observed` returns it.
 #[pyclass(frozen, module = "patchlock")]
@@ -32,11 +34,22 @@ pub struct RobustObservation {
     memory: Vec<f32>,
 }
 
+/// What the method `network` saw on one frame; `Tracker.update_observed` returns it.
+#[pyclass(frozen, module = "patchlock")]
+pub struct NetworkObservation {
+    cells: usize,
+    scores: Vec<f64>,
+    logits: Vec<f64>,
+    chosen: usize,
+    seen: BoundingBox,
+}
+
 /// The observation of any method.
 #[derive(IntoPyObject)]
 pub enum Seen {
     Paper(PaperObservation),
     Robust(RobustObservation),
+    Network(NetworkObservation),
 }
 
 impl Seen {
@@ -45,6 +58,7 @@ impl Seen {
         match view {
             FrameView::Paper(view) => Some(Self::Paper(PaperObservation::of(view))),
             FrameView::Robust(view) => Some(Self::Robust(RobustObservation::of(view))),
+            FrameView::Network(view) => Some(Self::Network(NetworkObservation::of(view))),
             _ => None,
         }
     }
@@ -84,6 +98,18 @@ impl RobustObservation {
             cell: view.cell,
             follower: view.follower.to_vec(),
             memory: view.memory.to_vec(),
+        }
+    }
+}
+
+impl NetworkObservation {
+    fn of(view: &NetworkView<'_>) -> Self {
+        Self {
+            cells: view.cells,
+            scores: view.scores.to_vec(),
+            logits: view.logits.to_vec(),
+            chosen: view.chosen,
+            seen: view.seen,
         }
     }
 }
@@ -204,6 +230,38 @@ impl RobustObservation {
 
     fn __repr__(&self) -> String {
         format!("<RobustObservation of frame {}, certainty {:.2}>", self.frame, self.certainty)
+    }
+}
+
+#[pymethods]
+impl NetworkObservation {
+    /// The score of each cell of the search window, 0 to 1, shape (cells, cells).
+    #[getter]
+    fn scores<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        Ok(square(self.cells, self.scores.clone())?.to_pyarray(py))
+    }
+
+    /// The logarithm of the odds that belong to each score, shape (cells, cells).
+    #[getter]
+    fn logits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        Ok(square(self.cells, self.logits.clone())?.to_pyarray(py))
+    }
+
+    /// Row and column of the cell that was chosen.
+    #[getter]
+    fn chosen(&self) -> (usize, usize) {
+        (self.chosen / self.cells, self.chosen % self.cells)
+    }
+
+    /// The box `(x, y, w, h)` that the chosen cell saw, before its size was smoothed.
+    #[getter]
+    fn seen<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        box_tuple(py, &self.seen)
+    }
+
+    fn __repr__(&self) -> String {
+        let score = self.scores.get(self.chosen).copied().unwrap_or_default();
+        format!("<NetworkObservation of {0} x {0} cells, score {score:.3}>", self.cells)
     }
 }
 

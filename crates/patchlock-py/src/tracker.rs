@@ -4,9 +4,10 @@ use patchlock::FrameView;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
 
-use crate::config::{Choice, Config};
+use crate::config::{Choice, Config, chosen};
 use crate::driver::{Driver, Found, Saved};
 use crate::estimate::{Estimate, to_box};
+use crate::network::{Model, Network, RuntimeName};
 use crate::observation::Seen;
 
 /// Follows one target through the frames of a video.
@@ -21,13 +22,18 @@ use crate::observation::Seen;
 ///
 /// Each call releases the GIL, so trackers can run in parallel on several Python threads. One
 /// tracker processes one call at a time; a second thread waits. A tracker can be pickled or copied
-/// between two frames; the copy gives the same boxes.
+/// between two frames; the copy gives the same boxes. A pickle holds the paths of the network's
+/// files, not the network; see `Network`.
 ///
 /// Args:
 ///     frame: The first frame.
 ///     box: The target in it: left, top, width, height in pixels, counted from 0; may be fractional
 ///         and partly outside the frame. Width and height must be at least 1.
-///     config: The name of a preset, or a `Config`.
+///     config: A `Config`, or the name of a preset; `None` for the preset `robust`.
+///     preset: The name of a preset, instead of `config`.
+///     model: The network of the preset `network`: a `Network`, or what `Network` takes. It takes
+///         precedence over that of `config`.
+///     runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
 ///     threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool
 ///         that all such trackers of the process share. The number does not change the boxes.
 ///     channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV. PIL images carry
@@ -36,8 +42,9 @@ use crate::observation::Seen;
 /// Raises:
 ///     TypeError: The frame is neither an array of a supported type nor an image, or the box does
 ///         not hold numbers.
-///     ValueError: The shape of the frame, the box or an argument is invalid, or settings do not fit
-///         each other.
+///     ValueError: The shape of the frame, the box or an argument is invalid, settings do not fit each
+///         other, or the network can't be used.
+///     OSError: A file of the network can't be read.
 #[pyclass(frozen, module = "patchlock")]
 pub struct Tracker {
     driver: Driver<patchlock::Tracker>,
@@ -47,19 +54,25 @@ pub struct Tracker {
 impl Tracker {
     #[new]
     #[pyo3(signature = (
-        frame, r#box, config = Choice::default(), *, threads = None, channels = "rgb"
+        frame, r#box, config = None, *, preset = None, model = None, runtime = None, threads = None,
+        channels = "rgb"
     ))]
+    #[expect(clippy::too_many_arguments, reason = "Python calls it with keywords")]
     fn new(
         py: Python<'_>,
         frame: &Bound<'_, PyAny>,
         r#box: &Bound<'_, PyAny>,
-        config: Choice,
+        config: Option<Choice>,
+        preset: Option<&str>,
+        model: Option<Model>,
+        runtime: Option<RuntimeName>,
         threads: Option<usize>,
         channels: &str,
     ) -> PyResult<Self> {
         let bbox = to_box(r#box)?;
-        let driver = Driver::start(py, frame, threads, channels, |frame| {
-            patchlock::Tracker::start(config.0, frame, bbox)
+        let settings = chosen(py, (config, preset), (model, runtime))?;
+        let driver = Driver::start(py, settings, frame, threads, channels, |config, frame| {
+            patchlock::Tracker::start(config, frame, bbox)
         })?;
         Ok(Self { driver })
     }
@@ -118,7 +131,8 @@ impl Tracker {
     /// completely, and the method `robust` computes its responses to the estimate again.
     ///
     /// Returns:
-    ///     The estimate and a `RobustObservation`, or with the method `paper` a `PaperObservation`.
+    ///     The estimate and a `RobustObservation`, with the method `paper` a `PaperObservation`, with
+    ///     `network` a `NetworkObservation`.
     ///
     /// Raises:
     ///     TypeError: As for `update`.
@@ -159,7 +173,7 @@ impl Tracker {
 
     /// The complete state of the tracker, as JSON text.
     ///
-    /// A tracker restored from it gives the same boxes. The Rust library reads it as a `Snapshot`.
+    /// A tracker restored from it gives the same boxes. It has the hash of a network, not the network. The Rust library reads it as a `Snapshot`.
     fn snapshot<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         Ok(self.driver.saved(py)?.0)
     }
@@ -168,22 +182,31 @@ impl Tracker {
     ///
     /// Args:
     ///     snapshot: What `snapshot` returned.
+    ///     model: The network that the targets were tracked with, as for the constructor; only with
+    ///         the method `network`. A snapshot holds its hash.
+    ///     runtime: As for the constructor.
     ///     threads: As for the constructor.
     ///     channels: As for the constructor.
     ///     frame: Number of frames since the start when the snapshot was taken.
     ///
     /// Raises:
-    ///     ValueError: This is not a snapshot, or its parts are inconsistent.
+    ///     ValueError: This is not a snapshot, its parts are inconsistent, or it needs another network.
+    ///     OSError: A file of the network can't be read.
     #[classmethod]
-    #[pyo3(signature = (snapshot, *, threads = None, channels = "rgb", frame = 0))]
+    #[pyo3(signature = (
+        snapshot, *, model = None, runtime = None, threads = None, channels = "rgb", frame = 0
+    ))]
     fn restore(
-        _class: &Bound<'_, PyType>,
+        class: &Bound<'_, PyType>,
         snapshot: &[u8],
+        model: Option<Model>,
+        runtime: Option<RuntimeName>,
         threads: Option<usize>,
         channels: &str,
         frame: u64,
     ) -> PyResult<Self> {
-        restore(snapshot, threads, channels, frame)
+        let model = model.map(|model| model.network(class.py(), runtime)).transpose()?;
+        restore(snapshot, threads, channels, frame, model)
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Saved<'py>)> {
@@ -204,12 +227,13 @@ impl Tracker {
 
 /// Called by pickle.
 #[pyfunction]
-#[pyo3(name = "_restore")]
+#[pyo3(name = "_restore", signature = (snapshot, threads, channels, frame, model = None))]
 pub fn restore(
     snapshot: &[u8],
     threads: Option<usize>,
     channels: &str,
     frame: u64,
+    model: Option<Py<Network>>,
 ) -> PyResult<Tracker> {
-    Ok(Tracker { driver: Driver::restored(snapshot, threads, channels, frame)? })
+    Ok(Tracker { driver: Driver::restored(snapshot, model, threads, channels, frame)? })
 }

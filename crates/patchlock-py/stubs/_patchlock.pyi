@@ -7,14 +7,18 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import Self
 
-from patchlock._types import Box, BoxLike, FrameLike, Visibility
+from patchlock._types import Box, BoxLike, FrameLike, ModelLike, Visibility
 
 __version__: Final[str]
 __all__ = [
     "Config",
     "Estimate",
     "Frames",
+    "ModelFile",
     "MultiTracker",
+    "Network",
+    "NetworkConfig",
+    "NetworkObservation",
     "PRESETS",
     "PaperConfig",
     "PaperObservation",
@@ -31,6 +35,7 @@ __all__ = [
     "_restore",
     "_restore_config",
     "_restore_many",
+    "_restore_network",
     "bench_jobs",
     "parameters",
     "read_truth",
@@ -42,11 +47,22 @@ PRESETS: Final[list[str]]
 
 @final
 class Config:
-    def __new__(cls, preset: str = "robust", file: str | os.PathLike[str] | None = None) -> Self: ...
+    def __new__(
+        cls,
+        preset: str = "robust",
+        file: str | os.PathLike[str] | None = None,
+        *,
+        model: Network | ModelLike | None = None,
+        runtime: str | os.PathLike[str] | None = None,
+    ) -> Self: ...
+    @property
+    def model(self) -> Network | None: ...
     robust: RobustConfig
     """The settings of the method `robust`; only with its presets."""
     paper: PaperConfig
     """The settings of the method `paper`; only with its preset."""
+    network: NetworkConfig
+    """The settings of the method `network`; only with its preset."""
 
     def to_dict(self) -> dict[str, Any]: ...
     def __eq__(self, other: object, /) -> bool: ...
@@ -66,8 +82,52 @@ class PaperConfig:
     def __eq__(self, other: object, /) -> bool: ...
 
 @final
+class NetworkConfig:
+    def __eq__(self, other: object, /) -> bool: ...
+
+@final
 class PatchModelConfig:
     def __eq__(self, other: object, /) -> bool: ...
+
+@final
+class Network:
+    def __new__(cls, model: ModelLike, *, runtime: str | os.PathLike[str] | None = None) -> Self: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def hash(self) -> str: ...
+    @property
+    def runtime(self) -> Literal["built-in", "onnxruntime"]: ...
+    @property
+    def paths(self) -> list[Path]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: dict[int, Any], /) -> Self: ...
+
+@final
+class ModelFile:
+    def __new__(cls, file: str | os.PathLike[str] | bytes) -> Self: ...
+    @property
+    def family(self) -> str: ...
+    @property
+    def part(self) -> str: ...
+    @property
+    def values(self) -> str: ...
+    @property
+    def operators(self) -> int: ...
+    @property
+    def parameters(self) -> int: ...
+    @property
+    def sha256(self) -> str: ...
+    @property
+    def name(self) -> str | None: ...
+    @property
+    def origin(self) -> str | None: ...
+    @property
+    def licence(self) -> str | None: ...
+    @property
+    def training(self) -> str | None: ...
 
 @final
 class Tracker:
@@ -75,8 +135,11 @@ class Tracker:
         cls,
         frame: FrameLike,
         box: BoxLike,
-        config: Config | str = ...,
+        config: Config | str | None = None,
         *,
+        preset: str | None = None,
+        model: Network | ModelLike | None = None,
+        runtime: str | os.PathLike[str] | None = None,
         threads: int | None = None,
         channels: Literal["rgb", "bgr"] = "rgb",
     ) -> Self: ...
@@ -86,7 +149,7 @@ class Tracker:
     def restart(self, frame: FrameLike, box: BoxLike) -> Estimate: ...
     def update_observed(
         self, frame: FrameLike
-    ) -> tuple[Estimate, PaperObservation | RobustObservation]: ...
+    ) -> tuple[Estimate, PaperObservation | RobustObservation | NetworkObservation]: ...
     @property
     def config(self) -> Config: ...
     @property
@@ -99,6 +162,8 @@ class Tracker:
         cls,
         snapshot: bytes,
         *,
+        model: Network | ModelLike | None = None,
+        runtime: str | os.PathLike[str] | None = None,
         threads: int | None = None,
         channels: Literal["rgb", "bgr"] = "rgb",
         frame: int = 0,
@@ -109,8 +174,11 @@ class Tracker:
 class MultiTracker:
     def __new__(
         cls,
-        config: Config | str = ...,
+        config: Config | str | None = None,
         *,
+        preset: str | None = None,
+        model: Network | ModelLike | None = None,
+        runtime: str | os.PathLike[str] | None = None,
         threads: int | None = None,
         channels: Literal["rgb", "bgr"] = "rgb",
     ) -> Self: ...
@@ -120,7 +188,9 @@ class MultiTracker:
     def update(self, frame: FrameLike) -> dict[int, Estimate]: ...
     def update_observed(
         self, frame: FrameLike
-    ) -> tuple[dict[int, Estimate], dict[int, PaperObservation | RobustObservation]]: ...
+    ) -> tuple[
+        dict[int, Estimate], dict[int, PaperObservation | RobustObservation | NetworkObservation]
+    ]: ...
     @property
     def ids(self) -> list[int]: ...
     def __len__(self) -> int: ...
@@ -136,6 +206,8 @@ class MultiTracker:
         cls,
         snapshot: bytes,
         *,
+        model: Network | ModelLike | None = None,
+        runtime: str | os.PathLike[str] | None = None,
         threads: int | None = None,
         channels: Literal["rgb", "bgr"] = "rgb",
         frame: int = 0,
@@ -210,6 +282,17 @@ class RobustObservation:
     def follower(self) -> npt.NDArray[np.float32]: ...
     @property
     def memory(self) -> npt.NDArray[np.float32]: ...
+
+@final
+class NetworkObservation:
+    @property
+    def scores(self) -> npt.NDArray[np.float64]: ...
+    @property
+    def logits(self) -> npt.NDArray[np.float64]: ...
+    @property
+    def chosen(self) -> tuple[int, int]: ...
+    @property
+    def seen(self) -> Box: ...
 
 @final
 class Frames:
@@ -303,7 +386,7 @@ class Store:
         out: str | os.PathLike[str],
         name: str | None,
         *,
-        config: Config | str,
+        config: Config,
         own: dict[str, Any],
     ) -> Self: ...
     @property
@@ -336,6 +419,8 @@ def bench_jobs(
     protocol: str,
     preset: str,
     file: str | os.PathLike[str] | None,
+    model: str | os.PathLike[str] | None,
+    runtime: str | os.PathLike[str] | None,
     command: str | None,
     timeout: int,
     name: str | None,
@@ -366,8 +451,22 @@ def _export(
     overwrite: bool,
 ) -> int: ...
 
-def _checked_config(config: Config | str) -> Config: ...
-def _restore_config(preset: str, changes: dict[str, int | float | str | bool]) -> Config: ...
-def _restore_many(snapshot: bytes, threads: int | None, channels: str, frame: int) -> MultiTracker: ...
+def _checked_config(
+    config: Config | str | None,
+    preset: str | None,
+    model: Network | ModelLike | None,
+    runtime: str | os.PathLike[str] | None,
+) -> Config: ...
+def _restore_config(
+    preset: str, changes: dict[str, int | float | str | bool], model: Network | None = None
+) -> Config: ...
+def _restore_many(
+    snapshot: bytes, threads: int | None, channels: str, frame: int, model: Network | None = None
+) -> MultiTracker: ...
+def _restore_network(
+    paths: Sequence[str | os.PathLike[str]], runtime: str | os.PathLike[str] | None, hash: str
+) -> Network: ...
 
-def _restore(snapshot: bytes, threads: int | None, channels: str, frame: int) -> Tracker: ...
+def _restore(
+    snapshot: bytes, threads: int | None, channels: str, frame: int, model: Network | None = None
+) -> Tracker: ...

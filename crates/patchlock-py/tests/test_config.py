@@ -29,9 +29,13 @@ def test_settings_are_attributes_in_groups():
 
 def test_every_setting_of_the_table_has_its_default():
     for parameter in patchlock.parameters():
-        config = Config("paper" if parameter.group == "paper" else "robust")
-        method = config.paper if parameter.group == "paper" else config.robust
-        place = {"": config, "patches": method.patches}.get(parameter.group, method)
+        config = Config(parameter.group if parameter.group in ("paper", "network") else "robust")
+        if parameter.group == "":
+            place = config
+        elif parameter.group == "patches":
+            place = config.robust.patches
+        else:
+            place = getattr(config, parameter.group)
         assert getattr(place, parameter.name) == parameter.default, parameter.name
         assert parameter.name in dir(place)
         setattr(place, parameter.name, parameter.default)

@@ -7,6 +7,7 @@ mod advice;
 use std::io;
 use std::iter::successors;
 
+use patchlock::NetworkError;
 use patchlock_bench::dataset::selection::SelectionError;
 use patchlock_media::image_file::LoadError;
 use patchlock_media::{Container, FrameFault, Limits, RangeError, TooLarge};
@@ -118,8 +119,37 @@ fn next_settings(error: &SettingsError) -> Option<SettingsError> {
         SettingsError::Setting { origin: Origin::Single, .. } => {
             SettingsError::Model(ModelError::NoFiles { folder: "models".into() })
         }
-        SettingsError::Model(_) => return None,
+        SettingsError::Model(error) => SettingsError::Model(next_model(error)?),
     })
+}
+
+/// The sample after this one.
+fn next_model(error: &ModelError) -> Option<ModelError> {
+    let path = || "models".into();
+    let unusable = |error| ModelError::Unusable { path: path(), error };
+    let incomplete =
+        NetworkError::Incomplete { family: "NanoTrack", given: "head", missing: "backbone" };
+    let failed = NetworkError::Runtime { runtime: "onnxruntime".into(), reason: "why".into() };
+    Some(match error {
+        ModelError::NoFiles { .. } => ModelError::Unreadable { path: path(), reason: io_error() },
+        ModelError::Unreadable { .. } => unusable(incomplete),
+        ModelError::Unusable { error: NetworkError::Incomplete { .. }, .. } => {
+            unusable(NetworkError::NotOnnx("why".into()))
+        }
+        ModelError::Unusable { .. } => ModelError::Runtime(failed),
+        ModelError::Runtime(_) => ModelError::Missing { method: "network" },
+        ModelError::Missing { .. } => ModelError::Unused { path: path(), method: "robust" },
+        ModelError::Unused { .. } => ModelError::UnusedRuntime { path: path(), method: "robust" },
+        ModelError::UnusedRuntime { .. } => return None,
+    })
+}
+
+/// Errors of the library for which Python has words.
+fn all_of_tracker() -> [patchlock::Error; 3] {
+    let other = NetworkError::Other { needed: "a".into(), given: Some("b".into()) };
+    let incomplete =
+        NetworkError::Incomplete { family: "NanoTrack", given: "head", missing: "backbone" };
+    [NetworkError::None, other, incomplete].map(patchlock::Error::from)
 }
 
 /// The sample after this one. The errors of frame sources have a list of their own.
@@ -234,7 +264,9 @@ fn texts() -> Vec<String> {
     let track = all_of_track().flat_map(|error| [error.to_string(), advice::track(&error)]);
     let bench = all_of_bench().flat_map(|error| [error.to_string(), advice::bench(&error)]);
     let project = all_of_project().flat_map(|error| [error.to_string(), advice::project(&error)]);
-    media.chain(track).chain(bench).chain(project).collect()
+    let errors = all_of_tracker();
+    let tracker = errors.iter().flat_map(|error| [error.to_string(), advice::tracker(error)]);
+    media.chain(track).chain(bench).chain(project).chain(tracker).collect()
 }
 
 #[test]
@@ -261,6 +293,11 @@ fn ranges_and_names_are_named_by_keywords() {
         "command 'x: ",
         "sequences: ",
         "attributes: ",
+        "the method network needs a network (give its files with model=)",
+        "no effect with the method robust (preset=\"network\" follows with a network)",
+        "runtime= takes the library",
+        "given: b (give its files with model=)",
+        "the backbone is missing (give both files, or their folder)",
         "my.toml: unknown setting `particels` (did you mean particles?)",
     ] {
         assert!(said.iter().any(|text| text.contains(expected)), "{expected}");

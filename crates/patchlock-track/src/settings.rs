@@ -153,6 +153,16 @@ pub struct Overrides<'a> {
     pub runtime: Option<&'a Path>,
 }
 
+/// The configuration of a preset with the settings of a file applied, without a network, and the
+/// files of the network that the settings file names.
+///
+/// # Errors
+/// [`SettingsError`] if the preset is unknown, the file cannot be read or is invalid, or a setting
+/// is unknown, has no effect with the method, or is out of range.
+pub fn from_file(name: &str, file: &Path) -> Result<(TrackerConfig, ModelPaths), SettingsError> {
+    with_file(preset(name)?, file)
+}
+
 /// The configuration of a preset, with the settings of a file and then the overrides applied, and
 /// with the network that the method needs.
 ///

@@ -4,7 +4,7 @@ Draw a box around anything in a video; Patchlock finds it in the other frames an
 is and which parts of the target are hidden.
 
 `track` tracks through a video, a folder of images or any sequence of frames. `Tracker` takes frames one by
-one. `MultiTracker` follows many targets. `Config` has their settings. `export` writes tracks in the formats of other tools.
+one. `MultiTracker` follows many targets. `Config` has their settings, `Network` a tracking network of yours. `export` writes tracks in the formats of other tools.
 `Project` reads and writes the annotations of `patchlock studio`.
 
 A frame (`FrameLike`) is a numpy array of shape (height, width), grey, or (height, width, 3), colour, of
@@ -25,7 +25,11 @@ from patchlock._patchlock import (
     Config,
     Estimate,
     Frames,
+    ModelFile,
     MultiTracker,
+    Network,
+    NetworkConfig,
+    NetworkObservation,
     PaperConfig,
     PaperObservation,
     PatchModelConfig,
@@ -38,7 +42,7 @@ from patchlock._patchlock import (
 )
 from patchlock._supervision import to_supervision
 from patchlock._track import to_dataframe, track
-from patchlock._types import Box, BoxLike, FrameLike, Parameter, Visibility, parameters
+from patchlock._types import Box, BoxLike, FrameLike, ModelLike, Parameter, Visibility, parameters
 
 # Without the module `rerun`: a star import must not replace the package of that name.
 __all__ = [
@@ -49,7 +53,12 @@ __all__ = [
     "Estimate",
     "FrameLike",
     "Frames",
+    "ModelFile",
+    "ModelLike",
     "MultiTracker",
+    "Network",
+    "NetworkConfig",
+    "NetworkObservation",
     "PaperConfig",
     "PaperObservation",
     "Parameter",

@@ -9,14 +9,18 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import Self
 
-from patchlock._types import Box, BoxLike, FrameLike, Visibility
+from patchlock._types import Box, BoxLike, FrameLike, ModelLike, Visibility
 
 __version__: Final[str]
 __all__ = [
     "Config",
     "Estimate",
     "Frames",
+    "ModelFile",
     "MultiTracker",
+    "Network",
+    "NetworkConfig",
+    "NetworkObservation",
     "PRESETS",
     "PaperConfig",
     "PaperObservation",
@@ -33,6 +37,7 @@ __all__ = [
     "_restore",
     "_restore_config",
     "_restore_many",
+    "_restore_network",
     "bench_jobs",
     "parameters",
     "read_truth",
@@ -46,8 +51,8 @@ PRESETS: Final[list[str]]
 class Config:
     """The settings of a tracker.
 
-    The preset chooses the method, `robust` or `paper`. The settings of the method are in the group of its
-    name, those of the patch model in the group `patches` in it:
+    The preset chooses the method, `robust`, `paper` or `network`. The settings of the method are in the group of
+    its name, those of the patch model of `robust` and `paper` in the group `patches` in it:
 
     ```python
     config = patchlock.Config()
@@ -57,27 +62,46 @@ class Config:
     ```
 
     `parameters()` describes every setting. A tracker copies its settings when it starts, so a later change has
-    no effect on it. Settings can be compared, copied and pickled.
+    no effect on it. Settings can be compared, copied and pickled. A pickle holds the paths of the network's
+    files, not the network; see `Network`.
 
     Args:
         preset: The preset to start from; `PRESETS` lists the names.
         file: A TOML file with settings that differ from the preset, as `patchlock config` writes it.
+        model: The network of the preset `network`: a `Network`, or what `Network` takes. It takes precedence
+            over that of the file.
+        runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
 
     Raises:
-        AttributeError: An attribute is not a setting, or belongs to the other method.
-        TypeError: The value of a setting has the wrong type.
-        ValueError: There is no such preset, the value of a setting is not allowed, or the file is invalid.
-        OSError: The file can't be read.
+        AttributeError: An attribute is not a setting, or belongs to another method.
+        TypeError: The value of a setting or of an argument has the wrong type.
+        ValueError: There is no such preset, the value of a setting is not allowed, the file is invalid, or the
+            network can't be used.
+        OSError: A file can't be read.
+        ImportError: `runtime` is `"onnxruntime"`, which is not installed.
     """
 
     seed: int
     """Seed of all randomness: the same seed gives the same boxes. Allowed: 0 to 9007199254740991.
     """
-    def __new__(cls, preset: str = "robust", file: str | os.PathLike[str] | None = None) -> Self: ...
+    def __new__(
+        cls,
+        preset: str = "robust",
+        file: str | os.PathLike[str] | None = None,
+        *,
+        model: Network | ModelLike | None = None,
+        runtime: str | os.PathLike[str] | None = None,
+    ) -> Self: ...
+    @property
+    def model(self) -> Network | None:
+        """The network of the preset `network`; `None` if none was given."""
+
     robust: RobustConfig
     """The settings of the method `robust`; only with its presets."""
     paper: PaperConfig
     """The settings of the method `paper`; only with its preset."""
+    network: NetworkConfig
+    """The settings of the method `network`; only with its preset."""
 
     def to_dict(self) -> dict[str, Any]:
         """All settings: a dictionary of `seed` and of the method's group, whose settings are a dictionary, too.
@@ -347,6 +371,16 @@ class PaperConfig:
     def __eq__(self, other: object, /) -> bool: ...
 
 @final
+class NetworkConfig:
+    """The settings of the method `network`: `Config.network`."""
+
+    tracked_score: float
+    """The network's score from which on the target counts as tracked. Allowed: 0 to 1."""
+    lost_score: float
+    """The network's score below which the target counts as lost. Allowed: 0 to 1."""
+    def __eq__(self, other: object, /) -> bool: ...
+
+@final
 class PatchModelConfig:
     """The settings of the patch model: `Config.robust.patches` or `Config.paper.patches`."""
 
@@ -419,6 +453,108 @@ class PatchModelConfig:
     def __eq__(self, other: object, /) -> bool: ...
 
 @final
+class Network:
+    """A small tracking network from ONNX files, which the preset `network` follows with.
+
+    Known are NanoTrack (versions 2 and 3, a backbone and a head) and VitTrack (one file). Load it
+    once and pass it to any number of trackers. Two networks are equal if their files are.
+
+    A pickle does not hold the network but the full paths of its files, which must be unchanged
+    where it is loaded again. A network made from bytes can't be pickled.
+
+    Args:
+        model: A folder with the ONNX files of one network, one file, a list of files, or the bytes
+            of one file or of a list of files.
+        runtime: What runs it: `None` for the built-in runtime, `"onnxruntime"` for the library of
+            the installed package onnxruntime (`pip install "patchlock[onnxruntime]"`), or the path
+            of another library of onnxruntime. A process uses one such library.
+
+    Raises:
+        ValueError: A file is damaged, too large or of no known family, or a file is missing.
+        TypeError: `model` or `runtime` is none of these.
+        OSError: A file can't be read.
+        ImportError: `runtime` is `"onnxruntime"`, which is not installed.
+    """
+
+    def __new__(cls, model: ModelLike, *, runtime: str | os.PathLike[str] | None = None) -> Self: ...
+    @property
+    def name(self) -> str:
+        """Its name, such as "NanoTrack v3"."""
+
+    @property
+    def hash(self) -> str:
+        """The SHA-256 of its files, in hexadecimal; snapshots name their network by it."""
+
+    @property
+    def runtime(self) -> Literal["built-in", "onnxruntime"]:
+        """What runs it: "built-in" or "onnxruntime"."""
+
+    @property
+    def paths(self) -> list[Path]:
+        """The full paths that it was loaded from; empty if it was made from bytes."""
+
+    def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __copy__(self) -> Self: ...
+    def __deepcopy__(self, _memo: dict[int, Any], /) -> Self: ...
+
+@final
+class ModelFile:
+    """What an ONNX file is, read without running it.
+
+    Args:
+        file: The path of the file, or its bytes.
+
+    Raises:
+        ValueError: The file is damaged, too large or of no known family.
+        OSError: The file can't be read.
+    """
+
+    def __new__(cls, file: str | os.PathLike[str] | bytes) -> Self: ...
+    @property
+    def family(self) -> str:
+        """The family of networks that it belongs to, such as "NanoTrack"."""
+
+    @property
+    def part(self) -> str:
+        """The part of the network that it holds, such as "head"."""
+
+    @property
+    def values(self) -> str:
+        """Its inputs and outputs with their shapes."""
+
+    @property
+    def operators(self) -> int:
+        """Number of operators."""
+
+    @property
+    def parameters(self) -> int:
+        """Number of weights."""
+
+    @property
+    def sha256(self) -> str:
+        """Its SHA-256, in hexadecimal."""
+
+    @property
+    def name(self) -> str | None:
+        """The published network that it is a file of, such as "NanoTrack v3"; `None` if it is not a known file.
+        """
+
+    @property
+    def origin(self) -> str | None:
+        """Who publishes it, and where in the repository it is; `None` if it is not a known file."""
+
+    @property
+    def licence(self) -> str | None:
+        """The licence that its publisher states; `None` if it is not a known file."""
+
+    @property
+    def training(self) -> str | None:
+        """What it was trained on, and what that means for its use; `None` if it is not a known file.
+        """
+
+
+@final
 class Tracker:
     """Follows one target through the frames of a video.
 
@@ -432,13 +568,18 @@ class Tracker:
 
     Each call releases the GIL, so trackers can run in parallel on several Python threads. One
     tracker processes one call at a time; a second thread waits. A tracker can be pickled or copied
-    between two frames; the copy gives the same boxes.
+    between two frames; the copy gives the same boxes. A pickle holds the paths of the network's
+    files, not the network; see `Network`.
 
     Args:
         frame: The first frame.
         box: The target in it: left, top, width, height in pixels, counted from 0; may be fractional
             and partly outside the frame. Width and height must be at least 1.
-        config: The name of a preset, or a `Config`.
+        config: A `Config`, or the name of a preset; `None` for the preset `robust`.
+        preset: The name of a preset, instead of `config`.
+        model: The network of the preset `network`: a `Network`, or what `Network` takes. It takes
+            precedence over that of `config`.
+        runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
         threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool
             that all such trackers of the process share. The number does not change the boxes.
         channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV. PIL images carry
@@ -447,16 +588,20 @@ class Tracker:
     Raises:
         TypeError: The frame is neither an array of a supported type nor an image, or the box does
             not hold numbers.
-        ValueError: The shape of the frame, the box or an argument is invalid, or settings do not fit
-            each other.
+        ValueError: The shape of the frame, the box or an argument is invalid, settings do not fit each
+            other, or the network can't be used.
+        OSError: A file of the network can't be read.
     """
 
     def __new__(
         cls,
         frame: FrameLike,
         box: BoxLike,
-        config: Config | str = ...,
+        config: Config | str | None = None,
         *,
+        preset: str | None = None,
+        model: Network | ModelLike | None = None,
+        runtime: str | os.PathLike[str] | None = None,
         threads: int | None = None,
         channels: Literal["rgb", "bgr"] = "rgb",
     ) -> Self: ...
@@ -486,14 +631,15 @@ class Tracker:
 
     def update_observed(
         self, frame: FrameLike
-    ) -> tuple[Estimate, PaperObservation | RobustObservation]:
+    ) -> tuple[Estimate, PaperObservation | RobustObservation | NetworkObservation]:
         """Does the same as `update` and also returns what happened inside the tracker.
 
         The estimate is the same, but it takes longer: the method `paper` evaluates every particle
         completely, and the method `robust` computes its responses to the estimate again.
 
         Returns:
-            The estimate and a `RobustObservation`, or with the method `paper` a `PaperObservation`.
+            The estimate and a `RobustObservation`, with the method `paper` a `PaperObservation`, with
+            `network` a `NetworkObservation`.
 
         Raises:
             TypeError: As for `update`.
@@ -515,7 +661,7 @@ class Tracker:
     def snapshot(self) -> bytes:
         """The complete state of the tracker, as JSON text.
 
-        A tracker restored from it gives the same boxes. The Rust library reads it as a `Snapshot`.
+        A tracker restored from it gives the same boxes. It has the hash of a network, not the network. The Rust library reads it as a `Snapshot`.
         """
 
     @classmethod
@@ -523,6 +669,8 @@ class Tracker:
         cls,
         snapshot: bytes,
         *,
+        model: Network | ModelLike | None = None,
+        runtime: str | os.PathLike[str] | None = None,
         threads: int | None = None,
         channels: Literal["rgb", "bgr"] = "rgb",
         frame: int = 0,
@@ -531,12 +679,16 @@ class Tracker:
 
         Args:
             snapshot: What `snapshot` returned.
+            model: The network that the targets were tracked with, as for the constructor; only with
+                the method `network`. A snapshot holds its hash.
+            runtime: As for the constructor.
             threads: As for the constructor.
             channels: As for the constructor.
             frame: Number of frames since the start when the snapshot was taken.
 
         Raises:
-            ValueError: This is not a snapshot, or its parts are inconsistent.
+            ValueError: This is not a snapshot, its parts are inconsistent, or it needs another network.
+            OSError: A file of the network can't be read.
         """
 
     def __deepcopy__(self, _memo: dict[int, Any], /) -> Self: ...
@@ -553,21 +705,30 @@ class MultiTracker:
     Frames, threads, pickling and copying work as for `Tracker`. All targets share the same settings.
 
     Args:
-        config: The name of a preset, or a `Config`.
+        config: A `Config`, or the name of a preset; `None` for the preset `robust`.
+        preset: The name of a preset, instead of `config`.
+        model: The network of the preset `network`: a `Network`, or what `Network` takes. It takes
+            precedence over that of `config`.
+        runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
         threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool
             that all such trackers of the process share. The number does not change the boxes.
         channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV. PIL images carry
             their own order.
 
     Raises:
-        TypeError: `config` is neither of these.
-        ValueError: An argument is invalid, or settings do not fit each other.
+        TypeError: `config` or `model` is none of these.
+        ValueError: An argument is invalid, settings do not fit each other, or the network can't be
+            used.
+        OSError: A file of the network can't be read.
     """
 
     def __new__(
         cls,
-        config: Config | str = ...,
+        config: Config | str | None = None,
         *,
+        preset: str | None = None,
+        model: Network | ModelLike | None = None,
+        runtime: str | os.PathLike[str] | None = None,
         threads: int | None = None,
         channels: Literal["rgb", "bgr"] = "rgb",
     ) -> Self: ...
@@ -614,15 +775,17 @@ class MultiTracker:
 
     def update_observed(
         self, frame: FrameLike
-    ) -> tuple[dict[int, Estimate], dict[int, PaperObservation | RobustObservation]]:
+    ) -> tuple[
+        dict[int, Estimate], dict[int, PaperObservation | RobustObservation | NetworkObservation]
+    ]:
         """Does the same as `update` and also returns what happened inside the tracker.
 
         The estimates are the same, but it takes longer: targets are tracked one after another, each
         as `Tracker.update_observed` does it.
 
         Returns:
-            The estimates, and for each id a `RobustObservation`, or with the method `paper` a
-            `PaperObservation`.
+            The estimates, and for each id a `RobustObservation`, with the method `paper` a
+            `PaperObservation`, with `network` a `NetworkObservation`.
 
         Raises:
             TypeError: As for `update`.
@@ -649,7 +812,7 @@ class MultiTracker:
     def snapshot(self) -> bytes:
         """The complete state of the tracker, as JSON text.
 
-        A tracker restored from it gives the same boxes. The Rust library reads it as a
+        A tracker restored from it gives the same boxes. It has the hash of a network, not the network. The Rust library reads it as a
         `MultiSnapshot`.
         """
 
@@ -658,6 +821,8 @@ class MultiTracker:
         cls,
         snapshot: bytes,
         *,
+        model: Network | ModelLike | None = None,
+        runtime: str | os.PathLike[str] | None = None,
         threads: int | None = None,
         channels: Literal["rgb", "bgr"] = "rgb",
         frame: int = 0,
@@ -666,12 +831,16 @@ class MultiTracker:
 
         Args:
             snapshot: What `snapshot` returned.
+            model: The network that the targets were tracked with, as for the constructor; only with
+                the method `network`. A snapshot holds its hash.
+            runtime: As for the constructor.
             threads: As for the constructor.
             channels: As for the constructor.
             frame: Number of calls of `update` before the snapshot was taken.
 
         Raises:
-            ValueError: This is not a snapshot, or its parts are inconsistent.
+            ValueError: This is not a snapshot, its parts are inconsistent, or it needs another network.
+            OSError: A file of the network can't be read.
         """
 
     def __deepcopy__(self, _memo: dict[int, Any], /) -> Self: ...
@@ -733,14 +902,16 @@ class Estimate:
         """How certain the tracker is, 0 to 1.
 
         With the method `robust` it is an estimate of the probability that the box overlaps the target by at
-        least half, with `paper` the visible share of the target: the mean over both scales.
+        least half, with `paper` the visible share of the target: the mean over both scales. With `network` it
+        is the network's own score, which often stays high when the box is on something else.
         """
 
     @property
     def status(self) -> Literal["tracked", "uncertain", "lost"]:
         """Whether the target is followed: "tracked", "uncertain" or "lost".
 
-        While it is lost, the box and the corners are the last ones that were known.
+        While it is lost, the box and the corners are the last ones that were known; with the method `network`
+        they are where the network is least unsure.
         """
 
     @property
@@ -870,6 +1041,27 @@ class RobustObservation:
     @property
     def memory(self) -> npt.NDArray[np.float32]:
         """The memory's response, shape (side, side), in the same order."""
+
+
+@final
+class NetworkObservation:
+    """What the method `network` saw on one frame; `Tracker.update_observed` returns it."""
+
+    @property
+    def scores(self) -> npt.NDArray[np.float64]:
+        """The score of each cell of the search window, 0 to 1, shape (cells, cells)."""
+
+    @property
+    def logits(self) -> npt.NDArray[np.float64]:
+        """The logarithm of the odds that belong to each score, shape (cells, cells)."""
+
+    @property
+    def chosen(self) -> tuple[int, int]:
+        """Row and column of the cell that was chosen."""
+
+    @property
+    def seen(self) -> Box:
+        """The box `(x, y, w, h)` that the chosen cell saw, before its size was smoothed."""
 
 
 @final
@@ -1149,7 +1341,7 @@ class Store:
         out: str | os.PathLike[str],
         name: str | None,
         *,
-        config: Config | str,
+        config: Config,
         own: dict[str, Any],
     ) -> Self: ...
     @property
@@ -1197,6 +1389,8 @@ def bench_jobs(
     protocol: str,
     preset: str,
     file: str | os.PathLike[str] | None,
+    model: str | os.PathLike[str] | None,
+    runtime: str | os.PathLike[str] | None,
     command: str | None,
     timeout: int,
     name: str | None,
@@ -1244,15 +1438,31 @@ def _export(
     """Writes a track in another format; returns the number of files written."""
 
 
-def _checked_config(config: Config | str) -> Config:
-    """A copy of settings that fit each other."""
+def _checked_config(
+    config: Config | str | None,
+    preset: str | None,
+    model: Network | ModelLike | None,
+    runtime: str | os.PathLike[str] | None,
+) -> Config:
+    """A copy of settings that fit each other, with the network that the method needs."""
 
-def _restore_config(preset: str, changes: dict[str, int | float | str | bool]) -> Config:
+def _restore_config(
+    preset: str, changes: dict[str, int | float | str | bool], model: Network | None = None
+) -> Config:
     """Called by pickle."""
 
-def _restore_many(snapshot: bytes, threads: int | None, channels: str, frame: int) -> MultiTracker:
+def _restore_many(
+    snapshot: bytes, threads: int | None, channels: str, frame: int, model: Network | None = None
+) -> MultiTracker:
+    """Called by pickle."""
+
+def _restore_network(
+    paths: Sequence[str | os.PathLike[str]], runtime: str | os.PathLike[str] | None, hash: str
+) -> Network:
     """Called by pickle."""
 
 
-def _restore(snapshot: bytes, threads: int | None, channels: str, frame: int) -> Tracker:
+def _restore(
+    snapshot: bytes, threads: int | None, channels: str, frame: int, model: Network | None = None
+) -> Tracker:
     """Called by pickle."""

@@ -15,14 +15,18 @@ from patchlock._patchlock import Config, Estimate, Frames, Tracker, _checked_con
 if TYPE_CHECKING:
     import pandas as pd
 
-    from patchlock._types import BoxLike, FrameLike
+    from patchlock._patchlock import Network
+    from patchlock._types import BoxLike, FrameLike, ModelLike
 
 
 def track(
     source: str | os.PathLike[str] | Iterable[FrameLike],
     box: BoxLike,
     *,
-    config: Config | str = "robust",
+    config: Config | str | None = None,
+    preset: str | None = None,
+    model: Network | ModelLike | None = None,
+    runtime: str | os.PathLike[str] | None = None,
     start: int = 0,
     end: int | None = None,
     stride: int = 1,
@@ -41,7 +45,11 @@ def track(
             glob, an MP4 or Y4M file, `"-"` for Y4M on standard input), or any iterable of frames: a list, a
             generator, an array whose first axis is time.
         box: The target in the first tracked frame: x, y, w, h in pixels, counted from 0.
-        config: The name of a preset, or a `Config`.
+        config: A `Config`, or the name of a preset; `None` for the preset `robust`.
+        preset: The name of a preset, instead of `config`.
+        model: The network of the preset `network`: a `Network`, or what `Network` takes. It takes
+            precedence over that of `config`.
+        runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
         start: Number of the first frame of the range.
         end: Number of the first frame after the range; `None` for the end of the source.
         stride: Take every `stride`-th frame.
@@ -59,12 +67,12 @@ def track(
         source.
 
     Raises:
-        ValueError: The settings, the range, the box or a frame is invalid.
+        ValueError: The settings, the network, the range, the box or a frame is invalid.
         TypeError: A frame is neither an array nor an image.
-        OSError: The source can't be read.
+        OSError: The source or a file of the network can't be read.
     """
     # The iterator starts later: wrong settings are found now, and a copy keeps what they are now.
-    settings = _checked_config(config)
+    settings = _checked_config(config, preset, model, runtime)
     if isinstance(source, (str, os.PathLike)):
         files = Frames(
             source, start=start, end=end, stride=stride, reverse=reverse, max_pixels=max_pixels

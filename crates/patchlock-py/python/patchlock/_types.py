@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias, Union
 
@@ -19,6 +20,11 @@ FrameLike: TypeAlias = Union[npt.NDArray[np.uint8], npt.NDArray[np.uint16], npt.
 
 BoxLike: TypeAlias = Sequence[float] | npt.NDArray[np.floating[Any] | np.integer[Any]]
 """Four numbers: left, top, width, height in pixels, counted from 0."""
+
+ModelLike: TypeAlias = Union[
+    str, "os.PathLike[str]", bytes, Sequence[Union[str, "os.PathLike[str]"]], Sequence[bytes]
+]
+"""The files of a network: a folder, a file, a list of files, or the bytes of one or of a list of files."""
 
 
 class Box(NamedTuple):
@@ -66,11 +72,11 @@ class Parameter(NamedTuple):
     """One row of the table of settings."""
 
     group: str
-    """The group in `Config`: `robust`, `paper`, or `patches` in each of them; empty for `seed`."""
+    """The group in `Config`: `robust`, `paper`, `network`, or `patches` in the first two; empty for `seed`."""
     name: str
     """Name of the setting, in `Config` and in a settings file."""
     default: float | str | bool
-    """Value in the preset `robust`, or in `paper` for the settings of that method."""
+    """Value in the preset `robust`, or in `paper` or `network` for the settings of that method."""
     allowed: str
     """Allowed values: a range or a list."""
     source: str

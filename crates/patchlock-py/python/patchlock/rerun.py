@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from patchlock._patchlock import Estimate, RobustObservation
+from patchlock._patchlock import Estimate, NetworkObservation, RobustObservation
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -39,7 +39,7 @@ _LOST = (150, 156, 164)
 def log(
     estimate: Estimate | Mapping[int, Estimate],
     frame: FrameLike | None = None,
-    observation: PaperObservation | RobustObservation | None = None,
+    observation: PaperObservation | RobustObservation | NetworkObservation | None = None,
     *,
     entity: str = "patchlock",
     timeline: str = "frame",
@@ -69,6 +69,13 @@ def log(
     |---|---|
     | `<entity>/certainty` | how certain the memory is of the estimate, over time |
     | `<entity>/follower`, `/memory` | their responses around the estimate, which is in the middle |
+
+    A `NetworkObservation` adds:
+
+    | entity | content |
+    |---|---|
+    | `<entity>/cells` | the scores of the cells of the search window; white is 1 |
+    | `<entity>/frame/seen` | the box that the network saw, before its size was smoothed |
 
     If the method does not know which patches are visible, the entities of patches are left out. With several targets, the id is appended to every entity except the frame, as in
     `patchlock/score/2`. Without targets, nothing is logged.
@@ -137,13 +144,18 @@ def _of_estimate(estimate: Estimate, name: str) -> Iterator[tuple[str, rr.AsComp
         yield f"patches/{scale}", rr.Image(np.where(visible[..., None], _VISIBLE, _HIDDEN).astype(np.uint8))
 
 
-def _of_observation(seen: PaperObservation | RobustObservation) -> Iterator[tuple[str, rr.AsComponents]]:
+def _of_observation(seen: PaperObservation | RobustObservation | NetworkObservation) -> Iterator[tuple[str, rr.AsComponents]]:
     import rerun as rr
 
     if isinstance(seen, RobustObservation):
         yield "certainty", rr.Scalars(seen.certainty)
         yield "follower", rr.Image(_grey(np.fft.fftshift(seen.follower)))
         yield "memory", rr.Image(_grey(np.fft.fftshift(seen.memory)))
+        return
+    if isinstance(seen, NetworkObservation):
+        yield "cells", rr.Image((255 * seen.scores).astype(np.uint8))
+        x, y, w, h = seen.seen
+        yield "frame/seen", rr.Boxes2D(mins=[[x, y]], sizes=[[w, h]], colors=[_VISIBLE])
         return
     yield (
         "frame/particles",

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from networks import NANOTRACK, VITTRACK, nanotrack_in
 
 import patchlock
 from patchlock.batch import Clip, Failed, Local, Lost, Made, Outcome, run
@@ -317,3 +318,37 @@ def test_invalid_arguments_are_refused(
     with pytest.raises(ValueError, match=said):
         run(clips[:1], tmp_path, progress=False, **choice)
     assert not boxes_below(tmp_path)
+
+
+def test_a_network_is_loaded_from_its_path(tmp_path: Path, clips: list[Clip], film: Any, box: Any) -> None:
+    """By the workers; the pixels of the clips are those of the film."""
+    model = nanotrack_in(tmp_path / "model")
+    summary = run(clips[:2], tmp_path / "out", preset="network", model=model, progress=False)
+    assert (summary.done, summary.failed) == (2, [])
+    [folder] = summary.folders
+    assert Path(folder).name.startswith("network-"), "networks have folders of their own"
+    manifest = json.loads((Path(folder) / "ope/clip1/1.json").read_text())
+    network = patchlock.Network(model)
+    assert manifest["subject"]["network"] == {
+        "model": network.name,
+        "model_sha256": network.hash,
+        "runtime": "built-in",
+    }
+    tracked = list(patchlock.track(film, box, preset="network", model=network))
+    lines = (Path(folder) / "ope/clip1/1.txt").read_text().splitlines()[1 : len(tracked)]
+    got = [[float(word) for word in line.split(",")] for line in lines]
+    assert got == [[x + 1, y + 1, w, h] for x, y, w, h in (e.box for e in tracked[1:])]
+    with pytest.raises(ValueError, match="model must be one folder or file"):
+        run(clips[:1], tmp_path / "out", preset="network", model=NANOTRACK, progress=False)
+    with pytest.raises(ValueError, match="needs a network"):
+        run(clips[:1], tmp_path / "out", preset="network", progress=False)
+
+
+def test_the_command_takes_a_network(tmp_path: Path, clips: list[Clip]) -> None:
+    manifest = tmp_path / "clips.jsonl"
+    rows = [{"source": str(c.source), "box": c.box, "name": c.name} for c in clips[:1]]
+    manifest.write_text("".join(json.dumps(row) + "\n" for row in rows))
+    words = ["--out", str(tmp_path / "out"), "--preset", "network", "--model", str(VITTRACK), "--json"]
+    command = [sys.executable, "-m", "patchlock.batch", str(manifest), *words]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert json.loads(done.stdout)["done"] == 1

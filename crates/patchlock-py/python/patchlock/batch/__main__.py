@@ -74,6 +74,16 @@ def _parser() -> argparse.ArgumentParser:
         "--config", metavar="FILE.toml", help="settings that differ from the preset; see patchlock config"
     )
     parser.add_argument(
+        "--model",
+        metavar="DIR|FILE",
+        help="the network of the preset network: a folder with its ONNX files, or its only file",
+    )
+    parser.add_argument(
+        "--runtime",
+        metavar="onnxruntime|FILE",
+        help="run the network with the installed package onnxruntime, or with this library of onnxruntime",
+    )
+    parser.add_argument(
         "--name", help="name of the results (default: that of the settings file, or of the preset)"
     )
     parser.add_argument(
@@ -116,6 +126,8 @@ def _work(arguments: argparse.Namespace) -> Summary:
             seeds=1 if arguments.seeds is None else arguments.seeds,
             preset=arguments.preset,
             file=arguments.config,
+            model=arguments.model,
+            runtime=arguments.runtime,
             **common,
         )
     if arguments.seeds is not None:
@@ -127,7 +139,9 @@ def _work(arguments: argparse.Namespace) -> Summary:
         )
     if arguments.config is not None:
         common["name"] = arguments.name or Path(arguments.config).stem
-    config = Config(arguments.preset, arguments.config)
+    config = Config(
+        arguments.preset, arguments.config, model=arguments.model, runtime=arguments.runtime
+    )
     return run(arguments.manifest, arguments.out, config=config, **common)
 
 

@@ -19,7 +19,8 @@ from patchlock.batch.summary import Failure, Summary
 from patchlock.batch.task import Failed, Task
 
 if TYPE_CHECKING:
-    from patchlock._patchlock import Config, Store
+    from patchlock._patchlock import Config, Network, Store
+    from patchlock._types import ModelLike
 
 EngineLike = Literal["local", "ray"] | Engine
 
@@ -32,7 +33,10 @@ def run(
     address: str | None = None,
     jobs: int | None = None,
     threads: int = 1,
-    config: Config | str = "robust",
+    config: Config | str | None = None,
+    preset: str | None = None,
+    model: Network | ModelLike | None = None,
+    runtime: str | os.PathLike[str] | None = None,
     name: str | None = None,
     retries: int = 2,
     progress: bool | None = None,
@@ -52,7 +56,11 @@ def run(
         address: The Ray cluster, such as `"10.0.0.1:6379"`; `None` for the cluster of this machine.
         jobs: Number of parallel runs on this machine; `None` for one per `threads` cores.
         threads: Threads of each run. 1 gives the most frames per second over all clips.
-        config: The name of a preset, or a `patchlock.Config`.
+        config: A `patchlock.Config`, or the name of a preset; `None` for the preset `robust`.
+        preset: The name of a preset, instead of `config`.
+        model: The network of the preset `network`, as for `patchlock.Tracker`. Runs load it from its path,
+            so it must be one folder or file, under the same path on all machines.
+        runtime: What runs the network, as for `patchlock.Network`.
         name: Name of the results; by default that of the preset, followed by a hash of the settings if they
             differ from it. The results of clips with their own settings go to separate folders, whose names
             end in such a hash too.
@@ -64,11 +72,13 @@ def run(
         failed, with the reasons.
 
     Raises:
-        ValueError: The manifest or a setting is invalid, or `out` holds results of other settings.
+        ValueError: The manifest, a setting or the network is invalid, or `out` holds results of other
+            settings.
+        OSError: A file of the network can't be read.
         ConnectionError: The Ray cluster can't be reached.
     """
     rows = read(manifest)
-    stores = _Stores(Path(out), config, name)
+    stores = _Stores(Path(out), _patchlock._checked_config(config, preset, model, runtime), name)
     with _engine(engine, address, jobs, threads) as machine:
         batch = _Batch(Path(out), engine, machine, retries, progress)
         tasks = []
@@ -96,6 +106,8 @@ def bench(
     protocol: Literal["ope", "tre", "sre"] = "ope",
     preset: str = "robust",
     file: str | os.PathLike[str] | None = None,
+    model: str | os.PathLike[str] | None = None,
+    runtime: str | os.PathLike[str] | None = None,
     command: str | None = None,
     timeout: int = 60,
     name: str | None = None,
@@ -114,6 +126,9 @@ def bench(
             (12 shifted or scaled first boxes).
         preset: The preset to start from.
         file: A TOML file with settings that differ from the preset.
+        model: The network of the preset `network`: a folder with its ONNX files, or its only file. It takes
+            precedence over that of `file`.
+        runtime: What runs the network, as for `patchlock.Network`.
         name: Name of the results; by default that of the settings file, or of the preset.
         command: Runs another tracker, a program that implements the TraX protocol. Requires a `name`.
         timeout: Seconds to wait for each answer of that program, 1 to 86400.
@@ -128,7 +143,7 @@ def bench(
 
     Raises:
         ValueError: An argument is invalid, or `out` holds results of other settings.
-        OSError: The dataset can't be read.
+        OSError: The dataset or a file of the network can't be read.
     """
     with _engine(engine, address, jobs, threads) as machine:
         batch = _Batch(Path(out), engine, machine, retries, progress)
@@ -138,6 +153,8 @@ def bench(
             protocol=protocol,
             preset=preset,
             file=file or None,
+            model=model or None,
+            runtime=runtime or None,
             command=command,
             timeout=timeout,
             name=name or None,
@@ -176,7 +193,7 @@ def _engine(engine: EngineLike, address: str | None, jobs: int | None, threads: 
 class _Stores:
     """The results folder of each configuration, opened for its first clip."""
 
-    def __init__(self, out: Path, config: Config | str, name: str | None) -> None:
+    def __init__(self, out: Path, config: Config, name: str | None) -> None:
         self._out, self._config, self._name = out, config, name or None
         if name and not is_folder_name(name):
             raise ManifestError(f"name is {name!r}, which is not a valid name of a folder")

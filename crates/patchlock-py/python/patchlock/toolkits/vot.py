@@ -20,6 +20,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from patchlock._onnxruntime import library
 from patchlock._patchlock import PRESETS
 
 __all__ = ["command", "main", "registry"]
@@ -29,6 +30,8 @@ def command(
     *,
     preset: str = "robust",
     config: str | Path | None = None,
+    model: str | Path | None = None,
+    runtime: str | Path | None = None,
     seed: int | None = None,
     threads: int | None = None,
     protocol: int = 4,
@@ -37,21 +40,28 @@ def command(
 
     Args:
         preset: The preset to start from.
-        config: A TOML file with settings that differ from the preset; `patchlock config` writes one. The path
-            is made absolute, because the toolkit starts trackers in other working directories.
+        config: A TOML file with settings that differ from the preset; `patchlock config` writes one. Paths
+            are made absolute, because the toolkit starts trackers in other working directories.
+        model: The network of the preset `network`: a folder with its ONNX files, or its only file.
+        runtime: `"onnxruntime"` for the library of the installed package, or the path of a library of
+            onnxruntime; `None` for the built-in runtime.
         seed: Seed of the random numbers; `None` for the seed in the settings.
         threads: Number of threads; `None` for one per core.
         protocol: Version of TraX: 4 (many targets) or 3 (one target).
 
     Raises:
-        FileNotFoundError: There is no file `config`.
+        FileNotFoundError: There is no file `config`, `model` or `runtime`.
+        ImportError: `runtime` is `"onnxruntime"`, which is not installed.
     """
     words = [sys.executable, "-m", "patchlock", "trax", "--protocol", str(protocol), "--preset", preset]
-    if config is not None:
-        path = Path(config).resolve()
-        if not path.is_file():
-            raise FileNotFoundError(f"config is {config}; there is no such file")
-        words += ["--config", str(path)]
+    if runtime == "onnxruntime":
+        runtime = library()
+    for option, given in (("config", config), ("model", model), ("runtime", runtime)):
+        if given is not None:
+            path = Path(given).resolve()
+            if not path.exists():
+                raise FileNotFoundError(f"{option} is {given}; there is no such file")
+            words += [f"--{option}", str(path)]
     if seed is not None:
         words += ["--seed", str(seed)]
     if threads is not None:
@@ -92,6 +102,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--label", default="Patchlock", help="name in reports")
     parser.add_argument("--preset", default="robust", help=f"{', '.join(PRESETS)} (default: robust)")
     parser.add_argument("--config", help="TOML file with settings that differ; see patchlock config")
+    parser.add_argument("--model", help="the network of the preset network: a folder or a file")
+    parser.add_argument("--runtime", help="onnxruntime, or a library of it, instead of the built-in runtime")
     parser.add_argument("--seed", type=int, help="seed of the random numbers")
     parser.add_argument("--threads", type=int, help="number of threads")
     parser.add_argument("--protocol", type=int, choices=(3, 4), default=4, help="version of TraX")
@@ -99,7 +111,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     name, label = options.pop("name"), options.pop("label")
     try:
         text = registry(command(**options), name=name, label=label)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, ImportError) as error:
         parser.error(str(error))
     sys.stdout.write(text)
 

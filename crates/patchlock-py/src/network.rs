@@ -1,0 +1,452 @@
+//! The Python classes `Network` and `ModelFile`, and the arguments `model` and `runtime`.
+
+use std::path::{self, Path, PathBuf};
+
+use patchlock::{KnownModel, Method, NetworkError, Runtime};
+use patchlock_track::settings::SettingsError;
+use patchlock_track::{ModelError, ModelPaths, models};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+
+use crate::errors;
+
+/// What `__reduce__` returns: a function and the arguments that load the same network again.
+type Reduced<'py> = (Bound<'py, PyAny>, (Vec<PathBuf>, Option<PathBuf>, String));
+
+/// A small tracking network from ONNX files, which the preset `network` follows with.
+///
+/// Known are NanoTrack (versions 2 and 3, a backbone and a head) and VitTrack (one file). Load it
+/// once and pass it to any number of trackers. Two networks are equal if their files are.
+///
+/// A pickle does not hold the network but the full paths of its files, which must be unchanged
+/// where it is loaded again. A network made from bytes can't be pickled.
+///
+/// Args:
+///     model: A folder with the ONNX files of one network, one file, a list of files, or the bytes
+///         of one file or of a list of files.
+///     runtime: What runs it: `None` for the built-in runtime, `"onnxruntime"` for the library of
+///         the installed package onnxruntime (`pip install "patchlock[onnxruntime]"`), or the path
+///         of another library of onnxruntime. A process uses one such library.
+///
+/// Raises:
+///     ValueError: A file is damaged, too large or of no known family, or a file is missing.
+///     TypeError: `model` or `runtime` is none of these.
+///     OSError: A file can't be read.
+///     ImportError: `runtime` is `"onnxruntime"`, which is not installed.
+#[pyclass(frozen, module = "patchlock")]
+pub struct Network {
+    network: patchlock::Network,
+    /// The full paths that it was loaded from; none if it was made from bytes.
+    paths: Vec<PathBuf>,
+    /// The argument `runtime`.
+    runtime: Option<PathBuf>,
+    /// The library of onnxruntime, if that runs it.
+    library: Option<PathBuf>,
+}
+
+impl Network {
+    /// The network of the library.
+    pub fn to_rust(&self) -> patchlock::Network {
+        self.network.clone()
+    }
+
+    /// Its files, for runs in other processes.
+    ///
+    /// # Errors
+    /// It was not loaded from one path.
+    pub fn paths_for_jobs(&self) -> PyResult<ModelPaths> {
+        let [model] = self.paths.as_slice() else {
+            return Err(PyValueError::new_err(
+                "a batch loads the network in other processes: model must be one folder or file",
+            ));
+        };
+        Ok(ModelPaths { model: Some(model.clone()), runtime: self.library.clone() })
+    }
+
+    /// Reads the files and prepares the network.
+    fn load(py: Python<'_>, files: Files, runtime: Option<RuntimeName>) -> PyResult<Self> {
+        let library = library(py, runtime.as_ref())?;
+        // A pickle finds the package again where it is loaded, or the library at its full path.
+        let runtime = match runtime {
+            Some(RuntimeName(name)) if is_package(&name) => Some(name),
+            _ => library.clone(),
+        };
+        let (network, paths) = py.detach(|| match files {
+            Files::Paths(paths) => {
+                let paths = paths.iter().map(path::absolute).collect::<Result<Vec<_>, _>>()?;
+                Ok::<_, PyErr>((from_paths(&paths, library.as_deref())?, paths))
+            }
+            Files::Bytes(files) => Ok((from_bytes(&files, library.as_deref())?, Vec::new())),
+        })?;
+        Ok(Self { network, paths, runtime, library })
+    }
+}
+
+#[pymethods]
+impl Network {
+    #[new]
+    #[pyo3(signature = (model, *, runtime = None))]
+    fn new(py: Python<'_>, model: Files, runtime: Option<RuntimeName>) -> PyResult<Self> {
+        Self::load(py, model, runtime)
+    }
+
+    /// Its name, such as "NanoTrack v3".
+    #[getter]
+    fn name(&self) -> &'static str {
+        self.network.name()
+    }
+
+    /// The SHA-256 of its files, in hexadecimal; snapshots name their network by it.
+    #[getter]
+    fn hash(&self) -> &str {
+        self.network.hash()
+    }
+
+    /// What runs it: "built-in" or "onnxruntime".
+    #[getter]
+    fn runtime(&self) -> String {
+        self.network.runtime().to_string()
+    }
+
+    /// The full paths that it was loaded from; empty if it was made from bytes.
+    #[getter]
+    fn paths(&self) -> Vec<PathBuf> {
+        self.paths.clone()
+    }
+
+    fn __eq__(&self, other: &Self) -> bool {
+        self.network == other.network
+    }
+
+    fn __hash__(&self, py: Python<'_>) -> PyResult<isize> {
+        self.network.hash().into_pyobject(py)?.hash()
+    }
+
+    fn __repr__(&self) -> String {
+        let hash = &self.network.hash()[..8];
+        format!("<Network '{}' {hash}, runtime {}>", self.name(), self.runtime())
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        if self.paths.is_empty() {
+            return Err(PyTypeError::new_err(
+                "a network that was made from bytes can't be pickled; make it from its files",
+            ));
+        }
+        let restore = py.import("patchlock._patchlock")?.getattr("_restore_network")?;
+        Ok((restore, (self.paths.clone(), self.runtime.clone(), self.network.hash().to_owned())))
+    }
+
+    // A copy is the same network.
+
+    fn __copy__(this: Py<Self>) -> Py<Self> {
+        this
+    }
+
+    fn __deepcopy__(this: Py<Self>, _memo: &Bound<'_, PyDict>) -> Py<Self> {
+        this
+    }
+}
+
+/// Called by pickle.
+#[pyfunction]
+#[pyo3(name = "_restore_network")]
+pub fn restore_network(
+    py: Python<'_>,
+    paths: Vec<PathBuf>,
+    runtime: Option<PathBuf>,
+    hash: &str,
+) -> PyResult<Network> {
+    let network = Network::load(py, Files::Paths(paths), runtime.map(RuntimeName))?;
+    let found = network.network.hash();
+    if found != hash {
+        let message = format!(
+            "the network in {} has changed since it was pickled: its SHA-256 is {found}, not {hash}",
+            shown(&network.paths)
+        );
+        return Err(PyValueError::new_err(message));
+    }
+    Ok(network)
+}
+
+/// What an ONNX file is, read without running it.
+///
+/// Args:
+///     file: The path of the file, or its bytes.
+///
+/// Raises:
+///     ValueError: The file is damaged, too large or of no known family.
+///     OSError: The file can't be read.
+#[pyclass(frozen, module = "patchlock")]
+pub struct ModelFile(patchlock::ModelFile);
+
+#[pymethods]
+impl ModelFile {
+    #[new]
+    fn new(py: Python<'_>, file: File) -> PyResult<Self> {
+        py.detach(|| match file {
+            File::Path(path) => models::examine(&path).map(Self).map_err(of_model),
+            File::Bytes(bytes) => {
+                patchlock::ModelFile::examine(&bytes).map(Self).map_err(of_network)
+            }
+        })
+    }
+
+    /// The family of networks that it belongs to, such as "NanoTrack".
+    #[getter]
+    fn family(&self) -> &'static str {
+        self.0.family
+    }
+
+    /// The part of the network that it holds, such as "head".
+    #[getter]
+    fn part(&self) -> &'static str {
+        self.0.part
+    }
+
+    /// Its inputs and outputs with their shapes.
+    #[getter]
+    fn values(&self) -> &str {
+        &self.0.values
+    }
+
+    /// Number of operators.
+    #[getter]
+    fn operators(&self) -> usize {
+        self.0.operators
+    }
+
+    /// Number of weights.
+    #[getter]
+    fn parameters(&self) -> u64 {
+        self.0.parameters
+    }
+
+    /// Its SHA-256, in hexadecimal.
+    #[getter]
+    fn sha256(&self) -> &str {
+        &self.0.sha256
+    }
+
+    /// The published network that it is a file of, such as "NanoTrack v3"; `None` if it is not a known file.
+    #[getter]
+    fn name(&self) -> Option<&'static str> {
+        self.known(|model| model.name)
+    }
+
+    /// Who publishes it, and where in the repository it is; `None` if it is not a known file.
+    #[getter]
+    fn origin(&self) -> Option<&'static str> {
+        self.known(|model| model.origin)
+    }
+
+    /// The licence that its publisher states; `None` if it is not a known file.
+    #[getter]
+    fn licence(&self) -> Option<&'static str> {
+        self.known(|model| model.licence)
+    }
+
+    /// What it was trained on, and what that means for its use; `None` if it is not a known file.
+    #[getter]
+    fn training(&self) -> Option<&'static str> {
+        self.known(|model| model.training)
+    }
+
+    fn __repr__(&self) -> String {
+        let patchlock::ModelFile { family, part, sha256, .. } = &self.0;
+        let name = self.name().unwrap_or("not a known file");
+        format!("<ModelFile {family} {part}, {name}, sha256 {}>", &sha256[..8])
+    }
+}
+
+impl ModelFile {
+    fn known(&self, field: impl Fn(&KnownModel) -> &'static str) -> Option<&'static str> {
+        self.0.known.map(field)
+    }
+}
+
+/// The argument `model` of whatever uses a network: a network, or what makes one.
+pub enum Model {
+    Loaded(Py<Network>),
+    Files(Files),
+}
+
+impl Model {
+    /// The network in a folder or file.
+    pub fn of_path(path: PathBuf) -> Self {
+        Self::Files(Files::Paths(vec![path]))
+    }
+
+    /// The network; `runtime` belongs to files.
+    pub fn network(self, py: Python<'_>, runtime: Option<RuntimeName>) -> PyResult<Py<Network>> {
+        match (self, runtime) {
+            (Self::Loaded(network), None) => Ok(network),
+            (Self::Loaded(_), Some(_)) => Err(PyValueError::new_err(
+                "model is a Network, which has its runtime; give runtime= where the Network is made",
+            )),
+            (Self::Files(files), runtime) => Py::new(py, Network::load(py, files, runtime)?),
+        }
+    }
+}
+
+impl<'py> FromPyObject<'_, 'py> for Model {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        match object.cast::<Network>() {
+            Ok(network) => Ok(Self::Loaded(network.to_owned().unbind())),
+            Err(_) => object.extract().map(Self::Files),
+        }
+    }
+}
+
+/// The files of a network.
+pub enum Files {
+    Paths(Vec<PathBuf>),
+    Bytes(Vec<Vec<u8>>),
+}
+
+impl From<File> for Files {
+    fn from(file: File) -> Self {
+        match file {
+            File::Path(path) => Self::Paths(vec![path]),
+            File::Bytes(bytes) => Self::Bytes(vec![bytes]),
+        }
+    }
+}
+
+impl<'py> FromPyObject<'_, 'py> for Files {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(file) = object.extract::<File>() {
+            return Ok(file.into());
+        }
+        let listed = object.extract::<Vec<File>>().map_err(|_| {
+            PyTypeError::new_err(format!(
+                "model is a path, the bytes of a file, or a list of one of them; not {}",
+                name_of(object)
+            ))
+        })?;
+        let all = listed.len();
+        let (mut paths, mut bytes) = (Vec::new(), Vec::new());
+        for file in listed {
+            match file {
+                File::Path(path) => paths.push(path),
+                File::Bytes(file) => bytes.push(file),
+            }
+        }
+        match (paths.len(), bytes.len()) {
+            (0, 0) => Err(PyValueError::new_err("model is an empty list")),
+            (count, _) if count == all => Ok(Self::Paths(paths)),
+            (_, count) if count == all => Ok(Self::Bytes(bytes)),
+            _ => Err(PyTypeError::new_err("model is a list of paths and bytes; give one kind")),
+        }
+    }
+}
+
+/// A file: its path or its bytes.
+pub enum File {
+    Path(PathBuf),
+    Bytes(Vec<u8>),
+}
+
+impl<'py> FromPyObject<'_, 'py> for File {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        match object.cast::<PyBytes>() {
+            Ok(bytes) => Ok(Self::Bytes(bytes.as_bytes().to_vec())),
+            Err(_) => object.extract().map(Self::Path),
+        }
+    }
+}
+
+/// The argument `runtime`: `"onnxruntime"`, or the path of a library.
+pub struct RuntimeName(pub PathBuf);
+
+impl<'py> FromPyObject<'_, 'py> for RuntimeName {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        object.extract().map(Self).map_err(|_| {
+            PyTypeError::new_err(format!(
+                "runtime is None, \"onnxruntime\" or the path of a library; not {}",
+                name_of(object)
+            ))
+        })
+    }
+}
+
+fn name_of(object: Borrowed<'_, '_, PyAny>) -> String {
+    object.get_type().name().map_or("this".to_owned(), |name| name.to_string())
+}
+
+/// Whether `runtime` stands for the library of the installed package.
+fn is_package(runtime: &Path) -> bool {
+    runtime == Path::new("onnxruntime")
+}
+
+/// The library of onnxruntime that `runtime` stands for; `None` for the built-in runtime.
+pub fn library(py: Python<'_>, runtime: Option<&RuntimeName>) -> PyResult<Option<PathBuf>> {
+    match runtime {
+        Some(RuntimeName(name)) if is_package(name) => {
+            py.import("patchlock._onnxruntime")?.call_method0("library")?.extract().map(Some)
+        }
+        Some(RuntimeName(path)) => Ok(Some(path::absolute(path)?)),
+        None => Ok(None),
+    }
+}
+
+fn from_paths(paths: &[PathBuf], library: Option<&Path>) -> PyResult<patchlock::Network> {
+    if let [path] = paths {
+        return models::load(path, library).map_err(of_model);
+    }
+    let mut files = Vec::new();
+    for path in paths {
+        for file in models::files(path).map_err(of_model)? {
+            files.push(models::read(&file).map_err(of_model)?);
+        }
+    }
+    from_bytes(&files, library)
+}
+
+fn from_bytes(files: &[Vec<u8>], library: Option<&Path>) -> PyResult<patchlock::Network> {
+    let runtime = match library {
+        Some(library) => {
+            let loaded = Runtime::onnxruntime(library);
+            loaded.map_err(|error| of_model(ModelError::Runtime(error)))?
+        }
+        None => Runtime::built_in(),
+    };
+    let files: Vec<&[u8]> = files.iter().map(Vec::as_slice).collect();
+    patchlock::Network::with_runtime(&files, &runtime).map_err(of_network)
+}
+
+/// The network of settings with this method, which may have none.
+///
+/// # Errors
+/// The method has no use for a network.
+pub fn check_use(method: &Method, network: Option<&patchlock::Network>) -> PyResult<()> {
+    match (method, network) {
+        (Method::Network(_), _) | (_, None) => Ok(()),
+        (method, Some(network)) => Err(PyValueError::new_err(format!(
+            "the network {} has no effect with the method {} (preset=\"network\" follows with it)",
+            network.name(),
+            method.name()
+        ))),
+    }
+}
+
+fn shown(paths: &[PathBuf]) -> String {
+    paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ")
+}
+
+fn of_model(error: ModelError) -> PyErr {
+    errors::of_track(SettingsError::from(error).into())
+}
+
+fn of_network(error: NetworkError) -> PyErr {
+    errors::of_tracker(error.into())
+}
