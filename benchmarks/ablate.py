@@ -1,18 +1,20 @@
 #!/usr/bin/env python3
-"""Compares settings of the tracker over several datasets, quickly: for trying ideas.
+"""Tells whether a change of the tracker is a gain, over the segments of many targets.
 
     cargo build --release
-    python3 benchmarks/ablate.py OTB MINE --out results/tried --jobs 2 \\
+    python3 benchmarks/segments.py OTB --out segments/OTB
+    python3 benchmarks/segments.py MINE --out segments/MINE
+    python3 benchmarks/ablate.py segments/OTB segments/MINE --out results/tried \\
         --variant robust \\
-        --variant wide search=6
-    python3 benchmarks/ablate.py OTB MINE --out results/tried --variants tried.toml --targets
-    python3 benchmarks/ablate.py OTB MINE --out results/parts --variants benchmarks/parts.toml \\
-        --over search=4.7,5,5.3
+        --variant wide search=6 \\
+        --variant code program=OTHER/target/release/patchlock
+    python3 benchmarks/ablate.py segments/* --out results/parts --variants benchmarks/parts.toml
 
-Each DATASET is a folder as `patchlock bench` takes it. A variant is a name and the settings in which it
-differs from a preset (`patchlock config` lists all settings). Two words are not settings: `preset`, the
-preset to start from (default: that of --preset), and `program`, another build of patchlock. In a file of
-variants, each variant is a table:
+Each DATASET is a folder that segments.py made. The first variant is the baseline. A variant is a name and the
+settings in which it differs from a preset (`patchlock config` lists all settings). Three words are not
+settings: `preset`, the preset to start from (default: that of --preset); `program`, another build of
+patchlock; `results`, a folder with results that `bench` or peers.py wrote, where {set} stands for the name of
+a DATASET: `results=out/{set}/csrt`. In a file of variants, each variant is a table:
 
     [robust]
     [wide]
@@ -20,26 +22,27 @@ variants, each variant is a table:
     [fast]
     preset = "fast"
 
-The table has a row for each dataset and variant: AUC, DP (precision at 20 pixels), the share of frames in
-which the target is lost, the mean overlap of the other frames, the speed of the median frame, and the
-differences in AUC and DP to the first variant. All but the speed are means over targets and seeds;
-METHODOLOGY.md has the formulas. Differences smaller than the spread over seeds mean nothing. --over KEY=A,B,C
-runs each variant with each of these values of a setting that should not matter much, and prints the means,
-with the standard deviation of the AUC: where nothing is random, that is the spread. Speeds are given only for
-runs made with --jobs 1, and mean something only on a machine that does nothing else. --status adds what the
-tracker's own status and score are worth, --targets the AUC of each target.
+Of each variant the tables show the mean AUC and DP (precision at 20 pixels) over targets and their paired
+differences to the baseline, as `difference ± standard error (check)`: by bootstrap over targets, and by
+s / sqrt(n). A target is the mean over its segments. "Tuning" is a fixed half of the targets, by a hash of
+their names; settings are chosen on this half only, and "other" shows what they are worth elsewhere. The
+verdict is `gain` if the difference in AUC over all targets is above its standard error and no set loses more
+than .01, and otherwise `no`. Further tables have the differences by set, by attribute (those of OTB, and of
+attributes.csv in or beside a DATASET, with names of targets), and for lost and kept segments, and what status
+and score are worth. METHODOLOGY.md has the formulas. --json FILE has all numbers, also of each target.
 
 Results are kept in --out, one folder for each combination of program, preset and settings, so a repeated or
 interrupted call runs only what is missing. A rebuilt program is another program, because the tracker may have
-changed; with --build NAME, results are kept under that name instead of under the hash of the program.
-Requires only Python 3.11 or newer.
+changed; with --build NAME, results are kept under that name instead of under the hash of the program. Speeds
+are of the median frame; they are given only for runs made with --jobs 1, and mean something only on a machine
+that does nothing else. Requires only Python 3.11 or newer.
 """
 
 import argparse
 import hashlib
 import json
+import re
 import shutil
-import statistics
 import subprocess
 import sys
 import tempfile
@@ -47,31 +50,24 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
+import paired
+from segments import SEGMENTS
+
 ROOT = Path(__file__).resolve().parent.parent
 Value = str | int | float | bool
-Number = float | None
-# The measures of the tables: title, name in the JSON of `patchlock score`, digits.
-MEASURES = [("AUC", "auc"), ("DP", "dp20"), ("lost", "lost_share"), ("not lost", "overlap_not_lost")]
-COMPARED = MEASURES[:2]
-# Those of --status: what the tracker says of itself, beside the truth.
-SAID = [
-    ("lost prec.", "status.lost_precision"),
-    ("lost recall", "status.lost_recall"),
-    ("false lost", "status.false_lost"),
-    ("recoveries", "status.recoveries"),
-    ("ECE", "calibration.ece"),
-    ("AUROC", "calibration.auroc"),
-]
+# Settings that name files. A settings file may be elsewhere.
+FILES = ("model", "runtime")
 
 
 @dataclass
 class Variant:
-    """A program with settings."""
+    """A program with settings, or results."""
 
     name: str
     program: Path
     preset: str
     settings: dict[str, Value]
+    results: str | None  # where results are already
     folder: str  # name of its folders, which is unique for program, preset and settings
 
 
@@ -111,17 +107,7 @@ def from_file(path: Path, parser: argparse.ArgumentParser) -> list[tuple[str, di
     return list(tables.items())
 
 
-def values_of(over: str | None, parser: argparse.ArgumentParser) -> list[dict[str, Value]]:
-    """The settings of --over, one after the other; without it, nothing once."""
-    if over is None:
-        return [{}]
-    key, equals, values = over.partition("=")
-    if not (key and equals and values):
-        parser.error(f"--over {over}: not of the form key=value,value,...")
-    return [{key: value_of(value)} for value in values.split(",")]
-
-
-def variants_of(args: argparse.Namespace, parser: argparse.ArgumentParser) -> list[list[Variant]]:
+def variants_of(args: argparse.Namespace, parser: argparse.ArgumentParser) -> list[Variant]:
     named = from_file(args.variants, parser) if args.variants else []
     named += [from_command_line(words, parser) for words in args.variant]
     if not named:
@@ -129,13 +115,7 @@ def variants_of(args: argparse.Namespace, parser: argparse.ArgumentParser) -> li
     for name in (names := [name for name, _ in named]):
         if names.count(name) > 1:
             parser.error(f"two variants have the name {name}")
-        if not name or name.startswith(".") or "/" in name or "\\" in name:
-            parser.error(f'"{name}" cannot be the name of a folder')
-    values = values_of(args.over, parser)
-    return [
-        [variant_of(name, {**settings, **value}, args, parser) for value in values]
-        for name, settings in named
-    ]
+    return [variant_of(name, dict(settings), args, parser) for name, settings in named]
 
 
 def variant_of(
@@ -143,12 +123,60 @@ def variant_of(
 ) -> Variant:
     program = Path(str(settings.pop("program", args.program)))
     preset = str(settings.pop("preset", args.preset))
+    results = settings.pop("results", None)
+    if results is not None:
+        if settings:
+            parser.error(f"{name}: results exist already, so they cannot have other settings")
+        return Variant(name, program, preset, {}, str(results), "")
+    settings |= {key: str(Path(str(settings[key])).resolve()) for key in FILES if key in settings}
     try:
         build = args.build or hashlib.sha256(program.read_bytes()).hexdigest()
     except OSError as error:
         parser.error(f"the program {program} cannot be read ({error.strerror}): cargo build --release")
     key = hashlib.sha256(json.dumps([build, preset, settings], sort_keys=True).encode()).hexdigest()
-    return Variant(name, program.resolve(), preset, settings, f"{preset}-{key[:12]}")
+    return Variant(name, program.resolve(), preset, settings, None, f"{preset}-{key[:12]}")
+
+
+# --- Targets -----------------------------------------------------------------
+
+
+def attributes_of(dataset: Path, names: list[str], program: Path) -> dict[str, list[str]]:
+    """The attributes of targets, as the program reads them for a dataset with these targets."""
+    with tempfile.TemporaryDirectory() as temporary:
+        for name in names:
+            (Path(temporary) / f"{name}.txt").write_text("1,1,9,9\n", encoding="utf-8")
+        tables = [folder / "attributes.csv" for folder in (dataset, dataset.resolve().parent)]
+        for table in [table for table in tables if table.is_file()][:1]:
+            shutil.copy(table, temporary)
+        listed = call(program, "dataset", temporary, "--json", notes=False, fine=(0, 1))
+    return {target["name"]: target["attributes"] for target in json.loads(listed)["targets"]}
+
+
+def targets_of(dataset: Path, only: str | None, program: Path) -> list[paired.Target]:
+    """The targets of a folder that segments.py made, or those of --only that it has."""
+    segments: dict[str, list[str]] = {}
+    for folder in sorted(dataset.glob("*/groundtruth_rect.txt")):
+        target, dash, segment = folder.parent.name.rpartition("-")
+        if segment not in [name for name, *_ in SEGMENTS] or not dash:
+            sys.exit(f"error: {folder.parent}: is not a segment; segments.py makes them")
+        segments.setdefault(target, []).append(folder.parent.name)
+    if not segments:
+        sys.exit(f"error: {dataset}: has no segments; segments.py makes them")
+    wanted = only.lower().split(",") if only else [name.lower() for name in segments]
+    names = [name for name in segments if name.lower() in wanted]
+    attributes = attributes_of(dataset, names, program) if names else {}
+    return [
+        paired.Target(dataset.resolve().name, name, attributes.get(name, []), segments[name])
+        for name in names
+    ]
+
+
+def choose_targets(args: argparse.Namespace) -> dict[Path, list[paired.Target]]:
+    chosen = {dataset: targets_of(dataset, args.only, args.program) for dataset in args.datasets}
+    found = {target.name.lower() for targets in chosen.values() for target in targets}
+    if missing := [name for name in (args.only or "").split(",") if name and name.lower() not in found]:
+        sys.exit(f"error: --only: no dataset has a target {', '.join(missing)}")
+    return {dataset: targets for dataset, targets in chosen.items() if targets}
 
 
 # --- Runs --------------------------------------------------------------------
@@ -165,34 +193,10 @@ def call(program: Path, *words: object, notes: bool, fine: tuple[int, ...] = (0,
     return result.stdout
 
 
-def plain(name: str) -> str:
-    return "".join(letter for letter in name.lower() if letter not in "-_.")
-
-
-def choose_targets(args: argparse.Namespace) -> dict[Path, list[str]]:
-    """The targets of each dataset, or those that --sequences names, without datasets that have none."""
-    asked = {plain(name): name for name in args.sequences.split(",")} if args.sequences else {}
-    chosen, found = {}, set()
-    for dataset in args.datasets:
-        # Code 1 says that something is unusual; bench reports what it cannot use.
-        listed = call(args.program, "dataset", dataset, "--json", notes=False, fine=(0, 1))
-        for target in (target["name"] for target in json.loads(listed)["targets"]):
-            # `Jogging` asks for all targets of this sequence: Jogging.1 and Jogging.2.
-            names = {plain(target), plain(target.rpartition(".")[0])} & set(asked)
-            found |= names
-            if names or not asked:
-                chosen.setdefault(dataset, []).append(target)
-    if missing := [name for key, name in asked.items() if key not in found]:
-        sys.exit(f"error: --sequences: no dataset has a target {', '.join(missing)}")
-    return chosen
-
-
-def first_seed(variant: Variant) -> int:
-    return int(variant.settings.get("seed", 0))
-
-
-def run(variant: Variant, dataset: Path, targets: list[str], args: argparse.Namespace) -> Path:
+def run(variant: Variant, dataset: Path, segments: list[str], args: argparse.Namespace) -> Path:
     """Makes the runs that are missing, and returns the folder of all runs of the variant on the dataset."""
+    if variant.results is not None:
+        return Path(variant.results.replace("{set}", dataset.resolve().name))
     out = args.out / dataset.resolve().name
     out.mkdir(parents=True, exist_ok=True)
     config = out / f"{variant.folder}.toml"
@@ -200,140 +204,164 @@ def run(variant: Variant, dataset: Path, targets: list[str], args: argparse.Name
     config.write_text("".join(lines), encoding="utf-8")
     words = ["bench", dataset, "--out", out, "--name", variant.folder, "--preset", variant.preset]
     words += ["--config", config, "--seeds", args.seeds, "--jobs", args.jobs]
-    words += ["--sequences", ",".join(targets)]
+    words += ["--sequences", ",".join(segments)]
     print(f"{variant.name} on {out.name}", file=sys.stderr)
     call(variant.program, *words, notes=True)
     return out / variant.folder
 
 
-def copy_runs(folder: Path, seeds: range, targets: list[str], copy: Path) -> list[dict]:
-    """Copies the runs that are asked for, since the folder may hold more, and returns their manifests."""
-    copy.mkdir(parents=True)
-    shutil.copy(folder / "manifest.json", copy)
-    manifests = []
-    for file in sorted(folder.glob("ope/*/*.json")):
-        if int(file.stem) in seeds and file.parent.name in targets:
-            target = copy / "ope" / file.parent.name
-            target.mkdir(parents=True, exist_ok=True)
-            shutil.copy(file, target)
-            shutil.copy(file.with_suffix(".txt"), target)
-            manifests.append(json.loads(file.read_text(encoding="utf-8")))
-    return manifests
+def runs_of(
+    variant: Variant, chosen: dict[Path, list[paired.Target]], args: argparse.Namespace
+) -> paired.Runs:
+    """All runs of the variant, in the order of the targets."""
+    runs = []
+    for dataset, targets in chosen.items():
+        folder = run(variant, dataset, [name for target in targets for name in target.segments], args)
+        for target in targets:
+            runs.append(
+                [
+                    read
+                    for segment in target.segments
+                    for read in read_segment(folder / "ope" / segment, dataset / segment, variant, args)
+                ]
+            )
+    return runs
 
 
-def median_fps(manifests: list[dict]) -> Number:
-    """Frames per second of the median frame; None if runs were made in parallel."""
-    if any(manifest["jobs"] > 1 for manifest in manifests):
-        return None
-    seconds = [second for manifest in manifests for second in manifest["seconds"]]
-    return 1 / statistics.median(seconds) if seconds and statistics.median(seconds) > 0 else None
-
-
-def scores(
-    variants: list[list[Variant]], dataset: Path, targets: list[str], args: argparse.Namespace
-) -> list[dict]:
-    """What `patchlock score` says of each variant on the dataset, with the median speed, as means over the
-    values of --over."""
-    values = len(variants[0])
-    each = scores_of([one for variant in variants for one in variant], dataset, targets, args)
-    return [mean_of(each[k : k + values]) for k in range(0, len(each), values)]
-
-
-def mean_of(parts: list) -> object:
-    """The mean of numbers, and of the numbers in objects; None where one is missing, and of what is not a
-    number the first. Where there are several objects, they get the spread of their AUC."""
-    first = parts[0]
-    if isinstance(first, dict):
-        mean = {key: mean_of([part.get(key) for part in parts]) for key in first}
-        if len(parts) > 1 and isinstance(first.get("auc"), float):
-            mean["auc_spread"] = statistics.stdev(part["auc"] for part in parts)
-        return mean
-    if None in parts or not isinstance(first, int | float):
-        return None if None in parts else first
-    return first if len(set(parts)) == 1 else statistics.mean(parts)
-
-
-def scores_of(
-    variants: list[Variant], dataset: Path, targets: list[str], args: argparse.Namespace
-) -> list[dict]:
-    """What `patchlock score` says of each variant on the dataset, with the median speed."""
-    with tempfile.TemporaryDirectory() as temporary:
-        copies, speeds = [], []
-        for k, variant in enumerate(variants):
-            folder = run(variant, dataset, targets, args)
-            copies.append(Path(temporary) / str(k))
-            seeds = range(first_seed(variant), first_seed(variant) + args.seeds)
-            speeds.append(median_fps(copy_runs(folder, seeds, targets, copies[-1])))
-        words = ["score", *copies, "--truth", dataset, "--by", "target", "--json"]
-        # One program scores all, by the same formulas. Its notes are about targets that were not asked for.
-        trackers = json.loads(call(variants[0].program, *words, notes=False))["trackers"]
-    return [{**tracker, "fps": fps} for tracker, fps in zip(trackers, speeds, strict=True)]
+def read_segment(
+    folder: Path, sequence: Path, variant: Variant, args: argparse.Namespace
+) -> list[paired.Run]:
+    """The runs of a segment, one for each seed."""
+    first = int(variant.settings.get("seed", 0))
+    files = [folder / f"{seed}.txt" for seed in range(first, first + args.seeds)]
+    if lacking := [file for file in files if not file.is_file()]:
+        sys.exit(f"error: {variant.name}: there is no {lacking[0]}")
+    truth = paired.boxes(sequence / "groundtruth_rect.txt")
+    return [paired.read_run(file, truth) for file in files]
 
 
 # --- Tables ------------------------------------------------------------------
 
 
-def shown(value: Number, digits: int = 3, sign: str = "") -> str:
-    return "-" if value is None else f"{value:{sign}.{digits}f}"
+def shown(value: paired.Number, sign: str = "") -> str:
+    """A number without the zero before the point."""
+    return "-" if value is None else re.sub(r"^([+-]?)0\.", r"\1.", f"{value:{sign}.3f}")
 
 
-def number_at(score: dict, path: str) -> Number:
-    """A number of the JSON by its names from outside to inside; None where one is missing or null."""
-    for name in path.split("."):
-        score = (score or {}).get(name)
-    return score
+def change(one: dict[str, paired.Number]) -> str:
+    if one["difference"] is None:
+        return "-"
+    return f"{shown(one['difference'], '+')} ± {shown(one['error'])} ({shown(one['plain_error'])})"
 
 
-def difference(value: Number, other: Number) -> Number:
-    return None if value is None or other is None else value - other
+def row_of(parts: list[str]) -> str:
+    return f"| {' | '.join(parts)} |\n"
 
 
-def aligned(rows: list[list[str]]) -> str:
-    widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
-    numbers = [all(row[k][:1] in "-+0123456789" for row in rows[1:]) for k in range(len(rows[0]))]
-    lines = [
-        "  ".join(
-            cell.rjust(width) if is_number else cell.ljust(width)
-            for cell, width, is_number in zip(row, widths, numbers)
-        )
-        for row in rows
-    ]
-    return "\n".join(lines) + "\n"
+def table(title: str, head: list[str], rows: list[list[str]]) -> str:
+    return f"## {title}\n\n{row_of(head)}{row_of(['---'] * len(head))}{''.join(map(row_of, rows))}\n"
 
 
-def head_of(dataset: Path, variant: Variant, own: dict) -> list[str]:
-    return [dataset.resolve().name, str(own["targets"]), str(own["seeds"]), variant.name]
+def sizes(by_part: dict[str, dict], key: str) -> str:
+    """The number of all, and those of the halves."""
+    return f"{by_part['all'][key]} ({by_part['tuning'][key]} + {by_part['other'][key]})"
 
 
-def said_of(dataset: Path, variants: list[Variant], score: list[dict]) -> list[list[str]]:
-    return [
-        head_of(dataset, variant, own) + [shown(number_at(own, path)) for _, path in SAID]
-        for variant, own in zip(variants, score)
-    ]
+def values(by_part: dict[str, dict], key: str) -> str:
+    """The number for all, and those for the halves."""
+    total, tuning, other = (shown(by_part[part][key]) for part in paired.PARTS)
+    return f"{total} ({tuning}, {other})"
 
 
-def rows_of(dataset: Path, variants: list[Variant], score: list[dict]) -> list[list[str]]:
+CHANGES = [
+    cell
+    for measure in ("AUC", "DP")
+    for cell in (f"{measure} (tuning, other)", f"{measure} diff", "tuning", "other")
+]
+
+
+def changes(measures: dict[str, dict], is_baseline: bool) -> list[str]:
+    cells = []
+    for parts in (measures["auc"], measures["dp"]):
+        cells.append(values(parts, "value"))
+        cells += ["" if is_baseline else change(parts[part]) for part in paired.PARTS]
+    return cells
+
+
+def table_of_all(variants: dict[str, dict]) -> str:
     rows = []
-    for variant, own in zip(variants, score):
-        row = head_of(dataset, variant, own)
-        row += [shown(own[key]) for _, key in MEASURES] + [shown(own["fps"], 1)]
-        row += [shown(own["auc_spread"])] if "auc_spread" in own else []
-        row += [shown(difference(own[key], score[0][key]), sign="+") for _, key in COMPARED]
-        rows.append(row)
-    return rows
+    for k, (name, one) in enumerate(variants.items()):
+        fps = "-" if one["fps"] is None else f"{one['fps']:.0f}"
+        rows.append([name, *changes(one["all"], k == 0), fps, one["verdict"] if k else ""])
+    targets = sizes(next(iter(variants.values()))["all"]["auc"], "targets")
+    return table(f"Accuracy, {targets} targets", ["variant", *CHANGES, "fps", "verdict"], rows)
 
 
-def targets_of(dataset: Path, variants: list[Variant], score: list[dict]) -> list[list[str]]:
-    """AUC per target; after the first variant's, each with its difference to the first."""
-    rows = [[f"AUC in {dataset.resolve().name}", variants[0].name]]
-    rows[0] += [word for variant in variants[1:] for word in (variant.name, "diff")]
-    for target, first in score[0]["by_target"].items():
-        row = [target, shown(first["auc"])]
-        for other in score[1:]:
-            auc = other["by_target"].get(target, {}).get("auc")
-            row += [shown(auc), shown(difference(auc, first["auc"]), sign="+")]
+def table_of_groups(variants: dict[str, dict], title: str, key: str) -> str:
+    first, rows = next(iter(variants.values()))[key], []
+    for group in first:
+        for k, (name, one) in enumerate(variants.items()):
+            targets = sizes(one[key][group]["auc"], "targets")
+            rows.append([group, targets, name, *changes(one[key][group], k == 0)])
+    return table(f"By {title}", [title, "targets", "variant", *CHANGES], rows) if first else ""
+
+
+def table_of_segments(variants: dict[str, dict]) -> str:
+    head = ["variant", "lost frames (tuning, other)", "lost segments", "newly lost", "newly kept"]
+    head += ["AUC diff, kept by both", "tuning", "other", "AUC diff, other segments", "tuning", "other"]
+    rows = []
+    for k, (name, one) in enumerate(variants.items()):
+        parts = one["segments"]
+        row = [name, values(one["all"]["lost"], "value"), sizes(parts, "lost")]
+        if k == 0:
+            row += [""] * 8
+        else:
+            row += [sizes(parts, "newly_lost"), sizes(parts, "newly_kept")]
+            row += [
+                change(parts[part][which])
+                for which in ("auc_kept_by_both", "auc_other_segments")
+                for part in paired.PARTS
+            ]
         rows.append(row)
-    return rows
+    return table(f"Lost and kept, {sizes(parts, 'segments')} runs of segments", head, rows)
+
+
+PROMISES = {
+    "tracked_off": "tracked that are off",
+    "off_tracked": "off called tracked",
+    "off_lost": "off called lost",
+    "sure_missed": f"scores >= {paired.SURE} with overlap < {paired.ON}",
+    "ece": "ECE",
+    "auroc": "AUROC",
+}
+
+
+def table_of_promises(variants: dict[str, dict]) -> str:
+    rows = []
+    for name, one in variants.items():
+        rows.append([name, *(values(one["promises"], key) for key in PROMISES)])
+    return table("Status and score, all frames (tuning, other)", ["variant", *PROMISES.values()], rows)
+
+
+def table_of_targets(variants: dict[str, dict]) -> str:
+    first, *others = variants
+    head = ["target", "set", "half", f"AUC of {first}", *(f"diff of {name}" for name in others)]
+    rows = []
+    for k, target in enumerate(variants[first]["targets"]):
+        row = [target["name"], target["set"], target["half"], shown(target["auc"])]
+        for name in others:
+            auc = variants[name]["targets"][k]["auc"]
+            known = auc is not None and target["auc"] is not None
+            row.append(shown(auc - target["auc"], "+") if known else "-")
+        rows.append(row)
+    return table("By target", head, rows)
+
+
+def tables(variants: dict[str, dict], with_targets: bool) -> str:
+    text = table_of_all(variants) + table_of_groups(variants, "set", "by_set")
+    text += table_of_groups(variants, "attribute", "by_attribute")
+    text += table_of_segments(variants) + table_of_promises(variants)
+    return text + (table_of_targets(variants) if with_targets else "")
 
 
 def arguments() -> tuple[argparse.Namespace, argparse.ArgumentParser]:
@@ -346,13 +374,12 @@ def arguments() -> tuple[argparse.Namespace, argparse.ArgumentParser]:
         "--variant", nargs="+", action="append", default=[], metavar=("NAME", "KEY=VALUE"), help="a variant"
     )
     parser.add_argument("--variants", type=Path, metavar="FILE.toml", help="variants, before those above")
-    parser.add_argument("--over", metavar="KEY=A,B,C", help="run each variant with each of these values")
     parser.add_argument("--preset", default="robust", help="the preset to start from (default: robust)")
-    parser.add_argument("--seeds", type=int, default=1, help="runs of each target (default: 1)")
-    parser.add_argument("--sequences", metavar="A,B", help="only these targets, in datasets that have them")
+    parser.add_argument("--seeds", type=int, default=1, help="runs of each segment (default: 1)")
+    parser.add_argument("--only", metavar="A,B", help="only these targets, in datasets that have them")
     parser.add_argument("--jobs", type=int, default=1, help="parallel runs; without speeds if more than 1")
     parser.add_argument("--targets", action="store_true", help="also print the AUC of each target")
-    parser.add_argument("--status", action="store_true", help="also print what status and score are worth")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="also write all numbers")
     parser.add_argument("--build", metavar="NAME", help="name of the results, not the program's hash")
     parser.add_argument("--program", type=Path, default=ROOT / "target/release/patchlock")
     return parser.parse_args(), parser
@@ -361,23 +388,20 @@ def arguments() -> tuple[argparse.Namespace, argparse.ArgumentParser]:
 def main() -> None:
     args, parser = arguments()
     variants = variants_of(args, parser)
-    firsts = [variant[0] for variant in variants]
     names = [dataset.resolve().name for dataset in args.datasets]
     if len(set(names)) < len(names):
         parser.error("two datasets have folders of the same name, which is that of their results")
-    head = ["dataset", "targets", "seeds", "variant"]
-    diffs = [f"{title} diff" for title, _ in COMPARED]
-    spread = ["AUC sd"] if len(variants[0]) > 1 else []
-    table = [head + [title for title, _ in MEASURES] + ["fps"] + spread + diffs]
-    said = [head + [title for title, _ in SAID]]
-    parts = []
-    for dataset, targets in choose_targets(args).items():
-        score = scores(variants, dataset, targets, args)
-        table += rows_of(dataset, firsts, score)
-        said += said_of(dataset, firsts, score)
-        parts += ["\n" + aligned(targets_of(dataset, firsts, score))] if args.targets else []
-    parts = ["\n" + aligned(said), *parts] if args.status else parts
-    print(aligned(table) + "".join(parts), end="")
+    chosen = choose_targets(args)
+    targets = [target for of_set in chosen.values() for target in of_set]
+    runs = [runs_of(variant, chosen, args) for variant in variants]
+    compared = {
+        variant.name: {"preset": variant.preset, "settings": variant.settings, "results": variant.folder}
+        | paired.compare(targets, runs[0], own)
+        for variant, own in zip(variants, runs, strict=True)
+    }
+    if args.json:
+        args.json.write_text(json.dumps(compared, indent=1) + "\n", encoding="utf-8")
+    print(tables(compared, args.targets), end="")
 
 
 if __name__ == "__main__":

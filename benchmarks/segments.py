@@ -3,7 +3,7 @@
 
     python3 benchmarks/segments.py OTB --out segments/OTB
     python3 benchmarks/segments.py MINE --out segments/MINE
-    python3 benchmarks/ablate.py segments/OTB segments/MINE --out results/tried --jobs 2 --targets \\
+    python3 benchmarks/ablate.py segments/OTB segments/MINE --out results/tried \\
         --variant robust --variant wide search=6
 
 A tracker that hardly keeps a target, or hardly loses it, does the other after the smallest change, which
