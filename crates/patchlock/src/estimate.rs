@@ -15,9 +15,10 @@ pub struct Estimate {
     /// The corners of the target's outline, which may be turned. For the first box: top left, top
     /// right, bottom right, bottom left.
     pub corners: [Point; 4],
-    /// How sure the tracker is, from 0 to 1. With the method `robust` it is an estimate of the
-    /// probability that the box overlaps the target by at least half. With the method `paper` it is
-    /// the visible share of the target, [`Visibility::share`]: it falls when the target is hidden,
+    /// How sure the tracker is, from 0 to 1. With the methods `robust` and `network` it is an
+    /// estimate of the probability that the box overlaps the target by at least half; that of a
+    /// network is often too sure of what looks like the target. With the method `paper` it is the
+    /// visible share of the target, [`Visibility::share`]: it falls when the target is hidden,
     /// changes faster than it is learned, or is lost.
     pub score: f64,
     /// Whether the target is followed.

@@ -7,9 +7,9 @@ group! {
     /// follows, is published with it and not a setting.
     NetworkConfig ("network") {}
     "own choice" {
-        /// The network's score from which on the target counts as tracked.
-        tracked_score: f64 = 0.8, number(0.0, 1.0);
-        /// The network's score below which the target counts as lost.
-        lost_score: f64 = 0.4, number(0.0, 1.0);
+        /// The score from which on the target counts as tracked.
+        tracked_score: f64 = 0.5, number(0.0, 1.0);
+        /// The score below which the target counts as lost.
+        lost_score: f64 = 0.25, number(0.0, 1.0);
     }
 }

@@ -89,7 +89,7 @@ impl Look {
     pub(super) fn push(&mut self, logit: f64, place: Place, last: Place) {
         let logit = if logit.is_finite() { logit } else { -1e3 };
         self.logits.push(logit);
-        self.scores.push(1.0 / (1.0 + (-logit).exp()));
+        self.scores.push(logistic(logit));
         self.places.push(if place.is_sound() { place } else { last });
     }
 }
@@ -115,6 +115,11 @@ pub struct Buffers {
     pub(super) features: [Vec<f32>; 1],
     pub(super) outputs: Vec<Vec<f32>>,
     pub(super) look: Look,
+}
+
+/// The probability with these logarithmic odds.
+pub(super) fn logistic(logit: f64) -> f64 {
+    1.0 / (1.0 + (-logit).exp())
 }
 
 /// `r` or its inverse, whichever is larger.

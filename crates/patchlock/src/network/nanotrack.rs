@@ -7,7 +7,7 @@
 use super::error::NetworkError;
 use super::family::{Family, Part, Recogniser};
 use super::graph::CheckedGraph;
-use super::look::{Buffers, Look, Place, Settled, Window, change, hann, largest};
+use super::look::{Buffers, Look, Place, Settled, Window, change, hann, largest, logistic};
 use super::program::Program;
 use super::runtime::Runtime;
 use crate::vision::frame::Frame;
@@ -34,11 +34,28 @@ struct Version {
     penalty: f64,
     /// How fast the size follows.
     rate: f64,
+    /// Slope and offset of the certainty's logit over that of the score: fitted on 40 targets, one
+    /// half tried with the numbers of the other (benchmarks/record/2026-11-25-network.md).
+    certainty: [f64; 2],
 }
 
 const VERSIONS: [Version; 2] = [
-    Version { name: "NanoTrack v2", cells: 16, window: 0.490, penalty: 0.150, rate: 0.385 },
-    Version { name: "NanoTrack v3", cells: 15, window: 0.455, penalty: 0.138, rate: 0.348 },
+    Version {
+        name: "NanoTrack v2",
+        cells: 16,
+        window: 0.490,
+        penalty: 0.150,
+        rate: 0.385,
+        certainty: [0.616, -2.154],
+    },
+    Version {
+        name: "NanoTrack v3",
+        cells: 15,
+        window: 0.455,
+        penalty: 0.138,
+        rate: 0.348,
+        certainty: [0.485, -1.607],
+    },
 ];
 
 /// How the files are recognised.
@@ -149,6 +166,11 @@ impl Family for NanoTrack {
         self.head.run(&[template, &features[0]], program, outputs)?;
         decode(&outputs[0], &outputs[1], self.version.cells, &window, place, look);
         Ok(())
+    }
+
+    fn certainty(&self, logit: f64) -> f64 {
+        let [slope, offset] = self.version.certainty;
+        logistic(slope * logit + offset)
     }
 
     fn settle(&self, look: &Look, last: Place) -> Settled {

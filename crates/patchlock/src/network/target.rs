@@ -70,7 +70,8 @@ impl NetworkTarget {
         network.family().look(frame, *border, template, *place, buffers)?;
         let settled = network.family().settle(&buffers.look, *place);
         *place = within(settled.place, frame.size());
-        fill(*place, settled.score, status(settled.score, config), estimate);
+        let score = network.family().certainty(buffers.look.logits[settled.cell]);
+        fill(*place, score, status(score, config), estimate);
         if let Some(show) = show {
             show(view(&buffers.look, settled));
         }

@@ -4,7 +4,7 @@
 use super::error::NetworkError;
 use super::family::{Family, Part, Recogniser};
 use super::graph::CheckedGraph;
-use super::look::{Buffers, Look, Place, Settled, Window, hann, largest};
+use super::look::{Buffers, Look, Place, Settled, Window, hann, largest, logistic};
 use super::program::Program;
 use super::runtime::Runtime;
 use crate::vision::frame::Frame;
@@ -21,6 +21,8 @@ const DEVIATION: [f32; 3] = [0.229, 0.224, 0.225];
 const BORDER: [f32; 3] = [0.0; 3];
 /// Cells on a side of the outputs.
 const CELLS: usize = 16;
+/// Slope and offset of the certainty's logit over that of the score: fitted as NanoTrack's.
+const CERTAINTY: [f64; 2] = [3.034, 0.934];
 /// Below this score, the box stays where it was.
 const KEPT_BELOW: f64 = 0.2;
 
@@ -119,6 +121,10 @@ impl Family for VitTrack {
         self.network.run(&[template, &planes.samples], program, outputs)?;
         decode(outputs, &window, place, look);
         Ok(())
+    }
+
+    fn certainty(&self, logit: f64) -> f64 {
+        logistic(CERTAINTY[0] * logit + CERTAINTY[1])
     }
 
     fn settle(&self, look: &Look, last: Place) -> Settled {
