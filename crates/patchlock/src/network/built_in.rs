@@ -27,17 +27,21 @@ pub struct Pipeline {
     outputs: Vec<usize>,
 }
 
-/// A value of `rten`, and its number among those that go from step to step.
-type Link = (NodeId, usize);
+/// Operators that `rten` computes. Values have the ids of `rten`, and numbers among those that go
+/// from step to step.
+#[derive(Debug)]
+struct Operators {
+    model: Box<Model>,
+    inputs: Vec<(NodeId, usize)>,
+    outputs: Vec<NodeId>,
+    /// The numbers of the outputs.
+    numbers: Vec<usize>,
+}
 
 #[derive(Debug)]
 enum Step {
     /// Operators that `rten` computes.
-    Operators {
-        model: Box<Model>,
-        inputs: Vec<Link>,
-        outputs: Vec<Link>,
-    },
+    Operators(Operators),
     Depthwise {
         convolution: Box<Depthwise>,
         weights: Weights,
@@ -142,9 +146,7 @@ impl Pipeline {
         }
         for step in &self.steps {
             match step {
-                Step::Operators { model, inputs, outputs } => {
-                    self.run_operators(model, (inputs, outputs), pool, values)?;
-                }
+                Step::Operators(operators) => self.run_operators(operators, pool, values)?,
                 Step::Depthwise { convolution, weights, input, output } => {
                     let mut result = std::mem::take(&mut values[*output].samples);
                     let samples = self.samples(values, *input)?;
@@ -177,18 +179,18 @@ impl Pipeline {
 
     fn run_operators(
         &self,
-        model: &Model,
-        (inputs, outputs): (&[Link], &[Link]),
+        operators: &Operators,
         pool: &Arc<ThreadPool>,
         values: &mut [Held],
     ) -> Result<(), NetworkError> {
-        let given =
-            |&(id, slot): &Link| (id, ValueOrView::View(values[slot].view(&self.shapes[slot])));
+        let Operators { model, inputs, outputs, numbers } = operators;
+        let given = |&(id, slot): &(NodeId, usize)| {
+            (id, ValueOrView::View(values[slot].view(&self.shapes[slot])))
+        };
         let given = inputs.iter().map(given).collect();
-        let wanted: Vec<NodeId> = outputs.iter().map(|(id, _)| *id).collect();
         let options = RunOptions::default().with_thread_pool(Some(Arc::clone(pool)));
-        let made = model.run(given, &wanted, Some(options)).map_err(|error| failed(&error))?;
-        for (&(_, slot), value) in outputs.iter().zip(made) {
+        let made = model.run(given, outputs, Some(options)).map_err(|error| failed(&error))?;
+        for (&slot, value) in numbers.iter().zip(made) {
             values[slot].value = Some(contiguous(value));
         }
         Ok(())
@@ -340,9 +342,7 @@ impl Plan<'_> {
         }
         let mut steps = Vec::new();
         for (nodes, convolutions) in levels.into_values() {
-            if !nodes.is_empty() {
-                steps.push(self.operators(&nodes)?);
-            }
+            steps.extend(self.operators(&nodes)?.map(Step::Operators));
             for (convolution, node) in convolutions {
                 let weights = match graph.constants.get(&node.input[1]) {
                     Some(weights) => Weights::Constant(weights.floats()),
@@ -376,7 +376,8 @@ impl Plan<'_> {
     }
 
     /// Operators that `rten` computes, with the values that they take from and give to others.
-    fn operators(&mut self, nodes: &[&Node]) -> Result<Step, NetworkError> {
+    /// None if nothing else uses a value of theirs.
+    fn operators(&mut self, nodes: &[&Node]) -> Result<Option<Operators>, NetworkError> {
         let within: BTreeSet<&str> = names(nodes.iter().flat_map(|node| &node.output));
         let used: BTreeSet<&str> = names(nodes.iter().flat_map(|node| &node.input));
         let is_value = |name: &&str| self.known.contains_key(*name);
@@ -385,6 +386,9 @@ impl Plan<'_> {
         let later = self.graph.nodes.iter().filter(outside).flat_map(|node| &node.input);
         let wanted = names(later.chain(self.graph.outputs.iter().map(|output| &output.name)));
         let given: Vec<&str> = within.intersection(&wanted).copied().collect();
+        if given.is_empty() {
+            return Ok(None);
+        }
         let info = |&name: &&str| {
             let Known { shape, element } = &self.known[name];
             ValueInfo::new(name, *element, shape)
@@ -397,8 +401,9 @@ impl Plan<'_> {
             let slot = |&name: &&str| Ok((id(&model, name)?, self.slot(name)));
             names.iter().map(slot).collect::<Result<Vec<_>, NetworkError>>()
         };
-        let (inputs, outputs) = (slots(&taken)?, slots(&given)?);
-        Ok(Step::Operators { model, inputs, outputs })
+        let inputs = slots(&taken)?;
+        let (outputs, numbers) = slots(&given)?.into_iter().unzip();
+        Ok(Some(Operators { model, inputs, outputs, numbers }))
     }
 }
 
