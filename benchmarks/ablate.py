@@ -8,7 +8,7 @@
         --variant robust \\
         --variant wide search=6 \\
         --variant code program=OTHER/target/release/patchlock
-    python3 benchmarks/ablate.py segments/* --out results/parts --variants benchmarks/parts.toml
+    python3 benchmarks/ablate.py segments/*/ --out results/parts --variants benchmarks/parts.toml
 
 Each DATASET is a folder that segments.py made. The first variant is the baseline. A variant is a name and the
 settings in which it differs from a preset (`patchlock config` lists all settings). Three words are not
@@ -237,7 +237,7 @@ def read_segment(
     if lacking := [file for file in files if not file.is_file()]:
         sys.exit(f"error: {variant.name}: there is no {lacking[0]}")
     truth = paired.boxes(sequence / "groundtruth_rect.txt")
-    return [paired.read_run(file, truth) for file in files]
+    return [paired.read_run(file, sequence.name.rpartition("-")[2], truth) for file in files]
 
 
 # --- Tables ------------------------------------------------------------------
@@ -337,10 +337,13 @@ PROMISES = {
 
 
 def table_of_promises(variants: dict[str, dict]) -> str:
-    rows = []
-    for name, one in variants.items():
-        rows.append([name, *(values(one["promises"], key) for key in PROMISES)])
-    return table("Status and score, all frames (tuning, other)", ["variant", *PROMISES.values()], rows)
+    rows = [
+        [frames, name, *(values(one[which], key) for key in PROMISES)]
+        for which, frames in (("promises", "all segments"), ("promises_whole", "whole sequences"))
+        for name, one in variants.items()
+    ]
+    head = ["all frames of", "variant", *PROMISES.values()]
+    return table("Status and score, both halves (tuning, other)", head, rows)
 
 
 def table_of_targets(variants: dict[str, dict]) -> str:

@@ -31,6 +31,8 @@ ON = 0.5
 BINS = 10
 # A segment is lost if the target is lost in more than this share of its frames.
 LOST_SEGMENT = 0.2
+# The segment with all frames, forwards.
+WHOLE = "f0"
 # A score that a user takes for certain.
 SURE = 0.9
 
@@ -58,6 +60,7 @@ class Target:
 class Run:
     """A tracker's frames of a segment. Without a status and a score, the tracker has none."""
 
+    segment: str  # its name in segments.py
     overlaps: list[Number]  # None in a frame without truth
     auc: Number
     dp: Number
@@ -108,7 +111,11 @@ def distance(a: Box, b: Box) -> float:
 
 
 def run_of(
-    own: list[Box | None], truth: list[Box | None], said: dict[str, list], seconds: list[float]
+    segment: str,
+    own: list[Box | None],
+    truth: list[Box | None],
+    said: dict[str, list],
+    seconds: list[float],
 ) -> Run:
     """The run with these boxes. `said` may have a status and a score for each frame."""
     overlaps: list[Number] = []
@@ -125,17 +132,18 @@ def run_of(
     auc = mean([bisect_left(THRESHOLDS, value) / len(THRESHOLDS) for value in known])
     lost = mean([float(value < OFF) for value in known])
     dp = near / len(known) if known else None
-    return Run(overlaps, auc, dp, lost, said.get("status") or [], said.get("score") or [], seconds)
+    status, score = said.get("status") or [], said.get("score") or []
+    return Run(segment, overlaps, auc, dp, lost, status, score, seconds)
 
 
-def read_run(file: Path, truth: list[Box | None]) -> Run:
+def read_run(file: Path, segment: str, truth: list[Box | None]) -> Run:
     """The run of which `patchlock bench` wrote the boxes into this file."""
     own = boxes(file)
     if len(own) != len(truth):
         sys.exit(f"error: {file}: has {len(own)} boxes, and the truth {len(truth)}")
     manifest = file.with_suffix(".json")
     said = json.loads(manifest.read_text(encoding="utf-8")) if manifest.is_file() else {}
-    return run_of(own, truth, said, said["seconds"] if said.get("jobs") == 1 else [])
+    return run_of(segment, own, truth, said, said["seconds"] if said.get("jobs") == 1 else [])
 
 
 # --- Statistics --------------------------------------------------------------
@@ -257,12 +265,12 @@ def auroc(frames: list[tuple[float, bool]]) -> Number:
     return pairs / (hits * misses) if hits and misses else None
 
 
-def promises(targets: list[Target], own: Runs) -> dict[str, dict]:
-    """By part: what status and score are worth, over all frames but the first of each run. Off is a frame
-    without truth, or with an overlap below OFF."""
+def promises(targets: list[Target], own: Runs, segments: list[str]) -> dict[str, dict]:
+    """By part: what status and score are worth, over all frames of these segments but the first of each run.
+    Off is a frame without truth, or with an overlap below OFF."""
 
     def of(places: list[int]) -> dict[str, Number]:
-        runs = [run for k in places for run in own[k]]
+        runs = [run for k in places for run in own[k] if run.segment in segments]
         said = [pair for run in runs for pair in list(zip(run.status, run.overlaps))[1:]]
         off = [status for status, value in said if value is None or value < OFF]
         tracked = sum(status == "tracked" for status, _ in said)
@@ -309,13 +317,14 @@ def compare(targets: list[Target], base: Runs, own: Runs) -> dict:
             targets, base, own, attributes, lambda target, name: name in target.attributes
         ),
         "segments": segments(targets, base, own),
-        "promises": promises(targets, own),
+        "promises": promises(targets, own, sorted({run.segment for runs in own for run in runs})),
+        "promises_whole": promises(targets, own, [WHOLE]),
         "fps": 1 / statistics.median(seconds) if seconds else None,
         "verdict": verdict(together["auc"]["all"], [one["auc"]["all"] for one in by_set.values()]),
         "targets": [
             {"set": target.set, "name": target.name, "half": half(target.name)}
             | {measure: mean(getattr(run, measure) for run in runs) for measure in ("auc", "dp", "lost")}
-            | {"segments": [{"auc": run.auc, "dp": run.dp, "lost": run.lost} for run in runs]}
+            | {"runs": [{key: getattr(run, key) for key in ("segment", "auc", "dp", "lost")} for run in runs]}
             for target, runs in zip(targets, own, strict=True)
         ],
     }

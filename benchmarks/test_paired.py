@@ -15,7 +15,7 @@ NAMES = ["CarDark", "Crossing", "CarScale", "Couple"]
 
 
 def run(auc: float, lost: float = 0.0) -> Run:
-    return Run([], auc, auc, lost, [], [], [])
+    return Run("f0", [], auc, auc, lost, [], [], [])
 
 
 def made(*aucs: float) -> list[list[Run]]:
@@ -32,7 +32,7 @@ class Frames(unittest.TestCase):
     def test_measures_are_those_of_the_method(self) -> None:
         # Overlaps 1, 1/3, 0 and none; centres 0, 5 and 21 pixels apart.
         own = [(0.0, 0.0, 10.0, 10.0), (5.0, 0.0, 10.0, 10.0), (21.0, 0.0, 10.0, 10.0), None]
-        one = paired.run_of(own, [*self.truth[:3], None], {}, [])
+        one = paired.run_of("f0", own, [*self.truth[:3], None], {}, [])
         self.assertEqual(one.overlaps, [1.0, 1 / 3, 0.0, None])
         # Of 21 thresholds, an overlap of 1 passes all but the last, and one of a third passes 7.
         self.assertAlmostEqual(one.auc, (20 + 7 + 0) / 21 / 3)
@@ -41,7 +41,7 @@ class Frames(unittest.TestCase):
         self.assertTrue(one.is_lost)
 
     def test_a_frame_without_a_box_has_the_last_one(self) -> None:
-        one = paired.run_of([None, self.truth[0], None, (50.0, 0.0, 1.0, 1.0)], self.truth, {}, [])
+        one = paired.run_of("f0", [None, self.truth[0], None, (50.0, 0.0, 1.0, 1.0)], self.truth, {}, [])
         self.assertEqual(one.overlaps, [0.0, 1.0, 1.0, 0.0])
 
     def test_files_are_read(self) -> None:
@@ -52,10 +52,10 @@ class Frames(unittest.TestCase):
             self.assertEqual(truth, [(1, 2, 3, 4)] * 2 + [None, None])
             said = {"status": ["tracked"] * 4, "score": [1.0] * 4, "jobs": 1, "seconds": [0.1] * 4}
             file.with_suffix(".json").write_text(json.dumps(said))
-            read = paired.read_run(file, truth)
+            read = paired.read_run(file, "r1", truth)
             self.assertEqual((read.auc, read.status, read.seconds), (20 / 21, ["tracked"] * 4, [0.1] * 4))
             with self.assertRaises(SystemExit):
-                paired.read_run(file, truth[:3])
+                paired.read_run(file, "r1", truth[:3])
 
 
 class Differences(unittest.TestCase):
@@ -131,14 +131,16 @@ class Promises(unittest.TestCase):
         status = ["lost", "tracked", "tracked", "tracked", "lost", "uncertain"]
         score = [0.0, 0.95, 0.9, 0.5, 0.1, 0.2]
         overlaps = [1.0, 0.8, 0.05, None, 0.0, 0.09]
-        runs = [[Run(overlaps, 0.0, 0.0, 0.0, status, score, [])]]
-        one = paired.promises(targets("a"), runs)["all"]
+        backwards = Run("r0", [1.0, 0.0], 0.0, 0.0, 0.0, ["tracked"] * 2, [1.0] * 2, [])
+        runs = [[Run("f0", overlaps, 0.0, 0.0, 0.0, status, score, []), backwards]]
+        self.assertEqual(paired.promises(targets("a"), runs, ["f0", "r0"])["all"]["tracked_off"], 3 / 4)
+        one = paired.promises(targets("a"), runs, ["f0"])["all"]
         self.assertAlmostEqual(one["tracked_off"], 2 / 3)
         self.assertAlmostEqual(one["off_tracked"], 2 / 4)
         self.assertAlmostEqual(one["off_lost"], 1 / 4)
         self.assertAlmostEqual(one["sure_missed"], 1 / 2)
         self.assertAlmostEqual(one["auroc"], 1.0)
-        self.assertIsNone(paired.promises(targets("a"), runs)["other"]["ece"])
+        self.assertIsNone(paired.promises(targets("a"), runs, ["f0"])["other"]["ece"])
 
     def test_calibration_error_weighs_bins_by_their_frames(self) -> None:
         frames = [(0.92, True), (0.98, True), (1.0, False), (0.25, True), (0.25, False), (0.1, False)]
