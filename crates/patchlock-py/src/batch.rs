@@ -170,25 +170,18 @@ pub fn bench_jobs(
     threads: usize,
     side_by_side: usize,
 ) -> PyResult<(Store, Named, usize, Named)> {
-    let runtime = network::library(py, runtime.as_ref())?;
+    let paths = ModelPaths { model, runtime: network::library(py, runtime.as_ref())? };
     let options = Options {
         dataset,
         out,
         entrant: match command {
-            Some(command) => {
-                if file.is_some() || model.is_some() {
-                    return Err(PyValueError::new_err(
-                        "file and model are for Patchlock: they can't be combined with command",
-                    ));
-                }
-                program(command, timeout, name)?
+            Some(_) if file.is_some() || paths != ModelPaths::default() => {
+                return Err(PyValueError::new_err(
+                    "file, model and runtime are for Patchlock: they can't be combined with command",
+                ));
             }
-            None => Entrant::Patchlock {
-                preset,
-                config: file,
-                paths: ModelPaths { model, runtime },
-                name,
-            },
+            Some(command) => program(command, timeout, name)?,
+            None => Entrant::Patchlock { preset, config: file, paths, name },
         },
         scheme: protocol.parse().map_err(PyValueError::new_err)?,
         seeds: in_range("seeds", seeds, MOST_SEEDS)?,

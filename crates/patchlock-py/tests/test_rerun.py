@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import QUICK
+from networks import VITTRACK
 
 import patchlock
 
@@ -98,6 +99,20 @@ def test_the_responses_of_robust(scene, film, tmp_path):
     assert column(chunks, "certainty", "Scalars:scalars")[3] == [seen.certainty]
     shown = np.array(column(chunks, "follower", "Image:buffer")[3][0], np.uint8)
     assert shown.argmax() == np.fft.fftshift(seen.follower).argmax()
+
+
+def test_the_cells_of_a_network(film, tmp_path):
+    recording = Recording(tmp_path / "a.rrd")
+    tracker = patchlock.Tracker(film[0], (70, 60, 40, 30), preset="network", model=VITTRACK)
+    seen = None
+    for frame in film[1:4]:
+        estimate, seen = tracker.update_observed(frame)
+        patchlock.rerun.log(estimate, observation=seen, recording=recording.stream)
+    chunks = recording.chunks()
+    entities = ["frame/box", "frame/outline", "frame/seen", "score", "cells"]
+    assert rows(chunks) == dict.fromkeys(entities, 3)
+    shown = np.array(column(chunks, "cells", "Image:buffer")[3][0], np.uint8)
+    np.testing.assert_array_equal(shown.reshape(seen.scores.shape), (255 * seen.scores).astype(np.uint8))
 
 
 def test_ids_of_many_targets_are_appended_to_the_names(scene, film, tmp_path):

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import made_up
 import pytest
+from networks import VITTRACK
 
 from patchlock.toolkits import vot as ours
 
@@ -26,6 +27,16 @@ def test_the_file_has_the_command() -> None:
     expected = [sys.executable, "-m", "patchlock", "trax", "--protocol", "3", "--preset", "fast"]
     expected += ["--seed", "3", "--threads", "2", "100% of 'it'"]
     assert shlex.split(file["a-b"]["command"]) == expected
+
+
+def test_the_command_has_the_network(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(VITTRACK.parent)
+    monkeypatch.setattr(ours, "library", lambda: VITTRACK.with_name("network.json"))
+    words = ours.command(preset="network", model=VITTRACK.name, runtime="onnxruntime")
+    expected = ["--model", str(VITTRACK), "--runtime", str(VITTRACK.with_name("network.json"))]
+    assert words[-4:] == expected
+    with pytest.raises(FileNotFoundError, match="model is none.onnx"):
+        ours.command(preset="network", model="none.onnx")
 
 
 def test_a_wrong_name_or_file_is_refused(capsys: pytest.CaptureFixture[str]) -> None:

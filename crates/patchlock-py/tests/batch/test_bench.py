@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from networks import VITTRACK
 
 import patchlock
 from patchlock.batch import bench
@@ -68,6 +69,17 @@ def test_results_are_those_of_the_command(
     assert manifest.read_bytes() == (tmp_path / "whole" / manifest.relative_to(tmp_path / "out")).read_bytes()
 
 
+def test_a_network_gives_the_results_of_the_command(tmp_path: Path, dataset: Path) -> None:
+    options = ["--preset", "network", "--model", VITTRACK, "--sequences", "A"]
+    command = [sys.executable, "-m", "patchlock", "bench", dataset, "--out", tmp_path / "whole", *options]
+    subprocess.run(command, check=True, capture_output=True)
+    choice: dict[str, Any] = {"preset": "network", "model": VITTRACK, "sequences": ["A"], "progress": False}
+    summary = bench(dataset, tmp_path / "out", **choice)
+    assert (summary.done, summary.failed) == (1, [])
+    assert boxes_below(tmp_path / "out") == boxes_below(tmp_path / "whole")
+    assert manifests_below(tmp_path / "out") == manifests_below(tmp_path / "whole")
+
+
 def test_invalid_arguments_are_refused(tmp_path: Path, dataset: Path) -> None:
     with pytest.raises(ValueError, match="no target Z"):
         bench(dataset, tmp_path, sequences=["Z"], progress=False)
@@ -77,5 +89,9 @@ def test_invalid_arguments_are_refused(tmp_path: Path, dataset: Path) -> None:
         bench(dataset, tmp_path, command="'x", name="x", progress=False)
     with pytest.raises(ValueError, match="name"):
         bench(dataset, tmp_path, command="python3 t.py", progress=False)
+    with pytest.raises(ValueError, match="can't be combined with command"):
+        bench(dataset, tmp_path, command="python3 t.py", name="x", model=VITTRACK, progress=False)
+    with pytest.raises(ValueError, match="needs a network"):
+        bench(dataset, tmp_path, preset="network", progress=False)
     with pytest.raises(OSError, match="nowhere"):
         bench(tmp_path / "nowhere", tmp_path, progress=False)
