@@ -118,9 +118,9 @@ impl Estimate {
 
     /// How certain the tracker is, 0 to 1.
     ///
-    /// With the method `robust` it is an estimate of the probability that the box overlaps the target by at
-    /// least half, with `paper` the visible share of the target: the mean over both scales. With `network` it
-    /// is the network's own score, which often stays high when the box is on something else.
+    /// With the methods `robust` and `network` it is an estimate of the probability that the box overlaps the
+    /// target by at least half; that of a network is often too sure of what looks like the target. With `paper`
+    /// it is the visible share of the target: the mean over both scales.
     #[getter]
     fn score(&self) -> f64 {
         self.inner.score

@@ -235,7 +235,9 @@ impl RobustObservation {
 
 #[pymethods]
 impl NetworkObservation {
-    /// The score of each cell of the search window, 0 to 1, shape (cells, cells).
+    /// The network's own score of each cell of the search window, 0 to 1, shape (cells, cells).
+    ///
+    /// `Estimate.score` is computed from that of the chosen cell.
     #[getter]
     fn scores<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         Ok(square(self.cells, self.scores.clone())?.to_pyarray(py))

@@ -375,9 +375,9 @@ class NetworkConfig:
     """The settings of the method `network`: `Config.network`."""
 
     tracked_score: float
-    """The network's score from which on the target counts as tracked. Allowed: 0 to 1."""
+    """The score from which on the target counts as tracked. Allowed: 0 to 1."""
     lost_score: float
-    """The network's score below which the target counts as lost. Allowed: 0 to 1."""
+    """The score below which the target counts as lost. Allowed: 0 to 1."""
     def __eq__(self, other: object, /) -> bool: ...
 
 @final
@@ -901,9 +901,9 @@ class Estimate:
     def score(self) -> float:
         """How certain the tracker is, 0 to 1.
 
-        With the method `robust` it is an estimate of the probability that the box overlaps the target by at
-        least half, with `paper` the visible share of the target: the mean over both scales. With `network` it
-        is the network's own score, which often stays high when the box is on something else.
+        With the methods `robust` and `network` it is an estimate of the probability that the box overlaps the
+        target by at least half; that of a network is often too sure of what looks like the target. With `paper`
+        it is the visible share of the target: the mean over both scales.
         """
 
     @property
@@ -1049,7 +1049,10 @@ class NetworkObservation:
 
     @property
     def scores(self) -> npt.NDArray[np.float64]:
-        """The score of each cell of the search window, 0 to 1, shape (cells, cells)."""
+        """The network's own score of each cell of the search window, 0 to 1, shape (cells, cells).
+
+        `Estimate.score` is computed from that of the chosen cell.
+        """
 
     @property
     def logits(self) -> npt.NDArray[np.float64]:
