@@ -45,7 +45,7 @@ for target in "${targets[@]}"; do
     mkdir -p "fuzz/corpus/$target" "fuzz/artifacts/$target"
     longest=16384
     case $target in
-        mp4 | h264 | y4m) longest=65536 ;;
+        mp4 | h264 | y4m | model) longest=65536 ;;
         snapshot_*) longest=262144 ;;
     esac
     printf '\n=== fuzz %s: %s s\n' "$target" "$seconds"

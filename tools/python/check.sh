@@ -6,9 +6,9 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../.." && pwd)
 venv=$root/target/python-venv
 
-# Other toolkits, Ray, onnxruntime, readers of the export formats and the rerun SDK, and what builds the
+# Other toolkits, Ray, onnxruntime and onnx, readers of the export formats and the rerun SDK, and what builds the
 # documentation.
-"$here/setup.sh" export got10k onnxruntime ray rerun vot docs
+"$here/setup.sh" export got10k onnxruntime oracles ray rerun vot docs
 [ -x "$venv/bin/pytest" ] || exit 0 # prepare.sh has printed the reason
 
 # In this folder Python finds the installed package, not the sources in python/.
@@ -17,3 +17,4 @@ cd "$root/crates/patchlock-py"
 "$venv/bin/python" -m mypy.stubtest patchlock._patchlock --mypy-config-file pyproject.toml
 "$venv/bin/python" -m pytest --quiet tests
 "$here/docs.sh"
+"$here/network.sh"

@@ -7,10 +7,14 @@
 //! them; the tests need no special compiler. [`seeds`] makes inputs to begin with, by the writers
 //! of the program.
 
+use std::sync::LazyLock;
+
 pub mod check;
 mod library;
 mod media;
+mod model;
 pub mod mutate;
+pub mod onnx;
 mod project;
 mod scratch;
 pub mod seeds;
@@ -22,10 +26,11 @@ mod trax;
 
 pub use library::{UPDATES, library};
 pub use media::{h264, images, mp4, y4m};
+pub use model::model;
 pub use project::project;
 pub use server::{Studio, server};
 pub use settings::settings;
-pub use snapshots::{snapshot_fast, snapshot_paper, snapshot_robust};
+pub use snapshots::{snapshot_fast, snapshot_network, snapshot_paper, snapshot_robust};
 pub use tables::{boxes, imports, results, tracks, truth};
 pub use trax::trax;
 
@@ -47,19 +52,27 @@ pub const SURFACES: &[(&str, Surface)] = &[
     ("snapshot_robust", snapshot_robust),
     ("snapshot_fast", snapshot_fast),
     ("snapshot_paper", snapshot_paper),
+    ("snapshot_network", snapshot_network),
+    ("model", model),
     ("trax", trax),
     ("project", project),
     ("server", server),
     ("library", library),
 ];
 
-/// A small network with made-up weights.
+/// The ONNX files of small networks with made-up weights: the backbone and the head of a NanoTrack,
+/// and a VitTrack.
+pub const MADE_UP: [&[u8]; 3] = [
+    include_bytes!("../../patchlock/tests/golden/network/nanotrack_backbone.onnx"),
+    include_bytes!("../../patchlock/tests/golden/network/nanotrack_head.onnx"),
+    include_bytes!("../../patchlock/tests/golden/network/vittrack.onnx"),
+];
+
+/// The NanoTrack of [`MADE_UP`].
 pub fn made_up_network() -> patchlock::Network {
-    let files: [&[u8]; 2] = [
-        include_bytes!("../../patchlock/tests/golden/network/nanotrack_backbone.onnx"),
-        include_bytes!("../../patchlock/tests/golden/network/nanotrack_head.onnx"),
-    ];
-    patchlock::Network::from_bytes(&files).expect("is a network")
+    static LOADED: LazyLock<patchlock::Network> =
+        LazyLock::new(|| patchlock::Network::from_bytes(&MADE_UP[..2]).expect("is a network"));
+    LOADED.clone()
 }
 
 /// Separates the parts of an input that stands for several files.

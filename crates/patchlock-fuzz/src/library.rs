@@ -11,6 +11,7 @@ use patchlock::{
 
 use crate::check::{accepted, estimate, said};
 use crate::made_up_network;
+use crate::snapshots::one_restored;
 
 /// The largest value that is tried of numbers that cost time.
 const CAPS: &[(&str, f64)] = &[
@@ -427,7 +428,7 @@ fn through_text(snapshot: &Snapshot) -> Tracker {
     let text = serde_json::to_string(snapshot).expect("a snapshot can be written");
     let read: Snapshot = serde_json::from_str(&text).expect("what was written can be read");
     assert_eq!(read, *snapshot);
-    Tracker::restore(read).expect("what a tracker reaches can be restored")
+    one_restored(read).expect("what a tracker reaches can be restored")
 }
 
 impl Place {

@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 
 use crate::library::{pattern, small};
 use crate::scratch::Scratch;
-use crate::{SEPARATOR, made_up_network};
+use crate::{MADE_UP, SEPARATOR, made_up_network};
 
 /// The seeds of a surface; none for a name that is not one.
 pub fn seeds(surface: &str) -> Vec<Vec<u8>> {
@@ -37,6 +37,8 @@ pub fn seeds(surface: &str) -> Vec<Vec<u8>> {
         "snapshot_robust" => snapshots(Preset::Robust),
         "snapshot_fast" => snapshots(Preset::Fast),
         "snapshot_paper" => snapshots(Preset::Paper),
+        "snapshot_network" => snapshots(Preset::Network),
+        "model" => models(),
         "trax" => trax(),
         "project" => projects(),
         "server" => requests(),
@@ -357,6 +359,18 @@ fn snapshots(preset: Preset) -> Vec<Vec<u8>> {
     several.add(&frame, TARGET).expect("begins");
     let all = [text(&after_four), text(&begun), many(&several), none];
     all.map(String::into_bytes).into()
+}
+
+/// The made-up files, and changes of them.
+fn models() -> Vec<Vec<u8>> {
+    let mut draws = fastrand::Rng::with_seed(12);
+    let mut all: Vec<Vec<u8>> = (0..).zip(MADE_UP).map(|(k, file)| [&[k], file].concat()).collect();
+    for k in 0..30 {
+        let length = 6 * (1 + draws.usize(..3));
+        let edits: Vec<u8> = (0..length).map(|_| draws.u8(..)).collect();
+        all.push([&[3 + k % 3], &edits[..]].concat());
+    }
+    all
 }
 
 fn trax() -> Vec<Vec<u8>> {

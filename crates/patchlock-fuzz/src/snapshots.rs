@@ -1,10 +1,13 @@
 //! Saved trackers as text.
 
-use patchlock::{Frame, MultiSnapshot, MultiTracker, Preset, Snapshot, Tracker, TrackerConfig};
+use patchlock::{
+    Error, Frame, Method, MultiSnapshot, MultiTracker, Preset, Snapshot, Tracker, TrackerConfig,
+};
 use serde_json::Value;
 
 use crate::check::{accepted, estimate};
 use crate::library::{is_quick, pattern};
+use crate::made_up_network;
 
 /// Frames with a longer side are not tracked.
 const SIDE: usize = 128;
@@ -26,6 +29,28 @@ pub fn snapshot_paper(data: &[u8]) {
     restored(data, Preset::Paper);
 }
 
+/// A snapshot of the preset `network`, whose network is the made-up one.
+pub fn snapshot_network(data: &[u8]) {
+    restored(data, Preset::Network);
+}
+
+/// A tracker that continues from a snapshot.
+pub fn one_restored(snapshot: Snapshot) -> Result<Tracker, Error> {
+    let network = matches!(snapshot.config().method, Method::Network(_)).then(made_up_network);
+    Tracker::restore(match network {
+        Some(network) => snapshot.with_network(network),
+        None => snapshot,
+    })
+}
+
+fn many_restored(snapshot: MultiSnapshot) -> Result<MultiTracker, Error> {
+    let network = matches!(snapshot.config().method, Method::Network(_)).then(made_up_network);
+    MultiTracker::restore(match network {
+        Some(network) => snapshot.with_network(network),
+        None => snapshot,
+    })
+}
+
 /// Reads a snapshot, of one target or of many. If a tracker continues from it, it tracks, and its
 /// own snapshot is read again. Snapshots of another method than the preset's have a surface of
 /// their own.
@@ -35,11 +60,11 @@ fn restored(text: &[u8], preset: Preset) {
         config.method.name() == of_preset.method.name() && is_quick(config)
     };
     if let Some(snapshot) = accepted(serde_json::from_slice::<Snapshot>(text)) {
-        let tracker = accepted(Tracker::restore(snapshot));
+        let tracker = accepted(one_restored(snapshot));
         tracker.filter(|tracker| kept(tracker.config())).into_iter().for_each(one);
     }
     if let Some(snapshot) = accepted(serde_json::from_slice::<MultiSnapshot>(text)) {
-        let tracker = accepted(MultiTracker::restore(snapshot));
+        let tracker = accepted(many_restored(snapshot));
         tracker.filter(|tracker| kept(tracker.config())).into_iter().for_each(many);
     }
 }
@@ -57,7 +82,7 @@ fn one(mut tracker: Tracker) {
         let text = serde_json::to_string(&snapshot).expect("a snapshot can be written");
         let read: Snapshot = serde_json::from_str(&text).expect("what was written can be read");
         assert_eq!(read, snapshot);
-        let mut twin = Tracker::restore(read).expect("what was written can be restored");
+        let mut twin = one_restored(read).expect("what was written can be restored");
         let Some([width, height]) = frame_size(&text) else { return };
         let pixels = pattern(width, height, k as u8);
         let frame = Frame::grey8(&pixels, width, height).expect("is a frame");
@@ -73,7 +98,7 @@ fn many(mut tracker: MultiTracker) {
     let text = serde_json::to_string(&snapshot).expect("a snapshot can be written");
     let read: MultiSnapshot = serde_json::from_str(&text).expect("what was written can be read");
     assert_eq!(read, snapshot);
-    accepted(MultiTracker::restore(read)).expect("what was written can be restored");
+    accepted(many_restored(read)).expect("what was written can be restored");
     let Some([width, height]) = frame_size(&text) else { return };
     let pixels = pattern(width, height, 3);
     let frame = Frame::grey8(&pixels, width, height).expect("is a frame");

@@ -73,9 +73,14 @@ impl MultiTracker {
     /// [`Error::Instructions`] if the environment asks for instructions that the processor does not
     /// have. [`Error::Network`] if the method needs a network and there is none.
     pub fn new(config: impl Into<TrackerConfig>) -> Result<Self, Error> {
-        let config = config.into();
+        let tracker = Self::empty(config.into())?;
+        tracker.config.check_network()?;
+        Ok(tracker)
+    }
+
+    /// A tracker whose network may be missing.
+    fn empty(config: TrackerConfig) -> Result<Self, Error> {
         config.validate()?;
-        config.check_network()?;
         Instructions::chosen()?;
         Ok(Self {
             config,
@@ -205,10 +210,11 @@ impl MultiTracker {
     ///
     /// # Errors
     /// [`Error::Snapshot`] or [`Error::Config`] where the parts do not fit together;
-    /// [`Error::Instructions`] as in [`MultiTracker::new`].
+    /// [`Error::Network`] if the snapshot needs a network that it does not have, see
+    /// [`MultiSnapshot::with_network`]; [`Error::Instructions`] as in [`MultiTracker::new`].
     pub fn restore(snapshot: MultiSnapshot) -> Result<Self, Error> {
         let MultiParts { config, next, frame_size, tracks } = snapshot.into_parts()?;
-        let mut tracker = Self::new(config)?;
+        let mut tracker = Self::empty(config)?;
         tracker.next = next;
         tracker.size = frame_size.map(FrameSize::checked).transpose()?;
         for (id, SavedTrack { target, estimate }) in tracks {
@@ -216,6 +222,8 @@ impl MultiTracker {
             tracker.targets.push(Target::restore(target, &tracker.config)?);
             tracker.tracked.push(Tracked { id, estimate });
         }
+        // A target names the network that it needs, so this is checked after the targets.
+        tracker.config.check_network()?;
         Ok(tracker)
     }
 

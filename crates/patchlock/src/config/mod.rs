@@ -214,7 +214,9 @@ impl TrackerConfig {
     pub fn reads(&self, parameter: &Parameter) -> bool {
         let is_on = match &self.method {
             Method::Robust(config) => config.reads(parameter.name),
-            Method::Paper(_) | Method::Network(_) => true,
+            Method::Paper(_) => true,
+            // It draws no random numbers.
+            Method::Network(_) => parameter.name != SEED.name,
         };
         is_on && parameter.is_used_by(&self.method)
     }

@@ -2,13 +2,13 @@
 //! the runtime take more memory or time than the limits here.
 
 use super::error::{NetworkError, at_most, graph};
-use super::graph::MAX_ELEMENTS;
+use super::graph::{MAX_ELEMENTS, MAX_RANK};
 use super::onnx::Node;
 
 /// The most multiplications and additions of one run of a graph. The known trackers have below 10^9.
-const MAX_MULTIPLICATIONS: u64 = 1 << 33;
+const MAX_MULTIPLICATIONS: u64 = 1 << 31;
 /// The most elements of all values of a graph together.
-const MAX_ALL_ELEMENTS: u64 = 1 << 27;
+const MAX_ALL_ELEMENTS: u64 = 1 << 26;
 /// The largest stride, dilation or padding of a convolution.
 const MAX_STEP: i64 = 64;
 
@@ -26,6 +26,7 @@ impl Cost {
     /// The operator does not fit its inputs, or a limit is exceeded.
     pub fn add(&mut self, node: &Node, inputs: &[Option<&[usize]>]) -> Result<(), NetworkError> {
         let (elements, each) = elements(node, inputs)?;
+        at_most("the number of dimensions of a value", dimensions(node, inputs), MAX_RANK)?;
         at_most("the number of elements of a value", elements, MAX_ELEMENTS)?;
         self.elements = self.elements.saturating_add(elements);
         at_most("the number of elements of all values", self.elements, MAX_ALL_ELEMENTS)?;
@@ -64,6 +65,17 @@ fn elements(node: &Node, inputs: &[Option<&[usize]>]) -> Result<(u64, u64), Netw
         // The output of all others has at most as many elements as their first input.
         _ => (product(input(0)?), 1),
     })
+}
+
+/// The most dimensions of the outputs.
+fn dimensions(node: &Node, inputs: &[Option<&[usize]>]) -> u64 {
+    let rank = |k: usize| inputs.get(k).copied().flatten().map_or(0, <[usize]>::len) as u64;
+    let numbers = |k: usize| inputs.get(k).copied().flatten().map_or(0, product);
+    match node.op_type.as_str() {
+        "Reshape" => numbers(1),
+        "Unsqueeze" => rank(0).saturating_add(numbers(1)) + node.ints("axes", &[]).len() as u64,
+        _ => rank(0).max(rank(1)),
+    }
 }
 
 /// The elements of a convolution's output, and the weights that each takes.
@@ -199,7 +211,12 @@ mod tests {
         let wide: &[usize] = &[1, 1, 4096];
         assert!(refused(&node("Mul"), &[&[4097, 1], wide]).contains("at most 16777216"));
         assert!(refused(&node("Add"), &[&[2, 3], &[4, 3]]).contains("do not fit"));
-        let long: &[usize] = &[4000, 1 << 12];
-        assert!(refused(&node("MatMul"), &[long, &[1 << 12, 4000]]).contains("multiplications"));
+        let long: &[usize] = &[1000, 1 << 12];
+        assert!(refused(&node("MatMul"), &[long, &[1 << 12, 1000]]).contains("multiplications"));
+        let deep = "the number of dimensions of a value is 9";
+        assert!(refused(&node("Reshape"), &[image, &[9]]).contains(deep));
+        assert!(refused(&node("Unsqueeze"), &[image, &[5]]).contains(deep));
+        let axes = with("Unsqueeze", "axes", &[0; 5]);
+        assert!(refused(&axes, &[image]).contains(deep));
     }
 }

@@ -4,7 +4,7 @@
 use super::error::{NetworkError, at_most, graph};
 use super::onnx::{self, FLOAT, INT32, INT64, Node, Tensor, ValueInfo};
 use prost::Message;
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 /// The largest file. The known trackers are below 2 MB.
 pub const MAX_BYTES: u64 = 64 << 20;
@@ -12,6 +12,12 @@ pub const MAX_BYTES: u64 = 64 << 20;
 const MAX_OPERATORS: u64 = 2048;
 /// The most elements of one tensor.
 pub const MAX_ELEMENTS: u64 = 1 << 24;
+/// The most inputs and outputs of a file and of one operator.
+const MAX_VALUES: u64 = 64;
+/// The most dimensions of a tensor.
+pub const MAX_RANK: u64 = 8;
+/// The longest name, in bytes.
+const MAX_NAME: usize = 256;
 /// The range of versions of the operators' definitions.
 const OPSETS: std::ops::RangeInclusive<i64> = 9..=21;
 
@@ -76,6 +82,12 @@ impl CheckedGraph {
         if !graph.sparse_initializer.is_empty() {
             return Err(self::graph("it has sparse tensors, which are not supported"));
         }
+        for values in [&graph.input, &graph.output] {
+            // Files of old versions list the constants among the inputs.
+            let others = (values.len() as u64).saturating_sub(graph.initializer.len() as u64);
+            at_most("the number of inputs or outputs", others, MAX_VALUES)?;
+            values.iter().try_for_each(|value| check_name(&value.name))?;
+        }
         let mut constants = HashMap::new();
         for tensor in graph.initializer {
             keep_constant(&mut constants, tensor)?;
@@ -88,13 +100,11 @@ impl CheckedGraph {
                 None => nodes.push(node),
             }
         }
-        // Files of old versions list the constants among the inputs.
         let inputs: Vec<_> =
             graph.input.into_iter().filter(|input| !constants.contains_key(&input.name)).collect();
         let nodes = in_order(nodes, &inputs, &constants)?;
-        let made =
-            |name: &str| nodes.iter().any(|node| node.output.iter().any(|made| made == name));
-        if let Some(output) = graph.output.iter().find(|output| !made(&output.name)) {
+        let made: HashSet<&String> = nodes.iter().flat_map(|node| &node.output).collect();
+        if let Some(output) = graph.output.iter().find(|output| !made.contains(&output.name)) {
             return Err(self::graph(format!("nothing computes its output `{}`", output.name)));
         }
         let (outputs, ir_version) = (graph.output, model.ir_version);
@@ -142,8 +152,20 @@ fn opset(model: &onnx::Model) -> Result<i64, NetworkError> {
     Err(graph(format!("its operator set has version {version}; allowed: {first} to {last}")))
 }
 
+/// Checks a name, which messages repeat.
+fn check_name(name: &str) -> Result<(), NetworkError> {
+    if name.len() <= MAX_NAME && !name.contains(char::is_control) {
+        return Ok(());
+    }
+    Err(graph(format!("a name in it has control characters or more than {MAX_NAME} bytes")))
+}
+
 /// Checks what a node says of itself.
 fn check_node(node: &Node) -> Result<(), NetworkError> {
+    let values = (node.input.len() as u64).max(node.output.len() as u64);
+    at_most("the number of inputs or outputs of an operator", values, MAX_VALUES)?;
+    let names = node.input.iter().chain(&node.output).chain([&node.op_type, &node.domain]);
+    names.into_iter().try_for_each(|name| check_name(name))?;
     let standard = node.domain.is_empty() || node.domain == "ai.onnx";
     if !standard || !OPERATORS.contains(&node.op_type.as_str()) {
         let domain = if standard { String::new() } else { format!("{}.", node.domain) };
@@ -188,6 +210,8 @@ fn keep_constant(
 /// Checks that a tensor holds as many elements as its shape says, in this file.
 fn check_tensor(tensor: &Tensor) -> Result<(), NetworkError> {
     let name = &tensor.name;
+    check_name(name)?;
+    at_most("the number of dimensions of a tensor", tensor.dims.len() as u64, MAX_RANK)?;
     if tensor.data_location != 0 || !tensor.external_data.is_empty() {
         return Err(graph(format!("the tensor `{name}` is in another file; allowed: one file")));
     }
@@ -243,22 +267,173 @@ fn in_order(
     if let Some(name) = absent {
         return Err(graph(format!("nothing computes the value `{name}`")));
     }
-    let (mut waiting, mut ordered) = (nodes, Vec::new());
-    while !waiting.is_empty() {
-        let before = ordered.len();
-        let mut blocked = Vec::new();
-        for node in waiting {
-            if node.input.iter().all(|name| name.is_empty() || known.contains(name)) {
-                known.extend(node.output.iter().cloned());
-                ordered.push(node);
-            } else {
-                blocked.push(node);
+    sorted(nodes, &known)
+}
+
+/// The nodes, each after those that make its inputs, and otherwise in the order in which they stand.
+fn sorted(nodes: Vec<Node>, known: &HashSet<String>) -> Result<Vec<Node>, NetworkError> {
+    let mut users: HashMap<&str, Vec<usize>> = HashMap::new();
+    let mut waits_for = vec![0_usize; nodes.len()];
+    for (k, node) in nodes.iter().enumerate() {
+        for name in node.input.iter().filter(|name| !name.is_empty() && !known.contains(*name)) {
+            users.entry(name).or_default().push(k);
+            waits_for[k] += 1;
+        }
+    }
+    let mut ready: BTreeSet<usize> = (0..nodes.len()).filter(|&k| waits_for[k] == 0).collect();
+    let mut order = Vec::with_capacity(nodes.len());
+    while let Some(k) = ready.pop_first() {
+        order.push(k);
+        for user in nodes[k].output.iter().flat_map(|name| users.remove(name.as_str())).flatten() {
+            waits_for[user] -= 1;
+            if waits_for[user] == 0 {
+                ready.insert(user);
             }
         }
-        if ordered.len() == before {
-            return Err(graph("its operators depend on each other in a circle"));
-        }
-        waiting = blocked;
     }
-    Ok(ordered)
+    if order.len() < nodes.len() {
+        return Err(graph("its operators depend on each other in a circle"));
+    }
+    let mut nodes: Vec<Option<Node>> = nodes.into_iter().map(Some).collect();
+    Ok(order.into_iter().filter_map(|k| nodes[k].take()).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::onnx::{Attribute, Graph, Model, OperatorSet};
+    use super::*;
+
+    const HEAD: &[u8] = include_bytes!("../../tests/golden/network/nanotrack_head.onnx");
+
+    /// The made-up head after a change, as a file.
+    fn changed(change: impl FnOnce(&mut Model)) -> Vec<u8> {
+        let mut model = Model::decode(HEAD).unwrap();
+        change(&mut model);
+        model.encode_to_vec()
+    }
+
+    fn refused(bytes: &[u8], words: &str) {
+        let message = CheckedGraph::read(bytes).unwrap_err().to_string();
+        assert!(message.contains(words), "{message}, not {words}");
+    }
+
+    fn refused_graph(words: &str, change: impl FnOnce(&mut Graph)) {
+        refused(&changed(|model| change(model.graph.as_mut().unwrap())), words);
+    }
+
+    fn refused_tensor(words: &str, change: impl FnOnce(&mut Tensor)) {
+        refused_graph(words, |graph| change(&mut graph.initializer[0]));
+    }
+
+    fn relu(input: &str, output: &str) -> Node {
+        let (input, output) = (vec![input.to_owned()], vec![output.to_owned()]);
+        Node { op_type: "Relu".to_owned(), input, output, ..Node::default() }
+    }
+
+    #[test]
+    fn a_file_that_is_cut_or_is_something_else_is_refused() {
+        assert!(CheckedGraph::read(&changed(|_| ())).is_ok());
+        for length in (0..HEAD.len()).step_by(97) {
+            assert!(CheckedGraph::read(&HEAD[..length]).is_err(), "{length} bytes");
+        }
+        for bytes in [b"".as_slice(), b"a text", b"\x89PNG\r\n\x1a\n", &[0xff; 99], &[0x0a; 99]] {
+            refused(bytes, "not an ONNX file");
+        }
+        refused(&vec![0; MAX_BYTES as usize + 1], "the number of bytes is 67108865");
+        refused(&changed(|model| model.graph = None), "it has no graph");
+    }
+
+    #[test]
+    fn other_versions_and_operators_are_refused() {
+        for version in [i64::MIN, 8, 22] {
+            let set = OperatorSet { domain: String::new(), version };
+            refused(&changed(|model| model.opset_import = vec![set]), "allowed: 9 to 21");
+        }
+        let other = OperatorSet { domain: "ai.onnx.ml".to_owned(), version: 3 };
+        refused(&changed(|model| model.opset_import = vec![other]), "no operator set");
+        refused_graph("the operator `Loop`; allowed: Add, ", |graph| {
+            graph.node[3].op_type = "Loop".to_owned();
+        });
+        refused_graph("the operator `com.microsoft.", |graph| {
+            graph.node[3].domain = "com.microsoft".to_owned();
+        });
+        for attribute in [
+            Attribute { g: Some(vec![]), ..Attribute::default() },
+            Attribute { graphs: vec![vec![]], ..Attribute::default() },
+        ] {
+            refused_graph("holds a graph", |graph| graph.node[3].attribute.push(attribute));
+        }
+        refused_graph("sparse", |graph| graph.sparse_initializer.push(vec![1]));
+    }
+
+    #[test]
+    fn tensors_that_are_not_what_they_say_are_refused() {
+        refused_tensor("in another file", |tensor| tensor.data_location = 1);
+        refused_tensor("in another file", |tensor| tensor.external_data.push(vec![]));
+        refused_tensor("element type 10", |tensor| tensor.data_type = 10);
+        for dims in [vec![-1], vec![1 << 40, 1 << 40], vec![i64::MIN, 2]] {
+            refused_tensor("impossible shape", |tensor| tensor.dims = dims);
+        }
+        refused_tensor("allowed: at most 16777216", |tensor| tensor.dims = vec![1 << 40]);
+        refused_tensor("allowed: at most 8", |tensor| tensor.dims = vec![1; 9]);
+        refused_tensor("does not hold the 5 elements", |tensor| tensor.dims = vec![5]);
+        refused_tensor("does not hold", |tensor| tensor.raw_data.as_mut().unwrap().truncate(7));
+        refused_tensor("does not hold", |tensor| {
+            (tensor.raw_data, tensor.float_data) = (None, vec![0.5]);
+        });
+        for name in ["\u{1b}[2J".to_owned(), "x".repeat(257)] {
+            refused_tensor("control characters or more than 256 bytes", |tensor| {
+                tensor.name = name
+            });
+        }
+        refused_graph("two constants have the name", |graph| {
+            let first = graph.initializer[0].clone();
+            graph.initializer.push(first);
+        });
+        refused_graph("Constant has no tensor", |graph| {
+            graph.node.push(Node { op_type: "Constant".to_owned(), ..Node::default() });
+        });
+    }
+
+    #[test]
+    fn operators_that_cannot_be_computed_in_any_order_are_refused() {
+        refused_graph("nothing computes the value `gone`", |graph| {
+            graph.node.last_mut().unwrap().input[0] = "gone".to_owned();
+        });
+        refused_graph("depend on each other in a circle", |graph| {
+            graph.node.extend([relu("a", "b"), relu("b", "a")]);
+        });
+        refused_graph("depend on each other in a circle", |graph| graph.node.push(relu("a", "a")));
+        refused_graph("the value `input1` is made twice", |graph| {
+            graph.node.push(relu("input2", "input1"));
+        });
+        refused_graph("nothing computes its output `gone`", |graph| {
+            graph.output[1].name = "gone".to_owned();
+        });
+        refused_graph("the number of operators is", |graph| {
+            graph.node = (0..2049).map(|k| relu("input1", &k.to_string())).collect();
+        });
+        refused_graph("inputs or outputs of an operator is 65", |graph| {
+            graph.node[3].input = vec![String::new(); 65];
+        });
+        refused_graph("the number of inputs or outputs is 65", |graph| {
+            let output = graph.output[0].clone();
+            graph.output = vec![output; 65];
+        });
+    }
+
+    #[test]
+    fn operators_are_put_in_an_order_in_which_they_can_be_computed() {
+        let whole = CheckedGraph::read(HEAD).unwrap();
+        let turned =
+            CheckedGraph::read(&changed(|model| model.graph.as_mut().unwrap().node.reverse()));
+        let turned = turned.unwrap();
+        let mut known: HashSet<&String> = turned.constants.keys().collect();
+        known.extend(turned.inputs.iter().map(|input| &input.name));
+        for node in &turned.nodes {
+            assert!(node.input.iter().all(|name| name.is_empty() || known.contains(name)));
+            known.extend(&node.output);
+        }
+        assert_eq!((turned.nodes.len(), turned.constants), (whole.nodes.len(), whole.constants));
+    }
 }

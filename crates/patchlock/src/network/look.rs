@@ -133,8 +133,73 @@ pub(super) fn hann(n: usize) -> Vec<f64> {
     (0..n).map(|k| 0.5 - 0.5 * (k as f64 * step).cos()).collect()
 }
 
+/// Weights of a line, in both directions.
+pub(super) fn hann_over(line: &[f64]) -> Vec<f64> {
+    line.iter().flat_map(|y| line.iter().map(move |x| y * x)).collect()
+}
+
 /// The number of the largest value; 0 if there is none.
 pub(super) fn largest(values: impl Iterator<Item = f64>) -> usize {
     let best = |best: (usize, f64), (k, value)| if value > best.1 { (k, value) } else { best };
     values.enumerate().fold((0, f64::NEG_INFINITY), best).0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAST: Place = Place { centre: [5.0, 4.0], size: [3.0, 2.0] };
+
+    #[test]
+    fn a_place_is_a_box() {
+        let bbox = BoundingBox { x: 3.5, y: -2.0, w: 3.0, h: 8.0 };
+        let place = Place::of(bbox);
+        assert_eq!(place, Place { centre: [5.0, 2.0], size: [3.0, 8.0] });
+        assert_eq!(place.bbox(), bbox);
+        assert!(place.is_sound());
+        for size in [[0.0, 1.0], [1.0, -1.0], [f64::NAN, 1.0], [1.0, f64::INFINITY]] {
+            assert!(!Place { size, ..place }.is_sound(), "{size:?}");
+        }
+        assert!(!Place { centre: [f64::NAN, 0.0], ..place }.is_sound());
+    }
+
+    #[test]
+    fn what_is_not_finite_has_no_score_and_the_last_place() {
+        let place = Place { centre: [0.0; 2], size: [1.0; 2] };
+        let unsound = Place { size: [-1.0; 2], ..place };
+        for (logit, given, score, kept) in [
+            (0.0, place, 0.5, place),
+            (1e9, place, 1.0, place),
+            (-1e9, place, 0.0, place),
+            (f64::NAN, place, 0.0, place),
+            (f64::INFINITY, place, 0.0, place),
+            (0.0, unsound, 0.5, LAST),
+        ] {
+            let mut look = Look::default();
+            look.push(logit, given, LAST);
+            assert_eq!((look.scores[0], look.places[0]), (score, kept), "{logit} {given:?}");
+            assert!(look.logits[0].is_finite());
+        }
+    }
+
+    #[test]
+    fn the_largest_is_the_first_of_equals_and_a_number() {
+        for (values, number) in [
+            (&[][..], 0),
+            (&[f64::NAN], 0),
+            (&[1.0, 3.0, 3.0, 2.0], 1),
+            (&[f64::NAN, -1.0, f64::NAN, -0.5], 3),
+        ] {
+            assert_eq!(largest(values.iter().copied()), number, "{values:?}");
+        }
+    }
+
+    #[test]
+    fn a_window_falls_to_its_ends() {
+        assert_eq!(hann(3), [0.0, 1.0, 0.0]);
+        let line = hann(15);
+        assert!(line[0] == 0.0 && line[14].abs() < 1e-15 && (line[7] - 1.0).abs() < 1e-15);
+        assert_eq!(hann_over(&[1.0, 2.0]), [1.0, 2.0, 2.0, 4.0]);
+        assert_eq!((change(0.25), change(4.0), change(0.0)), (4.0, 4.0, f64::INFINITY));
+    }
 }

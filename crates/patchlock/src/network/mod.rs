@@ -8,6 +8,8 @@ mod cost;
 mod depthwise;
 mod error;
 mod family;
+#[cfg(test)]
+mod golden;
 mod graph;
 mod known;
 mod look;
@@ -188,4 +190,110 @@ fn unusable(given: String) -> NetworkError {
 
 fn hexadecimal(hasher: Sha256) -> String {
     hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::onnx::{Model, Shape, ValueInfo};
+    use super::*;
+    use prost::Message;
+
+    const BACKBONE: &[u8] = include_bytes!("../../tests/golden/network/nanotrack_backbone.onnx");
+    const HEAD: &[u8] = include_bytes!("../../tests/golden/network/nanotrack_head.onnx");
+    const VITTRACK: &[u8] = include_bytes!("../../tests/golden/network/vittrack.onnx");
+
+    fn refused(files: &[&[u8]], words: &str) {
+        let message = Network::from_bytes(files).unwrap_err().to_string();
+        assert!(message.contains(words), "{message}, not {words}");
+    }
+
+    /// A file after a change of its graph.
+    fn changed(file: &[u8], change: impl FnOnce(&mut onnx::Graph)) -> Vec<u8> {
+        let mut model = Model::decode(file).unwrap();
+        change(model.graph.as_mut().unwrap());
+        model.encode_to_vec()
+    }
+
+    fn shape_of(value: &mut ValueInfo) -> &mut Shape {
+        value.r#type.as_mut().unwrap().tensor_type.as_mut().unwrap().shape.as_mut().unwrap()
+    }
+
+    #[test]
+    fn a_file_says_what_it_is() {
+        for (file, family, part) in [
+            (BACKBONE, "NanoTrack", "backbone"),
+            (HEAD, "NanoTrack", "head"),
+            (VITTRACK, "VitTrack", "network"),
+        ] {
+            let known = ModelFile::examine(file).unwrap();
+            assert_eq!((known.family, known.part, known.known), (family, part, None));
+            assert_eq!(known.sha256.len(), 64);
+            assert!(known.operators > 9 && known.parameters > 999, "{known:?}");
+        }
+    }
+
+    #[test]
+    fn the_files_must_be_those_of_one_network() {
+        refused(&[], "there is no file; known are NanoTrack");
+        refused(&[HEAD], "only the head of NanoTrack; the backbone is missing");
+        refused(&[BACKBONE], "only the backbone of NanoTrack; the head is missing");
+        refused(&[BACKBONE, BACKBONE], "a NanoTrack backbone, a NanoTrack backbone");
+        refused(
+            &[BACKBONE, HEAD, HEAD],
+            "a NanoTrack backbone, a NanoTrack head, a NanoTrack head",
+        );
+        refused(&[VITTRACK, VITTRACK], "a VitTrack network, a VitTrack network");
+        refused(&[BACKBONE, VITTRACK], "a NanoTrack backbone, a VitTrack network");
+        refused(&[BACKBONE, b"a text"], "not an ONNX file");
+    }
+
+    #[test]
+    fn inputs_and_outputs_of_no_family_are_named() {
+        let one =
+            changed(BACKBONE, |graph| shape_of(&mut graph.input[0]).dim[1].dim_value = Some(4));
+        refused(&[&one, HEAD], "`input` [1, 4, ");
+        let wide = changed(VITTRACK, |graph| shape_of(&mut graph.input[1]).dim[3].dim_value = None);
+        refused(&[&wide], "`search` [1, 3, 256, ?]");
+        let none = changed(VITTRACK, |graph| graph.input[0].r#type = None);
+        refused(&[&none], "`template` []");
+    }
+
+    #[test]
+    fn shapes_that_do_not_fit_each_other_are_refused() {
+        let narrow = changed(BACKBONE, |graph| {
+            let wide = |tensor: &&mut onnx::Tensor| tensor.dims.len() == 4 && tensor.dims[1] > 3;
+            let weights = graph.initializer.iter_mut().find(wide).unwrap();
+            weights.dims[1] = 1;
+            let length: i64 = weights.dims.iter().product();
+            weights.raw_data.as_mut().unwrap().truncate(4 * length as usize);
+        });
+        refused(&[&narrow, HEAD], "Conv with");
+        let stepped = changed(BACKBONE, |graph| {
+            let convolution = graph.node.iter_mut().find(|node| node.op_type == "Conv").unwrap();
+            let of = |attribute: &&mut onnx::Attribute| attribute.name == "strides";
+            convolution.attribute.iter_mut().find(of).unwrap().ints = vec![1, 1];
+        });
+        refused(&[&stepped, HEAD], "the outputs of its backbone have the shapes");
+        let twice = changed(HEAD, |graph| graph.output[1].name = graph.output[0].name.clone());
+        refused(&[BACKBONE, &twice], "the outputs of its head have the shapes");
+    }
+
+    #[test]
+    fn a_file_cannot_take_much_memory_or_time() {
+        // A tall tower of values that are each twice as large as the one before.
+        let grown = changed(HEAD, |graph| {
+            let mut last = graph.output[0].name.clone();
+            for k in 0..40 {
+                let mut double = onnx::Node { op_type: "Concat".into(), ..Default::default() };
+                let axis =
+                    onnx::Attribute { name: "axis".into(), i: Some(2), ..Default::default() };
+                double.attribute.push(onnx::Attribute { r#type: 2, ..axis });
+                double.input = vec![last.clone(), last];
+                last = format!("double_{k}");
+                double.output = vec![last.clone()];
+                graph.node.push(double);
+            }
+        });
+        refused(&[BACKBONE, &grown], "the number of elements of a value is");
+    }
 }

@@ -7,7 +7,9 @@
 use super::error::NetworkError;
 use super::family::{Family, Part, Recogniser};
 use super::graph::CheckedGraph;
-use super::look::{Buffers, Look, Place, Settled, Window, change, hann, largest, logistic};
+use super::look::{
+    Buffers, Look, Place, Settled, Window, change, hann, hann_over, largest, logistic,
+};
 use super::program::Program;
 use super::runtime::Runtime;
 use crate::vision::frame::Frame;
@@ -115,8 +117,7 @@ fn build(graphs: &[CheckedGraph], runtime: &Runtime) -> Result<Box<dyn Family>, 
         *classes == [1, 2, cells, cells] && *boxes == [1, 4, cells, cells]
     };
     let version = VERSIONS.iter().find(of).ok_or_else(|| damaged("head", head.output_shapes()))?;
-    let line = hann(version.cells);
-    let hann = line.iter().flat_map(|y| line.iter().map(move |x| y * x)).collect();
+    let hann = hann_over(&hann(version.cells));
     Ok(Box::new(NanoTrack { version: *version, template, search, head, hann }))
 }
 
@@ -174,7 +175,13 @@ impl Family for NanoTrack {
     }
 
     fn settle(&self, look: &Look, last: Place) -> Settled {
-        let Version { window, penalty, rate, .. } = self.version;
+        self.version.settle(&self.hann, look, last)
+    }
+}
+
+impl Version {
+    fn settle(&self, hann: &[f64], look: &Look, last: Place) -> Settled {
+        let Self { window, penalty, rate, .. } = *self;
         let penalties = |place: &Place| {
             let [w, h] = place.size;
             let aspect = change((last.size[0] / last.size[1]) / (w / h));
@@ -182,7 +189,7 @@ impl Family for NanoTrack {
             (-(aspect * size - 1.0) * penalty).exp()
         };
         let ranked =
-            look.places.iter().zip(&look.scores).zip(&self.hann).map(|((place, score), hann)| {
+            look.places.iter().zip(&look.scores).zip(hann).map(|((place, score), hann)| {
                 penalties(place) * score * (1.0 - window) + hann * window
             });
         let cell = largest(ranked);
@@ -246,6 +253,71 @@ mod tests {
         let middle = look.places[7 * 15 + 7];
         assert_eq!(middle, Place { centre: [50.0, 42.0], size: [20.0, 32.0] });
         assert_eq!(look.places[7 * 15 + 9].centre, [50.0 + 2.0 * 16.0 * 2.0, 42.0]);
+    }
+
+    /// The cell in the middle of 15 x 15, one in its row near the border, and a corner.
+    const MIDDLE: usize = 112;
+    const SIDE: usize = 118;
+    const CORNER: usize = 0;
+
+    /// What NanoTrack v3 makes of a look in which all cells see the last place with no score, but
+    /// for these.
+    fn settled(cells: &[(usize, f64, Place)]) -> Settled {
+        let (mut places, mut scores) = (vec![LAST; 225], vec![0.0; 225]);
+        for &(cell, score, place) in cells {
+            (scores[cell], places[cell]) = (score, place);
+        }
+        let look = Look { scores, logits: vec![0.0; 225], places };
+        VERSIONS[1].settle(&hann_over(&hann(15)), &look, LAST)
+    }
+
+    fn sized(w: f64, h: f64) -> Place {
+        Place { centre: [90.0, 10.0], size: [w, h] }
+    }
+
+    #[test]
+    fn the_chosen_cell_follows_from_score_window_and_penalty() {
+        let same = sized(20.0, 30.0);
+        for (cells, chosen, why) in [
+            (&[][..], MIDDLE, "the window alone decides"),
+            (&[(CORNER, 0.8, same)], MIDDLE, ".8 x .545 is below .455"),
+            (&[(CORNER, 0.9, same)], CORNER, ".9 x .545 is above .455"),
+            (&[(CORNER, 0.9, same), (MIDDLE, 0.2, same)], MIDDLE, "the window and some score"),
+            (&[(CORNER, 0.9, sized(40.0, 60.0))], MIDDLE, "twice the size is punished"),
+            (&[(CORNER, 0.9, sized(30.0, 20.0))], MIDDLE, "another aspect is punished"),
+            (&[(SIDE, 0.9, same), (CORNER, 0.9, same)], SIDE, "the window between equals"),
+            (&[(1, 0.9, same), (CORNER, 0.9, same)], CORNER, "the first of equals"),
+        ] {
+            assert_eq!(settled(cells).cell, chosen, "{why}");
+        }
+    }
+
+    #[test]
+    fn the_place_moves_fully_and_the_size_in_part() {
+        let same = settled(&[(MIDDLE, 1.0, sized(20.0, 30.0))]);
+        assert_eq!((same.place, same.score), (sized(20.0, 30.0), 1.0));
+        // Twice the size: the penalty is exp(-.138).
+        let twice = settled(&[(MIDDLE, 0.5, sized(40.0, 60.0))]);
+        let rate = (-0.138_f64).exp() * 0.5 * 0.348;
+        let [w, h] = twice.place.size;
+        assert!(
+            (w - (20.0 + 20.0 * rate)).abs() < 1e-12 && (h - (30.0 + 30.0 * rate)).abs() < 1e-12
+        );
+        assert_eq!((twice.place.centre, twice.score), ([90.0, 10.0], 0.5));
+        // Half of it is punished as much.
+        let half = settled(&[(MIDDLE, 0.5, sized(10.0, 15.0))]);
+        assert!((half.place.size[0] - (20.0 - 10.0 * rate)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn sizes_of_every_magnitude_give_finite_places() {
+        for side in [f64::MIN_POSITIVE, 1e-300, 1e-12, 1e12, 1e300, f64::MAX] {
+            for place in [sized(side, side), sized(side, 1.0), sized(1.0, side)] {
+                let settled = settled(&[(MIDDLE, 1.0, place)]);
+                assert!(settled.place.size.iter().all(|side| side.is_finite()), "{place:?}");
+                assert!(settled.cell < 225 && settled.score.is_finite());
+            }
+        }
     }
 
     #[test]

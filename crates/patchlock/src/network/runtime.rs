@@ -22,6 +22,9 @@ pub(super) enum RuntimeKind {
 
 impl Runtime {
     /// The built-in runtime: pure Rust, the same outputs, bit for bit, on any number of threads.
+    /// A processor with other vector instructions may round the last bits of its sums differently.
+    ///
+    /// It allocates in each frame, and frees it again; what the process holds does not grow.
     pub fn built_in() -> Self {
         Self::default()
     }

@@ -143,3 +143,53 @@ fn view(look: &Look, settled: Settled) -> NetworkView<'_> {
         seen: look.places[settled.cell].bbox(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FRAME: FrameSize = FrameSize { width: 100, height: 60 };
+
+    #[test]
+    fn a_place_stays_in_the_frame_with_a_size_that_a_target_can_have() {
+        for (centre, size, wanted_centre, wanted_size) in [
+            ([50.0, 30.0], [20.0, 15.0], [50.0, 30.0], [20.0, 15.0]),
+            ([-9.0, 70.0], [20.0, 15.0], [0.0, 60.0], [20.0, 15.0]),
+            ([1e300, -1e300], [20.0, 15.0], [100.0, 0.0], [20.0, 15.0]),
+            ([50.0, 30.0], [3.0, 1e-300], [50.0, 30.0], [10.0, 10.0]),
+            ([50.0, 30.0], [300.0, 1e300], [50.0, 30.0], [100.0, 60.0]),
+        ] {
+            let place = within(Place { centre, size }, FRAME);
+            assert_eq!(place, Place { centre: wanted_centre, size: wanted_size });
+        }
+        // A frame that is smaller than the smallest target.
+        let tiny =
+            within(Place { centre: [5.0; 2], size: [5.0; 2] }, FrameSize { width: 4, height: 4 });
+        assert_eq!(tiny, Place { centre: [4.0; 2], size: [10.0; 2] });
+    }
+
+    #[test]
+    fn the_status_follows_the_score() {
+        let config = NetworkConfig::default();
+        for (score, wanted) in [
+            (1.0, Status::Tracked),
+            (0.8, Status::Tracked),
+            (0.79, Status::Uncertain),
+            (0.4, Status::Uncertain),
+            (0.39, Status::Lost),
+            (0.0, Status::Lost),
+        ] {
+            assert_eq!(status(score, &config), wanted, "{score}");
+        }
+    }
+
+    #[test]
+    fn an_estimate_has_the_corners_of_its_box() {
+        let mut estimate = Estimate::empty();
+        let place = Place { centre: [10.0, 20.0], size: [6.0, 4.0] };
+        fill(place, 0.5, Status::Uncertain, &mut estimate);
+        assert_eq!(estimate.bbox, BoundingBox { x: 7.0, y: 18.0, w: 6.0, h: 4.0 });
+        assert_eq!(estimate.corners, [[7.0, 18.0], [12.0, 18.0], [12.0, 21.0], [7.0, 21.0]]);
+        assert_eq!((estimate.score, estimate.visibility), (0.5, None));
+    }
+}

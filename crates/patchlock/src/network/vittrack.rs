@@ -4,7 +4,7 @@
 use super::error::NetworkError;
 use super::family::{Family, Part, Recogniser};
 use super::graph::CheckedGraph;
-use super::look::{Buffers, Look, Place, Settled, Window, hann, largest, logistic};
+use super::look::{Buffers, Look, Place, Settled, Window, hann, hann_over, largest, logistic};
 use super::program::Program;
 use super::runtime::Runtime;
 use crate::vision::frame::Frame;
@@ -61,11 +61,12 @@ fn build(graphs: &[CheckedGraph], runtime: &Runtime) -> Result<Box<dyn Family>, 
         let shapes = network.output_shapes();
         return Err(super::error::graph(format!("its outputs have the shapes {shapes:?}")));
     }
-    // The window without its ends, which are 0.
-    let line = hann(CELLS + 2);
-    let line = &line[1..=CELLS];
-    let hann = line.iter().flat_map(|y| line.iter().map(move |x| y * x)).collect();
-    Ok(Box::new(VitTrack { network, hann }))
+    Ok(Box::new(VitTrack { network, hann: window() }))
+}
+
+/// The Hann window over the cells, without its ends, which are 0.
+fn window() -> Vec<f64> {
+    hann_over(&hann(CELLS + 2)[1..=CELLS])
 }
 
 /// Scales samples as the network was trained.
@@ -128,11 +129,15 @@ impl Family for VitTrack {
     }
 
     fn settle(&self, look: &Look, last: Place) -> Settled {
-        let cell = largest(look.scores.iter().zip(&self.hann).map(|(score, hann)| score * hann));
-        let score = look.scores[cell];
-        let place = if score < KEPT_BELOW { last } else { look.places[cell] };
-        Settled { place, score, cell }
+        settle(&self.hann, look, last)
     }
+}
+
+fn settle(hann: &[f64], look: &Look, last: Place) -> Settled {
+    let cell = largest(look.scores.iter().zip(hann).map(|(score, hann)| score * hann));
+    let score = look.scores[cell];
+    let place = if score < KEPT_BELOW { last } else { look.places[cell] };
+    Settled { place, score, cell }
 }
 
 /// The cells of the outputs: scores, sizes and offsets, relative to the window.
@@ -151,5 +156,72 @@ fn decode(outputs: &[Vec<f32>], window: &Window, last: Place, look: &mut Look) {
         let place = Place { centre, size: size.map(|side| side * window.side) };
         let score = f64::from(scores[k]);
         look.push((score / (1.0 - score)).ln(), place, last);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WINDOW: Window = Window { centre: [50.0, 40.0], side: 160.0, pixels: SEARCH };
+    const LAST: Place = Place { centre: [50.0, 40.0], size: [20.0, 30.0] };
+    /// A cell in the middle of 16 x 16, and a corner.
+    const MIDDLE: usize = 8 * 16 + 8;
+    const CORNER: usize = 0;
+
+    /// A look in which these cells have these scores, sizes and offsets, and all others little.
+    fn look(cells: &[(usize, f32, [f32; 2], [f32; 2])]) -> Look {
+        let count = CELLS * CELLS;
+        let (mut scores, mut sizes, mut offsets) =
+            (vec![1e-4; count], vec![0.1; 2 * count], vec![0.0; 2 * count]);
+        for &(cell, score, size, offset) in cells {
+            scores[cell] = score;
+            for axis in [0, 1] {
+                sizes[axis * count + cell] = size[axis];
+                offsets[axis * count + cell] = offset[axis];
+            }
+        }
+        let mut look = Look::default();
+        decode(&[scores, sizes, offsets], &WINDOW, LAST, &mut look);
+        look
+    }
+
+    #[test]
+    fn cells_are_decoded_into_the_frame() {
+        let look = look(&[(MIDDLE + 1, 0.75, [0.25, 0.125], [0.5, -1.0])]);
+        assert_eq!((look.places.len(), look.scores.len(), look.logits.len()), (256, 256, 256));
+        // A cell is 10 pixels of the frame; cell (8, 8) begins in the centre.
+        assert_eq!(look.places[MIDDLE].centre, [50.0, 40.0]);
+        let place = look.places[MIDDLE + 1];
+        assert_eq!((place.centre, place.size), ([65.0, 30.0], [40.0, 20.0]));
+        assert!((look.scores[MIDDLE + 1] - 0.75).abs() < 1e-12);
+        assert!((look.logits[MIDDLE + 1] - 3.0_f64.ln()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_chosen_cell_has_the_best_score_under_the_window() {
+        let seen = |cell, score| (cell, score, [0.25, 0.125], [0.0; 2]);
+        for (cells, chosen, moves, why) in [
+            (&[seen(MIDDLE, 0.9)][..], MIDDLE, true, "the best score"),
+            (&[seen(MIDDLE, 0.3), seen(CORNER, 0.9)], MIDDLE, true, "the window in the corner"),
+            (&[seen(CORNER, 0.9)], CORNER, true, "the only score"),
+            (&[seen(MIDDLE, 0.19)], MIDDLE, false, "below .2 the box stays"),
+            (&[seen(MIDDLE, 0.21)], MIDDLE, true, "above .2 it moves"),
+        ] {
+            let look = look(cells);
+            let settled = settle(&window(), &look, LAST);
+            assert_eq!((settled.cell, settled.score), (chosen, look.scores[chosen]), "{why}");
+            assert_eq!(settled.place, if moves { look.places[chosen] } else { LAST }, "{why}");
+        }
+    }
+
+    #[test]
+    fn damaged_outputs_are_the_old_place_with_no_score() {
+        let bad = [f32::NAN, f32::INFINITY, -1.0, 2.0];
+        let cells = bad.map(|bad| (MIDDLE, bad, [bad, -bad], [f32::NAN; 2]));
+        for cell in cells {
+            let look = look(&[cell]);
+            assert_eq!((look.places[MIDDLE], look.scores[MIDDLE]), (LAST, 0.0), "{cell:?}");
+        }
     }
 }

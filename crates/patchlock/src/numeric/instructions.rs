@@ -5,7 +5,8 @@
 //! boxes are the same with all of them: candidates and patches have the same bits, everything that
 //! decides about codes is computed in `f64` in a fixed order, and sums over channels are taken in
 //! blocks of a fixed length. `plain` is the same source compiled for every processor of the
-//! architecture.
+//! architecture. The variable says nothing to the runtime of a network, which always uses the widest
+//! instructions that it knows; so with the method `network` boxes can differ between processors.
 //!
 //! Code becomes vector instructions in two ways. Most of it is plain loops over arrays of a fixed
 //! length, which [`Instructions::dispatch`] compiles for each set. Where a sum must have one order,

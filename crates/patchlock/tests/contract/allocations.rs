@@ -1,10 +1,12 @@
 //! The tracker allocates nothing once its buffers have grown, even on frames on which it learns.
 //!
 //! Counted on one thread. With several threads, `rayon` occasionally allocates for its task queues.
+//! So it does for the runtime of a network, which computes on threads of its own and allocates there
+//! in each frame; `tests/network_memory.rs` is about these.
 
 use allocation_counter::measure;
 
-use crate::methods::{all, default_settings};
+use crate::methods::{all_that_compute_here, default_settings, network};
 use crate::sequence::SIMPLE;
 use patchlock::patch_model::model::{LookScratch, PatchModel, cut_candidate};
 use patchlock::vision::frame::GreyImage;
@@ -46,19 +48,33 @@ fn on_one_thread<T: Send>(run: impl FnOnce() -> T + Send) -> T {
     rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(run)
 }
 
+/// The frames after the warm-up.
+fn warm_frames(config: &TrackerConfig, warm_up: usize) -> Vec<Counted> {
+    on_one_thread(|| {
+        let mut endless = Endless::new(config);
+        let first = endless.step();
+        assert!(first.calls > 0, "the first frame must allocate: {first:?}");
+        (1..2 * warm_up).map(|_| endless.step()).skip(warm_up - 1).collect()
+    })
+}
+
 #[test]
 fn no_frame_allocates() {
-    for (config, warm_up) in all().iter().map(|config| default_settings(&config.method)) {
-        let frames: Vec<Counted> = on_one_thread(|| {
-            let mut endless = Endless::new(&config);
-            let first = endless.step();
-            assert!(first.calls > 0, "the first frame must allocate: {first:?}");
-            (1..2 * warm_up).map(|_| endless.step()).skip(warm_up - 1).collect()
-        });
-        for counted in frames {
+    for config in all_that_compute_here() {
+        let (config, warm_up) = default_settings(&config.method);
+        for counted in warm_frames(&config, warm_up) {
             assert_eq!((counted.calls, counted.held), (0, 0), "{counted:?}");
         }
     }
+}
+
+/// What a network needs is asked of the runtime through a queue, which grows by a block now and then.
+#[test]
+fn with_a_network_only_the_queue_of_the_runtime_allocates_here() {
+    let frames = warm_frames(&network(), 60);
+    let calls: Vec<u64> = frames.iter().map(|counted| counted.calls).collect();
+    assert!(calls.iter().all(|&calls| calls <= 1), "{calls:?}");
+    assert!(calls.iter().sum::<u64>() <= calls.len() as u64 / 8, "{calls:?}");
 }
 
 /// The bytes that a tracker holds, measured every `every` frames.
@@ -79,7 +95,7 @@ fn held(config: &TrackerConfig, count: usize, every: usize) -> Vec<i64> {
 
 #[test]
 fn memory_does_not_grow_with_the_video() {
-    for config in all() {
+    for config in all_that_compute_here() {
         let held = held(&config, 3000, 100);
         println!("bytes held: {held:?}");
         // How much some buffers grow depends on which candidates are similar; their capacity
@@ -93,7 +109,7 @@ fn memory_does_not_grow_with_the_video() {
 #[test]
 #[ignore = "takes minutes"]
 fn memory_does_not_grow_over_100_000_frames() {
-    for config in all() {
+    for config in all_that_compute_here() {
         let held = held(&config, 100_000, 1000);
         println!("bytes held every 1000 frames: {held:?}");
         if let Ok(status) = std::fs::read_to_string("/proc/self/status") {

@@ -1,6 +1,6 @@
 //! Boxes of every kind can be tracked or are refused, and no box corrupts the tracker.
 
-use crate::methods::{all, learning_early};
+use crate::methods::{all, complete, learning_early};
 use crate::sequence::{SIMPLE, numbers};
 use patchlock::{BoundingBox, Error, Tracker, TrackerConfig};
 
@@ -92,10 +92,10 @@ fn a_target_outside_the_frame_does_not_depend_on_what_was_tracked_before() {
     for config in all() {
         let mut tracker = SIMPLE.begin(&config, 0);
         SIMPLE.resume(&mut tracker, 1..4);
-        let mut fresh = Tracker::start(config, &SIMPLE.frame(0), outside).unwrap();
+        let mut fresh = Tracker::start(config.clone(), &SIMPLE.frame(0), outside).unwrap();
         let again = tracker.restart(&SIMPLE.frame(0), outside).unwrap();
         assert_eq!(again, fresh.estimate());
-        let mut restored = Tracker::restore(tracker.snapshot()).unwrap();
+        let mut restored = Tracker::restore(complete(tracker.snapshot(), &config)).unwrap();
         let later = SIMPLE.resume(&mut tracker, 1..9);
         assert_eq!(SIMPLE.resume(&mut fresh, 1..9), later);
         assert_eq!(SIMPLE.resume(&mut restored, 1..9), later);

@@ -3,8 +3,8 @@
 use crate::methods::{all, network, robust, with};
 use crate::sequence::{OCCLUDED, SIMPLE};
 use patchlock::{
-    Error, Estimate, FrameView, Kind, Method, MultiTracker, PARAMETERS, PaperConfig, Parameter,
-    Preset, Range, RobustConfig, Tracker, TrackerConfig, Value,
+    Error, Estimate, FrameView, Kind, Method, MultiTracker, NetworkConfig, NetworkError,
+    PARAMETERS, PaperConfig, Parameter, Preset, Range, RobustConfig, Tracker, TrackerConfig, Value,
 };
 use serde::Deserialize;
 use serde::de::value::{Error as ValueError, MapDeserializer};
@@ -12,8 +12,9 @@ use serde_json::{Value as Json, json};
 use std::collections::HashMap;
 
 /// The default settings of every method.
-fn defaults() -> [TrackerConfig; 2] {
-    [RobustConfig::default().into(), PaperConfig::default().into()]
+fn defaults() -> [TrackerConfig; 3] {
+    let (robust, paper) = (RobustConfig::default(), PaperConfig::default());
+    [robust.into(), paper.into(), NetworkConfig::default().into()]
 }
 
 /// The rows that a method uses.
@@ -37,7 +38,12 @@ fn base(method: &Method, group: &str) -> TrackerConfig {
     let mut config = match method {
         Method::Paper(_) => with(Preset::Paper, &[("particles", 25), ("small_step", 8)]),
         Method::Robust(_) => robust(),
-        Method::Network(_) => return network(),
+        Method::Network(_) => {
+            // No score is certain, so each is between the two settings.
+            let mut config = network();
+            set(&mut config, &[("tracked_score", 1.0), ("lost_score", 0.0)]);
+            return config;
+        }
     };
     set(
         &mut config,
@@ -227,6 +233,8 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("score_bias", Value::from(0.5)),
         ("score_visible", Value::from(1.0)),
         ("score_elsewhere", Value::from(-1.0)),
+        ("tracked_score", Value::from(0.01)),
+        ("lost_score", Value::from(1.0)),
     ]
 }
 
@@ -247,13 +255,13 @@ fn others(parameter: &Parameter) -> Vec<Value> {
     }
 }
 
-/// Under every method that uses it.
+/// Under every method that reads it.
 #[test]
 fn every_field_matters() {
     let mut without_effect = Vec::new();
     for method in all().iter().map(|config| &config.method) {
         let mut tracked: HashMap<String, Vec<Seen>> = HashMap::new();
-        for parameter in rows(method) {
+        for parameter in rows(method).filter(|row| base(method, row.group).reads(row)) {
             for value in others(parameter) {
                 let mut config = base_of(method, parameter);
                 let key = format!("{config:?}");
@@ -269,20 +277,23 @@ fn every_field_matters() {
     assert!(without_effect.is_empty(), "these fields have no effect: {without_effect:?}");
 }
 
-/// A setting that another one turns off changes nothing.
+/// A setting that another one turns off changes nothing, and neither does the seed where nothing is
+/// drawn.
 #[test]
 fn what_is_not_read_has_no_effect() {
-    let config = TrackerConfig::from(Preset::Fast);
-    let before: Vec<Seen> = track(&config).collect();
-    let unread = |row: &&Parameter| row.is_used_by(&config.method) && !config.reads(row);
-    let unread: Vec<_> = PARAMETERS.iter().filter(unread).collect();
-    for name in ["wide_mask", "slow_penalty", "rotation_least", "turning_rate"] {
-        assert!(unread.iter().any(|row| row.name == name), "{name}");
-    }
-    for row in unread {
-        let mut config = config.clone();
-        config.set(row.name, others(row).remove(0)).unwrap();
-        assert!(track(&config).eq(before.iter().cloned()), "{} has an effect", row.name);
+    let fast = ["wide_mask", "slow_penalty", "rotation_least", "turning_rate"];
+    for (config, names) in [(Preset::Fast.into(), &fast[..]), (network(), &["seed"])] {
+        let before: Vec<Seen> = track(&config).collect();
+        let unread = |row: &&Parameter| row.is_used_by(&config.method) && !config.reads(row);
+        let unread: Vec<_> = PARAMETERS.iter().filter(unread).collect();
+        for name in names {
+            assert!(unread.iter().any(|row| row.name == *name), "{name}");
+        }
+        for row in unread {
+            let mut config = config.clone();
+            config.set(row.name, others(row).remove(0)).unwrap();
+            assert!(track(&config).eq(before.iter().cloned()), "{} has an effect", row.name);
+        }
     }
 }
 
@@ -395,7 +406,10 @@ fn a_setting_by_name_is_the_field() {
                 // Nothing else has changed.
                 let differ = written.iter().zip(&fields(&before)).filter(|(a, b)| a != b).count();
                 assert_eq!(differ, 1, "{}", row.name);
-                assert_eq!(read(serde_json::to_value(&config).unwrap()).unwrap(), config);
+                // The network is not written.
+                let mut read_back = read(serde_json::to_value(&config).unwrap()).unwrap();
+                read_back.network.clone_from(&config.network);
+                assert_eq!(read_back, config);
                 let mut alone = default.clone();
                 alone.set(row.name, value.clone()).unwrap();
                 let read_alone = read(table(method, row, &json_of(&value))).unwrap();
@@ -599,7 +613,7 @@ fn an_unknown_setting_or_group_is_refused() {
         assert_eq!(config.get("particels"), Err(wanted.clone()));
         assert_eq!(config.set("particels", 5), Err(wanted));
         // Groups are no settings.
-        for group in ["paper", "robust", "patches", ""] {
+        for group in ["paper", "robust", "network", "patches", ""] {
             assert!(config.get(group).is_err() && config.set(group, 5).is_err(), "{group}");
         }
     }
@@ -608,6 +622,7 @@ fn an_unknown_setting_or_group_is_refused() {
         unknown.clone(),
         json!({ "paper": unknown }),
         json!({ "robust": unknown }),
+        json!({ "network": unknown }),
         json!({ "paper": { "patches": unknown } }),
     ] {
         let error = read(table).unwrap_err();
@@ -648,7 +663,7 @@ fn the_form_of_a_configuration() {
         let mut wanted = ["seed", method];
         wanted.sort_unstable();
         assert_eq!(keys, wanted);
-        assert!(table[method]["patches"].is_object());
+        assert_eq!(table[method]["patches"].is_object(), config.method.patches().is_some());
     }
     assert_eq!(read(json!({})).unwrap(), TrackerConfig::default());
     assert_eq!(read(json!({ "seed": 3 })).unwrap().seed, 3);
@@ -680,14 +695,20 @@ fn presets_have_names() {
     (robust.filters, robust.max_patch, robust.rotate) = (1, 150.0, false);
     assert_eq!(TrackerConfig::from(Preset::Fast), robust.into());
     assert_eq!(TrackerConfig::from(Preset::Paper), PaperConfig::default().into());
+    assert_eq!(TrackerConfig::from(Preset::Network), NetworkConfig::default().into());
     assert_eq!(TrackerConfig::from(Preset::default()), TrackerConfig::default());
     assert_eq!(Preset::ALL[0], Preset::default());
     for preset in Preset::ALL {
         assert_eq!(preset.name().parse(), Ok(preset));
         assert_eq!(preset.to_string(), preset.name());
-        Tracker::start(preset, &SIMPLE.frame(0), SIMPLE.truth(0)).unwrap();
-        MultiTracker::new(preset).unwrap();
+        let begun = Tracker::start(preset, &SIMPLE.frame(0), SIMPLE.truth(0)).map(drop);
+        // A network has to be given.
+        let wanted = match preset {
+            Preset::Network => Err(NetworkError::None.into()),
+            _ => Ok(()),
+        };
+        assert_eq!((begun, MultiTracker::new(preset).map(drop)), (wanted.clone(), wanted));
     }
     let error = "papper".parse::<Preset>().unwrap_err().to_string();
-    assert!(error.contains("papper") && error.contains("robust, fast, paper"), "{error}");
+    assert!(error.contains("papper") && error.contains("robust, fast, paper, network"), "{error}");
 }

@@ -9,6 +9,7 @@ mod following;
 mod histories;
 mod methods;
 mod multi;
+mod network;
 mod same_boxes;
 mod sequence;
 mod snapshot;

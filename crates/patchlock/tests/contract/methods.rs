@@ -1,6 +1,6 @@
 //! The methods under test.
 
-use patchlock::{Method, Network, Preset, TrackerConfig};
+use patchlock::{Method, MultiSnapshot, Network, Preset, Snapshot, TrackerConfig};
 
 /// Every method, with settings that take milliseconds per frame and still exercise everything.
 pub fn all() -> Vec<TrackerConfig> {
@@ -9,6 +9,11 @@ pub fn all() -> Vec<TrackerConfig> {
 
 /// Every method that follows a target as it comes: a network with made-up weights does not.
 pub fn all_that_follow() -> Vec<TrackerConfig> {
+    vec![robust(), paper()]
+}
+
+/// Every method that computes on the threads of its caller: the runtime of a network does not.
+pub fn all_that_compute_here() -> Vec<TrackerConfig> {
     vec![robust(), paper()]
 }
 
@@ -31,6 +36,30 @@ pub fn network() -> TrackerConfig {
     let mut config = TrackerConfig::from(Preset::Network);
     config.network = Some(Network::from_bytes(&files).unwrap());
     config
+}
+
+/// The preset `network` with a VitTrack of made-up weights, which takes longer.
+pub fn vittrack() -> TrackerConfig {
+    let file = include_bytes!("../golden/network/vittrack.onnx");
+    let mut config = TrackerConfig::from(Preset::Network);
+    config.network = Some(Network::from_bytes(&[file]).unwrap());
+    config
+}
+
+/// A snapshot that was taken with this configuration, with its network, which no snapshot holds.
+pub fn complete(snapshot: Snapshot, config: &TrackerConfig) -> Snapshot {
+    match &config.network {
+        Some(network) => snapshot.with_network(network.clone()),
+        None => snapshot,
+    }
+}
+
+/// As [`complete`], of many targets.
+pub fn complete_many(snapshot: MultiSnapshot, config: &TrackerConfig) -> MultiSnapshot {
+    match &config.network {
+        Some(network) => snapshot.with_network(network.clone()),
+        None => snapshot,
+    }
 }
 
 /// A preset with these whole numbers.
@@ -76,7 +105,7 @@ pub fn default_settings(method: &Method) -> (TrackerConfig, usize) {
     match method {
         Method::Paper(_) => (TrackerConfig::from(Preset::Paper), 60),
         Method::Robust(_) => (robust(), 60),
-        Method::Network(_) => (network(), 3),
+        Method::Network(_) => (network(), 60),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Many targets tracked together get the same boxes as with separate trackers.
 
-use crate::methods::all;
+use crate::methods::{all, complete_many};
 use crate::sequence::{SIMPLE, bits};
 use patchlock::{
     BoundingBox, Error, Estimate, Frame, FrameView, MultiSnapshot, MultiTracker, TargetId, Tracked,
@@ -132,7 +132,8 @@ fn an_observer_sees_what_those_of_separate_trackers_see() {
             let mut views = Vec::new();
             let mut observer =
                 |id: TargetId, view: &FrameView<'_>| views.push((id, format!("{view:?}")));
-            let mut twin = MultiTracker::restore(together.snapshot()).unwrap();
+            let mut twin =
+                MultiTracker::restore(complete_many(together.snapshot(), &config)).unwrap();
             let tracked = together.update_observed(&frame, &mut observer).unwrap();
             assert_eq!(tracked, expected, "frame {k}");
             assert_eq!(twin.update(&frame).unwrap(), expected, "frame {k}");
@@ -201,16 +202,16 @@ fn saved(config: TrackerConfig) -> (MultiTracker, String) {
     (tracker, text)
 }
 
-fn restore(text: &str) -> Result<MultiTracker, String> {
+fn restore(text: &str, config: &TrackerConfig) -> Result<MultiTracker, String> {
     let snapshot: MultiSnapshot = serde_json::from_str(text).map_err(|error| error.to_string())?;
-    MultiTracker::restore(snapshot).map_err(|error| error.to_string())
+    MultiTracker::restore(complete_many(snapshot, config)).map_err(|error| error.to_string())
 }
 
 #[test]
 fn a_restored_tracker_continues_with_the_same_boxes() {
     for config in all() {
-        let (mut tracker, text) = saved(config);
-        let mut restored = restore(&text).unwrap();
+        let (mut tracker, text) = saved(config.clone());
+        let mut restored = restore(&text, &config).unwrap();
         assert_eq!(restored.config(), tracker.config());
         assert_eq!(restored.tracked(), tracker.tracked());
         for k in 8..14 {
@@ -230,7 +231,7 @@ fn a_tracker_without_targets_can_be_saved() {
     for config in all() {
         let empty = MultiTracker::new(config.clone()).unwrap();
         let text = serde_json::to_string(&empty.snapshot()).unwrap();
-        let mut restored = restore(&text).unwrap();
+        let mut restored = restore(&text, &config).unwrap();
         assert_eq!(restored.update(&SIMPLE.frame(0)).unwrap(), []);
         let added = restored.add(&SIMPLE.frame(0), SIMPLE.truth(0)).unwrap();
         assert_eq!(added.estimate, *SIMPLE.begin(&config, 0).estimate());
@@ -240,20 +241,25 @@ fn a_tracker_without_targets_can_be_saved() {
 #[test]
 fn a_damaged_snapshot_is_refused() {
     for config in all() {
-        let (_, text) = saved(config);
+        let (_, text) = saved(config.clone());
+        let (setting, outside, named) = match config.method.patches() {
+            Some(_) => (r#""templates":10"#, r#""templates":0"#, "`templates` is 0"),
+            None => (r#""lost_score":0.4"#, r#""lost_score":1.5"#, "`lost_score` is 1.5"),
+        };
         let damaged = [
             (text.replacen(r#""version":3"#, r#""version":9"#, 1), "version is 9"),
             (text.replacen(r#""next":4"#, r#""next":3"#, 1), "[1, 3, 3] do not rise"),
             (text.replacen("[[1,", "[[3,", 1), "[3, 3, 4] do not rise"),
             (text.replacen("[[1,", "[[0,", 1), "[0, 3, 4] do not rise"),
-            (text.replacen(r#""templates":10"#, r#""templates":0"#, 1), "`templates` is 0"),
+            (text.replacen(setting, outside, 1), named),
             (text.replacen(r#""frame_size":{"#, r#""frame":{"#, 1), "no frame size"),
             (text.replacen(r#""width":240"#, r#""width":0"#, 1), "frame size is 0"),
         ];
         for (k, (damaged, words)) in damaged.iter().enumerate() {
             assert_ne!(damaged, &text, "damage {k} changes nothing");
-            let message =
-                restore(damaged).err().unwrap_or_else(|| panic!("damage {k} was accepted"));
+            let message = restore(damaged, &config)
+                .err()
+                .unwrap_or_else(|| panic!("damage {k} was accepted"));
             assert!(message.contains(words), "{message}");
         }
     }

@@ -15,7 +15,7 @@ fn on_threads(count: usize, config: &TrackerConfig) -> Vec<Estimate> {
 fn on_any_number_of_threads() {
     for config in all() {
         let one = on_threads(1, &config);
-        for count in [2, 5] {
+        for count in [2, 3, 5] {
             let more = on_threads(count, &config);
             assert_eq!(bits(&one), bits(&more), "{count} threads");
             assert_eq!(one, more);

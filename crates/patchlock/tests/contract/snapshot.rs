@@ -1,6 +1,6 @@
 //! A restored tracker continues with the same boxes; a damaged snapshot is refused.
 
-use crate::methods::all;
+use crate::methods::{all, complete, complete_many};
 use crate::sequence::{SIMPLE, bits};
 use patchlock::{
     BoundingBox, Error, Estimate, MultiSnapshot, MultiTracker, Snapshot, Tracker, TrackerConfig,
@@ -18,9 +18,9 @@ fn text(tracker: &Tracker) -> String {
     serde_json::to_string(&tracker.snapshot()).unwrap()
 }
 
-fn restore(text: &str) -> Result<Tracker, String> {
+fn restore(text: &str, config: &TrackerConfig) -> Result<Tracker, String> {
     let snapshot: Snapshot = serde_json::from_str(text).map_err(|error| error.to_string())?;
-    Tracker::restore(snapshot).map_err(|error| error.to_string())
+    Tracker::restore(complete(snapshot, config)).map_err(|error| error.to_string())
 }
 
 #[test]
@@ -31,7 +31,7 @@ fn a_restored_tracker_continues_with_the_same_boxes() {
             let mut tracker = after(frames, &config);
             let snapshot: Snapshot = serde_json::from_str(&text(&tracker)).unwrap();
             assert_eq!(snapshot, tracker.snapshot());
-            let mut restored = Tracker::restore(snapshot).unwrap();
+            let mut restored = Tracker::restore(complete(snapshot, &config)).unwrap();
             assert_eq!(restored.config(), tracker.config());
             let frames_after = 1 + frames..16 + frames;
             let a = SIMPLE.resume(&mut tracker, frames_after.clone());
@@ -45,7 +45,7 @@ fn a_restored_tracker_continues_with_the_same_boxes() {
 #[test]
 fn a_restored_tracker_needs_frames_of_the_same_size() {
     for config in all() {
-        let mut restored = restore(&text(&after(3, &config))).unwrap();
+        let mut restored = restore(&text(&after(3, &config)), &config).unwrap();
         let other = [0; 12];
         let error = restored.update(&patchlock::Frame::grey8(&other, 4, 3).unwrap()).unwrap_err();
         assert!(matches!(error, Error::FrameSize { width: 4, height: 3, .. }));
@@ -56,7 +56,7 @@ fn a_restored_tracker_needs_frames_of_the_same_size() {
 fn a_damaged_snapshot_is_refused() {
     for config in all() {
         let good = text(&after(12, &config));
-        restore(&good).unwrap();
+        restore(&good, &config).unwrap();
         let size =
             format!(r#""frame_size":{{"width":{},"height":{}}}"#, SIMPLE.width(), SIMPLE.height());
         let part = |config: &TrackerConfig| {
@@ -64,13 +64,17 @@ fn a_damaged_snapshot_is_refused() {
         };
         let other = all().into_iter().find(|other| other.method.name() != config.method.name());
         let other = part(&other.unwrap());
+        let (setting, outside, named) = match config.method.patches() {
+            Some(_) => (r#""templates":10"#, r#""templates":1"#, "`templates` is 1"),
+            None => (r#""lost_score":0.4"#, r#""lost_score":1.5"#, "`lost_score` is 1.5"),
+        };
         let damaged = [
             (r#""version":3"#.to_owned(), r#""version":0"#, "version is 0"),
             (r#""version":3"#.to_owned(), r#""version":2"#, "version is 2"),
             (r#""version":3"#.to_owned(), r#""version":7"#, "version is 7"),
             (r#""version":3"#.to_owned(), r#""edition":3"#, "version"),
             (r#""seed":"#.to_owned(), r#""seeds":"#, "seeds"),
-            (r#""templates":10"#.to_owned(), r#""templates":1"#, "`templates` is 1"),
+            (setting.to_owned(), outside, named),
             (part(&config), &other, "another method"),
             (r#""track":{"#.to_owned(), r#""trail":{"#, "track"),
             (r#""target":{"#.to_owned(), r#""goal":{"#, "target"),
@@ -82,12 +86,13 @@ fn a_damaged_snapshot_is_refused() {
         for (from, to, words) in damaged {
             let text = good.replacen(&from, to, 1);
             assert_ne!(text, good, "there is no {from}");
-            let message = restore(&text).err().unwrap_or_else(|| panic!("{to} was accepted"));
+            let message =
+                restore(&text, &config).err().unwrap_or_else(|| panic!("{to} was accepted"));
             assert!(message.contains(words), "{to}: {message}");
         }
         // Truncated snapshots.
         for share in 1..10 {
-            assert!(restore(&good[..good.len() * share / 10]).is_err());
+            assert!(restore(&good[..good.len() * share / 10], &config).is_err());
         }
     }
 }
@@ -101,19 +106,24 @@ fn bad_estimates(good: &Estimate) -> Vec<Estimate> {
         change(&mut visibility);
         Estimate { visibility: Some(visibility), ..good.clone() }
     };
-    vec![
+    let mut bad = vec![
         with_box(BoundingBox { w: 0.0, ..good.bbox }),
         with_box(BoundingBox { w: -3.0, ..good.bbox }),
         with_box(BoundingBox { h: 0.0, ..good.bbox }),
         with_box(BoundingBox { h: -0.5, ..good.bbox }),
         with_score(-0.01),
         with_score(1.01),
-        with_map(|map| map.large.rows += 1),
-        with_map(|map| map.small.columns = 0),
-        with_map(|map| map.small.rows = usize::MAX),
-        with_map(|map| map.large.visible.truncate(1)),
-        with_map(|map| map.small.visible.push(true)),
-    ]
+    ];
+    if good.visibility.is_some() {
+        bad.extend([
+            with_map(|map| map.large.rows += 1),
+            with_map(|map| map.small.columns = 0),
+            with_map(|map| map.small.rows = usize::MAX),
+            with_map(|map| map.large.visible.truncate(1)),
+            with_map(|map| map.small.visible.push(true)),
+        ]);
+    }
+    bad
 }
 
 #[test]
@@ -126,7 +136,8 @@ fn a_latest_estimate_with_bad_numbers_is_refused() {
         assert!(good.contains(&part(&written)));
         for bad in bad_estimates(estimate) {
             let text = good.replace(&part(&written), &part(&serde_json::to_string(&bad).unwrap()));
-            let message = restore(&text).err().unwrap_or_else(|| panic!("{bad:?} was accepted"));
+            let message =
+                restore(&text, &config).err().unwrap_or_else(|| panic!("{bad:?} was accepted"));
             assert!(message.contains("latest estimate"), "{message}");
             // The same with many targets.
             let track = text.split_once(r#""track":"#).unwrap().1.strip_suffix('}').unwrap();
@@ -134,7 +145,8 @@ fn a_latest_estimate_with_bad_numbers_is_refused() {
                 text.replace(&format!(r#""track":{track}"#), &format!(r#""tracks":[[1,{track}]]"#));
             let many = many.replacen(r#""version":3"#, r#""version":3,"next":2"#, 1);
             let read = serde_json::from_str::<MultiSnapshot>(&many).unwrap();
-            let error = MultiTracker::restore(read).unwrap_err().to_string();
+            let error =
+                MultiTracker::restore(complete_many(read, &config)).unwrap_err().to_string();
             assert_eq!(error, message);
         }
         // JSON writes a number that is not finite as null.
@@ -142,7 +154,7 @@ fn a_latest_estimate_with_bad_numbers_is_refused() {
         for number in ["null", "1e999"] {
             let damaged = written.replacen(&x, &format!(r#""x":{number}"#), 1);
             assert_ne!(damaged, written);
-            assert!(restore(&good.replace(&part(&written), &part(&damaged))).is_err());
+            assert!(restore(&good.replace(&part(&written), &part(&damaged)), &config).is_err());
         }
     }
 }

@@ -3,6 +3,7 @@
 
 mod guided_filter;
 mod lasso;
+mod network;
 #[path = "../solvers/mod.rs"]
 mod solvers;
 mod somp;

@@ -1,0 +1,138 @@
+//! A tracker needs the network of its configuration, and a saved one needs the same network.
+
+use crate::methods::{network, vittrack};
+use crate::sequence::{SIMPLE, bits};
+use patchlock::{
+    Error, MultiSnapshot, MultiTracker, Network, NetworkError, Preset, Snapshot, Tracker,
+    TrackerConfig,
+};
+
+fn network_of(config: &TrackerConfig) -> Network {
+    config.network.clone().unwrap()
+}
+
+/// The text of a snapshot after three frames, of one target and of many.
+fn saved(config: &TrackerConfig) -> [String; 2] {
+    let mut one = SIMPLE.begin(config, 0);
+    let mut many = MultiTracker::new(config.clone()).unwrap();
+    many.add(&SIMPLE.frame(0), SIMPLE.truth(0)).unwrap();
+    for k in 1..4 {
+        one.update(&SIMPLE.frame(k)).unwrap();
+        many.update(&SIMPLE.frame(k)).unwrap();
+    }
+    [
+        serde_json::to_string(&one.snapshot()).unwrap(),
+        serde_json::to_string(&many.snapshot()).unwrap(),
+    ]
+}
+
+fn one(text: &str) -> Snapshot {
+    serde_json::from_str(text).unwrap()
+}
+
+fn many(text: &str) -> MultiSnapshot {
+    serde_json::from_str(text).unwrap()
+}
+
+#[test]
+fn a_tracker_without_a_network_does_not_begin() {
+    let wanted = Error::Network(NetworkError::None);
+    let begun = Tracker::start(Preset::Network, &SIMPLE.frame(0), SIMPLE.truth(0));
+    assert_eq!(begun.unwrap_err(), wanted);
+    assert_eq!(MultiTracker::new(Preset::Network).unwrap_err(), wanted);
+    let empty = MultiTracker::new(network()).unwrap().snapshot();
+    assert_eq!(MultiTracker::restore(empty).unwrap_err(), wanted);
+    assert!(wanted.to_string().contains("needs a network"), "{wanted}");
+}
+
+#[test]
+fn a_saved_tracker_needs_the_same_network() {
+    let (config, other) = (network(), network_of(&vittrack()));
+    let [one_text, many_text] = saved(&config);
+    let needed = network_of(&config).hash().to_owned();
+    assert!(one_text.contains(&needed) && many_text.contains(&needed));
+    for (given, network) in [(None, None), (Some(other.hash().to_owned()), Some(other))] {
+        let with = |snapshot: Snapshot| match network.clone() {
+            Some(network) => snapshot.with_network(network),
+            None => snapshot,
+        };
+        let with_many = |snapshot: MultiSnapshot| match network.clone() {
+            Some(network) => snapshot.with_network(network),
+            None => snapshot,
+        };
+        let wanted = Error::Network(NetworkError::Other { needed: needed.clone(), given });
+        assert_eq!(Tracker::restore(with(one(&one_text))).unwrap_err(), wanted);
+        assert_eq!(MultiTracker::restore(with_many(many(&many_text))).unwrap_err(), wanted);
+        assert!(wanted.to_string().contains(&needed), "{wanted}");
+    }
+}
+
+#[test]
+fn with_the_same_network_it_continues_to_the_same_boxes() {
+    for config in [network(), vittrack()] {
+        let whole = SIMPLE.track(&config, 0..9);
+        let [text, many_text] = saved(&config);
+        // The same files, loaded again.
+        let mut tracker = Tracker::restore(one(&text).with_network(network_of(&config))).unwrap();
+        assert_eq!(tracker.config(), &config);
+        let rest = SIMPLE.resume(&mut tracker, 4..9);
+        assert_eq!(bits(&rest), bits(&whole[3..]));
+        assert_eq!(rest, whole[3..]);
+        let snapshot = many(&many_text).with_network(network_of(&config));
+        let mut tracker = MultiTracker::restore(snapshot).unwrap();
+        for (k, whole) in (4..9).zip(&whole[3..]) {
+            assert_eq!(tracker.update(&SIMPLE.frame(k)).unwrap()[0].estimate, *whole);
+        }
+    }
+}
+
+/// Whether an ONNX file is the backbone or the head is seen in it, not in the order of the files.
+#[test]
+fn a_network_is_its_files_in_any_order() {
+    let backbone: &[u8] = include_bytes!("../golden/network/nanotrack_backbone.onnx");
+    let head: &[u8] = include_bytes!("../golden/network/nanotrack_head.onnx");
+    let turned = Network::from_bytes(&[head, backbone]).unwrap();
+    assert_eq!(turned, network_of(&network()));
+    assert_eq!((turned.name(), turned.hash().len()), ("NanoTrack v3", 64));
+    assert_ne!(turned, network_of(&vittrack()));
+}
+
+#[test]
+fn a_saved_target_with_bad_numbers_is_refused() {
+    let config = network();
+    let [good, _] = saved(&config);
+    let value: serde_json::Value = serde_json::from_str(&good).unwrap();
+    let damages: [(&str, fn(&mut serde_json::Value)); 5] = [
+        ("a number of its target", |target| target["place"]["size"][0] = 0.0.into()),
+        ("a number of its target", |target| target["place"]["size"][1] = (-5.0).into()),
+        ("a number of its target", |target| target["place"]["size"][1] = 1e300.into()),
+        ("another length", |target| target["template"] = vec![0.5; 7].into()),
+        ("null", |target| target["border"][2] = serde_json::Value::Null),
+    ];
+    for (words, damage) in damages {
+        let mut damaged = value.clone();
+        damage(&mut damaged["track"]["target"]["network"]);
+        assert_ne!(damaged, value);
+        let read = serde_json::from_value::<Snapshot>(damaged);
+        let message = match read {
+            Ok(read) => {
+                Tracker::restore(read.with_network(network_of(&config))).unwrap_err().to_string()
+            }
+            Err(error) => error.to_string(),
+        };
+        assert!(message.contains(words), "{message}");
+    }
+}
+
+/// VitTrack computes other operators: attention, a layer norm.
+#[test]
+fn a_vittrack_gives_the_same_boxes_on_any_number_of_threads() {
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| SIMPLE.track(&vittrack(), 0..8))
+    };
+    let one = on(1);
+    for threads in [2, 3, 5] {
+        assert_eq!(bits(&one), bits(&on(threads)), "{threads} threads");
+    }
+}
