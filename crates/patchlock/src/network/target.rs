@@ -173,10 +173,10 @@ mod tests {
         let config = NetworkConfig::default();
         for (score, wanted) in [
             (1.0, Status::Tracked),
-            (0.8, Status::Tracked),
-            (0.79, Status::Uncertain),
-            (0.4, Status::Uncertain),
-            (0.39, Status::Lost),
+            (0.5, Status::Tracked),
+            (0.49, Status::Uncertain),
+            (0.25, Status::Uncertain),
+            (0.24, Status::Lost),
             (0.0, Status::Lost),
         ] {
             assert_eq!(status(score, &config), wanted, "{score}");

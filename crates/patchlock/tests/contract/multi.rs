@@ -244,7 +244,7 @@ fn a_damaged_snapshot_is_refused() {
         let (_, text) = saved(config.clone());
         let (setting, outside, named) = match config.method.patches() {
             Some(_) => (r#""templates":10"#, r#""templates":0"#, "`templates` is 0"),
-            None => (r#""lost_score":0.4"#, r#""lost_score":1.5"#, "`lost_score` is 1.5"),
+            None => (r#""lost_score":0.25"#, r#""lost_score":1.5"#, "`lost_score` is 1.5"),
         };
         let damaged = [
             (text.replacen(r#""version":3"#, r#""version":9"#, 1), "version is 9"),

@@ -66,7 +66,7 @@ fn a_damaged_snapshot_is_refused() {
         let other = part(&other.unwrap());
         let (setting, outside, named) = match config.method.patches() {
             Some(_) => (r#""templates":10"#, r#""templates":1"#, "`templates` is 1"),
-            None => (r#""lost_score":0.4"#, r#""lost_score":1.5"#, "`lost_score` is 1.5"),
+            None => (r#""lost_score":0.25"#, r#""lost_score":1.5"#, "`lost_score` is 1.5"),
         };
         let damaged = [
             (r#""version":3"#.to_owned(), r#""version":0"#, "version is 0"),
