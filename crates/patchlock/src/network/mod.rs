@@ -9,6 +9,7 @@ mod depthwise;
 mod error;
 mod family;
 #[cfg(test)]
+#[path = "../../tests/golden/network/programs.rs"]
 mod golden;
 mod graph;
 mod known;

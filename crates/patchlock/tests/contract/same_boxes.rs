@@ -3,6 +3,7 @@
 use crate::methods::{all, draws_boxes, learning_early, paper};
 use crate::sequence::{OCCLUDED, SIMPLE, bits};
 use patchlock::{Estimate, FrameView, Gamma, Method, Scales, TrackerConfig};
+use std::process::Command;
 
 const FRAMES: std::ops::Range<usize> = 0..24;
 
@@ -23,6 +24,33 @@ fn on_any_number_of_threads() {
         // In the global thread pool.
         assert_eq!(one, SIMPLE.track(&config, FRAMES));
     }
+}
+
+/// For [`with_any_instructions`]: the environment is read once in a process.
+#[test]
+#[ignore = "another test runs it"]
+fn print_boxes() {
+    for config in all() {
+        println!("\nboxes {:?}", bits(&SIMPLE.track(&config, 0..8)));
+    }
+}
+
+#[test]
+fn with_any_instructions() {
+    let boxes = |instructions: Option<&str>| {
+        let mut command = Command::new(std::env::current_exe().unwrap());
+        command.args(["--exact", "same_boxes::print_boxes", "--ignored", "--nocapture"]);
+        match instructions {
+            Some(name) => command.env("PATCHLOCK_SIMD", name),
+            None => command.env_remove("PATCHLOCK_SIMD"),
+        };
+        let text = String::from_utf8(command.output().unwrap().stdout).unwrap();
+        let lines = text.lines().filter(|line| line.starts_with("boxes "));
+        lines.map(str::to_owned).collect::<Vec<_>>()
+    };
+    let widest = boxes(None);
+    assert_eq!(widest.len(), all().len());
+    assert_eq!(boxes(Some("plain")), widest);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Compares the loops of the method `network` with those in Python with onnxruntime, on networks of
-//! made-up weights. What the networks themselves compute is compared in `src/network/golden.rs`.
+//! made-up weights. What the networks themselves compute is compared in `network/programs.rs`, a
+//! module of the library.
 
 use crate::golden;
 use patchlock::{BoundingBox, Frame, FrameView, Network, Preset, Tracker, TrackerConfig};
