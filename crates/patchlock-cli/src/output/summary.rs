@@ -73,9 +73,9 @@ impl Settings {
     }
 }
 
-/// A stretch of frames in which the score of a target stayed low: below one half with the method
-/// `robust`, whose score is a probability, and below half of the target's median score with
-/// `paper` and `network`.
+/// A stretch of frames in which the score of a target stayed low: below one half with the methods
+/// `robust` and `network`, whose score is a probability, and below half of the target's median
+/// score with `paper`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LowScore {
     /// The target's id; with a single target there is no such field.
@@ -148,7 +148,7 @@ impl Summary {
             frames_lost: run.count(Status::Lost),
             losses: run.losses().iter().map(|loss| TimedLoss::new(loss, rate)).collect(),
             low_scores: {
-                let low = run.low_scores(settings.method == "robust");
+                let low = run.low_scores(settings.method != "paper");
                 low.iter().map(LowScore::new).collect()
             },
             tracking_fps: round(run.fps()),
