@@ -1,6 +1,6 @@
 //! The errors of the library. Their messages tell the caller what to change.
 
-use crate::network::NetworkError;
+use crate::network_error::NetworkError;
 use crate::value::Kind;
 
 /// Any error of the library. Its message states what was wrong, the given value and what is

@@ -57,6 +57,8 @@ mod method;
 mod multi;
 #[doc(hidden)]
 pub mod network;
+mod network_error;
+mod network_loop;
 #[doc(hidden)]
 pub mod numeric;
 mod observe;
@@ -80,7 +82,8 @@ pub use config::{
 pub use error::Error;
 pub use estimate::{Estimate, Status};
 pub use multi::{MultiTracker, Tracked};
-pub use network::{KNOWN_MODELS, KnownModel, ModelFile, Network, NetworkError, Runtime};
+pub use network::{KNOWN_MODELS, KnownModel, ModelFile, Network, Runtime};
+pub use network_error::NetworkError;
 pub use observe::{FrameView, NetworkView, Observer, PaperView, PatchView, RobustView, UpdateView};
 pub use paper::state::State;
 pub use patch_model::likelihood::{Feature, Gamma, Scales};

@@ -3,8 +3,8 @@
 
 use crate::config::{Method, TrackerConfig};
 use crate::estimate::Estimate;
-use crate::network::NetworkError;
-use crate::network::target as network;
+use crate::network_error::NetworkError;
+use crate::network_loop as network;
 use crate::observe::{FrameView, NetworkView, Observer, PaperView, RobustView};
 use crate::vision::frame::{Frame, GreyImage};
 use crate::vision::geometry::BoundingBox;

@@ -1,6 +1,6 @@
 //! Access to the intermediate results of a tracker, with one kind of view per method.
 
-pub use crate::network::view::NetworkView;
+pub use crate::network_loop::view::NetworkView;
 pub use crate::paper::view::{PaperView, PatchView, UpdateView};
 pub use crate::robust::view::RobustView;
 

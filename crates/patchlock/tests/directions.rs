@@ -12,20 +12,36 @@ type Rule = (&'static str, &'static [&'static str]);
 /// listed before it, so there are no cycles.
 const MAY_USE: &[Rule] = &[
     ("value", &[]),
-    ("error", &["value"]),
+    ("network_error", &[]),
+    ("error", &["network_error", "value"]),
     ("numeric", &["error"]),
     ("vision", &["error", "numeric"]),
     ("patch_model", &["numeric", "vision"]),
     ("correlation", &["numeric", "vision"]),
-    ("config", &["error", "patch_model", "value", "vision"]),
+    ("network", &["network_error", "numeric", "vision"]),
+    ("config", &["error", "network", "network_error", "patch_model", "value", "vision"]),
     ("estimate", &["error", "patch_model", "vision"]),
     ("paper", &["config", "estimate", "patch_model", "vision"]),
     ("robust", &["config", "correlation", "estimate", "patch_model", "vision"]),
+    ("network_loop", &["config", "error", "estimate", "network", "network_error", "vision"]),
     // Only the types in its views.
-    ("observe", &["paper", "robust"]),
-    ("method", &["config", "error", "estimate", "observe", "paper", "robust", "vision"]),
+    ("observe", &["network_loop", "paper", "robust"]),
+    (
+        "method",
+        &[
+            "config",
+            "error",
+            "estimate",
+            "network_error",
+            "network_loop",
+            "observe",
+            "paper",
+            "robust",
+            "vision",
+        ],
+    ),
     ("target_id", &[]),
-    ("snapshot", &["config", "error", "estimate", "method", "target_id", "vision"]),
+    ("snapshot", &["config", "error", "estimate", "method", "network", "target_id", "vision"]),
     (
         "multi",
         &[
@@ -53,8 +69,9 @@ const RE_EXPORTS: &[(&str, &str)] =
 /// Parts of the standard library that the tracker must not use: files, the terminal, the network,
 /// processes and the clock.
 const FORBIDDEN_STD: &[&str] = &["fs", "io", "env", "net", "process", "time", "os"];
-/// An environment variable selects the instructions; it affects nothing else.
-const EXCEPTIONS: &[(&str, &str)] = &[("instructions.rs", "env")];
+/// An environment variable selects the instructions; it affects nothing else. The number of the
+/// process says whether it is a fork, which has none of its parent's threads.
+const EXCEPTIONS: &[(&str, &str)] = &[("instructions.rs", "env"), ("built_in.rs", "process")];
 const FORBIDDEN_WORDS: &[&str] =
     &["println!", "eprintln!", "print!", "eprint!", "dbg!", "Instant", "SystemTime"];
 

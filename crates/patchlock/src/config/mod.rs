@@ -15,7 +15,8 @@ mod robust;
 mod table;
 
 use crate::Error;
-use crate::network::{Network, NetworkError};
+use crate::network::Network;
+use crate::network_error::NetworkError;
 use serde::Serialize;
 
 use crate::value::Value;

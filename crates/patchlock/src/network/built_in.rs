@@ -7,9 +7,9 @@
 
 use super::cost::Cost;
 use super::depthwise::{Depthwise, DepthwiseScratch};
-use super::error::{NetworkError, graph as damaged};
 use super::graph::CheckedGraph;
 use super::onnx::{FLOAT, INT64, Node, ValueInfo};
+use crate::network_error::{NetworkError, graph as damaged};
 use rten::{Model, ModelOptions, NodeId, RunOptions, ThreadPool, Value, ValueOrView, ValueView};
 use rten_tensor::prelude::*;
 use rten_tensor::{Tensor, TensorView};
@@ -211,12 +211,13 @@ fn failed(reason: impl ToString) -> NetworkError {
     NetworkError::Runtime { runtime: "rten".to_owned(), reason: reason.to_string() }
 }
 
-/// The pool with this number of threads. `rten` runs on pools of its own only.
+/// The pool with this number of threads. `rten` runs on pools of its own only. A forked process has
+/// none of the threads of its parent, so its pools are others.
 fn pool(threads: usize) -> Arc<ThreadPool> {
-    static POOLS: Mutex<BTreeMap<usize, Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
+    static POOLS: Mutex<BTreeMap<(u32, usize), Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
     let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
     let new = || Arc::new(ThreadPool::with_num_threads(threads));
-    Arc::clone(pools.entry(threads).or_insert_with(new))
+    Arc::clone(pools.entry((std::process::id(), threads)).or_insert_with(new))
 }
 
 /// Loads a file with the operators that trackers use.

@@ -1,9 +1,9 @@
 //! What an operator costs, from the shapes of its inputs, before it is computed: a file cannot make
 //! the runtime take more memory or time than the limits here.
 
-use super::error::{NetworkError, at_most, graph};
 use super::graph::{MAX_ELEMENTS, MAX_RANK};
 use super::onnx::Node;
+use crate::network_error::{NetworkError, at_most, graph};
 
 /// The most multiplications and additions of one run of a graph. The known trackers have below 10^9.
 const MAX_MULTIPLICATIONS: u64 = 1 << 31;
@@ -160,8 +160,8 @@ fn product(shape: &[usize]) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::onnx::Attribute;
     use super::*;
+    use crate::network::onnx::Attribute;
 
     fn node(op: &str) -> Node {
         Node { op_type: op.into(), ..Node::default() }

@@ -229,8 +229,8 @@ fn convolve<S: Simd, const K: usize>(
 
 #[cfg(test)]
 mod tests {
-    use super::super::onnx::Attribute;
     use super::*;
+    use crate::network::onnx::Attribute;
     use proptest::prelude::*;
 
     /// The same by the definition.

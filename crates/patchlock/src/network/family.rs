@@ -1,10 +1,10 @@
 //! What a family of networks must be able to do. Each family is a file.
 
-use super::error::NetworkError;
 use super::graph::CheckedGraph;
 use super::look::{Buffers, Look, Place, Settled};
 use super::runtime::Runtime;
 use super::{nanotrack, vittrack};
+use crate::network_error::NetworkError;
 use crate::vision::frame::Frame;
 use std::fmt::Debug;
 

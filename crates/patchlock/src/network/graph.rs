@@ -1,8 +1,8 @@
 //! The graph of a file, checked: known operators, tensors as long as their shapes say, every value
 //! made once and before it is used.
 
-use super::error::{NetworkError, at_most, graph};
 use super::onnx::{self, FLOAT, INT32, INT64, Node, Tensor, ValueInfo};
+use crate::network_error::{NetworkError, at_most, graph};
 use prost::Message;
 use std::collections::{BTreeSet, HashMap, HashSet};
 
@@ -299,8 +299,8 @@ fn sorted(nodes: Vec<Node>, known: &HashSet<String>) -> Result<Vec<Node>, Networ
 
 #[cfg(test)]
 mod tests {
-    use super::super::onnx::{Attribute, Graph, Model, OperatorSet};
     use super::*;
+    use crate::network::onnx::{Attribute, Graph, Model, OperatorSet};
 
     const HEAD: &[u8] = include_bytes!("../../tests/golden/network/nanotrack_head.onnx");
 

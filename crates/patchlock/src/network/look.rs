@@ -114,7 +114,7 @@ pub struct Buffers {
     pub(super) program: ProgramScratch,
     pub(super) features: [Vec<f32>; 1],
     pub(super) outputs: Vec<Vec<f32>>,
-    pub(super) look: Look,
+    pub(crate) look: Look,
 }
 
 /// The probability with these logarithmic odds.

@@ -6,25 +6,22 @@
 mod built_in;
 mod cost;
 mod depthwise;
-mod error;
 mod family;
 #[cfg(test)]
 #[path = "../../tests/golden/network/programs.rs"]
 mod golden;
 mod graph;
 mod known;
-mod look;
+pub(crate) mod look;
 mod nanotrack;
 mod onnx;
 #[cfg(feature = "onnxruntime")]
 mod onnxruntime;
 mod program;
 mod runtime;
-pub(crate) mod target;
-pub(crate) mod view;
 mod vittrack;
 
-pub use error::NetworkError;
+use crate::network_error::NetworkError;
 use family::{Family, recognise};
 use graph::CheckedGraph;
 pub use known::{KNOWN_MODELS, KnownModel};
@@ -166,7 +163,8 @@ impl Network {
         &self.0.runtime
     }
 
-    fn family(&self) -> &dyn Family {
+    /// What its family can do.
+    pub(crate) fn family(&self) -> &dyn Family {
         &*self.0.family
     }
 }

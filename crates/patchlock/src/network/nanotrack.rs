@@ -4,7 +4,6 @@
 //! The rules of [`Family::settle`] are those of SiamRPN (Li et al. 2018, Sec. 4.3) with the numbers
 //! that were published with each version.
 
-use super::error::NetworkError;
 use super::family::{Family, Part, Recogniser};
 use super::graph::CheckedGraph;
 use super::look::{
@@ -12,6 +11,7 @@ use super::look::{
 };
 use super::program::Program;
 use super::runtime::Runtime;
+use crate::network_error::NetworkError;
 use crate::vision::frame::Frame;
 
 /// Sides of the inputs in pixels.
@@ -95,9 +95,11 @@ fn part(graph: &CheckedGraph) -> Option<usize> {
 }
 
 fn build(graphs: &[CheckedGraph], runtime: &Runtime) -> Result<Box<dyn Family>, NetworkError> {
-    let [backbone, head] = graphs else { return Err(super::error::graph("it has another part")) };
+    let [backbone, head] = graphs else {
+        return Err(crate::network_error::graph("it has another part"));
+    };
     let damaged = |what: &str, shapes: &[Vec<usize>]| {
-        super::error::graph(format!("the outputs of its {what} have the shapes {shapes:?}"))
+        crate::network_error::graph(format!("the outputs of its {what} have the shapes {shapes:?}"))
     };
     let image = |side| [1, 3, side, side];
     let template = Program::new(backbone, &[&image(TEMPLATE)], runtime)?;

@@ -1,8 +1,8 @@
 //! Runs a graph with an installed library of onnxruntime (<https://onnxruntime.ai>).
 
-use super::error::NetworkError;
 use super::graph::CheckedGraph;
 use super::onnx::{FLOAT, ValueInfo};
+use crate::network_error::NetworkError;
 use ort::environment::Environment;
 use ort::session::{Session as OrtSession, SessionInputValue};
 use ort::value::TensorRef;

@@ -1,11 +1,11 @@
 //! A graph that runs on inputs of fixed shapes, with the runtime that the user chose.
 
 use super::built_in::{Pipeline, PipelineScratch};
-use super::error::NetworkError;
 use super::graph::CheckedGraph;
 #[cfg(feature = "onnxruntime")]
 use super::onnxruntime::Session;
 use super::runtime::{Runtime, RuntimeKind};
+use crate::network_error::NetworkError;
 
 /// A graph, ready to run.
 #[derive(Debug)]

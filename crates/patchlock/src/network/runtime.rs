@@ -1,7 +1,7 @@
 //! What runs a network: the built-in runtime, or an installed library of onnxruntime.
 
 #[cfg(feature = "onnxruntime")]
-use super::error::NetworkError;
+use crate::network_error::NetworkError;
 use std::fmt;
 #[cfg(feature = "onnxruntime")]
 use std::path::Path;

@@ -1,12 +1,12 @@
 //! VitTrack (OpenCV Zoo, `object_tracking_vittrack`): one small vision transformer that reads the
 //! template's and the window's pixels together.
 
-use super::error::NetworkError;
 use super::family::{Family, Part, Recogniser};
 use super::graph::CheckedGraph;
 use super::look::{Buffers, Look, Place, Settled, Window, hann, hann_over, largest, logistic};
 use super::program::Program;
 use super::runtime::Runtime;
+use crate::network_error::NetworkError;
 use crate::vision::frame::Frame;
 
 /// Sides of the inputs in pixels, and of the windows in roots of the target's area.
@@ -59,7 +59,7 @@ fn build(graphs: &[CheckedGraph], runtime: &Runtime) -> Result<Box<dyn Family>, 
     let map = |channels| vec![1, channels, CELLS, CELLS];
     if network.output_shapes() != [map(1), map(2), map(2)] {
         let shapes = network.output_shapes();
-        return Err(super::error::graph(format!("its outputs have the shapes {shapes:?}")));
+        return Err(crate::network_error::graph(format!("its outputs have the shapes {shapes:?}")));
     }
     Ok(Box::new(VitTrack { network, hann: window() }))
 }

@@ -102,7 +102,8 @@ fn a_saved_target_with_bad_numbers_is_refused() {
     let config = network();
     let [good, _] = saved(&config);
     let value: serde_json::Value = serde_json::from_str(&good).unwrap();
-    let damages: [(&str, fn(&mut serde_json::Value)); 5] = [
+    type Damage = fn(&mut serde_json::Value);
+    let damages: [(&str, Damage); 5] = [
         ("a number of its target", |target| target["place"]["size"][0] = 0.0.into()),
         ("a number of its target", |target| target["place"]["size"][1] = (-5.0).into()),
         ("a number of its target", |target| target["place"]["size"][1] = 1e300.into()),

@@ -1,15 +1,17 @@
 //! The method `network`: the loop that was published with the network. It looks at the window
 //! around the last place and moves to where the network sees the target.
 
-use super::Network;
-use super::error::NetworkError;
-use super::look::{Buffers, Look, Place, Settled};
-use super::view::NetworkView;
+pub(crate) mod view;
+
 use crate::config::NetworkConfig;
 use crate::estimate::{Estimate, Status};
+use crate::network::Network;
+use crate::network::look::{Buffers, Look, Place, Settled};
+use crate::network_error::NetworkError;
 use crate::vision::frame::{Frame, FrameSize};
 use crate::vision::geometry::{BoundingBox, MAX_SIDE};
 use serde::{Deserialize, Serialize};
+use view::NetworkView;
 
 /// The shortest side of a target, in pixels.
 const MIN_SIDE: f64 = 10.0;

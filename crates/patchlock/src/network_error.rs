@@ -68,11 +68,11 @@ pub enum NetworkError {
 }
 
 /// The error for a damaged graph.
-pub(super) fn graph(reason: impl Into<String>) -> NetworkError {
+pub(crate) fn graph(reason: impl Into<String>) -> NetworkError {
     NetworkError::Graph(reason.into())
 }
 
 /// Checks a number against its limit.
-pub(super) fn at_most(what: &'static str, value: u64, max: u64) -> Result<(), NetworkError> {
+pub(crate) fn at_most(what: &'static str, value: u64, max: u64) -> Result<(), NetworkError> {
     if value <= max { Ok(()) } else { Err(NetworkError::TooLarge { what, value, max }) }
 }
