@@ -421,3 +421,52 @@ fn the_example_of_the_guide_is_read_and_says_the_same_when_written() {
     assert_eq!(numbers(&written), numbers(&json(example)));
     assert_eq!(written["revision"], 18);
 }
+
+#[cfg(unix)]
+#[test]
+fn what_has_the_name_of_a_lock_is_left_alone() {
+    use std::os::unix::fs::symlink;
+    let place = Place::new();
+    let lock = place.folder().join("frames.patchlock.json.lock");
+    let precious = place.folder().join("precious.txt");
+    fs::write(&precious, "a year of work").unwrap();
+    let refused = |words: &str| {
+        let opened = Store::open(&place.file(), Some(&place.video()));
+        let message = opened.unwrap_err().to_string();
+        assert!(
+            message.contains(words) && message.contains("not a lock of Patchlock"),
+            "{message}"
+        );
+        assert_eq!(fs::read_to_string(&precious).unwrap(), "a year of work");
+        assert!(lock.symlink_metadata().is_ok(), "it is still there");
+    };
+    symlink("precious.txt", &lock).unwrap();
+    refused("it is a link");
+    fs::remove_file(&lock).unwrap();
+    symlink("nowhere.txt", &lock).unwrap();
+    refused("it is a link");
+    assert!(!place.folder().join("nowhere.txt").exists());
+    fs::remove_file(&lock).unwrap();
+    fs::hard_link(&precious, &lock).unwrap();
+    refused("it is a file of its own");
+    fs::remove_file(&lock).unwrap();
+    fs::create_dir(&lock).unwrap();
+    refused("it is not a file");
+    fs::remove_dir(&lock).unwrap();
+    assert!(std::process::Command::new("mkfifo").arg(&lock).status().unwrap().success());
+    refused("it is not a file");
+}
+
+#[test]
+fn a_lock_that_a_killed_process_left_is_taken_over() {
+    let place = Place::new();
+    let lock = place.folder().join("frames.patchlock.json.lock");
+    for left in ["", "process 4194999"] {
+        fs::write(&lock, left).unwrap();
+        let store = Store::open(&place.file(), Some(&place.video())).unwrap();
+        let second = Store::open(&place.file(), Some(&place.video())).unwrap_err();
+        assert!(matches!(second, Error::InUse { .. }), "{second}");
+        drop(store);
+    }
+    assert!(cfg!(windows) || !lock.exists());
+}
