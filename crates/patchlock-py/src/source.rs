@@ -59,8 +59,7 @@ impl Frames {
         let order = Order { start, end, stride, reverse };
         let opened = py.detach(|| -> Result<Self, Error> {
             order.check()?;
-            let opened =
-                open_within(&source.to_string_lossy(), reverse, Limits { pixels: max_pixels })?;
+            let opened = open_within(&source, reverse, Limits { pixels: max_pixels })?;
             let (length, rate) = (opened.length(), opened.rate());
             let indices = order.indices(length)?;
             Ok(Self {

@@ -105,6 +105,7 @@ pub fn write(
         label: "target".to_owned(),
         size: None,
         images: (copies || names).then(|| video.to_path_buf()),
+        follow_links: false,
         key_frames: options.key_frames,
         limits: options.limits,
     };

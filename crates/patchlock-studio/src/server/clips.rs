@@ -142,7 +142,7 @@ impl Clip {
     fn open_now(&self) -> Result<Opened, project::Error> {
         let limits = self.settings.limits;
         let store = Store::open_within(&self.project, Some(&self.video), limits)?;
-        let source = patchlock_media::open_within(&self.video.to_string_lossy(), false, limits)?;
+        let source = patchlock_media::open_within(&self.video, false, limits)?;
         let video = &store.project().video;
         let (frames, width, height) = (video.frames, video.width, video.height);
         let changed = store.changed().map(|change| change.to_string());

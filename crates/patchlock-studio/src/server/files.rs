@@ -59,8 +59,7 @@ pub async fn upload(
     file.sync_all().await.map_err(|error| cannot_keep(&folder, &error))?;
     drop(file);
     let clip = aside(move || {
-        let mut source =
-            patchlock_media::open_within(&path.to_string_lossy(), false, app.settings.limits)?;
+        let mut source = patchlock_media::open_within(&path, false, app.settings.limits)?;
         if source.frame(0)?.is_none() {
             return Err(Refusal::bad(format!("{name} has no frames")));
         }

@@ -119,8 +119,7 @@ fn encode(
     mut paint: impl FnMut(usize, &Picture) -> Vec<u8>,
 ) -> Result<NamedTempFile, Refusal> {
     let stopped = || stop.load(Ordering::SeqCst);
-    let name = clip.engine.video.to_string_lossy();
-    let source = patchlock_media::open_within(&name, false, clip.engine.limits)?;
+    let source = patchlock_media::open_within(&clip.engine.video, false, clip.engine.limits)?;
     let file = NamedTempFile::new();
     let file = file.map_err(|error| cannot_keep(&std::env::temp_dir(), &error))?;
     let rate = clip.rate.unwrap_or(FrameRate::DEFAULT);
