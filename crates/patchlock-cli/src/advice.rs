@@ -116,6 +116,7 @@ pub fn track_hint(error: &patchlock_track::Error) -> Option<String> {
     let hint = match error {
         Error::Settings(error) => return settings_hint(error),
         Error::Media(error) => return media_hint(error),
+        Error::LinkOutside { .. } => "look at what it leads to; --follow-links copies it",
         Error::Export(_) => "patchlock export --help describes what each format needs",
         Error::StartBoxShape { .. } => BOX,
         Error::StartBoxOutside { .. } => {

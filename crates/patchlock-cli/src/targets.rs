@@ -107,6 +107,28 @@ impl Targets {
         }
     }
 
+    /// Fails if more targets are followed at once than this. Each has a memory of its own, whether
+    /// it is lost or not.
+    pub fn check_number(&self, most: usize, order: &Order) -> Result<(), Failure> {
+        let mut followed = BTreeSet::new();
+        let mut frames: Vec<_> = self.events.values().collect();
+        // The events without a frame come first in both orders.
+        let first = self.events.keys().take_while(|frame| frame.is_none()).count();
+        if order.reverse {
+            frames[first..].reverse();
+        }
+        for event in frames.into_iter().flatten() {
+            match event.bbox {
+                Some(_) => followed.insert(event.id),
+                None => followed.remove(&event.id),
+            };
+            if followed.len() > most {
+                return Err(too_many(most, self.starts().map(|(_, id)| id).collect()));
+            }
+        }
+        Ok(())
+    }
+
     /// Fails if a target starts in this frame on a box that does not fit the frame.
     pub fn check_boxes(&self, frame: usize, picture: &Picture) -> Result<(), Failure> {
         let first = self.events.get(&None).filter(|_| !self.started);
@@ -135,6 +157,22 @@ impl Targets {
             None => Ok(()),
         }
     }
+}
+
+/// Megabytes that a target takes with the default settings.
+const TARGET_MB: usize = 5;
+
+/// The error for more targets at once than `most`.
+fn too_many(most: usize, all: BTreeSet<u64>) -> Failure {
+    let count = all.len();
+    let gigabytes = (count * TARGET_MB) as f64 / 1000.0;
+    usage(format!(
+        "more than {most} targets would be tracked at once, each in about {TARGET_MB} MB of memory"
+    ))
+    .hint(format!(
+        "--max-targets {count} allows all {count} targets, which take {gigabytes:.1} GB at once; or \
+         track them in several runs"
+    ))
 }
 
 fn untracked(frame: usize, id: u64) -> Failure {
@@ -212,6 +250,22 @@ mod tests {
         assert!(said("frame,id,x,y,w,h\n3,1,1,2,3,4\n3,1,1,2,3,4\n").contains("twice in frame 3"));
         let huge = said("frame,id,x,y,w,h\n0,1,1,2,3,4\n18446744073709551615,2,1,2,3,4\n");
         assert!(huge.contains("line 3: target 2: 18446744073709551615 is not a frame"), "{huge}");
+    }
+
+    #[test]
+    fn the_number_of_targets_at_once_has_a_limit() {
+        let text = "frame,id,x,y,w,h\n0,1,1,2,3,4\n5,1,,,,\n6,2,1,2,3,4\n7,3,1,2,3,4\n7,2,,,,\n";
+        let targets = table(text).unwrap();
+        let order = |reverse| Order { start: 0, end: None, stride: 1, reverse };
+        assert!(targets.check_number(2, &order(false)).is_ok());
+        assert!(targets.check_number(1, &order(false)).is_err());
+        // Backwards, the first target starts last.
+        assert!(targets.check_number(2, &order(true)).is_err());
+        assert!(targets.check_number(3, &order(true)).is_ok());
+        let bbox = BoundingBox { x: 1.0, y: 2.0, w: 3.0, h: 4.0 };
+        let error = Targets::in_first_frame(&[bbox; 7]).check_number(6, &order(false));
+        let error = error.unwrap_err().to_string();
+        assert!(error.contains("more than 6 targets would be tracked at once"), "{error}");
     }
 
     #[test]

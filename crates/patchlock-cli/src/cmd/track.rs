@@ -1,6 +1,6 @@
 //! `patchlock track`: tracks one target or many through a source.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Error, Result};
 use clap::builder::RangedU64ValueParser;
@@ -13,6 +13,7 @@ use super::settings::SettingsArgs;
 use super::{LimitArgs, SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
 use crate::failure::{Failure, interrupted, say, usage};
 use crate::interrupt;
+use crate::output::inputs::Inputs;
 use crate::output::plan::{Opened, Plan};
 use crate::output::row::Lost;
 use crate::output::summary::{Settings, Summary};
@@ -86,7 +87,7 @@ EXAMPLES:
 )]
 pub struct TrackArgs {
     /// Frames: a folder, a pattern, a glob, a video file, or - for Y4M on stdin
-    source: String,
+    source: PathBuf,
 
     /// The target in the first tracked frame: left, top (from 0), width, height; may be fractional.
     /// If the option is repeated, each box is a target, with the ids 1, 2 and so on
@@ -166,6 +167,16 @@ pub struct TrackArgs {
     #[command(flatten)]
     limits: LimitArgs,
 
+    /// Maximum number of targets that are tracked at once. A target takes about 5 MB of memory
+    #[arg(
+        long,
+        value_name = "1..",
+        default_value_t = 500,
+        allow_negative_numbers = true,
+        value_parser = RangedU64ValueParser::<usize>::new().range(1..)
+    )]
+    max_targets: usize,
+
     /// No progress bar. It is always hidden if the table is printed to the terminal
     #[arg(long, short)]
     quiet: bool,
@@ -211,14 +222,14 @@ impl TrackArgs {
             return Err(usage(message).hint(".csv and .jsonl files hold many").into());
         }
         let inputs = [
-            Some(Path::new(&self.source)),
+            Some(self.source.as_path()),
             self.settings.config.as_deref(),
             self.settings.model.model.as_deref(),
             self.box_from.as_deref(),
             self.boxes.as_deref(),
             self.project.as_deref(),
         ];
-        let inputs: Vec<&Path> = inputs.into_iter().flatten().collect();
+        let inputs = Inputs::new(inputs.into_iter().flatten()).with_source(&self.source);
         let (pictures, summary) = (self.pictures.plan(many)?, self.summary.as_deref());
         let plan = Plan::check(&self.save, pictures, summary, self.overwrite, &inputs)?;
         Ok(plan.with_project(self.project.is_some()))
@@ -262,6 +273,7 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let expected = order.count(length);
     let mut indices = order.indices(length).map_err(Failure::from)?.peekable();
     let mut targets = start.targets(indices.peek().copied().unwrap_or(order.start))?;
+    targets.check_number(args.max_targets, &order)?;
     targets.check(&order, length)?;
     interrupt::listen()?;
     let mut frames = Ahead::start(source, Box::new(indices));
