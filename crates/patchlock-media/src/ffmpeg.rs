@@ -32,7 +32,7 @@ const CONTAINERS: &str = "matroska,webm,mov,mp4,avi,flv,mpeg,mpegts,mpegvideo,m4
                           mjpeg,gif,apng,webp,yuv4mpegpipe,flic,roq,smk,bink,swf,\
                           bmp_pipe,dpx_pipe,exr_pipe,gif_pipe,j2k_pipe,jpeg_pipe,jpegxl_pipe,jpegxl_anim,\
                           pam_pipe,pbm_pipe,pgm_pipe,ppm_pipe,pfm_pipe,png_pipe,psd_pipe,qoi_pipe,\
-                          sgi_pipe,tiff_pipe,webp_pipe";
+                          sgi_pipe,tiff_pipe,webp_pipe,pcx_pipe,jpegls_pipe";
 /// Writes the time of each frame, in millionths of a second, to a file before the frame itself.
 const TIMES: &str = "settb=AVTB,metadata=mode=add:key=n:value=0,metadata=mode=print:direct=1:file=";
 const TIMES_FILE: &str = "times.txt";

@@ -8,6 +8,7 @@ use patchlock_studio::export::{self, Format, Options};
 use patchlock_studio::import;
 use patchlock_studio::project::{self as rust, Edit, Error, Store, Target};
 use patchlock_studio::tracking::Found;
+use patchlock_track::files;
 use pyo3::exceptions::{PyKeyError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -283,7 +284,7 @@ impl Project {
         let first = self.store.project().next_id;
         let store = &mut self.store;
         let imported = py.detach(|| {
-            let text = std::fs::read(&file).map_err(|source| Error::Read { path: file, source })?;
+            let text = files::read(&file).map_err(|source| Error::Read { path: file, source })?;
             let targets = import::read(format, &text, store.project())?;
             store.apply(vec![Edit::Import { targets }])
         });

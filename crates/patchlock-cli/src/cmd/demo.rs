@@ -112,9 +112,9 @@ fn prepare(out: &Path, overwrite: bool) -> Result<(), Failure> {
     let ours = files::read(&out.join(ABOUT)).is_ok_and(|text| text.starts_with(MARK.as_bytes()));
     let foreign = FILES.iter().map(|(name, _)| out.join(name)).find(|path| path.exists());
     // The mark may be somebody else's, and a link leads to any file.
-    let link = FILES.iter().map(|(name, _)| out.join(name)).find(|path| path.is_symlink());
-    if let Some(path) = link {
-        return Err(usage(format!("{} is a link, which no demo writes", path.display()))
+    let is_link = |path: &PathBuf| path.is_symlink() && (path.is_file() || !path.exists());
+    if let Some(path) = FILES.iter().map(|(name, _)| out.join(name)).find(is_link) {
+        return Err(usage(format!("{} is a link to a file, which no demo writes", path.display()))
             .hint("remove it, or choose another folder with --out"));
     }
     if let Some(path) = foreign.filter(|_| !ours && !overwrite) {

@@ -1,6 +1,7 @@
 //! `patchlock track`: tracks one target or many through a source.
 
-use std::path::PathBuf;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Error, Result};
 use clap::builder::RangedU64ValueParser;
@@ -87,7 +88,7 @@ EXAMPLES:
 )]
 pub struct TrackArgs {
     /// Frames: a folder, a pattern, a glob, a video file, or - for Y4M on stdin
-    source: PathBuf,
+    source: OsString,
 
     /// The target in the first tracked frame: left, top (from 0), width, height; may be fractional.
     /// If the option is repeated, each box is a target, with the ids 1, 2 and so on
@@ -222,7 +223,7 @@ impl TrackArgs {
             return Err(usage(message).hint(".csv and .jsonl files hold many").into());
         }
         let inputs = [
-            Some(self.source.as_path()),
+            Some(Path::new(&self.source)),
             self.settings.config.as_deref(),
             self.settings.model.model.as_deref(),
             self.box_from.as_deref(),
@@ -258,7 +259,8 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let order = args.order();
     order.check().map_err(Failure::from)?;
     let limits = args.limits.limits();
-    let project = args.project.as_deref().map(|file| project::open(file, &args.source, limits));
+    let project =
+        args.project.as_deref().map(|file| project::open(file, Path::new(&args.source), limits));
     let project = project.transpose()?;
     let start = args.start(project.as_ref())?;
     let config = args.settings.resolve(args.seed)?;

@@ -1,5 +1,6 @@
 //! The files that a command reads, which it must not replace.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use crate::failure::{Failure, usage};
@@ -17,7 +18,7 @@ impl Inputs {
     }
 
     /// The files and those of a source of frames.
-    pub fn with_source(mut self, source: &Path) -> Self {
+    pub fn with_source(mut self, source: impl AsRef<OsStr>) -> Self {
         self.files.extend(patchlock_media::files_of(source));
         self
     }

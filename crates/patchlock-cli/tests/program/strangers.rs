@@ -37,7 +37,7 @@ fn links_in_a_folder_destroy_nothing() {
     fs::create_dir(bench.path("demo")).unwrap();
     fs::write(bench.path("demo/about.txt"), "Made by `patchlock demo`").unwrap();
     symlink("../precious.txt", bench.path("demo/truth.csv")).unwrap();
-    run(&bench, &["demo", "--overwrite"]).code(2).stderr(contains("truth.csv is a link"));
+    run(&bench, &["demo", "--overwrite"]).code(2).stderr(contains("truth.csv is a link to a file"));
     assert_eq!(fs::read_to_string(bench.path("precious.txt")).unwrap(), "a year of work");
     assert!(!bench.path("nowhere.csv").exists() && bench.leftovers().is_empty());
 }
