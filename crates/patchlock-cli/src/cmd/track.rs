@@ -168,7 +168,8 @@ pub struct TrackArgs {
     #[command(flatten)]
     limits: LimitArgs,
 
-    /// Maximum number of targets that are tracked at once. A target takes about 5 MB of memory
+    /// Maximum number of targets that are tracked at once. A target takes about 5 MB
+    /// of memory; with the preset paper, 20 MB
     #[arg(
         long,
         value_name = "1..",
@@ -275,7 +276,7 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let expected = order.count(length);
     let mut indices = order.indices(length).map_err(Failure::from)?.peekable();
     let mut targets = start.targets(indices.peek().copied().unwrap_or(order.start))?;
-    targets.check_number(args.max_targets, &order)?;
+    targets.check_number(args.max_targets, &order, &config.method)?;
     targets.check(&order, length)?;
     interrupt::listen()?;
     let mut frames = Ahead::start(source, Box::new(indices));

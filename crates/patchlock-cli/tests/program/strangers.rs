@@ -167,7 +167,7 @@ fn a_table_of_very_many_targets_is_refused() {
         let options = ["--boxes", "t.csv", "--save", "a.csv"];
         bench.bare("f").args(options).args(more).assert()
     };
-    let words = "more than 500 targets would be tracked at once, each in about 5 MB of memory";
+    let words = "more than 500 targets would be tracked at once, each in about 20 MB of memory";
     track(&[]).code(2).stderr(contains(words)).stderr(contains("--max-targets 10000 allows"));
     track(&["--max-targets", "0"]).code(2).stderr(contains("--max-targets"));
     assert!(!bench.path("a.csv").exists() && bench.leftovers().is_empty());
