@@ -102,6 +102,7 @@ pub fn run(args: &StudioArgs) -> Result<()> {
         address: SocketAddr::new(args.listen, args.port),
         limits: args.limits.limits(),
         patience: Patience::default(),
+        strangers: server::STRANGERS,
         uploads: args.uploads.clone(),
         upload_bytes: args.max_upload.saturating_mul(1 << 20),
         camera: args.camera,
@@ -123,7 +124,12 @@ pub fn run(args: &StudioArgs) -> Result<()> {
     {
         say(&format!("note: no browser was opened ({reason}): open the address yourself"));
     }
-    server.run(interrupt::requested).map_err(failure)?;
+    for file in server.run(interrupt::requested).map_err(failure)? {
+        say(&format!(
+            "note: {} was written at the end: its last changes could not be written before",
+            file.display()
+        ));
+    }
     Ok(())
 }
 
@@ -136,6 +142,10 @@ fn failure(error: server::Error) -> Failure {
             let failure = failed(advice::project_message(&error));
             advice::project_hint(&error).into_iter().fold(failure, Failure::hint)
         }
+        server::Error::Unsaved(_) => failed(error.to_string()).hint(
+            "free space on the disk, or allow writing to the folder, before you work on; the files have \
+             all changes before those",
+        ),
         server::Error::Start(_) => failed(error.to_string()),
     }
 }

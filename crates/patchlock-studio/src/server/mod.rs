@@ -16,6 +16,7 @@ mod jobs;
 mod live;
 mod look;
 mod once;
+mod pace;
 mod video;
 
 use std::net::{SocketAddr, TcpListener};
@@ -44,6 +45,9 @@ use camera::Recordings;
 use clips::Clips;
 use once::Once;
 
+/// [`Options::strangers`] of a server for people: many, since a page is read without the token, and
+/// few enough that files can still be opened.
+pub const STRANGERS: usize = 256;
 /// How long a window may take to receive a message.
 const SENDING: Duration = Duration::from_secs(20);
 
@@ -64,6 +68,8 @@ pub struct Options {
     pub limits: Limits,
     /// How long to wait for a client.
     pub patience: Patience,
+    /// Most connections at once that have not shown the token. One more ends the oldest of them.
+    pub strangers: usize,
     /// The folder for uploads and recordings, made when it is needed.
     pub uploads: PathBuf,
     /// Largest upload in bytes.
@@ -77,8 +83,11 @@ pub struct Options {
 pub struct Patience {
     /// For a request, until its headers are complete.
     pub headers: Duration,
-    /// For a body, until its next bytes.
+    /// For a body, until its next bytes. All of it may take this and a second per KiB.
     pub body: Duration,
+    /// For an answer, until the client takes the next bytes. All of it may take this and a second
+    /// per KiB.
+    pub answer: Duration,
     /// For the page that [`Server::address_once`] leads to, until it asks for the token.
     pub code: Duration,
 }
@@ -88,6 +97,7 @@ impl Default for Patience {
         Self {
             headers: Duration::from_secs(30),
             body: Duration::from_secs(20),
+            answer: Duration::from_secs(60),
             // Browsers that are installed as snaps may take a minute to start.
             code: Duration::from_secs(120),
         }
@@ -111,6 +121,14 @@ pub enum Error {
     /// The only video or its project cannot be opened.
     #[error(transparent)]
     Clip(Arc<crate::project::Error>),
+    /// The program ends, and the last changes of these projects could not be written.
+    #[error("the last changes are lost: {}", shown(.0))]
+    Unsaved(Vec<crate::project::Error>),
+}
+
+/// All errors in one line.
+fn shown(errors: &[crate::project::Error]) -> String {
+    errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
 }
 
 /// What all clips share.
@@ -128,6 +146,7 @@ struct App {
     clips: Clips,
     settings: Settings,
     patience: Patience,
+    strangers: usize,
     uploads: PathBuf,
     upload_bytes: u64,
     camera: bool,
@@ -160,6 +179,7 @@ impl Server {
             clips: Clips::new(settings.clone()),
             settings,
             patience: options.patience,
+            strangers: options.strangers,
             uploads: options.uploads.clone(),
             upload_bytes: options.upload_bytes,
             camera: options.camera,
@@ -199,11 +219,13 @@ impl Server {
         InProcess { routes: routes(Arc::clone(&self.app)), app: self.app }
     }
 
-    /// Answers requests until `stopped` returns true, which is asked ten times a second.
+    /// Answers requests until `stopped` returns true, which is asked ten times a second. Returns the
+    /// project files with changes that could not be written before, and now were.
     ///
     /// # Errors
-    /// [`Error::Start`] if the system gives no threads.
-    pub fn run(self, stopped: impl Fn() -> bool) -> Result<(), Error> {
+    /// [`Error::Start`] if the system gives no threads; [`Error::Unsaved`] if changes could not be
+    /// written.
+    pub fn run(self, stopped: impl Fn() -> bool) -> Result<Vec<PathBuf>, Error> {
         let start = |error: std::io::Error| Error::Start(error.to_string());
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(2)
@@ -214,15 +236,20 @@ impl Server {
         let routes = routes(Arc::clone(&self.app));
         let served = runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(self.listener)?;
-            tokio::spawn(connections::accept(listener, routes, self.app.patience));
+            let App { strangers, patience, .. } = *self.app;
+            tokio::spawn(connections::accept(listener, routes, strangers, patience));
             while !stopped() {
                 tokio::time::sleep(Duration::from_millis(100)).await;
             }
             Ok(())
         });
-        self.app.clips.close();
+        let (saved, failed) = self.app.clips.close();
+        // What still runs aside, an import for example, is not waited for.
         runtime.shutdown_timeout(Duration::from_secs(1));
-        served.map_err(start)
+        if !failed.is_empty() {
+            return Err(Error::Unsaved(failed));
+        }
+        served.map(|()| saved).map_err(start)
     }
 }
 
