@@ -60,6 +60,7 @@ impl Studio {
             uploads: scratch.folder().join("uploads"),
             upload_bytes: 1 << 20,
             camera: false,
+            tokens: None,
         };
         let server = Server::open(&options).expect("starts");
         let address = server.address();

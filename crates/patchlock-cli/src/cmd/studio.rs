@@ -7,6 +7,7 @@ use std::process::{Command, Stdio};
 use anyhow::Result;
 use clap::Args;
 use clap::builder::RangedU64ValueParser;
+use etcetera::BaseStrategy as _;
 use patchlock_studio::server::{self, Options, Patience, Server};
 
 use super::settings::SettingsArgs;
@@ -33,7 +34,8 @@ EXAMPLES:
 /// The program serves the page to browsers on this machine; frames stay on it. The printed address
 /// contains a token: anyone who has it can see and change the annotations. The browser is started
 /// with another address, which works once and for two minutes, because other users of this machine
-/// can read the arguments of programs. Ctrl-C ends the program.
+/// can read the arguments of programs. Ctrl-C ends the program. Started again with the same videos and
+/// --port within a week, it has the same token, and pages that are still open go on.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct StudioArgs {
@@ -106,6 +108,7 @@ pub fn run(args: &StudioArgs) -> Result<()> {
         uploads: args.uploads.clone(),
         upload_bytes: args.max_upload.saturating_mul(1 << 20),
         camera: args.camera,
+        tokens: tokens(),
     };
     interrupt::listen()?;
     let server = Server::open(&options).map_err(failure)?;
@@ -131,6 +134,13 @@ pub fn run(args: &StudioArgs) -> Result<()> {
         ));
     }
     Ok(())
+}
+
+/// The folder for tokens, if the user has a folder for such files.
+fn tokens() -> Option<PathBuf> {
+    let folders = etcetera::choose_base_strategy().ok()?;
+    let state = folders.state_dir().unwrap_or_else(|| folders.data_dir());
+    Some(state.join("patchlock").join("studio"))
 }
 
 fn failure(error: server::Error) -> Failure {

@@ -15,8 +15,6 @@ use super::answer::Refusal;
 use super::connections::Place;
 use super::{App, once};
 
-/// Random bytes of a token.
-const TOKEN_BYTES: usize = 32;
 /// The subprotocol of WebSockets; the token follows as the second one, since a page cannot set
 /// headers there.
 pub const PROTOCOL: &str = "patchlock";
@@ -29,9 +27,9 @@ pub struct Access {
 }
 
 impl Access {
-    /// Draws a token for a server that listens on this address.
-    pub fn new(address: SocketAddr) -> Result<Self, String> {
-        Ok(Self { address, token: random_hex::<TOKEN_BYTES>()?, session: random_hex::<4>()? })
+    /// A server that listens on this address.
+    pub fn new(address: SocketAddr, token: String) -> Result<Self, String> {
+        Ok(Self { address, token, session: random_hex::<4>()? })
     }
 
     /// The address for the browser, with the token or a code for it. What follows `#` is never sent

@@ -302,6 +302,7 @@ mod tests {
             uploads: folder.join("uploads"),
             upload_bytes: 1,
             camera: false,
+            tokens: None,
         };
         Server::open(&options).expect("starts").in_process()
     }

@@ -17,6 +17,7 @@ mod live;
 mod look;
 mod once;
 mod pace;
+mod token;
 mod video;
 
 use std::net::{SocketAddr, TcpListener};
@@ -76,6 +77,21 @@ pub struct Options {
     pub upload_bytes: u64,
     /// Whether the page begins with the camera.
     pub camera: bool,
+    /// A folder of the user's own, where the token is kept for a week. A server with the same
+    /// address and videos has it again, so pages that are open go on. Without a folder, and if other
+    /// machines can reach the address, each server has another token.
+    pub tokens: Option<PathBuf>,
+}
+
+impl Options {
+    /// The file for the token of a server that listens on this address.
+    fn token_file(&self, address: SocketAddr) -> Option<PathBuf> {
+        let folder = self.tokens.as_deref().filter(|_| address.ip().is_loopback())?;
+        let absolute = |path: &PathBuf| std::path::absolute(path).unwrap_or_else(|_| path.clone());
+        let videos: Vec<PathBuf> = self.videos.iter().map(absolute).collect();
+        let (project, uploads) = (self.project.as_ref().map(absolute), absolute(&self.uploads));
+        Some(token::file(folder, &format!("{address} {videos:?} {project:?} {uploads:?}")))
+    }
 }
 
 /// How long the server waits for a client.
@@ -142,6 +158,8 @@ struct Settings {
 /// What all requests share.
 struct App {
     access: Access,
+    /// The file that has the token.
+    token_file: Option<PathBuf>,
     once: Once,
     clips: Clips,
     settings: Settings,
@@ -171,10 +189,14 @@ impl Server {
         let pool = pool.map_err(|error| Error::Start(error.to_string()))?;
         let listener = TcpListener::bind(options.address).map_err(listen)?;
         let address = listener.local_addr().map_err(listen)?;
-        let access = Access::new(address).map_err(Error::Start)?;
+        let token_file = options.token_file(address);
+        let token = token_file.as_deref().map_or_else(token::draw, token::kept);
+        let token = token.map_err(Error::Start)?;
+        let access = Access::new(address, token).map_err(Error::Start)?;
         let settings = Settings { config: options.config.clone(), pool, limits: options.limits };
         let app = Arc::new(App {
             access,
+            token_file,
             once: Once::default(),
             clips: Clips::new(settings.clone()),
             settings,

@@ -88,6 +88,7 @@ pub fn options(videos: Vec<PathBuf>, uploads: &Path) -> Options {
         uploads: uploads.join("uploads"),
         upload_bytes: 4 << 20,
         camera: false,
+        tokens: None,
     }
 }
 
@@ -127,9 +128,14 @@ impl Running {
 
     /// Ends the server and starts another one on the same files.
     pub fn restart(&mut self) {
-        self.end();
         let options = options(vec![self.folder.path().join("clip.mp4")], self.folder.path());
-        let (address, [token, code], stop, thread) = start(&options);
+        self.restart_with(&options);
+    }
+
+    /// Ends the server and starts another one with these options.
+    pub fn restart_with(&mut self, options: &Options) {
+        self.end();
+        let (address, [token, code], stop, thread) = start(options);
         (self.address, self.token, self.code) = (address, token, code);
         (self.stop, self.thread) = (stop, Some(thread));
     }
