@@ -19,13 +19,51 @@ test('killed at any moment and started again, everything is there', async ({ pag
     await expect(page.locator('#errors')).toContainText('connection to patchlock studio is lost');
     await expect(page.locator('#saved')).toHaveText('No connection');
 
+    // The page has waited, as it said.
     studio = await Studio.start(folder.videos, ['--port', port]);
-    // The new program has a new token, so the old page says where to go.
-    await expect(page.locator('#errors')).toContainText('token', { timeout: 15_000 });
-    await page.goto('about:blank');
-    await work.open(studio.address);
+    await expect(page.locator('#saved')).toHaveText('Saved', { timeout: 15_000 });
+    await expect(page.locator('#errors')).toBeEmpty();
     await expect(work.targets()).toHaveCount(1);
     expect(folder.project()).toEqual(before);
+    await work.press('Shift+D');
+    await expect.poll(() => folder.project().done).toBe(true);
+    await studio.kill();
+});
+
+test('a page that the program no longer knows says where to go', async ({ page }) => {
+    const [mine, others] = [new Folder(), new Folder()];
+    let studio = await Studio.start(mine.videos);
+    const { port } = studio;
+    await new Work(page).open(studio.address);
+    await studio.kill();
+    studio = await Studio.start(others.videos, ['--port', port]);
+    await expect(page.locator('#errors')).toContainText('token', { timeout: 15_000 });
+    await studio.kill();
+});
+
+test.describe('loaded again', () => {
+    test.use({ names: ['one.mp4', 'two.mp4'] });
+
+    test('the page shows the same clip, frame and zoom', async ({ work, page }) => {
+        await work.press('PageDown');
+        await expect(page.locator('#clip-title')).toHaveText('two.mp4');
+        await work.atFrame(0);
+        await work.goTo(33);
+        for (const _ of [1, 2, 3]) await work.press('+');
+        const zoom = await page.locator('#zoom').textContent();
+        await page.reload();
+        await expect(page.locator('#clip-title')).toHaveText('two.mp4');
+        await work.atFrame(33);
+        await expect(page.locator('#zoom')).toHaveText(zoom);
+    });
+});
+
+test('without a video there is no zoom', async ({ page }) => {
+    const folder = new Folder();
+    const studio = await Studio.start([], [], folder.path);
+    await page.goto(studio.address);
+    await expect(page.locator('#nothing')).toBeVisible();
+    await expect(page.locator('#zoom-tools')).toBeHidden();
     await studio.kill();
 });
 
@@ -67,7 +105,7 @@ test('two windows know of each other, see each change, and do not overwrite it',
     };
     await second.page.route('**/edits', meanwhile, { times: 1 });
     await second.afterDrawing('none');
-    await second.draw({ x: 300, y: 100, w: 60, h: 60 });
+    await second.drawAnother({ x: 300, y: 100, w: 60, h: 60 });
     await expect(second.page.locator('#errors')).toContainText('another window was faster');
     await expect(second.targets()).toHaveCount(1);
     await second.page.getByRole('button', { name: 'Try again' }).click();
