@@ -409,6 +409,8 @@ test.describe('with three clips', () => {
         await work.press('Shift+PageDown');
         await expect(page.locator('#notices')).toContainText('No other clip');
 
+        await work.press('PageUp', 'PageUp');
+        await expect(title).toHaveText('a.mp4');
         await page.reload();
         await expect(page.locator('#clips-progress')).toHaveText('2 of 3 done');
         await expect(title).toHaveText('a.mp4');
@@ -438,7 +440,6 @@ test('where the selected target has no box, a new box is its box, and can be ano
     await expect(page.locator('#notices')).toContainText('This is now the box of target 1 in frame 60');
     const keys = () => folder.project().targets.map((target) => Object.keys(target.keys));
     await expect.poll(keys).toEqual([['0', '60']]);
-    await work.rest();
     await page.getByRole('button', { name: 'Another target' }).click();
     await expect.poll(keys).toEqual([['0'], ['60']]);
 });

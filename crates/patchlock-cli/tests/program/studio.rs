@@ -31,6 +31,7 @@ impl Studio {
 
     fn start(command: &mut Command) -> Self {
         let command = command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        command.env("XDG_STATE_HOME", env!("CARGO_TARGET_TMPDIR"));
         let mut child = command.spawn().expect("starts");
         let mut line = String::new();
         let out = child.stdout.take().expect("is piped");
