@@ -18,6 +18,8 @@ use crate::errors;
 /// It yields pairs of a frame number and an array of shape (height, width) or (height, width, 3) in RGB
 /// order, uint8 or uint16 as in the source.
 ///
+/// A process that was forked after frames were opened can't read on: iterating is a `RuntimeError` there.
+///
 /// Args:
 ///     source: Any source that the command accepts: a folder of images, a pattern such as
 ///         `"img/%04d.jpg"`, a glob, an MP4 (H.264) or Y4M file, any other video if `ffmpeg` is installed, or
@@ -28,8 +30,6 @@ use crate::errors;
 ///     reverse: Go from the last frame of the range to the first.
 ///     max_pixels: Most pixels of a frame, width times height. A source that claims more is refused before
 ///         memory is taken for it.
-///
-/// A process that was forked after frames were opened can't read on: iterating is a `RuntimeError` there.
 ///
 /// Raises:
 ///     ValueError: The range contains no frame.
