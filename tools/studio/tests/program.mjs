@@ -60,6 +60,11 @@ export class Folder {
         return this.videos[at].replace(/\.mp4$/, '.patchlock.json');
     }
 
+    /** Writes the project of the first clip. */
+    write(project) {
+        writeFileSync(this.#file(0), JSON.stringify(project));
+    }
+
     /** The project of a clip, as it is on disk. The file appears with the first change. */
     project(at = 0) {
         const file = this.#file(at);

@@ -58,6 +58,36 @@ test.describe('loaded again', () => {
     });
 });
 
+test('a project of another video that says to have 100 million frames', async ({ page }) => {
+    const frames = 100_000_000;
+    const box = { x: 10, y: 10, w: 30, h: 30 };
+    const target = (id) => ({
+        id,
+        label: 'target',
+        keys: { 0: { box }, [frames - 1]: { box } },
+        hidden: [[5, frames - 5]],
+    });
+    const folder = new Folder();
+    folder.write({
+        format: 'patchlock-project',
+        version: 1,
+        video: { path: 'clip.mp4', bytes: 1, hash: '0'.repeat(64), frames, width: 480, height: 360 },
+        labels: [{ name: 'target', colour: '#e69f00' }],
+        targets: Array.from({ length: 20 }, (_, at) => target(at + 1)),
+    });
+    const studio = await Studio.start(folder.videos);
+    const work = new Work(page);
+    await work.open(studio.address);
+    await expect(page.locator('#errors')).toContainText('The video is not the one of this project');
+    await expect(work.targets()).toHaveCount(20);
+    await work.goTo(100);
+    await work.press('ArrowDown', 'g');
+    await expect(page.locator('#frame')).toHaveValue(String(frames - 1));
+    await work.press('a');
+    await work.atFrame(0);
+    await studio.kill();
+});
+
 test('without a video there is no zoom', async ({ page }) => {
     const folder = new Folder();
     const studio = await Studio.start([], [], folder.path);
