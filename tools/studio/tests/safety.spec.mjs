@@ -59,6 +59,24 @@ test.describe('loaded again', () => {
 });
 
 test('a project of another video that says to have 100 million frames', async ({ page }) => {
+    // The longest array of numbers that the page makes.
+    await page.addInitScript(() => {
+        globalThis.longest = 0;
+        for (const name of [
+            'Array',
+            'Uint8Array',
+            'Uint16Array',
+            'Uint32Array',
+            'Float32Array',
+            'Float64Array',
+        ]) {
+            const construct = (type, [length, ...more], given) => {
+                if (typeof length === 'number') globalThis.longest = Math.max(globalThis.longest, length);
+                return Reflect.construct(type, [length, ...more], given);
+            };
+            globalThis[name] = new Proxy(globalThis[name], { construct });
+        }
+    });
     const frames = 100_000_000;
     const box = { x: 10, y: 10, w: 30, h: 30 };
     const target = (id) => ({
@@ -73,18 +91,19 @@ test('a project of another video that says to have 100 million frames', async ({
         version: 1,
         video: { path: 'clip.mp4', bytes: 1, hash: '0'.repeat(64), frames, width: 480, height: 360 },
         labels: [{ name: 'target', colour: '#e69f00' }],
-        targets: Array.from({ length: 20 }, (_, at) => target(at + 1)),
+        targets: [target(1), target(2)],
     });
     const studio = await Studio.start(folder.videos);
     const work = new Work(page);
     await work.open(studio.address);
     await expect(page.locator('#errors')).toContainText('The video is not the one of this project');
-    await expect(work.targets()).toHaveCount(20);
+    await expect(work.targets()).toHaveCount(2);
     await work.goTo(100);
     await work.press('ArrowDown', 'g');
     await expect(page.locator('#frame')).toHaveValue(String(frames - 1));
     await work.press('a');
     await work.atFrame(0);
+    expect(await page.evaluate(() => globalThis.longest)).toBeLessThan(1_000_000);
     await studio.kill();
 });
 
