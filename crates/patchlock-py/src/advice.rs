@@ -172,6 +172,9 @@ fn project_advice(error: &project::Error) -> Option<String> {
         project::Error::OtherVideo { .. } => {
             Some("name another project file with path=".to_string())
         }
+        project::Error::VideoOutside { .. } => {
+            Some("name the video with video=, if the file is to be trusted".to_string())
+        }
         _ => error.advice(),
     }
 }

@@ -10,6 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::errors;
+use crate::fork::detached;
 
 /// What `__reduce__` returns: a function and the arguments that load the same network again.
 type Reduced<'py> = (Bound<'py, PyAny>, (Vec<PathBuf>, Option<PathBuf>, String));
@@ -72,7 +73,7 @@ impl Network {
             Some(RuntimeName(name)) if is_package(&name) => Some(name),
             _ => library.clone(),
         };
-        let (network, paths) = py.detach(|| match files {
+        let (network, paths) = detached(py, || match files {
             Files::Paths(paths) => {
                 let paths = paths.iter().map(path::absolute).collect::<Result<Vec<_>, _>>()?;
                 Ok::<_, PyErr>((from_paths(&paths, library.as_deref())?, paths))
@@ -185,7 +186,7 @@ pub struct ModelFile(patchlock::ModelFile);
 impl ModelFile {
     #[new]
     fn new(py: Python<'_>, file: File) -> PyResult<Self> {
-        py.detach(|| match file {
+        detached(py, || match file {
             File::Path(path) => models::examine(&path).map(Self).map_err(of_model),
             File::Bytes(bytes) => {
                 patchlock::ModelFile::examine(&bytes).map(Self).map_err(of_network)

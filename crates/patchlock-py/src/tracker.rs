@@ -23,7 +23,8 @@ use crate::observation::Seen;
 /// Each call releases the GIL, so trackers can run in parallel on several Python threads. One
 /// tracker processes one call at a time; a second thread waits. A tracker can be pickled or copied
 /// between two frames; the copy gives the same boxes. A pickle holds the paths of the network's
-/// files, not the network; see `Network`.
+/// files, not the network; see `Network`. In a process that was forked, with `os.fork` or by
+/// `multiprocessing`, a tracker continues where it was: a fork waits for calls of other threads.
 ///
 /// Args:
 ///     frame: The first frame.
@@ -80,8 +81,7 @@ impl Tracker {
     /// The estimate for the latest frame; after the start, the one for the first frame.
     #[getter]
     fn estimate(&self, py: Python<'_>) -> Estimate {
-        py.detach(|| {
-            let state = self.driver.lock();
+        self.driver.with(py, |state| {
             Estimate::from_rust(state.tracker.estimate().clone(), state.frame, state.ms)
         })
     }
@@ -219,7 +219,7 @@ impl Tracker {
     }
 
     fn __repr__(&self, py: Python<'_>) -> String {
-        let frame = py.detach(|| self.driver.lock().frame);
+        let frame = self.driver.with(py, |state| state.frame);
         let threads = self.threads().map_or("None".to_owned(), |count| count.to_string());
         format!("<Tracker threads={threads} channels='{}' frame={frame}>", self.channels())
     }

@@ -245,7 +245,8 @@ fn next_project(error: &project::Error) -> Option<project::Error> {
         Error::Overtaken { .. } => {
             Error::OtherVideo { path: path(), expected: "a".into(), given: "b".into() }
         }
-        Error::OtherVideo { .. } => Error::Edit(reason),
+        Error::OtherVideo { .. } => Error::VideoOutside { path: path(), video: "../v".into() },
+        Error::VideoOutside { .. } => Error::Edit(reason),
         Error::Edit(_) => Error::Import(reason),
         Error::Import(_) => Error::Export(patchlock_media::Error::NoFrames.into()),
         Error::Export(_) => Error::Video(patchlock_media::Error::NoFrames),

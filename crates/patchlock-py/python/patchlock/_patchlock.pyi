@@ -569,7 +569,8 @@ class Tracker:
     Each call releases the GIL, so trackers can run in parallel on several Python threads. One
     tracker processes one call at a time; a second thread waits. A tracker can be pickled or copied
     between two frames; the copy gives the same boxes. A pickle holds the paths of the network's
-    files, not the network; see `Network`.
+    files, not the network; see `Network`. In a process that was forked, with `os.fork` or by
+    `multiprocessing`, a tracker continues where it was: a fork waits for calls of other threads.
 
     Args:
         frame: The first frame.
@@ -1074,6 +1075,8 @@ class Frames:
     It yields pairs of a frame number and an array of shape (height, width) or (height, width, 3) in RGB
     order, uint8 or uint16 as in the source.
 
+    A process that was forked after frames were opened can't read on: iterating is a `RuntimeError` there.
+
     Args:
         source: Any source that the command accepts: a folder of images, a pattern such as
             `"img/%04d.jpg"`, a glob, an MP4 (H.264) or Y4M file, any other video if `ffmpeg` is installed, or
@@ -1144,7 +1147,8 @@ class Project:
 
     Args:
         path: The project file, such as `clip.patchlock.json`.
-        video: The video file or folder of images. Needed to begin a project; without it the file must exist.
+        video: The video file or folder of images. Needed to begin a project; without it the file must exist,
+            and the video that it names is read only if it is in the folder of the file.
         max_pixels: Most pixels of a frame, width times height. A video that claims more is refused before
             memory is taken for it.
 
@@ -1322,7 +1326,8 @@ class Project:
             The number of files written.
 
         Raises:
-            ValueError: There are no boxes, there is no such format, or `out` exists.
+            ValueError: There are no boxes, there is no such format, `out` exists, or frames are needed of a
+                video that only the project file names, and not in its folder.
             OSError: A file can't be read or written.
         """
 

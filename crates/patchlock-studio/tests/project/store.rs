@@ -239,7 +239,36 @@ fn a_folder_between_is_part_of_the_path() {
     assert_eq!(store.project().video.path, Path::new("../../frames"));
     store.save().unwrap();
     drop(store);
-    assert_eq!(Store::open(&file, None).unwrap().changed(), None);
+    assert_eq!(Store::open(&file, Some(&place.video())).unwrap().changed(), None);
+}
+
+#[test]
+fn a_video_that_only_the_file_names_is_read_in_its_folder_only() {
+    let place = Place::new();
+    let file = place.folder().join("a.json");
+    Store::create(&file, &place.video()).unwrap().save().unwrap();
+    assert!(Store::open(&file, None).unwrap().video_to_read().is_ok());
+    let text = fs::read_to_string(&file).unwrap();
+    let elsewhere = tempfile::tempdir().unwrap();
+    fs::rename(place.video(), elsewhere.path().join("frames")).unwrap();
+    let absolute = elsewhere.path().join("frames").to_string_lossy().replace('\\', "/");
+    for path in [absolute.as_str(), "../../../../../../../../../../../.."] {
+        let named = text.replace("\"path\":\"frames\"", &format!("\"path\":{path:?}"));
+        assert_ne!(named, text);
+        fs::write(&file, named).unwrap();
+        let mut store = Store::open(&file, None).unwrap();
+        let error = store.video_to_read().unwrap_err();
+        assert!(error.to_string().contains("names a video outside its folder"), "{error}");
+        assert!(store.changed().is_some() && store.accept_video().is_err());
+    }
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink(elsewhere.path().join("frames"), place.video()).unwrap();
+        fs::write(&file, text).unwrap();
+        assert!(Store::open(&file, None).unwrap().video_to_read().is_err());
+        let given = Store::open(&file, Some(&place.video())).unwrap();
+        assert_eq!((given.video_to_read().unwrap(), given.changed()), (&*place.video(), None));
+    }
 }
 
 #[cfg(unix)]
