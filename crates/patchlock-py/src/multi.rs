@@ -22,7 +22,7 @@ use crate::observation::Seen;
 /// Args:
 ///     config: A `Config`, or the name of a preset; `None` for the preset `robust`.
 ///     preset: The name of a preset, instead of `config`.
-///     model: The network of the preset `network`: a `Network`, or what `Network` takes. It takes
+///     model: A network, which `network` needs and `robust` can use: a `Network`, or what `Network` takes. It takes
 ///         precedence over that of `config`.
 ///     runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
 ///     threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool
@@ -214,8 +214,8 @@ impl MultiTracker {
     ///
     /// Args:
     ///     snapshot: What `snapshot` returned.
-    ///     model: The network that the targets were tracked with, as for the constructor; only with
-    ///         the method `network`. A snapshot holds its hash.
+    ///     model: The network that the targets were tracked with, as for the constructor.
+    ///         A snapshot holds its hash.
     ///     runtime: As for the constructor.
     ///     threads: As for the constructor.
     ///     channels: As for the constructor.

@@ -431,9 +431,9 @@ fn from_bytes(files: &[Vec<u8>], library: Option<&Path>) -> PyResult<patchlock::
 /// The method has no use for a network.
 pub fn check_use(method: &Method, network: Option<&patchlock::Network>) -> PyResult<()> {
     match (method, network) {
-        (Method::Network(_), _) | (_, None) => Ok(()),
+        (Method::Network(_) | Method::Robust(_), _) | (_, None) => Ok(()),
         (method, Some(network)) => Err(PyValueError::new_err(format!(
-            "the network {} has no effect with the method {} (preset=\"network\" follows with it)",
+            "the network {} has no effect with the method {} (the presets robust, fast and network use one)",
             network.name(),
             method.name()
         ))),

@@ -140,7 +140,7 @@ fn next_model(error: &ModelError) -> Option<ModelError> {
         ModelError::Unusable { .. } => ModelError::Runtime(failed),
         ModelError::Runtime(_) => ModelError::Missing { method: "network" },
         ModelError::Missing { .. } => ModelError::Unused { path: path(), method: "robust" },
-        ModelError::Unused { .. } => ModelError::UnusedRuntime { path: path(), method: "robust" },
+        ModelError::Unused { .. } => ModelError::UnusedRuntime { path: path() },
         ModelError::UnusedRuntime { .. } => return None,
     })
 }
@@ -297,7 +297,7 @@ fn ranges_and_names_are_named_by_keywords() {
         "sequences: ",
         "attributes: ",
         "the method network needs a network (give its files with model=)",
-        "no effect with the method robust (preset=\"network\" follows with a network)",
+        "has no effect without a network (the presets robust, fast and network use one)",
         "runtime= takes the library",
         "given: b (give its files with model=)",
         "the backbone is missing (give both files, or their folder)",
