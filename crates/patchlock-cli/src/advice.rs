@@ -116,6 +116,7 @@ pub fn track_hint(error: &patchlock_track::Error) -> Option<String> {
     let hint = match error {
         Error::Settings(error) => return settings_hint(error),
         Error::Media(error) => return media_hint(error),
+        Error::LinkOutside { .. } => "look at what it leads to; --follow-links copies it",
         Error::Export(_) => "patchlock export --help describes what each format needs",
         Error::StartBoxShape { .. } => BOX,
         Error::StartBoxOutside { .. } => {
@@ -152,7 +153,7 @@ fn model_hint(error: &ModelError) -> Option<String> {
             "give its files with --model; patchlock model --help says where to get them".to_string()
         }
         ModelError::Unused { .. } | ModelError::UnusedRuntime { .. } => {
-            "--preset network uses it".to_string()
+            "the presets robust, fast and network use one".to_string()
         }
         ModelError::Unusable { error: NetworkError::Family { .. }, .. } => {
             "patchlock model --help lists the networks that can be used".to_string()

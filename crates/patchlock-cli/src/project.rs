@@ -13,11 +13,11 @@ use crate::output::{Sink, Tracked};
 use crate::targets::{Event, Targets};
 
 /// Opens the project of a source, or begins it.
-pub fn open(file: &Path, source: &str, limits: Limits) -> Result<Store, Failure> {
-    let video = Path::new(source);
+pub fn open(file: &Path, video: &Path, limits: Limits) -> Result<Store, Failure> {
     if !video.exists() {
         return Err(usage(format!(
-            "--project needs a video file or a folder of images, not {source}"
+            "--project needs a video file or a folder of images, not {}",
+            video.display()
         ))
         .hint(
             "a project belongs to one file or folder, so that it can tell whether that has changed",

@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use patchlock::BoundingBox;
+use patchlock::{BoundingBox, Method};
 use patchlock_media::{Order, Picture};
 use patchlock_track::{files, start_box, text};
 use serde::Deserialize;
@@ -107,6 +107,29 @@ impl Targets {
         }
     }
 
+    /// Fails if more targets are followed at once than this. Each has a memory of its own, whether
+    /// it is lost or not.
+    pub fn check_number(&self, most: usize, order: &Order, method: &Method) -> Result<(), Failure> {
+        let mut followed = BTreeSet::new();
+        let mut frames: Vec<_> = self.events.values().collect();
+        // The events without a frame come first in both orders.
+        let first = self.events.keys().take_while(|frame| frame.is_none()).count();
+        if order.reverse {
+            frames[first..].reverse();
+        }
+        for event in frames.into_iter().flatten() {
+            match event.bbox {
+                Some(_) => followed.insert(event.id),
+                None => followed.remove(&event.id),
+            };
+            if followed.len() > most {
+                let all: BTreeSet<u64> = self.starts().map(|(_, id)| id).collect();
+                return Err(too_many(most, all.len(), megabytes(method)));
+            }
+        }
+        Ok(())
+    }
+
     /// Fails if a target starts in this frame on a box that does not fit the frame.
     pub fn check_boxes(&self, frame: usize, picture: &Picture) -> Result<(), Failure> {
         let first = self.events.get(&None).filter(|_| !self.started);
@@ -135,6 +158,26 @@ impl Targets {
             None => Ok(()),
         }
     }
+}
+
+/// Megabytes that a target takes with the default settings of a method.
+fn megabytes(method: &Method) -> usize {
+    match method {
+        Method::Robust(_) | Method::Network(_) => 5,
+        Method::Paper(_) => 20,
+    }
+}
+
+/// The error for more targets at once than `most`, of `count` in all.
+fn too_many(most: usize, count: usize, megabytes: usize) -> Failure {
+    let gigabytes = (count * megabytes) as f64 / 1000.0;
+    usage(format!(
+        "more than {most} targets would be tracked at once, each in about {megabytes} MB of memory"
+    ))
+    .hint(format!(
+        "--max-targets {count} allows all {count} targets, which take {gigabytes:.1} GB at once; or \
+         track them in several runs"
+    ))
 }
 
 fn untracked(frame: usize, id: u64) -> Failure {
@@ -166,6 +209,7 @@ fn event(line: &Line, name: &str) -> Result<Event, Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use patchlock::PaperConfig;
     use std::fs;
 
     fn table(text: &str) -> Result<Targets, String> {
@@ -212,6 +256,23 @@ mod tests {
         assert!(said("frame,id,x,y,w,h\n3,1,1,2,3,4\n3,1,1,2,3,4\n").contains("twice in frame 3"));
         let huge = said("frame,id,x,y,w,h\n0,1,1,2,3,4\n18446744073709551615,2,1,2,3,4\n");
         assert!(huge.contains("line 3: target 2: 18446744073709551615 is not a frame"), "{huge}");
+    }
+
+    #[test]
+    fn the_number_of_targets_at_once_has_a_limit() {
+        let text = "frame,id,x,y,w,h\n0,1,1,2,3,4\n5,1,,,,\n6,2,1,2,3,4\n7,3,1,2,3,4\n7,2,,,,\n";
+        let targets = table(text).unwrap();
+        let check = |targets: &Targets, most, reverse| {
+            let order = Order { start: 0, end: None, stride: 1, reverse };
+            targets.check_number(most, &order, &Method::Paper(PaperConfig::default()))
+        };
+        assert!(check(&targets, 2, false).is_ok() && check(&targets, 1, false).is_err());
+        // Backwards, the first target starts last.
+        assert!(check(&targets, 3, true).is_ok() && check(&targets, 2, true).is_err());
+        let bbox = BoundingBox { x: 1.0, y: 2.0, w: 3.0, h: 4.0 };
+        let error = check(&Targets::in_first_frame(&[bbox; 7]), 6, false).unwrap_err().to_string();
+        let words = "more than 6 targets would be tracked at once, each in about 20 MB of memory";
+        assert!(error.contains(words), "{error}");
     }
 
     #[test]

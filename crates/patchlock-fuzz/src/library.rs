@@ -224,6 +224,10 @@ impl Plan {
             Method::Robust(robust) => {
                 (robust.min_patch, robust.max_patch) = (40.0, 64.0);
                 (robust.patches.update_interval, robust.patches.small_update_interval) = (2, 3);
+                // Every other round over the presets has a second follower.
+                if usize::from(self.preset) / Preset::ALL.len() % 2 == 1 {
+                    config.network = Some(made_up_network());
+                }
             }
             Method::Paper(paper) => {
                 (paper.particles, paper.patches.small_step) = (30, 8);

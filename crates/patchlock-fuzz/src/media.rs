@@ -68,7 +68,7 @@ fn video(name: &str, bytes: &[u8], reverse: bool) {
     patchlock_media::silence_decoders();
     let scratch = Scratch::new();
     let file = scratch.file(name, bytes);
-    match open_without_ffmpeg(&file.to_string_lossy(), reverse) {
+    match open_without_ffmpeg(&file, reverse) {
         Ok(source) => frames(source, reverse),
         Err(error) => not_ours(&said(error)),
     }
@@ -133,7 +133,7 @@ fn written_again(frames: &[Picture]) {
     let file = writer.finish().expect("what was read can be written").into_inner();
     let scratch = Scratch::new();
     let path = scratch.file("again.mp4", &file);
-    let again = open_without_ffmpeg(&path.to_string_lossy(), false);
+    let again = open_without_ffmpeg(&path, false);
     let mut again = again.expect("what was written can be opened");
     assert_eq!(again.length(), Some(frames.len()));
     for k in 0..frames.len() {

@@ -29,13 +29,15 @@ pub fn model(data: &[u8]) {
         _ => vec![&file[..]],
     };
     if let Some(network) = accepted(Network::from_bytes(&files)) {
-        follow(network);
+        for preset in [Preset::Network, Preset::Fast] {
+            follow(preset, network.clone());
+        }
     }
 }
 
 /// Whatever a network says, boxes and scores are finite.
-fn follow(network: Network) {
-    let mut config = TrackerConfig::from(Preset::Network);
+fn follow(preset: Preset, network: Network) {
+    let mut config = TrackerConfig::from(preset);
     config.network = Some(network);
     let bbox = BoundingBox { x: 20.0, y: 15.0, w: 21.0, h: 22.0 };
     let first = pattern(SIDE, SIDE, 60);

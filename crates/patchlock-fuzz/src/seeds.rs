@@ -268,6 +268,7 @@ fn imports() -> Vec<Vec<u8>> {
             label: "car".to_owned(),
             size: Some((640, 480)),
             images: None,
+            follow_links: false,
             key_frames: 1,
             limits: Limits::default(),
         };

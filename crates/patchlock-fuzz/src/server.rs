@@ -55,10 +55,12 @@ impl Studio {
             config: small(Preset::Fast),
             threads: Some(1),
             limits: Limits::default(),
-            patience: Patience { headers: second, body: second, code: second },
+            patience: Patience { headers: second, body: second, answer: second, code: second },
+            strangers: 1,
             uploads: scratch.folder().join("uploads"),
             upload_bytes: 1 << 20,
             camera: false,
+            tokens: None,
         };
         let server = Server::open(&options).expect("starts");
         let address = server.address();

@@ -168,6 +168,7 @@ pub fn tracks(data: &[u8]) {
             label: "target".to_owned(),
             size: Some((640, 480)),
             images: None,
+            follow_links: false,
             key_frames,
             limits: Limits::default(),
         };

@@ -28,6 +28,12 @@ pub enum Error {
         /// The path.
         path: PathBuf,
     },
+    /// The source is a playlist or another file that names files, which are not opened.
+    #[error("{} is a list of files or addresses, not a video; what it names is not opened", path.display())]
+    Playlist {
+        /// The path.
+        path: PathBuf,
+    },
     /// A folder has no images.
     #[error("no images in the folder {}", folder.display())]
     NoImages {
@@ -218,6 +224,9 @@ impl Error {
                 "%d stands for a number, %04d for one padded to four digits"
             }
             Self::NoVideo { .. } => "name a file with a video",
+            Self::Playlist { .. } => {
+                "name the video itself; ffmpeg -i LIST OUT.mp4 makes one of a list that you trust"
+            }
             Self::FfmpegMissing { .. } => {
                 return Some(format!("install ffmpeg, or {CONVERT} elsewhere"));
             }

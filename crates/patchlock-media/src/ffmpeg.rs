@@ -25,6 +25,14 @@ const EVERY_FRAME_ONCE: [[&str; 2]; 2] = [["-fps_mode", "passthrough"], ["-vsync
 /// Formats in which frames are taken as they are; others are converted to the nearest. All have 8
 /// bits. Those with a `j` are what older versions of ffmpeg call the full range.
 const FORMATS: &str = "format=yuv420p|yuvj420p|yuv422p|yuvj422p|yuv444p|yuvj444p|yuv411p|gray";
+/// The containers that ffmpeg may read: those that hold their video themselves. Others name further
+/// files, or have a parser that we do not want to meet a stranger's file.
+const CONTAINERS: &str = "matroska,webm,mov,mp4,avi,flv,mpeg,mpegts,mpegvideo,m4v,h261,h263,h264,hevc,vvc,av1,\
+                          obu,ivf,vc1,vc1test,dirac,avs2,avs3,cavsvideo,ogg,nut,nsv,asf,rm,dv,mxf,gxf,wtv,\
+                          mjpeg,gif,apng,webp,yuv4mpegpipe,flic,roq,smk,bink,swf,\
+                          bmp_pipe,dpx_pipe,exr_pipe,gif_pipe,j2k_pipe,jpeg_pipe,jpegxl_pipe,jpegxl_anim,\
+                          pam_pipe,pbm_pipe,pgm_pipe,ppm_pipe,pfm_pipe,png_pipe,psd_pipe,qoi_pipe,\
+                          sgi_pipe,tiff_pipe,webp_pipe,pcx_pipe,jpegls_pipe";
 /// Writes the time of each frame, in millionths of a second, to a file before the frame itself.
 const TIMES: &str = "settb=AVTB,metadata=mode=add:key=n:value=0,metadata=mode=print:direct=1:file=";
 const TIMES_FILE: &str = "times.txt";
@@ -102,6 +110,10 @@ impl Task {
                 }
                 Err(error) if messages_in(&error).contains("max pixel count") => {
                     return Err(Error::TooManyPixels { name, limit: self.limits.pixels });
+                }
+                Err(error) if messages_in(&error).contains("not on whitelist") => {
+                    let reason = "it is in none of the formats that ffmpeg may read here";
+                    return Err(Error::unreadable_in(Container::Other, &name, reason));
                 }
                 Err(error) => {
                     let old_version = messages_in(&error).contains("fps_mode");
@@ -190,8 +202,8 @@ impl Program {
         from: Option<i64>,
         limits: Limits,
     ) -> Result<Command, Error> {
-        // A file may name others, on other machines too: ffmpeg must not follow that. The prefix
-        // keeps it from taking a part of the name for a protocol.
+        // A file may name others, on this machine or on others: ffmpeg must not follow that. The
+        // prefix keeps it from taking a part of the name for a protocol.
         let mut input = OsString::from("file:");
         let path =
             std::path::absolute(path).map_err(|error| Error::unreadable(path.display(), error))?;
@@ -199,6 +211,7 @@ impl Program {
         let mut command = Command::new(&self.name);
         command
             .args(["-hide_banner", "-v", level, "-nostdin", "-protocol_whitelist", "file"])
+            .args(["-format_whitelist", CONTAINERS])
             .args(["-max_pixels", &limits.pixels.to_string()]);
         command.arg("-copyts");
         if let Some(from) = from {
@@ -644,6 +657,23 @@ mod tests {
         assert!(error.to_string().contains(STUCK), "{error}");
         assert!(matches!(error, Error::Unreadable { container: Some(Container::Other), .. }));
         assert!(fake.has_ended());
+    }
+
+    #[test]
+    fn only_containers_that_hold_their_video_are_allowed() {
+        let fake = Fake::new(&format!("echo \"$*\" >> asked\n{FRAMES}"));
+        fake.open(false).unwrap();
+        let asked = fs::read_to_string(fake.folder.path().join("asked")).unwrap();
+        assert_eq!(asked.lines().count(), 2);
+        for line in asked.lines() {
+            let (before, _) = line.split_once(" -i ").unwrap();
+            let (_, list) = before.split_once("-format_whitelist ").unwrap();
+            let list: Vec<&str> = list.split(' ').next().unwrap().split(',').collect();
+            assert!(list.contains(&"matroska") && list.contains(&"mov"), "{list:?}");
+            for other in ["hls", "dash", "concat", "image2", "imf", "svg_pipe", "sdp", "lavfi"] {
+                assert!(!list.contains(&other), "{other}");
+            }
+        }
     }
 
     #[test]

@@ -1,14 +1,15 @@
 //! Reads single image files.
 
-use std::fs::{self, File};
-use std::io::{BufReader, Cursor, Read};
+use std::io::{BufReader, Cursor, Seek as _};
 use std::path::Path;
 
 use image::metadata::Orientation;
-use image::{DynamicImage, ImageDecoder, ImageReader};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
 use crate::guard::{self, Panicked};
+use crate::image_parts::{self, PartsError};
 use crate::limits::{self, Limits, TooLarge};
+use crate::plain_file::{self, OpenError, PlainFile};
 use crate::{Picture, Pixels, orientation};
 
 /// Extensions of image files, in lower case.
@@ -20,9 +21,9 @@ pub enum LoadError {
     /// The file cannot be read.
     #[error("{0}")]
     File(#[from] std::io::Error),
-    /// The path is a pipe or a device, which may never end.
-    #[error("it is a pipe or a device, not a file")]
-    Endless,
+    /// The file cannot be opened, or is not a file.
+    #[error("{0}")]
+    Open(#[from] OpenError),
     /// The file is empty.
     #[error("the file is empty")]
     Empty,
@@ -38,6 +39,9 @@ pub enum LoadError {
     /// The image has more pixels than are accepted.
     #[error("{0}")]
     TooLarge(#[from] TooLarge),
+    /// A picture within the image does not fit it.
+    #[error("{0}")]
+    Parts(#[from] PartsError),
 }
 
 /// Whether the extension of a path is one of [`EXTENSIONS`], in any case.
@@ -51,25 +55,30 @@ pub fn is_image(path: &Path) -> bool {
 /// # Errors
 /// [`LoadError`]. Damage to the pixel data is not detected.
 pub fn size(file: &Path) -> Result<(usize, usize), LoadError> {
-    check_kind(file)?;
-    let reader = ImageReader::new(BufReader::new(File::open(file)?)).with_guessed_format()?;
+    size_of(&mut plain_file::open(file)?)
+}
+
+/// The same as [`size`] for an open file, which is at its beginning afterwards.
+///
+/// # Errors
+/// As [`size`].
+pub fn size_of(plain: &mut PlainFile) -> Result<(usize, usize), LoadError> {
+    if plain.length == 0 {
+        return Err(LoadError::Empty);
+    }
+    let reader = ImageReader::new(BufReader::new(&plain.file)).with_guessed_format()?;
     let (width, height, orientation) = guard::decoding(|| -> Result<_, LoadError> {
         let mut decoder = reader.into_decoder()?;
         let (width, height) = decoder.dimensions();
         Ok((width as usize, height as usize, orientation_of(&mut decoder)))
     })??;
+    plain.file.rewind()?;
     Ok(if orientation::swaps_sides(orientation) { (height, width) } else { (width, height) })
 }
 
 /// How the image says that it is to be turned; a damaged tag counts as none.
 fn orientation_of(decoder: &mut impl ImageDecoder) -> Orientation {
     decoder.orientation().unwrap_or(Orientation::NoTransforms)
-}
-
-/// Refuses what is not a file, before anything waits for its data.
-fn check_kind(file: &Path) -> Result<(), LoadError> {
-    let kind = fs::metadata(file)?.file_type();
-    if kind.is_file() || kind.is_dir() { Ok(()) } else { Err(LoadError::Endless) }
 }
 
 /// Reads an image and keeps its bit depth. It is turned as its orientation tag (EXIF) says.
@@ -85,10 +94,15 @@ pub fn load(file: &Path) -> Result<Picture, LoadError> {
 /// # Errors
 /// [`LoadError`].
 pub fn load_within(file: &Path, limits: Limits) -> Result<Picture, LoadError> {
-    check_kind(file)?;
-    let mut bytes = Vec::new();
-    let most = limits::image_bytes(limits.pixels as u64);
-    File::open(file)?.take(most).read_to_end(&mut bytes)?;
+    load_from(plain_file::open(file)?, limits)
+}
+
+/// Reads an open file as [`load_within`] does.
+///
+/// # Errors
+/// [`LoadError`].
+pub fn load_from(mut plain: PlainFile, limits: Limits) -> Result<Picture, LoadError> {
+    let bytes = plain.read(limits::image_bytes(limits.pixels as u64))?;
     decode_within(&bytes, limits)
 }
 
@@ -113,19 +127,20 @@ fn decode_unguarded(bytes: &[u8], limits: Limits) -> Result<Picture, LoadError> 
         return Err(LoadError::Empty);
     }
     let mut reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format()?;
-    let is_jpeg = reader.format() == Some(image::ImageFormat::Jpeg);
+    let format = reader.format();
     let mut within = image::Limits::default();
     within.max_alloc = Some(limits::image_bytes(limits.pixels as u64));
     reader.limits(within.clone());
     let mut decoder = reader.into_decoder()?;
     let (width, height) = decoder.dimensions();
     limits.check(width as usize, height as usize)?;
+    image_parts::check(bytes, format)?;
     within.reserve(decoder.total_bytes())?;
     decoder.set_limits(within)?;
     let orientation = orientation_of(&mut decoder);
     let mut image = DynamicImage::from_decoder(decoder)?;
     image.apply_orientation(orientation);
-    if is_jpeg && !jpeg_is_complete(bytes) {
+    if format == Some(ImageFormat::Jpeg) && !jpeg_is_complete(bytes) {
         return Err(LoadError::Cut);
     }
     Ok(to_picture(image))

@@ -51,6 +51,11 @@ impl ImageSequence {
         Self { limits, ..self }
     }
 
+    /// The files, in the order of the frames.
+    pub fn into_files(self) -> Vec<PathBuf> {
+        self.files
+    }
+
     fn sorted(mut files: Vec<PathBuf>, none: impl Fn() -> Error) -> Result<Self, Error> {
         if files.is_empty() {
             return Err(none());
@@ -119,8 +124,7 @@ pub struct Pattern {
 
 impl Pattern {
     /// Parses a path. `None` if its last part has no number placeholder.
-    pub fn parse(text: &str) -> Option<Self> {
-        let path = Path::new(text);
+    pub fn parse(path: &Path) -> Option<Self> {
         let name = path.file_name()?.to_str()?;
         let (before, rest) = name.split_once('%')?;
         let (digits, after) = rest.split_once('d')?;
@@ -155,19 +159,20 @@ mod tests {
 
     #[test]
     fn patterns_match_as_printf_writes() {
-        let four = Pattern::parse("img/a%04d.jpg").expect("a pattern");
+        let parse = |text: &str| Pattern::parse(Path::new(text));
+        let four = parse("img/a%04d.jpg").expect("a pattern");
         assert_eq!(four.folder, Path::new("img"));
         let hits = |p: &Pattern, name: &str| p.matches(Path::new(name));
         assert!(hits(&four, "a0001.jpg") && hits(&four, "a12345.jpg"));
         assert!(!hits(&four, "a1.jpg") && !hits(&four, "a00001.jpg") && !hits(&four, "a0001.png"));
-        let free = Pattern::parse("%d.png").expect("a pattern");
+        let free = parse("%d.png").expect("a pattern");
         assert!(
             hits(&free, "7.png")
                 && hits(&free, "70.png")
                 && !hits(&free, "07.png")
                 && !hits(&free, "x.png")
         );
-        assert_eq!(Pattern::parse("100%.png"), None);
-        assert_eq!(Pattern::parse("a%sd.png"), None);
+        assert_eq!(parse("100%.png"), None);
+        assert_eq!(parse("a%sd.png"), None);
     }
 }

@@ -1,12 +1,13 @@
 //! Opens a source of frames by its name.
 
-use std::fs::File;
-use std::io::Read;
-use std::path::Path;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
 
 use crate::image_sequence::{ImageSequence, Pattern};
 use crate::limits::Limits;
 use crate::mp4_reader::{self, Mp4};
+use crate::plain_file::{self, OpenError};
+use crate::playlist::{self, is_playlist};
 use crate::{Error, FrameFault, FrameRate, FrameSource, Picture, ffmpeg, guard, image_file, y4m};
 
 /// Opens a folder of images, a printf pattern, a glob, an image, a video file, or `-` for Y4M on
@@ -14,7 +15,7 @@ use crate::{Error, FrameFault, FrameRate, FrameSource, Picture, ffmpeg, guard, i
 ///
 /// # Errors
 /// [`Error::Missing`] if there is no such source; others if it cannot be opened.
-pub fn open(name: &str, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
+pub fn open(name: impl AsRef<OsStr>, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
     open_within(name, reverse, Limits::default())
 }
 
@@ -23,10 +24,11 @@ pub fn open(name: &str, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
 /// # Errors
 /// As [`open`].
 pub fn open_within(
-    name: &str,
+    name: impl AsRef<OsStr>,
     reverse: bool,
     limits: Limits,
 ) -> Result<Box<dyn FrameSource>, Error> {
+    let name = name.as_ref();
     let others: OtherFormats = |path, reason, reverse, limits, times| {
         ffmpeg::open(path, reason, reverse, limits, times, ffmpeg::Program::default())
     };
@@ -39,7 +41,11 @@ pub fn open_within(
 /// # Errors
 /// As [`open`].
 #[doc(hidden)]
-pub fn open_without_ffmpeg(name: &str, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
+pub fn open_without_ffmpeg(
+    name: impl AsRef<OsStr>,
+    reverse: bool,
+) -> Result<Box<dyn FrameSource>, Error> {
+    let name = name.as_ref();
     let refuse: OtherFormats = |path, reason, _, _, _| {
         Err(Error::unreadable(path.display(), format!("it {reason}, which ffmpeg would read")))
     };
@@ -48,11 +54,35 @@ pub fn open_without_ffmpeg(name: &str, reverse: bool) -> Result<Box<dyn FrameSou
 
 /// Opens a source whose decoder may panic.
 fn guarded(
-    name: &str,
+    name: &OsStr,
     open: impl FnOnce() -> Result<Box<dyn FrameSource>, Error>,
 ) -> Result<Box<dyn FrameSource>, Error> {
-    let source = guard::decoding(open).map_err(|panicked| Error::unreadable(name, panicked))?;
-    Ok(Box::new(Guarded { source: source?, name: name.to_string() }))
+    let shown = name.display().to_string();
+    let source = guard::decoding(open).map_err(|panicked| Error::unreadable(&shown, panicked))?;
+    Ok(Box::new(Guarded { source: source?, name: shown }))
+}
+
+/// The files that [`open`] would read for this name: none for standard input, and for what cannot
+/// be opened.
+pub fn files_of(name: impl AsRef<OsStr>) -> Vec<PathBuf> {
+    let name = name.as_ref();
+    let path = Path::new(name);
+    let images = match name.to_str() {
+        Some("-") => return Vec::new(),
+        _ if path.is_dir() => Some(ImageSequence::folder(path)),
+        _ if path.exists() => return vec![path.to_path_buf()],
+        _ => images_of(name),
+    };
+    images.and_then(Result::ok).map(ImageSequence::into_files).unwrap_or_default()
+}
+
+/// The images that match a pattern or a glob; `None` if the name is neither.
+fn images_of(name: &OsStr) -> Option<Result<ImageSequence, Error>> {
+    if let Some(pattern) = Pattern::parse(Path::new(name)) {
+        return Some(ImageSequence::pattern(&name.display().to_string(), &pattern));
+    }
+    let glob = name.to_str().filter(|name| name.contains(['*', '?', '[']))?;
+    Some(ImageSequence::glob(glob))
 }
 
 /// What reads the formats that we do not, as [`ffmpeg::open`].
@@ -94,7 +124,7 @@ impl FrameSource for Guarded {
 }
 
 fn open_unguarded(
-    name: &str,
+    name: &OsStr,
     reverse: bool,
     limits: Limits,
     others: OtherFormats,
@@ -110,13 +140,10 @@ fn open_unguarded(
     if path.exists() {
         return open_file(path, reverse, limits, others);
     }
-    if let Some(pattern) = Pattern::parse(name) {
-        return Ok(Box::new(ImageSequence::pattern(name, &pattern)?.within(limits)));
+    match images_of(name) {
+        Some(images) => Ok(Box::new(images?.within(limits))),
+        None => Err(Error::Missing { name: name.display().to_string() }),
     }
-    if name.contains(['*', '?', '[']) {
-        return Ok(Box::new(ImageSequence::glob(name)?.within(limits)));
-    }
-    Err(Error::Missing { name: name.to_string() })
 }
 
 fn open_file(
@@ -125,22 +152,23 @@ fn open_file(
     limits: Limits,
     others: OtherFormats,
 ) -> Result<Box<dyn FrameSource>, Error> {
-    // Opening a pipe could wait for ever, and a device may never end.
-    if path.metadata().is_ok_and(|found| !found.is_file()) {
-        return Err(Error::Endless { path: path.to_path_buf() });
-    }
-    let mut head = Vec::new();
-    File::open(path)
-        .and_then(|file| file.take(16).read_to_end(&mut head))
-        .map_err(|error| Error::unreadable(path.display(), error))?;
+    let cannot = |error: &dyn std::fmt::Display| Error::unreadable(path.display(), error);
+    let mut plain = plain_file::open(path).map_err(|error| match error {
+        OpenError::Endless => Error::Endless { path: path.to_path_buf() },
+        OpenError::File(error) => cannot(&error),
+    })?;
+    let head = plain.read(playlist::HEAD as u64).map_err(|error| cannot(&error))?;
     if head.is_empty() {
-        return Err(Error::unreadable(path.display(), "the file is empty"));
+        return Err(cannot(&"the file is empty"));
     }
     if head.starts_with(y4m::MAGIC) {
         return Ok(Box::new(y4m::Y4mFile::open(path, limits)?));
     }
     if image_file::is_image(path) {
         return Ok(Box::new(ImageSequence::single(path).within(limits)));
+    }
+    if is_playlist(&head) {
+        return Err(Error::Playlist { path: path.to_path_buf() });
     }
     if !mp4_reader::looks_like_mp4(&head) {
         return others(path, "is not an image, MP4 or Y4M file", reverse, limits, None);

@@ -12,6 +12,7 @@ use fastrand::Rng;
 use patchlock_media::{Error, FrameSource, Limits, image_file, open, open_within};
 use peak_alloc::PeakAlloc;
 use support::bits::ue;
+use support::images::{Place, Tiff, chunk, jpeg, jpeg_that_claims, webp_canvas, webp_picture};
 use support::{boxed, change, parameter_set, put, small_mp4, with_parameter_set};
 
 const TABLES: &str = "moov/trak/mdia/minf/stbl";
@@ -195,6 +196,129 @@ fn headers_of_images_and_y4m_are_not_believed() {
     assert!(error.contains("30000 x 30000 pixels are more than"), "{error}");
     let error = refused(b"YUV4MPEG2 W30000 H30000\nFRAME\n", "y4m");
     assert!(error.contains("30000 x 30000 pixels are more than"), "{error}");
+}
+
+/// A TIFF of one pixel, or of one column, with these strips, each of one row, in `data`.
+fn jpeg_tiff(size: (u32, u32), data: &[u8], parts: &[(u32, u32)]) -> Vec<u8> {
+    Tiff { size, compression: 7, place: Place::Strip(1), data, parts }.bytes()
+}
+
+#[test]
+fn a_picture_within_a_tiff_is_not_larger_than_its_place() {
+    let _alone = alone();
+    let huge = jpeg_that_claims(16_384, 16_384);
+    let whole = [(0, huge.len() as u32)];
+    let error = refused(&jpeg_tiff((1, 1), &huge, &whole), "tiff");
+    let words = "a picture of 16384 x 16384 pixels where there is place for 1 x 1";
+    assert!(error.contains(words), "{error}");
+    let tile = Tiff {
+        size: (9, 9),
+        compression: 7,
+        place: Place::Tile(16, 16),
+        data: &huge,
+        parts: &whole,
+    };
+    let error = refused(&tile.bytes(), "tiff");
+    assert!(error.contains("where there is place for 16 x 16"), "{error}");
+    // Each strip would be decoded anew.
+    let strip = jpeg(300, 16);
+    let same = vec![(0, strip.len() as u32); 2000];
+    let error = refused(&jpeg_tiff((300, 2000), &strip, &same), "tiff");
+    assert!(error.contains("its parts share their bytes"), "{error}");
+    let (error, ..) = read(&jpeg_tiff((300, 1), &strip, &same[..1]), "tiff", false);
+    assert_eq!(error, None);
+}
+
+/// What the decoder skips to the right of the image, it unpacks first.
+#[test]
+fn tiles_are_not_far_larger_than_their_image() {
+    let _alone = alone();
+    let tiff = |side: u32, data: &[u8]| {
+        let (place, parts) = (Place::Tile(side, 16), &[(0, data.len() as u32)][..]);
+        Tiff { size: (16, 16), compression: 1, place, data, parts }.bytes()
+    };
+    let error = refused(&tiff(1 << 30, &[0; 999]), "tiff");
+    assert!(error.contains("its tiles of 1073741824 x 16 pixels are far larger"), "{error}");
+    assert_eq!(read(&tiff(32, &[0; 32 * 16]), "tiff", false).0, None);
+}
+
+#[test]
+fn a_picture_within_a_webp_is_not_larger_than_its_canvas() {
+    let _alone = alone();
+    let (small, large) = (webp_picture(40, 30), webp_picture(600, 500));
+    let moving = |picture: &[u8]| {
+        let frame = [&[0; 6][..], &[39, 0, 0, 29, 0, 0], &[0; 4], picture].concat();
+        [chunk(b"ANIM", &[0; 6]), chunk(b"ANMF", &frame)].concat()
+    };
+    for (flags, chunks) in [(0, large.clone()), (2, moving(&large))] {
+        let error = refused(&webp_canvas(40, 30, flags, &chunks), "webp");
+        let words = "a picture of 600 x 500 pixels where there is place for 40 x 30";
+        assert!(error.contains(words), "{error}");
+    }
+    for (flags, chunks) in [(0, small.clone()), (2, moving(&small))] {
+        assert_eq!(read(&webp_canvas(40, 30, flags, &chunks), "webp", false).0, None);
+    }
+}
+
+#[test]
+fn a_list_of_files_is_not_followed() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let private = folder.path().join("private.ts");
+    fs::write(&private, small_mp4(64, 48, 3)).unwrap();
+    let private = private.display();
+    let lists = [
+        format!("#EXTM3U\n#EXT-X-TARGETDURATION:9\n#EXTINF:9,\nfile://{private}\n#EXT-X-ENDLIST\n"),
+        format!("<?xml version=\"1.0\"?><MPD><BaseURL>file://{private}</BaseURL></MPD>"),
+        "ffconcat version 1.0\nfile private.ts\n".to_string(),
+    ];
+    for (k, list) in lists.iter().enumerate() {
+        for extension in ["webm", "mp4", "m3u8"] {
+            let file = folder.path().join(format!("{k}.{extension}"));
+            fs::write(&file, list).unwrap();
+            let error = open(&file, false).err().expect("a list");
+            assert!(matches!(error, Error::Playlist { .. }), "{error}");
+        }
+    }
+}
+
+/// A sound, a drawing with links, and subtitles: ffmpeg knows them and might, in some version,
+/// follow what they name.
+#[test]
+fn ffmpeg_reads_no_other_formats_than_videos() {
+    let _alone = alone();
+    let found = std::process::Command::new("ffmpeg").arg("-version").output();
+    if !found.is_ok_and(|output| output.status.success()) {
+        return println!("skipped: there is no ffmpeg");
+    }
+    let mut wave = b"RIFF\x24\x10\0\0WAVEfmt \x10\0\0\0\x01\0\x01\0\x40\x1f\0\0\x80\x3e\0\0\x02\0\x10\0data\0\x10\0\0".to_vec();
+    wave.extend([0; 4096]);
+    let words =
+        b"1\n00:00:01,000 --> 00:00:02,000\nwords\n\n2\n00:00:03,000 --> 00:00:04,000\nmore\n";
+    for (bytes, extension) in [(&wave[..], "webm"), (words, "mkv")] {
+        let error = read(bytes, extension, false).0.expect("no video");
+        assert!(error.contains("in none of the formats that ffmpeg may read here"), "{error}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn names_need_not_be_text() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt as _;
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let odd = folder.path().join(OsStr::from_bytes(b"a\xff"));
+    fs::create_dir(&odd).unwrap();
+    let video = odd.join(OsStr::from_bytes(b"\xfe.mp4"));
+    fs::write(&video, small_mp4(64, 48, 3)).unwrap();
+    image::GrayImage::new(9, 9).save(odd.join("0.png")).unwrap();
+    for (source, frames) in [(&video, 3), (&odd, 1), (&odd.join("%d.png"), 1)] {
+        let mut source = open(source, false).unwrap();
+        assert_eq!(source.count().unwrap(), frames);
+    }
+    let error = open(odd.join(OsStr::from_bytes(b"\xfd*")), false).err().unwrap();
+    assert!(matches!(error, Error::Missing { .. }), "{error}");
 }
 
 #[cfg(unix)]

@@ -119,7 +119,7 @@ fn track_advice(error: &patchlock_track::Error) -> Option<String> {
         Error::Settings(SettingsError::Model(ModelError::Missing { .. })) => MODEL,
         Error::Settings(SettingsError::Model(
             ModelError::Unused { .. } | ModelError::UnusedRuntime { .. },
-        )) => "preset=\"network\" follows with a network",
+        )) => "the presets robust, fast and network use one",
         Error::Settings(SettingsError::Model(ModelError::Runtime(_))) => {
             "runtime= takes the library of onnxruntime 1.17 or later; without it, the built-in runtime \
              is used"
@@ -171,6 +171,9 @@ fn project_advice(error: &project::Error) -> Option<String> {
         project::Error::Export(error) => track_advice(error),
         project::Error::OtherVideo { .. } => {
             Some("name another project file with path=".to_string())
+        }
+        project::Error::VideoOutside { .. } => {
+            Some("name the video with video=, if the file is to be trusted".to_string())
         }
         _ => error.advice(),
     }

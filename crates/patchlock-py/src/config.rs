@@ -44,7 +44,7 @@ const MODEL: &str = "model";
 /// Args:
 ///     preset: The preset to start from; `PRESETS` lists the names.
 ///     file: A TOML file with settings that differ from the preset, as `patchlock config` writes it.
-///     model: The network of the preset `network`: a `Network`, or what `Network` takes. It takes precedence
+///     model: A network, which `network` needs and `robust` can use: a `Network`, or what `Network` takes. It takes precedence
 ///         over that of the file.
 ///     runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
 ///
@@ -154,7 +154,7 @@ impl Config {
         Ok(Self::of(settings.with(py, model, runtime.or(of_file))?))
     }
 
-    /// The network of the preset `network`; `None` if none was given.
+    /// The network; `None` if none was given.
     #[getter]
     fn model(&self, py: Python<'_>) -> Option<Py<Network>> {
         self.model.as_ref().map(|model| model.clone_ref(py))

@@ -13,6 +13,7 @@ use serde::de::DeserializeOwned;
 
 use crate::config::{Config, Settings};
 use crate::errors;
+use crate::fork::detached;
 use crate::network::{self, check_use};
 use crate::pixels::{Channels, Pixels};
 use crate::threads::Threads;
@@ -138,15 +139,20 @@ impl<T: Engine> Driver<T> {
         let pixels = Pixels::of(frame, channels)?;
         let (frame, pool) = (pixels.frame()?, threads.pool()?);
         let Settings { config, model } = settings;
-        let started = py.detach(|| timed_on(&pool, || start(config, &frame)));
+        let started = detached(py, || timed_on(&pool, || start(config, &frame)));
         let (tracker, seconds) = started.map_err(to_python)?;
         let state = Mutex::new(State { tracker, frame: 0, ms: seconds * 1e3 });
         Ok(Self { state, model, threads, channels })
     }
 
     /// The tracker; waits until no other thread uses it.
-    pub fn lock(&self) -> MutexGuard<'_, State<T>> {
+    fn lock(&self) -> MutexGuard<'_, State<T>> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Looks at the tracker, or changes it, while other Python threads continue.
+    pub fn with<R: Send>(&self, py: Python<'_>, look: impl FnOnce(&mut State<T>) -> R + Send) -> R {
+        detached(py, || look(&mut self.lock()))
     }
 
     /// Processes a frame while other Python threads continue. The lock lets one thread in at a time.
@@ -158,8 +164,7 @@ impl<T: Engine> Driver<T> {
     ) -> PyResult<Found<R>> {
         let pixels = Pixels::of(frame, self.channels)?;
         let (frame, pool) = (pixels.frame()?, self.threads.pool()?);
-        let found = py.detach(|| {
-            let state = &mut *self.lock();
+        let found = self.with(py, |state| {
             let (result, seconds) = timed_on(&pool, || step(state, &frame))?;
             state.ms = seconds * 1e3;
             Ok(Found { result, frame: state.frame, ms: state.ms })
@@ -169,7 +174,7 @@ impl<T: Engine> Driver<T> {
 
     /// A copy of the settings.
     pub fn config(&self, py: Python<'_>) -> Config {
-        let config = py.detach(|| self.lock().tracker.config().clone());
+        let config = self.with(py, |state| state.tracker.config().clone());
         Config::of(Settings { config, model: self.model(py) })
     }
 
@@ -185,10 +190,8 @@ impl<T: Engine> Driver<T> {
 
     /// The state as text, and what else a driver needs to continue.
     pub fn saved<'py>(&self, py: Python<'py>) -> PyResult<Saved<'py>> {
-        let (text, frame) = py.detach(|| {
-            let state = self.lock();
-            (serde_json::to_vec(&state.tracker.snapshot()), state.frame)
-        });
+        let (text, frame) =
+            self.with(py, |state| (serde_json::to_vec(&state.tracker.snapshot()), state.frame));
         let text = text.map_err(|error| PyValueError::new_err(error.to_string()))?;
         let text = PyBytes::new(py, &text);
         Ok((text, self.threads(), self.channels(), frame, self.model(py)))
@@ -219,8 +222,7 @@ impl<T: Engine> Driver<T> {
 
     /// A copy that continues with threads of its own.
     pub fn copied(&self, py: Python<'_>) -> PyResult<Self> {
-        let copy = py.detach(|| {
-            let state = self.lock();
+        let copy = self.with(py, |state| {
             let network = state.tracker.config().network.clone();
             let tracker = T::restore(state.tracker.snapshot(), network)?;
             Ok(State { tracker, frame: state.frame, ms: state.ms })

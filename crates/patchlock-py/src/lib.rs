@@ -12,6 +12,7 @@ mod driver;
 mod errors;
 mod estimate;
 mod export;
+mod fork;
 mod multi;
 mod network;
 mod observation;
@@ -28,6 +29,7 @@ use pyo3::prelude::*;
 #[pymodule]
 fn _patchlock(module: &Bound<'_, PyModule>) -> PyResult<()> {
     patchlock_media::silence_decoders();
+    fork::register(module)?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add("PRESETS", patchlock::Preset::ALL.map(patchlock::Preset::name))?;
     module.add_class::<config::Config>()?;

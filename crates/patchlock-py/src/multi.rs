@@ -22,7 +22,7 @@ use crate::observation::Seen;
 /// Args:
 ///     config: A `Config`, or the name of a preset; `None` for the preset `robust`.
 ///     preset: The name of a preset, instead of `config`.
-///     model: The network of the preset `network`: a `Network`, or what `Network` takes. It takes
+///     model: A network, which `network` needs and `robust` can use: a `Network`, or what `Network` takes. It takes
 ///         precedence over that of `config`.
 ///     runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
 ///     threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool
@@ -116,7 +116,8 @@ impl MultiTracker {
     /// Raises:
     ///     KeyError: There is no target with this id.
     fn remove(&self, py: Python<'_>, id: u64) -> PyResult<()> {
-        py.detach(|| self.driver.lock().tracker.remove(TargetId::from(id))).map_err(to_python)
+        let removed = self.driver.with(py, |state| state.tracker.remove(TargetId::from(id)));
+        removed.map_err(to_python)
     }
 
     /// Finds all targets in the next frame and learns from it; returns an estimate for each id.
@@ -176,11 +177,11 @@ impl MultiTracker {
     /// The ids of the targets, in the order in which they were added.
     #[getter]
     fn ids(&self, py: Python<'_>) -> Vec<u64> {
-        py.detach(|| self.driver.lock().tracker.ids().map(TargetId::number).collect())
+        self.driver.with(py, |state| state.tracker.ids().map(TargetId::number).collect())
     }
 
     fn __len__(&self, py: Python<'_>) -> usize {
-        py.detach(|| self.driver.lock().tracker.ids().len())
+        self.driver.with(py, |state| state.tracker.ids().len())
     }
 
     /// A copy of the settings.
@@ -213,8 +214,8 @@ impl MultiTracker {
     ///
     /// Args:
     ///     snapshot: What `snapshot` returned.
-    ///     model: The network that the targets were tracked with, as for the constructor; only with
-    ///         the method `network`. A snapshot holds its hash.
+    ///     model: The network that the targets were tracked with, as for the constructor.
+    ///         A snapshot holds its hash.
     ///     runtime: As for the constructor.
     ///     threads: As for the constructor.
     ///     channels: As for the constructor.
@@ -250,7 +251,7 @@ impl MultiTracker {
     }
 
     fn __repr__(&self, py: Python<'_>) -> String {
-        let (ids, frame) = (self.ids(py), py.detach(|| self.driver.lock().frame));
+        let (ids, frame) = (self.ids(py), self.driver.with(py, |state| state.frame));
         format!("<MultiTracker ids={ids:?} channels='{}' frame={frame}>", self.channels())
     }
 }

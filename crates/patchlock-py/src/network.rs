@@ -10,6 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::errors;
+use crate::fork::detached;
 
 /// What `__reduce__` returns: a function and the arguments that load the same network again.
 type Reduced<'py> = (Bound<'py, PyAny>, (Vec<PathBuf>, Option<PathBuf>, String));
@@ -72,7 +73,7 @@ impl Network {
             Some(RuntimeName(name)) if is_package(&name) => Some(name),
             _ => library.clone(),
         };
-        let (network, paths) = py.detach(|| match files {
+        let (network, paths) = detached(py, || match files {
             Files::Paths(paths) => {
                 let paths = paths.iter().map(path::absolute).collect::<Result<Vec<_>, _>>()?;
                 Ok::<_, PyErr>((from_paths(&paths, library.as_deref())?, paths))
@@ -185,7 +186,7 @@ pub struct ModelFile(patchlock::ModelFile);
 impl ModelFile {
     #[new]
     fn new(py: Python<'_>, file: File) -> PyResult<Self> {
-        py.detach(|| match file {
+        detached(py, || match file {
             File::Path(path) => models::examine(&path).map(Self).map_err(of_model),
             File::Bytes(bytes) => {
                 patchlock::ModelFile::examine(&bytes).map(Self).map_err(of_network)
@@ -430,9 +431,9 @@ fn from_bytes(files: &[Vec<u8>], library: Option<&Path>) -> PyResult<patchlock::
 /// The method has no use for a network.
 pub fn check_use(method: &Method, network: Option<&patchlock::Network>) -> PyResult<()> {
     match (method, network) {
-        (Method::Network(_), _) | (_, None) => Ok(()),
+        (Method::Network(_) | Method::Robust(_), _) | (_, None) => Ok(()),
         (method, Some(network)) => Err(PyValueError::new_err(format!(
-            "the network {} has no effect with the method {} (preset=\"network\" follows with it)",
+            "the network {} has no effect with the method {} (the presets robust, fast and network use one)",
             network.name(),
             method.name()
         ))),

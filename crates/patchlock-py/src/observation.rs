@@ -28,6 +28,8 @@ pub struct RobustObservation {
     certainty: f64,
     elsewhere: f64,
     contrast: f64,
+    odds: Option<f64>,
+    agrees: Option<bool>,
     side: usize,
     cell: f64,
     follower: Vec<f32>,
@@ -94,6 +96,8 @@ impl RobustObservation {
             certainty: view.certainty,
             elsewhere: view.elsewhere,
             contrast: view.contrast,
+            odds: view.odds,
+            agrees: view.agrees,
             side: view.side,
             cell: view.cell,
             follower: view.follower.to_vec(),
@@ -198,6 +202,22 @@ impl RobustObservation {
     #[getter]
     fn contrast(&self) -> f64 {
         self.contrast
+    }
+
+    /// The logarithm of the odds that the target is at the estimate, as the network says.
+    ///
+    /// `None` without a network, and while the target is lost.
+    #[getter]
+    fn odds(&self) -> Option<f64> {
+        self.odds
+    }
+
+    /// Whether filters and network agree on the place.
+    ///
+    /// `None` without a network, and while the target is lost.
+    #[getter]
+    fn agrees(&self) -> Option<bool> {
+        self.agrees
     }
 
     /// Number of cells on a side of the search window around the estimate.

@@ -8,6 +8,7 @@ use patchlock_studio::export::{self, Format, Options};
 use patchlock_studio::import;
 use patchlock_studio::project::{self as rust, Edit, Error, Store, Target};
 use patchlock_studio::tracking::Found;
+use patchlock_track::files;
 use pyo3::exceptions::{PyKeyError, PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -22,7 +23,8 @@ use crate::estimate::{Estimate, box_tuple, to_box};
 ///
 /// Args:
 ///     path: The project file, such as `clip.patchlock.json`.
-///     video: The video file or folder of images. Needed to begin a project; without it the file must exist.
+///     video: The video file or folder of images. Needed to begin a project; without it the file must exist,
+///         and the video that it names is read only if it is in the folder of the file.
 ///     max_pixels: Most pixels of a frame, width times height. A video that claims more is refused before
 ///         memory is taken for it.
 ///
@@ -283,7 +285,7 @@ impl Project {
         let first = self.store.project().next_id;
         let store = &mut self.store;
         let imported = py.detach(|| {
-            let text = std::fs::read(&file).map_err(|source| Error::Read { path: file, source })?;
+            let text = files::read(&file).map_err(|source| Error::Read { path: file, source })?;
             let targets = import::read(format, &text, store.project())?;
             store.apply(vec![Edit::Import { targets }])
         });
@@ -307,7 +309,8 @@ impl Project {
     ///     The number of files written.
     ///
     /// Raises:
-    ///     ValueError: There are no boxes, there is no such format, or `out` exists.
+    ///     ValueError: There are no boxes, there is no such format, `out` exists, or frames are needed of a
+    ///         video that only the project file names, and not in its folder.
     ///     OSError: A file can't be read or written.
     #[pyo3(signature = (format, out, *, frames = false, name = None, key_frames = 1, overwrite = false))]
     #[expect(clippy::too_many_arguments, reason = "Python calls it with keywords")]
@@ -326,7 +329,11 @@ impl Project {
             || self.store.video().file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let (name, limits) = (name.unwrap_or_else(stem), self.store.limits());
         let options = Options { format, name, frames, key_frames, limits };
-        let (project, video) = (self.store.project(), self.store.video());
+        let video = match options.reads(self.store.video()) {
+            true => self.store.video_to_read().map_err(to_python)?,
+            false => self.store.video(),
+        };
+        let project = self.store.project();
         let written = py.detach(|| export::write(project, video, &options, &out, overwrite));
         written.map_err(to_python)
     }

@@ -2,12 +2,13 @@
 //! as in the command.
 
 use std::path::{Path, PathBuf};
+use std::process;
 use std::sync::{Mutex, PoisonError};
 
 use numpy::ndarray::{Array2, Array3};
 use numpy::{Element, IntoPyArray};
 use patchlock_media::{Ahead, Error, Limits, Next, Order, Picture, Pixels, open_within};
-use pyo3::exceptions::{PyFileNotFoundError, PyValueError};
+use pyo3::exceptions::{PyFileNotFoundError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
 use crate::errors;
@@ -16,6 +17,8 @@ use crate::errors;
 ///
 /// It yields pairs of a frame number and an array of shape (height, width) or (height, width, 3) in RGB
 /// order, uint8 or uint16 as in the source.
+///
+/// A process that was forked after frames were opened can't read on: iterating is a `RuntimeError` there.
 ///
 /// Args:
 ///     source: Any source that the command accepts: a folder of images, a pattern such as
@@ -34,6 +37,8 @@ use crate::errors;
 #[pyclass(frozen, module = "patchlock")]
 pub struct Frames {
     ahead: Mutex<Ahead>,
+    /// The process that has the thread that decodes.
+    process: u32,
     count: Option<usize>,
     rate: Option<f64>,
 }
@@ -59,12 +64,12 @@ impl Frames {
         let order = Order { start, end, stride, reverse };
         let opened = py.detach(|| -> Result<Self, Error> {
             order.check()?;
-            let opened =
-                open_within(&source.to_string_lossy(), reverse, Limits { pixels: max_pixels })?;
+            let opened = open_within(&source, reverse, Limits { pixels: max_pixels })?;
             let (length, rate) = (opened.length(), opened.rate());
             let indices = order.indices(length)?;
             Ok(Self {
                 ahead: Mutex::new(Ahead::start(opened, indices)),
+                process: process::id(),
                 count: order.count(length),
                 rate: rate.map(|rate| f64::from(rate.frames) / f64::from(rate.seconds)),
             })
@@ -95,6 +100,11 @@ impl Frames {
     }
 
     fn __next__<'py>(&self, py: Python<'py>) -> PyResult<Option<(usize, Bound<'py, PyAny>)>> {
+        if self.process != process::id() {
+            return Err(PyRuntimeError::new_err(
+                "the frames were opened before this process was forked; open them again in it",
+            ));
+        }
         loop {
             let next =
                 py.detach(|| self.ahead.lock().unwrap_or_else(PoisonError::into_inner).wait());

@@ -55,3 +55,14 @@ impl Threads {
         Ok(pool)
     }
 }
+
+impl Drop for Threads {
+    fn drop(&mut self) {
+        let own = self.own.get_mut().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some((process, pool)) = own
+            && process != process::id()
+        {
+            std::mem::forget(pool);
+        }
+    }
+}

@@ -23,7 +23,8 @@ use crate::observation::Seen;
 /// Each call releases the GIL, so trackers can run in parallel on several Python threads. One
 /// tracker processes one call at a time; a second thread waits. A tracker can be pickled or copied
 /// between two frames; the copy gives the same boxes. A pickle holds the paths of the network's
-/// files, not the network; see `Network`.
+/// files, not the network; see `Network`. In a process that was forked, with `os.fork` or by
+/// `multiprocessing`, a tracker continues where it was: a fork waits for calls of other threads.
 ///
 /// Args:
 ///     frame: The first frame.
@@ -31,7 +32,7 @@ use crate::observation::Seen;
 ///         and partly outside the frame. Width and height must be at least 1.
 ///     config: A `Config`, or the name of a preset; `None` for the preset `robust`.
 ///     preset: The name of a preset, instead of `config`.
-///     model: The network of the preset `network`: a `Network`, or what `Network` takes. It takes
+///     model: A network, which `network` needs and `robust` can use: a `Network`, or what `Network` takes. It takes
 ///         precedence over that of `config`.
 ///     runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
 ///     threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool
@@ -80,8 +81,7 @@ impl Tracker {
     /// The estimate for the latest frame; after the start, the one for the first frame.
     #[getter]
     fn estimate(&self, py: Python<'_>) -> Estimate {
-        py.detach(|| {
-            let state = self.driver.lock();
+        self.driver.with(py, |state| {
             Estimate::from_rust(state.tracker.estimate().clone(), state.frame, state.ms)
         })
     }
@@ -182,8 +182,8 @@ impl Tracker {
     ///
     /// Args:
     ///     snapshot: What `snapshot` returned.
-    ///     model: The network that the targets were tracked with, as for the constructor; only with
-    ///         the method `network`. A snapshot holds its hash.
+    ///     model: The network that the targets were tracked with, as for the constructor.
+    ///         A snapshot holds its hash.
     ///     runtime: As for the constructor.
     ///     threads: As for the constructor.
     ///     channels: As for the constructor.
@@ -219,7 +219,7 @@ impl Tracker {
     }
 
     fn __repr__(&self, py: Python<'_>) -> String {
-        let frame = py.detach(|| self.driver.lock().frame);
+        let frame = self.driver.with(py, |state| state.frame);
         let threads = self.threads().map_or("None".to_owned(), |count| count.to_string());
         format!("<Tracker threads={threads} channels='{}' frame={frame}>", self.channels())
     }

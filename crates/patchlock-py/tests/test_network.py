@@ -121,7 +121,7 @@ def test_a_settings_file_names_a_network_beside_it(folder, network):
 @pytest.mark.parametrize(
     ("make", "error", "says"),
     [
-        (lambda folder: Config(model=folder), ValueError, "no effect with the method robust"),
+        (lambda folder: Config("paper", model=folder), ValueError, "no effect with the method paper"),
         (lambda folder: Config("network", runtime="x.so"), ValueError, "there is no model="),
         (lambda folder: Config("network", model=Network(folder), runtime="x.so"), ValueError, "has its runtime"),
         (lambda folder: setattr(Config("network"), "model", folder), AttributeError, "can't be changed"),
@@ -169,8 +169,8 @@ def test_a_tracker_needs_a_network(film, folder):
             make()
     with pytest.raises(ValueError, match="config and preset are both given"):
         Tracker(film[0], BOX, "network", preset="network", model=folder)
-    with pytest.raises(ValueError, match="no effect with the method robust"):
-        Tracker(film[0], BOX, model=folder)
+    with pytest.raises(ValueError, match="no effect with the method paper"):
+        Tracker(film[0], BOX, preset="paper", model=folder)
 
 
 def test_an_estimate_has_no_visibility_and_can_be_drawn(film, network):
@@ -221,7 +221,7 @@ def test_a_snapshot_needs_its_network(film, network):
     many.add(film[0], BOX)
     again = MultiTracker.restore(many.snapshot(), model=network)
     assert again.update(film[1]) == many.update(film[1])
-    with pytest.raises(ValueError, match="no effect with the method robust"):
+    with pytest.raises(ValueError, match="was tracked without a network"):
         Tracker.restore(Tracker(film[0], BOX).snapshot(), model=network)
 
 

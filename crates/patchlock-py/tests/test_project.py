@@ -139,6 +139,26 @@ def test_what_is_wrong_is_said(project: patchlock.Project, tmp_path: Path, video
         patchlock.Project(tmp_path / "bad.json")
 
 
+def test_a_video_that_only_the_file_names_is_read_in_its_folder_only(tmp_path: Path, video: Path):
+    folder = tmp_path / "from somebody else"
+    folder.mkdir()
+    path = folder / "a.json"
+    project = patchlock.Project(path, video)
+    project.add_target("dog", 0, BOX)
+    project.save()
+    opened = patchlock.Project(path)
+    for format in ("yolo", "voc", "lasot", "got10k", "coco"):
+        with pytest.raises(ValueError, match="names a video outside its folder.*video="):
+            opened.export(format, tmp_path / "out", frames=True)  # type: ignore[arg-type]
+        assert not (tmp_path / "out").exists()
+    assert "outside its folder" in str(opened.changed)
+    opened.export("yolo", tmp_path / "boxes")
+    given = patchlock.Project(path, video)
+    given.export("yolo", tmp_path / "named", frames=True)
+    assert given.changed is None
+    assert len(list((tmp_path / "named" / "images" / "train").iterdir())) == 1
+
+
 def test_who_saves_second_is_told(project: patchlock.Project, video: Path):
     project.save()
     one, two = patchlock.Project(project.path), patchlock.Project(project.path)

@@ -7,6 +7,7 @@ import json
 import multiprocessing
 import os
 import pickle
+import signal
 import threading
 import time
 from typing import Any
@@ -14,6 +15,8 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import QUICK, SETTINGS, configured, follow, numbers
+from networks import VITTRACK, outside
+from PIL import Image
 
 import patchlock
 
@@ -273,15 +276,36 @@ def test_two_threads_on_one_tracker_take_turns(scene, film):
     assert tracker.update(film[4]).frame == 4
 
 
+def told(estimate: patchlock.Estimate) -> tuple[Any, ...]:
+    """What every method says, exact to the last bit."""
+    return (*estimate.box, *estimate.corners.ravel(), estimate.score, estimate.status)
+
+
 def forked(tracker: patchlock.Tracker, frame: Any, answers: Any) -> None:
-    answers.put(numbers(tracker.update(frame)))
+    answers.put(told(tracker.update(frame)))
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a system that forks")
+def begun(method: str, frame: Any, box: Any, threads: int | None) -> patchlock.Tracker:
+    """A tracker of a method, or of a network: the made-up one, or a real one by the name of its folder."""
+    if method == "paper":
+        return patchlock.Tracker(frame, box, QUICK, threads=threads)
+    model = VITTRACK if method == "made-up" else outside("PATCHLOCK_MODELS", "models", method)
+    return patchlock.Tracker(frame, box, preset="network", model=model, threads=threads)
+
+
+NEEDS_FORK = pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a system that forks")
+# Python warns of what is tested here.
+FORKS = pytest.mark.filterwarnings("ignore:.*multi-threaded:DeprecationWarning")
+METHODS = pytest.mark.parametrize("method", ["paper", "made-up", "nanotrack-v3", "vittrack"])
+
+
+@NEEDS_FORK
+@FORKS
+@METHODS
 @pytest.mark.parametrize("threads", [None, 2])
-def test_a_forked_process_continues_to_track(scene, film, threads):
+def test_a_forked_process_continues_to_track(scene, film, threads, method):
     """The parent's threads do not exist in the child, which must make its own instead of waiting forever."""
-    tracker = patchlock.Tracker(film[0], scene.truth(0), QUICK, threads=threads)
+    tracker = begun(method, film[0], scene.truth(0), threads)
     for frame in film[1:3]:
         tracker.update(frame)
     context = multiprocessing.get_context("fork")
@@ -291,4 +315,68 @@ def test_a_forked_process_continues_to_track(scene, film, threads):
     answer = answers.get(timeout=60)
     child.join(timeout=60)
     assert child.exitcode == 0
-    assert answer == numbers(tracker.update(film[3]))
+    assert answer == told(tracker.update(film[3]))
+
+
+@NEEDS_FORK
+@FORKS
+@METHODS
+def test_a_process_that_is_forked_while_another_thread_tracks_continues(scene, film, method):
+    """What the other thread holds at that moment would stay locked in the child."""
+    tracker = begun(method, film[0], scene.truth(0), 2)
+    stop = threading.Event()
+
+    def track() -> None:
+        while not stop.is_set():
+            tracker.update(film[1])
+
+    threads = [threading.Thread(target=track) for _ in range(2)]
+    for thread in threads:
+        thread.start()
+    try:
+        for _ in range(8):
+            child = os.fork()
+            if child == 0:
+                try:
+                    tracker.update(film[2])
+                    repr(tracker)
+                    os._exit(0)
+                finally:
+                    os._exit(1)
+            assert ended(child) == 0
+    finally:
+        stop.set()
+        for thread in threads:
+            thread.join()
+    frame = tracker.estimate.frame
+    assert tracker.update(film[3]).frame == frame + 1, "the parent continues, too"
+
+
+def ended(child: int) -> int:
+    """The exit code of a process, which is killed after a minute."""
+    for _ in range(6000):
+        done, status = os.waitpid(child, os.WNOHANG)
+        if done:
+            return os.waitstatus_to_exitcode(status)
+        time.sleep(0.01)
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    return -1
+
+
+@NEEDS_FORK
+@FORKS
+def test_frames_that_were_opened_before_a_fork_are_refused_after_it(film, tmp_path):
+    for k, frame in enumerate(film[:2]):
+        Image.fromarray(frame).save(tmp_path / f"{k}.png")
+    frames = patchlock.Frames(tmp_path)
+    child = os.fork()
+    if child == 0:
+        try:
+            next(frames)
+        except RuntimeError as error:
+            os._exit(0 if "open them again" in str(error) else 1)
+        finally:
+            os._exit(2)
+    assert ended(child) == 0
+    assert len(list(frames)) == 2

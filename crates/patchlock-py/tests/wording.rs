@@ -66,7 +66,8 @@ fn next_media(error: &patchlock_media::Error) -> Option<patchlock_media::Error> 
         Error::NoImages { inner: Some(_), .. } => Error::NoMatch { pattern: name, is_glob: false },
         Error::NoMatch { is_glob: false, .. } => Error::NoMatch { pattern: name, is_glob: true },
         Error::NoMatch { is_glob: true, .. } => Error::NoVideo { name },
-        Error::NoVideo { .. } => Error::NoFrames,
+        Error::NoVideo { .. } => Error::Playlist { path: "v".into() },
+        Error::Playlist { .. } => Error::NoFrames,
         Error::NoFrames => Error::TooLarge { what: name, size },
         Error::TooLarge { .. } => Error::TooManyPixels { name, limit: Limits::DEFAULT_PIXELS },
         Error::TooManyPixels { .. } => Error::FfmpegMissing { path: "v".into(), reason },
@@ -139,7 +140,7 @@ fn next_model(error: &ModelError) -> Option<ModelError> {
         ModelError::Unusable { .. } => ModelError::Runtime(failed),
         ModelError::Runtime(_) => ModelError::Missing { method: "network" },
         ModelError::Missing { .. } => ModelError::Unused { path: path(), method: "robust" },
-        ModelError::Unused { .. } => ModelError::UnusedRuntime { path: path(), method: "robust" },
+        ModelError::Unused { .. } => ModelError::UnusedRuntime { path: path() },
         ModelError::UnusedRuntime { .. } => return None,
     })
 }
@@ -160,7 +161,8 @@ fn next_track(error: &patchlock_track::Error) -> Option<patchlock_track::Error> 
         Error::Read { .. } => Error::Line { path: path(), line: 1, reason },
         Error::Line { .. } => Error::Write { path: path(), source: io_error() },
         Error::Write { .. } => Error::Frame { path: path(), reason },
-        Error::Frame { .. } => Error::Export(reason),
+        Error::Frame { .. } => Error::LinkOutside { path: path(), target: path() },
+        Error::LinkOutside { .. } => Error::Export(reason),
         Error::Export(_) => Error::Threads(reason),
         Error::Threads(_) => Error::TrackerInFrame { index: 1, reason },
         Error::TrackerInFrame { .. } => {
@@ -243,7 +245,8 @@ fn next_project(error: &project::Error) -> Option<project::Error> {
         Error::Overtaken { .. } => {
             Error::OtherVideo { path: path(), expected: "a".into(), given: "b".into() }
         }
-        Error::OtherVideo { .. } => Error::Edit(reason),
+        Error::OtherVideo { .. } => Error::VideoOutside { path: path(), video: "../v".into() },
+        Error::VideoOutside { .. } => Error::Edit(reason),
         Error::Edit(_) => Error::Import(reason),
         Error::Import(_) => Error::Export(patchlock_media::Error::NoFrames.into()),
         Error::Export(_) => Error::Video(patchlock_media::Error::NoFrames),
@@ -294,7 +297,7 @@ fn ranges_and_names_are_named_by_keywords() {
         "sequences: ",
         "attributes: ",
         "the method network needs a network (give its files with model=)",
-        "no effect with the method robust (preset=\"network\" follows with a network)",
+        "has no effect without a network (the presets robust, fast and network use one)",
         "runtime= takes the library",
         "given: b (give its files with model=)",
         "the backbone is missing (give both files, or their folder)",

@@ -75,6 +75,16 @@ pub struct Options {
     pub limits: Limits,
 }
 
+impl Options {
+    /// Whether the export reads this video, or the names of the images in this folder.
+    pub fn reads(&self, video: &Path) -> bool {
+        let Format::Other(format) = self.format else { return false };
+        // COCO refers to images by their names, which only a folder has.
+        let names = format == export::Format::Coco && video.is_dir();
+        names || (format.holds_frames() && self.frames)
+    }
+}
+
 fn refused(reason: impl Into<String>) -> Error {
     Error::from(patchlock_track::Error::Export(reason.into()))
 }
@@ -96,15 +106,13 @@ pub fn write(
         Format::Csv => return write_table(project, out, overwrite),
         Format::Other(format) => format,
     };
-    let copies = format.holds_frames() && options.frames;
-    // COCO refers to images by their names, which only a folder has.
-    let names = format == export::Format::Coco && video.is_dir();
     let options = export::Options {
         format,
         name: options.name.clone(),
         label: "target".to_owned(),
         size: None,
-        images: (copies || names).then(|| video.to_path_buf()),
+        images: options.reads(video).then(|| video.to_path_buf()),
+        follow_links: false,
         key_frames: options.key_frames,
         limits: options.limits,
     };

@@ -52,6 +52,14 @@ pub enum Error {
         /// The reason.
         reason: String,
     },
+    /// An image is a link that leaves the folder of the frames.
+    #[error("the frame {} is a link to {}, which is not in the folder", path.display(), target.display())]
+    LinkOutside {
+        /// The link.
+        path: PathBuf,
+        /// Where it leads.
+        target: PathBuf,
+    },
     /// A track cannot be exported with these options.
     #[error("cannot export: {0}")]
     Export(String),
@@ -137,6 +145,7 @@ impl Error {
             Self::Write { .. } => WRITE_ADVICE,
             Self::Line { .. } => "a line is x,y,w,h; a missing box is NaN,NaN,NaN,NaN",
             Self::Frame { .. } => "replace the file",
+            Self::LinkOutside { .. } => "look at what it leads to, then put a copy in its place",
             Self::Settings(error) => return error.advice(),
             Self::Media(error) => return error.advice(),
             Self::Export(_)

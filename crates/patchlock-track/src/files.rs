@@ -1,11 +1,11 @@
 //! Reads text files, lists folders and takes file names apart.
 
-use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use patchlock_media::image_file::is_image;
 use patchlock_media::natural_order;
+use patchlock_media::plain_file::{self, OpenError};
 
 use crate::Error;
 
@@ -18,22 +18,21 @@ pub const MAX_FILE_BYTES: u64 = 1 << 30;
 /// As [`fs::read`]; what is not a file (a pipe, a device, a folder) or is longer than
 /// [`MAX_FILE_BYTES`] is refused before anything is read: it may never end.
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
-    let refused = |reason: &str| Err(io::Error::new(io::ErrorKind::InvalidInput, reason));
-    // Opening a pipe waits for somebody to write to it, so this is asked before.
-    let about = fs::metadata(path)?;
-    if about.is_dir() {
-        return Err(io::ErrorKind::IsADirectory.into());
+    let refused = |reason: &str| io::Error::new(io::ErrorKind::InvalidInput, reason);
+    let mut plain = plain_file::open(path).map_err(|error| match error {
+        OpenError::File(error) => error,
+        OpenError::Endless => {
+            refused("it is a pipe or a device; save its content to a file and name that")
+        }
+    })?;
+    let too_long = || refused("it is longer than 1 GiB");
+    if plain.length > MAX_FILE_BYTES {
+        return Err(too_long());
     }
-    if !about.is_file() {
-        return refused("it is a pipe or a device; save its content to a file and name that");
-    }
-    let mut bytes = Vec::new();
-    if about.len() <= MAX_FILE_BYTES {
-        fs::File::open(path)?.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes)?;
-    }
-    match about.len().max(bytes.len() as u64) <= MAX_FILE_BYTES {
+    let bytes = plain.read(MAX_FILE_BYTES + 1)?;
+    match bytes.len() as u64 <= MAX_FILE_BYTES {
         true => Ok(bytes),
-        false => refused("it is longer than 1 GiB"),
+        false => Err(too_long()),
     }
 }
 

@@ -54,13 +54,11 @@ pub enum ModelError {
         /// The method.
         method: &'static str,
     },
-    /// The method runs no network.
-    #[error("the runtime {} has no effect with the method {method}", path.display())]
+    /// There is no network to be run.
+    #[error("the runtime {} has no effect without a network", path.display())]
     UnusedRuntime {
         /// The library.
         path: PathBuf,
-        /// The method.
-        method: &'static str,
     },
 }
 
@@ -169,7 +167,7 @@ pub struct ModelPaths {
 }
 
 impl ModelPaths {
-    /// The network for a method, which must be given if the method needs it and not otherwise.
+    /// The network for a method: `network` needs one, `robust` can use one, `paper` has none.
     ///
     /// # Errors
     /// As [`load`]; [`ModelError::Missing`], [`ModelError::Unused`] and
@@ -177,12 +175,12 @@ impl ModelPaths {
     pub fn network(&self, method: &Method) -> Result<Option<Network>, ModelError> {
         let name = method.name();
         match (method, &self.model, &self.runtime) {
-            (Method::Network(_), Some(model), runtime) => load(model, runtime.as_deref()).map(Some),
+            (Method::Network(_) | Method::Robust(_), Some(model), runtime) => {
+                load(model, runtime.as_deref()).map(Some)
+            }
             (Method::Network(_), None, _) => Err(ModelError::Missing { method: name }),
             (_, Some(model), _) => Err(ModelError::Unused { path: model.clone(), method: name }),
-            (_, None, Some(library)) => {
-                Err(ModelError::UnusedRuntime { path: library.clone(), method: name })
-            }
+            (_, None, Some(library)) => Err(ModelError::UnusedRuntime { path: library.clone() }),
             (_, None, None) => Ok(None),
         }
     }

@@ -390,21 +390,23 @@ mod tests {
         concat!(env!("CARGO_MANIFEST_DIR"), "/../patchlock/tests/golden/network/vittrack.onnx");
 
     #[test]
-    fn a_network_is_loaded_where_the_method_needs_one() {
+    fn a_network_is_loaded_where_the_method_can_use_one() {
         let path = Path::new(MADE_UP);
         let given = Overrides { model: Some(path), ..Overrides::default() };
         let (config, paths) = resolve_with_paths("network", None, given).unwrap();
         let network = config.network.expect("is loaded");
         assert_eq!((network.name(), paths.model.as_deref()), ("VitTrack", Some(path)));
-        let in_file = resolved("network", &format!("model = {MADE_UP:?}"), &[]).unwrap();
-        assert_eq!(in_file.network, Some(network));
+        for preset in ["network", "robust"] {
+            let in_file = resolved(preset, &format!("model = {MADE_UP:?}"), &[]).unwrap();
+            assert_eq!(in_file.network.as_ref(), Some(&network));
+        }
         let error = |preset, overrides| match resolve(preset, None, overrides) {
             Err(SettingsError::Model(error)) => error,
             other => panic!("{other:?}"),
         };
         let missing = error("network", Overrides::default());
         assert!(matches!(missing, ModelError::Missing { method: "network" }), "{missing}");
-        assert!(matches!(error("fast", given), ModelError::Unused { .. }));
+        assert!(matches!(error("paper", given), ModelError::Unused { .. }));
         let library = Overrides { runtime: Some(path), ..Overrides::default() };
         assert!(matches!(error("fast", library), ModelError::UnusedRuntime { .. }));
     }

@@ -76,8 +76,13 @@ impl Target {
             }
             Method::Robust(settings) => {
                 let (settings, scratch) = ((config.seed, settings), &mut scratch.robust);
-                let (target, estimate) =
-                    robust::RobustTarget::begin(frame, bbox, settings, scratch);
+                let (target, estimate) = robust::RobustTarget::begin(
+                    frame,
+                    bbox,
+                    settings,
+                    config.network.as_ref(),
+                    scratch,
+                )?;
                 Ok((Self::Robust(target), estimate))
             }
             Method::Network(_) => {
@@ -114,11 +119,10 @@ impl Target {
             (Self::Robust(target), Method::Robust(_)) => {
                 let scratch = &mut scratch.robust;
                 let Some(observer) = observer else {
-                    target.step(frame, scratch, None, estimate);
-                    return Ok(());
+                    return Ok(target.step(frame, scratch, None, estimate)?);
                 };
                 let mut show = |view: RobustView<'_>| observer.observe(&FrameView::Robust(view));
-                target.step(frame, scratch, Some(&mut show), estimate);
+                target.step(frame, scratch, Some(&mut show), estimate)?;
             }
             (Self::Network(target), Method::Network(settings)) => {
                 let scratch = &mut scratch.network;
@@ -152,9 +156,8 @@ impl Target {
                     .map_err(error::snapshot)
             }
             (Method::Robust(settings), SavedTarget::Robust(saved)) => {
-                robust::RobustTarget::restore(saved, settings)
+                robust::RobustTarget::restore(saved, settings, config.network.as_ref())
                     .map(Self::Robust)
-                    .map_err(error::snapshot)
             }
             (Method::Network(_), SavedTarget::Network(saved)) => {
                 network::NetworkTarget::restore(saved, config.network.as_ref()).map(Self::Network)

@@ -22,7 +22,19 @@ const MAY_USE: &[Rule] = &[
     ("config", &["error", "network", "network_error", "patch_model", "value", "vision"]),
     ("estimate", &["error", "patch_model", "vision"]),
     ("paper", &["config", "estimate", "patch_model", "vision"]),
-    ("robust", &["config", "correlation", "estimate", "patch_model", "vision"]),
+    (
+        "robust",
+        &[
+            "config",
+            "correlation",
+            "error",
+            "estimate",
+            "network",
+            "network_error",
+            "patch_model",
+            "vision",
+        ],
+    ),
     ("network_loop", &["config", "error", "estimate", "network", "network_error", "vision"]),
     // Only the types in its views.
     ("observe", &["network_loop", "paper", "robust"]),

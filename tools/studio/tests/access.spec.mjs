@@ -169,3 +169,33 @@ test.describe('with fingers', () => {
         await expect(work.targets()).toHaveCount(1);
     });
 });
+
+test.describe('on a telephone', () => {
+    test.use({ viewport: { width: 390, height: 780 }, begun: true });
+
+    test('nothing is beyond the right edge', async ({ work, page }) => {
+        const beyond = () =>
+            page.evaluate(() => {
+                const isBeyond = (element) => {
+                    const { width, right } = element.getBoundingClientRect();
+                    const style = getComputedStyle(element);
+                    return width > 0 && style.visibility !== 'hidden' && right > innerWidth + 1;
+                };
+                const all = [...document.querySelectorAll('button, input, select, p, h1, h2, span')];
+                const scrolls = document.documentElement.scrollWidth > innerWidth ? ['the page'] : [];
+                return [...scrolls, ...all.filter(isBeyond).map(({ outerHTML }) => outerHTML.slice(0, 120))];
+            });
+        expect(await beyond()).toEqual([]);
+        await work.press('Shift+E');
+        await expect(page.getByRole('dialog')).toBeVisible();
+        expect(await beyond()).toEqual([]);
+        await work.closeDialog();
+        await work.press('?');
+        await expect(page.getByRole('dialog')).toBeVisible();
+        expect(await beyond()).toEqual([]);
+        await work.closeDialog();
+        await work.press('Shift+C');
+        await expect(page.locator('#camera')).toBeVisible();
+        expect(await beyond()).toEqual([]);
+    });
+});

@@ -55,7 +55,12 @@ export class Work {
         await this.page.route(/:\d+\/([\w-]+\.(mjs|css|svg))?$/, async (route) => {
             const name = new URL(route.request().url()).pathname.slice(1) || 'index.html';
             const response = await route.fetch();
-            await route.fulfill({ response, body: readFileSync(path.join(sources, name)) });
+            const body = readFileSync(path.join(sources, name));
+            // The program does not know a file that is new.
+            const contentType = name.endsWith('.mjs')
+                ? 'text/javascript'
+                : response.headers()['content-type'];
+            await route.fulfill({ response, status: 200, contentType, body });
         });
     }
 
@@ -96,6 +101,13 @@ export class Work {
     /** Draws a new box. */
     async draw({ x, y, w, h }) {
         await this.drag([x, y], [x + w, y + h]);
+    }
+
+    /** Draws a box of another target than the selected one. */
+    async drawAnother(box) {
+        await this.page.keyboard.down('Shift');
+        await this.draw(box);
+        await this.page.keyboard.up('Shift');
     }
 
     /** Marks a stretch of the first target in the timeline, which shows the whole clip. */

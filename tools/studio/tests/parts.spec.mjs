@@ -70,6 +70,36 @@ test('what is known of a frame', () => {
     expect([0, 1, 65].map((frame) => known.at(frame).kind)).toEqual(['key', 'lost', 'hidden']);
 });
 
+test('a target in a clip of 100 million frames', () => {
+    const many = 100_000_000;
+    const long = new Track(
+        {
+            id: 1,
+            label: 'car',
+            attributes: {},
+            keys: { 0: { box }, [many - 1]: { box } },
+            tracked: { 5: { box, score: 0.3, status: 'uncertain' } },
+            hidden: [[1000, many - 1000]],
+        },
+        many,
+    );
+    long.addLive([[7, 1, 2, 30, 40, 0.1, 'lost', null]]);
+    expect(long.known).toEqual([0, 5, 7, many - 1]);
+    expect([long.extent(), long.lostAround(7)]).toEqual([
+        [0, many - 1],
+        [7, 7],
+    ]);
+    const worst = (first, end) => long.worst(first, end);
+    expect(worst(0, 6)).toEqual({ kind: 'uncertain', score: 0.3 });
+    expect(worst(6, 100)).toEqual({ kind: 'lost', score: -1 });
+    expect(worst(8, many - 1).kind).toBe('hidden');
+    expect(worst(many - 999, many).kind).toBe('key');
+    expect(worst(8, 999).kind).toBe('none');
+    expect([long.nearestBox(500), long.nearestBox(many / 2)]).toEqual([{ x: 1, y: 2, w: 30, h: 40 }, box]);
+    expect(long.coverage()).toBeCloseTo((3 + many - 1999) / many, 12);
+    expect(long.requestAround(0)).toEqual({ target: 1, around: 0 });
+});
+
 test('boxes stay in order, whichever way they are drawn', () => {
     expect(tidy({ x: 10, y: 20, w: -4, h: -6 })).toEqual({ x: 6, y: 14, w: 4, h: 6 });
     expect(tidy({ x: 10, y: 20, w: 0.2, h: 0 })).toEqual({ x: 10, y: 20, w: 1, h: 1 });

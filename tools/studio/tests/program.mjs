@@ -60,6 +60,11 @@ export class Folder {
         return this.videos[at].replace(/\.mp4$/, '.patchlock.json');
     }
 
+    /** Writes the project of the first clip. */
+    write(project) {
+        writeFileSync(this.#file(0), JSON.stringify(project));
+    }
+
     /** The project of a clip, as it is on disk. The file appears with the first change. */
     project(at = 0) {
         const file = this.#file(at);
@@ -73,8 +78,8 @@ export class Folder {
 /** A running `patchlock studio`. */
 export class Studio {
     /** Starts it and waits for the address. */
-    static start(videos, options = []) {
-        return Studio.#run(['--no-open', ...options, ...videos], path.dirname(videos[0]));
+    static start(videos, options = [], folder = path.dirname(videos[0])) {
+        return Studio.#run(['--no-open', ...options, ...videos], folder);
     }
 
     /** Starts it with a desktop that writes down what it is asked to open. */
@@ -92,7 +97,8 @@ export class Studio {
         return Studio.#run(videos, folder, { ...process.env, PATH: `${folder}:${process.env.PATH}` });
     }
 
-    static #run(args, cwd, env = process.env) {
+    static #run(args, cwd, given = process.env) {
+        const env = { ...given, XDG_STATE_HOME: path.join(cwd, 'state') };
         const child = spawn(program, ['studio', ...args], { cwd, env });
         return new Promise((resolve, reject) => {
             let said = '';

@@ -19,13 +19,100 @@ test('killed at any moment and started again, everything is there', async ({ pag
     await expect(page.locator('#errors')).toContainText('connection to patchlock studio is lost');
     await expect(page.locator('#saved')).toHaveText('No connection');
 
+    // The page has waited, as it said.
     studio = await Studio.start(folder.videos, ['--port', port]);
-    // The new program has a new token, so the old page says where to go.
-    await expect(page.locator('#errors')).toContainText('token', { timeout: 15_000 });
-    await page.goto('about:blank');
-    await work.open(studio.address);
+    await expect(page.locator('#saved')).toHaveText('Saved', { timeout: 15_000 });
+    await expect(page.locator('#errors')).toBeEmpty();
     await expect(work.targets()).toHaveCount(1);
     expect(folder.project()).toEqual(before);
+    await work.press('Shift+D');
+    await expect.poll(() => folder.project().done).toBe(true);
+    await studio.kill();
+});
+
+test('a page that the program no longer knows says where to go', async ({ page }) => {
+    const [mine, others] = [new Folder(), new Folder()];
+    let studio = await Studio.start(mine.videos);
+    const { port } = studio;
+    await new Work(page).open(studio.address);
+    await studio.kill();
+    studio = await Studio.start(others.videos, ['--port', port]);
+    await expect(page.locator('#errors')).toContainText('token', { timeout: 15_000 });
+    await studio.kill();
+});
+
+test.describe('loaded again', () => {
+    test.use({ names: ['one.mp4', 'two.mp4'] });
+
+    test('the page shows the same clip, frame and zoom', async ({ work, page }) => {
+        await work.press('PageDown');
+        await expect(page.locator('#clip-title')).toHaveText('two.mp4');
+        await work.atFrame(0);
+        await work.goTo(33);
+        for (const _ of [1, 2, 3]) await work.press('+');
+        const zoom = await page.locator('#zoom').textContent();
+        await page.reload();
+        await expect(page.locator('#clip-title')).toHaveText('two.mp4');
+        await work.atFrame(33);
+        await expect(page.locator('#zoom')).toHaveText(zoom);
+    });
+});
+
+test('a project of another video that says to have 100 million frames', async ({ page }) => {
+    // The longest array of numbers that the page makes.
+    await page.addInitScript(() => {
+        globalThis.longest = 0;
+        for (const name of [
+            'Array',
+            'Uint8Array',
+            'Uint16Array',
+            'Uint32Array',
+            'Float32Array',
+            'Float64Array',
+        ]) {
+            const construct = (type, [length, ...more], given) => {
+                if (typeof length === 'number') globalThis.longest = Math.max(globalThis.longest, length);
+                return Reflect.construct(type, [length, ...more], given);
+            };
+            globalThis[name] = new Proxy(globalThis[name], { construct });
+        }
+    });
+    const frames = 100_000_000;
+    const box = { x: 10, y: 10, w: 30, h: 30 };
+    const target = (id) => ({
+        id,
+        label: 'target',
+        keys: { 0: { box }, [frames - 1]: { box } },
+        hidden: [[5, frames - 5]],
+    });
+    const folder = new Folder();
+    folder.write({
+        format: 'patchlock-project',
+        version: 1,
+        video: { path: 'clip.mp4', bytes: 1, hash: '0'.repeat(64), frames, width: 480, height: 360 },
+        labels: [{ name: 'target', colour: '#e69f00' }],
+        targets: [target(1), target(2)],
+    });
+    const studio = await Studio.start(folder.videos);
+    const work = new Work(page);
+    await work.open(studio.address);
+    await expect(page.locator('#errors')).toContainText('The video is not the one of this project');
+    await expect(work.targets()).toHaveCount(2);
+    await work.goTo(100);
+    await work.press('ArrowDown', 'g');
+    await expect(page.locator('#frame')).toHaveValue(String(frames - 1));
+    await work.press('a');
+    await work.atFrame(0);
+    expect(await page.evaluate(() => globalThis.longest)).toBeLessThan(1_000_000);
+    await studio.kill();
+});
+
+test('without a video there is no zoom', async ({ page }) => {
+    const folder = new Folder();
+    const studio = await Studio.start([], [], folder.path);
+    await page.goto(studio.address);
+    await expect(page.locator('#nothing')).toBeVisible();
+    await expect(page.locator('#zoom-tools')).toBeHidden();
     await studio.kill();
 });
 
@@ -67,7 +154,7 @@ test('two windows know of each other, see each change, and do not overwrite it',
     };
     await second.page.route('**/edits', meanwhile, { times: 1 });
     await second.afterDrawing('none');
-    await second.draw({ x: 300, y: 100, w: 60, h: 60 });
+    await second.drawAnother({ x: 300, y: 100, w: 60, h: 60 });
     await expect(second.page.locator('#errors')).toContainText('another window was faster');
     await expect(second.targets()).toHaveCount(1);
     await second.page.getByRole('button', { name: 'Try again' }).click();

@@ -83,10 +83,28 @@ test.describe('a target that is tracked', () => {
         // With Shift it is always a new target.
         await work.goTo(0);
         await work.afterDrawing('none');
-        await work.page.keyboard.down('Shift');
-        await work.draw({ x: 60, y: 210, w: 40, h: 40 });
-        await work.page.keyboard.up('Shift');
+        await work.drawAnother({ x: 60, y: 210, w: 40, h: 40 });
         await expect(work.targets()).toHaveCount(2);
+    });
+
+    test('beside the box of the selected target, it is asked once whose box it is', async ({
+        work,
+        folder,
+    }) => {
+        const { page } = work;
+        await work.afterDrawing('none');
+        const dialog = page.getByRole('dialog');
+        await work.draw({ x: 300, y: 40, w: 60, h: 50 });
+        await expect(dialog).toContainText('Whose box is it?');
+        await work.closeDialog();
+        await expect(work.targets()).toHaveCount(1);
+        await work.draw({ x: 300, y: 40, w: 60, h: 50 });
+        await dialog.getByRole('button', { name: 'Another target' }).click();
+        await expect(work.targets()).toHaveCount(2);
+        await work.draw({ x: 400, y: 140, w: 60, h: 50 });
+        await expect(work.targets()).toHaveCount(3);
+        await expect(dialog).toHaveCount(0);
+        expect(Object.keys(folder.project().targets[0].keys)).toEqual(['0']);
     });
 
     test('a stretch in which the target is not visible', async ({ work, folder }) => {
@@ -391,6 +409,8 @@ test.describe('with three clips', () => {
         await work.press('Shift+PageDown');
         await expect(page.locator('#notices')).toContainText('No other clip');
 
+        await work.press('PageUp', 'PageUp');
+        await expect(title).toHaveText('a.mp4');
         await page.reload();
         await expect(page.locator('#clips-progress')).toHaveText('2 of 3 done');
         await expect(title).toHaveText('a.mp4');
@@ -403,4 +423,31 @@ test.describe('with three clips', () => {
         await work.press('Shift+PageDown');
         await expect(title).toHaveText('a.mp4');
     });
+});
+
+test('where the selected target has no box, a new box is its box, and can be another target', async ({
+    work,
+    page,
+    folder,
+}) => {
+    await work.afterDrawing('none');
+    await work.draw(truth[0]);
+    await expect(work.targets()).toHaveCount(1);
+    await expect(page.locator('#doubts-empty')).toContainText('is not tracked yet');
+    await work.goTo(60);
+    const box = { x: 300, y: 40, w: 60, h: 50 };
+    await work.draw(box);
+    await expect(page.locator('#notices')).toContainText('This is now the box of target 1 in frame 60');
+    const keys = () => folder.project().targets.map((target) => Object.keys(target.keys));
+    await expect.poll(keys).toEqual([['0', '60']]);
+    await page.getByRole('button', { name: 'Another target' }).click();
+    await expect.poll(keys).toEqual([['0'], ['60']]);
+});
+
+test('undo says how many frames it takes back', async ({ work, page }) => {
+    await work.draw(truth[0]);
+    await work.tracked();
+    await expect(page.locator('#undo')).toHaveAttribute('title', /track target 1 in 209 frames, 1 to 209/);
+    await work.press('Control+z');
+    await expect(page.locator('#notices')).toContainText('Undone: track target 1 in 209 frames');
 });

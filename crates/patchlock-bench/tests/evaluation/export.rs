@@ -192,6 +192,7 @@ fn benchmarks_flag_a_lost_target() {
 fn options(format: Format) -> Options {
     let size = format.needs_size().then_some((40, 30));
     Options {
+        follow_links: false,
         format,
         name: "film".into(),
         label: "toy car".into(),

@@ -8,6 +8,7 @@ use clap::Args;
 use patchlock::{BoundingBox, Status, TrackerConfig};
 use patchlock_media::{Error, FrameRate, Mp4Writer, Picture};
 use patchlock_scene::Scene;
+use patchlock_track::files;
 
 use crate::failure::{Failure, failed, interrupted, usage};
 use crate::interrupt;
@@ -108,8 +109,14 @@ fn prepare(out: &Path, overwrite: bool) -> Result<(), Failure> {
         return Err(usage(format!("--out {}: this is a file, not a folder", out.display()))
             .hint("name a folder"));
     }
-    let ours = fs::read_to_string(out.join(ABOUT)).is_ok_and(|text| text.starts_with(MARK));
+    let ours = files::read(&out.join(ABOUT)).is_ok_and(|text| text.starts_with(MARK.as_bytes()));
     let foreign = FILES.iter().map(|(name, _)| out.join(name)).find(|path| path.exists());
+    // The mark may be somebody else's, and a link leads to any file.
+    let is_link = |path: &PathBuf| path.is_symlink() && (path.is_file() || !path.exists());
+    if let Some(path) = FILES.iter().map(|(name, _)| out.join(name)).find(is_link) {
+        return Err(usage(format!("{} is a link to a file, which no demo writes", path.display()))
+            .hint("remove it, or choose another folder with --out"));
+    }
     if let Some(path) = foreign.filter(|_| !ours && !overwrite) {
         return Err(usage(format!(
             "{} already exists and was not written by a demo",

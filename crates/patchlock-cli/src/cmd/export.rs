@@ -11,6 +11,7 @@ use patchlock_track::export::{self, Format, Options, Track};
 use super::LimitArgs;
 use crate::failure::{Failure, interrupted, say, usage};
 use crate::interrupt;
+use crate::output::inputs::Inputs;
 
 const EXAMPLES: &str = "\
 EXAMPLES:
@@ -76,6 +77,10 @@ pub struct ExportArgs {
     #[arg(long, value_name = "PATH")]
     images: Option<PathBuf>,
 
+    /// Also copy images that are links to files outside the folder of --images
+    #[arg(long)]
+    follow_links: bool,
+
     #[command(flatten)]
     limits: LimitArgs,
 
@@ -99,6 +104,8 @@ pub struct ExportArgs {
 
 /// Reads, converts, writes.
 pub fn run(args: &ExportArgs) -> Result<()> {
+    let inputs = Inputs::new([args.track.as_path()]);
+    args.images.iter().fold(inputs, |all, images| all.with_source(images)).check(&args.out)?;
     let is_project = args.track.extension().is_some_and(|end| end.eq_ignore_ascii_case("json"));
     if is_project {
         return export_project(args);
@@ -114,6 +121,7 @@ fn export_project(args: &ExportArgs) -> Result<()> {
         return Err(usage(message).hint("each target of a project has a label").into());
     }
     let store = Store::open_shared(&args.track, None).map_err(Failure::from)?;
+    Inputs::default().with_source(store.video()).check(&args.out)?;
     let format = of_project::Format::named(&args.format).map_err(Failure::from)?;
     let track = of_project::track(store.project()).map_err(Failure::from)?;
     if format != of_project::Format::Csv {
@@ -136,6 +144,7 @@ fn export_track(args: &ExportArgs, track: &Track) -> Result<()> {
         label: args.label.clone().unwrap_or_else(|| "target".to_owned()),
         size: args.size.as_deref().map(parse_size).transpose()?,
         images: args.images.clone(),
+        follow_links: args.follow_links,
         key_frames: args.keyframes,
         limits: args.limits.limits(),
     };

@@ -1,5 +1,6 @@
 //! `patchlock frame`: saves one frame of a source, with a grid for reading off a box.
 
+use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
@@ -10,6 +11,7 @@ use patchlock_studio::drawing::text;
 
 use super::LimitArgs;
 use crate::failure::{Failure, say, usage};
+use crate::output::inputs::Inputs;
 use crate::output::pending::{self, PendingFile};
 
 const EXAMPLES: &str = "\
@@ -31,7 +33,7 @@ const LINES: f32 = 16.0;
 #[command(after_help = EXAMPLES)]
 pub struct FrameArgs {
     /// Frames: a folder, a pattern, a glob, a video file, or - for Y4M on stdin
-    source: String,
+    source: OsString,
 
     /// Number of the frame
     #[arg(long, value_name = "0..", default_value = "0", allow_negative_numbers = true)]
@@ -61,6 +63,7 @@ pub fn run(args: &FrameArgs) -> Result<()> {
         return Err(usage(message).hint("a frame is saved without loss, as PNG").into());
     }
     pending::check(&out, args.overwrite)?;
+    Inputs::default().with_source(&args.source).check(&out)?;
     let picture = read(&args.source, args.at, args.limits.limits())?;
     let (width, height) = (picture.width, picture.height);
     let mut canvas = Canvas::from_rgb(width, height, &picture.to_rgb())
@@ -73,7 +76,7 @@ pub fn run(args: &FrameArgs) -> Result<()> {
     Ok(())
 }
 
-fn read(source: &str, at: usize, limits: Limits) -> Result<Picture, Failure> {
+fn read(source: &OsStr, at: usize, limits: Limits) -> Result<Picture, Failure> {
     let source = patchlock_media::open_within(source, false, limits)?;
     if let Some(length) = source.length().filter(|length| at >= *length) {
         return Err(usage(format!("--at {at} is beyond the end: the source has {length} frames"))

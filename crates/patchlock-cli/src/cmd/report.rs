@@ -10,6 +10,7 @@ use patchlock_bench::protocol::Protocol;
 use patchlock_bench::report::{self, Options, Plot, Rasteriser, Report};
 use patchlock_bench::results;
 use patchlock_bench::score::{self, Scoreboard};
+use patchlock_track::files;
 use patchlock_track::names::counted;
 use rayon::prelude::*;
 
@@ -110,6 +111,10 @@ pub struct ReportArgs {
 
 /// Reads the results, compares the trackers, draws the figures and writes the page.
 pub fn run(args: &ReportArgs) -> Result<()> {
+    if !files::ends_with(&args.out, "html") {
+        let message = format!("--out {}: unknown extension; use .html", args.out.display());
+        return Err(usage(message).hint("a report is a page").into());
+    }
     pending::check(&args.out, args.overwrite)?;
     let folder = args.plots.clone().unwrap_or_else(|| folder_beside(&args.out));
     check_folder(&folder, args.overwrite)?;

@@ -29,11 +29,12 @@ pub struct SettingsArgs {
     pub set: Vec<String>,
 }
 
-/// The network of the preset `network`.
+/// A network of the user.
 #[derive(Debug, Args)]
 pub struct ModelArgs {
-    /// The network that the preset network follows with: a folder with the ONNX files of one model,
-    /// or the file of a model that has only one. patchlock model --help says where to get one
+    /// A tracking network: a folder with the ONNX files of one model, or the file of a model that
+    /// has only one. robust and fast use it beside their own models, and are right more often;
+    /// network needs one. patchlock model --help says where to get one
     #[arg(long, value_name = "DIR|FILE")]
     pub model: Option<PathBuf>,
 

@@ -7,6 +7,7 @@ use std::process::{Command, Stdio};
 use anyhow::Result;
 use clap::Args;
 use clap::builder::RangedU64ValueParser;
+use etcetera::BaseStrategy as _;
 use patchlock_studio::server::{self, Options, Patience, Server};
 
 use super::settings::SettingsArgs;
@@ -33,7 +34,8 @@ EXAMPLES:
 /// The program serves the page to browsers on this machine; frames stay on it. The printed address
 /// contains a token: anyone who has it can see and change the annotations. The browser is started
 /// with another address, which works once and for two minutes, because other users of this machine
-/// can read the arguments of programs. Ctrl-C ends the program.
+/// can read the arguments of programs. Ctrl-C ends the program. Started again with the same videos and
+/// --port within a week, it has the same token, and pages that are still open go on.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct StudioArgs {
@@ -102,9 +104,11 @@ pub fn run(args: &StudioArgs) -> Result<()> {
         address: SocketAddr::new(args.listen, args.port),
         limits: args.limits.limits(),
         patience: Patience::default(),
+        strangers: server::STRANGERS,
         uploads: args.uploads.clone(),
         upload_bytes: args.max_upload.saturating_mul(1 << 20),
         camera: args.camera,
+        tokens: tokens(),
     };
     interrupt::listen()?;
     let server = Server::open(&options).map_err(failure)?;
@@ -123,8 +127,20 @@ pub fn run(args: &StudioArgs) -> Result<()> {
     {
         say(&format!("note: no browser was opened ({reason}): open the address yourself"));
     }
-    server.run(interrupt::requested).map_err(failure)?;
+    for file in server.run(interrupt::requested).map_err(failure)? {
+        say(&format!(
+            "note: {} was written at the end: its last changes could not be written before",
+            file.display()
+        ));
+    }
     Ok(())
+}
+
+/// The folder for tokens, if the user has a folder for such files.
+fn tokens() -> Option<PathBuf> {
+    let folders = etcetera::choose_base_strategy().ok()?;
+    let state = folders.state_dir().unwrap_or_else(|| folders.data_dir());
+    Some(state.join("patchlock").join("studio"))
 }
 
 fn failure(error: server::Error) -> Failure {
@@ -136,6 +152,10 @@ fn failure(error: server::Error) -> Failure {
             let failure = failed(advice::project_message(&error));
             advice::project_hint(&error).into_iter().fold(failure, Failure::hint)
         }
+        server::Error::Unsaved(_) => failed(error.to_string()).hint(
+            "free space on the disk, or allow writing to the folder, before you work on; the files have \
+             all changes before those",
+        ),
         server::Error::Start(_) => failed(error.to_string()),
     }
 }

@@ -1,5 +1,6 @@
 //! `patchlock track`: tracks one target or many through a source.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Error, Result};
@@ -13,6 +14,7 @@ use super::settings::SettingsArgs;
 use super::{LimitArgs, SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
 use crate::failure::{Failure, interrupted, say, usage};
 use crate::interrupt;
+use crate::output::inputs::Inputs;
 use crate::output::plan::{Opened, Plan};
 use crate::output::row::Lost;
 use crate::output::summary::{Settings, Summary};
@@ -86,7 +88,7 @@ EXAMPLES:
 )]
 pub struct TrackArgs {
     /// Frames: a folder, a pattern, a glob, a video file, or - for Y4M on stdin
-    source: String,
+    source: OsString,
 
     /// The target in the first tracked frame: left, top (from 0), width, height; may be fractional.
     /// If the option is repeated, each box is a target, with the ids 1, 2 and so on
@@ -166,6 +168,17 @@ pub struct TrackArgs {
     #[command(flatten)]
     limits: LimitArgs,
 
+    /// Maximum number of targets that are tracked at once. A target takes about 5 MB
+    /// of memory; with the preset paper, 20 MB
+    #[arg(
+        long,
+        value_name = "1..",
+        default_value_t = 500,
+        allow_negative_numbers = true,
+        value_parser = RangedU64ValueParser::<usize>::new().range(1..)
+    )]
+    max_targets: usize,
+
     /// No progress bar. It is always hidden if the table is printed to the terminal
     #[arg(long, short)]
     quiet: bool,
@@ -218,7 +231,7 @@ impl TrackArgs {
             self.boxes.as_deref(),
             self.project.as_deref(),
         ];
-        let inputs: Vec<&Path> = inputs.into_iter().flatten().collect();
+        let inputs = Inputs::new(inputs.into_iter().flatten()).with_source(&self.source);
         let (pictures, summary) = (self.pictures.plan(many)?, self.summary.as_deref());
         let plan = Plan::check(&self.save, pictures, summary, self.overwrite, &inputs)?;
         Ok(plan.with_project(self.project.is_some()))
@@ -247,7 +260,8 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let order = args.order();
     order.check().map_err(Failure::from)?;
     let limits = args.limits.limits();
-    let project = args.project.as_deref().map(|file| project::open(file, &args.source, limits));
+    let project =
+        args.project.as_deref().map(|file| project::open(file, Path::new(&args.source), limits));
     let project = project.transpose()?;
     let start = args.start(project.as_ref())?;
     let config = args.settings.resolve(args.seed)?;
@@ -262,6 +276,7 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let expected = order.count(length);
     let mut indices = order.indices(length).map_err(Failure::from)?.peekable();
     let mut targets = start.targets(indices.peek().copied().unwrap_or(order.start))?;
+    targets.check_number(args.max_targets, &order, &config.method)?;
     targets.check(&order, length)?;
     interrupt::listen()?;
     let mut frames = Ahead::start(source, Box::new(indices));

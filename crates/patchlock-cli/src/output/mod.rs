@@ -6,6 +6,7 @@ pub mod draw;
 #[cfg(test)]
 mod example;
 pub mod gif;
+pub mod inputs;
 mod many;
 pub mod measured;
 pub mod panels;

@@ -38,6 +38,10 @@ pub fn check(target: &Path, overwrite: bool) -> Result<(), Failure> {
             usage(format!("{} already exists", target.display())).hint("--overwrite replaces it")
         );
     }
+    if target.is_symlink() && !target.exists() {
+        let message = format!("cannot write {}: it is a link that leads nowhere", target.display());
+        return Err(usage(message).hint("remove it, or name another file"));
+    }
     let folder = folder_of(target);
     if !folder.is_dir() {
         return Err(failed(format!(

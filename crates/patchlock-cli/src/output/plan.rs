@@ -8,6 +8,7 @@ use patchlock_media::FrameRate;
 
 use super::Sink;
 use super::gif::{self, Gif};
+use super::inputs::{Inputs, resolved};
 use super::pending::{self, PendingFile};
 use super::row::Lost;
 use super::tables::{Format, Stdout, Table};
@@ -48,13 +49,13 @@ pub struct Opened {
 }
 
 impl Plan {
-    /// Checks names, duplicates and existing files. `inputs` are files that must not be replaced.
+    /// Checks names, duplicates and existing files.
     pub fn check(
         save: &[PathBuf],
         pictures: Pictures,
         summary: Option<&Path>,
         overwrite: bool,
-        inputs: &[&Path],
+        inputs: &Inputs,
     ) -> Result<Self, Failure> {
         let table = |path: &PathBuf| Format::of(path).map(|format| (format, path.clone()));
         let tables: Result<Vec<_>, _> = save.iter().map(table).collect();
@@ -70,11 +71,8 @@ impl Plan {
         let mut taken: Vec<PathBuf> = Vec::new();
         for path in plan.paths() {
             pending::check(path, overwrite)?;
+            inputs.check(path)?;
             let place = resolved(path);
-            if inputs.iter().any(|input| resolved(input) == place) {
-                return Err(usage(format!("{} is an input and would be replaced", path.display()))
-                    .hint("choose another name"));
-            }
             if taken.contains(&place) {
                 return Err(usage(format!("{} is given for two outputs", path.display()))
                     .hint("give each its own name"));
@@ -127,15 +125,4 @@ impl Plan {
         }
         Ok(Opened { sinks, summary })
     }
-}
-
-/// The canonical form of a path, whose last component may not exist yet.
-fn resolved(path: &Path) -> PathBuf {
-    if let Ok(canonical) = path.canonicalize() {
-        return canonical;
-    }
-    let parent =
-        path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let parent = parent.canonicalize().unwrap_or_else(|_| parent.to_path_buf());
-    path.file_name().map_or_else(|| parent.clone(), |name| parent.join(name))
 }

@@ -233,8 +233,7 @@ fn signals_to_end_leave_whole_files() {
         assert_eq!((bench.lines("a.csv").len(), bench.lines("a.jsonl").len()), (4, 3));
         let summary = fs::read_to_string(bench.path("a.json")).unwrap();
         serde_json::from_str::<serde_json::Value>(&summary).unwrap();
-        let mut video =
-            patchlock_media::open(&bench.path("a.mp4").to_string_lossy(), false).unwrap();
+        let mut video = patchlock_media::open(bench.path("a.mp4"), false).unwrap();
         assert_eq!((0..).map_while(|k| video.frame(k).unwrap()).count(), 3);
         assert!(bench.leftovers().is_empty());
     }
@@ -471,18 +470,19 @@ fn names_do_not_command_the_terminal() {
     }
 }
 
-/// Every test that the page on our promises names is there.
+/// Every test that the pages on our promises and on threats name is there.
 #[test]
-fn the_page_of_promises_names_tests_that_exist() {
+fn the_pages_of_promises_name_tests_that_exist() {
     let crates = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let sources: String = files(&crates)
         .iter()
         .filter(|path| path.extension().is_some_and(|end| end == "rs"))
         .map(|path| fs::read_to_string(path).unwrap())
         .collect();
-    let page = fs::read_to_string(crates.join("../docs/promises.md")).unwrap();
+    let page = |name: &str| fs::read_to_string(crates.join("../docs").join(name)).unwrap();
+    let pages = [page("promises.md"), page("security.md")];
     let mut count = 0;
-    for promise in page.split("\n- **").skip(1) {
+    for promise in pages.iter().flat_map(|page| page.split("\n- **").skip(1)) {
         let (_, tests) = promise.split_once("Tests:").expect("a promise without tests");
         let names = tests.split("\n\n").next().unwrap().split('`').skip(1).step_by(2);
         for name in names {

@@ -16,6 +16,7 @@ mod project;
 mod real;
 mod report;
 mod score;
+mod strangers;
 mod studio;
 mod support;
 mod track;

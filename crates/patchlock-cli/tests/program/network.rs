@@ -114,9 +114,10 @@ fn wrong_options_have_advice() {
     };
     let network = ["--preset", "network"];
     refused(&network, ["the method network needs a network", "--model; patchlock model --help"]);
-    let unused = "hint: --preset network uses it";
-    refused(&["--model", "nano"], ["network nano has no effect with the method robust", unused]);
-    refused(&["--runtime", "x.so"], ["runtime x.so has no effect with the method robust", unused]);
+    let unused = "hint: the presets robust, fast and network use one";
+    let paper = ["--preset", "paper", "--model", "nano"];
+    refused(&paper, ["network nano has no effect with the method paper", unused]);
+    refused(&["--runtime", "x.so"], ["runtime x.so has no effect without a network", unused]);
     let head = format!("nano/{HEAD}");
     refused(
         &["--preset", "network", "--model", &head],
@@ -129,7 +130,7 @@ fn wrong_options_have_advice() {
     let file = |text: &str| fs::write(bench.path("n.toml"), text).unwrap();
     file("model = 3\n[network]\n");
     refused(&["--config", "n.toml"], ["n.toml: the setting `model` is 3", "it takes a word"]);
-    file("model = \"nano\"\n");
+    file("model = \"nano\"\n[paper]\n");
     refused(&["--config", "n.toml"], ["network nano has no effect", unused]);
 }
 

@@ -161,17 +161,37 @@ fn each_real_network_follows() {
     for name in ["nanotrack-v3", "nanotrack-v2", "vittrack"] {
         let Some(folder) = model(test, name) else { continue };
         let folder = folder.to_string_lossy();
-        let track = |threads| {
-            let more = ["--model", &folder, "--threads", threads];
-            sequence.track("network", &sequence.images, Some(60), &more)
-        };
-        let (tracked, text) = track("1");
-        assert_eq!(text, track("2").1, "{name}: threads change nothing");
-        let overlap = mean_overlap(&tracked, &truth);
-        say(&format!("{name}: mean overlap {overlap:.3} over {} frames", tracked.len()));
-        found.push((name, overlap));
+        for preset in ["network", "fast"] {
+            let track = |threads| {
+                let more = ["--model", &folder, "--threads", threads];
+                sequence.track(preset, &sequence.images, Some(60), &more)
+            };
+            let (tracked, text) = track("1");
+            assert_eq!(text, track("2").1, "{name}, {preset}: threads change nothing");
+            let overlap = mean_overlap(&tracked, &truth);
+            say(&format!("{name}, {preset}: overlap {overlap:.3} over {} frames", tracked.len()));
+            found.push((name, overlap));
+        }
     }
     assert!(found.iter().all(|(_, overlap)| *overlap > 0.75), "{found:?}");
+}
+
+/// The car grows a lot; the filters alone do not follow that to the end.
+#[test]
+fn a_second_follower_keeps_the_size() {
+    let test = "a_second_follower_keeps_the_size";
+    let Some(data) = real(test, "otb-dev") else { return };
+    let Some(folder) = model(test, "nanotrack-v3") else { return };
+    let sequence = Sequence::of(&data, "CarScale");
+    let truth = boxes(&fs::read_to_string(&sequence.truth).unwrap());
+    let folder = folder.to_string_lossy();
+    let overlap = |more: &[&str]| {
+        let (tracked, _) = sequence.track("robust", &sequence.images, None, more);
+        mean_overlap(&tracked, &truth)
+    };
+    let (alone, both) = (overlap(&[]), overlap(&["--model", &folder]));
+    say(&format!("CarScale: mean overlap {alone:.3} alone, {both:.3} with a network"));
+    assert!(both > alone + 0.05, "{alone} {both}");
 }
 
 #[test]

@@ -31,6 +31,7 @@ impl Studio {
 
     fn start(command: &mut Command) -> Self {
         let command = command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        command.env("XDG_STATE_HOME", env!("CARGO_TARGET_TMPDIR"));
         let mut child = command.spawn().expect("starts");
         let mut line = String::new();
         let out = child.stdout.take().expect("is piped");
@@ -151,6 +152,35 @@ fn control_c_ends_it_in_order() {
     assert!(Command::new("kill").args(["-INT", &number]).status().expect("runs").success());
     assert!(studio.child.wait().expect("ends").success());
     assert!(!bench.path("f.patchlock.json.lock").exists());
+}
+
+/// The folder of the project is away during an edit, as a disk can be full.
+#[cfg(unix)]
+#[test]
+fn an_edit_that_could_not_be_written_is_written_or_reported_at_the_end() {
+    for (comes_back, code, words) in [
+        (true, 0, "p.patchlock.json was written at the end"),
+        (false, 1, "the last changes are lost: cannot write"),
+    ] {
+        let bench = Bench::new();
+        bench.images("f", 2);
+        let (projects, away) = (bench.path("projects"), bench.path("away"));
+        std::fs::create_dir(&projects).unwrap();
+        let mut studio = Studio::new(&bench, &["f", "--project", "projects/p.patchlock.json"]);
+        std::fs::rename(&projects, &away).unwrap();
+        assert!(studio.ask("POST", "/api/clips/1/edits", EDIT).starts_with("HTTP/1.1 500"));
+        if comes_back {
+            std::fs::rename(&away, &projects).unwrap();
+        }
+        let number = studio.child.id().to_string();
+        assert!(Command::new("kill").args(["-INT", &number]).status().expect("runs").success());
+        assert_eq!(studio.child.wait().expect("ends").code(), Some(code));
+        let mut said = String::new();
+        studio.child.stderr.take().expect("is piped").read_to_string(&mut said).expect("reads");
+        assert!(said.contains(words), "{said}");
+        let written = std::fs::read_to_string(projects.join("p.patchlock.json"));
+        assert_eq!(written.is_ok_and(|text| text.contains("\"keys\"")), comes_back);
+    }
 }
 
 #[test]

@@ -68,7 +68,7 @@ class Config:
     Args:
         preset: The preset to start from; `PRESETS` lists the names.
         file: A TOML file with settings that differ from the preset, as `patchlock config` writes it.
-        model: The network of the preset `network`: a `Network`, or what `Network` takes. It takes precedence
+        model: A network, which `network` needs and `robust` can use: a `Network`, or what `Network` takes. It takes precedence
             over that of the file.
         runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
 
@@ -94,7 +94,7 @@ class Config:
     ) -> Self: ...
     @property
     def model(self) -> Network | None:
-        """The network of the preset `network`; `None` if none was given."""
+        """The network; `None` if none was given."""
 
     robust: RobustConfig
     """The settings of the method `robust`; only with its presets."""
@@ -323,6 +323,84 @@ class RobustConfig:
     """Weight in the score of the memory's strongest response away from the box, relative to its
     response at the box. Allowed: -100 to 100.
     """
+    score_tracked: float
+    """The target counts as tracked from this score on. Allowed: 0 to 1."""
+    visible_tracked: float
+    """The target counts as tracked only if at least this share of it is visible. Allowed: 0 to 1.
+    """
+    score_lost: float
+    """Upper limit of the score while the target is lost. With a network, the target also counts as
+    lost below this score. Allowed: 0 to 1.
+    """
+    network_fit: float
+    """Share of the difference between the box of the first frame and what the network sees there,
+    on a logarithmic scale, that is taken out of all its later boxes. Allowed: 0 to 1.
+    """
+    agree_overlap: float
+    """Filters and network agree while their boxes overlap by more than this. Allowed: 0 to 1."""
+    network_centre: float
+    """While they agree, share of the way from the filters' centre to that of the network. Allowed:
+    0 to 1.
+    """
+    network_size: float
+    """While they agree, share of the change of size that the network's own rules make. Allowed: 0
+    to 1.
+    """
+    dispute_rate: float
+    """While they disagree, rate of the running mean of the difference in evidence. Allowed: 0 to 1.
+    """
+    dispute_margin: float
+    """Difference in evidence that decides: in units of the memory's mean response. Allowed: 0 to
+    10.
+    """
+    dispute_after: int
+    """Number of frames after which a dispute is decided. Allowed: 1 to 10000."""
+    dispute_odds: float
+    """The network wins a dispute only above these odds, as a logarithm: 0 is even. Allowed: -100 to
+    100.
+    """
+    dispute_unit: float
+    """Logarithm of the network's odds that counts as much as the memory's mean response. Allowed:
+    0.1 to 100.
+    """
+    denied_odds: float
+    """A place is not doubtful from these odds of the network on, as a logarithm. Allowed: -100 to
+    100.
+    """
+    denied_below: float
+    """Below `denied_odds`, a place is doubtful if the memory's response is below this share of its
+    mean. Allowed: 0 to 10.
+    """
+    denied_after: int
+    """The target is lost after this many consecutive frames with both. Allowed: 1 to 10000."""
+    network_windows: int
+    """Number of windows that the network looks at on each frame while the target is lost. Allowed:
+    1 to 1000.
+    """
+    found_confirmed: float
+    """While the target is lost, a place that the memory finds counts from these odds of the network
+    on, as a logarithm. Allowed: -100 to 100.
+    """
+    found_odds: float
+    """While the target is lost, a place that the network finds counts above these odds, as a
+    logarithm, if `found_known` holds too. Allowed: -100 to 100.
+    """
+    found_known: float
+    """A place that the network finds counts if the memory's response there is above this share of
+    its mean. Allowed: 0 to 10.
+    """
+    found_alone: float
+    """A place that the network finds counts above these odds, whatever the memory responds.
+    Allowed: -100 to 100.
+    """
+    network_score_bias: float
+    """Constant term of the score if there is a network. Allowed: -100 to 100."""
+    network_score_visible: float
+    """Weight of the visible share in the score if there is a network. Allowed: -100 to 100."""
+    network_score_odds: float
+    """Weight of the logarithm of the network's odds in the score. Allowed: -100 to 100."""
+    network_score_agrees: float
+    """Added to the score's sum if filters and network agree. Allowed: -100 to 100."""
     patches: PatchModelConfig
     """The settings of the patch model."""
 
@@ -569,7 +647,8 @@ class Tracker:
     Each call releases the GIL, so trackers can run in parallel on several Python threads. One
     tracker processes one call at a time; a second thread waits. A tracker can be pickled or copied
     between two frames; the copy gives the same boxes. A pickle holds the paths of the network's
-    files, not the network; see `Network`.
+    files, not the network; see `Network`. In a process that was forked, with `os.fork` or by
+    `multiprocessing`, a tracker continues where it was: a fork waits for calls of other threads.
 
     Args:
         frame: The first frame.
@@ -577,7 +656,7 @@ class Tracker:
             and partly outside the frame. Width and height must be at least 1.
         config: A `Config`, or the name of a preset; `None` for the preset `robust`.
         preset: The name of a preset, instead of `config`.
-        model: The network of the preset `network`: a `Network`, or what `Network` takes. It takes
+        model: A network, which `network` needs and `robust` can use: a `Network`, or what `Network` takes. It takes
             precedence over that of `config`.
         runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
         threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool
@@ -679,8 +758,8 @@ class Tracker:
 
         Args:
             snapshot: What `snapshot` returned.
-            model: The network that the targets were tracked with, as for the constructor; only with
-                the method `network`. A snapshot holds its hash.
+            model: The network that the targets were tracked with, as for the constructor.
+                A snapshot holds its hash.
             runtime: As for the constructor.
             threads: As for the constructor.
             channels: As for the constructor.
@@ -707,7 +786,7 @@ class MultiTracker:
     Args:
         config: A `Config`, or the name of a preset; `None` for the preset `robust`.
         preset: The name of a preset, instead of `config`.
-        model: The network of the preset `network`: a `Network`, or what `Network` takes. It takes
+        model: A network, which `network` needs and `robust` can use: a `Network`, or what `Network` takes. It takes
             precedence over that of `config`.
         runtime: What runs the network, as for `Network`, if `model` is not a `Network`.
         threads: Number of threads for this tracker, 1 to 1024. `None` means one per core, in a pool
@@ -831,8 +910,8 @@ class MultiTracker:
 
         Args:
             snapshot: What `snapshot` returned.
-            model: The network that the targets were tracked with, as for the constructor; only with
-                the method `network`. A snapshot holds its hash.
+            model: The network that the targets were tracked with, as for the constructor.
+                A snapshot holds its hash.
             runtime: As for the constructor.
             threads: As for the constructor.
             channels: As for the constructor.
@@ -1022,6 +1101,20 @@ class RobustObservation:
         """
 
     @property
+    def odds(self) -> float | None:
+        """The logarithm of the odds that the target is at the estimate, as the network says.
+
+        `None` without a network, and while the target is lost.
+        """
+
+    @property
+    def agrees(self) -> bool | None:
+        """Whether filters and network agree on the place.
+
+        `None` without a network, and while the target is lost.
+        """
+
+    @property
     def side(self) -> int:
         """Number of cells on a side of the search window around the estimate."""
 
@@ -1073,6 +1166,8 @@ class Frames:
 
     It yields pairs of a frame number and an array of shape (height, width) or (height, width, 3) in RGB
     order, uint8 or uint16 as in the source.
+
+    A process that was forked after frames were opened can't read on: iterating is a `RuntimeError` there.
 
     Args:
         source: Any source that the command accepts: a folder of images, a pattern such as
@@ -1144,7 +1239,8 @@ class Project:
 
     Args:
         path: The project file, such as `clip.patchlock.json`.
-        video: The video file or folder of images. Needed to begin a project; without it the file must exist.
+        video: The video file or folder of images. Needed to begin a project; without it the file must exist,
+            and the video that it names is read only if it is in the folder of the file.
         max_pixels: Most pixels of a frame, width times height. A video that claims more is refused before
             memory is taken for it.
 
@@ -1322,7 +1418,8 @@ class Project:
             The number of files written.
 
         Raises:
-            ValueError: There are no boxes, there is no such format, or `out` exists.
+            ValueError: There are no boxes, there is no such format, `out` exists, or frames are needed of a
+                video that only the project file names, and not in its folder.
             OSError: A file can't be read or written.
         """
 

@@ -98,8 +98,7 @@ impl Engine {
     ) -> Result<Option<Vec<(usize, Found)>>, Error> {
         let (first, bbox) = start;
         let backward = to < first;
-        let name = self.video.to_string_lossy();
-        let source = patchlock_media::open_within(&name, backward, self.limits)?;
+        let source = patchlock_media::open_within(&self.video, backward, self.limits)?;
         let mut frames = match backward {
             true => Ahead::start(source, (to..=first).rev()),
             false => Ahead::start(source, first..=to),

@@ -1,66 +1,86 @@
 //! "CVAT for video 1.1": tracks with boxes.
 
 use patchlock::BoundingBox;
-use roxmltree::{Document, Node};
 
+use super::xml::{Element, Xml};
 use super::{Found, Outcome, Row};
-use crate::project::stretches;
 
 /// Reads all tracks.
 pub fn read(text: &str, found: &mut Found<'_>) -> Outcome {
-    let document =
-        Document::parse(text).map_err(|error| format!("the file is not XML: {error}"))?;
-    let root = document.root_element();
-    if root.tag_name().name() != "annotations" {
-        return Err(format!(
-            "the file begins with <{}>, not <annotations>",
-            root.tag_name().name()
-        ));
+    let mut xml = Xml::new(text);
+    let root = xml.root()?;
+    if root.name != "annotations" {
+        return Err(format!("the file begins with <{}>, not <annotations>", root.name));
     }
-    if root.children().any(|child| child.has_tag_name("image")) {
-        return Err(
-            "it is \"CVAT for images\"; export the task as \"CVAT for video 1.1\"".to_owned()
-        );
+    let mut size = None;
+    while let Some(child) = xml.child()? {
+        match child.name.as_str() {
+            "track" => add_track(&mut xml, &child, found)?,
+            "image" => {
+                return Err("it is \"CVAT for images\"; export the task as \"CVAT for video 1.1\""
+                    .to_owned());
+            }
+            _ if size.is_none() => {
+                size = original_size(&mut xml)?;
+                found.check_size(size)?;
+            }
+            _ => xml.close_to(1)?,
+        }
     }
-    found.check_size(original_size(root))?;
-    let tracks = root.children().filter(|child| child.has_tag_name("track"));
-    for track in tracks {
-        add_track(track, found)?;
-    }
-    Ok(())
+    // What comes after the outermost element has to be XML, too.
+    xml.child().map(|_| ())
 }
 
-/// The size of the frames, if the file has it.
-fn original_size(root: Node<'_, '_>) -> Option<(usize, usize)> {
-    let size = root.descendants().find(|node| node.has_tag_name("original_size"))?;
-    let side = |name: &str| {
-        let node = size.children().find(|child| child.has_tag_name(name))?;
-        node.text()?.trim().parse().ok()
+/// The size of the frames, if the open element, which is read to its end, has it.
+fn original_size(xml: &mut Xml<'_>) -> Outcome<Option<(usize, usize)>> {
+    let (outer, mut sides) = (xml.depth() - 1, [None; 2]);
+    if xml.skip_to("original_size")? {
+        while let Some(child) = xml.child()? {
+            let side = ["width", "height"].iter().position(|name| *name == child.name);
+            let text = xml.text()?;
+            if let Some(side) = side {
+                sides[side] = sides[side].or(text.parse().ok());
+            }
+        }
+    }
+    xml.close_to(outer)?;
+    Ok(sides[0].zip(sides[1]))
+}
+
+fn add_track(xml: &mut Xml<'_>, track: &Element, found: &mut Found<'_>) -> Outcome {
+    let required = |xml: &Xml<'_>, element: &Element, name: &str| {
+        let value = attribute(element, name).map(str::to_owned);
+        value.map_err(|reason| format!("line {}: {reason}", xml.line_of(element)))
     };
-    Some((side("width")?, side("height")?))
-}
-
-fn add_track(track: Node<'_, '_>, found: &mut Found<'_>) -> Outcome {
-    let id = attribute(track, "id")?.to_owned();
-    let label = attribute(track, "label")?.to_owned();
+    let (id, label) = (required(xml, track, "id")?, required(xml, track, "label")?);
+    let (id, label) = (id.as_str(), label.as_str());
     let mut boxes = Vec::new();
-    for node in track.children().filter(Node::is_element) {
-        match node.tag_name().name() {
+    while let Some(element) = xml.child()? {
+        match element.name.as_str() {
             "box" => {
-                let wrong = |reason| format!("line {}: {reason}", line_of(node));
-                boxes.push((Outlined::read(node, &id, &label).map_err(wrong)?, node));
-                let target = found.target(Some(&id), Some(&label));
-                for (name, value) in attributes(node).filter(|(name, _)| *name != TRUNCATED) {
-                    target.attributes.entry(name.to_owned()).or_insert(value.to_owned());
+                let read = Outlined::read(&element, id, label);
+                let mut shape =
+                    read.map_err(|reason| format!("line {}: {reason}", xml.line_of(&element)))?;
+                let target = found.target(Some(id), Some(label));
+                while let Some(child) = xml.child()? {
+                    let value = xml.text()?;
+                    match child.attribute("name").filter(|_| child.name == "attribute") {
+                        Some(TRUNCATED) => shape.row.truncated |= value == "true",
+                        Some(name) => {
+                            target.attributes.entry(name.to_owned()).or_insert(value);
+                        }
+                        None => {}
+                    }
                 }
+                boxes.push((shape, element));
             }
             "attribute" => {
-                let name = attribute(node, "name")?.to_owned();
-                let value = node.text().unwrap_or_default().trim().to_owned();
-                found.target(Some(&id), Some(&label)).attributes.insert(name, value);
+                let name = required(xml, &element, "name")?;
+                let value = xml.text()?;
+                found.target(Some(id), Some(label)).attributes.insert(name, value);
             }
             shape => {
-                let line = line_of(node);
+                let line = xml.line_of(&element);
                 return Err(format!(
                     "line {line}: the track {id} has a {shape}; only boxes are read"
                 ));
@@ -69,13 +89,12 @@ fn add_track(track: Node<'_, '_>, found: &mut Found<'_>) -> Outcome {
     }
     boxes.sort_by_key(|(shape, _)| shape.row.frame);
     let end = found.video.frames;
-    for (k, (shape, node)) in boxes.iter().enumerate() {
+    for (k, (shape, element)) in boxes.iter().enumerate() {
         let next = boxes.get(k + 1).map_or(end, |(next, _)| next.row.frame);
-        let wrong = |reason| format!("line {}: {reason}", line_of(*node));
+        let wrong = |reason| format!("line {}: {reason}", xml.line_of(element));
         found.add(&shape.row).map_err(wrong)?;
         if shape.outside && next > shape.row.frame {
-            let hidden = [shape.row.frame, next - 1];
-            stretches::add(&mut found.target(Some(&id), Some(&label)).hidden, hidden);
+            found.hide(Some(id), Some(label), [shape.row.frame, next - 1]);
         }
     }
     Ok(())
@@ -88,18 +107,18 @@ struct Outlined {
 }
 
 impl Outlined {
-    fn read(node: Node<'_, '_>, id: &str, label: &str) -> Outcome<Self> {
-        let frame = attribute(node, "frame")?;
+    fn read(element: &Element, id: &str, label: &str) -> Outcome<Self> {
+        let frame = attribute(element, "frame")?;
         let frame = frame.parse().map_err(|_| format!("the frame is {frame:?}"))?;
         let number = |name: &str| {
-            let text = attribute(node, name)?;
+            let text = attribute(element, name)?;
             text.parse::<f64>().map_err(|_| format!("{name} is {text:?}, not a number"))
         };
         let (x, y) = (number("xtl")?, number("ytl")?);
         let bbox = BoundingBox { x, y, w: number("xbr")? - x, h: number("ybr")? - y };
-        let is = |name: &str| node.attribute(name) == Some("1");
+        let is = |name: &str| element.attribute(name) == Some("1");
         let outside = is("outside");
-        if !outside && node.attribute("rotation").is_some_and(|turn| turn.parse() != Ok(0.0)) {
+        if !outside && element.attribute("rotation").is_some_and(|turn| turn.parse() != Ok(0.0)) {
             return Err("the box is rotated; only upright boxes are read".to_owned());
         }
         let row = Row {
@@ -108,9 +127,8 @@ impl Outlined {
             label: Some(label.to_owned()),
             bbox: Some(bbox).filter(|_| !outside),
             hidden: outside,
-            key: Some(node.attribute("keyframe") != Some("0")),
+            key: Some(element.attribute("keyframe") != Some("0")),
             occluded: is("occluded"),
-            truncated: attributes(node).any(|found| found == (TRUNCATED, "true")),
             ..Row::default()
         };
         Ok(Self { row, outside })
@@ -120,21 +138,6 @@ impl Outlined {
 /// The attribute of a box of which a part is outside the frame.
 const TRUNCATED: &str = "truncated";
 
-/// Names and values of the attributes of a box.
-fn attributes<'a>(node: Node<'a, 'a>) -> impl Iterator<Item = (&'a str, &'a str)> {
-    let found = node.children().filter(|child| child.has_tag_name("attribute"));
-    found.filter_map(|child| {
-        Some((child.attribute("name")?, child.text().unwrap_or_default().trim()))
-    })
-}
-
-fn attribute<'a>(node: Node<'a, '_>, name: &str) -> Outcome<&'a str> {
-    node.attribute(name).ok_or_else(|| {
-        format!("line {}: <{}> has no {name}", line_of(node), node.tag_name().name())
-    })
-}
-
-/// The line of an element. It counts the lines before it, so it is asked only for errors.
-fn line_of(node: Node<'_, '_>) -> usize {
-    node.document().text_pos_at(node.range().start).row as usize
+fn attribute<'a>(element: &'a Element, name: &str) -> Outcome<&'a str> {
+    element.attribute(name).ok_or_else(|| format!("<{}> has no {name}", element.name))
 }

@@ -6,13 +6,16 @@
 mod coco;
 mod cvat;
 mod mot;
+mod spans;
 mod table;
+mod xml;
 
 use std::collections::{BTreeMap, HashMap};
 
 use patchlock::{BoundingBox, Status};
 
-use crate::project::{Error, Key, Project, Target, Tracked, Video, check, stretches};
+use self::spans::Spans;
+use crate::project::{Error, Key, Project, Target, Tracked, Video, check};
 
 /// A format that can be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -109,19 +112,27 @@ struct Found<'a> {
     video: &'a Video,
     label: &'a str,
     targets: Vec<Target>,
+    /// Where each of them is hidden.
+    hidden: Vec<Spans>,
     /// Places in `targets`, by what the file calls them.
     places: HashMap<String, usize>,
 }
 
 impl<'a> Found<'a> {
     fn new(video: &'a Video, label: &'a str) -> Self {
-        Self { video, label, targets: Vec::new(), places: HashMap::new() }
+        Self { video, label, targets: Vec::new(), hidden: Vec::new(), places: HashMap::new() }
     }
 
     /// The target with this name; a new one without.
     fn target(&mut self, track: Option<&str>, label: Option<&str>) -> &mut Target {
+        let place = self.place(track, label);
+        &mut self.targets[place]
+    }
+
+    /// Its place in `targets`.
+    fn place(&mut self, track: Option<&str>, label: Option<&str>) -> usize {
         let known = track.and_then(|track| self.places.get(track).copied());
-        let place = known.unwrap_or_else(|| {
+        known.unwrap_or_else(|| {
             let place = self.targets.len();
             if let Some(track) = track {
                 self.places.insert(track.to_owned(), place);
@@ -134,9 +145,15 @@ impl<'a> Found<'a> {
                 tracked: BTreeMap::new(),
                 hidden: Vec::new(),
             });
+            self.hidden.push(Spans::default());
             place
-        });
-        &mut self.targets[place]
+        })
+    }
+
+    /// Adds frames in which a target is hidden.
+    fn hide(&mut self, track: Option<&str>, label: Option<&str>, frames: [usize; 2]) {
+        let place = self.place(track, label);
+        self.hidden[place].add(frames);
     }
 
     /// Adds what the file says in one place.
@@ -149,9 +166,10 @@ impl<'a> Found<'a> {
             None => {}
         }
         let frame = row.frame;
-        let target = self.target(row.track.as_deref(), row.label.as_deref());
+        let place = self.place(row.track.as_deref(), row.label.as_deref());
+        let (target, hidden) = (&mut self.targets[place], &mut self.hidden[place]);
         let seen = target.keys.contains_key(&frame) || target.tracked.contains_key(&frame);
-        let twice = seen || target.is_hidden(frame);
+        let twice = seen || hidden.holds(frame);
         if twice && (row.bbox.is_some() || row.hidden) {
             let name = row.track.as_deref().unwrap_or_default();
             return Err(format!("target {name} appears twice in frame {frame}"));
@@ -162,7 +180,7 @@ impl<'a> Found<'a> {
                 let (occluded, truncated) = (row.occluded, row.truncated);
                 target.keys.insert(frame, Key { bbox, occluded, truncated });
             }
-            None if row.hidden => stretches::add(&mut target.hidden, [frame; 2]),
+            None if row.hidden => hidden.add([frame; 2]),
             None => {}
         }
         Ok(())
@@ -183,6 +201,9 @@ impl<'a> Found<'a> {
     /// All targets that have a box.
     fn targets(self) -> Outcome<Vec<Target>> {
         let mut targets = self.targets;
+        for (target, hidden) in targets.iter_mut().zip(self.hidden) {
+            target.hidden = hidden.into_stretches();
+        }
         targets.retain(|target| !target.keys.is_empty() || !target.tracked.is_empty());
         match targets.is_empty() {
             true => Err("there are no boxes in the file".to_owned()),

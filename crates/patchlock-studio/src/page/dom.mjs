@@ -109,31 +109,36 @@ export function openDialog(title, content, options = {}) {
  * @param {string} yes
  * @returns {Promise<boolean>}
  */
-export function ask(title, text, yes) {
+export async function ask(title, text, yes) {
+    return (await choose(title, text, ['Cancel', yes])) === 1;
+}
+
+/**
+ * Asks which of some answers is meant; the last is the usual one. Answers its number, or null.
+ * @param {string} title
+ * @param {string} text
+ * @param {string[]} answers
+ * @returns {Promise<number | null>}
+ */
+export function choose(title, text, answers) {
     return new Promise((resolve) => {
-        let answer = false;
-        const agree = () => {
-            answer = true;
-            dialog.close();
-        };
-        const buttons = element(
-            'div',
-            { class: 'dialog-buttons' },
+        /** @type {number | null} */
+        let chosen = null;
+        const buttons = answers.map((answer, at) =>
             element('button', {
-                text: 'Cancel',
+                class: at === answers.length - 1 ? 'primary' : '',
+                text: answer,
                 attributes: { type: 'button' },
-                on: { click: () => dialog.close() },
-            }),
-            element('button', {
-                class: 'primary',
-                text: yes,
-                attributes: { type: 'button' },
-                on: { click: agree },
+                on: {
+                    click: () => {
+                        chosen = at;
+                        dialog.close();
+                    },
+                },
             }),
         );
-        const dialog = openDialog(title, [element('p', { text }), buttons], {
-            onClose: () => resolve(answer),
-        });
+        const row = element('div', { class: 'dialog-buttons' }, ...buttons);
+        const dialog = openDialog(title, [element('p', { text }), row], { onClose: () => resolve(chosen) });
     });
 }
 

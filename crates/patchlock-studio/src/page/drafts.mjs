@@ -51,6 +51,23 @@ export function nudge(editor, axis, by, resize) {
     editor.changed();
 }
 
+/**
+ * Accepts a box that was drawn while a target may be selected.
+ * @param {Editor} editor
+ * @param {import('./types').Box} box
+ * @param {boolean} fresh whether it was said to be that of another target
+ */
+export async function acceptDrawn(editor, box, fresh) {
+    const target = fresh ? null : edits.targetOfNewBox(editor);
+    editor.draft = { target, box };
+    editor.changed();
+    const another = fresh || (target === null && (await edits.isOfAnother(editor)));
+    editor.cancelDraft();
+    editor.changed();
+    if (another === null) return;
+    await (another ? edits.addTarget(editor, box) : edits.correct(editor, box));
+}
+
 /** @param {Editor} editor */
 export async function acceptDraft(editor) {
     const { draft } = editor;

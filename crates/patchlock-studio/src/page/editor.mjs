@@ -52,6 +52,8 @@ export class Editor extends EventTarget {
         this.stretch = null;
         /** Where a stretch begins that is being marked with keys: @type {number | null} */
         this.markFrom = null;
+        /** Whether a box beside that of the selected target is another target, if it was asked: @type {boolean | null} */
+        this.newIsAnother = null;
         /** Targets that are not drawn: @type {Set<number>} */
         this.unseen = new Set();
         /** What the tracker sees in this frame: @type {import('./types').Look | null} */
@@ -109,8 +111,11 @@ export class Editor extends EventTarget {
         if (this.clips.some(({ opening }) => opening)) setTimeout(() => void this.readClips(), OPENING);
     }
 
-    /** @param {import('./types').ClipInfo} info */
-    async open(info) {
+    /**
+     * @param {import('./types').ClipInfo} info
+     * @param {{frame: number, selected: number | null}} [place] what to show of it first
+     */
+    async open(info, { frame, selected } = { frame: 0, selected: null }) {
         this.clip?.close();
         this.frames?.close();
         const clip = new Clip(info);
@@ -118,7 +123,7 @@ export class Editor extends EventTarget {
         this.frames = new Frames(clip.path, info.frames, () => this.changed());
         Object.assign(this, {
             frame: 0,
-            selected: null,
+            selected,
             deselected: false,
             playing: false,
             draft: null,
@@ -135,7 +140,7 @@ export class Editor extends EventTarget {
         this.#listen(clip);
         this.dispatchEvent(new Event('opened'));
         this.dispatchEvent(new Event('clips'));
-        this.goTo(0);
+        this.goTo(frame);
         try {
             await clip.open();
         } catch (error) {

@@ -1,6 +1,6 @@
 // Changes of targets, key frames and labels, and the tracking that follows.
 
-import { ask, counted } from './dom.mjs';
+import { ask, choose as chooseAnswer, counted } from './dom.mjs';
 import { tell } from './notices.mjs';
 import { tidy } from './tracks.mjs';
 
@@ -19,17 +19,56 @@ export function choose(editor, id) {
 }
 
 /**
- * The target that a new box belongs to: the selected one where it is lost, or without a box between
- * frames that have one; otherwise none, and the box is that of a new target.
+ * The target that a new box belongs to: the selected one where it has no box, or is lost; otherwise none.
  * @param {Editor} editor
  */
 export function targetOfNewBox(editor) {
+    const kind = editor.track?.at(editor.shownFrame).kind;
+    return kind === 'none' || kind === 'lost' || kind === 'hidden' ? editor.selected : null;
+}
+
+/**
+ * What a new box is if the selected target has another one in this frame: asked once, then remembered while
+ * the page is open. Answers whether it is that of another target, or null if it is neither.
+ * @param {Editor} editor
+ */
+export async function isOfAnother(editor) {
     const { track } = editor;
-    const frame = editor.shownFrame;
-    const kind = track?.at(frame).kind;
-    const [first = 0, last = 0] = track?.extent() ?? [];
-    const isGap = kind === 'hidden' || (kind === 'none' && first < frame && frame < last);
-    return kind === 'lost' || isGap ? editor.selected : null;
+    if (!track || editor.newIsAnother !== null) return editor.newIsAnother ?? true;
+    const name = `${track.target.label} ${track.target.id}`;
+    const answer = await chooseAnswer(
+        'Whose box is it?',
+        `${name} is selected and has a box in this frame. The answer holds until the page is closed. ` +
+            'Whatever it is, Shift and a drag draw another target.',
+        [`Correct the box of ${name}`, 'Another target'],
+    );
+    if (answer !== null) editor.newIsAnother = answer === 1;
+    return editor.newIsAnother;
+}
+
+/**
+ * Makes a drawn box that of the selected target, and offers the other meaning.
+ * @param {Editor} editor
+ * @param {Box} box
+ */
+export async function correct(editor, box) {
+    const { clip, track, frame } = editor;
+    if (!clip || !track) return;
+    const before = clip.undoText;
+    const asAnother = async () => {
+        // What was tracked from it since is a step of its own.
+        if (clip.job) await clip.stop();
+        for (let step = 0; step < 2 && clip.undoText !== before; step += 1) await clip.undo();
+        if (editor.frame !== frame) editor.goTo(frame);
+        await addTarget(editor, box);
+    };
+    const name = `${track.target.label} ${track.target.id}`;
+    await setKey(editor, box, frame, () =>
+        tell(`This is now the box of ${name} in frame ${frame}.`, {
+            text: 'Another target',
+            run: () => void asAnother(),
+        }),
+    );
 }
 
 /**
@@ -64,19 +103,21 @@ export async function addTarget(editor, box) {
  * @param {Editor} editor
  * @param {Box} box
  * @param {number} [frame]
+ * @param {() => void} [made] called when it is one
  */
-export async function setKey(editor, box, frame = editor.frame) {
+export async function setKey(editor, box, frame = editor.frame, made = () => {}) {
     const { clip, track } = editor;
     if (!clip || !track) return;
     const { occluded, truncated } = track.at(frame);
     const target = track.target.id;
     editor.pendingBox = { target, frame, box };
     const edit = { edit: 'set_key', target, frame, box: tidy(box), occluded, truncated };
-    const made = await clip.edit([edit]);
+    const isMade = await clip.edit([edit]);
     editor.pendingBox = null;
     editor.changed();
     const now = clip.track(target);
-    if (!made || !now) return;
+    if (!isMade || !now) return;
+    made();
     const wasTracked = Object.keys(now.target.tracked).length > 0 || now.keys.length > 1;
     if (wasTracked || editor.afterDrawing !== 'none') await trackAround(editor, now, frame);
 }

@@ -1,5 +1,6 @@
 // Puts the page together.
 
+import * as places from './places.mjs';
 import * as playing from './playing.mjs';
 import * as api from './requests.mjs';
 import { Camera } from './camera.mjs';
@@ -182,6 +183,7 @@ byId('speed').addEventListener('change', (event) => {
     byId('stage').focus();
 });
 acceptDrops(editor);
+window.addEventListener('pagehide', () => places.write(editor, stage));
 window.addEventListener('beforeunload', (event) => {
     if (editor.clip?.unsaved) event.preventDefault();
 });
@@ -194,8 +196,14 @@ if (refusal) {
     complain(refusal);
 } else {
     await editor.readClips();
-    const first = editor.clips.find(({ error, opening }) => !error && !opening);
+    const readable = editor.clips.filter(({ error, opening }) => !error && !opening);
+    const before = places.read();
+    const again = readable.find(({ id, name }) => id === before?.clip && name === before.name);
     if (editor.startsWithCamera) toggleCamera();
-    if (first) await editor.open(first);
+    if (again && before) {
+        const opened = editor.open(again, before);
+        if (before.view) stage.showPlace(before.view);
+        await opened;
+    } else if (readable[0]) await editor.open(readable[0]);
     render();
 }

@@ -151,8 +151,7 @@ export class Panel {
         byId('target-title').textContent = track ? `${track.target.label} ${track.target.id}` : '';
         if (track && seen) {
             const covered =
-                `${counted(track.keys.length, 'key frame')}, ` +
-                `${Math.round(100 * track.coverage())} % of the clip`;
+                `${counted(track.keys.length, 'key frame')}, ` + `${percent(track.coverage())} % of the clip`;
             byId('target-summary').textContent = covered;
             for (const flag of /** @type {const} */ (['occluded', 'truncated'])) {
                 const box = /** @type {HTMLInputElement} */ (byId(`flag-${flag}`));
@@ -197,9 +196,7 @@ export class Panel {
         const all = clip?.doubts.length ?? 0;
         byId('doubts-count').textContent = all ? String(all) : '';
         byId('doubts-empty').hidden = doubts.length > 0;
-        byId('doubts-empty').textContent = clip?.tracks.length
-            ? 'No doubtful place. Play the clip once, then export it.'
-            : 'Where the tracker is not sure, the places are shown here, the most useful first.';
+        byId('doubts-empty').textContent = whatIsLeft(clip);
         byId('doubts').replaceChildren(...doubts.map((doubt) => this.#doubt(doubt)));
         byId('doubts').querySelector('[aria-current]')?.scrollIntoView({ block: 'nearest' });
     }
@@ -262,6 +259,26 @@ export class Panel {
         if (!picture || look !== editor.look) return;
         pictures.replaceChildren(...look.scales.map((scale) => withHidden(picture, box, scale)));
     }
+}
+
+/**
+ * What to do where no place is doubtful.
+ * @param {import('./clip.mjs').Clip | null} clip
+ */
+function whatIsLeft(clip) {
+    if (!clip?.tracks.length)
+        return 'Where the tracker is not sure, the places are shown here, the most useful first.';
+    const untracked = clip.tracks.find(
+        (track) => track.known.length === track.keys.length && percent(track.coverage()) === 0,
+    );
+    if (!untracked) return 'No doubtful place. Play the clip once, then export it.';
+    const { label, id } = untracked.target;
+    return `${label} ${id} is not tracked yet: select it, go to its box, press T.`;
+}
+
+/** @param {number} share */
+function percent(share) {
+    return Math.round(100 * share);
 }
 
 /**

@@ -12,7 +12,7 @@ import { Zoom } from './zoom.mjs';
 /** @typedef {{x: number, y: number}} Point */
 /**
  * What a pointer that is down does.
- * @typedef {{kind: 'draw', from: Point, target: number | null}
+ * @typedef {{kind: 'draw', from: Point, target: number | null, fresh: boolean}
  *     | {kind: 'move', from: Point, box: Box, target: number}
  *     | {kind: 'resize', from: Point, box: Box, target: number, handle: Handle}
  *     | {kind: 'pan', last: Point} | {kind: 'pinch', last: Point, spread: number}} Gesture
@@ -79,11 +79,24 @@ export class Stage {
     /** Frames are asked for in the width in which they are seen. */
     #zoomed() {
         this.editor.setWidth(this.zoom.frame.width * this.zoom.scale * devicePixelRatio);
+        byId('zoom-tools').hidden = !this.editor.clip;
         byId('zoom').textContent = `${Math.round(100 * this.zoom.scale * devicePixelRatio)} %`;
         this.editor.changed();
     }
 
     // Zoom
+
+    /** What is in view, to show it again: null if that is the whole frame. */
+    get place() {
+        const { view, scale, fits } = this.zoom;
+        return fits ? null : { scale, ...this.zoom.toFrame(view.width / 2, view.height / 2) };
+    }
+
+    /** @param {{scale: number, x: number, y: number}} place */
+    showPlace({ scale, x, y }) {
+        this.zoom.at(scale, x, y);
+        this.#zoomed();
+    }
 
     fit() {
         this.zoom.fit();
@@ -158,7 +171,7 @@ export class Stage {
         const handle = fresh ? null : this.#handle(at, reach);
         if (handle) return { kind: 'resize', from, ...handle };
         const hit = fresh ? null : this.#hit(from);
-        if (!hit) return { kind: 'draw', from, target: fresh ? null : edits.targetOfNewBox(editor) };
+        if (!hit) return { kind: 'draw', from, fresh, target: fresh ? null : edits.targetOfNewBox(editor) };
         edits.choose(editor, hit.target);
         return { kind: 'move', from, ...hit };
     }
@@ -311,8 +324,8 @@ export class Stage {
         }
         // The box belongs to the picture that was on the screen.
         if (editor.frame !== editor.shownFrame) editor.goTo(editor.shownFrame);
-        const target = gesture.kind === 'draw' ? gesture.target : editor.selected;
-        editor.draft = { target, box };
+        if (gesture.kind === 'draw') return void drafts.acceptDrawn(editor, box, gesture.fresh);
+        editor.draft = { target: editor.selected, box };
         void drafts.acceptDraft(editor);
     }
 

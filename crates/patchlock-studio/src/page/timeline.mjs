@@ -4,7 +4,7 @@ import * as edits from './edits.mjs';
 import * as stretches from './stretches.mjs';
 import { byId, element } from './dom.mjs';
 import { drawDiamond } from './drawing.mjs';
-import { KINDS, ordered } from './tracks.mjs';
+import { ordered } from './tracks.mjs';
 
 /** @typedef {import('./tracks.mjs').Track} Track */
 
@@ -327,7 +327,7 @@ export class Timeline {
         for (let from = Math.max(0, Math.floor(this.from)); from < end; from += step) {
             const first = Math.floor(from);
             const next = Math.floor(from + step);
-            const worst = this.#worst(track, first, Math.min(next, track.frames));
+            const worst = track.worst(first, Math.min(next, track.frames));
             if (worst.kind === 'none') continue;
             const half = worst.kind === 'hidden' ? 5 : worst.kind === 'lost' ? 1.5 : 2 + 4 * worst.score;
             context.fillStyle = worst.kind === 'hidden' ? hatch : paint(scoreColour(worst));
@@ -335,23 +335,6 @@ export class Timeline {
             const right = Math.max(left + 1, Math.round(this.#x(next - 0.5)));
             context.fillRect(left, middle - half, right - left, 2 * half);
         }
-    }
-
-    /**
-     * @param {Track} track
-     * @param {number} first
-     * @param {number} end
-     */
-    #worst(track, first, end) {
-        let kind = /** @type {typeof KINDS[number]} */ ('none');
-        let score = 2;
-        for (let frame = first; frame < end; frame += 1) {
-            const here = KINDS[track.kinds[frame] ?? 0] ?? 'none';
-            if (here === 'none') continue;
-            const value = here === 'lost' || here === 'hidden' ? -1 : (track.scores[frame] ?? 0);
-            if (value < score) [kind, score] = [here, value];
-        }
-        return { kind, score };
     }
 
     /**

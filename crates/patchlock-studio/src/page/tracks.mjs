@@ -4,14 +4,7 @@
 /** @typedef {import('./types').Seen} Seen */
 /** @typedef {import('./types').Target} Target */
 
-/** Kinds of frames, in the order of {@link Track.kinds}. */
-export const KINDS = /** @type {const} */ (['none', 'tracked', 'uncertain', 'lost', 'key', 'hidden']);
-const NONE = 0;
-const LOST = 3;
-const KEY = 4;
-const HIDDEN = 5;
-
-/** A target, with one entry per frame. */
+/** A target. What it takes of memory and time follows what is known of it, not the length of the clip. */
 export class Track {
     /**
      * @param {Target} target
@@ -20,29 +13,12 @@ export class Track {
     constructor(target, frames) {
         this.target = target;
         this.frames = frames;
-        /** Index into {@link KINDS}, by frame. */
-        this.kinds = new Uint8Array(frames);
-        /** The score, by frame; 1 where a person has drawn. */
-        this.scores = new Float32Array(frames);
         /** Key frames in order. */
-        this.keys = Object.keys(target.keys)
-            .map(Number)
-            .sort((a, b) => a - b);
+        this.keys = inOrder(target.keys);
         /** Boxes of the tracking that is running, by frame: @type {Map<number, Seen>} */
         this.live = new Map();
-        this.#fill();
-    }
-
-    #fill() {
-        for (const [frame, tracked] of Object.entries(this.target.tracked)) {
-            this.kinds[+frame] = KINDS.indexOf(tracked.status);
-            this.scores[+frame] = tracked.score;
-        }
-        for (const [from, to] of this.target.hidden) this.kinds.fill(HIDDEN, from, to + 1);
-        for (const frame of this.keys) {
-            this.kinds[frame] = KEY;
-            this.scores[frame] = 1;
-        }
+        /** Frames with a box, in order. */
+        this.known = [...this.keys, ...inOrder(target.tracked)].sort((a, b) => a - b);
     }
 
     /**
@@ -51,7 +27,8 @@ export class Track {
      */
     addLive(boxes) {
         for (const [frame, x, y, w, h, score, status, visible] of boxes) {
-            if (this.kinds[frame] === KEY || this.kinds[frame] === HIDDEN) continue;
+            const { kind } = this.at(frame);
+            if (kind === 'key' || kind === 'hidden') continue;
             this.live.set(frame, {
                 ...NOTHING,
                 kind: status,
@@ -60,9 +37,22 @@ export class Track {
                 visible,
                 live: true,
             });
-            this.kinds[frame] = KINDS.indexOf(status);
-            this.scores[frame] = score;
+            if (kind === 'none') this.known.splice(this.#place(frame), 0, frame);
         }
+    }
+
+    /**
+     * The number of frames with a box before this one.
+     * @param {number} frame
+     */
+    #place(frame) {
+        let [low, high] = [0, this.known.length];
+        while (low < high) {
+            const middle = (low + high) >> 1;
+            if ((this.known[middle] ?? 0) < frame) low = middle + 1;
+            else high = middle;
+        }
+        return low;
     }
 
     /**
@@ -83,17 +73,33 @@ export class Track {
             const { box, score, visible = null, agreement = null } = tracked;
             return { ...NOTHING, kind: tracked.status, box, score, visible, agreement };
         }
-        return this.kinds[frame] === HIDDEN ? { ...NOTHING, kind: 'hidden' } : NOTHING;
+        return this.hiddenAt(frame) ? { ...NOTHING, kind: 'hidden' } : NOTHING;
     }
 
     /** First and last frame with anything, or null. */
     extent() {
-        let first = 0;
-        while (first < this.frames && this.kinds[first] === NONE) first += 1;
-        if (first === this.frames) return null;
-        let last = this.frames - 1;
-        while (this.kinds[last] === NONE) last -= 1;
-        return [first, last];
+        const firsts = [this.known[0], this.target.hidden[0]?.[0]].filter((at) => at !== undefined);
+        const lasts = [this.known.at(-1), this.target.hidden.at(-1)?.[1]].filter((at) => at !== undefined);
+        return firsts.length > 0 ? [Math.min(...firsts), Math.max(...lasts)] : null;
+    }
+
+    /**
+     * The worst of the frames from the first to before the end: its kind and its score.
+     * @param {number} first
+     * @param {number} end
+     */
+    worst(first, end) {
+        /** @type {{kind: Seen['kind'], score: number}} */
+        let worst = { kind: 'none', score: 2 };
+        for (let at = this.#place(first); at < this.known.length; at += 1) {
+            const frame = this.known[at] ?? end;
+            if (frame >= end) break;
+            const seen = this.at(frame);
+            const score = seen.kind === 'lost' ? -1 : seen.kind === 'key' ? 1 : (seen.score ?? 0);
+            if (score < worst.score) worst = { kind: seen.kind, score };
+        }
+        const isHidden = this.target.hidden.some(([from, to]) => from < end && first <= to);
+        return isHidden && worst.score > -1 ? { kind: /** @type {const} */ ('hidden'), score: -1 } : worst;
     }
 
     /** @param {number} frame */
@@ -119,10 +125,10 @@ export class Track {
      * @param {number} frame
      */
     lostAround(frame) {
-        if (this.kinds[frame] !== LOST) return null;
+        if (this.at(frame).kind !== 'lost') return null;
         let [first, last] = [frame, frame];
-        while (this.kinds[first - 1] === LOST) first -= 1;
-        while (this.kinds[last + 1] === LOST) last += 1;
+        while (this.at(first - 1).kind === 'lost') first -= 1;
+        while (this.at(last + 1).kind === 'lost') last += 1;
         return [first, last];
     }
 
@@ -131,13 +137,9 @@ export class Track {
      * @param {number} frame
      */
     nearestBox(frame) {
-        for (let away = 0; away < this.frames; away += 1) {
-            const seen = this.at(frame - away);
-            if (seen.box) return seen.box;
-            const after = this.at(frame + away);
-            if (after.box) return after.box;
-        }
-        return null;
+        const place = this.#place(frame);
+        const [before = -Infinity, after = Infinity] = [this.known[place - 1], this.known[place]];
+        return this.at(frame - before <= after - frame ? before : after).box;
     }
 
     /**
@@ -148,14 +150,15 @@ export class Track {
      */
     requestAround(frame) {
         const target = this.target.id;
-        const kind = (/** @type {number} */ at) => this.kinds[at] ?? HIDDEN;
-        const isOpen = (/** @type {number} */ at) => kind(at) !== KEY && kind(at) !== HIDDEN;
-        const isKey = kind(frame) === KEY;
-        const before = isOpen(frame - 1) && (this.keyBefore(frame) !== undefined || kind(frame - 1) !== NONE);
+        const kind = (/** @type {number} */ at) =>
+            at < 0 || at >= this.frames ? 'hidden' : this.at(at).kind;
+        const isOpen = (/** @type {number} */ at) => kind(at) !== 'key' && kind(at) !== 'hidden';
+        const isKey = kind(frame) === 'key';
+        const before =
+            isOpen(frame - 1) && (this.keyBefore(frame) !== undefined || kind(frame - 1) !== 'none');
         const after = isOpen(frame + 1);
         if (isKey && !before && !after) return null;
-        const isLast =
-            this.keyAfter(frame) === undefined && !this.kinds.subarray(frame + 1).some((at) => at !== NONE);
+        const isLast = (this.extent()?.[1] ?? 0) <= frame;
         if (isKey && before && isLast && this.keyBefore(frame) === undefined) {
             return { target, from: frame, direction: 'backward' };
         }
@@ -197,10 +200,20 @@ export class Track {
 
     /** Share of the frames in which something is known. */
     coverage() {
-        let known = 0;
-        for (const kind of this.kinds) known += kind !== NONE && kind !== LOST ? 1 : 0;
-        return known / Math.max(1, this.frames);
+        const boxes = this.known.filter((frame) => this.at(frame).kind !== 'lost').length;
+        const hidden = this.target.hidden.reduce((sum, [from, to]) => sum + to - from + 1, 0);
+        return (boxes + hidden) / Math.max(1, this.frames);
     }
+}
+
+/**
+ * Frames in order.
+ * @param {Record<string, unknown>} byFrame
+ */
+function inOrder(byFrame) {
+    return Object.keys(byFrame)
+        .map(Number)
+        .sort((a, b) => a - b);
 }
 
 /** @type {Seen} */

@@ -60,6 +60,18 @@ export class Zoom {
     }
 
     /**
+     * Shows a point of the frame in the middle, at this scale.
+     * @param {number} scale
+     * @param {number} x
+     * @param {number} y
+     */
+    at(scale, x, y) {
+        this.scale = Math.min(LARGEST, scale);
+        this.fits = false;
+        this.centre(x, y);
+    }
+
+    /**
      * Puts a point of the frame in the middle.
      * @param {number} x
      * @param {number} y

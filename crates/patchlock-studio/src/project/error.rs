@@ -77,6 +77,14 @@ pub enum Error {
         /// The video that was given.
         given: PathBuf,
     },
+    /// The project file names a video that is not in its folder, and the caller has named none.
+    #[error("{} names a video outside its folder, {}", path.display(), video.display())]
+    VideoOutside {
+        /// The project file.
+        path: PathBuf,
+        /// The video, as the file names it.
+        video: PathBuf,
+    },
     /// An edit is not possible.
     #[error("{0}")]
     Edit(String),
@@ -106,7 +114,11 @@ impl Error {
     /// Whether the request was invalid, as opposed to a failure while serving it.
     pub fn is_misuse(&self) -> bool {
         match self {
-            Self::Exists { .. } | Self::OtherVideo { .. } | Self::Edit(_) | Self::Import(_) => true,
+            Self::Exists { .. }
+            | Self::OtherVideo { .. }
+            | Self::VideoOutside { .. }
+            | Self::Edit(_)
+            | Self::Import(_) => true,
             Self::Export(error) => error.is_misuse(),
             Self::Video(error) => error.is_misuse(),
             _ => false,
@@ -130,6 +142,7 @@ impl Error {
             Self::Import(_) => "docs/annotating.md says what is read from each format",
             Self::Video(error) => return error.advice(),
             Self::Export(error) => return error.advice(),
+            Self::VideoOutside { .. } => "name the video yourself, if the file is to be trusted",
             Self::OtherVideo { .. } | Self::Edit(_) => return None,
         };
         Some(advice.to_string())

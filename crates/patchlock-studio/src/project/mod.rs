@@ -47,6 +47,13 @@ pub struct Project {
 }
 
 impl Project {
+    /// A copy without the targets.
+    pub(crate) fn without_targets(&self) -> Self {
+        let Self { video, labels, targets: _, next_id, done } = self;
+        let (video, labels) = (video.clone(), labels.clone());
+        Self { video, labels, targets: Vec::new(), next_id: *next_id, done: *done }
+    }
+
     /// The target with this id.
     pub fn target(&self, id: u64) -> Option<&Target> {
         self.targets.iter().find(|target| target.id == id)

@@ -22,6 +22,8 @@ pub struct Store {
     path: PathBuf,
     /// The video, as it can be opened.
     video: PathBuf,
+    /// Whether the caller has named the video, as opposed to the file.
+    video_given: bool,
     project: Project,
     history: History,
     revision: u64,
@@ -151,6 +153,7 @@ impl Store {
         Ok(Self {
             path,
             video: video.to_path_buf(),
+            video_given: true,
             project,
             history: History::default(),
             revision: 0,
@@ -173,6 +176,7 @@ impl Store {
             Fault::Invalid(reason) => Error::Invalid { path: path.clone(), reason },
         })?;
         let expected = folder_of(&path).join(&project.video.path);
+        let video_given = video.is_some();
         let video = match video {
             Some(given) => {
                 project.video.path = found(given, &expected, &path)?;
@@ -183,7 +187,7 @@ impl Store {
         let history = History::default();
         let text = if lock.is_none() { text } else { Vec::new() };
         let saved = Some(revision);
-        Ok(Self { path, video, project, history, revision, saved, text, lock, limits })
+        Ok(Self { path, video, video_given, project, history, revision, saved, text, lock, limits })
     }
 
     /// The project.
@@ -196,9 +200,29 @@ impl Store {
         &self.path
     }
 
-    /// The video, as [`patchlock_media::open`] takes it.
+    /// The video, as [`patchlock_media::open`] takes it. [`Store::video_to_read`] is for those who
+    /// open it.
     pub fn video(&self) -> &Path {
         &self.video
+    }
+
+    /// The video, if it may be read: it is the one that the caller has named, or in the folder of
+    /// the project file. A file of somebody else could name any other one.
+    ///
+    /// # Errors
+    /// [`Error::VideoOutside`]; [`Error::Read`] if there is no such video.
+    pub fn video_to_read(&self) -> Result<&Path, Error> {
+        if self.video_given {
+            return Ok(&self.video);
+        }
+        let real = |path: &Path| fs::canonicalize(path).map_err(|error| Error::read(path, error));
+        match real(&self.video)?.starts_with(real(folder_of(&self.path))?) {
+            true => Ok(&self.video),
+            false => Err(Error::VideoOutside {
+                path: self.path.clone(),
+                video: self.project.video.path.clone(),
+            }),
+        }
     }
 
     /// What the video may claim.
@@ -276,6 +300,11 @@ impl Store {
         self.saved == Some(self.revision)
     }
 
+    /// Whether there are changes that are not in the file. A project that was only begun has none.
+    pub fn has_unsaved_changes(&self) -> bool {
+        self.revision != self.saved.unwrap_or(0)
+    }
+
     /// Writes the file, if it does not have all changes. It is replaced as a whole: after a crash
     /// there is the old one or the new one.
     ///
@@ -315,9 +344,13 @@ impl Store {
     }
 
     /// How the video differs from the one that the project was made for; `None` if it is the same.
-    /// Reads up to 64 MiB of it.
+    /// Reads up to 64 MiB of it, if [`Store::video_to_read`] allows that.
     pub fn changed(&self) -> Option<Change> {
-        self.project.video.change(&self.video)
+        match self.video_to_read() {
+            Ok(video) => self.project.video.change(video),
+            Err(Error::Read { source, .. }) => Some(Change::Missing(source.to_string())),
+            Err(error) => Some(Change::Missing(error.to_string())),
+        }
     }
 
     /// Goes on with the video as it is now. The step cannot be undone, and none before it. Returns
@@ -325,9 +358,10 @@ impl Store {
     ///
     /// # Errors
     /// [`Error::Edit`] if targets have boxes beyond its end; as [`Store::create`] if it cannot be
-    /// read.
+    /// read; as [`Store::video_to_read`].
     pub fn accept_video(&mut self) -> Result<u64, Error> {
-        let video = Video::describe(&self.video, folder_of(&self.path), self.limits)?;
+        let video = self.video_to_read()?;
+        let video = Video::describe(video, folder_of(&self.path), self.limits)?;
         let old = std::mem::replace(&mut self.project.video, video);
         if let Err(reason) = check::project(&self.project) {
             self.project.video = old;

@@ -55,7 +55,7 @@ impl Video {
     /// [`Error::Read`] and [`Error::Video`] if it cannot be read or has no frames.
     pub fn describe(video: &Path, folder: &Path, limits: Limits) -> Result<Self, Error> {
         let (bytes, hash) = fingerprint(video).map_err(|error| Error::read(video, error))?;
-        let mut source = patchlock_media::open_within(&video.to_string_lossy(), false, limits)?;
+        let mut source = patchlock_media::open_within(video, false, limits)?;
         let unreadable =
             || Error::read(video, io::Error::new(io::ErrorKind::InvalidData, "it has no frames"));
         let frames = source.count()?;
@@ -147,8 +147,12 @@ pub fn relative(file: &Path, folder: &Path) -> io::Result<PathBuf> {
     if file_parts[..same].iter().all(|part| matches!(part, Component::Prefix(_))) {
         return Ok(file);
     }
-    let up = folder_parts[same..].iter().map(|_| "..".to_owned());
-    let down =
-        file_parts[same..].iter().map(|part| part.as_os_str().to_string_lossy().into_owned());
-    Ok(PathBuf::from(up.chain(down).collect::<Vec<_>>().join("/")))
+    let not_text = || {
+        let reason = "its path is not text in UTF-8, which a project needs: rename it";
+        io::Error::new(io::ErrorKind::InvalidInput, reason)
+    };
+    let up = folder_parts[same..].iter().map(|_| Some(".."));
+    let down = file_parts[same..].iter().map(|part| part.as_os_str().to_str());
+    let parts = up.chain(down).collect::<Option<Vec<_>>>().ok_or_else(not_text)?;
+    Ok(PathBuf::from(parts.join("/")))
 }

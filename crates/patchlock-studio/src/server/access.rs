@@ -12,10 +12,9 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
 use super::answer::Refusal;
+use super::connections::Place;
 use super::{App, once};
 
-/// Random bytes of a token.
-const TOKEN_BYTES: usize = 32;
 /// The subprotocol of WebSockets; the token follows as the second one, since a page cannot set
 /// headers there.
 pub const PROTOCOL: &str = "patchlock";
@@ -28,9 +27,9 @@ pub struct Access {
 }
 
 impl Access {
-    /// Draws a token for a server that listens on this address.
-    pub fn new(address: SocketAddr) -> Result<Self, String> {
-        Ok(Self { address, token: random_hex::<TOKEN_BYTES>()?, session: random_hex::<4>()? })
+    /// A server that listens on this address.
+    pub fn new(address: SocketAddr, token: String) -> Result<Self, String> {
+        Ok(Self { address, token, session: random_hex::<4>()? })
     }
 
     /// The address for the browser, with the token or a code for it. What follows `#` is never sent
@@ -109,7 +108,10 @@ impl Access {
             return Ok(());
         }
         match token(headers) {
-            Some(token) if same(token, &self.token) => Ok(()),
+            // In process there are no connections.
+            Some(token) if same(token, &self.token) => {
+                request.extensions().get::<Place>().map_or(Ok(()), Place::has_token)
+            }
             Some(_) => Err(unauthorised("the token is not that of this server")),
             None => Err(unauthorised("the token is missing")),
         }

@@ -14,6 +14,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
 use super::advice;
+use super::pace::Pace;
 use crate::project;
 
 /// Why a request is refused, as JSON: `{"error": "...", "hint": "..."}`.
@@ -126,7 +127,12 @@ impl IntoResponse for Refusal {
         }
         let mut response = (self.status, Json(Value::Object(body))).into_response();
         // The rest of a body that is not read would be taken for the next request.
-        if matches!(self.status, StatusCode::PAYLOAD_TOO_LARGE | StatusCode::REQUEST_TIMEOUT) {
+        let closes = [
+            StatusCode::PAYLOAD_TOO_LARGE,
+            StatusCode::REQUEST_TIMEOUT,
+            StatusCode::SERVICE_UNAVAILABLE,
+        ];
+        if closes.contains(&self.status) {
             response.headers_mut().insert(CONNECTION, HeaderValue::from_static("close"));
         }
         response
@@ -159,13 +165,13 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequestParts<S> for Asked<T> {
     }
 }
 
-/// A body that arrives piece by piece, of limited length, from a client that must not pause for
-/// long.
+/// A body that arrives piece by piece, of limited length, from a client that must neither pause for
+/// long nor be very slow.
 pub struct Arriving {
     pieces: BodyDataStream,
     left: u64,
     most: u64,
-    patience: Duration,
+    pace: Pace,
 }
 
 impl Arriving {
@@ -174,20 +180,22 @@ impl Arriving {
         if body.size_hint().lower() > most {
             return Err(Refusal::too_large(most));
         }
-        Ok(Self { pieces: body.into_data_stream(), left: most, most, patience })
+        let pace = Pace::begin(patience);
+        Ok(Self { pieces: body.into_data_stream(), left: most, most, pace })
     }
 
     /// The next piece; `None` at the end.
     pub async fn next(&mut self) -> Result<Option<Bytes>, Refusal> {
-        let next = tokio::time::timeout(self.patience, self.pieces.next()).await;
+        let next = tokio::time::timeout_at(self.pace.deadline(), self.pieces.next()).await;
         let Ok(piece) = next else {
-            let message = "the rest of the request did not arrive";
+            let message = "the rest of the request did not arrive in time";
             return Err(Refusal::new(StatusCode::REQUEST_TIMEOUT, message));
         };
         let piece = piece.transpose();
         let piece = piece.map_err(|_| Refusal::bad("the request was broken off"))?;
-        let length = piece.as_ref().map_or(0, |piece| piece.len() as u64);
-        self.left = self.left.checked_sub(length).ok_or(Refusal::too_large(self.most))?;
+        let length = piece.as_ref().map_or(0, Bytes::len);
+        self.pace.passed(length);
+        self.left = self.left.checked_sub(length as u64).ok_or(Refusal::too_large(self.most))?;
         Ok(piece)
     }
 
@@ -201,10 +209,10 @@ impl Arriving {
     }
 
     /// All of it, as JSON.
-    pub async fn json<T: DeserializeOwned>(self) -> Result<T, Refusal> {
+    pub async fn json<T: DeserializeOwned + Send + 'static>(self) -> Result<T, Refusal> {
         let whole = self.whole().await?;
-        serde_json::from_slice(&whole)
-            .map_err(|error| Refusal::bad(format!("the request is not as expected: {error}")))
+        let wrong = |error| Refusal::bad(format!("the request is not as expected: {error}"));
+        aside(move || serde_json::from_slice(&whole).map_err(wrong)).await
     }
 }
 
@@ -214,4 +222,34 @@ pub async fn aside<T: Send + 'static>(
 ) -> Result<T, Refusal> {
     let done = tokio::task::spawn_blocking(work).await;
     done.unwrap_or_else(|_| Err(Refusal::failed("the program failed while it worked on this")))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::convert::Infallible;
+
+    use futures_util::stream;
+    use tokio::time::{Instant, sleep};
+
+    use super::*;
+
+    /// A body of this many pieces of this length, one every 15 seconds.
+    fn dripping(count: usize, length: usize) -> Body {
+        Body::from_stream(stream::unfold(0, move |sent| async move {
+            sleep(Duration::from_secs(15)).await;
+            (sent < count).then(|| (Ok::<_, Infallible>(vec![b' '; length]), sent + 1))
+        }))
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_body_of_a_byte_every_15_seconds_is_not_waited_for() {
+        let begun = Instant::now();
+        let patience = Duration::from_secs(20);
+        let body = Arriving::new(dripping(1000, 1), 5000, patience).expect("is short");
+        let refusal = body.whole().await.expect_err("is too slow");
+        assert_eq!(refusal.status, StatusCode::REQUEST_TIMEOUT);
+        assert!(begun.elapsed() <= patience, "{:?}", begun.elapsed());
+        let body = Arriving::new(dripping(100, 1 << 20), 1 << 30, patience).expect("is short");
+        assert_eq!(body.whole().await.expect("arrives").len(), 100 << 20);
+    }
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, RwLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, RwLock};
 use std::time::{Duration, Instant};
 
 use axum::Json;
@@ -12,7 +12,7 @@ use axum::extract::ws::Utf8Bytes;
 use patchlock_media::FrameRate;
 use serde::Deserialize;
 use serde_json::{Value, json};
-use tokio::sync::broadcast;
+use tokio::sync::{MutexGuard, broadcast};
 
 use super::advice;
 use super::answer::{Arriving, Asked, At, Refusal, aside};
@@ -37,6 +37,9 @@ pub struct Clips {
     settings: Settings,
     cache: Arc<Cache>,
     all: RwLock<Vec<Arc<Clip>>>,
+    /// Held by the one who adds a clip: it reads files, and nobody who asks for a clip waits for
+    /// that.
+    adding: Mutex<()>,
 }
 
 /// A video with its project, opened when it is first needed.
@@ -66,7 +69,7 @@ pub struct Opened {
     pub events: broadcast::Sender<Utf8Bytes>,
     changed: Option<String>,
     windows: AtomicUsize,
-    held: Mutex<Held>,
+    held: tokio::sync::Mutex<Held>,
 }
 
 /// The project, and what the windows know of it.
@@ -79,13 +82,14 @@ pub struct Held {
 
 impl Clips {
     pub fn new(settings: Settings) -> Self {
-        Self { settings, cache: Arc::default(), all: RwLock::default() }
+        Self { settings, cache: Arc::default(), all: RwLock::default(), adding: Mutex::default() }
     }
 
     /// Adds a clip, with a project file of its own unless one is given.
     pub fn add(&self, video: &Path, project: Option<&Path>) -> Arc<Clip> {
         let name = video.file_name().unwrap_or(video.as_os_str()).to_string_lossy().into_owned();
-        let mut all = self.all.write().unwrap_or_else(PoisonError::into_inner);
+        let _adding = self.adding.lock().unwrap_or_else(PoisonError::into_inner);
+        let all = self.all();
         let is_taken = |file: &Path| all.iter().any(|clip| clip.project == file);
         let project = project.map_or_else(|| beside(video, is_taken), Path::to_path_buf);
         let clip = Arc::new(Clip {
@@ -97,7 +101,7 @@ impl Clips {
             cache: Arc::clone(&self.cache),
             opened: OnceLock::new(),
         });
-        all.push(Arc::clone(&clip));
+        self.all.write().unwrap_or_else(PoisonError::into_inner).push(Arc::clone(&clip));
         clip
     }
 
@@ -123,13 +127,24 @@ impl Clips {
         }
     }
 
-    /// Stops all jobs and waits until their results are written.
-    pub fn close(&self) {
+    /// Stops all jobs and waits until their results are written. Then writes what could not be
+    /// written when it was changed. Returns the project files of which that is true, and the errors.
+    pub fn close(&self) -> (Vec<PathBuf>, Vec<project::Error>) {
+        let (mut saved, mut failed) = (Vec::new(), Vec::new());
         for clip in self.all() {
-            if let Some(Ok(opened)) = clip.opened.get() {
-                opened.jobs.close();
+            let Some(Ok(opened)) = clip.opened.get() else { continue };
+            opened.jobs.close();
+            let mut held = opened.hold();
+            let store = &mut held.store;
+            if !store.has_unsaved_changes() {
+                continue;
+            }
+            match store.save() {
+                Ok(()) => saved.push(store.path().to_path_buf()),
+                Err(error) => failed.push(error),
             }
         }
+        (saved, failed)
     }
 }
 
@@ -142,10 +157,21 @@ impl Clip {
     fn open_now(&self) -> Result<Opened, project::Error> {
         let limits = self.settings.limits;
         let store = Store::open_within(&self.project, Some(&self.video), limits)?;
-        let source = patchlock_media::open_within(&self.video.to_string_lossy(), false, limits)?;
+        let source = patchlock_media::open_within(&self.video, false, limits)?;
         let video = &store.project().video;
         let (frames, width, height) = (video.frames, video.width, video.height);
         let changed = store.changed().map(|change| change.to_string());
+        // A changed video may have another length, of which the page warns. The same one has not.
+        if let Some(length) =
+            source.length().filter(|&length| length != frames && changed.is_none())
+        {
+            return Err(project::Error::Invalid {
+                path: store.path().to_path_buf(),
+                reason: format!(
+                    "it says that the video has {frames} frames; the video has {length}"
+                ),
+            });
+        }
         Ok(Opened {
             name: self.name.clone(),
             frames,
@@ -163,7 +189,7 @@ impl Clip {
             events: broadcast::channel(EVENTS).0,
             changed,
             windows: AtomicUsize::new(0),
-            held: Mutex::new(Held { told: store.revision(), store }),
+            held: tokio::sync::Mutex::new(Held { told: store.revision(), store }),
         })
     }
 
@@ -196,9 +222,15 @@ impl Clip {
 }
 
 impl Opened {
-    /// The project, for one thread at a time.
+    /// The project, for one thread at a time. Whoever holds it may write to the disk, so this panics
+    /// on the threads that answer requests, which must not wait for that: see [`aside`].
     pub fn hold(&self) -> MutexGuard<'_, Held> {
-        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+        self.held.blocking_lock()
+    }
+
+    /// The revision of the project, for code that may not call [`Opened::hold`].
+    pub async fn revision(&self) -> u64 {
+        self.held.lock().await.store.revision()
     }
 
     /// Frames per second, if the video says so.
@@ -299,14 +331,15 @@ fn reshaped(edit: &Edit) -> Vec<u64> {
 }
 
 /// `GET /api/clips`
-pub async fn list(State(app): State<Arc<App>>) -> Json<Value> {
+pub async fn list(State(app): State<Arc<App>>) -> Result<Json<Value>, Refusal> {
     let begun = Instant::now();
     let clips = app.clips.all();
     while clips.iter().any(|clip| clip.opened.get().is_none()) && begun.elapsed() < OPENING {
         tokio::time::sleep(Duration::from_millis(20)).await;
     }
-    let clips: Vec<Value> = clips.iter().map(|clip| clip.summary()).collect();
-    Json(json!({ "clips": clips, "camera": app.camera, "upload_bytes": app.upload_bytes }))
+    let summaries = move || Ok(clips.iter().map(|clip| clip.summary()).collect::<Vec<_>>());
+    let clips = aside(summaries).await?;
+    Ok(Json(json!({ "clips": clips, "camera": app.camera, "upload_bytes": app.upload_bytes })))
 }
 
 /// `GET /api/clips/ID`

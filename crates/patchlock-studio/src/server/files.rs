@@ -21,8 +21,9 @@ use zip::{CompressionMethod, ZipWriter};
 
 use super::App;
 use super::answer::{Arriving, Asked, At, Refusal, aside};
-use crate::project::Edit;
-use crate::{export, import};
+use super::clips::Opened;
+use crate::project::{Edit, Project, Target};
+use crate::{export, import, project};
 
 /// Longest name of a file, in characters.
 const NAME: usize = 100;
@@ -59,8 +60,7 @@ pub async fn upload(
     file.sync_all().await.map_err(|error| cannot_keep(&folder, &error))?;
     drop(file);
     let clip = aside(move || {
-        let mut source =
-            patchlock_media::open_within(&path.to_string_lossy(), false, app.settings.limits)?;
+        let mut source = patchlock_media::open_within(&path, false, app.settings.limits)?;
         if source.frame(0)?.is_none() {
             return Err(Refusal::bad(format!("{name} has no frames")));
         }
@@ -133,16 +133,23 @@ pub async fn import_boxes(
     let clip = app.clips.open(clip).await?;
     let format = import::Format::named(&format)?;
     let text = Arriving::new(body, TABLE_BYTES, app.patience.body)?.whole().await?;
-    let added = aside(move || {
-        let mut held = clip.hold();
-        let targets = import::read(format, &text, held.store.project())?;
-        let before = held.store.project().next_id;
-        held.store.apply(vec![Edit::Import { targets }])?;
-        let revision = clip.announce_and_save(&mut held)?;
-        let ids = before..held.store.project().next_id;
-        Ok(json!({ "revision": revision, "targets": ids.collect::<Vec<_>>() }))
-    });
-    added.await.map(Json)
+    aside(move || add(&clip, |project| import::read(format, &text, project))).await.map(Json)
+}
+
+/// Adds the targets that `read` finds. It may take long, so it sees a copy of the project, and the
+/// clip is not held meanwhile.
+fn add(
+    clip: &Opened,
+    read: impl FnOnce(&Project) -> Result<Vec<Target>, project::Error>,
+) -> Result<Value, Refusal> {
+    let known = clip.hold().store.project().without_targets();
+    let targets = read(&known)?;
+    let mut held = clip.hold();
+    let before = held.store.project().next_id;
+    held.store.apply(vec![Edit::Import { targets }])?;
+    let revision = clip.announce_and_save(&mut held)?;
+    let ids = before..held.store.project().next_id;
+    Ok(json!({ "revision": revision, "targets": ids.collect::<Vec<_>>() }))
 }
 
 /// What to export.
@@ -259,4 +266,104 @@ pub async fn download(
         Ok::<_, io::Error>((count > 0).then(|| (Bytes::from(piece), (file, path))))
     });
     Ok((headers, Body::from_stream(pieces)).into_response())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc;
+    use std::time::Duration;
+
+    use axum::http::{Method, Request};
+    use patchlock::{BoundingBox, Preset, TrackerConfig};
+
+    use super::super::{InProcess, Options, Patience, STRANGERS, Server};
+    use super::*;
+    use crate::project::Key;
+
+    /// How long a test waits before it fails.
+    const LONG: Duration = Duration::from_secs(60);
+
+    fn server(folder: &Path) -> InProcess {
+        let frames = folder.join("frames");
+        std::fs::create_dir(&frames).expect("creates");
+        for k in 0..3 {
+            image::GrayImage::new(32, 32).save(frames.join(format!("{k}.png"))).expect("writes");
+        }
+        let options = Options {
+            videos: vec![frames],
+            project: None,
+            address: ([127, 0, 0, 1], 0).into(),
+            config: TrackerConfig::from(Preset::Fast),
+            threads: Some(1),
+            limits: patchlock_media::Limits::default(),
+            patience: Patience::default(),
+            strangers: STRANGERS,
+            uploads: folder.join("uploads"),
+            upload_bytes: 1,
+            camera: false,
+            tokens: None,
+        };
+        Server::open(&options).expect("starts").in_process()
+    }
+
+    async fn status(server: &InProcess, method: Method, path: &str, body: &str) -> u16 {
+        let access = &server.app.access;
+        let shown = access.address(false, "");
+        let host = shown.trim_start_matches("http://").trim_end_matches("/#");
+        let request = Request::builder()
+            .method(method)
+            .uri(path)
+            .header("host", host)
+            .header("authorization", format!("Bearer {}", access.token()))
+            .body(Body::from(body.to_owned()));
+        let answer = server.answer(request.expect("is a request"));
+        tokio::time::timeout(LONG, answer).await.expect("is answered").status().as_u16()
+    }
+
+    #[test]
+    fn an_import_that_is_read_for_long_keeps_nobody_waiting() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let server = server(folder.path());
+        let clip = server.app.clips.get(1).expect("is there").open().expect("opens");
+        let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
+        let runtime = runtime.expect("threads");
+        let (begun, has_begun) = mpsc::channel();
+        let (go_on, may_go_on) = mpsc::channel::<()>();
+        let bbox = BoundingBox { x: 1.0, y: 1.0, w: 9.0, h: 9.0 };
+        let import = runtime.spawn(aside(move || {
+            add(&clip, |project| {
+                begun.send(()).expect("is waited for");
+                may_go_on.recv_timeout(LONG).expect("goes on");
+                let key = Key { bbox, occluded: false, truncated: false };
+                let label = project.labels[0].name.clone();
+                let keys = [(0, key)].into();
+                let (attributes, tracked, hidden) = Default::default();
+                Ok(vec![Target { id: 1, label, attributes, keys, tracked, hidden }])
+            })
+        }));
+        has_begun.recv_timeout(LONG).expect("begins");
+        runtime.block_on(async {
+            for path in
+                ["/api/clips", "/api/clips/1", "/api/clips/1/doubts", "/api/clips/1/frames/0"]
+            {
+                assert_eq!(status(&server, Method::GET, path, "").await, 200, "{path}");
+            }
+            let edit = r#"{"revision": 0, "edits": [{"edit": "add_label", "name": "car"}]}"#;
+            assert_eq!(status(&server, Method::POST, "/api/clips/1/edits", edit).await, 200);
+        });
+        // What Ctrl-C does.
+        let (ended, has_ended) = mpsc::channel();
+        let ending = std::thread::spawn(move || {
+            let closed = server.app.clips.close();
+            ended.send(()).expect("is waited for");
+            (server, closed)
+        });
+        has_ended.recv_timeout(LONG).expect("ends while the file is read");
+        go_on.send(()).expect("is waited for");
+        let (server, closed) = ending.join().expect("ends");
+        assert!(closed.0.is_empty() && closed.1.is_empty());
+        let added = runtime.block_on(import).expect("ends").expect("is added");
+        assert_eq!(added["targets"], json!([1]));
+        drop(server);
+    }
 }

@@ -47,7 +47,7 @@ async fn forward(mut socket: WebSocket, mut events: Receiver<Utf8Bytes>, clip: &
                 Ok(event) => Message::Text(event),
                 // Too slow for all events: what counts is how things are now.
                 Err(RecvError::Lagged(_)) => {
-                    let revision = clip.hold().store.revision();
+                    let revision = clip.revision().await;
                     Message::Text(json!({ "type": "project", "revision": revision }).to_string().into())
                 }
                 Err(RecvError::Closed) => return,

@@ -64,8 +64,7 @@ fn nearest_key(target: &Target, frame: usize) -> Option<(usize, BoundingBox)> {
 }
 
 fn picture(clip: &Opened, frame: usize) -> Result<Picture, Refusal> {
-    let name = clip.engine.video.to_string_lossy();
-    let mut source = patchlock_media::open_within(&name, false, clip.engine.limits)?;
+    let mut source = patchlock_media::open_within(&clip.engine.video, false, clip.engine.limits)?;
     let picture = source.frame(frame)?;
     picture.ok_or_else(|| Refusal::unknown(format!("the video ended before frame {frame}")))
 }

@@ -16,6 +16,8 @@ mod jobs;
 mod live;
 mod look;
 mod once;
+mod pace;
+mod token;
 mod video;
 
 use std::net::{SocketAddr, TcpListener};
@@ -44,6 +46,9 @@ use camera::Recordings;
 use clips::Clips;
 use once::Once;
 
+/// [`Options::strangers`] of a server for people: many, since a page is read without the token, and
+/// few enough that files can still be opened.
+pub const STRANGERS: usize = 256;
 /// How long a window may take to receive a message.
 const SENDING: Duration = Duration::from_secs(20);
 
@@ -64,12 +69,29 @@ pub struct Options {
     pub limits: Limits,
     /// How long to wait for a client.
     pub patience: Patience,
+    /// Most connections at once that have not shown the token. One more ends the oldest of them.
+    pub strangers: usize,
     /// The folder for uploads and recordings, made when it is needed.
     pub uploads: PathBuf,
     /// Largest upload in bytes.
     pub upload_bytes: u64,
     /// Whether the page begins with the camera.
     pub camera: bool,
+    /// A folder of the user's own, where the token is kept for a week. A server with the same
+    /// address and videos has it again, so pages that are open go on. Without a folder, and if other
+    /// machines can reach the address, each server has another token.
+    pub tokens: Option<PathBuf>,
+}
+
+impl Options {
+    /// The file for the token of a server that listens on this address.
+    fn token_file(&self, address: SocketAddr) -> Option<PathBuf> {
+        let folder = self.tokens.as_deref().filter(|_| address.ip().is_loopback())?;
+        let absolute = |path: &PathBuf| std::path::absolute(path).unwrap_or_else(|_| path.clone());
+        let videos: Vec<PathBuf> = self.videos.iter().map(absolute).collect();
+        let (project, uploads) = (self.project.as_ref().map(absolute), absolute(&self.uploads));
+        Some(token::file(folder, &format!("{address} {videos:?} {project:?} {uploads:?}")))
+    }
 }
 
 /// How long the server waits for a client.
@@ -77,8 +99,11 @@ pub struct Options {
 pub struct Patience {
     /// For a request, until its headers are complete.
     pub headers: Duration,
-    /// For a body, until its next bytes.
+    /// For a body, until its next bytes. All of it may take this and a second per KiB.
     pub body: Duration,
+    /// For an answer, until the client takes the next bytes. All of it may take this and a second
+    /// per KiB.
+    pub answer: Duration,
     /// For the page that [`Server::address_once`] leads to, until it asks for the token.
     pub code: Duration,
 }
@@ -88,6 +113,7 @@ impl Default for Patience {
         Self {
             headers: Duration::from_secs(30),
             body: Duration::from_secs(20),
+            answer: Duration::from_secs(60),
             // Browsers that are installed as snaps may take a minute to start.
             code: Duration::from_secs(120),
         }
@@ -111,6 +137,14 @@ pub enum Error {
     /// The only video or its project cannot be opened.
     #[error(transparent)]
     Clip(Arc<crate::project::Error>),
+    /// The program ends, and the last changes of these projects could not be written.
+    #[error("the last changes are lost: {}", shown(.0))]
+    Unsaved(Vec<crate::project::Error>),
+}
+
+/// All errors in one line.
+fn shown(errors: &[crate::project::Error]) -> String {
+    errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
 }
 
 /// What all clips share.
@@ -124,10 +158,13 @@ struct Settings {
 /// What all requests share.
 struct App {
     access: Access,
+    /// The file that has the token.
+    token_file: Option<PathBuf>,
     once: Once,
     clips: Clips,
     settings: Settings,
     patience: Patience,
+    strangers: usize,
     uploads: PathBuf,
     upload_bytes: u64,
     camera: bool,
@@ -152,14 +189,19 @@ impl Server {
         let pool = pool.map_err(|error| Error::Start(error.to_string()))?;
         let listener = TcpListener::bind(options.address).map_err(listen)?;
         let address = listener.local_addr().map_err(listen)?;
-        let access = Access::new(address).map_err(Error::Start)?;
+        let token_file = options.token_file(address);
+        let token = token_file.as_deref().map_or_else(token::draw, token::kept);
+        let token = token.map_err(Error::Start)?;
+        let access = Access::new(address, token).map_err(Error::Start)?;
         let settings = Settings { config: options.config.clone(), pool, limits: options.limits };
         let app = Arc::new(App {
             access,
+            token_file,
             once: Once::default(),
             clips: Clips::new(settings.clone()),
             settings,
             patience: options.patience,
+            strangers: options.strangers,
             uploads: options.uploads.clone(),
             upload_bytes: options.upload_bytes,
             camera: options.camera,
@@ -199,11 +241,13 @@ impl Server {
         InProcess { routes: routes(Arc::clone(&self.app)), app: self.app }
     }
 
-    /// Answers requests until `stopped` returns true, which is asked ten times a second.
+    /// Answers requests until `stopped` returns true, which is asked ten times a second. Returns the
+    /// project files with changes that could not be written before, and now were.
     ///
     /// # Errors
-    /// [`Error::Start`] if the system gives no threads.
-    pub fn run(self, stopped: impl Fn() -> bool) -> Result<(), Error> {
+    /// [`Error::Start`] if the system gives no threads; [`Error::Unsaved`] if changes could not be
+    /// written.
+    pub fn run(self, stopped: impl Fn() -> bool) -> Result<Vec<PathBuf>, Error> {
         let start = |error: std::io::Error| Error::Start(error.to_string());
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(2)
@@ -214,15 +258,20 @@ impl Server {
         let routes = routes(Arc::clone(&self.app));
         let served = runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(self.listener)?;
-            tokio::spawn(connections::accept(listener, routes, self.app.patience));
+            let App { strangers, patience, .. } = *self.app;
+            tokio::spawn(connections::accept(listener, routes, strangers, patience));
             while !stopped() {
                 tokio::time::sleep(Duration::from_millis(100)).await;
             }
             Ok(())
         });
-        self.app.clips.close();
+        let (saved, failed) = self.app.clips.close();
+        // What still runs aside, an import for example, is not waited for.
         runtime.shutdown_timeout(Duration::from_secs(1));
-        served.map_err(start)
+        if !failed.is_empty() {
+            return Err(Error::Unsaved(failed));
+        }
+        served.map(|()| saved).map_err(start)
     }
 }
 

@@ -25,27 +25,48 @@ const CODE_BYTES: usize = 32;
 /// Longest request, in bytes of JSON.
 const REQUEST_BYTES: u64 = 1024;
 
-/// The code that was drawn last, until it is used.
+/// The code that was drawn last.
 #[derive(Default)]
 pub struct Once {
-    drawn: Mutex<Option<(String, Instant)>>,
+    drawn: Mutex<Option<Drawn>>,
+}
+
+struct Drawn {
+    code: String,
+    at: Instant,
+    used: bool,
+}
+
+/// What a code is worth.
+#[derive(PartialEq, Eq)]
+enum Worth {
+    Token,
+    /// It was used already, or is too old.
+    Void,
+    Unknown,
 }
 
 impl Once {
     /// Draws a code. The one before is void.
     pub fn draw(&self) -> Result<String, String> {
         let code = format!("{PREFIX}{}", random_hex::<CODE_BYTES>()?);
-        *self.drawn.lock().unwrap_or_else(PoisonError::into_inner) =
-            Some((code.clone(), Instant::now()));
+        let drawn = Drawn { code: code.clone(), at: Instant::now(), used: false };
+        *self.drawn.lock().unwrap_or_else(PoisonError::into_inner) = Some(drawn);
         Ok(code)
     }
 
-    /// Whether this is the code, not older than `patience`. If so, it is void from now on.
-    fn take(&self, given: &str, patience: Duration) -> bool {
+    /// What this code is worth: the token, if it was drawn at most `patience` ago. If so, it is void
+    /// from now on.
+    fn take(&self, given: &str, patience: Duration) -> Worth {
         let mut drawn = self.drawn.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_good =
-            |(code, at): &mut (String, Instant)| same(given, code) && at.elapsed() <= patience;
-        drawn.take_if(is_good).is_some()
+        match drawn.as_mut().filter(|drawn| same(given, &drawn.code)) {
+            None => Worth::Unknown,
+            Some(drawn) if drawn.used || drawn.at.elapsed() > patience => Worth::Void,
+            Some(drawn) => {
+                drawn.used = true;
+                Worth::Token
+            }
+        }
     }
 }
 
@@ -59,15 +80,17 @@ struct Exchange {
 /// `POST /api/token`
 pub async fn exchange(State(app): State<Arc<App>>, body: Body) -> Result<Json<Value>, Refusal> {
     let Exchange { code } = Arriving::new(body, REQUEST_BYTES, app.patience.body)?.json().await?;
-    match app.once.take(&code, app.patience.code) {
-        true => Ok(Json(json!({ "token": app.access.token() }))),
-        false => Err(Refusal::new(
-            StatusCode::UNAUTHORIZED,
-            "this address was used already, or opened too late",
-        )
-        .hint(
-            "The address that a browser is given works once: open the one that patchlock studio has \
-             printed. If nobody but you should have used it, end the program and start it again.",
-        )),
+    let worth = app.once.take(&code, app.patience.code);
+    if worth == Worth::Token {
+        return Ok(Json(json!({ "token": app.access.token() })));
     }
+    // If somebody else has the token now, starting again must help.
+    if let Some(file) = app.token_file.clone().filter(|_| worth == Worth::Void) {
+        let _ = tokio::fs::remove_file(file).await;
+    }
+    let message = "this address was used already, or opened too late";
+    Err(Refusal::new(StatusCode::UNAUTHORIZED, message).hint(
+        "The address that a browser is given works once: open the one that patchlock studio has \
+         printed. If nobody but you should have used it, end the program and start it again.",
+    ))
 }

@@ -24,6 +24,8 @@ use crate::project::{Project, Target};
 const QUALITY: u8 = 26;
 /// Smallest side of the part around a target, in pixels.
 const SMALLEST: f64 = 32.0;
+/// Most frames to reserve the index for if a video does not say how many it has.
+const EXPECTED: usize = 1 << 20;
 /// Time between two messages on how far it is.
 const MESSAGES: Duration = Duration::from_millis(500);
 
@@ -119,13 +121,14 @@ fn encode(
     mut paint: impl FnMut(usize, &Picture) -> Vec<u8>,
 ) -> Result<NamedTempFile, Refusal> {
     let stopped = || stop.load(Ordering::SeqCst);
-    let name = clip.engine.video.to_string_lossy();
-    let source = patchlock_media::open_within(&name, false, clip.engine.limits)?;
+    let source = patchlock_media::open_within(&clip.engine.video, false, clip.engine.limits)?;
     let file = NamedTempFile::new();
     let file = file.map_err(|error| cannot_keep(&std::env::temp_dir(), &error))?;
     let rate = clip.rate.unwrap_or(FrameRate::DEFAULT);
     let total = last - first + 1;
-    let mut video = Mp4Writer::with_quantiser(file, width, height, rate, Some(total), QUALITY)?;
+    // What is reserved for the index must not follow what the project says of the video.
+    let expected = total.min(source.length().unwrap_or(EXPECTED));
+    let mut video = Mp4Writer::with_quantiser(file, width, height, rate, Some(expected), QUALITY)?;
     let mut frames = Ahead::start(source, first..=last);
     let mut told = Instant::now();
     while let Some((frame, picture)) = frames.next_unless(&stopped)? {

@@ -279,6 +279,29 @@ fn pieces_of_one_job_are_undone_together() {
 }
 
 #[test]
+fn undo_says_how_many_frames_it_changes() {
+    let place = Place::new();
+    let mut store = place.store();
+    store.apply(vec![add(4)]).unwrap();
+    // The frame of the key stays as it is.
+    let mut since = store.apply(vec![track(1, 0, 6, Status::Tracked)]).unwrap();
+    assert_eq!(store.undo_text(), Some("track target 1 in 6 frames, 0 to 6"));
+    // A job that goes on, over frames that it has changed already, too.
+    since = store.apply_more(since, vec![track(1, 5, 8, Status::Lost)]).unwrap();
+    store.apply_more(since, vec![track(1, 8, 9, Status::Lost)]).unwrap();
+    assert_eq!(store.undo_text(), Some("track target 1 in 9 frames, 0 to 9"));
+    store.undo().unwrap();
+    assert_eq!(store.redo_text(), Some("track target 1 in 9 frames, 0 to 9"));
+    store.redo().unwrap();
+    store.apply(vec![Edit::Hide { target: 1, from: 8, to: 11 }]).unwrap();
+    assert_eq!(store.undo_text(), Some("hide target 1 in 4 frames, 8 to 11"));
+    store.apply(vec![Edit::Show { target: 1, from: 0, to: 8 }]).unwrap();
+    assert_eq!(store.undo_text(), Some("show target 1 in frame 8"));
+    store.apply(vec![Edit::Show { target: 1, from: 0, to: 8 }]).unwrap();
+    assert_eq!(store.undo_text(), Some("show target 1 in no frame"));
+}
+
+#[test]
 fn the_history_is_bounded() {
     let place = Place::new();
     let mut store = place.store();

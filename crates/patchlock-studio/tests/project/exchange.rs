@@ -451,3 +451,33 @@ fn a_long_file_of_cvat_is_read_in_a_time_that_follows_its_length() {
     assert!(begun.elapsed().as_secs() < 10, "{:?}", begun.elapsed());
     assert_eq!((targets[0].keys.len(), targets[0].hidden.len()), (50_000, 50_000));
 }
+
+/// Small files that take a reader long which compares each attribute, or each namespace, with all
+/// others; and rows that come backwards.
+#[test]
+fn an_import_takes_a_time_that_follows_its_length() {
+    let place = Place::new();
+    let store = place.store_of(1_000_000);
+    let begun = std::time::Instant::now();
+    let read = |format, text: &str| import::read(format, text.as_bytes(), store.project());
+    let attributes: String = (0..80_000).map(|k| format!(" a{k}=\"\"")).collect();
+    let names: String = (0..5000).map(|k| format!(" xmlns:n{k}=\"{k}\"")).collect();
+    for text in [
+        format!("<annotations><track id=\"0\" label=\"a\"{attributes}/></annotations>"),
+        format!("<annotations><meta{names}>{}</meta></annotations>", "<a/>".repeat(5000)),
+    ] {
+        let error = read(import::Format::Cvat, &text).unwrap_err().to_string();
+        assert!(error.contains("line 1: an element has more than 100 attributes"), "{error}");
+    }
+    let boxes = "<box frame=\"0\" xtl=\"1\" ytl=\"1\" xbr=\"9\" ybr=\"9\"/>\n".repeat(1000);
+    let long = "x".repeat(1 << 20);
+    let text =
+        format!("<annotations><track id=\"{long}\" label=\"a\">{boxes}</track></annotations>");
+    let error = read(import::Format::Cvat, &text).unwrap_err().to_string();
+    assert!(error.contains("more than 1000 bytes"), "{error}");
+    let rows: String = (0..200_000).rev().map(|k| format!("{},7,,,,,true\n", 2 * k)).collect();
+    let text = format!("frame,id,x,y,w,h,hidden\n{rows}1,7,1,1,5,5,\n");
+    let targets = read(import::Format::Csv, &text).unwrap();
+    assert_eq!(targets[0].hidden.len(), 200_000);
+    assert!(begun.elapsed().as_secs() < 10, "{:?}", begun.elapsed());
+}

@@ -239,7 +239,36 @@ fn a_folder_between_is_part_of_the_path() {
     assert_eq!(store.project().video.path, Path::new("../../frames"));
     store.save().unwrap();
     drop(store);
-    assert_eq!(Store::open(&file, None).unwrap().changed(), None);
+    assert_eq!(Store::open(&file, Some(&place.video())).unwrap().changed(), None);
+}
+
+#[test]
+fn a_video_that_only_the_file_names_is_read_in_its_folder_only() {
+    let place = Place::new();
+    let file = place.folder().join("a.json");
+    Store::create(&file, &place.video()).unwrap().save().unwrap();
+    assert!(Store::open(&file, None).unwrap().video_to_read().is_ok());
+    let text = fs::read_to_string(&file).unwrap();
+    let elsewhere = tempfile::tempdir().unwrap();
+    fs::rename(place.video(), elsewhere.path().join("frames")).unwrap();
+    let absolute = elsewhere.path().join("frames").to_string_lossy().replace('\\', "/");
+    for path in [absolute.as_str(), "../../../../../../../../../../../.."] {
+        let named = text.replace("\"path\":\"frames\"", &format!("\"path\":{path:?}"));
+        assert_ne!(named, text);
+        fs::write(&file, named).unwrap();
+        let mut store = Store::open(&file, None).unwrap();
+        let error = store.video_to_read().unwrap_err();
+        assert!(error.to_string().contains("names a video outside its folder"), "{error}");
+        assert!(store.changed().is_some() && store.accept_video().is_err());
+    }
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink(elsewhere.path().join("frames"), place.video()).unwrap();
+        fs::write(&file, text).unwrap();
+        assert!(Store::open(&file, None).unwrap().video_to_read().is_err());
+        let given = Store::open(&file, Some(&place.video())).unwrap();
+        assert_eq!((given.video_to_read().unwrap(), given.changed()), (&*place.video(), None));
+    }
 }
 
 #[cfg(unix)]
@@ -420,4 +449,53 @@ fn the_example_of_the_guide_is_read_and_says_the_same_when_written() {
     let written = json(&fs::read_to_string(place.file()).unwrap());
     assert_eq!(numbers(&written), numbers(&json(example)));
     assert_eq!(written["revision"], 18);
+}
+
+#[cfg(unix)]
+#[test]
+fn what_has_the_name_of_a_lock_is_left_alone() {
+    use std::os::unix::fs::symlink;
+    let place = Place::new();
+    let lock = place.folder().join("frames.patchlock.json.lock");
+    let precious = place.folder().join("precious.txt");
+    fs::write(&precious, "a year of work").unwrap();
+    let refused = |words: &str| {
+        let opened = Store::open(&place.file(), Some(&place.video()));
+        let message = opened.unwrap_err().to_string();
+        assert!(
+            message.contains(words) && message.contains("not a lock of Patchlock"),
+            "{message}"
+        );
+        assert_eq!(fs::read_to_string(&precious).unwrap(), "a year of work");
+        assert!(lock.symlink_metadata().is_ok(), "it is still there");
+    };
+    symlink("precious.txt", &lock).unwrap();
+    refused("it is a link");
+    fs::remove_file(&lock).unwrap();
+    symlink("nowhere.txt", &lock).unwrap();
+    refused("it is a link");
+    assert!(!place.folder().join("nowhere.txt").exists());
+    fs::remove_file(&lock).unwrap();
+    fs::hard_link(&precious, &lock).unwrap();
+    refused("it is a file of its own");
+    fs::remove_file(&lock).unwrap();
+    fs::create_dir(&lock).unwrap();
+    refused("it is not a file");
+    fs::remove_dir(&lock).unwrap();
+    assert!(std::process::Command::new("mkfifo").arg(&lock).status().unwrap().success());
+    refused("it is not a file");
+}
+
+#[test]
+fn a_lock_that_a_killed_process_left_is_taken_over() {
+    let place = Place::new();
+    let lock = place.folder().join("frames.patchlock.json.lock");
+    for left in ["", "process 4194999"] {
+        fs::write(&lock, left).unwrap();
+        let store = Store::open(&place.file(), Some(&place.video())).unwrap();
+        let second = Store::open(&place.file(), Some(&place.video())).unwrap_err();
+        assert!(matches!(second, Error::InUse { .. }), "{second}");
+        drop(store);
+    }
+    assert!(cfg!(windows) || !lock.exists());
 }

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use patchlock_studio::server::Options;
 use serde_json::json;
 
 use crate::support::{Running, options, video};
@@ -46,6 +47,41 @@ fn the_token_is_long_and_another_one_each_time() {
     assert!(before.len() == 64 && before.bytes().all(|byte| byte.is_ascii_hexdigit()));
     server.restart();
     assert_ne!(server.token, before);
+}
+
+#[test]
+fn a_server_that_is_started_again_has_the_same_token() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("clip.mp4");
+    let truth = video(&file);
+    let mut options = options(vec![file], folder.path());
+    options.tokens = Some(folder.path().join("state"));
+    let mut server = Running::with(options.clone(), folder, truth);
+    let before = server.token.clone();
+    options.address = server.address;
+    server.restart_with(&options);
+    assert_eq!(server.token, before);
+    assert_eq!(server.get("/api/clips").status, 200);
+    // Somebody may have used the code of the browser: then starting again must help.
+    exchange(&server, "once-00", &[]).error(401);
+    assert_eq!(exchange(&server, &server.code, &[]).status, 200);
+    server.restart_with(&options);
+    assert_eq!(server.token, before);
+    assert_eq!(exchange(&server, &server.code, &[]).status, 200);
+    exchange(&server, &server.code, &[]).error(401);
+    server.restart_with(&options);
+    assert_ne!(server.token, before);
+    let before = server.token.clone();
+    // Other videos, or an address that others can reach, are not for the pages from before.
+    options.videos.clear();
+    server.restart_with(&options);
+    assert_ne!(server.token, before);
+    let mut open = Options { address: ([0, 0, 0, 0], 0).into(), ..options };
+    server.restart_with(&open);
+    let first = server.token.clone();
+    open.address.set_port(server.address.port());
+    server.restart_with(&open);
+    assert_ne!(server.token, first);
 }
 
 /// Asks for the token without having it.

@@ -1,11 +1,13 @@
 //! Requests that no page sends.
 
-use std::io::Write as _;
+use std::io::{ErrorKind, Read as _, Write as _};
+use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
+use patchlock_studio::server::Patience;
 use serde_json::json;
 
-use crate::support::{Answer, Running, video};
+use crate::support::{Answer, Running, STRANGERS, options, video};
 
 #[test]
 fn no_path_leads_out_of_the_page() {
@@ -175,17 +177,89 @@ fn headers_and_bodies_that_do_not_arrive_are_not_waited_for() {
 #[test]
 fn one_that_sends_a_byte_at_a_time_is_stopped() {
     let server = Running::new();
-    let mut slow = server.connect();
-    let begun = Instant::now();
-    for byte in
-        format!("GET / HTTP/1.1\r\nHost: {}\r\nX: {}", server.address, "a".repeat(900)).bytes()
-    {
-        if slow.write_all(&[byte]).is_err() || begun.elapsed() > Duration::from_secs(10) {
-            break;
-        }
-        std::thread::sleep(Duration::from_millis(10));
+    let head = format!("GET / HTTP/1.1\r\nHost: {}\r\nX: ", server.address);
+    let body = format!(
+        "POST /api/token HTTP/1.1\r\nHost: {}\r\nContent-Length: 1000\r\n\r\n",
+        server.address
+    );
+    for begin in [head, body] {
+        let mut slow = server.connect();
+        slow.write_all(begin.as_bytes()).expect("sends");
+        // Each byte comes in time; all of them would take half a minute.
+        let taken = (0..600).take_while(|_| {
+            std::thread::sleep(Duration::from_millis(50));
+            slow.write_all(b"a").is_ok()
+        });
+        assert!(taken.count() < 600, "{begin}");
     }
-    assert!(begun.elapsed() < Duration::from_secs(5), "{:?}", begun.elapsed());
+}
+
+/// A server that waits for everything as good as for ever.
+fn patient() -> Running {
+    let folder = tempfile::tempdir().expect("a folder");
+    let truth = video(&folder.path().join("clip.mp4"));
+    let mut options = options(vec![folder.path().join("clip.mp4")], folder.path());
+    let long = Duration::from_secs(3600);
+    options.patience = Patience { headers: long, body: long, answer: long, code: long };
+    Running::with(options, folder, truth)
+}
+
+/// Asks for the page again and again, without reading any answer, until no more is taken.
+fn flood(server: &Running, header: &str) -> TcpStream {
+    let request = format!("GET /style.css HTTP/1.1\r\nHost: {}\r\n{header}\r\n", server.address);
+    let requests = request.repeat(100);
+    let mut stream = server.connect();
+    stream.set_write_timeout(Some(Duration::from_millis(200))).expect("sets");
+    while stream.write(requests.as_bytes()).is_ok() {}
+    stream
+}
+
+#[test]
+fn those_without_the_token_keep_nobody_out() {
+    let server = patient();
+    let strangers = STRANGERS + 10;
+    let mut known = server.connect();
+    let request = format!(
+        "GET /api/clips HTTP/1.1\r\nHost: {}\r\nAuthorization: Bearer {}\r\n\r\n",
+        server.address, server.token
+    );
+    let ask = |known: &mut TcpStream| {
+        known.write_all(request.as_bytes()).expect("sends");
+        let mut piece = [0; 4096];
+        let count = known.read(&mut piece).expect("answers");
+        assert!(piece[..count].starts_with(b"HTTP/1.1 200"), "{count} bytes");
+    };
+    ask(&mut known);
+    // Those that say nothing, those that say a part, and those that ask and never read.
+    let silent: Vec<_> = (0..strangers).map(|_| server.connect()).collect();
+    let half: Vec<_> = (0..strangers)
+        .map(|_| {
+            let mut stream = server.connect();
+            stream.write_all(b"GET / HTTP/1.1\r\nHost: ").expect("sends");
+            stream
+        })
+        .collect();
+    let flooding: Vec<_> = (0..strangers).map(|_| flood(&server, "")).collect();
+    assert_eq!(server.get("/api/clips").status, 200);
+    assert_eq!(server.get("/style.css").status, 200);
+    ask(&mut known);
+    drop((silent, half, flooding));
+}
+
+#[test]
+fn one_that_never_reads_is_stopped_with_the_token_too() {
+    let server = Running::new();
+    let bearer = format!("Authorization: Bearer {}\r\n", server.token);
+    for header in ["", &bearer] {
+        let mut stream = flood(&server, header);
+        stream.set_write_timeout(Some(Duration::from_secs(60))).expect("sets");
+        let error = loop {
+            if let Err(error) = stream.write_all(&[b'x'; 1 << 16]) {
+                break error;
+            }
+        };
+        assert!(!matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut), "{error}");
+    }
 }
 
 #[test]

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use image::ImageFormat;
 use patchlock::Preset;
+use patchlock_studio::project::Store;
 use patchlock_track::models;
 use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket};
@@ -97,6 +98,54 @@ fn an_edit_is_written_at_once_and_found_again() {
     assert_eq!(target(&after, 0)["keys"].as_object().expect("is there").len(), 1);
     let list = server.get("/api/clips").json();
     assert!(list["clips"][0]["targets"] == 1 && list["clips"][0]["keys"] == 1);
+}
+
+/// The folder of the project is away while something is changed, as a disk can be.
+#[test]
+fn what_could_not_be_written_is_written_at_the_end() {
+    for comes_back in [true, false] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let truth = video(&folder.path().join("clip.mp4"));
+        let projects = folder.path().join("projects");
+        std::fs::create_dir(&projects).expect("creates");
+        let mut options = options(vec![folder.path().join("clip.mp4")], folder.path());
+        options.project = Some(projects.join("p.json"));
+        let mut server = Running::with(options, folder, truth);
+        let away = projects.with_file_name("away");
+        std::fs::rename(&projects, &away).expect("moves");
+        let edits = json!({ "revision": 0, "edits": [{ "edit": "add_label", "name": "car" }] });
+        let refused = server.post("/api/clips/1/edits", &edits).error(500);
+        assert!(refused.contains("cannot write"), "{refused}");
+        if comes_back {
+            std::fs::rename(&away, &projects).expect("moves");
+            let [file] = server.outcome().expect("runs").try_into().expect("one file");
+            assert_eq!(file.file_name(), Some("p.json".as_ref()));
+            assert!(std::fs::read_to_string(file).expect("is written").contains("car"));
+        } else {
+            let error = server.outcome().expect_err("cannot write").to_string();
+            assert!(error.contains("changes are lost: cannot write") && error.contains("p.json"));
+        }
+    }
+}
+
+/// A few bytes that say that the video is long.
+#[test]
+fn a_project_that_says_another_length_of_its_video_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let truth = video(&folder.path().join("clip.mp4"));
+    std::fs::copy(folder.path().join("clip.mp4"), folder.path().join("other.mp4")).expect("copies");
+    let file = folder.path().join("clip.patchlock.json");
+    let mut store = Store::create(&file, &folder.path().join("clip.mp4")).expect("begins");
+    store.save().expect("is not there");
+    drop(store);
+    let text = std::fs::read_to_string(&file).expect("is written");
+    let long = text.replace("\"frames\":40", "\"frames\":100000000");
+    assert_ne!(long, text);
+    std::fs::write(&file, long).expect("writes");
+    let server = Running::serving(folder, truth, &["clip.mp4", "other.mp4"]);
+    let error = server.get("/api/clips/1").error(422);
+    assert!(error.contains("100000000 frames; the video has 40"), "{error}");
+    assert_eq!(server.get("/api/clips/2").status, 200);
 }
 
 #[test]

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use patchlock::{BoundingBox, Preset, TrackerConfig};
 use patchlock_media::{FrameRate, Limits, Mp4Writer};
 use patchlock_scene::Scene;
-use patchlock_studio::server::{Options, Patience, Server};
+use patchlock_studio::server::{self, Options, Patience, Server};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 use tungstenite::WebSocket;
@@ -19,6 +19,8 @@ use tungstenite::client::IntoClientRequest as _;
 
 /// The number of frames of [`video`].
 pub const FRAMES: usize = 40;
+/// Most connections without the token.
+pub const STRANGERS: usize = 16;
 
 /// Writes the first frames of a scene as a video, and returns the true boxes.
 pub fn video(file: &Path) -> Vec<BoundingBox> {
@@ -50,12 +52,19 @@ pub struct Running {
     /// The true boxes.
     pub truth: Vec<BoundingBox>,
     stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
+    thread: Option<JoinHandle<Outcome>>,
 }
+
+/// What a server says at its end.
+pub type Outcome = Result<Vec<PathBuf>, server::Error>;
 
 impl Drop for Running {
     fn drop(&mut self) {
-        self.end();
+        // A test that expects another end has asked for it.
+        let outcome = self.outcome();
+        if !std::thread::panicking() {
+            outcome.expect("runs");
+        }
     }
 }
 
@@ -64,6 +73,7 @@ pub fn options(videos: Vec<PathBuf>, uploads: &Path) -> Options {
     let patience = Patience {
         headers: Duration::from_millis(700),
         body: Duration::from_millis(700),
+        answer: Duration::from_millis(700),
         code: Duration::from_secs(60),
     };
     Options {
@@ -74,9 +84,11 @@ pub fn options(videos: Vec<PathBuf>, uploads: &Path) -> Options {
         threads: Some(1),
         limits: Limits::default(),
         patience,
+        strangers: STRANGERS,
         uploads: uploads.join("uploads"),
         upload_bytes: 4 << 20,
         camera: false,
+        tokens: None,
     }
 }
 
@@ -102,17 +114,28 @@ impl Running {
 
     /// Ends the server as Ctrl-C does.
     pub fn end(&mut self) {
+        self.outcome().expect("runs");
+    }
+
+    /// Ends the server, and returns what it says.
+    pub fn outcome(&mut self) -> Outcome {
         self.stop.store(true, Ordering::SeqCst);
-        if let Some(thread) = self.thread.take() {
-            thread.join().expect("ends in order");
+        match self.thread.take() {
+            Some(thread) => thread.join().expect("ends in order"),
+            None => Ok(Vec::new()),
         }
     }
 
     /// Ends the server and starts another one on the same files.
     pub fn restart(&mut self) {
-        self.end();
         let options = options(vec![self.folder.path().join("clip.mp4")], self.folder.path());
-        let (address, [token, code], stop, thread) = start(&options);
+        self.restart_with(&options);
+    }
+
+    /// Ends the server and starts another one with these options.
+    pub fn restart_with(&mut self, options: &Options) {
+        self.end();
+        let (address, [token, code], stop, thread) = start(options);
         (self.address, self.token, self.code) = (address, token, code);
         (self.stop, self.thread) = (stop, Some(thread));
     }
@@ -203,16 +226,14 @@ impl Running {
 }
 
 /// A server in a thread: its address, the token and a code for it, and what ends it.
-fn start(options: &Options) -> (SocketAddr, [String; 2], Arc<AtomicBool>, JoinHandle<()>) {
+fn start(options: &Options) -> (SocketAddr, [String; 2], Arc<AtomicBool>, JoinHandle<Outcome>) {
     let server = Server::open(options).expect("starts");
     let (address, token) = parts(&server.address());
     let (same_address, code) = parts(&server.address_once().expect("draws a code"));
     assert_eq!(same_address, address);
     let stop = Arc::new(AtomicBool::new(false));
     let stopped = Arc::clone(&stop);
-    let thread = std::thread::spawn(move || {
-        server.run(|| stopped.load(Ordering::SeqCst)).expect("runs");
-    });
+    let thread = std::thread::spawn(move || server.run(|| stopped.load(Ordering::SeqCst)));
     (address, [token, code], stop, thread)
 }
 

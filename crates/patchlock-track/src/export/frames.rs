@@ -134,7 +134,7 @@ fn size_of_image(file: &Path) -> Result<(usize, usize), Error> {
 }
 
 fn size_of_video(video: &Path, limits: Limits) -> Result<(usize, usize), Error> {
-    let source = patchlock_media::open_within(&video.to_string_lossy(), false, limits)?;
+    let source = patchlock_media::open_within(video, false, limits)?;
     let first = { source }.frame(0)?;
     let first = first.ok_or_else(|| invalid(format!("{} has no frames", video.display())))?;
     Ok((first.width, first.height))

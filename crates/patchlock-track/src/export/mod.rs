@@ -143,6 +143,9 @@ pub struct Options {
     /// order. Some formats refer to the images by name, others get copies; frames of a video are
     /// saved as JPEG.
     pub images: Option<PathBuf>,
+    /// Whether images may be links that leave their folder. A folder of others could lead to any
+    /// image of this machine.
+    pub follow_links: bool,
     /// Only every so many-th tracked frame is a key frame, besides the first and last of each
     /// stretch; the tool interpolates between them. 1 makes all frames key frames.
     pub key_frames: usize,
@@ -161,7 +164,7 @@ struct Item {
 #[derive(Debug, Clone, PartialEq)]
 enum Content {
     Text(String),
-    /// An unmodified copy of this image.
+    /// A copy of this image, with its bytes as they are.
     Copy(PathBuf),
     /// This image converted to JPEG, for formats that allow nothing else.
     Jpeg(PathBuf),
@@ -290,7 +293,8 @@ pub fn write_unless(
     match files {
         Files::One(text) => output::write_file(out, &text, overwrite).map(|()| 1),
         Files::Folder(items) => {
-            output::write_folder(out, &items, options.limits, stopped).map(|()| items.len())
+            let reader = output::Reader::new(options)?;
+            output::write_folder(out, &items, reader, stopped).map(|()| items.len())
         }
     }
 }

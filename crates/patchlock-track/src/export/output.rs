@@ -6,9 +6,11 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use image::codecs::jpeg::JpegEncoder;
-use patchlock_media::{FrameSource, Limits, Picture, image_file};
+use patchlock_media::image_file::LoadError;
+use patchlock_media::plain_file::PlainFile;
+use patchlock_media::{FrameSource, Limits, Picture, image_file, plain_file};
 
-use super::{Content, Item};
+use super::{Content, Item, Options};
 use crate::Error;
 
 /// Quality of JPEGs converted from other formats; no loss is visible.
@@ -68,14 +70,13 @@ pub fn check_not(stopped: &dyn Fn() -> bool) -> Result<(), Error> {
 pub fn write_folder(
     out: &Path,
     items: &[Item],
-    limits: Limits,
+    mut reader: Reader,
     stopped: &dyn Fn() -> bool,
 ) -> Result<(), Error> {
     let cannot = |error| Error::write(out, error);
     let folder = with_permissions(tempfile::Builder::new().prefix(PREFIX), 0o777)
         .tempdir_in(parent(out))
         .map_err(cannot)?;
-    let mut reader = Reader { limits, video: None };
     for item in items {
         check_not(stopped)?;
         let (path, shown) = (folder.path().join(&item.path), out.join(&item.path));
@@ -119,12 +120,16 @@ fn write_item(
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
     match content {
         Content::Text(text) => fs::write(path, text).map_err(|error| Error::write(shown, error)),
-        Content::Copy(from) => fs::copy(from, path).map(drop).map_err(|error| match error.kind() {
-            StorageFull | QuotaExceeded | FileTooLarge => Error::write(shown, error),
-            _ => Error::read(from, error),
-        }),
+        Content::Copy(from) => {
+            let mut image = reader.image(from)?;
+            let mut copy = fs::File::create(path).map_err(|error| Error::write(shown, error))?;
+            io::copy(&mut image.file, &mut copy).map(drop).map_err(|error| match error.kind() {
+                StorageFull | QuotaExceeded | FileTooLarge => Error::write(shown, error),
+                _ => Error::read(from, error),
+            })
+        }
         Content::Jpeg(from) => {
-            let picture = image_file::load_within(from, reader.limits)
+            let picture = image_file::load_from(reader.image(from)?, reader.limits)
                 .map_err(|error| Error::frame(from, error))?;
             write_jpeg((path, shown), &picture)
         }
@@ -132,19 +137,42 @@ fn write_item(
     }
 }
 
-/// Reads frames of a video.
-struct Reader {
+/// Reads images, and frames of a video.
+pub struct Reader {
     limits: Limits,
+    /// The folder that links must not leave.
+    within: Option<PathBuf>,
     /// The video, and the number of the next frame that can be read from it.
     video: Option<(Box<dyn FrameSource>, usize)>,
 }
 
 impl Reader {
+    /// Reads what these options name.
+    pub fn new(options: &Options) -> Result<Self, Error> {
+        let folder = options.images.as_ref().filter(|_| !options.follow_links);
+        let real =
+            |folder: &PathBuf| folder.canonicalize().map_err(|error| Error::read(folder, error));
+        let within = folder.map(real).transpose()?;
+        Ok(Self { limits: options.limits, within, video: None })
+    }
+
+    /// Opens an image. What has not the header of one is none, whatever its name.
+    fn image(&self, path: &Path) -> Result<PlainFile, Error> {
+        let target = path.canonicalize().map_err(|error| Error::read(path, error))?;
+        if self.within.as_ref().is_some_and(|folder| !target.starts_with(folder)) {
+            return Err(Error::LinkOutside { path: path.to_path_buf(), target });
+        }
+        let cannot = |error: LoadError| Error::frame(path, error);
+        let mut image = plain_file::open(&target).map_err(|error| cannot(error.into()))?;
+        image_file::size_of(&mut image).map_err(cannot)?;
+        Ok(image)
+    }
+
     /// The frame of a video. It is opened anew for a frame that was passed.
     fn frame_of(&mut self, from: &Path, index: usize) -> Result<Picture, Error> {
         let mut source = match self.video.take().filter(|(_, next)| *next <= index) {
             Some((source, _)) => source,
-            None => patchlock_media::open_within(&from.to_string_lossy(), false, self.limits)?,
+            None => patchlock_media::open_within(from, false, self.limits)?,
         };
         let picture = source.frame(index)?.ok_or_else(|| {
             Error::Export(format!(

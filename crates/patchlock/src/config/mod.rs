@@ -90,7 +90,8 @@ pub struct TrackerConfig {
     /// The method that follows the target, with its settings.
     #[serde(flatten)]
     pub method: Method,
-    /// The network that the method `network` follows with; the other methods have none.
+    /// A network of the user: the method `network` needs one, `robust` can use one beside its own
+    /// models, and `paper` has none.
     #[serde(skip)]
     pub network: Option<Network>,
 }
@@ -214,7 +215,10 @@ impl TrackerConfig {
     /// off.
     pub fn reads(&self, parameter: &Parameter) -> bool {
         let is_on = match &self.method {
-            Method::Robust(config) => config.reads(parameter.name),
+            Method::Robust(config) => {
+                let name = parameter.name;
+                config.reads(name) && (self.network.is_some() || !RobustConfig::needs_network(name))
+            }
             Method::Paper(_) => true,
             // It draws no random numbers.
             Method::Network(_) => parameter.name != SEED.name,

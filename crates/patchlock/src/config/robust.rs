@@ -171,6 +171,62 @@ group! {
         /// Weight in the score of the memory's strongest response away from the box, relative to
         /// its response at the box.
         score_elsewhere: f64 = -4.2, number(-100.0, 100.0);
+        /// The target counts as tracked from this score on.
+        score_tracked: f64 = 0.7, number(0.0, 1.0);
+        /// The target counts as tracked only if at least this share of it is visible.
+        visible_tracked: f64 = 0.15, number(0.0, 1.0);
+        /// Upper limit of the score while the target is lost. With a network, the target also
+        /// counts as lost below this score.
+        score_lost: f64 = 0.3, number(0.0, 1.0);
+    }
+    "own measurement; only with a network" {
+        /// Share of the difference between the box of the first frame and what the network sees
+        /// there, on a logarithmic scale, that is taken out of all its later boxes.
+        network_fit: f64 = 0.6, number(0.0, 1.0);
+        /// Filters and network agree while their boxes overlap by more than this.
+        agree_overlap: f64 = 0.4, number(0.0, 1.0);
+        /// While they agree, share of the way from the filters' centre to that of the network.
+        network_centre: f64 = 0.4, number(0.0, 1.0);
+        /// While they agree, share of the change of size that the network's own rules make.
+        network_size: f64 = 0.7, number(0.0, 1.0);
+        /// While they disagree, rate of the running mean of the difference in evidence.
+        dispute_rate: f64 = 0.3, number(0.0, 1.0);
+        /// Difference in evidence that decides: in units of the memory's mean response.
+        dispute_margin: f64 = 0.1, number(0.0, 10.0);
+        /// Number of frames after which a dispute is decided.
+        dispute_after: usize = 3, number(1.0, 10_000.0);
+        /// The network wins a dispute only above these odds, as a logarithm: 0 is even.
+        dispute_odds: f64 = 0.0, number(-100.0, 100.0);
+        /// Logarithm of the network's odds that counts as much as the memory's mean response.
+        dispute_unit: f64 = 3.0, number(0.1, 100.0);
+        /// A place is not doubtful from these odds of the network on, as a logarithm.
+        denied_odds: f64 = 0.0, number(-100.0, 100.0);
+        /// Below `denied_odds`, a place is doubtful if the memory's response is below this share
+        /// of its mean.
+        denied_below: f64 = 0.45, number(0.0, 10.0);
+        /// The target is lost after this many consecutive frames with both.
+        denied_after: usize = 3, number(1.0, 10_000.0);
+        /// Number of windows that the network looks at on each frame while the target is lost.
+        network_windows: usize = 3, number(1.0, 1000.0);
+        /// While the target is lost, a place that the memory finds counts from these odds of the
+        /// network on, as a logarithm.
+        found_confirmed: f64 = 0.0, number(-100.0, 100.0);
+        /// While the target is lost, a place that the network finds counts above these odds, as a
+        /// logarithm, if `found_known` holds too.
+        found_odds: f64 = 0.3, number(-100.0, 100.0);
+        /// A place that the network finds counts if the memory's response there is above this
+        /// share of its mean.
+        found_known: f64 = 0.5, number(0.0, 10.0);
+        /// A place that the network finds counts above these odds, whatever the memory responds.
+        found_alone: f64 = 2.0, number(-100.0, 100.0);
+        /// Constant term of the score if there is a network.
+        network_score_bias: f64 = -2.4, number(-100.0, 100.0);
+        /// Weight of the visible share in the score if there is a network.
+        network_score_visible: f64 = 3.1, number(-100.0, 100.0);
+        /// Weight of the logarithm of the network's odds in the score.
+        network_score_odds: f64 = 0.85, number(-100.0, 100.0);
+        /// Added to the score's sum if filters and network agree.
+        network_score_agrees: f64 = 2.1, number(-100.0, 100.0);
     }
 }
 
@@ -189,6 +245,13 @@ impl RobustConfig {
             Some("rotation" | "turning") => self.rotate,
             _ => true,
         }
+    }
+
+    /// Whether the setting counts only if there is a network.
+    pub(super) fn needs_network(name: &str) -> bool {
+        let groups = ["network_", "agree_", "dispute_", "denied_"];
+        let found = ["found_confirmed", "found_odds", "found_known", "found_alone"];
+        groups.iter().any(|group| name.starts_with(group)) || found.contains(&name)
     }
 
     /// Checks the settings that a range cannot express.

@@ -13,6 +13,7 @@ use crate::network_error::{NetworkError, graph as damaged};
 use rten::{Model, ModelOptions, NodeId, RunOptions, ThreadPool, Value, ValueOrView, ValueView};
 use rten_tensor::prelude::*;
 use rten_tensor::{Tensor, TensorView};
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -211,13 +212,22 @@ fn failed(reason: impl ToString) -> NetworkError {
     NetworkError::Runtime { runtime: "rten".to_owned(), reason: reason.to_string() }
 }
 
+type Pools = BTreeMap<(u32, usize), Arc<ThreadPool>>;
+
 /// The pool with this number of threads. `rten` runs on pools of its own only. A forked process has
-/// none of the threads of its parent, so its pools are others.
+/// none of the threads of its parent, so its pools are others. Callers that want a single thread
+/// each have their own, so that they do not wait for each other.
 fn pool(threads: usize) -> Arc<ThreadPool> {
-    static POOLS: Mutex<BTreeMap<(u32, usize), Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
-    let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
-    let new = || Arc::new(ThreadPool::with_num_threads(threads));
-    Arc::clone(pools.entry((std::process::id(), threads)).or_insert_with(new))
+    static SHARED: Mutex<Pools> = Mutex::new(BTreeMap::new());
+    thread_local!(static OWN: RefCell<Pools> = const { RefCell::new(BTreeMap::new()) });
+    let of = |pools: &mut Pools| {
+        let new = || Arc::new(ThreadPool::with_num_threads(threads));
+        Arc::clone(pools.entry((std::process::id(), threads)).or_insert_with(new))
+    };
+    if threads == 1 {
+        return OWN.with_borrow_mut(of);
+    }
+    of(&mut SHARED.lock().unwrap_or_else(PoisonError::into_inner))
 }
 
 /// Loads a file with the operators that trackers use.

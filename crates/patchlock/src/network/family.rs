@@ -41,9 +41,9 @@ pub trait Family: Debug + Send + Sync {
         buffers: &mut Buffers,
     ) -> Result<(), NetworkError>;
 
-    /// The probability that the box overlaps the target by at least half, from the logit of the
-    /// chosen cell.
-    fn certainty(&self, logit: f64) -> f64;
+    /// The logarithm of the odds that the box overlaps the target by at least half, from the logit
+    /// of its cell.
+    fn odds(&self, logit: f64) -> f64;
 
     /// The new place, by the rules that were published with the network.
     fn settle(&self, look: &Look, last: Place) -> Settled;

@@ -78,6 +78,15 @@ pub struct Look {
 }
 
 impl Look {
+    /// The largest logit among the cells in the middle.
+    pub fn centre_logit(&self) -> f64 {
+        let side = self.logits.len().isqrt();
+        let middle = side / 2;
+        let near = middle.saturating_sub(1)..=(middle + 1).min(side.saturating_sub(1));
+        let cells = near.clone().flat_map(|y| near.clone().map(move |x| y * side + x));
+        cells.filter_map(|cell| self.logits.get(cell)).copied().fold(f64::NEG_INFINITY, f64::max)
+    }
+
     /// Empties the lists.
     pub(super) fn clear(&mut self) {
         self.scores.clear();
@@ -103,6 +112,8 @@ pub struct Settled {
     pub score: f64,
     /// The chosen cell.
     pub cell: usize,
+    /// The share of the way to the size that this cell saw, by which the size has changed.
+    pub rate: f64,
 }
 
 /// Buffers of a thread.
@@ -118,7 +129,7 @@ pub struct Buffers {
 }
 
 /// The probability with these logarithmic odds.
-pub(super) fn logistic(logit: f64) -> f64 {
+pub fn logistic(logit: f64) -> f64 {
     1.0 / (1.0 + (-logit).exp())
 }
 

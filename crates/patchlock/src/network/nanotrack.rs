@@ -6,9 +6,7 @@
 
 use super::family::{Family, Part, Recogniser};
 use super::graph::CheckedGraph;
-use super::look::{
-    Buffers, Look, Place, Settled, Window, change, hann, hann_over, largest, logistic,
-};
+use super::look::{Buffers, Look, Place, Settled, Window, change, hann, hann_over, largest};
 use super::program::Program;
 use super::runtime::Runtime;
 use crate::network_error::NetworkError;
@@ -171,9 +169,9 @@ impl Family for NanoTrack {
         Ok(())
     }
 
-    fn certainty(&self, logit: f64) -> f64 {
+    fn odds(&self, logit: f64) -> f64 {
         let [slope, offset] = self.version.certainty;
-        logistic(slope * logit + offset)
+        slope * logit + offset
     }
 
     fn settle(&self, look: &Look, last: Place) -> Settled {
@@ -198,7 +196,7 @@ impl Version {
         let (best, score) = (look.places[cell], look.scores[cell]);
         let rate = penalties(&best) * score * rate;
         let size = [0, 1].map(|k| last.size[k] + rate * (best.size[k] - last.size[k]));
-        Settled { place: Place { centre: best.centre, size }, score, cell }
+        Settled { place: Place { centre: best.centre, size }, score, cell, rate }
     }
 }
 

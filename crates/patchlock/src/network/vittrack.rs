@@ -3,7 +3,7 @@
 
 use super::family::{Family, Part, Recogniser};
 use super::graph::CheckedGraph;
-use super::look::{Buffers, Look, Place, Settled, Window, hann, hann_over, largest, logistic};
+use super::look::{Buffers, Look, Place, Settled, Window, hann, hann_over, largest};
 use super::program::Program;
 use super::runtime::Runtime;
 use crate::network_error::NetworkError;
@@ -124,8 +124,8 @@ impl Family for VitTrack {
         Ok(())
     }
 
-    fn certainty(&self, logit: f64) -> f64 {
-        logistic(CERTAINTY[0] * logit + CERTAINTY[1])
+    fn odds(&self, logit: f64) -> f64 {
+        CERTAINTY[0] * logit + CERTAINTY[1]
     }
 
     fn settle(&self, look: &Look, last: Place) -> Settled {
@@ -136,8 +136,9 @@ impl Family for VitTrack {
 fn settle(hann: &[f64], look: &Look, last: Place) -> Settled {
     let cell = largest(look.scores.iter().zip(hann).map(|(score, hann)| score * hann));
     let score = look.scores[cell];
-    let place = if score < KEPT_BELOW { last } else { look.places[cell] };
-    Settled { place, score, cell }
+    let rate = if score < KEPT_BELOW { 0.0 } else { 1.0 };
+    let place = if rate == 0.0 { last } else { look.places[cell] };
+    Settled { place, score, cell, rate }
 }
 
 /// The cells of the outputs: scores, sizes and offsets, relative to the window.

@@ -6,7 +6,7 @@ pub(crate) mod view;
 use crate::config::NetworkConfig;
 use crate::estimate::{Estimate, Status};
 use crate::network::Network;
-use crate::network::look::{Buffers, Look, Place, Settled};
+use crate::network::look::{Buffers, Look, Place, Settled, logistic};
 use crate::network_error::NetworkError;
 use crate::vision::frame::{Frame, FrameSize};
 use crate::vision::geometry::{BoundingBox, MAX_SIDE};
@@ -72,7 +72,7 @@ impl NetworkTarget {
         network.family().look(frame, *border, template, *place, buffers)?;
         let settled = network.family().settle(&buffers.look, *place);
         *place = within(settled.place, frame.size());
-        let score = network.family().certainty(buffers.look.logits[settled.cell]);
+        let score = logistic(network.family().odds(buffers.look.logits[settled.cell]));
         fill(*place, score, status(score, config), estimate);
         if let Some(show) = show {
             show(view(&buffers.look, settled));

@@ -100,7 +100,7 @@ mod tests {
     const PARAMS: JumpParams = JumpParams { ratio: 2.5, least: 0.33, after: 2 };
 
     fn at(x: f64) -> Place {
-        Place { centre: [x, 0.0], scale: 1.0, rotation: 0.0 }
+        Place { centre: [x, 0.0], scale: 1.0, stretch: 1.0, rotation: 0.0 }
     }
 
     /// A follower's hypothesis, for which the memory responds like this.

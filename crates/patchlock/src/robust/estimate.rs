@@ -4,13 +4,12 @@
 use super::place::Place;
 use super::status::Verdict;
 use crate::estimate::{Estimate, Status};
-use crate::vision::geometry::BoundingBox;
 
 /// Fills in all but the visibility, which is taken away while the target is lost. `base` is the
 /// target's width and height in the first frame.
 pub(crate) fn fill(place: Place, base: [f64; 2], verdict: Verdict, out: &mut Estimate) {
     let [w, h] = place.size(base);
-    out.bbox = BoundingBox::around(place.centre, w, h);
+    out.bbox = place.bbox(base);
     out.corners = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]
         .map(|[dx, dy]| place.shifted([dx * (w - 1.0), dy * (h - 1.0)]).centre);
     (out.status, out.score) = (verdict.status, verdict.score);
@@ -22,6 +21,7 @@ pub(crate) fn fill(place: Place, base: [f64; 2], verdict: Verdict, out: &mut Est
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vision::geometry::BoundingBox;
     use std::f64::consts::FRAC_PI_2;
 
     const VERDICT: Verdict = Verdict { status: Status::Uncertain, score: 0.7 };
@@ -35,7 +35,10 @@ mod tests {
 
     #[test]
     fn the_outline_is_that_of_the_pixels_in_the_box() {
-        let estimate = estimate(Place { centre: [20.0, 30.0], scale: 1.0, rotation: 0.0 }, VERDICT);
+        let estimate = estimate(
+            Place { centre: [20.0, 30.0], scale: 1.0, stretch: 1.0, rotation: 0.0 },
+            VERDICT,
+        );
         assert_eq!(estimate.bbox, BoundingBox { x: 15.0, y: 28.0, w: 11.0, h: 5.0 });
         assert_eq!(estimate.corners, [[15.0, 28.0], [25.0, 28.0], [25.0, 32.0], [15.0, 32.0]]);
         assert_eq!((estimate.status, estimate.score), (Status::Uncertain, 0.7));
@@ -44,8 +47,10 @@ mod tests {
 
     #[test]
     fn the_outline_turns_and_the_box_stays_upright() {
-        let estimate =
-            estimate(Place { centre: [20.0, 30.0], scale: 1.0, rotation: FRAC_PI_2 }, VERDICT);
+        let estimate = estimate(
+            Place { centre: [20.0, 30.0], scale: 1.0, stretch: 1.0, rotation: FRAC_PI_2 },
+            VERDICT,
+        );
         assert_eq!(estimate.bbox, BoundingBox { x: 15.0, y: 28.0, w: 11.0, h: 5.0 });
         let turned = [[22.0, 25.0], [22.0, 35.0], [18.0, 35.0], [18.0, 25.0]];
         for (corner, expected) in estimate.corners.iter().zip(turned) {
@@ -57,7 +62,7 @@ mod tests {
     #[test]
     fn nothing_is_visible_of_a_lost_target() {
         let verdict = Verdict { status: Status::Lost, score: 0.2 };
-        let place = Place { centre: [20.0, 30.0], scale: 1.0, rotation: 0.0 };
+        let place = Place { centre: [20.0, 30.0], scale: 1.0, stretch: 1.0, rotation: 0.0 };
         assert_eq!(estimate(place, verdict).visibility, None);
     }
 }

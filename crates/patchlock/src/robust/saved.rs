@@ -4,11 +4,16 @@ use super::RobustTarget;
 use super::locate::{Locator, SavedLocator};
 use super::memory::{Memory, SavedMemory};
 use super::place::Place;
+use super::regain::RegainParams;
+use super::rivals::{Dispute, Rival};
 use super::search::SearchParams;
 use super::status::{Belief, StatusParams};
 use super::visible::{SavedVisible, Visible};
 use super::window::{SavedWindow, Window};
+use super::witness::{SavedWitness, Witness};
 use crate::config::RobustConfig;
+use crate::network::Network;
+use crate::{Error, error};
 use serde::{Deserialize, Serialize};
 
 /// More frames than any video has; counting on from here never overflows.
@@ -22,20 +27,34 @@ pub(crate) struct SavedRobust {
     locator: SavedLocator,
     memory: SavedMemory,
     visible: SavedVisible,
+    rival: Option<SavedRival>,
     belief: Belief,
     frames: u64,
+}
+
+/// The network's part.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct SavedRival {
+    witness: SavedWitness,
+    place: Place,
+    dispute: Dispute,
 }
 
 impl RobustTarget {
     /// The target as a snapshot holds it.
     pub fn saved(&self) -> SavedRobust {
-        let Self { place, window, locator, memory, visible, belief, frames, .. } = self;
+        let Self { place, window, locator, memory, visible, rival, belief, frames, .. } = self;
         SavedRobust {
             place: *place,
             window: window.saved(),
             locator: locator.saved(),
             memory: memory.saved(),
             visible: visible.saved(),
+            rival: rival.as_ref().map(|rival| SavedRival {
+                witness: rival.witness.saved(),
+                place: rival.place,
+                dispute: rival.dispute(),
+            }),
             belief: *belief,
             frames: *frames,
         }
@@ -44,9 +63,24 @@ impl RobustTarget {
     /// A target that continues from a saved one.
     ///
     /// # Errors
-    /// What is damaged, or does not fit the configuration.
-    pub fn restore(saved: SavedRobust, config: &RobustConfig) -> Result<Self, &'static str> {
-        let SavedRobust { place, window, locator, memory, visible, belief, frames } = saved;
+    /// What is damaged, or does not fit the configuration or the network.
+    pub fn restore(
+        saved: SavedRobust,
+        config: &RobustConfig,
+        network: Option<&Network>,
+    ) -> Result<Self, Error> {
+        let SavedRobust { rival, .. } = &saved;
+        if rival.is_none() && network.is_some() {
+            return Err(error::snapshot("its target was tracked without a network"));
+        }
+        let rival = rival.clone().map(|saved| saved.restore(config, network)).transpose()?;
+        let target = Self::restore_without(saved, config).map_err(error::snapshot)?;
+        Ok(Self { rival, ..target })
+    }
+
+    /// All but the network's part.
+    fn restore_without(saved: SavedRobust, config: &RobustConfig) -> Result<Self, &'static str> {
+        let SavedRobust { place, window, locator, memory, visible, belief, frames, .. } = saved;
         if frames > MAX_FRAMES {
             return Err("it has counted more frames than a video has");
         }
@@ -63,10 +97,22 @@ impl RobustTarget {
             memory: Memory::restore(memory, &window, config)?,
             visible: Visible::restore(visible, config)?,
             window,
+            rival: None,
             belief,
             frames,
             search: SearchParams::new(config),
             status: StatusParams::new(config),
+            regain: RegainParams::new(config),
         })
+    }
+}
+
+impl SavedRival {
+    fn restore(self, config: &RobustConfig, network: Option<&Network>) -> Result<Rival, Error> {
+        let Self { witness, place, dispute } = self;
+        if !(place.is_sound() && dispute.is_sound()) {
+            return Err(error::snapshot("the place of its network is damaged"));
+        }
+        Ok(Rival::restore(Witness::restore(witness, network)?, place, dispute, config))
     }
 }

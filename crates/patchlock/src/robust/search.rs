@@ -32,9 +32,20 @@ struct Found {
     certainty: f64,
 }
 
+/// The order of the windows of a pass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Order {
+    /// Row by row. The memory alone takes what looks similar near the last place for the target, so
+    /// it does not look there first.
+    Rows,
+    /// From the last place outwards.
+    Outwards,
+}
+
 /// The memory, looking at windows of one frame.
 pub(crate) struct Searcher<'a> {
     pub setting: Setting<'a>,
+    pub order: Order,
     pub sample: &'a mut SampleBuffers,
     pub response: &'a mut ResponseBuffers,
 }
@@ -56,14 +67,32 @@ impl Searcher<'_> {
     /// Looks at the last place and at some more windows, from number `next` of the search on.
     /// Returns the place that the memory knows best, if that counts as found.
     pub fn search(&mut self, last: Place, next: u64, params: &SearchParams) -> Option<Place> {
-        let passes = Passes::new(self.setting.frame.size(), self.setting.window, last, params);
-        let others = (next..).map(|number| passes.place(number));
-        let places = std::iter::once(last).chain(others).take(params.windows as usize);
+        let places = self.windows(last, next, params).take(params.windows as usize);
         let found = self.best(None, places, params)?;
         // The window in which a target is found may have any size of the search, and the target
         // would keep it: the scale filter learns from there on.
         let sizes = params.tried.map(|size| Place { scale: last.scale * size, ..found.place });
         self.best(Some(found), sizes, params).map(|found| found.place)
+    }
+
+    /// The places whose windows are looked at: the last one, then those of the search from number
+    /// `next` on.
+    pub fn windows(
+        &self,
+        last: Place,
+        next: u64,
+        params: &SearchParams,
+    ) -> impl Iterator<Item = Place> + use<> {
+        let Setting { frame, window, .. } = self.setting;
+        let passes = Passes::new((frame.size(), window), last, self.order, params);
+        std::iter::once(last).chain((next..).map(move |number| passes.place(number)))
+    }
+
+    /// How certain the memory is of a place.
+    pub fn certainty(&mut self, place: Place) -> f64 {
+        let Setting { frame, window, memory } = self.setting;
+        let sample = window.sample(frame, place, self.sample);
+        memory.certainty(memory.respond(&sample, self.response))
     }
 
     /// What the memory knows best: what was found before, or a place in the windows around these.
@@ -93,17 +122,16 @@ impl Searcher<'_> {
             return None;
         }
         let place = window.keep(hypothesis.place, frame);
-        let sample = window.sample(frame, place, buffers);
-        let certainty = memory.certainty(memory.respond(&sample, response));
-        Some(Found { place, certainty })
+        Some(Found { place, certainty: self.certainty(place) })
     }
 }
 
-/// The windows of a search: row by row over the frame, then again in another size.
+/// The windows of a search: over the frame, then again in another size.
 #[derive(Debug)]
 struct Passes {
     frame: FrameSize,
-    rotation: f64,
+    last: Place,
+    order: Order,
     passes: [Pass; 4],
 }
 
@@ -117,14 +145,19 @@ struct Pass {
 
 impl Passes {
     /// The search for a target that was last at this place.
-    fn new(frame: FrameSize, window: &Window, last: Place, params: &SearchParams) -> Self {
+    fn new(
+        (frame, window): (FrameSize, &Window),
+        last: Place,
+        order: Order,
+        params: &SearchParams,
+    ) -> Self {
         let passes = params.sizes.map(|size| {
             let scale = last.scale * size;
             let step = window.side(scale) * (1.0 - params.overlap);
             let count = |length: usize| (length as f64 / step).ceil().max(1.0) as u64;
             Pass { scale, columns: count(frame.width), rows: count(frame.height) }
         });
-        Self { frame, rotation: last.rotation, passes }
+        Self { frame, last, order, passes }
     }
 
     /// The place of the window with this number; after the last one, the first comes again.
@@ -139,12 +172,39 @@ impl Passes {
             number -= pass.windows();
         }
         let Pass { scale, columns, rows } = current;
-        let middle =
-            |k: u64, count: u64, length: usize| (k as f64 + 0.5) * length as f64 / count as f64;
-        let x = middle(number % columns, columns, self.frame.width);
-        let y = middle(number / columns, rows, self.frame.height);
-        Place { centre: [x, y], scale, rotation: self.rotation }
+        let lengths = [self.frame.width as f64, self.frame.height as f64];
+        let counts = [columns, rows];
+        let first = [0, 1].map(|axis| {
+            let cell = self.last.centre[axis] / lengths[axis] * counts[axis] as f64;
+            (cell.max(0.0) as u64).min(counts[axis] - 1)
+        });
+        let cell = match self.order {
+            Order::Rows => [number % columns, number / columns],
+            Order::Outwards => outwards(counts, first).nth(number as usize).unwrap_or(first),
+        };
+        let [x, y] =
+            [0, 1].map(|axis| (cell[axis] as f64 + 0.5) * lengths[axis] / counts[axis] as f64);
+        Place { centre: [x, y], scale, ..self.last }
     }
+}
+
+/// The cells of a grid with these numbers of columns and rows: the first, then those around it,
+/// ring by ring.
+fn outwards([columns, rows]: [u64; 2], first: [u64; 2]) -> impl Iterator<Item = [u64; 2]> {
+    let [x, y] = first.map(|cell| cell as i64);
+    let rings = columns.max(rows) as i64;
+    let ring = move |radius: i64| {
+        let sides = (-radius..=radius).flat_map(move |dy| {
+            // Only the ends of a row between the first and the last.
+            let step = if dy.abs() == radius { 1 } else { 2 * radius };
+            (-radius..=radius).step_by(step.max(1) as usize).map(move |dx| [x + dx, y + dy])
+        });
+        sides.filter_map(move |[x, y]| {
+            let inside = (0..columns as i64).contains(&x) && (0..rows as i64).contains(&y);
+            inside.then_some([x as u64, y as u64])
+        })
+    };
+    (0..rings).flat_map(ring)
 }
 
 impl Pass {
@@ -167,15 +227,15 @@ mod tests {
     const FRAME: FrameSize = FrameSize { width: 320, height: 240 };
 
     /// At this scale, the window has a side of 80 pixels.
-    const LAST: Place = Place { centre: [7.0, 9.0], scale: 1.25, rotation: 0.3 };
+    const LAST: Place = Place { centre: [7.0, 9.0], scale: 1.25, stretch: 1.0, rotation: 0.3 };
 
     fn params() -> SearchParams {
         SearchParams::new(&RobustConfig::default())
     }
 
     /// The windows of two rounds of passes, pass by pass.
-    fn rounds() -> Vec<Vec<Place>> {
-        let (passes, mut next) = (Passes::new(FRAME, &window(), LAST, &params()), 0);
+    fn rounds(order: Order) -> Vec<Vec<Place>> {
+        let (passes, mut next) = (Passes::new((FRAME, &window()), LAST, order, &params()), 0);
         let pass = |number: usize| {
             let first = next;
             next += passes.passes[number % 4].windows();
@@ -186,7 +246,7 @@ mod tests {
 
     #[test]
     fn each_pass_has_one_size() {
-        for (number, places) in rounds().iter().enumerate() {
+        for (number, places) in rounds(Order::Rows).iter().enumerate() {
             let scale = [1.25, 1.5, 1.0, 1.25][number % 4];
             for place in places {
                 assert_eq!((place.scale, place.rotation), (scale, LAST.rotation));
@@ -196,7 +256,7 @@ mod tests {
 
     #[test]
     fn each_pass_covers_the_frame() {
-        for places in rounds() {
+        for places in [Order::Rows, Order::Outwards].into_iter().flat_map(rounds) {
             // In the middle half of a window, the response has not faded.
             let reach = window().side(places[0].scale) / 4.0;
             let points = (0..240).step_by(7).flat_map(|y| (0..320).step_by(7).map(move |x| (x, y)));
@@ -212,9 +272,7 @@ mod tests {
 
     #[test]
     fn windows_go_row_by_row_and_begin_again() {
-        let rounds = rounds();
-        // 320 x 240 pixels in steps of half a window.
-        assert_eq!(rounds[0].len(), 8 * 6);
+        let rounds = rounds(Order::Rows);
         assert_eq!(
             [0, 1, 8].map(|k| rounds[0][k].centre),
             [[20.0, 20.0], [60.0, 20.0], [20.0, 60.0]]
@@ -223,8 +281,39 @@ mod tests {
     }
 
     #[test]
+    fn windows_go_outwards_from_the_last_place_and_begin_again() {
+        let rounds = rounds(Order::Outwards);
+        // 320 x 240 pixels in steps of half a window. The last place is in the first cell.
+        assert_eq!(rounds[0].len(), 8 * 6);
+        assert_eq!(
+            [0, 1, 2, 3].map(|k| rounds[0][k].centre),
+            [[20.0, 20.0], [60.0, 20.0], [20.0, 60.0], [60.0, 60.0]]
+        );
+        assert_eq!(rounds[..4], rounds[4..]);
+    }
+
+    #[test]
+    fn rings_cover_a_grid_once_from_the_inside() {
+        for (counts, first) in
+            [([5, 4], [2, 1]), ([1, 1], [0, 0]), ([1, 7], [0, 6]), ([9, 2], [8, 0])]
+        {
+            let cells: Vec<_> = outwards(counts, first).collect();
+            assert_eq!(cells[0], first);
+            let ring = |cell: &[u64; 2]| cell[0].abs_diff(first[0]).max(cell[1].abs_diff(first[1]));
+            assert!(cells.is_sorted_by_key(ring), "{cells:?}");
+            let mut all = cells.clone();
+            all.sort_unstable();
+            all.dedup();
+            let expected = (0..counts[0]).flat_map(|x| (0..counts[1]).map(move |y| [x, y]));
+            assert_eq!(all, expected.collect::<Vec<_>>());
+            assert_eq!(all.len(), cells.len());
+        }
+    }
+
+    #[test]
     fn a_window_larger_than_the_frame_is_the_only_one_of_its_pass() {
-        let passes = Passes::new(FRAME, &window(), Place { scale: 20.0, ..LAST }, &params());
+        let passes =
+            Passes::new((FRAME, &window()), Place { scale: 20.0, ..LAST }, Order::Rows, &params());
         for (number, scale) in [20.0, 24.0, 16.0, 20.0, 20.0].into_iter().enumerate() {
             let place = passes.place(number as u64);
             assert_eq!((place.centre, place.scale), ([160.0, 120.0], scale));
@@ -246,6 +335,7 @@ mod tests {
         let memory = Memory::begin(&first, follower.filter(), &config, &mut response);
         let mut searcher = Searcher {
             setting: Setting { frame: &frame, window: &window, memory: &memory },
+            order: Order::Rows,
             sample: &mut sample,
             response: &mut response,
         };

@@ -2,6 +2,7 @@
 
 use super::memory::Recognition;
 use super::place::Place;
+use super::rivals::Opinion;
 use crate::config::RobustConfig;
 use crate::estimate::Status;
 use serde::{Deserialize, Serialize};
@@ -26,6 +27,8 @@ pub(crate) struct Evidence {
     /// How well colour tells the target from what is around it: from -1, through 0, not at all, to
     /// 1.
     pub contrast: f64,
+    /// What the network says of the place, if there is one.
+    pub opinion: Option<Opinion>,
 }
 
 impl Evidence {
@@ -33,8 +36,14 @@ impl Evidence {
         Recognition { certainty, elsewhere }: Recognition,
         visible: f64,
         contrast: f64,
+        opinion: Option<Opinion>,
     ) -> Self {
-        Self { certainty, elsewhere, visible, contrast }
+        Self { certainty, elsewhere, visible, contrast, opinion }
+    }
+
+    /// Whether no network contradicts.
+    fn is_undisputed(&self) -> bool {
+        self.opinion.is_none_or(|opinion| opinion.agrees)
     }
 }
 
@@ -109,6 +118,24 @@ pub(crate) struct StatusParams {
     /// Frames of a trial.
     trial: u32,
     score: ScoreParams,
+    denied: DeniedParams,
+    /// From this score on the target is tracked,
+    tracked: f64,
+    /// if at least this share of it is visible.
+    visible: f64,
+    /// With a network, the target counts as lost below this score.
+    lost: f64,
+}
+
+/// When neither memory nor network know a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct DeniedParams {
+    /// The network's odds are below this,
+    odds: f64,
+    /// and the memory's certainty below this.
+    below: f64,
+    /// The target is lost after this many consecutive frames.
+    after: u32,
 }
 
 /// When the memory does not know a place: its certainty is low, and either has fallen or little of
@@ -152,7 +179,23 @@ struct ScoreParams {
     visible: f64,
     /// Times the response elsewhere.
     elsewhere: f64,
+    with_network: NetworkScoreParams,
 }
+
+/// The score if there is a network.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct NetworkScoreParams {
+    bias: f64,
+    /// Times the visible share.
+    visible: f64,
+    /// Times the network's odds.
+    odds: f64,
+    /// Added if filters and network agree.
+    agrees: f64,
+}
+
+/// The range in which the network's odds count for the score.
+const ODDS: [f64; 2] = [-4.0, 4.2];
 
 impl StatusParams {
     pub fn new(config: &RobustConfig) -> Self {
@@ -176,10 +219,24 @@ impl StatusParams {
                 after: config.covered_after as u32,
             },
             trial: config.trial as u32,
+            denied: DeniedParams {
+                odds: config.denied_odds,
+                below: config.denied_below,
+                after: config.denied_after as u32,
+            },
+            tracked: config.score_tracked,
+            visible: config.visible_tracked,
+            lost: config.score_lost,
             score: ScoreParams {
                 bias: config.score_bias,
                 visible: config.score_visible,
                 elsewhere: config.score_elsewhere,
+                with_network: NetworkScoreParams {
+                    bias: config.network_score_bias,
+                    visible: config.network_score_visible,
+                    odds: config.network_score_odds,
+                    agrees: config.network_score_agrees,
+                },
             },
         }
     }
@@ -188,7 +245,17 @@ impl StatusParams {
 impl ScoreParams {
     /// The probability that the box overlaps the target by at least half.
     fn score(&self, evidence: &Evidence) -> f64 {
-        let sum = self.bias + self.visible * evidence.visible + self.elsewhere * evidence.elsewhere;
+        let sum = match evidence.opinion {
+            None => {
+                self.bias + self.visible * evidence.visible + self.elsewhere * evidence.elsewhere
+            }
+            Some(Opinion { odds, agrees }) => {
+                let Self { with_network: params, .. } = self;
+                let agrees = if agrees { params.agrees } else { 0.0 };
+                let odds = params.odds * odds.clamp(ODDS[0], ODDS[1]);
+                params.bias + params.visible * evidence.visible + odds + agrees
+            }
+        };
         1.0 / (1.0 + (-sum).exp())
     }
 }
@@ -202,6 +269,8 @@ enum Doubt {
     Strange,
     /// Something covers the target.
     Covered,
+    /// Neither memory nor network know the place.
+    Denied,
 }
 
 impl Belief {
@@ -260,19 +329,33 @@ impl Belief {
     /// Status and score.
     pub fn verdict(&self, evidence: &Evidence, params: &StatusParams) -> Verdict {
         let score = params.score.score(evidence);
-        match self.phase {
-            Phase::Lost { .. } => Verdict { status: Status::Lost, score: score.min(EVEN_SCORE) },
-            Phase::Following { .. } if score >= EVEN_SCORE => {
-                Verdict { status: Status::Tracked, score }
+        let status = match self.phase {
+            Phase::Lost { .. } => Status::Lost,
+            // A network's witness is good enough to call a target lost before it is given up.
+            _ if evidence.opinion.is_some() && score < params.lost => Status::Lost,
+            Phase::Following { .. }
+                if score >= params.tracked && evidence.visible >= params.visible =>
+            {
+                Status::Tracked
             }
-            _ => Verdict { status: Status::Uncertain, score },
-        }
+            _ => Status::Uncertain,
+        };
+        let score = if self.is_lost() { score.min(params.lost) } else { score };
+        Verdict { status, score }
     }
 
     /// Whether the memory knows the place, and whether the target is covered.
     fn doubt(&self, evidence: &Evidence, params: &StatusParams) -> Doubt {
         let Evidence { certainty, visible, .. } = *evidence;
         let StatusParams { strange, covered, .. } = params;
+        if let Some(Opinion { odds, .. }) = evidence.opinion {
+            if odds >= params.denied.odds {
+                return Doubt::None;
+            }
+            if certainty < params.denied.below {
+                return Doubt::Denied;
+            }
+        }
         // Appearance that changes slowly makes the memory less sure, too, but never suddenly.
         let sudden = certainty < strange.drop * self.recent;
         let hidden = visible < strange.hidden * self.seen;
@@ -291,6 +374,7 @@ impl Belief {
     fn is_sure(&self, evidence: &Evidence, params: &StatusParams) -> bool {
         evidence.certainty > params.sure * self.recent.min(1.0)
             && !self.is_covered(evidence, params)
+            && evidence.is_undisputed()
     }
 
     /// Whether next to nothing of the target is visible.
@@ -327,6 +411,7 @@ impl Belief {
             Doubt::None => None,
             Doubt::Strange => Some(params.strange.after),
             Doubt::Covered => Some(params.covered.after),
+            Doubt::Denied => Some(params.denied.after),
         };
         match (self.phase, most) {
             (Phase::Following { doubtful }, Some(most)) if doubtful.saturating_add(1) < most => {
@@ -346,7 +431,8 @@ impl Belief {
     /// What learns on a frame.
     fn lessons(&self, evidence: &Evidence, frame: u64, params: &StatusParams) -> Lessons {
         let first = frame <= params.first_frames;
-        let known = self.is_sure(evidence, params) || first && !self.is_covered(evidence, params);
+        let known = self.is_sure(evidence, params)
+            || first && !self.is_covered(evidence, params) && evidence.is_undisputed();
         Lessons {
             sure: known && matches!(self.phase, Phase::Following { .. }),
             size: params.score.score(evidence) >= params.size_least,
@@ -374,12 +460,21 @@ mod tests {
             after: 5,
         },
         trial: 4,
-        score: ScoreParams { bias: 0.0, visible: 4.0, elsewhere: -4.0 },
+        score: ScoreParams {
+            bias: 0.0,
+            visible: 4.0,
+            elsewhere: -4.0,
+            with_network: NetworkScoreParams { bias: -2.0, visible: 2.0, odds: 1.0, agrees: 1.0 },
+        },
+        denied: DeniedParams { odds: 0.0, below: 0.45, after: 2 },
+        tracked: 0.5,
+        visible: 0.15,
+        lost: 0.25,
     };
 
     /// A place that the memory knows, with all of the target visible.
     const KNOWN: Evidence =
-        Evidence { certainty: 0.9, elsewhere: 0.2, visible: 0.8, contrast: 0.5 };
+        Evidence { certainty: 0.9, elsewhere: 0.2, visible: 0.8, contrast: 0.5, opinion: None };
 
     /// A place that the memory does not know.
     const STRANGE: Evidence = Evidence { certainty: 0.1, ..KNOWN };
@@ -390,7 +485,7 @@ mod tests {
     const BELIEF: Belief =
         Belief { phase: Phase::Following { doubtful: 0 }, recent: 0.9, seen: 0.8, contrast: 0.5 };
 
-    const BACK: Place = Place { centre: [3.0, 4.0], scale: 1.2, rotation: 0.1 };
+    const BACK: Place = Place { centre: [3.0, 4.0], scale: 1.2, stretch: 1.0, rotation: 0.1 };
 
     /// The number of a frame after the first ones.
     const LATER: u64 = 50;
@@ -476,7 +571,8 @@ mod tests {
         }
         assert_eq!(doubt(Evidence { visible: 0.07, ..COVERED }), Doubt::Covered);
         // Little is visible, the memory responds elsewhere as well, and the colours stand out less.
-        let half = Evidence { certainty: 0.5, visible: 0.27, elsewhere: 0.61, contrast: 0.37 };
+        let half =
+            Evidence { certainty: 0.5, visible: 0.27, elsewhere: 0.61, contrast: 0.37, ..KNOWN };
         assert_eq!(doubt(half), Doubt::Covered);
         for spared in [
             Evidence { certainty: 0.55, ..half },
@@ -531,7 +627,7 @@ mod tests {
     fn the_size_learns_where_the_score_is_not_low() {
         // The logarithm of the odds of 0.3 is -0.847.
         for (elsewhere, size) in [(0.21, true), (0.212, false), (2.0, false)] {
-            let evidence = Evidence { certainty: 0.9, visible: 0.0, elsewhere, contrast: 0.5 };
+            let evidence = Evidence { visible: 0.0, elsewhere, ..KNOWN };
             let lessons = BELIEF.advance(&evidence, LATER, &PARAMS).lessons.unwrap();
             assert_eq!(lessons.size, size, "{elsewhere}");
         }
@@ -541,7 +637,8 @@ mod tests {
     fn the_means_follow_known_and_sure_frames() {
         let near = |a: f64, b: f64| (a - b).abs() < 1e-12;
         let after = |evidence| BELIEF.advance(&evidence, LATER, &PARAMS).belief;
-        let evidence = Evidence { certainty: 1.1, visible: 0.4, elsewhere: 0.0, contrast: 0.9 };
+        let evidence =
+            Evidence { certainty: 1.1, visible: 0.4, elsewhere: 0.0, contrast: 0.9, ..KNOWN };
         // Sure: all three move by a twentieth of the way.
         let sure = after(evidence);
         assert!(near(sure.recent, 0.91) && near(sure.seen, 0.78) && near(sure.contrast, 0.52));
@@ -587,7 +684,7 @@ mod tests {
             (BELIEF, low, Status::Uncertain, least),
             (following(2), high, Status::Tracked, most),
             (trial, high, Status::Uncertain, most),
-            (lost, high, Status::Lost, 0.5),
+            (lost, high, Status::Lost, 0.25),
             (lost, low, Status::Lost, least),
         ] {
             let verdict = belief.verdict(&evidence, &PARAMS);
@@ -595,10 +692,67 @@ mod tests {
         }
     }
 
+    /// What a network says of a place that the memory half knows.
+    fn told(certainty: f64, odds: f64, agrees: bool) -> Evidence {
+        Evidence { certainty, opinion: Some(Opinion { odds, agrees }), ..KNOWN }
+    }
+
+    #[test]
+    fn with_a_network_a_place_is_doubtful_only_if_that_does_not_know_it_either() {
+        for (certainty, odds, doubt) in [
+            // However strange it is to the memory.
+            (0.1, 0.0, Doubt::None),
+            (0.1, -0.1, Doubt::Denied),
+            (0.44, -0.1, Doubt::Denied),
+            (0.46, -0.1, Doubt::None),
+        ] {
+            assert_eq!(BELIEF.doubt(&told(certainty, odds, true), &PARAMS), doubt, "{certainty}");
+        }
+        // Covered, by either rule.
+        let covered = Evidence { opinion: told(0.5, -0.1, true).opinion, ..COVERED };
+        assert_eq!(BELIEF.doubt(&covered, &PARAMS), Doubt::Covered);
+        // The target is lost on the second frame.
+        let denied = told(0.1, -0.1, true);
+        let first = BELIEF.advance(&denied, LATER, &PARAMS).belief;
+        assert_eq!(first.phase, Phase::Following { doubtful: 1 });
+        assert!(first.advance(&denied, LATER, &PARAMS).belief.is_lost());
+    }
+
+    #[test]
+    fn nothing_is_remembered_that_filters_and_network_dispute() {
+        for (agrees, frame, sure) in [(true, LATER, true), (false, LATER, false), (false, 1, false)]
+        {
+            let lessons = BELIEF.advance(&told(0.9, 2.0, agrees), frame, &PARAMS).lessons;
+            assert_eq!(lessons.unwrap().sure, sure, "{agrees} {frame}");
+        }
+    }
+
+    #[test]
+    fn with_a_network_status_and_score_follow_from_its_odds() {
+        // The sum: 2 times the visible share, less 2, the odds, and 1 for agreement.
+        let logistic = |sum: f64| 1.0 / (1.0 + (-sum).exp());
+        for (visible, odds, agrees, status, sum) in [
+            (0.5, 0.0, true, Status::Tracked, 0.0),
+            (0.5, 0.0, false, Status::Uncertain, -1.0),
+            (0.5, -0.5, false, Status::Lost, -1.5),
+            (0.2, 2.0, true, Status::Tracked, 1.4),
+            // Too little is visible.
+            (0.1, 2.0, true, Status::Uncertain, 1.2),
+            // Odds count up to 4.2 and down to -4.
+            (1.0, 99.0, true, Status::Tracked, 5.2),
+            (1.0, -99.0, true, Status::Lost, -3.0),
+        ] {
+            let evidence = Evidence { visible, ..told(0.9, odds, agrees) };
+            let verdict = BELIEF.verdict(&evidence, &PARAMS);
+            assert_eq!(verdict.status, status, "{evidence:?}");
+            assert!((verdict.score - logistic(sum)).abs() < 1e-12, "{evidence:?} {verdict:?}");
+        }
+    }
+
     #[test]
     fn the_verdict_is_that_of_the_new_phase() {
         let decision = following(2).advance(&STRANGE, LATER, &PARAMS);
-        assert_eq!(decision.verdict, Verdict { status: Status::Lost, score: 0.5 });
+        assert_eq!(decision.verdict, Verdict { status: Status::Lost, score: 0.25 });
         let trial = in_phase(Phase::Trial { left: 1, back: BACK });
         assert_eq!(trial.advance(&KNOWN, LATER, &PARAMS).verdict.status, Status::Tracked);
     }

@@ -225,7 +225,7 @@ mod tests {
     use super::*;
     use crate::robust::choose::Source;
 
-    const PLACE: Place = Place { centre: [40.0, 30.0], scale: 1.0, rotation: 0.2 };
+    const PLACE: Place = Place { centre: [40.0, 30.0], scale: 1.0, stretch: 1.0, rotation: 0.2 };
     const PARAMS: TurnParams = TurnParams {
         rotate: true,
         below: 0.8,

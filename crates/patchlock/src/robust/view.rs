@@ -1,5 +1,6 @@
 //! What an observer is shown of a frame of the method `robust`.
 
+use super::place::Place;
 use super::status::Evidence;
 use super::{RobustScratch, RobustTarget};
 use crate::vision::frame::Frame;
@@ -30,6 +31,11 @@ pub struct RobustView<'a> {
     pub follower: &'a [f32],
     /// The memory's response, in the same order.
     pub memory: &'a [f32],
+    /// The logarithm of the odds that the target is at the estimate, as the network says. `None`
+    /// without a network, and while the target is lost.
+    pub odds: Option<f64>,
+    /// Whether filters and network agree on the place, if there is a network.
+    pub agrees: Option<bool>,
 }
 
 impl RobustTarget {
@@ -37,22 +43,24 @@ impl RobustTarget {
     /// now.
     pub fn view<'a>(
         &'a self,
-        frame: &Frame<'_>,
+        (frame, place): (&Frame<'_>, Place),
         evidence: &Evidence,
         scratch: &'a mut RobustScratch,
     ) -> RobustView<'a> {
         let Self { window, locator, memory, .. } = self;
         let RobustScratch { sample, locator: buffers, .. } = scratch;
-        let sample = window.sample(frame, self.place, sample);
+        let sample = window.sample(frame, place, sample);
         RobustView {
             frame: self.frames,
             certainty: evidence.certainty,
             elsewhere: evidence.elsewhere,
             contrast: locator.contrast(),
             side: window.fourier().side(),
-            cell: window.cell(self.place.scale),
+            cell: window.cell(place.scale),
             follower: sample.respond(locator.filter(), &mut buffers.follower).cells(),
             memory: memory.respond(&sample, &mut buffers.memory).cells(),
+            odds: evidence.opinion.map(|opinion| opinion.odds),
+            agrees: evidence.opinion.map(|opinion| opinion.agrees),
         }
     }
 }

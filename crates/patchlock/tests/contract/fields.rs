@@ -79,6 +79,23 @@ fn base(method: &Method, group: &str) -> TrackerConfig {
 /// [`base`] for this row.
 fn base_of(method: &Method, row: &Parameter) -> TrackerConfig {
     let mut config = base(method, row.group);
+    if row.is_used_by(method) && matches!(method, Method::Robust(_)) && !config.reads(row) {
+        // The network has made-up weights, and knows nothing: filters and network disagree, and the
+        // target is lost and found.
+        config.network = network().network;
+        let disputed = [
+            ("agree_overlap", 0.2),
+            ("dispute_odds", -50.0),
+            ("denied_odds", 50.0),
+            ("denied_below", 0.9),
+            ("found_above", 0.3),
+            ("found_confirmed", -50.0),
+            ("found_odds", -50.0),
+            ("found_known", 0.0),
+            ("found_alone", 50.0),
+        ];
+        set(&mut config, &disputed);
+    }
     if row.name.starts_with("covered_") {
         // The target counts as covered, with a low score, from the first frame on.
         let covered = [
@@ -100,6 +117,21 @@ fn base_of(method: &Method, row: &Parameter) -> TrackerConfig {
             ("search_larger", 3.0),
             ("search_smaller", 0.5),
         ],
+        // Around the last place alone.
+        "search_windows" => &[("search_windows", 1.0)],
+        // Filters and network nearly always disagree.
+        "dispute_odds" => &[
+            ("agree_overlap", 0.99),
+            ("denied_odds", -50.0),
+            ("dispute_unit", 0.1),
+            ("dispute_after", 1.0),
+            ("dispute_rate", 1.0),
+        ],
+        "dispute_rate" | "dispute_margin" | "dispute_after" | "dispute_unit" => {
+            &[("agree_overlap", 0.99), ("denied_odds", -50.0), ("dispute_unit", 0.1)]
+        }
+        // The memory finds nothing.
+        "network_windows" | "found_odds" | "found_known" | "found_alone" => &[("found_above", 9.0)],
         // Sizes that the memory knows as well as that of the window.
         "found_larger" | "found_smaller" => &[("found_larger", 1.01), ("found_smaller", 0.99)],
         _ => &[],
@@ -235,6 +267,30 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("score_elsewhere", Value::from(-1.0)),
         ("tracked_score", Value::from(0.01)),
         ("lost_score", Value::from(1.0)),
+        ("score_tracked", Value::from(1.0)),
+        ("score_lost", Value::from(0.0)),
+        ("visible_tracked", Value::from(1.0)),
+        ("network_fit", Value::from(0.1)),
+        ("agree_overlap", Value::from(0.9)),
+        ("network_centre", Value::from(0.9)),
+        ("network_size", Value::from(0.1)),
+        ("dispute_rate", Value::from(0.9)),
+        ("dispute_margin", Value::from(9.0)),
+        ("dispute_after", Value::from(9)),
+        ("dispute_odds", Value::from(50.0)),
+        ("dispute_unit", Value::from(100.0)),
+        ("denied_odds", Value::from(-50.0)),
+        ("denied_below", Value::from(0.0)),
+        ("denied_after", Value::from(1)),
+        ("network_windows", Value::from(20)),
+        ("found_confirmed", Value::from(50.0)),
+        ("found_odds", Value::from(50.0)),
+        ("found_known", Value::from(9.0)),
+        ("found_alone", Value::from(-50.0)),
+        ("network_score_bias", Value::from(1.0)),
+        ("network_score_visible", Value::from(1.0)),
+        ("network_score_odds", Value::from(0.1)),
+        ("network_score_agrees", Value::from(0.1)),
     ]
 }
 
@@ -261,7 +317,7 @@ fn every_field_matters() {
     let mut without_effect = Vec::new();
     for method in all().iter().map(|config| &config.method) {
         let mut tracked: HashMap<String, Vec<Seen>> = HashMap::new();
-        for parameter in rows(method).filter(|row| base(method, row.group).reads(row)) {
+        for parameter in rows(method).filter(|row| base_of(method, row).reads(row)) {
             for value in others(parameter) {
                 let mut config = base_of(method, parameter);
                 let key = format!("{config:?}");

@@ -46,6 +46,13 @@ pub fn vittrack() -> TrackerConfig {
     config
 }
 
+/// The preset `robust` with the same network as a second follower.
+pub fn robust_with_network() -> TrackerConfig {
+    let mut config = robust();
+    config.network = network().network;
+    config
+}
+
 /// A snapshot that was taken with this configuration, with its network, which no snapshot holds.
 pub fn complete(snapshot: Snapshot, config: &TrackerConfig) -> Snapshot {
     match &config.network {

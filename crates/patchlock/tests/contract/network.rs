@@ -1,6 +1,6 @@
 //! A tracker needs the network of its configuration, and a saved one needs the same network.
 
-use crate::methods::{network, vittrack};
+use crate::methods::{network, robust, robust_with_network, vittrack};
 use crate::sequence::{SIMPLE, bits};
 use patchlock::{
     Error, MultiSnapshot, MultiTracker, Network, NetworkError, Preset, Snapshot, Tracker,
@@ -47,9 +47,15 @@ fn a_tracker_without_a_network_does_not_begin() {
 
 #[test]
 fn a_saved_tracker_needs_the_same_network() {
-    let (config, other) = (network(), network_of(&vittrack()));
-    let [one_text, many_text] = saved(&config);
-    let needed = network_of(&config).hash().to_owned();
+    for config in [network(), robust_with_network()] {
+        needs_the_same_network(&config);
+    }
+}
+
+fn needs_the_same_network(config: &TrackerConfig) {
+    let other = network_of(&vittrack());
+    let [one_text, many_text] = saved(config);
+    let needed = network_of(config).hash().to_owned();
     assert!(one_text.contains(&needed) && many_text.contains(&needed));
     for (given, network) in [(None, None), (Some(other.hash().to_owned()), Some(other))] {
         let with = |snapshot: Snapshot| match network.clone() {
@@ -69,7 +75,7 @@ fn a_saved_tracker_needs_the_same_network() {
 
 #[test]
 fn with_the_same_network_it_continues_to_the_same_boxes() {
-    for config in [network(), vittrack()] {
+    for config in [network(), vittrack(), robust_with_network()] {
         let whole = SIMPLE.track(&config, 0..9);
         let [text, many_text] = saved(&config);
         // The same files, loaded again.
@@ -84,6 +90,59 @@ fn with_the_same_network_it_continues_to_the_same_boxes() {
             assert_eq!(tracker.update(&SIMPLE.frame(k)).unwrap()[0].estimate, *whole);
         }
     }
+}
+
+/// Nor does it go on with one that it has not seen the target with.
+#[test]
+fn a_target_that_was_tracked_without_a_network_takes_none() {
+    let [text, many_text] = saved(&robust());
+    let network = network_of(&network());
+    let errors = [
+        Tracker::restore(one(&text).with_network(network.clone())).unwrap_err(),
+        MultiTracker::restore(many(&many_text).with_network(network)).unwrap_err(),
+    ];
+    for error in errors {
+        assert!(error.to_string().contains("tracked without a network"), "{error}");
+    }
+}
+
+#[test]
+fn what_a_network_has_learnt_is_checked() {
+    let config = robust_with_network();
+    let [good, _] = saved(&config);
+    let start = good.find(r#""rival":"#).unwrap() + r#""rival":"#.len();
+    let mut values = serde_json::Deserializer::from_str(&good[start..]).into_iter();
+    let value: serde_json::Value = values.next().unwrap().unwrap();
+    let end = start + values.byte_offset();
+    type Damage = fn(&mut serde_json::Value);
+    let damages: [(&str, Damage); 6] = [
+        ("has learnt is damaged", |rival| rival["witness"]["template"] = vec![0.5; 7].into()),
+        ("has learnt is damaged", |rival| rival["witness"]["base"][0] = 1e9.into()),
+        ("has learnt is damaged", |rival| rival["witness"]["base"][1] = 0.0.into()),
+        ("has learnt is damaged", |rival| rival["witness"]["factor"][0] = 9.0.into()),
+        ("the place of its network", |rival| rival["place"]["scale"] = (-1.0).into()),
+        ("the place of its network", |rival| rival["place"]["stretch"] = 0.0.into()),
+    ];
+    for (words, damage) in damages {
+        let mut damaged = value.clone();
+        damage(&mut damaged);
+        assert_ne!(damaged, value);
+        // As text: the rest has numbers of 128 bits.
+        let snapshot = one(&format!("{}{damaged}{}", &good[..start], &good[end..]));
+        let error = Tracker::restore(snapshot.with_network(network_of(&config))).unwrap_err();
+        assert!(error.to_string().contains(words), "{error}");
+    }
+}
+
+/// Filters and network disagree on what made-up weights see, and the target is lost and found.
+#[test]
+fn a_second_follower_has_the_same_boxes_on_any_number_of_threads() {
+    let config = robust_with_network();
+    let boxes = [1, 2].map(|threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| bits(&SIMPLE.track(&config, 0..20)))
+    });
+    assert_eq!(boxes[0], boxes[1]);
 }
 
 /// Whether an ONNX file is the backbone or the head is seen in it, not in the order of the files.

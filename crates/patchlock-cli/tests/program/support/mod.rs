@@ -116,7 +116,10 @@ impl Bench {
 }
 
 pub fn patchlock() -> Command {
-    Command::cargo_bin("patchlock").unwrap()
+    let mut command = Command::cargo_bin("patchlock").unwrap();
+    // Nothing is written to the home of whoever runs the tests.
+    command.env("XDG_STATE_HOME", env!("CARGO_TARGET_TMPDIR"));
+    command
 }
 
 /// RGB pixels of a textured card in front of a smooth background; it moves one pixel per frame to

@@ -268,6 +268,17 @@ impl Edit {
         }
     }
 
+    /// What the edit does to the frames of a target, and to which, if that is all that it does.
+    pub(super) fn changes_frames(&self) -> Option<(&'static str, u64)> {
+        match *self {
+            Self::SetTracked { target, .. } => Some(("track", target)),
+            Self::Hide { target, .. } => Some(("hide", target)),
+            Self::Show { target, .. } => Some(("show", target)),
+            Self::SetFrames { target, .. } => Some(("change", target)),
+            _ => None,
+        }
+    }
+
     /// The number of boxes in the edit, which is what its memory grows with.
     pub(super) fn boxes(&self) -> usize {
         let of = |target: &Target| target.keys.len() + target.tracked.len();

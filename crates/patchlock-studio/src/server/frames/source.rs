@@ -24,12 +24,11 @@ pub(super) struct Source {
 
 impl Source {
     pub(super) fn open(path: &Path, limits: Limits, keeps: bool) -> Result<Self, Error> {
-        let name = path.to_string_lossy();
-        let frames = patchlock_media::open_within(&name, false, limits)?;
+        let frames = patchlock_media::open_within(path, false, limits)?;
         // The length is unknown if another program decodes.
         let keeps = keeps && frames.length().is_some();
         let frames = match keeps {
-            true => patchlock_media::open_within(&name, true, limits)?,
+            true => patchlock_media::open_within(path, true, limits)?,
             false => frames,
         };
         Ok(Self { frames, keeps, next: 0 })

@@ -1,0 +1,199 @@
+//! Checks what an image file holds within: decoders compare only the outer size with the limits.
+//!
+//! A TIFF is made of strips or tiles, each of which may be a JPEG with a size of its own. A WebP
+//! has a canvas and pictures on it. The checks read headers alone.
+
+use std::io::Cursor;
+
+use image::ImageFormat;
+use image::error::{DecodingError, ImageError};
+use tiff::TiffError;
+use tiff::decoder::{ChunkType, Decoder};
+use tiff::tags::{CompressionMethod, Tag};
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::zune_core::bytestream::ZCursor;
+
+use crate::image_file::LoadError;
+
+/// Why the parts of an image are refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum PartsError {
+    /// A part is larger than the place that it has in the image.
+    #[error("it holds a picture of {} x {} pixels where there is place for {} x {}", part.0, part.1, place.0, place.1)]
+    Larger {
+        /// Width and height of the part.
+        part: (usize, usize),
+        /// Width and height of its place.
+        place: (usize, usize),
+    },
+    /// The parts are together much larger than the image.
+    #[error("its tiles of {} x {} pixels are far larger than the image of {} x {}", tile.0, tile.1, image.0, image.1)]
+    Tiles {
+        /// Width and height of a tile.
+        tile: (usize, usize),
+        /// Width and height of the image.
+        image: (usize, usize),
+    },
+    /// Several parts have the same bytes.
+    #[error("its parts share their bytes: they have {parts} bytes together, the file has {file}")]
+    Shared {
+        /// The bytes of all parts.
+        parts: u64,
+        /// The bytes of the file.
+        file: u64,
+    },
+}
+
+/// Checks the parts of an image whose outer size is within the limits.
+pub fn check(bytes: &[u8], format: Option<ImageFormat>) -> Result<(), LoadError> {
+    match format {
+        Some(ImageFormat::Tiff) => check_tiff(bytes),
+        Some(ImageFormat::WebP) => Ok(check_webp(bytes)?),
+        _ => Ok(()),
+    }
+}
+
+/// Pixels that the tiles of a small TIFF may have together.
+const TILED_PIXELS: usize = 1 << 20;
+
+fn check_tiff(bytes: &[u8]) -> Result<(), LoadError> {
+    let damaged = |error: TiffError| {
+        LoadError::Damaged(ImageError::Decoding(DecodingError::new(
+            ImageFormat::Tiff.into(),
+            error,
+        )))
+    };
+    let mut tiff = Decoder::new(Cursor::new(bytes)).map_err(damaged)?;
+    let image = sides(tiff.dimensions().map_err(damaged)?);
+    let is_tiled = tiff.get_chunk_type() == ChunkType::Tile;
+    let place = sides(tiff.chunk_dimensions());
+    // A single strip may claim any number of rows.
+    let place = if is_tiled { place } else { (place.0, place.1.min(image.1)) };
+    let padded = |whole: usize, part: usize| whole.next_multiple_of(part.max(1));
+    let tiled = padded(image.0, place.0).saturating_mul(padded(image.1, place.1));
+    if tiled > area(image).saturating_mul(4).max(TILED_PIXELS) {
+        return Err(PartsError::Tiles { tile: place, image }.into());
+    }
+    let compression = tiff.find_tag_unsigned::<u16>(Tag::Compression).map_err(damaged)?;
+    if compression.map(CompressionMethod::from_u16_exhaustive)
+        != Some(CompressionMethod::ModernJPEG)
+    {
+        return Ok(());
+    }
+    let tables = tiff.find_tag(Tag::JPEGTables).map_err(damaged)?;
+    let tables = tables.map(|value| value.into_u8_vec()).transpose().map_err(damaged)?;
+    let (offsets, counts) = match is_tiled {
+        true => (Tag::TileOffsets, Tag::TileByteCounts),
+        false => (Tag::StripOffsets, Tag::StripByteCounts),
+    };
+    let offsets = tiff.get_tag_u64_vec(offsets).map_err(damaged)?;
+    let counts = tiff.get_tag_u64_vec(counts).map_err(damaged)?;
+    let parts = counts.iter().fold(0, |sum: u64, count| sum.saturating_add(*count));
+    let file = bytes.len() as u64;
+    if parts > file {
+        return Err(PartsError::Shared { parts, file }.into());
+    }
+    for (offset, count) in offsets.into_iter().zip(counts) {
+        let part = usize::try_from(offset).ok().zip(usize::try_from(count).ok());
+        let part = part.and_then(|(from, count)| bytes.get(from..from.checked_add(count)?));
+        // The decoder refuses what is not there.
+        let Some(part) = part else { continue };
+        check_jpeg(part, tables.as_deref(), place)?;
+    }
+    Ok(())
+}
+
+/// Checks a JPEG that is a strip or a tile. The tables of all are put before it, without the
+/// markers between the two, as the decoder does.
+fn check_jpeg(part: &[u8], tables: Option<&[u8]>, place: (usize, usize)) -> Result<(), PartsError> {
+    let joined = tables.and_then(|tables| {
+        Some([tables.get(..tables.len().checked_sub(2)?)?, part.get(2..)?].concat())
+    });
+    let mut jpeg = JpegDecoder::new(ZCursor::new(joined.as_deref().unwrap_or(part)));
+    // The decoder fails at headers that cannot be read.
+    let size = jpeg.decode_headers().ok().and_then(|()| jpeg.dimensions());
+    // Encoders fill the last strip up to whole blocks.
+    let whole_blocks = (place.0, place.1.next_multiple_of(16));
+    size.map_or(Ok(()), |part| fits(part, whole_blocks, place))
+}
+
+fn fits(
+    part: (usize, usize),
+    most: (usize, usize),
+    place: (usize, usize),
+) -> Result<(), PartsError> {
+    match part.0 <= most.0 && part.1 <= most.1 {
+        true => Ok(()),
+        false => Err(PartsError::Larger { part, place }),
+    }
+}
+
+/// The bytes before the first chunk of a WebP.
+const WEBP_HEADER: usize = 12;
+/// The bytes of an animated frame before its chunks.
+const ANIMATED_HEADER: usize = 16;
+
+/// Checks that no picture of a WebP is larger than its canvas. Without a canvas there is one
+/// picture, whose size is that of the image.
+fn check_webp(bytes: &[u8]) -> Result<(), PartsError> {
+    let mut chunks = Chunks { bytes, at: WEBP_HEADER };
+    let Some((b"VP8X", header)) = chunks.next() else { return Ok(()) };
+    let side = |at: usize| Some(1 + le(header.get(at..at + 3)?));
+    let Some(canvas) = side(4).zip(side(7)) else { return Ok(()) };
+    for (kind, content) in chunks {
+        check_picture(kind, content, canvas)?;
+        if kind == b"ANMF" {
+            for (kind, content) in (Chunks { bytes: content, at: ANIMATED_HEADER }) {
+                check_picture(kind, content, canvas)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn check_picture(kind: &[u8], content: &[u8], canvas: (usize, usize)) -> Result<(), PartsError> {
+    let size = match kind {
+        b"VP8 " => {
+            content.get(6..10).map(|size| (le(&size[..2]) & 0x3fff, le(&size[2..]) & 0x3fff))
+        }
+        b"VP8L" => content.get(1..5).map(le).map(|both| {
+            let side = |bits: usize| (bits & 0x3fff) + 1;
+            (side(both), side(both >> 14))
+        }),
+        _ => None,
+    };
+    size.map_or(Ok(()), |part| fits(part, canvas, canvas))
+}
+
+/// The chunks of a WebP: four letters, a length, and so many bytes, or as many as there are.
+struct Chunks<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Iterator for Chunks<'a> {
+    type Item = (&'a [u8; 4], &'a [u8]);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let rest = self.bytes.get(self.at..)?;
+        let (kind, rest) = rest.split_first_chunk()?;
+        let (length, rest) = rest.split_at_checked(4)?;
+        let length = le(length);
+        // A byte fills an odd length up.
+        self.at = self.at.checked_add(8)?.checked_add(length.checked_next_multiple_of(2)?)?;
+        Some((kind, rest.get(..length).unwrap_or(rest)))
+    }
+}
+
+/// A number whose lowest byte is the first.
+fn le(bytes: &[u8]) -> usize {
+    bytes.iter().rev().fold(0, |number, byte| number << 8 | usize::from(*byte))
+}
+
+fn area(size: (usize, usize)) -> usize {
+    size.0.saturating_mul(size.1)
+}
+
+fn sides((width, height): (u32, u32)) -> (usize, usize) {
+    (width as usize, height as usize)
+}

@@ -1,0 +1,183 @@
+//! How fast a client must send a request and take an answer, and how long it may pause.
+
+use std::io;
+use std::pin::Pin;
+use std::task::{Context, Poll, ready};
+use std::time::Duration;
+
+use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use tokio::time::{Instant, Sleep, sleep_until};
+
+/// The slowest mean speed, in bytes per second, once the patience has passed.
+const SLOWEST: u64 = 1024;
+
+/// How far a transfer is. It may pause for the patience, and as a whole take the patience and the
+/// time that its bytes need at [`SLOWEST`].
+#[derive(Debug)]
+pub struct Pace {
+    patience: Duration,
+    begun: Instant,
+    moved: Instant,
+    bytes: u64,
+}
+
+impl Pace {
+    /// A transfer that begins now.
+    pub fn begin(patience: Duration) -> Self {
+        let now = Instant::now();
+        Self { patience, begun: now, moved: now, bytes: 0 }
+    }
+
+    /// Some bytes have passed.
+    pub fn passed(&mut self, bytes: usize) {
+        self.bytes = self.bytes.saturating_add(bytes as u64);
+        self.moved = Instant::now();
+    }
+
+    /// When the next bytes must have passed.
+    pub fn deadline(&self) -> Instant {
+        let whole = self.begun + Duration::from_secs(self.bytes / SLOWEST);
+        whole.min(self.moved) + self.patience
+    }
+}
+
+/// A connection whose other end must take what is written.
+#[derive(Debug)]
+pub struct Paced<S> {
+    stream: S,
+    patience: Duration,
+    /// What is being written, while the other end does not take all of it at once.
+    slow: Option<(Pace, Pin<Box<Sleep>>)>,
+}
+
+impl<S> Paced<S> {
+    pub fn new(stream: S, patience: Duration) -> Self {
+        Self { stream, patience, slow: None }
+    }
+
+    /// Passes on the outcome of a write; an error if it has waited for too long.
+    fn watched(
+        &mut self,
+        written: Poll<io::Result<usize>>,
+        context: &mut Context<'_>,
+    ) -> Poll<io::Result<usize>> {
+        if let Poll::Ready(written) = written {
+            if let (Ok(bytes), Some((pace, _))) = (&written, &mut self.slow) {
+                pace.passed(*bytes);
+            }
+            return Poll::Ready(written);
+        }
+        let (pace, sleep) = self.slow.get_or_insert_with(|| {
+            let pace = Pace::begin(self.patience);
+            let sleep = Box::pin(sleep_until(pace.deadline()));
+            (pace, sleep)
+        });
+        if sleep.deadline() != pace.deadline() {
+            sleep.as_mut().reset(pace.deadline());
+        }
+        ready!(sleep.as_mut().poll(context));
+        let late = io::Error::new(io::ErrorKind::TimedOut, "the client does not take the answer");
+        Poll::Ready(Err(late))
+    }
+}
+
+impl<S: AsyncRead + Unpin> AsyncRead for Paced<S> {
+    fn poll_read(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        buffer: &mut ReadBuf<'_>,
+    ) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_read(context, buffer)
+    }
+}
+
+impl<S: AsyncWrite + Unpin> AsyncWrite for Paced<S> {
+    fn poll_write(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        bytes: &[u8],
+    ) -> Poll<io::Result<usize>> {
+        let written = Pin::new(&mut self.stream).poll_write(context, bytes);
+        self.watched(written, context)
+    }
+
+    fn poll_write_vectored(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        bytes: &[io::IoSlice<'_>],
+    ) -> Poll<io::Result<usize>> {
+        let written = Pin::new(&mut self.stream).poll_write_vectored(context, bytes);
+        self.watched(written, context)
+    }
+
+    fn is_write_vectored(&self) -> bool {
+        self.stream.is_write_vectored()
+    }
+
+    /// Called when all was written: what comes next is another transfer.
+    fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
+        self.slow = None;
+        Pin::new(&mut self.stream).poll_flush(context)
+    }
+
+    fn poll_shutdown(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_shutdown(context)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _, duplex};
+    use tokio::time::sleep;
+
+    use super::*;
+
+    const PATIENCE: Duration = Duration::from_secs(60);
+
+    /// How long a writer of this many bytes is borne whose other end takes `piece` bytes every 15
+    /// seconds, and whether all was written.
+    async fn borne(bytes: usize, piece: usize) -> (Duration, bool) {
+        let (ours, mut theirs) = duplex(64);
+        let reading = tokio::spawn(async move {
+            let mut taken = vec![0; piece];
+            while theirs.read_exact(&mut taken).await.is_ok() {
+                sleep(Duration::from_secs(15)).await;
+            }
+        });
+        let begun = Instant::now();
+        let mut paced = Paced::new(ours, PATIENCE);
+        let written = paced.write_all(&vec![7; bytes]).await;
+        let time = begun.elapsed();
+        drop(paced);
+        reading.abort();
+        (time, written.is_ok())
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn an_answer_that_nobody_takes_is_ended() {
+        let (ours, theirs) = duplex(64);
+        let mut paced = Paced::new(ours, PATIENCE);
+        let error = paced.write_all(&[7; 100]).await.expect_err("nobody reads");
+        assert_eq!(error.kind(), io::ErrorKind::TimedOut);
+        drop(theirs);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn an_answer_that_is_taken_a_byte_at_a_time_is_ended() {
+        let (time, all) = borne(1000, 1).await;
+        assert!(!all && time <= PATIENCE, "{time:?}");
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn an_answer_that_is_taken_slowly_is_given() {
+        let (time, all) = borne(1 << 20, 16 << 10).await;
+        assert!(all && time > 10 * PATIENCE, "{time:?}");
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_pause_is_borne_for_the_patience_however_fast_it_was_before() {
+        let mut pace = Pace::begin(PATIENCE);
+        pace.passed(1 << 30);
+        assert_eq!(pace.deadline(), Instant::now() + PATIENCE);
+    }
+}
