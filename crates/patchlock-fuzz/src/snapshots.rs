@@ -1,7 +1,7 @@
 //! Saved trackers as text.
 
 use patchlock::{
-    Error, Frame, Method, MultiSnapshot, MultiTracker, Preset, Snapshot, Tracker, TrackerConfig,
+    Error, Frame, MultiSnapshot, MultiTracker, Preset, Snapshot, Tracker, TrackerConfig,
 };
 use serde_json::Value;
 
@@ -34,21 +34,19 @@ pub fn snapshot_network(data: &[u8]) {
     restored(data, Preset::Network);
 }
 
-/// A tracker that continues from a snapshot.
+/// A tracker that continues from a snapshot, with a network if it needs one.
 pub fn one_restored(snapshot: Snapshot) -> Result<Tracker, Error> {
-    let network = matches!(snapshot.config().method, Method::Network(_)).then(made_up_network);
-    Tracker::restore(match network {
-        Some(network) => snapshot.with_network(network),
-        None => snapshot,
-    })
+    match Tracker::restore(snapshot.clone()) {
+        Err(Error::Network(_)) => Tracker::restore(snapshot.with_network(made_up_network())),
+        restored => restored,
+    }
 }
 
 fn many_restored(snapshot: MultiSnapshot) -> Result<MultiTracker, Error> {
-    let network = matches!(snapshot.config().method, Method::Network(_)).then(made_up_network);
-    MultiTracker::restore(match network {
-        Some(network) => snapshot.with_network(network),
-        None => snapshot,
-    })
+    match MultiTracker::restore(snapshot.clone()) {
+        Err(Error::Network(_)) => MultiTracker::restore(snapshot.with_network(made_up_network())),
+        restored => restored,
+    }
 }
 
 /// Reads a snapshot, of one target or of many. If a tracker continues from it, it tracks, and its
