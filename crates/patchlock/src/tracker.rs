@@ -92,8 +92,9 @@ impl Tracker {
     /// have grown.
     ///
     /// # Errors
-    /// [`Error::FrameSize`] or [`Error::Frame`] if the frame does not fit, [`Error::Network`] if
-    /// the runtime of a network fails; then the tracker is unchanged.
+    /// [`Error::FrameSize`] or [`Error::Frame`] if the frame does not fit; then the tracker is
+    /// unchanged. [`Error::Network`] if the runtime of a network fails; then the method `network` is
+    /// unchanged, but `robust` may have used the frame in part: restore a snapshot or start again.
     pub fn update(&mut self, frame: &Frame<'_>) -> Result<&Estimate, Error> {
         self.step(frame, None)
     }
