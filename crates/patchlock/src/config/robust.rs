@@ -125,9 +125,12 @@ group! {
         lost_hidden: f64 = 0.3, number(0.0, 10.0);
         /// The target is lost after this many consecutive doubtful frames.
         lost_after: usize = 5, number(1.0, 10_000.0);
-        /// The target counts as covered, and no frame as sure, below this part of the visible
-        /// share on sure frames.
+        /// No frame is sure below this part of the visible share on sure frames, and the target
+        /// counts as covered if `covered_alone` holds too.
         covered_share: f64 = 0.1, number(0.0, 10.0);
+        /// The target counts as covered if the memory's strongest response away from the box,
+        /// relative to its response at the box, exceeds the visible share by more than this.
+        covered_alone: f64 = 0.7, number(-1.0, 10.0);
         /// The target may be covered below this part of the visible share on sure frames, if
         /// `covered_elsewhere` and `covered_contrast` hold too.
         covered_visible: f64 = 0.3, number(0.0, 10.0);
@@ -162,15 +165,19 @@ group! {
         found_larger: f64 = 1.25, number(0.1, 10.0);
         /// Smaller size that is tried at a place that was found, relative to the last one.
         found_smaller: f64 = 0.8, number(0.1, 10.0);
-        /// The scale filter learns only if the score is at least this.
-        scale_least: f64 = 0.3, number(0.0, 1.0);
+        /// The scale filter learns only if the memory's strongest response away from the box,
+        /// relative to its response at the box, exceeds the visible share by less than this.
+        scale_below: f64 = 0.9, number(-1.0, 10.0);
         /// Constant term of the score, a logistic function of a weighted sum.
-        score_bias: f64 = 2.9, number(-100.0, 100.0);
+        score_bias: f64 = -1.6, number(-100.0, 100.0);
         /// Weight of the visible share in the score; the share is 0 while the target is lost.
-        score_visible: f64 = 3.8, number(-100.0, 100.0);
+        score_visible: f64 = 3.0, number(-100.0, 100.0);
         /// Weight in the score of the memory's strongest response away from the box, relative to
         /// its response at the box.
-        score_elsewhere: f64 = -4.2, number(-100.0, 100.0);
+        score_elsewhere: f64 = -3.5, number(-100.0, 100.0);
+        /// Weight in the score of how well colours tell the target from what is around it, relative
+        /// to the first frame.
+        score_contrast: f64 = 4.2, number(-100.0, 100.0);
         /// The target counts as tracked from this score on.
         score_tracked: f64 = 0.7, number(0.0, 1.0);
         /// The target counts as tracked only if at least this share of it is visible.
@@ -185,8 +192,11 @@ group! {
         network_fit: f64 = 0.6, number(0.0, 1.0);
         /// Filters and network agree while their boxes overlap by more than this.
         agree_overlap: f64 = 0.4, number(0.0, 1.0);
-        /// While they agree, share of the way from the filters' centre to that of the network.
+        /// While they agree, share of the way from the filters' centre to that of the network, if
+        /// the memory knows the target.
         network_centre: f64 = 0.4, number(0.0, 1.0);
+        /// The same if only the network knows it.
+        network_centre_most: f64 = 0.9, number(0.0, 1.0);
         /// While they agree, share of the change of size that the network's own rules make.
         network_size: f64 = 0.7, number(0.0, 1.0);
         /// While they disagree, rate of the running mean of the difference in evidence.
@@ -199,6 +209,9 @@ group! {
         dispute_odds: f64 = 0.0, number(-100.0, 100.0);
         /// Logarithm of the network's odds that counts as much as the memory's mean response.
         dispute_unit: f64 = 3.0, number(0.1, 100.0);
+        /// Added to the network's evidence: the memory favours the place of the filters, which is
+        /// where they respond most.
+        dispute_bias: f64 = 0.5, number(-100.0, 100.0);
         /// A place is not doubtful from these odds of the network on, as a logarithm.
         denied_odds: f64 = 0.0, number(-100.0, 100.0);
         /// Below `denied_odds`, a place is doubtful if the memory's response is below this share
@@ -212,13 +225,8 @@ group! {
         /// network on, as a logarithm.
         found_confirmed: f64 = 0.0, number(-100.0, 100.0);
         /// While the target is lost, a place that the network finds counts above these odds, as a
-        /// logarithm, if `found_known` holds too.
-        found_odds: f64 = 0.3, number(-100.0, 100.0);
-        /// A place that the network finds counts if the memory's response there is above this
-        /// share of its mean.
-        found_known: f64 = 0.5, number(0.0, 10.0);
-        /// A place that the network finds counts above these odds, whatever the memory responds.
-        found_alone: f64 = 2.0, number(-100.0, 100.0);
+        /// logarithm.
+        found_alone: f64 = 1.2, number(-100.0, 100.0);
         /// Constant term of the score if there is a network.
         network_score_bias: f64 = -2.4, number(-100.0, 100.0);
         /// Weight of the visible share in the score if there is a network.
@@ -250,7 +258,7 @@ impl RobustConfig {
     /// Whether the setting counts only if there is a network.
     pub(super) fn needs_network(name: &str) -> bool {
         let groups = ["network_", "agree_", "dispute_", "denied_"];
-        let found = ["found_confirmed", "found_odds", "found_known", "found_alone"];
+        let found = ["found_confirmed", "found_alone"];
         groups.iter().any(|group| name.starts_with(group)) || found.contains(&name)
     }
 

@@ -147,6 +147,9 @@ impl RobustTarget {
         });
         let (visible, contrast) = (seen.map_or(0.0, Seen::share), self.locator.contrast());
         let evidence = Evidence::new(known, visible, contrast, followed.opinion);
+        if let Some(rival) = &mut self.rival {
+            rival.note(evidence.certainty);
+        }
         // The decision: phase, status, score, and what learns.
         let decision = self.belief.advance(&evidence, self.frames, &self.status);
         self.belief = decision.belief;

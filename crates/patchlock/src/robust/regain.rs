@@ -1,5 +1,5 @@
-//! The search with a network: what the memory finds, the network has to confirm, and the other way
-//! round.
+//! The search with a network: what the memory finds, the network has to confirm; what the network
+//! finds counts if it is sure.
 
 use super::place::Place;
 use super::search::{SearchParams, Searcher};
@@ -8,17 +8,14 @@ use crate::config::RobustConfig;
 use crate::network::look::Buffers;
 use crate::network_error::NetworkError;
 
-/// When a place counts as found by memory and network.
+/// When a place counts as found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct RegainParams {
     /// Windows that the network looks at on each frame, the one around the last place included.
     pub windows: u64,
     /// What the memory finds counts from these odds on.
     confirmed: f64,
-    /// What the network finds counts above these odds if the memory is more certain than `known`,
-    odds: f64,
-    known: f64,
-    /// and above these odds in any case.
+    /// What the network finds counts above these odds.
     alone: f64,
 }
 
@@ -27,8 +24,6 @@ impl RegainParams {
         Self {
             windows: config.network_windows as u64,
             confirmed: config.found_confirmed,
-            odds: config.found_odds,
-            known: config.found_known,
             alone: config.found_alone,
         }
     }
@@ -57,10 +52,6 @@ pub(crate) fn regain(
             best = Some((sight.odds, sight.place));
         }
     }
-    let Some((odds, place)) = best.filter(|(odds, _)| *odds > params.odds) else {
-        return Ok(None);
-    };
-    let place = searcher.setting.window.keep(place, frame);
-    let found = odds > params.alone || searcher.certainty(place) > params.known;
-    Ok(found.then_some(place))
+    let found = best.filter(|(odds, _)| *odds > params.alone);
+    Ok(found.map(|(_, place)| searcher.setting.window.keep(place, frame)))
 }

@@ -16,10 +16,18 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug)]
 pub(crate) struct Rival {
     pub witness: Witness,
-    /// Where it follows.
-    pub place: Place,
-    dispute: Dispute,
+    state: RivalState,
     params: RivalParams,
+}
+
+/// What changes from frame to frame.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct RivalState {
+    /// Where the network follows.
+    place: Place,
+    dispute: Dispute,
+    /// How certain the memory was of the last place.
+    known: f64,
 }
 
 /// What has been seen since filters and network disagree.
@@ -80,8 +88,9 @@ pub(crate) struct Opinion {
 struct RivalParams {
     /// They agree if their boxes overlap by more than this.
     overlap: f64,
-    /// While they agree: the share of the way from the filters' centre to the network's,
-    centre: f64,
+    /// While they agree: the share of the way from the filters' centre to the network's, where the
+    /// memory knows the target, and where only the network does,
+    centre: [f64; 2],
     /// and the share of the network's own change of size.
     size: f64,
     /// Rate of the running mean of the difference in evidence.
@@ -94,22 +103,36 @@ struct RivalParams {
     odds: f64,
     /// The odds that count as much as a certainty of 1.
     unit: f64,
+    /// Added to the network's evidence.
+    bias: f64,
 }
 
 /// The range in which the network's odds count: beyond it, a network is sure of anything.
 const ODDS: [f64; 2] = [-3.0, 2.0];
 
+/// From the first to the second certainty, the memory comes to know the target.
+const KNOWN: [f64; 2] = [0.4, 0.9];
+
+/// From the first to the second odds, the network comes to know it.
+const TRUSTED: [f64; 2] = [0.0, 2.0];
+
+/// How far a value is on the way through a range, from 0 to 1.
+fn progress(value: f64, [from, to]: [f64; 2]) -> f64 {
+    ((value - from) / (to - from)).clamp(0.0, 1.0)
+}
+
 impl RivalParams {
     fn new(config: &RobustConfig) -> Self {
         Self {
             overlap: config.agree_overlap,
-            centre: config.network_centre,
+            centre: [config.network_centre, config.network_centre_most],
             size: config.network_size,
             rate: config.dispute_rate,
             margin: config.dispute_margin,
             after: config.dispute_after as u32,
             odds: config.dispute_odds,
             unit: config.dispute_unit,
+            bias: config.dispute_bias,
         }
     }
 
@@ -118,15 +141,17 @@ impl RivalParams {
     }
 }
 
-impl Dispute {
+impl RivalState {
     /// Whether all numbers are finite.
     pub fn is_sound(&self) -> bool {
-        self.lead.is_finite()
+        self.place.is_sound() && self.dispute.lead.is_finite() && self.known.is_finite()
     }
+}
 
+impl Dispute {
     /// Which follower is believed, and the dispute after this frame.
     fn judge(mut self, [filters, network]: [Testimony; 2], params: &RivalParams) -> (Self, Ruling) {
-        let difference = params.evidence(network) - params.evidence(filters);
+        let difference = params.evidence(network) + params.bias - params.evidence(filters);
         self.lead += params.rate * (difference - self.lead);
         self.frames = self.frames.saturating_add(1);
         let decided = self.frames >= params.after && self.lead.abs() > params.margin;
@@ -149,27 +174,28 @@ impl Followed {
 impl Rival {
     /// A network that follows from this place on.
     pub fn begin(witness: Witness, place: Place, config: &RobustConfig) -> Self {
-        Self::restore(witness, place, Dispute::default(), config)
+        let state = RivalState { place, dispute: Dispute::default(), known: 1.0 };
+        Self::restore(witness, state, config)
     }
 
     /// From a snapshot.
-    pub fn restore(
-        witness: Witness,
-        place: Place,
-        dispute: Dispute,
-        config: &RobustConfig,
-    ) -> Self {
-        Self { witness, place, dispute, params: RivalParams::new(config) }
+    pub fn restore(witness: Witness, state: RivalState, config: &RobustConfig) -> Self {
+        Self { witness, state, params: RivalParams::new(config) }
     }
 
-    /// The dispute, as a snapshot holds it.
-    pub fn dispute(&self) -> Dispute {
-        self.dispute
+    /// As a snapshot holds it.
+    pub fn state(&self) -> RivalState {
+        self.state
     }
 
     /// Goes on from this place, in agreement.
     pub fn restart(&mut self, place: Place) {
-        (self.place, self.dispute) = (place, Dispute::default());
+        self.state = RivalState { place, dispute: Dispute::default(), ..self.state };
+    }
+
+    /// Notes how certain the memory is of the place on this frame.
+    pub fn note(&mut self, certainty: f64) {
+        self.state.known = certainty;
     }
 
     /// Where the network sees the target.
@@ -177,7 +203,7 @@ impl Rival {
     /// # Errors
     /// The runtime's own.
     pub fn look(&self, setting: Setting<'_>, buffers: &mut Buffers) -> Result<Sight, NetworkError> {
-        self.witness.look(setting.frame, self.place, buffers)
+        self.witness.look(setting.frame, self.state.place, buffers)
     }
 
     /// Compares where the filters follow the target to with where the network sees it.
@@ -194,7 +220,8 @@ impl Rival {
         let Setting { frame, window, memory } = setting;
         let (base, seen) = (window.base(), window.keep(sight.place, frame));
         if filters.bbox(base).overlap(&seen.bbox(base)) > self.params.overlap {
-            let place = window.keep(merged(filters, sight, base, &self.params), frame);
+            let place =
+                window.keep(merged(filters, (sight, self.state.known), base, &self.params), frame);
             self.restart(place);
             let opinion = Some(Opinion { odds: sight.odds, agrees: true });
             return Ok(Followed { opinion, ..Followed::by_filters(place) });
@@ -205,14 +232,14 @@ impl Rival {
         let odds = [self.witness.examine(frame, filters, network)?, sight.odds];
         let testimonies = [(filters, odds[0]), (seen, odds[1])]
             .map(|(place, odds)| Testimony { certainty: certainty(place), odds });
-        let (dispute, ruling) = self.dispute.judge(testimonies, &self.params);
-        (self.place, self.dispute) = (seen, dispute);
+        let (dispute, ruling) = self.state.dispute.judge(testimonies, &self.params);
+        self.state = RivalState { place: seen, dispute, ..self.state };
         Ok(self.apply(ruling, filters, odds))
     }
 
     /// What follows from a ruling.
     fn apply(&mut self, ruling: Ruling, filters: Place, odds: [f64; 2]) -> Followed {
-        let seen = self.place;
+        let seen = self.state.place;
         let [ours, theirs] = odds.map(|odds| Some(Opinion { odds, agrees: false }));
         match ruling {
             Ruling::Filters => Followed { opinion: ours, ..Followed::by_filters(filters) },
@@ -220,7 +247,7 @@ impl Rival {
                 Followed { place: seen, opinion: theirs, ..Followed::by_filters(filters) }
             }
             Ruling::FiltersWin => {
-                self.place = filters;
+                self.state.place = filters;
                 Followed { opinion: ours, ..Followed::by_filters(filters) }
             }
             Ruling::NetworkWin => {
@@ -230,12 +257,21 @@ impl Rival {
     }
 }
 
-/// The place between filters and network while they agree.
-fn merged(filters: Place, sight: Sight, base: [f64; 2], params: &RivalParams) -> Place {
+/// The place between filters and network while they agree, if the memory was this certain of the
+/// last place. Filters hardly follow what changes its looks; a network does.
+fn merged(
+    filters: Place,
+    (sight, certainty): (Sight, f64),
+    base: [f64; 2],
+    params: &RivalParams,
+) -> Place {
     let between = |from: [f64; 2], to: [f64; 2], share: f64| {
         [0, 1].map(|k| from[k] + share * (to[k] - from[k]))
     };
-    let centre = between(filters.centre, sight.place.centre, params.centre);
+    let [least, most] = params.centre;
+    let strange = (1.0 - progress(certainty, KNOWN)) * progress(sight.odds, TRUSTED);
+    let share = least + (most - least) * strange;
+    let centre = between(filters.centre, sight.place.centre, share);
     let size = between(filters.size(base), sight.size, params.size * sight.rate);
     Place { centre, ..filters }.sized(size, base)
 }
@@ -246,13 +282,14 @@ mod tests {
 
     const PARAMS: RivalParams = RivalParams {
         overlap: 0.4,
-        centre: 0.5,
+        centre: [0.5, 1.0],
         size: 0.5,
         rate: 0.5,
         margin: 0.1,
         after: 3,
         odds: 0.0,
         unit: 2.0,
+        bias: 0.0,
     };
 
     fn says(certainty: f64, odds: f64) -> Testimony {
@@ -301,6 +338,13 @@ mod tests {
     }
 
     #[test]
+    fn a_bias_favours_the_network() {
+        let (params, both) = (RivalParams { bias: 0.5, ..PARAMS }, says(0.5, 0.5));
+        let (dispute, ruling) = Dispute::default().judge([both, both], &params);
+        assert_eq!((dispute.lead, ruling), (0.25, Ruling::Network));
+    }
+
+    #[test]
     fn who_leads_is_decided_by_the_mean_over_frames() {
         let (strong, weak) = (says(0.9, 0.0), says(0.1, 0.0));
         let (dispute, ruling) = Dispute::default().judge([strong, weak], &PARAMS);
@@ -318,10 +362,22 @@ mod tests {
         let filters = Place { centre: [50.0, 40.0], scale: 1.0, stretch: 1.0, rotation: 0.2 };
         let seen = Place { centre: [54.0, 38.0], scale: 1.1, ..filters };
         let sight = Sight { place: seen, size: [40.0, 10.0], rate: 0.4, odds: 1.0 };
-        let place = merged(filters, sight, base, &PARAMS);
+        let place = merged(filters, (sight, 0.9), base, &PARAMS);
         // Half of the way to the centre; the size goes 0.5 * 0.4 of its way.
         assert_eq!((place.centre, place.rotation), ([52.0, 39.0], 0.2));
         let [w, h] = place.size(base);
         assert!((w - 24.0).abs() < 1e-12 && (h - 10.0).abs() < 1e-12, "{w} {h}");
+        // The memory does not know the target: the network's centre counts more, if it does.
+        for (certainty, odds, x) in [
+            (0.4, 2.0, 54.0),
+            (0.65, 2.0, 53.0),
+            (0.4, 1.0, 53.0),
+            (0.65, 1.0, 52.5),
+            (0.0, 0.0, 52.0),
+            (1.2, 9.0, 52.0),
+        ] {
+            let place = merged(filters, (Sight { odds, ..sight }, certainty), base, &PARAMS);
+            assert!((place.centre[0] - x).abs() < 1e-12, "{certainty} {odds}: {:?}", place.centre);
+        }
     }
 }

@@ -5,7 +5,7 @@ use super::locate::{Locator, SavedLocator};
 use super::memory::{Memory, SavedMemory};
 use super::place::Place;
 use super::regain::RegainParams;
-use super::rivals::{Dispute, Rival};
+use super::rivals::{Rival, RivalState};
 use super::search::SearchParams;
 use super::status::{Belief, StatusParams};
 use super::visible::{SavedVisible, Visible};
@@ -36,8 +36,7 @@ pub(crate) struct SavedRobust {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct SavedRival {
     witness: SavedWitness,
-    place: Place,
-    dispute: Dispute,
+    state: RivalState,
 }
 
 impl RobustTarget {
@@ -50,11 +49,9 @@ impl RobustTarget {
             locator: locator.saved(),
             memory: memory.saved(),
             visible: visible.saved(),
-            rival: rival.as_ref().map(|rival| SavedRival {
-                witness: rival.witness.saved(),
-                place: rival.place,
-                dispute: rival.dispute(),
-            }),
+            rival: rival
+                .as_ref()
+                .map(|rival| SavedRival { witness: rival.witness.saved(), state: rival.state() }),
             belief: *belief,
             frames: *frames,
         }
@@ -109,10 +106,10 @@ impl RobustTarget {
 
 impl SavedRival {
     fn restore(self, config: &RobustConfig, network: Option<&Network>) -> Result<Rival, Error> {
-        let Self { witness, place, dispute } = self;
-        if !(place.is_sound() && dispute.is_sound()) {
+        let Self { witness, state } = self;
+        if !state.is_sound() {
             return Err(error::snapshot("the place of its network is damaged"));
         }
-        Ok(Rival::restore(Witness::restore(witness, network)?, place, dispute, config))
+        Ok(Rival::restore(Witness::restore(witness, network)?, state, config))
     }
 }

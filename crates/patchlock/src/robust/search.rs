@@ -89,7 +89,7 @@ impl Searcher<'_> {
     }
 
     /// How certain the memory is of a place.
-    pub fn certainty(&mut self, place: Place) -> f64 {
+    fn certainty(&mut self, place: Place) -> f64 {
         let Setting { frame, window, memory } = self.setting;
         let sample = window.sample(frame, place, self.sample);
         memory.certainty(memory.respond(&sample, self.response))

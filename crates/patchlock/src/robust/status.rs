@@ -7,10 +7,6 @@ use crate::config::RobustConfig;
 use crate::estimate::Status;
 use serde::{Deserialize, Serialize};
 
-/// The score of a box that is as likely to be on the target as not: the least of a tracked target,
-/// and the most of a lost one.
-const EVEN_SCORE: f64 = 0.5;
-
 /// More windows than any search has; counting on from here never overflows.
 const MAX_WINDOWS: u64 = 1 << 53;
 
@@ -39,6 +35,11 @@ impl Evidence {
         opinion: Option<Opinion>,
     ) -> Self {
         Self { certainty, elsewhere, visible, contrast, opinion }
+    }
+
+    /// How much the memory's response elsewhere exceeds what the patch model sees here.
+    fn distraction(&self) -> f64 {
+        self.elsewhere - self.visible
     }
 
     /// Whether no network contradicts.
@@ -70,6 +71,8 @@ pub(crate) struct Belief {
     seen: f64,
     /// The mean contrast of colours on sure frames.
     contrast: f64,
+    /// The contrast of colours in the first frame.
+    first_contrast: f64,
 }
 
 /// What follows from the evidence of a frame.
@@ -109,8 +112,8 @@ pub(crate) struct StatusParams {
     first_frames: u64,
     /// A frame is sure above this share of the recent certainty, or of 1 if that is less.
     sure: f64,
-    /// The size learns from this score on.
-    size_least: f64,
+    /// The size learns if the response elsewhere exceeds the visible share by less than this.
+    size_below: f64,
     /// Rate of the running means of certainty, visible share and contrast.
     recent_rate: f64,
     strange: StrangeParams,
@@ -153,12 +156,14 @@ struct StrangeParams {
 }
 
 /// When something covers the target: the certainty is low, and either next to nothing is visible
-/// and the score is below one half, or little is visible, the memory responds elsewhere as well,
+/// and the memory responds elsewhere, or little is visible, the memory responds elsewhere as well,
 /// and the colours stand out less.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct CoveredParams {
-    /// Next to nothing: less than this share of what was visible on sure frames.
+    /// Next to nothing: less than this share of what was visible on sure frames,
     share: f64,
+    /// if the response elsewhere exceeds the visible share by more than this.
+    alone: f64,
     /// Little: less than this share of what was visible on sure frames.
     visible: f64,
     /// The response elsewhere is above this.
@@ -179,6 +184,8 @@ struct ScoreParams {
     visible: f64,
     /// Times the response elsewhere.
     elsewhere: f64,
+    /// Times the contrast of colours, relative to the first frame.
+    contrast: f64,
     with_network: NetworkScoreParams,
 }
 
@@ -194,6 +201,12 @@ struct NetworkScoreParams {
     agrees: f64,
 }
 
+/// The contrast of colours in the first frame counts as at least this for the score,
+const LEAST_CONTRAST: f64 = 0.05;
+
+/// and later contrast, relative to it, as at most this.
+const MOST_CONTRAST: f64 = 1.2;
+
 /// The range in which the network's odds count for the score.
 const ODDS: [f64; 2] = [-4.0, 4.2];
 
@@ -202,7 +215,7 @@ impl StatusParams {
         Self {
             first_frames: config.first_frames as u64,
             sure: config.sure,
-            size_least: config.scale_least,
+            size_below: config.scale_below,
             recent_rate: config.recent_rate,
             strange: StrangeParams {
                 below: config.lost_below,
@@ -212,6 +225,7 @@ impl StatusParams {
             },
             covered: CoveredParams {
                 share: config.covered_share,
+                alone: config.covered_alone,
                 visible: config.covered_visible,
                 elsewhere: config.covered_elsewhere,
                 contrast: config.covered_contrast,
@@ -231,6 +245,7 @@ impl StatusParams {
                 bias: config.score_bias,
                 visible: config.score_visible,
                 elsewhere: config.score_elsewhere,
+                contrast: config.score_contrast,
                 with_network: NetworkScoreParams {
                     bias: config.network_score_bias,
                     visible: config.network_score_visible,
@@ -244,16 +259,21 @@ impl StatusParams {
 
 impl ScoreParams {
     /// The probability that the box overlaps the target by at least half.
-    fn score(&self, evidence: &Evidence) -> f64 {
+    fn score(&self, evidence: &Evidence, first_contrast: f64) -> f64 {
+        let Evidence { visible, elsewhere, contrast, .. } = *evidence;
         let sum = match evidence.opinion {
             None => {
-                self.bias + self.visible * evidence.visible + self.elsewhere * evidence.elsewhere
+                let contrast = (contrast / first_contrast.max(LEAST_CONTRAST)).min(MOST_CONTRAST);
+                self.bias
+                    + self.visible * visible
+                    + self.elsewhere * elsewhere
+                    + self.contrast * contrast
             }
             Some(Opinion { odds, agrees }) => {
                 let Self { with_network: params, .. } = self;
                 let agrees = if agrees { params.agrees } else { 0.0 };
                 let odds = params.odds * odds.clamp(ODDS[0], ODDS[1]);
-                params.bias + params.visible * evidence.visible + odds + agrees
+                params.bias + params.visible * visible + odds + agrees
             }
         };
         1.0 / (1.0 + (-sum).exp())
@@ -277,7 +297,13 @@ impl Belief {
     /// What is believed of the target in the first frame.
     pub fn first(evidence: &Evidence) -> Self {
         let Evidence { visible: seen, contrast, .. } = *evidence;
-        Self { phase: Phase::Following { doubtful: 0 }, recent: 1.0, seen, contrast }
+        let phase = Phase::Following { doubtful: 0 };
+        Self { phase, recent: 1.0, seen, contrast, first_contrast: contrast }
+    }
+
+    /// The probability that the box overlaps the target by at least half.
+    fn score(&self, evidence: &Evidence, params: &StatusParams) -> f64 {
+        params.score.score(evidence, self.first_contrast)
     }
 
     /// Whether all numbers are ones that evidence can lead to.
@@ -287,7 +313,10 @@ impl Belief {
             Phase::Lost { next } => next <= MAX_WINDOWS,
             Phase::Trial { back, .. } => back.is_sound(),
         };
-        phase && [self.recent, self.seen, self.contrast].iter().all(|mean| mean.is_finite())
+        phase
+            && [self.recent, self.seen, self.contrast, self.first_contrast]
+                .iter()
+                .all(|mean| mean.is_finite())
     }
 
     /// Whether the target is lost.
@@ -328,7 +357,7 @@ impl Belief {
 
     /// Status and score.
     pub fn verdict(&self, evidence: &Evidence, params: &StatusParams) -> Verdict {
-        let score = params.score.score(evidence);
+        let score = self.score(evidence, params);
         let status = match self.phase {
             Phase::Lost { .. } => Status::Lost,
             // A network's witness is good enough to call a target lost before it is given up.
@@ -363,8 +392,7 @@ impl Belief {
             return Doubt::Strange;
         }
         // What covers the target slowly may look more like it than what comes suddenly.
-        let is_covered = self.is_covered(evidence, params)
-            && params.score.score(evidence) < EVEN_SCORE
+        let is_covered = self.is_covered(evidence, params) && evidence.distraction() > covered.alone
             || self.may_be_covered(evidence, params);
         if is_covered && certainty < covered.below { Doubt::Covered } else { Doubt::None }
     }
@@ -435,7 +463,7 @@ impl Belief {
             || first && !self.is_covered(evidence, params) && evidence.is_undisputed();
         Lessons {
             sure: known && matches!(self.phase, Phase::Following { .. }),
-            size: params.score.score(evidence) >= params.size_least,
+            size: evidence.distraction() < params.size_below,
         }
     }
 }
@@ -448,11 +476,12 @@ mod tests {
     const PARAMS: StatusParams = StatusParams {
         first_frames: 10,
         sure: 0.7,
-        size_least: 0.3,
+        size_below: 0.9,
         recent_rate: 0.05,
         strange: StrangeParams { below: 0.4, drop: 0.6, hidden: 0.3, after: 3 },
         covered: CoveredParams {
             share: 0.1,
+            alone: 0.7,
             visible: 0.35,
             elsewhere: 0.6,
             contrast: 0.75,
@@ -464,6 +493,7 @@ mod tests {
             bias: 0.0,
             visible: 4.0,
             elsewhere: -4.0,
+            contrast: 0.0,
             with_network: NetworkScoreParams { bias: -2.0, visible: 2.0, odds: 1.0, agrees: 1.0 },
         },
         denied: DeniedParams { odds: 0.0, below: 0.45, after: 2 },
@@ -482,8 +512,13 @@ mod tests {
     /// A place at which next to nothing is visible, with a low score.
     const COVERED: Evidence = Evidence { certainty: 0.5, visible: 0.0, elsewhere: 0.5, ..KNOWN };
 
-    const BELIEF: Belief =
-        Belief { phase: Phase::Following { doubtful: 0 }, recent: 0.9, seen: 0.8, contrast: 0.5 };
+    const BELIEF: Belief = Belief {
+        phase: Phase::Following { doubtful: 0 },
+        recent: 0.9,
+        seen: 0.8,
+        contrast: 0.5,
+        first_contrast: 0.5,
+    };
 
     const BACK: Place = Place { centre: [3.0, 4.0], scale: 1.2, stretch: 1.0, rotation: 0.1 };
 
@@ -689,6 +724,23 @@ mod tests {
         ] {
             let verdict = belief.verdict(&evidence, &PARAMS);
             assert_eq!(verdict, Verdict { status, score }, "{:?} {evidence:?}", belief.phase);
+        }
+    }
+
+    #[test]
+    fn the_score_counts_contrast_relative_to_the_first_frame() {
+        let params = ScoreParams { bias: -1.0, visible: 0.0, elsewhere: 0.0, ..PARAMS.score };
+        let params = ScoreParams { contrast: 2.0, ..params };
+        // The sum is -1 and twice the relative contrast.
+        for (first, contrast, sum) in [
+            (0.5, 0.25, 0.0),
+            (0.5, 0.5, 1.0),
+            (0.25, 1.0, 1.4),
+            (0.0, 0.025, 0.0),
+            (0.5, -0.5, -3.0),
+        ] {
+            let score = params.score(&Evidence { contrast, ..KNOWN }, first);
+            assert!((score - 1.0 / (1.0 + f64::exp(-sum))).abs() < 1e-12, "{first} {contrast}");
         }
     }
 

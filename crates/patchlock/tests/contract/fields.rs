@@ -90,8 +90,6 @@ fn base_of(method: &Method, row: &Parameter) -> TrackerConfig {
             ("denied_below", 0.9),
             ("found_above", 0.3),
             ("found_confirmed", -50.0),
-            ("found_odds", -50.0),
-            ("found_known", 0.0),
             ("found_alone", 50.0),
         ];
         set(&mut config, &disputed);
@@ -100,9 +98,9 @@ fn base_of(method: &Method, row: &Parameter) -> TrackerConfig {
         // The target counts as covered, with a low score, from the first frame on.
         let covered = [
             ("covered_share", 9.0),
+            ("covered_alone", -1.0),
             ("covered_below", 9.0),
             ("covered_after", 2.0),
-            ("score_bias", -9.0),
             ("lost_below", 0.0),
         ];
         set(&mut config, &covered);
@@ -127,11 +125,11 @@ fn base_of(method: &Method, row: &Parameter) -> TrackerConfig {
             ("dispute_after", 1.0),
             ("dispute_rate", 1.0),
         ],
-        "dispute_rate" | "dispute_margin" | "dispute_after" | "dispute_unit" => {
+        "dispute_rate" | "dispute_margin" | "dispute_after" | "dispute_unit" | "dispute_bias" => {
             &[("agree_overlap", 0.99), ("denied_odds", -50.0), ("dispute_unit", 0.1)]
         }
         // The memory finds nothing.
-        "network_windows" | "found_odds" | "found_known" | "found_alone" => &[("found_above", 9.0)],
+        "network_windows" | "found_alone" => &[("found_above", 9.0)],
         // Sizes that the memory knows as well as that of the window.
         "found_larger" | "found_smaller" => &[("found_larger", 1.01), ("found_smaller", 0.99)],
         _ => &[],
@@ -235,6 +233,7 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("first_frames", Value::from(0)),
         ("lost_after", Value::from(4)),
         ("covered_share", Value::from(0.0)),
+        ("covered_alone", Value::from(9.0)),
         ("covered_visible", Value::from(0.0)),
         ("covered_elsewhere", Value::from(9.0)),
         ("covered_contrast", Value::from(0.0)),
@@ -243,7 +242,7 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("found_above", Value::from(0.9)),
         ("trial", Value::from(9)),
         ("search_windows", Value::from(40)),
-        ("scale_least", Value::from(1.0)),
+        ("scale_below", Value::from(-1.0)),
         ("least_side", Value::from(1000.0)),
         ("rotation_clear", Value::from(9.0)),
         ("rotation_most", Value::from(0.01)),
@@ -265,6 +264,7 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("score_bias", Value::from(0.5)),
         ("score_visible", Value::from(1.0)),
         ("score_elsewhere", Value::from(-1.0)),
+        ("score_contrast", Value::from(1.0)),
         ("tracked_score", Value::from(0.01)),
         ("lost_score", Value::from(1.0)),
         ("score_tracked", Value::from(1.0)),
@@ -273,19 +273,19 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("network_fit", Value::from(0.1)),
         ("agree_overlap", Value::from(0.9)),
         ("network_centre", Value::from(0.9)),
+        ("network_centre_most", Value::from(0.4)),
         ("network_size", Value::from(0.1)),
         ("dispute_rate", Value::from(0.9)),
         ("dispute_margin", Value::from(9.0)),
         ("dispute_after", Value::from(9)),
         ("dispute_odds", Value::from(50.0)),
         ("dispute_unit", Value::from(100.0)),
+        ("dispute_bias", Value::from(50.0)),
         ("denied_odds", Value::from(-50.0)),
         ("denied_below", Value::from(0.0)),
         ("denied_after", Value::from(1)),
         ("network_windows", Value::from(20)),
         ("found_confirmed", Value::from(50.0)),
-        ("found_odds", Value::from(50.0)),
-        ("found_known", Value::from(9.0)),
         ("found_alone", Value::from(-50.0)),
         ("network_score_bias", Value::from(1.0)),
         ("network_score_visible", Value::from(1.0)),
