@@ -20,6 +20,7 @@ mod ahead;
 mod child;
 pub mod colour;
 mod error;
+mod external_encoder;
 mod feed;
 mod ffmpeg;
 mod guard;

@@ -116,6 +116,11 @@ impl Address {
         }
     }
 
+    /// A camera of this machine; they count from 0.
+    pub fn camera(number: usize) -> Self {
+        Self { kind: Kind::Numbered(number), name: number.to_string() }
+    }
+
     /// Standard input.
     pub fn pipe() -> Self {
         Self { kind: Kind::Pipe, name: "standard input".to_string() }

@@ -81,6 +81,8 @@ pub struct Live {
     options: Options,
     /// The time of frame 0, in millionths of a second.
     begun: Option<i64>,
+    /// How many frames had come before the one that was given first, which is frame 0.
+    before: Option<usize>,
     /// Frames that were given, or skipped because they come before the first one.
     given: usize,
     /// The number of the last one of these.
@@ -142,7 +144,10 @@ impl Shared {
     }
 
     fn end(&self, result: Result<(), Error>) {
-        self.state().ended = Some(result);
+        let mut state = self.state();
+        if !state.closed {
+            state.ended = Some(result);
+        }
         self.changed.notify_all();
     }
 
@@ -167,10 +172,11 @@ impl Live {
         let (sender, notes) = mpsc::channel();
         let reader = Reader { task, shared: Arc::clone(&shared), notes: sender, options };
         thread::spawn(move || reader.run());
-        Self { shared, notes, options, begun: None, given: 0, last: None }
+        Self { shared, notes, options, begun: None, before: None, given: 0, last: None }
     }
 
-    /// Waits up to 100 ms for a frame that is newer than the last one.
+    /// Waits up to 100 ms for a frame that is newer than the last one. Frame 0 is the newest at the
+    /// first call.
     ///
     /// # Errors
     /// [`Error::NotLive`] if it does not open, [`Error::FfmpegMissing`], [`Error::TooLarge`] and
@@ -191,6 +197,7 @@ impl Live {
         };
         // The reader may wait until the frame is taken.
         self.shared.changed.notify_all();
+        let index = index - *self.before.get_or_insert(index);
         if self.options.end.is_some_and(|end| index >= end) {
             self.close();
             return Ok(Next::End);
@@ -268,7 +275,8 @@ impl Reader {
                 None => return,
             };
             drop(stream);
-            if !may_return || pauses == 0 {
+            // The end of a source that was closed is no loss.
+            if !may_return || pauses == 0 || self.shared.state().closed {
                 return self.shared.end(ended);
             }
             let reason = match ended {
@@ -420,6 +428,11 @@ mod tests {
         assert_eq!(next(&mut live).unwrap(), Some((5, Some(4.0))));
         assert_eq!((live.dropped(), live.begun()), (4, Some(1.0)));
         assert_eq!(next(&mut live).unwrap(), None);
+        // What came before the first call is no frame.
+        let mut late = fake.open("udp://h", ONCE);
+        thread::sleep(Duration::from_millis(500));
+        assert_eq!(next(&mut late).unwrap(), Some((0, Some(0.0))));
+        assert_eq!((late.dropped(), late.begun()), (0, Some(5.0)));
     }
 
     #[test]
@@ -504,11 +517,13 @@ mod tests {
         let fake = Fake::new(&format!(
             "{LIVE}\nfor k in 0 1 2 3 4 5 6 7 8 9; do frame $k; sleep 0.1; done\nexec sleep 1000"
         ));
-        let mut live = fake.open("udp://h", Options { start: 2, end: Some(5), ..ONCE });
+        let mut live = fake.open("udp://h", Options { start: 2, end: Some(5), ..RECONNECT });
         let mut given = Vec::new();
         while let Some((index, _)) = next(&mut live).unwrap() {
             given.push(index);
         }
+        thread::sleep(Duration::from_millis(200));
+        assert_eq!(live.notes().count(), 0, "nothing was lost");
         assert!(given.iter().all(|index| (2..5).contains(index)) && !given.is_empty(), "{given:?}");
         assert!(fake.has_ended());
     }

@@ -9,7 +9,7 @@ use std::thread;
 use std::time::Duration;
 
 use super::address::{Address, System, listed_camera, without_password};
-use crate::child::{Running, Watched};
+use crate::child::{Running, Watched, apart};
 use crate::colour::Matrix;
 use crate::ffmpeg::{EVERY_FRAME_ONCE, FORMATS, Program, matrix, without_address};
 use crate::y4m::{Header, Y4mStream, piece_of_line};
@@ -20,7 +20,7 @@ const TIMES: &str = "settb=AVTB,metadata=mode=add:key=n:value=0,metadata=mode=pr
 /// How long the time of a frame may come after the frame itself.
 const TIME_COMES: Duration = Duration::from_secs(1);
 /// What ffmpeg may read ahead to find out what the stream holds, in millionths of a second.
-const ANALYSIS: &str = "2000000";
+const ANALYSIS: &str = "500000";
 
 /// A frame as it came.
 pub struct Raw {
@@ -111,7 +111,7 @@ impl Task {
             .args(["-hide_banner", "-nostats", "-loglevel", "level+info"])
             .args(["-max_pixels", &self.limits.pixels.to_string()])
             // Threads for frames would keep as many frames back as there are threads.
-            .args(["-fflags", "nobuffer", "-thread_type", "slice", "-analyzeduration", ANALYSIS])
+            .args(["-thread_type", "slice", "-analyzeduration", ANALYSIS])
             .arg("-copyts");
         if !as_told {
             command.args(["-use_wallclock_as_timestamps", "1"]);
@@ -149,7 +149,8 @@ impl Task {
         let (mut has_length, mut matrix) = (false, None);
         let opened = loop {
             match times.recv_timeout(patience) {
-                Ok(Said::HasLength(known)) => has_length = known,
+                // What the user has called live is.
+                Ok(Said::HasLength(known)) => has_length = known && !address.is_pipe(),
                 Ok(Said::Video(said)) => matrix = matrix.or(said),
                 Ok(Said::Opened) => break true,
                 Ok(Said::Time(_)) => {}
@@ -205,15 +206,6 @@ impl Task {
             _ => self.cannot_open(format!("ffmpeg does not start: {error}")),
         }
     }
-}
-
-/// Keeps Ctrl-C in a terminal from ending ffmpeg before the program has read its last frame.
-fn apart(command: &mut Command) -> &mut Command {
-    #[cfg(unix)]
-    std::os::unix::process::CommandExt::process_group(command, 0);
-    #[cfg(windows)]
-    std::os::windows::process::CommandExt::creation_flags(command, 0x200);
-    command
 }
 
 fn silence(patience: Duration) -> String {
