@@ -35,11 +35,17 @@ impl Feed {
     ) -> Result<Option<(usize, Picture)>, Error> {
         ahead::next_unless(stopped, || {
             let next = self.wait();
-            if let Self::Live(live) = self {
-                live.notes().for_each(&mut note);
-            }
+            self.notes().into_iter().for_each(&mut note);
             next
         })
+    }
+
+    /// What has happened to a live source since the last call.
+    pub fn notes(&self) -> Vec<Note> {
+        match self {
+            Self::Ahead(_) => Vec::new(),
+            Self::Live(live) => live.notes().collect(),
+        }
     }
 
     /// Frames that were not given because a newer one had come; `None` if no frame is ever left

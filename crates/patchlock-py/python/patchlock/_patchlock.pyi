@@ -1,7 +1,7 @@
 """The Rust part of the package `patchlock`. Written by tools/python/stubs.py."""
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, Literal, final
 
@@ -38,6 +38,7 @@ __all__ = [
     "_restore_config",
     "_restore_many",
     "_restore_network",
+    "_select_boxes",
     "bench_jobs",
     "parameters",
     "read_truth",
@@ -1187,13 +1188,14 @@ class Frames:
 
     def __new__(
         cls,
-        source: str | os.PathLike[str],
+        source: str | os.PathLike[str] | int,
         *,
         start: int = 0,
         end: int | None = None,
         stride: int = 1,
         reverse: bool = False,
         max_pixels: int = 36_000_000,
+        reconnect: float = 60.0,
     ) -> Self: ...
     @property
     def count(self) -> int | None:
@@ -1561,6 +1563,13 @@ def _restore_network(
 ) -> Network:
     """Called by pickle."""
 
+
+def _select_boxes(
+    frame: FrameLike, channels: str, in_notebook: bool, opened: Callable[[str, str], None]
+) -> list[tuple[float, float, float, float]]:
+    """Serves a page with the frame until a person has drawn a box there; `opened` is called with the
+    address of the page and one for the arguments of a browser, which works once.
+    """
 
 def _restore(
     snapshot: bytes, threads: int | None, channels: str, frame: int, model: Network | None = None
