@@ -16,7 +16,8 @@ program=${PATCHLOCK:-${CARGO_TARGET_DIR:-target}/$profile/patchlock}
 [ -x "$program" ] || cargo build --quiet --profile "$profile" --locked -p patchlock-cli
 cd "$here"
 page=../../crates/patchlock-studio/src/page
+window=../../crates/patchlock-studio/src/window
 node_modules/.bin/prettier --config .prettierrc.json --log-level warn --check \
-    "$page/*.{mjs,css,html,d.ts}" 'tests/*.mjs' '*.mjs'
+    "$page/*.{mjs,css,html,d.ts}" "$window/*.{mjs,css,html}" 'tests/*.mjs' '*.mjs'
 node_modules/.bin/tsc --project tsconfig.json
 node_modules/.bin/playwright test "$@"

@@ -57,11 +57,12 @@ pub fn media_hint(error: &patchlock_media::Error) -> Option<String> {
             return Some(format!("--max-pixels accepts more than {limit}"));
         }
         Error::Missing { .. } => {
-            "name a folder of images, a pattern such as img/%04d.jpg, a glob, a video file, or - for \
-             Y4M on stdin"
+            "name a folder of images, a pattern such as img/%04d.jpg, a glob, a video file, an address \
+             such as rtsp://host/path, the number of a camera, or - for Y4M on stdin"
         }
         Error::Endless { .. } => {
-            "a program can write Y4M to standard input: PROGRAM | patchlock track - ..."
+            "a program can write Y4M to standard input: PROGRAM | patchlock track - ...; of cameras, \
+             only /dev/video0, /dev/video1 and so on are known"
         }
         Error::NoMatch { is_glob: true, .. } => {
             "quote the glob, so that the shell does not expand it"

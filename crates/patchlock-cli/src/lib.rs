@@ -6,10 +6,12 @@
 //! has one file per subcommand. [`trax`] offers the tracker to other programs.
 
 pub mod advice;
+pub mod browser;
 pub mod cmd;
 pub mod failure;
 pub mod interrupt;
 pub mod output;
+pub mod preview;
 pub mod progress;
 pub mod project;
 pub mod run;

@@ -4,16 +4,21 @@ use std::io::IsTerminal;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use patchlock::Status;
 use patchlock_bench::bench::runner::Watch;
 use patchlock_bench::bench::store::Task;
 
 use crate::failure::say;
 use crate::interrupt;
+use crate::output::Seen;
+use crate::output::draw::score_label;
 
 /// A progress bar with speed and score; hidden in a pipe or with `--quiet`.
 pub struct Progress {
     bar: ProgressBar,
     visible: bool,
+    /// Frames of a live source that were left out.
+    dropped: AtomicUsize,
 }
 
 impl Progress {
@@ -42,12 +47,27 @@ impl Progress {
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style.progress_chars("━━─"));
         }
-        Self { bar, visible }
+        Self { bar, visible, dropped: AtomicUsize::default() }
     }
 
-    /// Counts one more frame.
-    pub fn step(&self, fps: f64, score: f64) {
-        self.advance(format!("{fps:.1} fps  score {score:.2}"));
+    /// Counts one more frame, with these targets.
+    pub fn step(&self, fps: f64, targets: &[Seen]) {
+        let mut message = format!("{fps:.1} fps  {}", state(targets));
+        match self.dropped.load(Ordering::Relaxed) {
+            0 => {}
+            dropped => message += &format!("  {dropped} dropped"),
+        }
+        self.advance(message);
+    }
+
+    /// How many frames of a live source were left out so far.
+    pub fn set_dropped(&self, dropped: usize) {
+        self.dropped.store(dropped, Ordering::Relaxed);
+    }
+
+    /// Shows a line above the bar.
+    pub fn note(&self, line: &str) {
+        self.bar.suspend(|| say(line));
     }
 
     /// Counts one more item and shows a message.
@@ -61,6 +81,19 @@ impl Progress {
         self.bar.finish_and_clear();
         if self.visible {
             text.lines().for_each(say);
+        }
+    }
+}
+
+/// The targets in a few words. The score of a lost one says nothing.
+fn state(targets: &[Seen]) -> String {
+    match targets {
+        [] => "no target".to_string(),
+        [seen] if seen.estimate.status == Status::Lost => "lost".to_string(),
+        [seen] => format!("score {}", score_label(&seen.estimate)),
+        all => {
+            let lost = all.iter().filter(|seen| seen.estimate.status == Status::Lost).count();
+            format!("{} targets, {lost} lost", all.len())
         }
     }
 }
@@ -121,6 +154,17 @@ impl Watch for RunsProgress {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::output::example;
+
+    #[test]
+    fn a_low_score_is_shown_with_its_status() {
+        let seen = example::seen;
+        assert_eq!(state(&[seen(Status::Tracked)]), "score 0.50");
+        assert_eq!(state(&[seen(Status::Uncertain)]), "score 0.50 uncertain");
+        assert_eq!(state(&[seen(Status::Lost)]), "lost");
+        let two = [seen(Status::Lost), seen(Status::Tracked)];
+        assert_eq!(state(&two), "2 targets, 1 lost");
+    }
 
     #[test]
     fn the_bar_is_hidden_if_the_table_is_on_the_terminal() {

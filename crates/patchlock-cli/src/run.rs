@@ -12,7 +12,7 @@ use crate::interrupt;
 use crate::output::measured::Measured;
 use crate::output::{Seen, Sink, Tracked};
 use crate::progress::Progress;
-use crate::targets::{Event, Targets};
+use crate::targets::{Event, Names, Targets};
 
 /// A tracker with its outputs and its measurements.
 pub struct Run {
@@ -20,6 +20,8 @@ pub struct Run {
     sinks: Vec<Box<dyn Sink>>,
     /// Whether the rows contain the ids of the targets.
     with_ids: bool,
+    /// The names that the user has given to targets.
+    names: Names,
     size: Option<(usize, usize)>,
     measured: Measured,
 }
@@ -37,9 +39,16 @@ impl Run {
             tracker: ManyTargets::new(config, pool)?,
             sinks,
             with_ids,
+            names: Names::new(),
             size: None,
             measured: Measured::default(),
         })
+    }
+
+    /// The same with names for targets.
+    #[must_use]
+    pub fn with_names(self, names: Names) -> Self {
+        Self { names, ..self }
     }
 
     /// Number of threads.
@@ -73,8 +82,7 @@ impl Run {
             let tracked = Tracked { frame: index, ms, targets: &found, picture: &picture };
             self.write(&tracked)?;
             each(&tracked)?;
-            let scores: f64 = found.iter().map(|seen| seen.estimate.score).sum();
-            progress.step(self.measured.fps(), scores / found.len().max(1) as f64);
+            progress.step(self.measured.fps(), &found);
         }
         if interrupt::requested() {
             return Ok(());
@@ -105,6 +113,7 @@ impl Run {
             .map_err(|error| failed(format!("the tracker stopped in frame {index}: {error}")))?;
         let seen = found.into_iter().map(|target| Seen {
             id: self.with_ids.then_some(target.id),
+            name: self.names.get(&target.id).cloned(),
             bbox: target.bbox,
             estimate: target.estimate,
         });

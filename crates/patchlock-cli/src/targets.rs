@@ -3,6 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::sync::Arc;
 
 use patchlock::{BoundingBox, Method};
 use patchlock_media::{Order, Picture};
@@ -32,16 +33,21 @@ pub struct Event {
 pub struct Targets {
     /// By frame; those of the first tracked frame have none.
     events: BTreeMap<Option<usize>, Vec<Event>>,
+    /// The names of targets, if their ids were no numbers.
+    pub names: Names,
     /// Whether the output contains ids: not for a single box from `--box` or `--box-from`.
     pub many: bool,
     started: bool,
 }
 
+/// The names that the user has given to targets, by their ids.
+pub type Names = BTreeMap<u64, Arc<str>>;
+
 /// A line of the table.
 #[derive(Deserialize)]
 struct Line {
     frame: usize,
-    id: u64,
+    id: String,
     x: Option<f64>,
     y: Option<f64>,
     w: Option<f64>,
@@ -61,7 +67,7 @@ impl Targets {
         for event in events {
             by_frame.entry(event.frame).or_default().push(event);
         }
-        Self { events: by_frame, many: true, started: false }
+        Self { events: by_frame, names: Names::new(), many: true, started: false }
     }
 
     /// Frame and id of each start and restart; no frame for the first tracked one.
@@ -76,25 +82,54 @@ impl Targets {
         let bytes = files::read(file)
             .map_err(|error| failed(format!("{name}: cannot read it: {error}")).hint(TABLE))?;
         let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(&bytes[..]);
-        let mut events = Vec::new();
-        let mut seen = BTreeSet::new();
+        let mut lines = Vec::new();
         let wrong = |error: csv::Error| usage(format!("{name}: {error}")).hint(TABLE);
         let headers = reader.headers().cloned().map_err(wrong)?;
         for record in reader.into_records() {
             let record = record.map_err(wrong)?;
             let number = record.position().map_or(1, csv::Position::line);
             let line: Line = record.deserialize(Some(&headers)).map_err(wrong)?;
-            if !seen.insert((line.frame, line.id)) {
+            if line.id.is_empty() {
+                let message = format!("{name}, line {number}: the id is empty");
+                return Err(usage(message).hint(TABLE));
+            }
+            lines.push((line, number));
+        }
+        let numbers = numbered(&lines);
+        let mut events = Vec::new();
+        let mut seen = BTreeSet::new();
+        for (line, number) in &lines {
+            let id = numbers.get(&*line.id).copied();
+            let id = id.or_else(|| line.id.parse().ok()).unwrap_or(0);
+            if !seen.insert((line.frame, id)) {
                 let twice =
                     format!("{name}: target {} is given twice in frame {}", line.id, line.frame);
                 return Err(usage(twice).hint(TABLE));
             }
-            events.push(event(&line, &format!("{name}, line {number}"))?);
+            events.push(event(line, id, &format!("{name}, line {number}"))?);
         }
         if events.is_empty() {
             return Err(usage(format!("{name}: the file has no target")).hint(TABLE));
         }
-        Ok(Self::at_frames(events))
+        let names = numbers.into_iter().map(|(name, id)| (id, name.into())).collect();
+        Ok(Self { names, ..Self::at_frames(events) })
+    }
+
+    /// The same targets in the first frame that a live source gives, whichever that is.
+    pub fn in_first_of_live(self) -> Result<Self, Failure> {
+        let later = self.events.values().flatten().find(|event| event.frame.unwrap_or(0) > 0);
+        if let Some(Event { frame, id, .. }) = later {
+            let frame = frame.unwrap_or(0);
+            return Err(usage(format!(
+                "--boxes: target {id} has a line for frame {frame}; of a live source only the first \
+                 frame is known"
+            ))
+            .hint("give the boxes of frame 0"));
+        }
+        let events = self.events.into_values().flatten();
+        let mut first: Vec<Event> = events.map(|event| Event { frame: None, ..event }).collect();
+        first.sort_by_key(|event| event.id);
+        Ok(Self { many: self.many, names: self.names, ..Self::at_frames(first) })
     }
 
     /// Fails if an event belongs to a frame that will not be tracked.
@@ -187,19 +222,32 @@ fn untracked(frame: usize, id: u64) -> Failure {
     .hint("frames count from 0; --start, --end and --stride select which are tracked")
 }
 
-fn event(line: &Line, name: &str) -> Result<Event, Failure> {
-    let Line { frame, id, .. } = *line;
+/// Numbers from 1 for ids that are no numbers, in the order in which they come; none if all ids are
+/// numbers.
+fn numbered(lines: &[(Line, u64)]) -> BTreeMap<&str, u64> {
+    let mut numbers = BTreeMap::new();
+    if lines.iter().any(|(line, _)| line.id.parse::<u64>().is_err()) {
+        for (line, _) in lines {
+            let next = numbers.len() as u64 + 1;
+            numbers.entry(line.id.as_str()).or_insert(next);
+        }
+    }
+    numbers
+}
+
+fn event(line: &Line, id: u64, name: &str) -> Result<Event, Failure> {
+    let Line { frame, id: ref called, .. } = *line;
     text::frame(frame)
-        .map_err(|reason| usage(format!("{name}: target {id}: {reason}")).hint(TABLE))?;
+        .map_err(|reason| usage(format!("{name}: target {called}: {reason}")).hint(TABLE))?;
     let bbox = match (line.x, line.y, line.w, line.h) {
         (None, None, None, None) => None,
         (Some(x), Some(y), Some(w), Some(h)) => {
-            let place = format!("{name}: target {id} in frame {frame}");
+            let place = format!("{name}: target {called} in frame {frame}");
             let bbox = target::checked([x, y, w, h], &place);
             Some(bbox.map_err(|message| usage(message).hint(advice::BOX))?)
         }
         _ => {
-            let part = format!("{name}: target {id} in frame {frame} has an incomplete box");
+            let part = format!("{name}: target {called} in frame {frame} has an incomplete box");
             return Err(usage(part).hint(TABLE));
         }
     };
@@ -232,6 +280,32 @@ mod tests {
         assert!(left.contains("target 7 has a line for frame 9"), "{left}");
         assert_eq!(targets.due(9)[0].bbox, None);
         assert!(targets.check_all_done().is_ok());
+    }
+
+    #[test]
+    fn ids_may_be_names() {
+        let text = "frame,id,x,y,w,h\n4,car,1,2,3,4\n4,7,5,5,5,5\n9,car,,,,\n";
+        let mut targets = table(text).unwrap();
+        let names: Vec<(u64, &str)> =
+            targets.names.iter().map(|(id, name)| (*id, &**name)).collect();
+        assert_eq!(names, [(1, "car"), (2, "7")]);
+        assert_eq!(targets.due(4).iter().map(|event| event.id).collect::<Vec<_>>(), [1, 2]);
+        assert_eq!((targets.due(9)[0].id, targets.due(9).len()), (1, 0));
+        assert!(table("frame,id,x,y,w,h\n4,7,5,5,5,5\n").unwrap().names.is_empty());
+        let error = |text: &str| table(&format!("frame,id,x,y,w,h\n{text}")).unwrap_err();
+        assert!(error("4,,1,2,3,4").contains("line 2: the id is empty"));
+        assert!(error("4,a,1,2,3,4\n4,a,1,2,3,4").contains("target a is given twice in frame 4"));
+    }
+
+    #[test]
+    fn targets_of_a_live_source_start_in_its_first_frame() {
+        let text = "frame,id,x,y,w,h\n0,7,1,2,3,4\n0,2,5,5,5,5\n";
+        let mut targets = table(text).unwrap().in_first_of_live().unwrap();
+        assert_eq!(targets.due(3).iter().map(|event| event.id).collect::<Vec<_>>(), [2, 7]);
+        assert!(targets.many && targets.check_all_done().is_ok());
+        let later = table(&format!("{text}4,7,,,,\n")).unwrap().in_first_of_live();
+        let error = later.unwrap_err().to_string();
+        assert!(error.contains("target 7 has a line for frame 4"), "{error}");
     }
 
     #[test]

@@ -9,7 +9,7 @@ use crate::{Error, FrameSource, Picture};
 /// Decoded frames kept in the queue. A longer queue would only use more memory.
 const DEPTH: usize = 2;
 /// Longest time that [`Ahead::wait`] blocks, so that the caller can check whether to stop.
-const PATIENCE: Duration = Duration::from_millis(100);
+pub(crate) const PATIENCE: Duration = Duration::from_millis(100);
 
 /// An iterator over chosen frames of a source, decoded ahead on a separate thread.
 pub struct Ahead {
@@ -60,16 +60,7 @@ impl Ahead {
         &mut self,
         stopped: &dyn Fn() -> bool,
     ) -> Result<Option<(usize, Picture)>, Error> {
-        loop {
-            if stopped() {
-                return Ok(None);
-            }
-            match self.wait()? {
-                Next::Frame(index, picture) => return Ok(Some((index, picture))),
-                Next::End => return Ok(None),
-                Next::NotYet => {}
-            }
-        }
+        next_unless(stopped, || self.wait())
     }
 
     /// Waits up to 100 ms for the next frame.
@@ -93,6 +84,21 @@ impl Ahead {
             Err(RecvTimeoutError::Disconnected) => Err(Error::DecoderEnded { after: self.last }),
         }
     }
+}
+
+/// Waits until there is a frame, the end, or `stopped` returns true.
+pub(crate) fn next_unless(
+    stopped: &dyn Fn() -> bool,
+    mut wait: impl FnMut() -> Result<Next, Error>,
+) -> Result<Option<(usize, Picture)>, Error> {
+    while !stopped() {
+        match wait()? {
+            Next::Frame(index, picture) => return Ok(Some((index, picture))),
+            Next::End => return Ok(None),
+            Next::NotYet => {}
+        }
+    }
+    Ok(None)
 }
 
 impl Iterator for Ahead {

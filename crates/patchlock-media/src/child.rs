@@ -2,7 +2,7 @@
 //! owner.
 
 use std::io::{self, Cursor, ErrorKind, Read};
-use std::process::{Child, ExitStatus};
+use std::process::{Child, Command, ExitStatus};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
@@ -54,7 +54,16 @@ impl Drop for Running {
     }
 }
 
-/// Ends all processes that decode videos. For a program that ends while a thread may still read
+/// Keeps Ctrl-C in a terminal from ending a program that is started: ours decides when it ends.
+pub fn apart(command: &mut Command) -> &mut Command {
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(command, 0);
+    #[cfg(windows)]
+    std::os::windows::process::CommandExt::creation_flags(command, 0x200);
+    command
+}
+
+/// Ends all processes that decode or encode videos. For a program that ends while a thread may still read
 /// one; the videos then fail.
 pub fn stop_decoders() {
     for child in locked(&RUNNING).iter() {

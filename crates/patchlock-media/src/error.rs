@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use crate::image_file::{EXTENSIONS, LoadError};
 use crate::limits::TooLarge;
+use crate::live;
 use crate::order::RangeError;
 
 const CONVERT: &str = "convert the video to an MP4 with 8-bit 4:2:0 H.264 (yuv420p)";
@@ -27,6 +28,30 @@ pub enum Error {
     Endless {
         /// The path.
         path: PathBuf,
+    },
+    /// The source is an address of a protocol that is not known.
+    #[error("{name} is not an address that can be opened: only {}", live::schemes())]
+    Scheme {
+        /// The address, without its password.
+        name: String,
+    },
+    /// A live source that cannot be opened.
+    #[error("cannot open {name}: {reason}")]
+    NotLive {
+        /// The source.
+        name: String,
+        /// Whether it is a camera of this machine.
+        is_camera: bool,
+        /// The reason, given by ffmpeg.
+        reason: String,
+    },
+    /// A live source that has stopped, and did not come back if it may.
+    #[error("{name} has stopped: {reason}")]
+    Gone {
+        /// The source.
+        name: String,
+        /// Why it stopped, and how often it was tried again.
+        reason: String,
     },
     /// The source is a playlist or another file that names files, which are not opened.
     #[error("{} is a list of files or addresses, not a video; what it names is not opened", path.display())]
@@ -200,6 +225,9 @@ impl FrameFault {
 }
 
 impl Error {
+    /// Why a live source needs ffmpeg, with its address as the subject.
+    pub(crate) const LIVE: &str = "is a live source";
+
     /// Whether the request was invalid (a usage error), as opposed to a failure while serving it.
     pub fn is_misuse(&self) -> bool {
         matches!(self, Self::Range(_))
@@ -227,6 +255,7 @@ impl Error {
             Self::Playlist { .. } => {
                 "name the video itself; ffmpeg -i LIST OUT.mp4 makes one of a list that you trust"
             }
+            Self::FfmpegMissing { reason, .. } if reason == Self::LIVE => "install ffmpeg",
             Self::FfmpegMissing { .. } => {
                 return Some(format!("install ffmpeg, or {CONVERT} elsewhere"));
             }
@@ -238,6 +267,16 @@ impl Error {
             Self::Frame { fault: FrameFault::Unsupported, .. } | Self::DecoderEnded { .. } => {
                 CONVERT
             }
+            Self::Scheme { .. } => "name a file by its path, without file://",
+            Self::NotLive { is_camera: true, .. } => {
+                "check that the camera is connected, that no other program uses it, and that you may \
+                 read it; on Linux, cameras are /dev/video0, /dev/video1 and so on"
+            }
+            Self::NotLive { is_camera: false, .. } => {
+                "check the address, with user and password if it needs them: ffplay ADDRESS shows what \
+                 works"
+            }
+            Self::Gone { .. } => "the frames before it can be used",
             Self::StreamCopy { .. } => {
                 "make room there, or set TMPDIR to a folder with room for the uncompressed video"
             }

@@ -20,14 +20,15 @@ use crate::source::count_by_reading;
 use crate::{Container, Error, FrameRate, FrameSource, Picture, y4m};
 
 /// The option for "every frame exactly once", as spelled by new and by old versions of ffmpeg.
-const EVERY_FRAME_ONCE: [[&str; 2]; 2] = [["-fps_mode", "passthrough"], ["-vsync", "0"]];
+pub(crate) const EVERY_FRAME_ONCE: [[&str; 2]; 2] = [["-fps_mode", "passthrough"], ["-vsync", "0"]];
 
 /// Formats in which frames are taken as they are; others are converted to the nearest. All have 8
 /// bits. Those with a `j` are what older versions of ffmpeg call the full range.
-const FORMATS: &str = "format=yuv420p|yuvj420p|yuv422p|yuvj422p|yuv444p|yuvj444p|yuv411p|gray";
+pub(crate) const FORMATS: &str =
+    "format=yuv420p|yuvj420p|yuv422p|yuvj422p|yuv444p|yuvj444p|yuv411p|gray";
 /// The containers that ffmpeg may read: those that hold their video themselves. Others name further
 /// files, or have a parser that we do not want to meet a stranger's file.
-const CONTAINERS: &str = "matroska,webm,mov,mp4,avi,flv,mpeg,mpegts,mpegvideo,m4v,h261,h263,h264,hevc,vvc,av1,\
+pub(crate) const CONTAINERS: &str = "matroska,webm,mov,mp4,avi,flv,mpeg,mpegts,mpegvideo,m4v,h261,h263,h264,hevc,vvc,av1,\
                           obu,ivf,vc1,vc1test,dirac,avs2,avs3,cavsvideo,ogg,nut,nsv,asf,rm,dv,mxf,gxf,wtv,\
                           mjpeg,gif,apng,webp,yuv4mpegpipe,flic,roq,smk,bink,swf,\
                           bmp_pipe,dpx_pipe,exr_pipe,gif_pipe,j2k_pipe,jpeg_pipe,jpegxl_pipe,jpegxl_anim,\
@@ -40,8 +41,8 @@ const TIMES_FILE: &str = "times.txt";
 /// Which program is run, and how long it may write nothing.
 #[derive(Debug, Clone)]
 pub struct Program {
-    name: PathBuf,
-    patience: Duration,
+    pub(crate) name: PathBuf,
+    pub(crate) patience: Duration,
 }
 
 impl Default for Program {
@@ -289,7 +290,7 @@ const ONE_FRAME_EACH: [&str; 7] = [
 ];
 
 /// The matrix with this name in ffmpeg; `None` if the video does not say.
-fn matrix(name: &str) -> Option<Matrix> {
+pub(crate) fn matrix(name: &str) -> Option<Matrix> {
     match name {
         "bt709" => Some(Matrix::Bt709),
         // What has no luma (`gbr`) is converted by ffmpeg, which then uses BT.601.
@@ -533,7 +534,7 @@ fn messages(errors: impl Read) -> String {
 
 /// Removes a leading memory address such as `[hevc @ 0x55e5cc57e4c0] `. Returns an empty string for
 /// a line that only counts repetitions.
-fn without_address(line: &str) -> String {
+pub(crate) fn without_address(line: &str) -> String {
     let line = line.trim();
     let text =
         line.split_once("] ").filter(|_| line.starts_with('[')).map_or(line, |(_, text)| text);

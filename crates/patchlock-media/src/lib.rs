@@ -7,6 +7,9 @@
 //! frame is a [`Picture`]. [`Mp4Writer`] writes frames as a video, and [`image_file`] reads single
 //! images.
 //!
+//! [`live`] opens cameras and streams. Nothing but the name that a user has typed leads there: [`open`]
+//! reads files only.
+//!
 //! Files are not trusted: [`Limits`] says what they may claim, and a decoder that fails on damaged
 //! data gives an [`Error`].
 //!
@@ -17,6 +20,8 @@ mod ahead;
 mod child;
 pub mod colour;
 mod error;
+mod external_encoder;
+mod feed;
 mod ffmpeg;
 mod guard;
 mod h264;
@@ -24,6 +29,7 @@ pub mod image_file;
 mod image_parts;
 mod image_sequence;
 mod limits;
+pub mod live;
 mod mp4_edits;
 mod mp4_index;
 mod mp4_reader;
@@ -41,6 +47,7 @@ mod y4m;
 pub use ahead::{Ahead, Next};
 pub use child::stop_decoders;
 pub use error::{Container, Error, FrameFault, without_path};
+pub use feed::Feed;
 pub use guard::{Panicked, silence_decoders};
 pub use image_parts::PartsError;
 pub use limits::{Limits, MOST_FRAMES, TooLarge};

@@ -101,6 +101,9 @@ pub const PROBED_PIXELS: usize = 72_000_000;
 /// How long ffmpeg may be silent before it is stopped.
 pub const SILENCE: Duration = Duration::from_secs(60);
 
+/// How long a live source may be silent before it is taken to be gone.
+pub const LIVE_SILENCE: Duration = Duration::from_secs(15);
+
 /// Longest header line of Y4M and longest message of ffmpeg, in bytes.
 pub const LINE_BYTES: u64 = 1024;
 

@@ -1,5 +1,6 @@
-//! Writes MP4 files with H.264 video in pure Rust.
+//! Writes MP4 files with H.264 video: in pure Rust, or with pictures that ffmpeg has encoded.
 
+use std::collections::VecDeque;
 use std::fmt::Display;
 use std::io::{Seek, SeekFrom, Write};
 use std::num::NonZeroU32;
@@ -15,10 +16,13 @@ use shiguredo_mp4::mux::{
 };
 use shiguredo_mp4::{BoxSize, BoxType, TrackKind};
 
+use crate::external_encoder::ExternalEncoder;
 use crate::{Error, FrameRate, colour};
 
 /// Fewest ticks per second in which the times of frames are written.
 const TICKS: u32 = 60_000;
+/// From this many pixels of all frames together, it is worth starting ffmpeg.
+const LONG: usize = 30_000_000;
 /// Largest distance between keyframes, which bounds how far off a player seeks.
 const KEYFRAME_EVERY: u32 = 60;
 /// `colr` box: BT.601 primaries, transfer and matrix in limited range, as written by `to_yuv420`.
@@ -29,7 +33,7 @@ const COLOUR_BOX_SIZE: u32 = 8 + COLOUR_BOX.len() as u32;
 pub struct Mp4Writer<W: Write + Seek> {
     out: W,
     muxer: Mp4FileMuxer,
-    encoder: Encoder,
+    encoder: Coder,
     rate: FrameRate,
     timescale: NonZeroU32,
     width: usize,
@@ -38,6 +42,13 @@ pub struct Mp4Writer<W: Write + Seek> {
     frames: usize,
     /// The last frame, until the next one says how long it is shown.
     waiting: Option<(Sample, Option<f64>)>,
+}
+
+/// What encodes the pictures.
+enum Coder {
+    Own(Box<Encoder>),
+    /// With the times of the frames that are not encoded yet.
+    External(ExternalEncoder, VecDeque<Option<f64>>),
 }
 
 impl<W: Write + Seek> Mp4Writer<W> {
@@ -66,12 +77,44 @@ impl<W: Write + Seek> Mp4Writer<W> {
     /// # Errors
     /// As [`Mp4Writer::new`]; a larger quantiser is one of [`Error::Encode`].
     pub fn with_quantiser(
-        mut out: W,
+        out: W,
         width: usize,
         height: usize,
         rate: FrameRate,
         expected: Option<usize>,
         quantiser: u8,
+    ) -> Result<Self, Error> {
+        Self::start(out, [width, height], rate, expected, quantiser, None)
+    }
+
+    /// Starts a video as [`Mp4Writer::with_quantiser`] does. If it is long, and an ffmpeg with
+    /// libx264 is installed, that encodes it, which is several times as fast.
+    ///
+    /// # Errors
+    /// As [`Mp4Writer::with_quantiser`].
+    pub fn fastest(
+        out: W,
+        width: usize,
+        height: usize,
+        rate: FrameRate,
+        expected: Option<usize>,
+        quantiser: u8,
+    ) -> Result<Self, Error> {
+        let pixels = width.saturating_mul(height).saturating_mul(expected.unwrap_or(usize::MAX));
+        let even = [width, height].map(|side| side.next_multiple_of(2));
+        let external = (pixels >= LONG && quantiser <= 51)
+            .then(|| ExternalEncoder::start(even, quantiser, KEYFRAME_EVERY))
+            .flatten();
+        Self::start(out, [width, height], rate, expected, quantiser, external)
+    }
+
+    fn start(
+        mut out: W,
+        [width, height]: [usize; 2],
+        rate: FrameRate,
+        expected: Option<usize>,
+        quantiser: u8,
+        external: Option<ExternalEncoder>,
     ) -> Result<Self, Error> {
         if quantiser > 51 {
             return Err(Error::Encode(format!("the quantiser is {quantiser}; it must be 0 to 51")));
@@ -85,9 +128,12 @@ impl<W: Write + Seek> Mp4Writer<W> {
         config.scenecut = 0;
         config.lookahead = 0;
         config.mbtree = false;
-        let encoder = Encoder::new(config).map_err(|error| {
-            Error::Encode(format!("cannot encode {width} x {height}: {error:?}"))
-        })?;
+        let encoder = match external {
+            Some(external) => Coder::External(external, VecDeque::new()),
+            None => Coder::Own(Box::new(Encoder::new(config).map_err(|error| {
+                Error::Encode(format!("cannot encode {width} x {height}: {error:?}"))
+            })?)),
+        };
         let options = Mp4FileMuxerOptions {
             reserved_moov_box_size: expected
                 .map_or(0, |count| estimate_maximum_moov_box_size(&[count])),
@@ -131,11 +177,35 @@ impl<W: Write + Seek> Mp4Writer<W> {
     /// As [`Mp4Writer::push`].
     pub fn push_at(&mut self, rgb: &[u8], time: Option<f64>) -> Result<(), Error> {
         let frame = colour::to_yuv420(rgb, self.width, self.height);
-        let stream = self
-            .encoder
-            .try_encode(&frame)
-            .map_err(|error| Error::Encode(format!("cannot encode a frame: {error:?}")))?;
-        let units = parse_annexb_nal_units(&stream)
+        match &mut self.encoder {
+            Coder::Own(encoder) => {
+                let stream = encoder
+                    .try_encode(&frame)
+                    .map_err(|error| Error::Encode(format!("cannot encode a frame: {error:?}")))?;
+                self.store(&stream, time)
+            }
+            Coder::External(encoder, times) => {
+                encoder.push(&frame)?;
+                times.push_back(time);
+                let ready = encoder.ready();
+                self.store_all(ready)
+            }
+        }
+    }
+
+    /// Writes pictures that ffmpeg has encoded.
+    fn store_all(&mut self, streams: impl IntoIterator<Item = Vec<u8>>) -> Result<(), Error> {
+        for stream in streams {
+            let Coder::External(_, times) = &mut self.encoder else { return Ok(()) };
+            let time = times.pop_front().flatten();
+            self.store(&stream, time)?;
+        }
+        Ok(())
+    }
+
+    /// Writes an encoded picture.
+    fn store(&mut self, stream: &[u8], time: Option<f64>) -> Result<(), Error> {
+        let units = parse_annexb_nal_units(stream)
             .map_err(cannot_encode("the encoder wrote no valid stream"))?;
         let mut data = Vec::with_capacity(stream.len());
         for unit in units.iter().filter(|unit| !is_parameter_set(unit.nal_unit_type)) {
@@ -145,7 +215,7 @@ impl<W: Write + Seek> Mp4Writer<W> {
             data.extend(unit.data);
         }
         let keyframe = units.iter().any(|unit| unit.nal_unit_type == H264NalUnitType::IdrSlice);
-        let sample_entry = if self.frames == 0 { Some(sample_entry(&stream)?) } else { None };
+        let sample_entry = if self.frames == 0 { Some(sample_entry(stream)?) } else { None };
         self.out.write_all(&data)?;
         let sample = Sample {
             track_kind: TrackKind::Video,
@@ -192,6 +262,14 @@ impl<W: Write + Seek> Mp4Writer<W> {
     /// # Errors
     /// [`Error::Encode`], [`Error::Write`].
     pub fn finish(mut self) -> Result<W, Error> {
+        if let Coder::External(encoder, times) = &mut self.encoder {
+            let (rest, waiting) = (encoder.finish()?, times.len());
+            if rest.len() != waiting {
+                let lost = format!("ffmpeg has encoded {} of {waiting} frames", rest.len());
+                return Err(Error::Encode(lost));
+            }
+            self.store_all(rest)?;
+        }
         if let Some((sample, begin)) = self.waiting.take() {
             self.append(sample, begin, None)?;
             let boxes = self.muxer.finalize().map_err(cannot_encode("cannot complete the MP4"))?;

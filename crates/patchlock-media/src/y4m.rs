@@ -13,10 +13,10 @@ pub const MAGIC: &[u8] = b"YUV4MPEG2";
 
 /// The parsed header line.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Header {
+pub struct Header {
     width: usize,
     height: usize,
-    rate: Option<FrameRate>,
+    pub rate: Option<FrameRate>,
     /// Luma pixels per chroma sample, horizontally and vertically; `None` for grey.
     subsampling: Option<(usize, usize)>,
     full_range: bool,
@@ -74,7 +74,8 @@ impl Header {
         self.width * self.height + 2 * self.chroma_samples()
     }
 
-    fn picture(&self, data: &[u8], index: usize) -> Picture {
+    /// The frame of this number with these samples.
+    pub fn picture(&self, data: &[u8], index: usize) -> Picture {
         let (y, chroma) = data.split_at(self.width * self.height);
         let (u, v) = chroma.split_at(self.chroma_samples());
         let pixels = match self.subsampling {
@@ -167,12 +168,10 @@ pub fn open_stream(
     matrix: Option<Matrix>,
     first: usize,
 ) -> Result<Box<dyn FrameSource>, Error> {
-    let mut input = BufReader::new(input);
     if !reverse {
-        let header = read_header(&mut input, name, limits)?.with(matrix);
-        return Ok(Box::new(Y4mStream { input, header, name: name.to_string(), next: first }));
+        return Ok(Box::new(Y4mStream::begin(input, name, limits, matrix, first)?));
     }
-    let mut file = Y4mFile::index(spool(&mut input, name)?, name, limits)?;
+    let mut file = Y4mFile::index(spool(&mut BufReader::new(input), name)?, name, limits)?;
     file.header = file.header.with(matrix);
     Ok(Box::new(file))
 }
@@ -202,7 +201,7 @@ fn spool(input: &mut impl BufRead, name: &str) -> Result<File, Error> {
 }
 
 /// Y4M from a pipe: frames can only be read forwards.
-struct Y4mStream<R> {
+pub struct Y4mStream<R> {
     input: BufReader<R>,
     header: Header,
     name: String,
@@ -210,8 +209,26 @@ struct Y4mStream<R> {
 }
 
 impl<R: Read> Y4mStream<R> {
+    /// Reads the header. Without a `matrix`, it is the usual one. The first frame has the number
+    /// `first`.
+    pub fn begin(
+        input: R,
+        name: &str,
+        limits: Limits,
+        matrix: Option<Matrix>,
+        first: usize,
+    ) -> Result<Self, Error> {
+        let mut input = BufReader::new(input);
+        let header = read_header(&mut input, name, limits)?.with(matrix);
+        Ok(Self { input, header, name: name.to_string(), next: first })
+    }
+
+    pub fn header(&self) -> Header {
+        self.header
+    }
+
     /// The raw samples of the next frame; `None` at the end.
-    fn read_next(&mut self) -> Result<Option<Vec<u8>>, Error> {
+    pub fn read_next(&mut self) -> Result<Option<Vec<u8>>, Error> {
         let index = self.next;
         let line = read_line(&mut self.input).map_err(|error| damaged(&self.name, index, error))?;
         if line.is_empty() {

@@ -19,6 +19,7 @@ mod observation;
 mod pixels;
 mod project;
 mod scene;
+mod select;
 mod source;
 mod threads;
 mod tracker;
@@ -54,6 +55,7 @@ fn _patchlock(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(config::checked_config, module)?)?;
     module.add_function(wrap_pyfunction!(network::restore_network, module)?)?;
     module.add_function(wrap_pyfunction!(export::export, module)?)?;
+    module.add_function(wrap_pyfunction!(select::select_boxes, module)?)?;
     module.add_function(wrap_pyfunction!(config::parameters, module)?)?;
     module.add_class::<batch::Store>()?;
     module.add_function(wrap_pyfunction!(batch::track_job, module)?)?;

@@ -1,19 +1,26 @@
 //! The Python class `Frames`: frames of a video, folder or pattern as numpy arrays, decoded by the same code
 //! as in the command.
 
+use std::ffi::CString;
 use std::path::{Path, PathBuf};
 use std::process;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use numpy::ndarray::{Array2, Array3};
 use numpy::{Element, IntoPyArray};
-use patchlock_media::{Ahead, Error, Limits, Next, Order, Picture, Pixels, open_within};
-use pyo3::exceptions::{PyFileNotFoundError, PyRuntimeError, PyValueError};
+use patchlock_media::live::{Address, Live, Options};
+use patchlock_media::{Ahead, Error, Feed, Limits, Next, Order, Picture, Pixels, open_within};
+use pyo3::exceptions::{
+    PyFileNotFoundError, PyRuntimeError, PyTypeError, PyUserWarning, PyValueError,
+};
 use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyInt};
 
 use crate::errors;
 
-/// Iterates over the frames of a source with their numbers, decoding ahead on a thread.
+/// Iterates over the frames of a source with their numbers, decoding ahead on a thread. Of a live source,
+/// each step gives the newest frame.
 ///
 /// It yields pairs of a frame number and an array of shape (height, width) or (height, width, 3) in RGB
 /// order, uint8 or uint16 as in the source.
@@ -23,20 +30,23 @@ use crate::errors;
 /// Args:
 ///     source: Any source that the command accepts: a folder of images, a pattern such as
 ///         `"img/%04d.jpg"`, a glob, an MP4 (H.264) or Y4M file, any other video if `ffmpeg` is installed, or
-///         `"-"` for Y4M on standard input.
+///         `"-"` for Y4M on standard input. A number is a camera of this machine, and an address such as
+///         `"rtsp://host/path"` a live stream; `ffmpeg` opens both.
 ///     start: Number of the first frame of the range.
 ///     end: Number of the first frame after the range; `None` for the end of the source.
 ///     stride: Take every `stride`-th frame.
 ///     reverse: Go from the last frame of the range to the first.
 ///     max_pixels: Most pixels of a frame, width times height. A source that claims more is refused before
 ///         memory is taken for it.
+///     reconnect: Seconds to wait in all, between attempts to open a live stream that was lost; with 0, the
+///         frames end there.
 ///
 /// Raises:
-///     ValueError: The range contains no frame.
+///     ValueError: The range contains no frame, or the source is live and has no such range.
 ///     OSError: The source can't be read; `FileNotFoundError` if it does not exist.
 #[pyclass(frozen, module = "patchlock")]
 pub struct Frames {
-    ahead: Mutex<Ahead>,
+    feed: Mutex<Feed>,
     /// The process that has the thread that decodes.
     process: u32,
     count: Option<usize>,
@@ -50,25 +60,36 @@ const _: () = assert!(Limits::DEFAULT_PIXELS == 36_000_000);
 impl Frames {
     #[new]
     #[pyo3(signature = (
-        source, *, start = 0, end = None, stride = 1, reverse = false, max_pixels = 36_000_000
+        source, *, start = 0, end = None, stride = 1, reverse = false, max_pixels = 36_000_000,
+        reconnect = 60.0
     ))]
+    #[expect(clippy::too_many_arguments, reason = "Python names them")]
     fn new(
         py: Python<'_>,
-        source: PathBuf,
+        source: &Bound<'_, PyAny>,
         start: usize,
         end: Option<usize>,
         stride: usize,
         reverse: bool,
         max_pixels: usize,
+        reconnect: f64,
     ) -> PyResult<Self> {
         let order = Order { start, end, stride, reverse };
+        let limits = Limits { pixels: max_pixels };
+        let source = match address(source)? {
+            Source::Live(address) => {
+                order.check().map_err(errors::of_media)?;
+                return Self::live(address, order, limits, reconnect);
+            }
+            Source::File(path) => path,
+        };
         let opened = py.detach(|| -> Result<Self, Error> {
             order.check()?;
-            let opened = open_within(&source, reverse, Limits { pixels: max_pixels })?;
+            let opened = open_within(&source, reverse, limits)?;
             let (length, rate) = (opened.length(), opened.rate());
             let indices = order.indices(length)?;
             Ok(Self {
-                ahead: Mutex::new(Ahead::start(opened, indices)),
+                feed: Mutex::new(Feed::Ahead(Ahead::start(opened, indices))),
                 process: process::id(),
                 count: order.count(length),
                 rate: rate.map(|rate| f64::from(rate.frames) / f64::from(rate.seconds)),
@@ -89,7 +110,13 @@ impl Frames {
         self.count
     }
 
-    /// Frames per second of the source; `None` if the source does not say.
+    /// Frames of a live source that were left out so far because a newer one had come; 0 for others.
+    #[getter]
+    fn dropped(&self) -> usize {
+        self.feed().dropped().unwrap_or(0)
+    }
+
+    /// Frames per second of the source; `None` if the source does not say, or is live.
     #[getter]
     fn rate(&self) -> Option<f64> {
         self.rate
@@ -106,8 +133,14 @@ impl Frames {
             ));
         }
         loop {
-            let next =
-                py.detach(|| self.ahead.lock().unwrap_or_else(PoisonError::into_inner).wait());
+            let (next, notes) = py.detach(|| {
+                let mut feed = self.feed();
+                (feed.wait(), feed.notes())
+            });
+            for note in notes {
+                let text = CString::new(note.to_string()).unwrap_or_default();
+                PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)?;
+            }
             match next.map_err(errors::of_media)? {
                 Next::Frame(index, picture) => return Ok(Some((index, to_array(py, picture)?))),
                 Next::End => return Ok(None),
@@ -115,6 +148,51 @@ impl Frames {
             }
         }
     }
+}
+
+impl Frames {
+    fn feed(&self) -> MutexGuard<'_, Feed> {
+        self.feed.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The newest frames of a live source.
+    fn live(address: Address, order: Order, limits: Limits, reconnect: f64) -> PyResult<Self> {
+        if order.stride > 1 || order.reverse {
+            let option = if order.reverse { "reverse" } else { "stride" };
+            let message = format!("{option} is for files; {} is live", address.shown());
+            return Err(PyValueError::new_err(message));
+        }
+        let reconnect = Duration::try_from_secs_f64(reconnect)
+            .map_err(|error| PyValueError::new_err(format!("reconnect is {reconnect}: {error}")))?;
+        let Order { start, end, .. } = order;
+        let live = Live::open(address, Options { limits, start, end, reconnect });
+        let (feed, process) = (Mutex::new(Feed::Live(live)), process::id());
+        Ok(Self { feed, process, count: None, rate: None })
+    }
+}
+
+/// What the user has named.
+enum Source {
+    Live(Address),
+    File(PathBuf),
+}
+
+/// A number is a camera; a name may be that of a file or of a live source.
+fn address(source: &Bound<'_, PyAny>) -> PyResult<Source> {
+    if source.is_instance_of::<PyInt>() && !source.is_instance_of::<PyBool>() {
+        let number = source.extract().map_err(|_| {
+            PyValueError::new_err(format!("source is {source}; cameras count from 0"))
+        })?;
+        return Ok(Source::Live(Address::camera(number)));
+    }
+    let path: PathBuf = source.extract().map_err(|_| {
+        let kind = source.get_type();
+        PyTypeError::new_err(format!(
+            "source is of type {kind}; it must be the name of a source, or the number of a camera"
+        ))
+    })?;
+    let address = Address::parse(&path).map_err(errors::of_media)?;
+    Ok(address.map_or(Source::File(path), Source::Live))
 }
 
 /// Whether the source is a path that does not exist, rather than a pattern.

@@ -1,5 +1,5 @@
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, Literal, final
 
@@ -36,6 +36,7 @@ __all__ = [
     "_restore_config",
     "_restore_many",
     "_restore_network",
+    "_select_boxes",
     "bench_jobs",
     "parameters",
     "read_truth",
@@ -302,16 +303,19 @@ class NetworkObservation:
 class Frames:
     def __new__(
         cls,
-        source: str | os.PathLike[str],
+        source: str | os.PathLike[str] | int,
         *,
         start: int = 0,
         end: int | None = None,
         stride: int = 1,
         reverse: bool = False,
         max_pixels: int = 36_000_000,
+        reconnect: float = 60.0,
     ) -> Self: ...
     @property
     def count(self) -> int | None: ...
+    @property
+    def dropped(self) -> int: ...
     @property
     def rate(self) -> float | None: ...
     def __iter__(self) -> Self: ...
@@ -470,6 +474,10 @@ def _restore_many(
 def _restore_network(
     paths: Sequence[str | os.PathLike[str]], runtime: str | os.PathLike[str] | None, hash: str
 ) -> Network: ...
+
+def _select_boxes(
+    frame: FrameLike, channels: str, in_notebook: bool, opened: Callable[[str, str], None]
+) -> list[tuple[float, float, float, float]]: ...
 
 def _restore(
     snapshot: bytes, threads: int | None, channels: str, frame: int, model: Network | None = None

@@ -1,0 +1,123 @@
+"""Live sources in `track` and `Frames`, and `select_box`."""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+import shutil
+import socket
+import struct
+import subprocess
+import threading
+import urllib.parse
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import QUICK
+
+import patchlock
+from patchlock import Frames, select_box, track
+
+ffmpeg = pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="ffmpeg is not installed")
+"""Marks tests of real streams."""
+
+
+def free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        return int(taken.getsockname()[1])
+
+
+@ffmpeg
+def test_a_stream_is_tracked_with_its_newest_frames() -> None:
+    port = free_port()
+    source = ["-re", "-f", "lavfi", "-i", "testsrc2=size=160x120:rate=25"]
+    output = ["-c:v", "mpeg4", "-g", "10", "-f", "mpegts", f"udp://127.0.0.1:{port}?pkt_size=1316"]
+    with subprocess.Popen(["ffmpeg", "-v", "error", "-nostdin", *source, *output]) as server:
+        try:
+            estimates = list(
+                track(f"udp://127.0.0.1:{port}", (40, 30, 30, 30), config=QUICK, end=20, reconnect=0)
+            )
+        finally:
+            server.kill()
+    frames = [estimate.frame for estimate in estimates]
+    assert frames == sorted(set(frames)) and frames[-1] < 20 and len(frames) > 2
+
+
+@ffmpeg
+def test_what_is_not_there_is_an_os_error() -> None:
+    with pytest.raises(OSError, match=r"cannot open tcp://127\.0\.0\.1:1: .*refused"):
+        next(iter(Frames("tcp://127.0.0.1:1")))
+    if not Path("/dev/video97").exists() and os.name == "posix":
+        with pytest.raises(OSError, match="cannot open 97"):
+            next(track(97, (1, 1, 5, 5)))
+
+
+def test_what_only_files_can_do_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"reverse is for files; rtsp://u:\*\*\*@h/a is live"):
+        Frames("rtsp://u:secret@h/a", reverse=True)
+    with pytest.raises(ValueError, match="stride is for files; 0 is live"):
+        Frames(0, stride=2)
+    with pytest.raises(ValueError, match="reconnect is -1"):
+        Frames(0, reconnect=-1)
+    with pytest.raises(ValueError, match="source is -1; cameras count from 0"):
+        Frames(-1)
+    with pytest.raises(TypeError, match="must be the name of a source, or the number of a camera"):
+        Frames(1.5)  # type: ignore[arg-type]
+    with pytest.raises(OSError, match="gopher://h/a is not an address that can be opened"):
+        Frames("gopher://h/a")
+
+
+def answer(address: str, message: object) -> None:
+    """Says this on the page of the address, as its script does."""
+    url = urllib.parse.urlsplit(address)
+    with socket.create_connection((url.hostname, url.port), timeout=10) as stream:
+        key = base64.b64encode(os.urandom(16)).decode()
+        stream.sendall(
+            (
+                f"GET /api/frames HTTP/1.1\r\nHost: {url.netloc}\r\nUpgrade: websocket\r\n"
+                f"Connection: Upgrade\r\nSec-WebSocket-Key: {key}\r\nSec-WebSocket-Version: 13\r\n"
+                f"Sec-WebSocket-Protocol: patchlock, {url.fragment}\r\n\r\n"
+            ).encode()
+        )
+        assert b" 101 " in stream.recv(1 << 16)
+        data = json.dumps(message).encode()
+        head = struct.pack("!BB", 0x81, 0x80 | len(data)) if len(data) < 126 else b""
+        # A mask of zeros leaves the text as it is.
+        stream.sendall(head + bytes(4) + data)
+        stream.recv(1 << 16)
+
+
+@pytest.mark.parametrize(
+    ("message", "box"), [({"boxes": [[10, 20, 30, 40]]}, (10, 20, 30, 40)), ("cancel", None)]
+)
+def test_a_box_is_drawn_on_a_page(
+    message: object, box: tuple[int, ...] | None, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened: list[str] = []
+    monkeypatch.setattr("webbrowser.open", opened.append)
+    frame = np.zeros((100, 120, 3), np.uint8)
+
+    def person() -> None:
+        said = ""
+        while "http://" not in said:
+            said += capfd.readouterr().err
+        answer("http://" + said.split("http://")[1].split()[0], message)
+
+    thread = threading.Thread(target=person)
+    thread.start()
+    if box is None:
+        with pytest.raises(RuntimeError, match="no box was drawn"):
+            select_box(frame)
+    else:
+        assert select_box(frame) == patchlock.Box(*box)
+    thread.join()
+    # The browser's arguments are seen by all users, so they hold a code and not the token.
+    assert len(opened) == 1 and "#once-" in opened[0]
+
+
+def test_a_frame_that_is_none_is_refused() -> None:
+    with pytest.raises(TypeError, match="a frame is a numpy array"):
+        select_box("frame.png")  # type: ignore[arg-type]

@@ -87,7 +87,11 @@ fn next_media(error: &patchlock_media::Error) -> Option<patchlock_media::Error> 
         }
         Error::StreamCopy { .. } => Error::Write(io_error()),
         Error::Write(_) => Error::Encode(reason),
-        Error::Encode(_) => return None,
+        Error::Encode(_) => Error::Scheme { name },
+        Error::Scheme { .. } => Error::NotLive { name, is_camera: false, reason },
+        Error::NotLive { is_camera: false, .. } => Error::NotLive { name, is_camera: true, reason },
+        Error::NotLive { is_camera: true, .. } => Error::Gone { name, reason },
+        Error::Gone { .. } => return None,
     })
 }
 

@@ -347,6 +347,14 @@ fn lowest(values: &[(usize, f64)]) -> (usize, f64) {
     all.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0))
 }
 
+/// How much of the target is hidden in a frame, for a sentence; empty if nothing is.
+fn hidden_words(scene: &Scene, frame: usize) -> String {
+    match (100.0 * scene.truth(frame).hidden).round() {
+        0.0 => String::new(),
+        percent => format!(", {percent:.0} % hidden"),
+    }
+}
+
 /// Prints the results and what to do next.
 fn print_summary(
     program: &str,
@@ -357,12 +365,13 @@ fn print_summary(
 ) {
     let seen = visible(scene, overlap);
     let (frame, least) = lowest(&seen);
+    let hidden = hidden_words(scene, frame);
     let BoundingBox { x, y, w, h } = truth_box(scene, 0);
     let command_out = |name: &str| quoted(&out.join(name));
     let mut text = format!(
         "Tracked {} rendered frames at {fps:.1} frames per second.\n\
-         Overlap with the truth: mean {:.3}, lowest {least:.3} (frame {frame}),\n\
-         in the {} frames in which the target is visible.\n",
+         Overlap with the truth: mean {:.3}, lowest {least:.3} (frame {frame}{hidden}),\n\
+         in the {} frames in which some of the target is visible.\n",
         overlap.len(),
         mean(&seen),
         seen.len(),

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args};
 
 use super::on_or_off;
@@ -20,7 +21,8 @@ pub struct PictureArgs {
     /// Save a video (MP4, H.264) with box, outline, visible patches, score and frame number. Lines
     /// are solid while the target is tracked and dashed while it is uncertain; while it is lost,
     /// the last box is grey. Frames keep the times of the source; without times, there are 30 per
-    /// second. Sound is left out
+    /// second. Sound is left out. If ffmpeg with libx264 is installed, it encodes long videos, which
+    /// is several times as fast
     #[arg(long, value_name = "FILE.mp4")]
     pub video: Option<PathBuf>,
 
@@ -39,6 +41,17 @@ pub struct PictureArgs {
     /// Save the video as an animated GIF with ten frames per second, at most 480 pixels wide
     #[arg(long, value_name = "FILE.gif")]
     gif: Option<PathBuf>,
+
+    /// Largest size of --gif in MB. To keep it, the GIF is smaller, or has fewer colours or frames
+    #[arg(
+        long,
+        value_name = "1..",
+        default_value_t = 8,
+        allow_negative_numbers = true,
+        requires = "gif",
+        value_parser = RangedU64ValueParser::<usize>::new().range(1..)
+    )]
+    gif_mb: usize,
 
     /// Show only the part around the target in --video and --gif, this many times as wide as the
     /// larger side of its box. Only for a single target
@@ -69,6 +82,6 @@ impl PictureArgs {
         }
         let style = Style { panels: self.panel.unwrap_or(true), crop: self.crop };
         let (video, gif) = (self.video.clone(), self.gif.clone());
-        Ok(Pictures { video, quality: self.quality, gif, style })
+        Ok(Pictures { video, quality: self.quality, gif, gif_megabytes: self.gif_mb, style })
     }
 }

@@ -6,7 +6,7 @@ use anyhow::{Context, Result};
 use clap::{Args, Command};
 use clap_complete::Shell;
 
-use crate::failure::usage;
+use crate::failure::failed;
 use crate::output::printed::print_as_it_is;
 
 const COMPLETIONS: &str = "\
@@ -38,8 +38,8 @@ pub struct CompletionsArgs {
 #[derive(Debug, Args)]
 #[command(after_help = MAN)]
 pub struct ManArgs {
-    /// An existing folder for the pages of the program and of each command; files of the same names
-    /// are replaced
+    /// Folder for the pages of the program and of each command, made if it is missing; files of the
+    /// same names are replaced
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -64,10 +64,8 @@ pub fn man(args: &ManArgs, command: Command) -> Result<()> {
 }
 
 fn pages(folder: &Path, command: Command) -> Result<()> {
-    if !folder.is_dir() {
-        let message = format!("--out {}: there is no such folder", folder.display());
-        return Err(usage(message).hint("mkdir -p creates it").into());
-    }
+    std::fs::create_dir_all(folder)
+        .map_err(|error| failed(format!("--out {}: cannot make it: {error}", folder.display())))?;
     clap_mangen::generate_to(command.disable_help_subcommand(true), folder)
         .with_context(|| format!("cannot write to {}", folder.display()))
 }

@@ -2,7 +2,6 @@
 
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
 
 use anyhow::Result;
 use clap::Args;
@@ -12,10 +11,10 @@ use patchlock_studio::server::{self, Options, Patience, Server};
 
 use super::settings::SettingsArgs;
 use super::{LimitArgs, THREADS_SHOWN, threads};
-use crate::advice;
 use crate::failure::{Failure, failed, say, usage};
 use crate::interrupt;
 use crate::output::printed::print;
+use crate::{advice, browser};
 
 const EXAMPLES: &str = "\
 EXAMPLES:
@@ -160,20 +159,8 @@ fn failure(error: server::Error) -> Failure {
     }
 }
 
-/// Asks the desktop to open the page. The messages of the desktop are not ours.
+/// Asks the desktop to open the page.
 fn open_browser(server: &Server) -> anyhow::Result<()> {
     // The list of processes shows arguments to all users of the machine, so they hold no token.
-    let address = server.address_once()?;
-    let mut command = if cfg!(target_os = "macos") {
-        Command::new("open")
-    } else if cfg!(windows) {
-        Command::new("explorer")
-    } else {
-        Command::new("xdg-open")
-    };
-    command.arg(address).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    let mut child = command.spawn()?;
-    // Nothing is waited for, but the process must be collected.
-    std::thread::spawn(move || child.wait());
-    Ok(())
+    Ok(browser::open(&server.address_once()?)?)
 }

@@ -2,23 +2,28 @@
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
 
 use anyhow::{Error, Result};
 use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args};
-use patchlock_media::{Ahead, FrameRate, Order, Picture};
+use patchlock_media::live::Address;
+use patchlock_media::{Feed, FrameRate, Limits, Order};
 use patchlock_studio::project::Store;
 
+use super::input::{self, LiveArgs};
 use super::pictures::PictureArgs;
 use super::settings::SettingsArgs;
 use super::{LimitArgs, SEEDS_SHOWN, THREADS_SHOWN, seed, threads};
 use crate::failure::{Failure, interrupted, say, usage};
 use crate::interrupt;
 use crate::output::inputs::Inputs;
-use crate::output::plan::{Opened, Plan};
+use crate::output::plan::{Opened as Outputs, Plan};
 use crate::output::row::Lost;
 use crate::output::summary::{Settings, Summary};
 use crate::output::tables::{Format, PipeClosed};
+use crate::preview::{self, Preview};
 use crate::progress::Progress;
 use crate::project;
 use crate::run::Run;
@@ -29,8 +34,9 @@ use crate::targets::Targets;
 const USAGE: &str = "\
 patchlock track [OPTIONS] --box <X,Y,W,H> <SOURCE>
        patchlock track [OPTIONS] --box-from <FILE> <SOURCE>
-       patchlock track [OPTIONS] --boxes <FILE.csv> <SOURCE>
-       patchlock track [OPTIONS] --project <FILE.json> <SOURCE>";
+       patchlock track [OPTIONS] --boxes <CSV> <SOURCE>
+       patchlock track [OPTIONS] --select <SOURCE>
+       patchlock track [OPTIONS] --project <JSON> <SOURCE>";
 
 const EXAMPLES: &str = "\
 EXAMPLES:
@@ -39,6 +45,8 @@ EXAMPLES:
       saves the boxes as a table, and a video with the track drawn in
   patchlock track frames/ --box 120,80,64,48 > boxes.csv
       without an output option the CSV table goes to standard output
+  patchlock track video.mp4 --select --video tracked.mp4
+      opens a page in the browser, where you draw the box
   patchlock track 'img/%04d.jpg' --box-from groundtruth_rect.txt \\
     --save result.txt
       reads frames and first box of an OTB sequence, and saves the boxes in the
@@ -55,6 +63,9 @@ EXAMPLES:
   patchlock track video.mp4 --project video.patchlock.json
       tracks the targets of a project from their key frames, and adds the boxes
       to it
+  patchlock track rtsp://camera/stream --box 120,80,64,48 --save boxes.csv
+      follows the newest frame of a live stream until Ctrl-C; 0 is the first
+      camera of this machine
   ffmpeg -i video.webm -f yuv4mpegpipe -pix_fmt yuv420p - | patchlock track - \\
     --box 120,80,64,48
       reads frames from any program that writes Y4M";
@@ -66,6 +77,13 @@ EXAMPLES:
 /// input. Other videos are decoded by ffmpeg, if it is installed. Images are jpg, png, tiff, bmp or
 /// webp; grey images stay grey and 16-bit grey images stay 16-bit. Frames are as a player shows
 /// them: rotation tags of videos and images and the edit lists of MP4 files are applied.
+///
+/// SOURCE may also be live: a number (0 is the first camera), /dev/video0, or an address that begins
+/// with rtsp://, rtsps://, rtmp://, rtmps://, http://, https://, udp://, tcp:// or srt://. ffmpeg
+/// opens it. The newest frame is tracked; frames that come meanwhile are left out, which the numbers
+/// of the frames show, so the track is never late by more than a frame. Times are those at which
+/// frames came. The boxes are those of the first frame. A stream of the network that is lost is
+/// opened again. Of a file on a web server, every frame is tracked.
 ///
 /// Frames count from 0. Pixels count from 0 with their centres at whole numbers, so a box covers
 /// the pixels x to x + w - 1.
@@ -80,14 +98,14 @@ EXAMPLES:
 #[command(
     override_usage = USAGE,
     after_help = EXAMPLES,
-    group(ArgGroup::new("target").args(["bbox", "box_from", "boxes"])),
+    group(ArgGroup::new("target").args(["bbox", "box_from", "boxes", "select"])),
     group(
         ArgGroup::new("start_from").required(true).multiple(true)
-            .args(["bbox", "box_from", "boxes", "project"])
+            .args(["bbox", "box_from", "boxes", "select", "project"])
     )
 )]
 pub struct TrackArgs {
-    /// Frames: a folder, a pattern, a glob, a video file, or - for Y4M on stdin
+    /// Frames: a folder, a pattern, a glob, a video file, a camera or stream, or - for Y4M on stdin
     source: OsString,
 
     /// The target in the first tracked frame: left, top (from 0), width, height; may be fractional.
@@ -101,16 +119,21 @@ pub struct TrackArgs {
     box_from: Option<PathBuf>,
 
     /// Targets that start and end at any frame: a CSV file with the columns frame,id,x,y,w,h,
-    /// counted from 0. A target starts at its first line, restarts at a later one, and ends at a
+    /// counted from 0. If an id is no number, all are names: tables then have a column name, and
+    /// ids that count the names from 1. A target starts at its first line, restarts at a later one, and ends at a
     /// line without x, y, w and h
-    #[arg(long, value_name = "FILE.csv")]
+    #[arg(long, value_name = "CSV")]
     boxes: Option<PathBuf>,
+
+    /// Draw the boxes on a page in the browser, on the first frame. The boxes are printed as options
+    #[arg(long)]
+    select: bool,
 
     /// Add the boxes to the project of SOURCE, in the format of patchlock studio; created if
     /// missing. Given boxes become new targets. Without boxes, the targets of the project are
     /// tracked: they start at their key frames, restart at the next ones, and end where they are
     /// hidden
-    #[arg(long, value_name = "FILE.json")]
+    #[arg(long, value_name = "JSON")]
     project: Option<PathBuf>,
 
     #[command(flatten)]
@@ -161,9 +184,24 @@ pub struct TrackArgs {
     pictures: PictureArgs,
 
     /// Save statistics of the run as JSON: frames, frames_lost, losses (each with the frames of the
-    /// loss and of the return), tracking_fps (without decoding), ms_median, ms_p95, ...
+    /// loss and of the return), tracking_fps (without decoding), wall_fps (with it), ms_median, ...
     #[arg(long, value_name = "FILE.json")]
     summary: Option<PathBuf>,
+
+    #[command(flatten)]
+    live: LiveArgs,
+
+    /// Show the newest frame with the boxes on a page in the browser, while the frames are tracked
+    #[arg(long)]
+    preview: bool,
+
+    /// Port of the page of --select and --preview; with 0 the system chooses a free one
+    #[arg(long, value_name = "0..65535", default_value_t = 0, allow_negative_numbers = true)]
+    port: u16,
+
+    /// Print the address of the page without opening a browser
+    #[arg(long)]
+    no_open: bool,
 
     #[command(flatten)]
     limits: LimitArgs,
@@ -195,12 +233,31 @@ impl TrackArgs {
 
     /// Whether the boxes are given, and not those of the project.
     fn has_boxes(&self) -> bool {
-        !self.bbox.is_empty() || self.box_from.is_some() || self.boxes.is_some()
+        !self.bbox.is_empty() || self.box_from.is_some() || self.boxes.is_some() || self.select
+    }
+
+    /// Refuses what cannot be done with frames that come only once, now.
+    fn check_live(&self, address: &Address) -> Result<(), Failure> {
+        let wrong = [
+            (self.project.is_some(), "--project"),
+            (self.reverse, "--reverse"),
+            (self.stride > 1, "--stride"),
+        ];
+        match { wrong }.into_iter().find(|(given, _)| *given) {
+            Some((_, option)) => {
+                let message = format!("{option} is for files; {} is live", address.shown());
+                Err(usage(message).hint("record it first, for example with ffmpeg"))
+            }
+            None => Ok(()),
+        }
     }
 
     fn start(&self, project: Option<&Store>) -> Result<Start, Failure> {
         if let Some(store) = project.filter(|_| !self.has_boxes()) {
             return project::starts(store, &self.order()).map(Start::Known);
+        }
+        if self.select {
+            return Ok(Start::Drawn);
         }
         if let Some(file) = &self.boxes {
             return Targets::from_table(file).map(Start::Known);
@@ -216,13 +273,21 @@ impl TrackArgs {
         Ok(Start::Known(Targets::in_first_frame(&boxes?)))
     }
 
-    fn plan(&self, start: &Start) -> Result<Plan> {
+    /// Refuses files that hold one target if there are many.
+    fn check_files(&self, many: bool) -> Result<(), Failure> {
         let text = |file: &&PathBuf| matches!(Format::of(file), Ok(Format::Txt));
-        let many = matches!(start, Start::Known(targets) if targets.many);
-        if let Some(file) = self.save.iter().find(text).filter(|_| many) {
-            let message = format!("--save {}: a .txt file holds one target", file.display());
-            return Err(usage(message).hint(".csv and .jsonl files hold many").into());
+        match self.save.iter().find(text).filter(|_| many) {
+            Some(file) => {
+                let message = format!("--save {}: a .txt file holds one target", file.display());
+                Err(usage(message).hint(".csv and .jsonl files hold many"))
+            }
+            None => Ok(()),
         }
+    }
+
+    fn plan(&self, start: &Start) -> Result<Plan> {
+        let many = matches!(start, Start::Known(targets) if targets.many);
+        self.check_files(many)?;
         let inputs = [
             Some(Path::new(&self.source)),
             self.settings.config.as_deref(),
@@ -231,7 +296,10 @@ impl TrackArgs {
             self.boxes.as_deref(),
             self.project.as_deref(),
         ];
-        let inputs = Inputs::new(inputs.into_iter().flatten()).with_source(&self.source);
+        let mut inputs = Inputs::new(inputs.into_iter().flatten());
+        if self.live.address(&self.source)?.is_none() {
+            inputs = inputs.with_source(&self.source);
+        }
         let (pictures, summary) = (self.pictures.plan(many)?, self.summary.as_deref());
         let plan = Plan::check(&self.save, pictures, summary, self.overwrite, &inputs)?;
         Ok(plan.with_project(self.project.is_some()))
@@ -243,6 +311,8 @@ enum Start {
     Known(Targets),
     /// The line of the first tracked frame.
     Line(Truth),
+    /// The user draws them on the first tracked frame.
+    Drawn,
 }
 
 impl Start {
@@ -251,7 +321,36 @@ impl Start {
         match self {
             Self::Known(targets) => Ok(targets),
             Self::Line(truth) => Ok(Targets::in_first_frame(&[truth.at(first)?])),
+            Self::Drawn => Ok(Targets::in_first_frame(&[])),
         }
+    }
+}
+
+/// Frames of the source, and what is known of it.
+struct Opened {
+    feed: Feed,
+    length: Option<usize>,
+    rate: Option<FrameRate>,
+    sound: bool,
+    /// The number of the first frame.
+    first: usize,
+    is_live: bool,
+}
+
+impl Opened {
+    fn of(args: &TrackArgs, address: Option<Address>, limits: Limits) -> Result<Self, Failure> {
+        let order = args.order();
+        if let Some(address) = address {
+            let feed = args.live.open(address, &order, limits);
+            let (length, rate, sound, is_live) = (None, None, false, true);
+            return Ok(Self { feed, length, rate, sound, first: order.start, is_live });
+        }
+        let source = patchlock_media::open_within(&args.source, args.reverse, limits)?;
+        let (length, rate, sound) = (source.length(), source.rate(), source.has_sound());
+        let mut indices = order.indices(length)?.peekable();
+        let first = indices.peek().copied().unwrap_or(order.start);
+        let feed = input::ahead(source, Box::new(indices));
+        Ok(Self { feed, length, rate, sound, first, is_live: false })
     }
 }
 
@@ -260,6 +359,8 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let order = args.order();
     order.check().map_err(Failure::from)?;
     let limits = args.limits.limits();
+    let address = args.live.address(&args.source)?;
+    address.as_ref().map_or(Ok(()), |address| args.check_live(address))?;
     let project =
         args.project.as_deref().map(|file| project::open(file, Path::new(&args.source), limits));
     let project = project.transpose()?;
@@ -268,22 +369,32 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let settings = Settings::new(&args.settings.preset, &config);
     let plan = args.plan(&start)?;
 
-    let source = patchlock_media::open_within(&args.source, args.reverse, limits);
-    let source = source.map_err(Failure::from)?;
-    let rate = source.rate();
-    let length = source.length();
-    let sound = source.has_sound();
+    let page = args.select || args.preview;
+    let page = page.then(|| preview::open(args.port, !args.no_open)).transpose()?;
+    let opened = Opened::of(args, address, limits)?;
+    let Opened { mut feed, length, mut rate, sound, first, is_live } = opened;
     let expected = order.count(length);
-    let mut indices = order.indices(length).map_err(Failure::from)?.peekable();
-    let mut targets = start.targets(indices.peek().copied().unwrap_or(order.start))?;
+    let mut targets = start.targets(first)?;
+    if is_live {
+        targets = targets.in_first_of_live()?;
+    }
     targets.check_number(args.max_targets, &order, &config.method)?;
     targets.check(&order, length)?;
     interrupt::listen()?;
-    let mut frames = Ahead::start(source, Box::new(indices));
-    let Some(first) = next(&mut frames)? else { return Err(nothing_to_track(&order)) };
+    let first = input::next(&mut feed, say)?;
+    let Some(first) = first else { return Err(nothing_to_track(&order)) };
+    if let Some(page) = page.as_ref().filter(|_| args.select) {
+        targets = Targets::in_first_frame(&preview::ask(page, first.0, &first.1)?);
+        args.check_files(targets.many)?;
+    }
     targets.check_boxes(first.0, &first.1)?;
+    let mut live_since = None;
+    if let Feed::Live(live) = &feed {
+        (rate, live_since) = (live.rate(), live.begun());
+    }
 
-    let Opened { mut sinks, summary } =
+    let begun = Instant::now();
+    let Outputs { mut sinks, summary } =
         plan.open(args.lost, played_by(rate, args.stride), expected)?;
     if let Some(video) = args.pictures.video.as_ref().filter(|_| sound) {
         say(&format!("note: {} has no sound: only pictures are written", video.display()));
@@ -295,24 +406,34 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     if let Some(store) = project {
         sinks.push(Box::new(project::Output::new(store, &targets, !args.has_boxes())));
     }
-    let mut run = Run::new(config, args.threads, targets.many, sinks)?;
-    let rest = std::iter::from_fn(|| next(&mut frames).map_err(Error::from).transpose());
+    // The page is there until the end, so that it shows the answer to the boxes.
+    if let Some(page) = page.as_ref().filter(|_| args.preview) {
+        sinks.push(Box::new(Preview::new(Arc::clone(page), live_since, is_live)));
+    }
+    let names = targets.names.clone();
+    let run = Run::new(config, args.threads, targets.many, sinks)?;
+    let mut run = run.with_names(names.clone());
+    let rest = std::iter::from_fn(|| {
+        let next = input::next(&mut feed, |line| progress.note(line));
+        progress.set_dropped(feed.dropped().unwrap_or(0));
+        next.map_err(Error::from).transpose()
+    });
     let frames = std::iter::once(Ok(first)).chain(rest);
     let tracked = run.track_all(&mut targets, frames, &progress, |_| Ok(()));
-    let numbers = Summary::new(run.measured(), rate, settings, run.threads());
-    progress.finish(&numbers.to_string());
+    // Frames of a live source are not as far apart as its rate says.
+    let even = rate.filter(|_| !is_live);
+    let numbers = Summary::new(run.measured(), even, settings, run.threads()).with_names(&names);
     let count = numbers.frames;
     let mut kept = Kept::default();
     if count > 0 {
         run.into_sinks().into_iter().for_each(|sink| kept.add(sink.finish()));
+    }
+    let numbers = numbers.with_run(begun.elapsed().as_secs_f64(), feed.dropped());
+    progress.finish(&numbers.to_string());
+    if count > 0 {
         summary.into_iter().for_each(|file| kept.add(numbers.write(file).map(Some)));
     }
     conclude(tracked, kept, count)
-}
-
-/// The next frame with its number; `None` at the end or after Ctrl-C.
-fn next(frames: &mut Ahead) -> Result<Option<(usize, Picture)>, Failure> {
-    Ok(frames.next_unless(&interrupt::requested)?)
 }
 
 /// The frame rate of every `stride`-th frame, so that the video plays at the original speed.

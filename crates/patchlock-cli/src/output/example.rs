@@ -23,7 +23,7 @@ pub fn seen(status: Status) -> Seen {
         status,
         visibility: Some(visibility),
     };
-    Seen { id: None, bbox, estimate }
+    Seen { id: None, name: None, bbox, estimate }
 }
 
 /// A grey frame of 1280 x 960 pixels with these targets.

@@ -48,9 +48,10 @@ fn outlines(canvas: &mut Canvas, seen: &Seen) {
 /// Id and score above the box.
 fn name(canvas: &mut Canvas, seen: &Seen) {
     let id = seen.id.unwrap_or(1);
+    let called = seen.name.as_deref().map_or_else(|| id.to_string(), str::to_owned);
     let label = match seen.estimate.status {
-        Status::Lost => format!("{id}  LOST"),
-        Status::Tracked | Status::Uncertain => format!("{id}  {:.2}", seen.estimate.score),
+        Status::Lost => format!("{called}  LOST"),
+        Status::Tracked | Status::Uncertain => format!("{called}  {:.2}", seen.estimate.score),
     };
     tag(canvas, seen.bbox, &label, colour(id));
 }

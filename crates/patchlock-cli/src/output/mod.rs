@@ -4,7 +4,7 @@
 pub mod chart;
 pub mod draw;
 #[cfg(test)]
-mod example;
+pub mod example;
 pub mod gif;
 pub mod inputs;
 mod many;
@@ -23,6 +23,7 @@ pub mod video;
 pub mod view;
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use anyhow::Result;
 use patchlock::{BoundingBox, Estimate, Point};
@@ -33,6 +34,8 @@ use patchlock_media::Picture;
 pub struct Seen {
     /// The target's id; `None` if the run has a single target.
     pub id: Option<u64>,
+    /// The name that the user has given instead of a number.
+    pub name: Option<Arc<str>>,
     /// The box: the given one in the frame where the target starts, the tracked one in later
     /// frames.
     pub bbox: BoundingBox,

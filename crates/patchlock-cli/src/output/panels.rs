@@ -65,7 +65,8 @@ impl Panels {
         let status = [inner + 2.0 * margin, size + 2.2 * margin];
         let maps = estimate.and_then(|estimate| estimate.visibility.as_ref());
         let side = 13.0 * (2.6 * scale(canvas)).round();
-        let map_size = [2.0 * side + 3.0 * margin, side + 2.0 * margin];
+        let legend = (0.8 * size).round();
+        let map_size = [2.0 * side + 3.0 * margin, side + 2.5 * margin + legend];
 
         let taken = maps.map(|_| self.maps);
         self.status = free(canvas, self.status, status, targets, taken);
@@ -75,9 +76,12 @@ impl Panels {
             self.maps = free(canvas, self.maps, map_size, targets, Some(self.status));
             let area = self.maps.area(canvas, map_size);
             canvas.fill_round(area, margin * 0.7, PANEL, PANEL_OPACITY);
+            let inner = Area { x: area.x + margin, y: area.y + margin, h: legend, ..area };
+            explain(canvas, Area { w: area.w - 2.0 * margin, ..inner });
+            let top = inner.y + legend + 0.5 * margin;
             for (k, map) in [large, small].into_iter().enumerate() {
                 let x = area.x + margin + k as f32 * (side + margin);
-                grid(canvas, map, Area { x, y: area.y + margin, w: side, h: side });
+                grid(canvas, map, Area { x, y: top, w: side, h: side });
             }
         }
     }
@@ -133,6 +137,14 @@ fn score(canvas: &mut Canvas, panel: Area, words: &[String; 2], estimate: Option
     }
 }
 
+/// What the colours of the maps mean, in these colours.
+fn explain(canvas: &mut Canvas, area: Area) {
+    let (middle, size) = (area.y + area.h / 2.0, area.h);
+    canvas.text("visible", area.x, middle, size, VISIBLE);
+    let right = area.x + area.w - text::width("hidden", size);
+    canvas.text("hidden", right, middle, size, HIDDEN);
+}
+
 /// One map of patches. Cells start at whole pixels, so that the gaps between them look even.
 fn grid(canvas: &mut Canvas, map: &VisibilityMap, area: Area) {
     if map.rows == 0 || map.columns == 0 {
@@ -177,6 +189,17 @@ mod tests {
             [panels.status, panels.maps]
         };
         places.iter().map(draw).collect()
+    }
+
+    #[test]
+    fn the_colours_of_the_maps_are_named_beside_each_other() {
+        let size = 12.0;
+        for scale in [1.0, 2.0, 4.0] {
+            let area = 2.0 * 13.0 * (2.6f32 * scale).round() + 6.0 * scale;
+            let legend = (0.8 * size * scale).round();
+            let words = text::width("visible", legend) + text::width("hidden", legend);
+            assert!(words + 0.5 * legend < area, "{words} of {area}");
+        }
     }
 
     #[test]

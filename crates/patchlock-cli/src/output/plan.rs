@@ -36,6 +36,8 @@ pub struct Pictures {
     pub quality: u8,
     /// An animated GIF.
     pub gif: Option<PathBuf>,
+    /// Most MB of it.
+    pub gif_megabytes: usize,
     /// How frames are shown in both.
     pub style: Style,
 }
@@ -106,14 +108,14 @@ impl Plan {
             let file = PendingFile::create(path, self.overwrite)?.keep_partial();
             sinks.push(Box::new(Table::new(*format, lost, file)));
         }
-        let Pictures { video, quality, gif, style } = &self.pictures;
+        let Pictures { video, quality, gif, gif_megabytes, style } = &self.pictures;
         if let Some(path) = video {
             let (file, view) = (PendingFile::create(path, self.overwrite)?, View::new(*style));
             sinks.push(Box::new(Video::new(file, rate, view, *quality, expected)));
         }
         if let Some(path) = gif {
             let (file, view) = (PendingFile::create(path, self.overwrite)?, View::new(*style));
-            sinks.push(Box::new(Gif::new(file, rate, view)));
+            sinks.push(Box::new(Gif::new(file, rate, view, *gif_megabytes, expected)));
         }
         let summary = self
             .summary

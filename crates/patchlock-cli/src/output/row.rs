@@ -23,6 +23,9 @@ pub struct Row {
     /// The target's id; with a single target there is no such column.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<u64>,
+    /// The name of the target in `--boxes`; if its ids are numbers, there is no such column.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
     /// Left side of the box; with [`Lost::Blank`], all positions of a lost target are empty.
     pub x: Option<f64>,
     /// Upper side of the box.
@@ -71,7 +74,7 @@ impl Row {
     /// The row of a target in this frame.
     pub fn new(tracked: &Tracked<'_>, seen: &Seen, lost: Lost) -> Self {
         let Tracked { frame, ms, picture, .. } = *tracked;
-        let Seen { id, bbox, estimate } = seen;
+        let Seen { id, name, bbox, estimate } = seen;
         let known = lost == Lost::Keep || estimate.status != Status::Lost;
         let position = |value: f64| known.then(|| rounded(value));
         let BoundingBox { x, y, w, h } = *bbox;
@@ -84,6 +87,7 @@ impl Row {
         Self {
             frame,
             id: *id,
+            name: name.as_deref().map(str::to_owned),
             x,
             y,
             w,

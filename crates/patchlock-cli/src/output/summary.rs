@@ -12,6 +12,7 @@ use serde::Serialize;
 
 use super::measured::{Loss, Low, Measured};
 use super::pending::PendingFile;
+use crate::targets::Names;
 
 /// The most losses that are shown on the screen.
 const SHOWN: usize = 10;
@@ -37,6 +38,12 @@ pub struct Summary {
     /// Frames per second of the tracker alone: includes the first frame, but not decoding and
     /// writing.
     pub tracking_fps: f64,
+    /// Frames per second of the whole run, with reading and writing; `None` if it was not measured.
+    pub wall_fps: Option<f64>,
+    /// Frames of a live source that were left out because a newer one had come; other sources have
+    /// no such field.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frames_dropped: Option<usize>,
     /// Median time per frame in milliseconds.
     pub ms_median: f64,
     /// 95th percentile of the time per frame in milliseconds.
@@ -81,6 +88,9 @@ pub struct LowScore {
     /// The target's id; with a single target there is no such field.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<u64>,
+    /// Its name in `--boxes`, if it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
     /// The first of the frames, in the order of tracking.
     pub first_frame: usize,
     /// The last of the frames.
@@ -92,7 +102,7 @@ pub struct LowScore {
 impl LowScore {
     fn new(low: &Low) -> Self {
         let Low { id, first, last, lowest } = *low;
-        Self { id, first_frame: first, last_frame: last, lowest: round(lowest) }
+        Self { id, name: None, first_frame: first, last_frame: last, lowest: round(lowest) }
     }
 }
 
@@ -102,6 +112,9 @@ pub struct TimedLoss {
     /// The target's id; with a single target there is no such field.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<u64>,
+    /// Its name in `--boxes`, if it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
     /// The first frame in which it was lost.
     pub lost_frame: usize,
     /// The time of that frame in seconds from the start of the source; `None` if its frame rate is
@@ -122,6 +135,7 @@ impl TimedLoss {
         };
         Self {
             id: loss.id,
+            name: None,
             lost_frame: loss.frame,
             lost_seconds: seconds(loss.frame),
             return_frame: loss.returned,
@@ -152,12 +166,30 @@ impl Summary {
                 low.iter().map(LowScore::new).collect()
             },
             tracking_fps: round(run.fps()),
+            wall_fps: None,
+            frames_dropped: None,
             ms_median: round(quantile(&sorted, 0.5)),
             ms_p95: round(quantile(&sorted, 0.95)),
             settings,
             threads,
             version: env!("CARGO_PKG_VERSION"),
         }
+    }
+
+    /// With the seconds of the whole run, and the frames that a live source has left out.
+    #[must_use]
+    pub fn with_run(self, seconds: f64, dropped: Option<usize>) -> Self {
+        let fps = self.frames as f64 / seconds.max(f64::MIN_POSITIVE);
+        Self { wall_fps: Some(round(fps)), frames_dropped: dropped, ..self }
+    }
+
+    /// With the names of targets.
+    #[must_use]
+    pub fn with_names(mut self, names: &Names) -> Self {
+        let named = |id: Option<u64>| names.get(&id?).map(|name| name.to_string());
+        self.losses.iter_mut().for_each(|loss| loss.name = named(loss.id));
+        self.low_scores.iter_mut().for_each(|low| low.name = named(low.id));
+        self
     }
 
     /// Writes the object and completes the file.
@@ -174,6 +206,8 @@ impl fmt::Display for Summary {
         let Self {
             frames,
             tracking_fps,
+            wall_fps,
+            frames_dropped,
             frames_uncertain,
             frames_lost,
             losses,
@@ -184,6 +218,12 @@ impl fmt::Display for Summary {
         write!(f, "tracked {frames} frames at {tracking_fps:.1} frames per second")?;
         if let Some(network) = &settings.network {
             write!(f, " with {network}")?;
+        }
+        if let Some(fps) = wall_fps {
+            write!(f, "; {fps:.1} with reading and writing")?;
+        }
+        if let Some(dropped) = frames_dropped.filter(|&dropped| dropped > 0) {
+            write!(f, "; {dropped} frames dropped")?;
         }
         if frames_uncertain + frames_lost > 0 {
             write!(f, "; uncertain in {frames_uncertain}, lost in {frames_lost}")?;
@@ -202,12 +242,19 @@ fn lines(f: &mut fmt::Formatter<'_>, all: &[impl fmt::Display]) -> fmt::Result {
     }
 }
 
+/// The target that a line is about, if there are many.
+fn called(f: &mut fmt::Formatter<'_>, id: Option<u64>, name: Option<&str>) -> fmt::Result {
+    match (name, id) {
+        (Some(name), _) => write!(f, "target {name} "),
+        (None, Some(id)) => write!(f, "target {id} "),
+        (None, None) => Ok(()),
+    }
+}
+
 impl fmt::Display for LowScore {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { id, first_frame, last_frame, lowest } = self;
-        if let Some(id) = id {
-            write!(f, "target {id} ")?;
-        }
+        let Self { id, name, first_frame, last_frame, lowest } = self;
+        called(f, *id, name.as_deref())?;
         write!(
             f,
             "low score from frame {first_frame} to {last_frame}, down to {lowest:.2}: check the box there"
@@ -221,9 +268,7 @@ impl fmt::Display for TimedLoss {
             Some(seconds) => format!("in frame {frame} ({seconds:.2} s)"),
             None => format!("in frame {frame}"),
         };
-        if let Some(id) = self.id {
-            write!(f, "target {id} ")?;
-        }
+        called(f, self.id, self.name.as_deref())?;
         write!(f, "lost {}, ", moment(self.lost_frame, self.lost_seconds))?;
         match self.return_frame {
             Some(frame) => write!(f, "back {}", moment(frame, self.return_seconds)),
@@ -264,6 +309,16 @@ mod tests {
         assert_eq!((known.frames, known.ms_median, known.ms_p95), (101, 51.0, 96.0));
         assert_eq!(known.tracking_fps, 19.608); // 101 frames in 5.151 s
         assert_eq!(known.to_string(), "tracked 101 frames at 19.6 frames per second");
+        let run = known.clone().with_run(10.1, Some(7));
+        assert_eq!(
+            run.to_string(),
+            "tracked 101 frames at 19.6 frames per second; 10.0 with reading and writing; 7 frames \
+             dropped"
+        );
+        let json = serde_json::to_value(run).expect("JSON");
+        assert_eq!((&json["wall_fps"], &json["frames_dropped"]), (&10.0.into(), &7.into()));
+        let json = serde_json::to_value(known.with_run(10.1, None)).expect("JSON");
+        assert!(json.get("frames_dropped").is_none());
         assert_eq!(summary(&Measured::default(), None).tracking_fps, 0.0);
     }
 
@@ -347,6 +402,10 @@ mod tests {
         );
         let text = summary(&with_losses(Some(4)), None).to_string();
         assert!(text.ends_with("\ntarget 4 lost in frame 20, not back"), "{text}");
+        let names = Names::from([(4, "car".into())]);
+        let named = summary(&with_losses(Some(4)), None).with_names(&names);
+        assert!(named.to_string().ends_with("\ntarget car lost in frame 20, not back"), "{named}");
+        assert_eq!(serde_json::to_value(named).expect("JSON")["losses"][0]["name"], "car");
         let mut run = Measured::default();
         for frame in 0..24 {
             let status = [Status::Tracked, Status::Lost][frame % 2];

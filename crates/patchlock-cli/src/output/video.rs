@@ -63,7 +63,7 @@ impl Video {
         if let State::Waiting(_) = self.state
             && let State::Waiting(file) = std::mem::replace(&mut self.state, State::Failed)
         {
-            self.state = State::Writing(Box::new(Mp4Writer::with_quantiser(
+            self.state = State::Writing(Box::new(Mp4Writer::fastest(
                 file,
                 width,
                 height,

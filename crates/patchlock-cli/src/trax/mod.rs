@@ -8,6 +8,7 @@ use std::fmt;
 use std::io::{self, BufRead, Write};
 
 use anyhow::Result;
+use patchlock::Method;
 use patchlock_bench::trax::image;
 use patchlock_bench::trax::message::Message;
 use patchlock_bench::trax::region::{POLYGON, RECTANGLE};
@@ -18,10 +19,24 @@ use crate::failure::failed;
 use requests::{Request, Requests};
 pub use targets::Targets;
 
-/// Description of the tracker for lists of trackers.
-const DESCRIPTION: &str = "Visual object tracker by structural local sparse appearance";
-/// The description where a network follows the targets.
-const NETWORK_DESCRIPTION: &str = "Visual object tracker with a network of the user";
+/// The family of the tracker and its description, for lists of trackers.
+fn known_as(method: &Method, network: Option<UsedNetwork>) -> (String, &'static str) {
+    let (family, description) = match method {
+        Method::Robust(_) => (
+            "correlation filters",
+            "Visual object tracker by correlation filters with a long-term memory",
+        ),
+        Method::Paper(_) => {
+            ("sparse appearance", "Visual object tracker by structural local sparse appearance")
+        }
+        Method::Network(_) => ("network", "Visual object tracker with a network of the user"),
+    };
+    match (method, network) {
+        (Method::Network(_), Some(network)) => (network.to_string(), description),
+        (_, Some(network)) => (format!("{family}, {network}"), description),
+        (_, None) => (family.to_owned(), description),
+    }
+}
 
 /// Supported versions of the TraX protocol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,7 +58,7 @@ pub fn serve(
     mut targets: Targets,
 ) -> Result<()> {
     let mut requests = Requests::new(input, protocol);
-    if !sent(&mut output, [hello(protocol, targets.network())])? {
+    if !sent(&mut output, [hello(protocol, known_as(targets.method(), targets.network()))])? {
         return Ok(());
     }
     loop {
@@ -72,12 +87,8 @@ pub fn serve(
 }
 
 /// The greeting, which lists what the server supports.
-fn hello(protocol: Protocol, network: Option<UsedNetwork>) -> Message {
+fn hello(protocol: Protocol, (family, description): (String, &str)) -> Message {
     let list = |items: &[&str]| items.iter().map(|item| format!("{item};")).collect::<String>();
-    let (description, family) = match network {
-        Some(network) => (NETWORK_DESCRIPTION, network.to_string()),
-        None => (DESCRIPTION, "sparse appearance".to_owned()),
-    };
     let hello = Message::new("hello", &[])
         .with("trax.version", protocol)
         .with("trax.name", "Patchlock")

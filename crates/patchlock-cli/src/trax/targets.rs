@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use patchlock::{BoundingBox, Error, Estimate, TrackerConfig};
+use patchlock::{BoundingBox, Error, Estimate, Method, TrackerConfig};
 use patchlock_bench::trax::message::Message;
 use patchlock_bench::trax::region::Region;
 use patchlock_media::Picture;
@@ -25,6 +25,11 @@ impl Targets {
     /// As [`ManyTargets::new`].
     pub fn new(config: TrackerConfig, pool: Arc<ThreadPool>) -> Result<Self, Error> {
         Ok(Self { tracker: ManyTargets::new(config, pool)?, as_polygons: Vec::new() })
+    }
+
+    /// What follows the targets.
+    pub fn method(&self) -> &Method {
+        &self.tracker.config().method
     }
 
     /// The network that follows the targets, if one does.

@@ -17,6 +17,11 @@ fn the_demo_shows_a_turn_a_loss_and_the_return() {
     // The program is named by its path, since it is not in the PATH.
     let text = text.replace(&patchlock().get_program().to_string_lossy()[..], "patchlock");
     assert_eq!(text.lines().find(|line| line.chars().count() > 80), None);
+    // The lowest overlap is where the target is nearly hidden.
+    assert!(
+        text.lines().any(|line| line.contains("lowest") && line.ends_with(" % hidden),")),
+        "{text}"
+    );
     suggestion_works(&bench, &text);
 
     let (boxes, truth) = (bench.lines("d/demo.csv"), bench.lines("d/truth.csv"));

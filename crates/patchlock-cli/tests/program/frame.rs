@@ -97,5 +97,10 @@ fn every_command_has_a_manual_page() {
         let page = folder.path().join(format!("patchlock-{command}.1"));
         assert!(fs::read_to_string(page).unwrap().contains("EXAMPLES"), "{command}");
     }
-    patchlock().args(["man", "--out", "no/folder"]).assert().code(2).stderr(contains("no/folder"));
+    let new = folder.path().join("a/b");
+    patchlock().args(["man", "--out"]).arg(&new).assert().success();
+    assert!(new.join("patchlock-track.1").is_file());
+    let file = folder.path().join("patchlock.1");
+    let error = patchlock().args(["man", "--out"]).arg(file).assert().code(1);
+    error.stderr(contains("patchlock.1: cannot make it"));
 }

@@ -10,6 +10,7 @@ mod faults;
 mod frame;
 mod help;
 mod job;
+mod live;
 mod many;
 mod network;
 mod project;

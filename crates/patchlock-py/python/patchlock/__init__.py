@@ -40,6 +40,7 @@ from patchlock._patchlock import (
     Tracker,
     __version__,
 )
+from patchlock._select import select_box
 from patchlock._supervision import to_supervision
 from patchlock._track import to_dataframe, track
 from patchlock._types import Box, BoxLike, FrameLike, ModelLike, Parameter, Visibility, parameters
@@ -72,6 +73,7 @@ __all__ = [
     "__version__",
     "export",
     "parameters",
+    "select_box",
     "to_dataframe",
     "to_supervision",
     "track",

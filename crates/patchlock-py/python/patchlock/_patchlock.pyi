@@ -1,7 +1,7 @@
 """The Rust part of the package `patchlock`. Written by tools/python/stubs.py."""
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, Literal, final
 
@@ -38,6 +38,7 @@ __all__ = [
     "_restore_config",
     "_restore_many",
     "_restore_network",
+    "_select_boxes",
     "bench_jobs",
     "parameters",
     "read_truth",
@@ -1162,7 +1163,8 @@ class NetworkObservation:
 
 @final
 class Frames:
-    """Iterates over the frames of a source with their numbers, decoding ahead on a thread.
+    """Iterates over the frames of a source with their numbers, decoding ahead on a thread. Of a live source,
+    each step gives the newest frame.
 
     It yields pairs of a frame number and an array of shape (height, width) or (height, width, 3) in RGB
     order, uint8 or uint16 as in the source.
@@ -1172,36 +1174,44 @@ class Frames:
     Args:
         source: Any source that the command accepts: a folder of images, a pattern such as
             `"img/%04d.jpg"`, a glob, an MP4 (H.264) or Y4M file, any other video if `ffmpeg` is installed, or
-            `"-"` for Y4M on standard input.
+            `"-"` for Y4M on standard input. A number is a camera of this machine, and an address such as
+            `"rtsp://host/path"` a live stream; `ffmpeg` opens both.
         start: Number of the first frame of the range.
         end: Number of the first frame after the range; `None` for the end of the source.
         stride: Take every `stride`-th frame.
         reverse: Go from the last frame of the range to the first.
         max_pixels: Most pixels of a frame, width times height. A source that claims more is refused before
             memory is taken for it.
+        reconnect: Seconds to wait in all, between attempts to open a live stream that was lost; with 0, the
+            frames end there.
 
     Raises:
-        ValueError: The range contains no frame.
+        ValueError: The range contains no frame, or the source is live and has no such range.
         OSError: The source can't be read; `FileNotFoundError` if it does not exist.
     """
 
     def __new__(
         cls,
-        source: str | os.PathLike[str],
+        source: str | os.PathLike[str] | int,
         *,
         start: int = 0,
         end: int | None = None,
         stride: int = 1,
         reverse: bool = False,
         max_pixels: int = 36_000_000,
+        reconnect: float = 60.0,
     ) -> Self: ...
     @property
     def count(self) -> int | None:
         """Number of frames in the range; `None` if it is not known in advance."""
 
     @property
+    def dropped(self) -> int:
+        """Frames of a live source that were left out so far because a newer one had come; 0 for others."""
+
+    @property
     def rate(self) -> float | None:
-        """Frames per second of the source; `None` if the source does not say."""
+        """Frames per second of the source; `None` if the source does not say, or is live."""
 
     def __iter__(self) -> Self: ...
     def __next__(self) -> tuple[int, npt.NDArray[np.uint8] | npt.NDArray[np.uint16]]: ...
@@ -1561,6 +1571,13 @@ def _restore_network(
 ) -> Network:
     """Called by pickle."""
 
+
+def _select_boxes(
+    frame: FrameLike, channels: str, in_notebook: bool, opened: Callable[[str, str], None]
+) -> list[tuple[float, float, float, float]]:
+    """Serves a page with the frame until a person has drawn a box there; `opened` is called with the
+    address of the page and one for the arguments of a browser, which works once.
+    """
 
 def _restore(
     snapshot: bytes, threads: int | None, channels: str, frame: int, model: Network | None = None

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def track(
-    source: str | os.PathLike[str] | Iterable[FrameLike],
+    source: str | os.PathLike[str] | int | Iterable[FrameLike],
     box: BoxLike,
     *,
     config: Config | str | None = None,
@@ -34,6 +34,7 @@ def track(
     threads: int | None = None,
     channels: Literal["rgb", "bgr"] = "rgb",
     max_pixels: int = 36_000_000,
+    reconnect: float = 60,
     progress: bool | None = False,
 ) -> Iterator[Estimate]:
     """Tracks a target through a video and yields one estimate per frame.
@@ -43,7 +44,9 @@ def track(
     Args:
         source: Anything that the command accepts (a folder of images, a pattern such as `"img/%04d.jpg"`, a
             glob, an MP4 or Y4M file, `"-"` for Y4M on standard input), or any iterable of frames: a list, a
-            generator, an array whose first axis is time.
+            generator, an array whose first axis is time. A number is a camera of this machine, an address
+            such as `"rtsp://host/path"` a live stream: the newest frame is tracked, and frames that come
+            meanwhile are left out, which the numbers of the frames show.
         box: The target in the first tracked frame: x, y, w, h in pixels, counted from 0.
         config: A `Config`, or the name of a preset; `None` for the preset `robust`.
         preset: The name of a preset, instead of `config`.
@@ -59,6 +62,8 @@ def track(
         channels: Channel order of colour arrays: `"bgr"` for images read by OpenCV.
         max_pixels: Most pixels of a frame of a named source, width times height. A source that claims more is
             refused before memory is taken for it.
+        reconnect: Seconds to wait in all, between attempts to open a live stream that was lost; with 0, the
+            estimates end there. A warning tells of a loss.
         progress: Whether to show a `tqdm` progress bar; `None` shows it where standard error is a
             terminal.
 
@@ -73,9 +78,15 @@ def track(
     """
     # The iterator starts later: wrong settings are found now, and a copy keeps what they are now.
     settings = _checked_config(config, preset, model, runtime)
-    if isinstance(source, (str, os.PathLike)):
+    if isinstance(source, (str, os.PathLike, int)):
         files = Frames(
-            source, start=start, end=end, stride=stride, reverse=reverse, max_pixels=max_pixels
+            source,
+            start=start,
+            end=end,
+            stride=stride,
+            reverse=reverse,
+            max_pixels=max_pixels,
+            reconnect=reconnect,
         )
         # They are decoded to RGB.
         start_on = partial(Tracker, box=box, config=settings, threads=threads)
@@ -132,11 +143,19 @@ def _follow(
             else:
                 tracker.update(frame)
             estimate = tracker.estimate
-            bar.set_postfix(score=f"{estimate.score:.2f}", refresh=False)
+            bar.set_postfix_str(_state(estimate), refresh=False)
             bar.update()
             yield estimate.numbered(number)
     if tracker is None:
         raise ValueError("the source has no frames in this range")
+
+
+def _state(estimate: Estimate) -> str:
+    """The score with the status, unless the target is simply tracked; that of a lost one says nothing."""
+    if estimate.status == "lost":
+        return "lost"
+    status = "" if estimate.status == "tracked" else f" {estimate.status}"
+    return f"score={estimate.score:.2f}{status}"
 
 
 def to_dataframe(estimates: Iterable[Estimate]) -> pd.DataFrame:

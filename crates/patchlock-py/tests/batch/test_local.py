@@ -18,6 +18,7 @@ from networks import NANOTRACK, VITTRACK, nanotrack_in
 import patchlock
 from patchlock.batch import Clip, Failed, Local, Lost, Made, Outcome, run
 from patchlock.batch.engine import drive
+from patchlock.batch.tables import _losses
 from patchlock.batch.task import Task
 
 from .conftest import QUICK, SETTINGS, boxes_below, leftovers, manifests_below, quick
@@ -43,6 +44,38 @@ def write_manifest(folder: Path, clips: list[Clip]) -> Path:
     ]
     path.write_text("".join(json.dumps(row) + "\n" for row in rows))
     return path
+
+
+def test_each_clip_has_a_table_and_a_summary(tmp_path: Path, clips: list[Clip], frames: Path, box: Any) -> None:
+    """They are those of `patchlock track`, as far as they go; also of a clip that was complete before."""
+    part = Clip(frames, box, name="part", start=3, end=12, stride=2)
+    tables = tmp_path / "tables"
+    run([part], tmp_path / "out", jobs=1, progress=False, config=QUICK)
+    assert not tables.exists()
+    run([clips[1], part], tmp_path / "out", jobs=1, progress=False, config=QUICK, tables=tables)
+    names = sorted(path.name for path in tables.iterdir())
+    assert names == ["clip1.csv", "clip1.json", "part.csv", "part.json"]
+    head, *rows = (tables / "part.csv").read_text().splitlines()
+    assert head == "frame,x,y,w,h,score,ms,status"
+    estimates = list(patchlock.track(frames, box, config=QUICK, start=3, end=12, stride=2))
+    assert len(rows) == len(estimates) == 5
+    for row, estimate in zip(rows, estimates, strict=True):
+        frame, *numbers, ms, status = row.split(",")
+        assert (int(frame), status) == (estimate.frame, estimate.status) and float(ms) > 0
+        expected = [*(box if estimate.frame == 3 else estimate.box), estimate.score]
+        assert [float(number) for number in numbers] == pytest.approx(expected, abs=1e-6)
+    summary = json.loads((tables / "clip1.json").read_text())
+    counts = [summary[f"frames_{status}"] for status in ("tracked", "uncertain", "lost")]
+    assert (summary["frames"], sum(counts), summary["seed"]) == (24, 24, 1)
+    assert summary["tracking_fps"] > 0 and isinstance(summary["losses"], list)
+
+
+def test_losses_have_the_frames_of_the_loss_and_of_the_return() -> None:
+    statuses = ["tracked", "lost", "lost", "uncertain", "lost"]
+    assert _losses([0, 2, 4, 6, 8], statuses) == [
+        {"lost_frame": 2, "return_frame": 6},
+        {"lost_frame": 8, "return_frame": None},
+    ]
 
 
 def test_the_boxes_are_those_of_track(tmp_path: Path, clips: list[Clip], frames: Path, box: Any) -> None:

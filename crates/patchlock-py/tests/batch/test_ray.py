@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import threading
 import time
 from collections.abc import Iterator
@@ -140,3 +141,23 @@ def test_a_missing_cluster_is_reported(tmp_path: Path, clips: list[Clip]) -> Non
         run(clips, tmp_path, engine="ray", address="127.0.0.1:1", progress=False, config=QUICK)
     with pytest.raises(ValueError, match="jobs is 2"):
         run(clips, tmp_path, engine="ray", jobs=2, progress=False, config=QUICK)
+
+
+@pytest.mark.parametrize("answer", [b"HTTP/1.1 400 Bad Request\r\n\r\n", b""])
+def test_another_server_is_no_cluster(tmp_path: Path, clips: list[Clip], answer: bytes) -> None:
+    """Ray itself would try for 20 minutes."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"127.0.0.1:{server.getsockname()[1]}"
+
+        def serve() -> None:
+            stream, _ = server.accept()
+            with stream:
+                stream.sendall(answer)
+                # Where nothing is answered, nothing is closed either.
+                time.sleep(0 if answer else 12)
+
+        threading.Thread(target=serve, daemon=True).start()
+        begin = time.monotonic()
+        with pytest.raises(ConnectionError, match=f"at {address}: something else than Ray listens there"):
+            run(clips, tmp_path, engine="ray", address=address, progress=False, config=QUICK)
+        assert time.monotonic() - begin < 15

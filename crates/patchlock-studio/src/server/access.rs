@@ -133,7 +133,7 @@ pub fn same(given: &str, secret: &str) -> bool {
 
 fn unauthorised(message: &str) -> Refusal {
     Refusal::new(StatusCode::UNAUTHORIZED, message)
-        .hint("open the address that patchlock studio has printed; it holds the token")
+        .hint("open the address that the program has printed; it holds the token")
 }
 
 fn is_api(uri: &Uri) -> bool {
@@ -153,10 +153,15 @@ fn token(headers: &HeaderMap) -> Option<&str> {
 
 /// Checks a request and adds the headers that keep the page in its place.
 pub async fn check(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
-    let checked = app.access.check(&request);
+    guarded(&app.access, "'none'", request, next).await
+}
+
+/// The same for any server. `frames` are the sources of pages that may show this one within them.
+pub async fn guarded(access: &Access, frames: &str, request: Request, next: Next) -> Response {
+    let checked = access.check(&request);
     let api = is_api(request.uri());
     let host = request.headers().get(header::HOST).and_then(|host| host.to_str().ok());
-    let policy = policy(host.filter(|_| checked.is_ok()));
+    let policy = policy(host.filter(|_| checked.is_ok()), frames);
     let mut response = match checked {
         Ok(()) => next.run(request).await,
         Err(refusal) => refusal.into_response(),
@@ -183,11 +188,11 @@ const FIXED: [(&str, &str); 5] = [
 ];
 
 /// What the page may load. Some browsers do not count WebSockets as `'self'`, so they are named.
-fn policy(host: Option<&str>) -> String {
+fn policy(host: Option<&str>, frames: &str) -> String {
     let sockets = host.map(|host| format!(" ws://{host}")).unwrap_or_default();
     format!(
         "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; \
          connect-src 'self'{sockets}; media-src blob:; worker-src 'self'; manifest-src 'self'; \
-         base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+         base-uri 'none'; form-action 'none'; frame-ancestors {frames}"
     )
 }

@@ -19,6 +19,7 @@ mod once;
 mod pace;
 mod token;
 mod video;
+pub mod window;
 
 use std::net::{SocketAddr, TcpListener};
 use std::path::PathBuf;

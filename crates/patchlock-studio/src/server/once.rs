@@ -23,7 +23,7 @@ const PREFIX: &str = "once-";
 /// Random bytes of a code.
 const CODE_BYTES: usize = 32;
 /// Longest request, in bytes of JSON.
-const REQUEST_BYTES: u64 = 1024;
+pub const REQUEST_BYTES: u64 = 1024;
 
 /// The code that was drawn last.
 #[derive(Default)]
@@ -39,7 +39,7 @@ struct Drawn {
 
 /// What a code is worth.
 #[derive(PartialEq, Eq)]
-enum Worth {
+pub enum Worth {
     Token,
     /// It was used already, or is too old.
     Void,
@@ -57,7 +57,7 @@ impl Once {
 
     /// What this code is worth: the token, if it was drawn at most `patience` ago. If so, it is void
     /// from now on.
-    fn take(&self, given: &str, patience: Duration) -> Worth {
+    pub fn take(&self, given: &str, patience: Duration) -> Worth {
         let mut drawn = self.drawn.lock().unwrap_or_else(PoisonError::into_inner);
         match drawn.as_mut().filter(|drawn| same(given, &drawn.code)) {
             None => Worth::Unknown,
@@ -73,8 +73,8 @@ impl Once {
 /// What a page has instead of the token.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Exchange {
-    code: String,
+pub struct Exchange {
+    pub code: String,
 }
 
 /// `POST /api/token`

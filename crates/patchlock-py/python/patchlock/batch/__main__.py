@@ -104,6 +104,11 @@ def _parser() -> argparse.ArgumentParser:
         metavar="DIR",
         help="for a manifest: collect the truth of the clips in this folder, for patchlock score",
     )
+    parser.add_argument(
+        "--tables",
+        metavar="DIR",
+        help="for a manifest: write a table CLIP.csv and a summary CLIP.json of each clip to this folder",
+    )
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
     parser.add_argument("--quiet", "-q", action="store_true", help="no progress bar")
     return parser
@@ -120,6 +125,8 @@ def _work(arguments: argparse.Namespace) -> Summary:
             raise ValueError(
                 "--truth-to is for manifests; patchlock score reads the truth of a dataset itself"
             )
+        if arguments.tables is not None:
+            raise ValueError("--tables is for manifests; patchlock report shows the runs of a dataset")
         return bench(
             arguments.manifest,
             arguments.out,
@@ -142,7 +149,7 @@ def _work(arguments: argparse.Namespace) -> Summary:
     config = Config(
         arguments.preset, arguments.config, model=arguments.model, runtime=arguments.runtime
     )
-    return run(arguments.manifest, arguments.out, config=config, **common)
+    return run(arguments.manifest, arguments.out, config=config, tables=arguments.tables, **common)
 
 
 def main() -> int:

@@ -12,6 +12,10 @@ from patchlock.batch.task import Failed, Lost, Outcome, execute
 if TYPE_CHECKING:
     from typing_extensions import Self
 
+# Seconds to wait for the first answer of a cluster.
+_PATIENCE = 10
+# The type of a frame of settings in HTTP/2.
+_SETTINGS = 4
 # Runs submitted in advance, so that no machine waits for its next run.
 _AHEAD = 4
 
@@ -114,10 +118,23 @@ class Ray:
 
 
 def _knock(address: str) -> None:
-    """Fails at once if nothing listens at the address; Ray itself would try for minutes."""
+    """Fails soon if no Ray cluster listens at the address; Ray itself would try for minutes.
+
+    A cluster speaks gRPC: as every server of HTTP/2, it answers the first bytes of a client with a frame
+    of settings.
+    """
     host, colon, port = address.rpartition(":")
-    if colon and port.isdecimal():
-        socket.create_connection((host.strip("[]"), int(port)), timeout=10).close()
+    if not (colon and port.isdecimal()):
+        return
+    with socket.create_connection((host.strip("[]"), int(port)), timeout=_PATIENCE) as stream:
+        stream.sendall(b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + bytes([0, 0, 0, _SETTINGS, 0, 0, 0, 0, 0]))
+        try:
+            with stream.makefile("rb") as answer:
+                head = answer.read(9)
+        except TimeoutError:
+            head = b""
+    if len(head) < 9 or head[3] != _SETTINGS:
+        raise ConnectionError("something else than Ray listens there")
 
 
 def _last_line(error: Exception) -> str:

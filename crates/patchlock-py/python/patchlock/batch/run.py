@@ -16,6 +16,7 @@ from patchlock.batch.engine import Engine, drive
 from patchlock.batch.local import Local
 from patchlock.batch.manifest import Clip, ManifestError, Row, Unreadable, is_folder_name, read
 from patchlock.batch.summary import Failure, Summary
+from patchlock.batch.tables import write
 from patchlock.batch.task import Failed, Task
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ def run(
     model: Network | ModelLike | None = None,
     runtime: str | os.PathLike[str] | None = None,
     name: str | None = None,
+    tables: str | os.PathLike[str] | None = None,
     retries: int = 2,
     progress: bool | None = None,
 ) -> Summary:
@@ -64,6 +66,8 @@ def run(
         name: Name of the results; by default that of the preset, followed by a hash of the settings if they
             differ from it. The results of clips with their own settings go to separate folders, whose names
             end in such a hash too.
+        tables: Folder for a table `<clip>.csv` and a summary `<clip>.json` of each complete clip, made if it
+            is missing; files of the same names are replaced.
         retries: How often a clip is retried if its process or machine died.
         progress: Whether to show a `tqdm` progress bar; `None` shows it only on a terminal.
 
@@ -81,12 +85,14 @@ def run(
     stores = _Stores(Path(out), _patchlock._checked_config(config, preset, model, runtime), name)
     with _engine(engine, address, jobs, threads) as machine:
         batch = _Batch(Path(out), engine, machine, retries, progress)
+        batch.tables = None if tables is None else Path(tables)
         tasks = []
         for row in rows:
             try:
                 task = _task(row, stores, machine)
                 if task.store.holds(task.job):
                     batch.summary.kept += 1
+                    batch.write_tables(task)
                 else:
                     tasks.append(task)
             except (ValueError, TypeError, OSError) as error:
@@ -248,6 +254,7 @@ class _Batch:
         named = engine if isinstance(engine, str) else type(engine).__name__
         self.summary = Summary(named, machine.slots)
         self._out, self._machine, self._retries = out, machine, retries
+        self.tables: Path | None = None
         self._hidden = None if progress is None else not progress
 
     def fail(self, failure: Failure) -> None:
@@ -255,6 +262,11 @@ class _Batch:
         self.summary.failed.append(failure)
         if self._hidden is False or (self._hidden is None and sys.stderr.isatty()):
             tqdm.write(f"failed: {failure}", file=sys.stderr)
+
+    def write_tables(self, task: Task) -> None:
+        """Writes table and summary of a run that is stored, if they are wanted."""
+        if self.tables is not None:
+            write(self.tables, task)
 
     def execute(self, tasks: list[Task]) -> Summary:
         """Executes the runs. The summary is written even if this is interrupted."""
@@ -267,6 +279,7 @@ class _Batch:
                         self.fail(Failure(task.name, task.run, outcome.message))
                     else:
                         task.store.keep(task.job, outcome.boxes, outcome.manifest)
+                        self.write_tables(task)
                         self.summary.done += 1
                         self.summary.frames += outcome.frames
                     self.summary.left -= 1

@@ -14,6 +14,16 @@ FILE = "batch.json"
 _SHOWN = 20
 
 
+def replace(path: Path, text: str) -> None:
+    """Writes a file, which gets its name when it is complete."""
+    with tempfile.NamedTemporaryFile(
+        "w", dir=path.parent, prefix=".patchlock-", suffix=".part", delete=False, encoding="utf-8"
+    ) as file:
+        file.write(text)
+    os.chmod(file.name, 0o644)
+    os.replace(file.name, path)
+
+
 @dataclass(frozen=True)
 class Failure:
     """A run that failed."""
@@ -64,13 +74,7 @@ class Summary:
     def write(self, out: Path) -> None:
         """Writes the summary into the results folder, atomically."""
         out.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(
-            "w", dir=out, prefix=".patchlock-", suffix=".part", delete=False, encoding="utf-8"
-        ) as file:
-            json.dump(self.to_dict(), file, indent=2)
-            file.write("\n")
-        os.chmod(file.name, 0o644)
-        os.replace(file.name, out / FILE)
+        replace(out / FILE, json.dumps(self.to_dict(), indent=2) + "\n")
 
     def __str__(self) -> str:
         """The text that the command prints."""

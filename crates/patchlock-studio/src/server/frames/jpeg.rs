@@ -10,7 +10,7 @@ use crate::server::answer::Refusal;
 const QUALITY: u8 = 88;
 
 /// Encodes a picture. A width narrower than the picture's scales it down; 0 stands for its own.
-pub(super) fn jpeg(picture: &Picture, width: u32) -> Result<Vec<u8>, Refusal> {
+pub fn jpeg(picture: &Picture, width: u32) -> Result<Vec<u8>, Refusal> {
     let (w, h) = (picture.width as u32, picture.height as u32);
     if (1..w).contains(&width) {
         let height = (f64::from(h) * f64::from(width) / f64::from(w)).round().max(1.0) as u32;

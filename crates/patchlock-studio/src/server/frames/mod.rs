@@ -6,7 +6,7 @@
 
 mod cache;
 mod decoder;
-mod jpeg;
+pub mod jpeg;
 mod source;
 
 use std::path::Path;

@@ -1,0 +1,550 @@
+//! Live sources: cameras, streams of the network, pipes. ffmpeg opens them; a thread reads its
+//! frames and keeps only the newest, so that the delay never grows. Frames that nobody took are
+//! counted.
+//!
+//! A stream of the network that was lost is opened again, after pauses that grow. A file that a
+//! server offers has an end: all of its frames are taken, each in its turn.
+
+mod address;
+mod stream;
+
+use std::fmt;
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+use crate::child::Running;
+use crate::{Error, FrameRate, Limits, Next, ahead, ffmpeg, limits};
+use stream::{Raw, Stream, Task};
+
+pub use address::Address;
+pub(crate) use address::schemes;
+
+/// How a live source is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// What the source may claim.
+    pub limits: Limits,
+    /// The first frame that is given.
+    pub start: usize,
+    /// The first frame that is not given any more; `None` for no end.
+    pub end: Option<usize>,
+    /// How long to wait in all, between attempts, for a stream of the network that was lost. With
+    /// zero, the source ends there.
+    pub reconnect: Duration,
+}
+
+impl Options {
+    /// Default of [`Options::reconnect`].
+    pub const RECONNECT: Duration = Duration::from_secs(60);
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { limits: Limits::default(), start: 0, end: None, reconnect: Self::RECONNECT }
+    }
+}
+
+/// The pauses between attempts to open a lost stream: the first, and the longest.
+const PAUSES: [Duration; 2] = [Duration::from_millis(500), Duration::from_secs(8)];
+
+/// What a user should know of a source that goes on.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Note {
+    /// The stream was lost and is opened again.
+    Lost {
+        /// Why.
+        reason: String,
+    },
+    /// The stream is back.
+    Back {
+        /// How often it was opened in vain before.
+        failed: usize,
+    },
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Lost { reason } => write!(f, "the stream was lost: {reason}; it is opened again"),
+            Self::Back { failed: 0 } => f.write_str("the stream is back"),
+            Self::Back { failed } => write!(f, "the stream is back after {failed} failed attempts"),
+        }
+    }
+}
+
+/// The newest frames of a live source.
+pub struct Live {
+    shared: Arc<Shared>,
+    notes: Receiver<Note>,
+    options: Options,
+    /// The time of frame 0, in millionths of a second.
+    begun: Option<i64>,
+    /// How many frames had come before the one that was given first, which is frame 0.
+    before: Option<usize>,
+    /// Frames that were given, or skipped because they come before the first one.
+    given: usize,
+    /// The number of the last one of these.
+    last: Option<usize>,
+}
+
+/// What the thread that reads shares with the one that takes frames.
+#[derive(Default)]
+struct Shared {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct State {
+    /// The newest frame that nobody has taken, with its number.
+    newest: Option<(usize, Raw)>,
+    /// Frames that have come.
+    received: usize,
+    ended: Option<Result<(), Error>>,
+    rate: Option<FrameRate>,
+    /// Whether it is a file that somebody serves.
+    has_length: bool,
+    /// Nobody wants frames any more.
+    closed: bool,
+    running: Option<Arc<Running>>,
+}
+
+impl Shared {
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Waits for a change, at most this long.
+    fn wait<'a>(&self, state: MutexGuard<'a, State>, most: Duration) -> MutexGuard<'a, State> {
+        self.changed.wait_timeout(state, most).unwrap_or_else(PoisonError::into_inner).0
+    }
+
+    /// Remembers the process that is to be ended with the source.
+    fn began(&self, running: &Arc<Running>) {
+        let mut state = self.state();
+        state.running = Some(Arc::clone(running));
+        if state.closed {
+            running.kill();
+        }
+    }
+
+    /// Passes a frame on. With `each`, it waits until the frame is taken; else the frame replaces
+    /// one that was not. Returns whether more frames are wanted.
+    fn put(&self, raw: Raw, each: bool) -> bool {
+        let mut state = self.state();
+        state.newest = Some((state.received, raw));
+        state.received += 1;
+        self.changed.notify_all();
+        while each && state.newest.is_some() && !state.closed {
+            state = self.wait(state, ahead::PATIENCE);
+        }
+        !state.closed
+    }
+
+    fn end(&self, result: Result<(), Error>) {
+        let mut state = self.state();
+        if !state.closed {
+            state.ended = Some(result);
+        }
+        self.changed.notify_all();
+    }
+
+    /// Waits this long; whether frames are still wanted.
+    fn pause(&self, pause: Duration) -> bool {
+        let state = self.state();
+        let wait = self.changed.wait_timeout_while(state, pause, |state| !state.closed);
+        !wait.unwrap_or_else(PoisonError::into_inner).0.closed
+    }
+}
+
+impl Live {
+    /// Opens the source on a thread of its own. What goes wrong is an error of [`Live::wait`].
+    pub fn open(address: Address, options: Options) -> Self {
+        let patience = limits::LIVE_SILENCE;
+        Self::with(address, options, ffmpeg::Program { patience, ..Default::default() })
+    }
+
+    fn with(address: Address, options: Options, program: ffmpeg::Program) -> Self {
+        let task = Task { address, program, limits: options.limits };
+        let shared = Arc::new(Shared::default());
+        let (sender, notes) = mpsc::channel();
+        let reader = Reader { task, shared: Arc::clone(&shared), notes: sender, options };
+        thread::spawn(move || reader.run());
+        Self { shared, notes, options, begun: None, before: None, given: 0, last: None }
+    }
+
+    /// Waits up to 100 ms for a frame that is newer than the last one. Frame 0 is the newest at the
+    /// first call.
+    ///
+    /// # Errors
+    /// [`Error::NotLive`] if it does not open, [`Error::FfmpegMissing`], [`Error::TooLarge`] and
+    /// [`Error::TooManyPixels`]; [`Error::Gone`] if it has stopped.
+    pub fn wait(&mut self) -> Result<Next, Error> {
+        let (index, raw) = {
+            let mut state = self.shared.state();
+            if state.newest.is_none() && state.ended.is_none() {
+                state = self.shared.wait(state, ahead::PATIENCE);
+            }
+            match (state.newest.take(), &mut state.ended) {
+                (Some(newest), _) => newest,
+                (None, None) => return Ok(Next::NotYet),
+                (None, Some(ended)) => {
+                    return std::mem::replace(ended, Ok(())).map(|()| Next::End);
+                }
+            }
+        };
+        // The reader may wait until the frame is taken.
+        self.shared.changed.notify_all();
+        let index = index - *self.before.get_or_insert(index);
+        if self.options.end.is_some_and(|end| index >= end) {
+            self.close();
+            return Ok(Next::End);
+        }
+        self.begun = self.begun.or(raw.time);
+        self.given += 1;
+        self.last = Some(index);
+        if index < self.options.start {
+            return Ok(Next::NotYet);
+        }
+        let mut picture = raw.picture(index);
+        if let (Some(time), Some(begun)) = (raw.time, self.begun) {
+            picture = picture.at(Some((time - begun) as f64 / 1e6));
+        }
+        Ok(Next::Frame(index, picture))
+    }
+
+    /// What has happened since the last call.
+    pub fn notes(&self) -> impl Iterator<Item = Note> {
+        self.notes.try_iter()
+    }
+
+    /// How many frames, up to the last one that was given, were not given because a newer one had
+    /// come.
+    pub fn dropped(&self) -> usize {
+        self.last.map_or(0, |last| last + 1 - self.given)
+    }
+
+    /// Frames per second, as far as the source says.
+    pub fn rate(&self) -> Option<FrameRate> {
+        self.shared.state().rate
+    }
+
+    /// When the first frame came, in seconds since 1970; `None` if that is not known.
+    pub fn begun(&self) -> Option<f64> {
+        self.begun.filter(|_| !self.shared.state().has_length).map(|time| time as f64 / 1e6)
+    }
+
+    fn close(&self) {
+        let mut state = self.shared.state();
+        state.closed = true;
+        state.ended = Some(Ok(()));
+        if let Some(running) = state.running.take() {
+            running.kill();
+        }
+        self.shared.changed.notify_all();
+    }
+}
+
+impl Drop for Live {
+    fn drop(&mut self) {
+        self.close();
+    }
+}
+
+/// What the thread that reads has.
+struct Reader {
+    task: Task,
+    shared: Arc<Shared>,
+    notes: Sender<Note>,
+    options: Options,
+}
+
+impl Reader {
+    fn run(self) {
+        let mut stream = match self.open() {
+            Ok(stream) => stream,
+            Err(error) => return self.shared.end(Err(error)),
+        };
+        let may_return = self.task.address.is_network() && !stream.has_length;
+        let pauses = pauses(self.options.reconnect).len();
+        loop {
+            let ended = match self.read(&mut stream) {
+                Some(ended) => ended,
+                None => return,
+            };
+            drop(stream);
+            // The end of a source that was closed is no loss.
+            if !may_return || pauses == 0 || self.shared.state().closed {
+                return self.shared.end(ended);
+            }
+            let reason = match ended {
+                Ok(()) => "it ended".to_string(),
+                Err(Error::Gone { reason, .. }) => reason,
+                Err(error) => error.to_string(),
+            };
+            // Nobody reads the notes of a source that was closed.
+            let _ = self.notes.send(Note::Lost { reason });
+            stream = match self.open_again() {
+                Ok(Some(again)) => again,
+                Ok(None) => return,
+                Err(error) => return self.shared.end(Err(error)),
+            };
+        }
+    }
+
+    /// Opens the source for the first time.
+    fn open(&self) -> Result<Stream, Error> {
+        let began = |running: &Arc<Running>| self.shared.began(running);
+        let mut stream = self.task.open(false, &began)?;
+        if stream.has_length {
+            // The times at which parts of a file come say nothing.
+            drop(stream);
+            stream = self.task.open(true, &began)?;
+        }
+        let mut state = self.shared.state();
+        (state.rate, state.has_length) = (stream.rate(), stream.has_length);
+        Ok(stream)
+    }
+
+    /// Reads to the end of a stream; `None` if no more frames are wanted.
+    fn read(&self, stream: &mut Stream) -> Option<Result<(), Error>> {
+        loop {
+            match stream.next() {
+                Ok(Some(raw)) => {
+                    if !self.shared.put(raw, stream.has_length) {
+                        return None;
+                    }
+                }
+                Ok(None) => return Some(Ok(())),
+                Err(error) => return Some(Err(error)),
+            }
+        }
+    }
+
+    /// Opens the stream again; `None` if no more frames are wanted.
+    fn open_again(&self) -> Result<Option<Stream>, Error> {
+        let mut last = String::new();
+        let pauses = pauses(self.options.reconnect);
+        for (failed, &pause) in pauses.iter().enumerate() {
+            if !self.shared.pause(pause) {
+                return Ok(None);
+            }
+            match self.task.open(false, &|running| self.shared.began(running)) {
+                Ok(stream) => {
+                    let _ = self.notes.send(Note::Back { failed });
+                    return Ok(Some(stream));
+                }
+                Err(Error::NotLive { reason, .. }) => last = reason,
+                Err(error) => return Err(error),
+            }
+        }
+        let reason = format!("{last}; it was tried {} times again", pauses.len());
+        Err(Error::Gone { name: self.task.address.shown(), reason })
+    }
+}
+
+/// Pauses that grow, of this length together.
+fn pauses(mut whole: Duration) -> Vec<Duration> {
+    let [mut pause, longest] = PAUSES;
+    let mut pauses = Vec::new();
+    while !whole.is_zero() {
+        pauses.push(pause.min(whole));
+        whole = whole.saturating_sub(pause);
+        pause = (2 * pause).min(longest);
+    }
+    pauses
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+    use std::fs;
+    use std::os::unix::fs::PermissionsExt as _;
+    use tempfile::TempDir;
+
+    /// A shell script in place of ffmpeg, which may write nothing for half a second.
+    struct Fake {
+        folder: TempDir,
+        program: ffmpeg::Program,
+    }
+
+    /// The description of the input, and the time of a frame.
+    const LIVE: &str = "echo $$ > id; echo x >> runs\necho '[info]   Duration: N/A' >&2\necho '[info] Stream mapping:' >&2\n\
+                        printf 'YUV4MPEG2 W2 H2 F25:1 Cmono\\n'\n\
+                        frame() { echo \"[m @ 0] [info] frame:0 pts:$1 x\" >&2; printf 'FRAME\\nabcd'; }";
+
+    impl Fake {
+        fn new(script: &str) -> Self {
+            let folder = tempfile::tempdir().unwrap();
+            let name = folder.path().join("ffmpeg");
+            let here = folder.path().display();
+            fs::write(&name, format!("#!/bin/sh\ncd '{here}'\n{script}\n")).unwrap();
+            fs::set_permissions(&name, fs::Permissions::from_mode(0o755)).unwrap();
+            let program = ffmpeg::Program { name, patience: Duration::from_millis(500) };
+            Self { folder, program }
+        }
+
+        fn open(&self, address: &str, options: Options) -> Live {
+            let address = Address::parse(address).unwrap().unwrap();
+            Live::with(address, options, self.program.clone())
+        }
+
+        fn has_ended(&self) -> bool {
+            let id = fs::read_to_string(self.folder.path().join("id")).unwrap();
+            fs::read_to_string(format!("/proc/{}/stat", id.trim())).is_err()
+        }
+    }
+
+    /// The next frame: its number and time.
+    fn next(live: &mut Live) -> Result<Option<(usize, Option<f64>)>, Error> {
+        loop {
+            match live.wait()? {
+                Next::Frame(index, picture) => return Ok(Some((index, picture.time))),
+                Next::End => return Ok(None),
+                Next::NotYet => {}
+            }
+        }
+    }
+
+    const RECONNECT: Options = Options {
+        limits: Limits { pixels: 1000 },
+        start: 0,
+        end: None,
+        reconnect: Duration::from_millis(900),
+    };
+    const ONCE: Options = Options { reconnect: Duration::ZERO, ..RECONNECT };
+
+    #[test]
+    fn only_the_newest_frame_is_given_and_the_others_are_counted() {
+        let script = format!(
+            "{LIVE}\nframe 1000000\nsleep 0.2\nfor k in 1 2 3 4 5; do frame ${{k}}000000; done\nsleep 0.4"
+        );
+        let fake = Fake::new(&script);
+        let mut live = fake.open("udp://h", ONCE);
+        assert_eq!(next(&mut live).unwrap(), Some((0, Some(0.0))));
+        thread::sleep(Duration::from_millis(400));
+        assert_eq!(next(&mut live).unwrap(), Some((5, Some(4.0))));
+        assert_eq!((live.dropped(), live.begun()), (4, Some(1.0)));
+        assert_eq!(next(&mut live).unwrap(), None);
+        // What came before the first call is no frame.
+        let mut late = fake.open("udp://h", ONCE);
+        thread::sleep(Duration::from_millis(500));
+        assert_eq!(next(&mut late).unwrap(), Some((0, Some(0.0))));
+        assert_eq!((late.dropped(), late.begun()), (0, Some(5.0)));
+    }
+
+    #[test]
+    fn a_lost_stream_is_opened_again_and_the_numbers_go_on() {
+        // The second of three runs fails.
+        let begins = "[ -e runs ] && [ $(wc -l < runs) = 1 ] && { echo x >> runs; exit 1; }";
+        let fake = Fake::new(&format!(
+            "{begins}\n{LIVE}\nframe $(wc -l < runs)000000\n[ $(wc -l < runs) = 3 ] && exec sleep 1000"
+        ));
+        let options = Options { reconnect: Duration::from_secs(3), ..RECONNECT };
+        let mut live = fake.open("rtsp://h/a", options);
+        assert_eq!(next(&mut live).unwrap(), Some((0, Some(0.0))));
+        assert_eq!(next(&mut live).unwrap(), Some((1, Some(2.0))));
+        let notes: Vec<Note> = live.notes().collect();
+        assert_eq!(notes[1], Note::Back { failed: 1 });
+        assert!(notes[0].to_string().contains("opened again"), "{}", notes[0]);
+        drop(live);
+        assert!(fake.has_ended());
+    }
+
+    #[test]
+    fn a_stream_that_does_not_come_back_is_an_error_that_says_how_often_it_was_tried() {
+        let fake = Fake::new(&format!(
+            "[ -e runs ] && {{ echo '[error] rtsp://u:secret@h/a: refused' >&2; exit 1; }}\n{LIVE}\nframe 1000000"
+        ));
+        let mut live = fake.open("rtsp://u:secret@h/a", RECONNECT);
+        assert!(next(&mut live).unwrap().is_some());
+        let error = next(&mut live).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "rtsp://u:***@h/a has stopped: refused; it was tried 2 times again"
+        );
+        assert_eq!(next(&mut live).unwrap(), None, "the error comes once");
+    }
+
+    #[test]
+    fn a_camera_that_stops_is_not_waited_for() {
+        let fake = Fake::new(&format!(
+            "{LIVE}\nframe 1\necho '[v4l2 @ 0] [error] No such device' >&2\nexit 1"
+        ));
+        let mut live = fake.open("0", RECONNECT);
+        assert!(next(&mut live).unwrap().is_some());
+        assert_eq!(next(&mut live).unwrap_err().to_string(), "0 has stopped: No such device");
+        assert_eq!(live.notes().count(), 0);
+    }
+
+    #[test]
+    fn a_source_that_is_silent_is_ended() {
+        let fake = Fake::new("echo $$ > id\nexec sleep 1000");
+        let error = next(&mut fake.open("udp://h", RECONNECT)).unwrap_err().to_string();
+        assert_eq!(error, "cannot open udp://h: no frame came for 0.5 s");
+        assert!(fake.has_ended());
+        let fake = Fake::new(&format!("{LIVE}\nframe 1\nexec sleep 1000"));
+        let mut live = fake.open("udp://h", ONCE);
+        assert!(next(&mut live).unwrap().is_some());
+        let error = next(&mut live).unwrap_err().to_string();
+        assert_eq!(error, "udp://h has stopped: no frame came for 0.5 s");
+        assert!(fake.has_ended());
+    }
+
+    #[test]
+    fn each_frame_of_a_file_that_is_served_is_given_once() {
+        let served = LIVE.replace("N/A", "00:00:01.00");
+        let fake = Fake::new(&format!(
+            "echo \"$*\" >> asked\n{served}\nfor k in 7 8 9; do frame ${{k}}00000; done"
+        ));
+        let mut live = fake.open("http://h/v.mp4", RECONNECT);
+        let mut given = Vec::new();
+        while let Some(frame) = next(&mut live).unwrap() {
+            given.push(frame);
+            thread::sleep(Duration::from_millis(100));
+        }
+        assert_eq!(given, [(0, Some(0.0)), (1, Some(0.1)), (2, Some(0.2))]);
+        assert_eq!((live.dropped(), live.begun()), (0, None));
+        let asked = fs::read_to_string(fake.folder.path().join("asked")).unwrap();
+        let clock = asked.lines().map(|line| line.contains("wallclock")).collect::<Vec<_>>();
+        assert_eq!(clock, [true, false]);
+    }
+
+    #[test]
+    fn a_range_of_frames_is_given() {
+        let fake = Fake::new(&format!(
+            "{LIVE}\nfor k in 0 1 2 3 4 5 6 7 8 9; do frame $k; sleep 0.1; done\nexec sleep 1000"
+        ));
+        let mut live = fake.open("udp://h", Options { start: 2, end: Some(5), ..RECONNECT });
+        let mut given = Vec::new();
+        while let Some((index, _)) = next(&mut live).unwrap() {
+            given.push(index);
+        }
+        thread::sleep(Duration::from_millis(200));
+        assert_eq!(live.notes().count(), 0, "nothing was lost");
+        assert!(given.iter().all(|index| (2..5).contains(index)) && !given.is_empty(), "{given:?}");
+        assert!(fake.has_ended());
+    }
+
+    #[test]
+    fn without_ffmpeg_the_error_names_it() {
+        let program = ffmpeg::Program { name: "/nowhere/ffmpeg".into(), ..Default::default() };
+        let address = Address::parse("rtsp://h/a").unwrap().unwrap();
+        let error = next(&mut Live::with(address, ONCE, program)).unwrap_err();
+        let expected =
+            "rtsp://h/a is a live source; reading it needs ffmpeg, which is not on the PATH";
+        assert_eq!(error.to_string(), expected);
+        assert_eq!(error.advice().unwrap(), "install ffmpeg");
+    }
+
+    #[test]
+    fn pauses_grow_up_to_a_limit() {
+        assert_eq!(pauses(Duration::ZERO), []);
+        let all = pauses(Duration::from_secs(60));
+        assert_eq!(all.iter().sum::<Duration>(), Duration::from_secs(60));
+        assert!(all.is_sorted_by(|a, b| a <= b) || all[all.len() - 1] < PAUSES[1]);
+        assert_eq!((all[0], all[5]), (PAUSES[0], PAUSES[1]));
+    }
+}

@@ -1,0 +1,354 @@
+//! One run of ffmpeg on a live source: raw frames from its output, times and facts from its
+//! messages.
+
+use std::io::{self, BufReader, Read};
+use std::process::{Command, Stdio};
+use std::sync::mpsc::{self, Receiver};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+use super::address::{Address, System, listed_camera, without_password};
+use crate::child::{Running, Watched, apart};
+use crate::colour::Matrix;
+use crate::ffmpeg::{EVERY_FRAME_ONCE, FORMATS, Program, matrix, without_address};
+use crate::y4m::{Header, Y4mStream, piece_of_line};
+use crate::{Error, Limits, Picture};
+
+/// Prints the time of each frame, in millionths of a second, before the frame is written.
+const TIMES: &str = "settb=AVTB,metadata=mode=add:key=n:value=0,metadata=mode=print";
+/// How long the time of a frame may come after the frame itself.
+const TIME_COMES: Duration = Duration::from_secs(1);
+/// What ffmpeg may read ahead to find out what the stream holds, in millionths of a second.
+const ANALYSIS: &str = "500000";
+
+/// A frame as it came.
+pub struct Raw {
+    header: Header,
+    samples: Vec<u8>,
+    /// In millionths of a second: since 1970 if the source is live, else as the file says.
+    pub time: Option<i64>,
+}
+
+impl Raw {
+    /// The frame of this number in colours.
+    pub fn picture(&self, index: usize) -> Picture {
+        self.header.picture(&self.samples, index)
+    }
+}
+
+/// Frames of one run of ffmpeg, in the order in which they come.
+pub struct Stream {
+    frames: Y4mStream<Watched>,
+    times: Receiver<Said>,
+    errors: Arc<Mutex<Vec<String>>>,
+    running: Arc<Running>,
+    address: Address,
+    patience: Duration,
+    /// Whether ffmpeg prints times.
+    is_timed: bool,
+    /// Whether it is a file that somebody serves, which has an end.
+    pub has_length: bool,
+}
+
+/// What ffmpeg prints.
+#[derive(Debug, PartialEq)]
+enum Said {
+    /// Whether the input has an end.
+    HasLength(bool),
+    /// What the input says of the colours of its video.
+    Video(Option<Matrix>),
+    /// When the next frame is shown.
+    Time(Option<i64>),
+    /// All of the input was described.
+    Opened,
+}
+
+/// How to open a live source.
+pub struct Task {
+    pub address: Address,
+    pub program: Program,
+    pub limits: Limits,
+}
+
+impl Task {
+    /// Starts ffmpeg and waits for the first frame. `began` gets the process as soon as it runs. With
+    /// `as_told`, the times are those of the stream, not those at which its parts came.
+    pub fn open(&self, as_told: bool, began: &dyn Fn(&Arc<Running>)) -> Result<Stream, Error> {
+        let address = self.camera_by_name()?;
+        let mut old_version = None;
+        for sync in EVERY_FRAME_ONCE {
+            match self.run(&address, sync, as_told, began) {
+                Err(Error::NotLive { reason, .. }) if reason.contains("fps_mode") => {
+                    old_version = Some(reason);
+                }
+                opened => return opened,
+            }
+        }
+        Err(self.cannot_open(old_version.unwrap_or_default()))
+    }
+
+    /// The address, with the name of a camera that ffmpeg does not know by its number.
+    fn camera_by_name(&self) -> Result<Address, Error> {
+        let Some(number) = self.address.needs_name(System::HERE) else {
+            return Ok(self.address.clone());
+        };
+        let mut list = Command::new(&self.program.name);
+        list.args(["-hide_banner", "-list_devices", "true", "-f", "dshow", "-i", "dummy"]);
+        let listed =
+            list.stdin(Stdio::null()).output().map_err(|error| self.cannot_start(error))?;
+        let text = String::from_utf8_lossy(&listed.stderr);
+        let lines: Vec<String> = text.lines().map(String::from).collect();
+        match listed_camera(&lines, number) {
+            Some(name) => Ok(self.address.named(name)),
+            None => Err(self.cannot_open(format!("there is no camera of the number {number}"))),
+        }
+    }
+
+    fn command(&self, address: &Address, sync: [&str; 2], as_told: bool) -> Command {
+        let mut command = Command::new(&self.program.name);
+        command
+            .args(["-hide_banner", "-nostats", "-loglevel", "level+info"])
+            .args(["-max_pixels", &self.limits.pixels.to_string()])
+            // Threads for frames would keep as many frames back as there are threads.
+            .args(["-thread_type", "slice", "-analyzeduration", ANALYSIS])
+            .arg("-copyts");
+        if !as_told {
+            command.args(["-use_wallclock_as_timestamps", "1"]);
+        }
+        command.args(address.input(System::HERE)).args(["-map", "0:v:0"]).args(sync);
+        command.args(["-sws_dither", "none", "-vf", &format!("{TIMES},{FORMATS}")]);
+        command.args(["-strict", "-1", "-flush_packets", "1", "-f", "yuv4mpegpipe", "-"]);
+        match address.is_pipe() {
+            true => command.stdin(Stdio::inherit()),
+            false => apart(command.arg("-nostdin").stdin(Stdio::null())),
+        };
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        command
+    }
+
+    fn run(
+        &self,
+        address: &Address,
+        sync: [&str; 2],
+        as_told: bool,
+        began: &dyn Fn(&Arc<Running>),
+    ) -> Result<Stream, Error> {
+        let mut child = self
+            .command(address, sync, as_told)
+            .spawn()
+            .map_err(|error| self.cannot_start(error))?;
+        let (output, messages) = (child.stdout.take(), child.stderr.take());
+        let running = Arc::new(Running::new(child));
+        began(&running);
+        let (Some(output), Some(messages)) = (output, messages) else {
+            return Err(self.cannot_open("ffmpeg started without its output".to_string()));
+        };
+        let (errors, patience) = (Arc::default(), self.program.patience);
+        let times = listen(messages, Arc::clone(&errors));
+        let (mut has_length, mut matrix) = (false, None);
+        let opened = loop {
+            match times.recv_timeout(patience) {
+                // What the user has called live is.
+                Ok(Said::HasLength(known)) => has_length = known && !address.is_pipe(),
+                Ok(Said::Video(said)) => matrix = matrix.or(said),
+                Ok(Said::Opened) => break true,
+                Ok(Said::Time(_)) => {}
+                Err(mpsc::RecvTimeoutError::Timeout) => {
+                    running.kill();
+                    return Err(self.cannot_open(silence(patience)));
+                }
+                Err(mpsc::RecvTimeoutError::Disconnected) => break false,
+            }
+        };
+        let output = Watched::new(output, patience);
+        let name = self.address.shown();
+        let frames = match Y4mStream::begin(output, &name, self.limits, matrix, 0) {
+            Ok(frames) if opened => frames,
+            Err(error @ Error::TooLarge { .. }) => return Err(error),
+            Ok(_) | Err(_) => return Err(self.why_not(&running, &errors)),
+        };
+        let address = self.address.clone();
+        let is_timed = true;
+        Ok(Stream { frames, times, errors, running, address, patience, is_timed, has_length })
+    }
+
+    /// Why ffmpeg has opened nothing.
+    fn why_not(&self, running: &Running, errors: &Mutex<Vec<String>>) -> Error {
+        let ended = running.end(self.program.patience);
+        let reason = reason(errors, &self.address);
+        let name = self.address.shown();
+        if reason.contains("max pixel count") {
+            return Error::TooManyPixels { name, limit: self.limits.pixels };
+        }
+        if reason.contains("not on whitelist") {
+            let reason = "it is no video, or a list of other addresses, which are not opened";
+            return self.cannot_open(reason.to_string());
+        }
+        self.cannot_open(match ended {
+            Err(_) => silence(self.program.patience),
+            Ok(_) if reason.is_empty() => "ffmpeg gives no reason".to_string(),
+            Ok(_) => reason,
+        })
+    }
+
+    fn cannot_open(&self, reason: String) -> Error {
+        let is_camera = !self.address.is_network() && !self.address.is_pipe();
+        Error::NotLive { name: self.address.shown(), is_camera, reason }
+    }
+
+    fn cannot_start(&self, error: io::Error) -> Error {
+        match error.kind() {
+            io::ErrorKind::NotFound => Error::FfmpegMissing {
+                path: self.address.shown().into(),
+                reason: Error::LIVE.to_string(),
+            },
+            _ => self.cannot_open(format!("ffmpeg does not start: {error}")),
+        }
+    }
+}
+
+fn silence(patience: Duration) -> String {
+    format!("no frame came for {} s", patience.as_secs_f64())
+}
+
+impl Stream {
+    /// The next frame; `None` at the end.
+    ///
+    /// # Errors
+    /// [`Error::Gone`] if the source has failed.
+    pub fn next(&mut self) -> Result<Option<Raw>, Error> {
+        match self.frames.read_next() {
+            Ok(Some(samples)) => {
+                Ok(Some(Raw { header: self.frames.header(), samples, time: self.time() }))
+            }
+            Ok(None) => match self.running.end(self.patience) {
+                Ok(status) if status.success() => Ok(None),
+                _ => Err(self.gone("the connection ended")),
+            },
+            Err(_) => {
+                self.running.kill();
+                Err(self.gone(&silence(self.patience)))
+            }
+        }
+    }
+
+    /// The time of the frame that was just read. ffmpeg prints it before it writes the frame.
+    fn time(&mut self) -> Option<i64> {
+        while self.is_timed {
+            match self.times.recv_timeout(TIME_COMES) {
+                Ok(Said::Time(time)) => return time,
+                Ok(Said::HasLength(_) | Said::Video(_) | Said::Opened) => {}
+                Err(_) => self.is_timed = false,
+            }
+        }
+        None
+    }
+
+    fn gone(&self, otherwise: &str) -> Error {
+        let reason = reason(&self.errors, &self.address);
+        let reason = if reason.is_empty() { otherwise.to_string() } else { reason };
+        Error::Gone { name: self.address.shown(), reason }
+    }
+
+    /// Frames per second, as far as the source says.
+    pub fn rate(&self) -> Option<crate::FrameRate> {
+        self.frames.header().rate
+    }
+}
+
+/// The last errors that ffmpeg has printed, without the password of the address.
+fn reason(errors: &Mutex<Vec<String>>, address: &Address) -> String {
+    let errors = errors.lock().unwrap_or_else(PoisonError::into_inner);
+    let name = address.shown();
+    let said = errors.join("; ");
+    let words = said.split(' ').map(|word| {
+        let word = without_password(word);
+        // The address is named before the reason already.
+        if word.trim_end_matches(':') == name { String::new() } else { word }
+    });
+    words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ")
+}
+
+/// Errors that are kept.
+const ERRORS: usize = 2;
+
+/// Reads the messages of ffmpeg on a thread.
+fn listen(messages: impl Read + Send + 'static, errors: Arc<Mutex<Vec<String>>>) -> Receiver<Said> {
+    let (sender, said) = mpsc::channel();
+    thread::spawn(move || {
+        let mut messages = BufReader::new(messages);
+        // The description of the input comes before that of the output, which has the same form.
+        let mut opened = false;
+        while let Ok(Some(line)) = piece_of_line(&mut messages) {
+            if let Some(error) = error_in(&line) {
+                let mut errors = errors.lock().unwrap_or_else(PoisonError::into_inner);
+                errors.push(error);
+                let surplus = errors.len().saturating_sub(ERRORS);
+                errors.drain(..surplus);
+            } else if let Some(found) = said_in(&line) {
+                let is_time = matches!(found, Said::Time(_));
+                // The time of the first frame may come before the description of the output.
+                if (is_time || !opened) && sender.send(found).is_err() {
+                    return;
+                }
+                opened |= line.contains("Stream mapping:");
+            }
+        }
+    });
+    said
+}
+
+/// An error in a line, without its level.
+fn error_in(line: &str) -> Option<String> {
+    let (before, text) = line.split_once("[error] ").or_else(|| line.split_once("[fatal] "))?;
+    let is_level = before.is_empty() || before.ends_with("] ");
+    is_level.then(|| without_address(text))
+}
+
+fn said_in(line: &str) -> Option<Said> {
+    let text = line.split_once("[info] ").map(|(_, text)| text.trim_start())?;
+    if text.starts_with("frame:") {
+        let (_, after) = text.split_once(" pts:")?;
+        let time = after.split_whitespace().next().and_then(|text| text.parse().ok());
+        return Some(Said::Time(time));
+    }
+    if let Some(length) = text.strip_prefix("Duration: ") {
+        return Some(Said::HasLength(!length.starts_with("N/A")));
+    }
+    if text.starts_with("Stream mapping:") {
+        return Some(Said::Opened);
+    }
+    let (_, video) = text.strip_prefix("Stream #")?.split_once(": Video: ")?;
+    // As in `yuv420p(tv, bt709/unknown/unknown, progressive)`.
+    let words = video.split(['(', ')', ',', ' ']).filter_map(|word| word.split('/').next());
+    Some(Said::Video({ words }.find_map(matrix)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_of_ffmpeg_are_understood() {
+        let said = said_in;
+        assert_eq!(said("[info]   Duration: N/A, start: 1.0"), Some(Said::HasLength(false)));
+        assert_eq!(said("[info]   Duration: 00:00:05.00, "), Some(Said::HasLength(true)));
+        let video = "[info]   Stream #0:0: Video: mjpeg (Baseline), yuvj420p(pc, bt470bg/unknown/unknown), 2x2";
+        assert_eq!(said(video), Some(Said::Video(Some(Matrix::Bt601))));
+        let video =
+            "[info]   Stream #0:1[0x100]: Video: h264 (High), yuv420p(tv, bt709, progressive), 2x2";
+        assert_eq!(said(video), Some(Said::Video(Some(Matrix::Bt709))));
+        let video = "[info]   Stream #0:0: Video: h264 (High), yuv420p(progressive), 2x2";
+        assert_eq!(said(video), Some(Said::Video(None)));
+        let time =
+            "[Parsed_metadata_2 @ 0x5f] [info] frame:2    pts:1795610163103000 pts_time:1.79e+09";
+        assert_eq!(said(time), Some(Said::Time(Some(1_795_610_163_103_000))));
+        assert_eq!(said("[x @ 0x1] [info] frame:2    pts:NOPTS"), Some(Said::Time(None)));
+        assert_eq!(said("[info] Stream mapping:"), Some(Said::Opened));
+        assert_eq!(said("[info]   Stream #0:1: Audio: aac"), None);
+        let error = error_in("[rtsp @ 0x55] [error] method DESCRIBE failed: 404 Not Found");
+        assert_eq!(error.as_deref(), Some("method DESCRIBE failed: 404 Not Found"));
+        assert_eq!(error_in("[info] title: [error] x"), None);
+    }
+}

@@ -1,0 +1,53 @@
+//! Lets a person draw a box on a frame, on a page in the browser.
+
+use std::cell::RefCell;
+
+use patchlock::BoundingBox;
+use patchlock_media::Picture;
+use patchlock_studio::server::window::{Answer, Window};
+use pyo3::exceptions::{PyOSError, PyRuntimeError};
+use pyo3::prelude::*;
+
+use crate::pixels::{Channels, Pixels};
+
+/// Serves a page with the frame until a person has drawn a box there; `opened` is called with the
+/// address of the page and one for the arguments of a browser, which works once.
+#[pyfunction]
+#[pyo3(name = "_select_boxes")]
+pub fn select_boxes(
+    py: Python<'_>,
+    frame: &Bound<'_, PyAny>,
+    channels: &str,
+    in_notebook: bool,
+    opened: &Bound<'_, PyAny>,
+) -> PyResult<Vec<(f64, f64, f64, f64)>> {
+    let pixels = Pixels::of(frame, Channels::parse(channels)?)?;
+    let (width, height) = pixels.size()?;
+    let picture = Picture::rgb(width, height, pixels.to_rgb()?);
+    let cannot = |error: patchlock_studio::server::Error| PyOSError::new_err(error.to_string());
+    let window = py.detach(|| Window::open(0, in_notebook)).map_err(cannot)?;
+    opened.call1((window.address(), window.address_once().map_err(cannot)?))?;
+    let (answer, signal) = py.detach(|| {
+        let signal = RefCell::new(None);
+        // Ctrl-C is an exception of Python.
+        let stopped = || match Python::attach(|py| py.check_signals()) {
+            Ok(()) => false,
+            Err(error) => {
+                *signal.borrow_mut() = Some(error);
+                true
+            }
+        };
+        let answer = window.ask(0, &picture, &stopped);
+        drop(window);
+        (answer, signal.into_inner())
+    });
+    match (answer, signal) {
+        (_, Some(error)) => Err(error),
+        (Answer::Boxes(boxes), None) => {
+            Ok(boxes.into_iter().map(|BoundingBox { x, y, w, h }| (x, y, w, h)).collect())
+        }
+        (Answer::Cancelled | Answer::Stopped, None) => {
+            Err(PyRuntimeError::new_err("no box was drawn: the page was cancelled"))
+        }
+    }
+}

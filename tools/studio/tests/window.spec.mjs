@@ -1,0 +1,180 @@
+// The page of `patchlock track --select` and `--preview`.
+
+import { spawn } from 'node:child_process';
+import { mkdirSync, mkdtempSync, readFileSync } from 'node:fs';
+import path from 'node:path';
+import { expect, test } from '@playwright/test';
+import { demo, overlap, program, readTruth, scratch } from './program.mjs';
+
+/** A running `patchlock track` on the demo. */
+class Track {
+    static start(options, source = path.join(demo, 'input.mp4'), stdin = 'ignore') {
+        mkdirSync(scratch, { recursive: true });
+        const cwd = mkdtempSync(path.join(scratch, 'window-'));
+        const args = ['track', source, '--no-open', '--preset', 'fast', '--save', 'boxes.csv', ...options];
+        const child = spawn(program, args, { cwd, stdio: [stdin, 'pipe', 'pipe'] });
+        return new Promise((resolve, reject) => {
+            const track = new Track(child, cwd);
+            child.stderr.on('data', (data) => {
+                track.said += data;
+                track.address ??= /http:\/\/\S+#\w+/.exec(track.said)?.[0];
+                if (track.address) resolve(track);
+            });
+            child.on('exit', (code) =>
+                reject(new Error(`patchlock track ended with ${code}: ${track.said}`)),
+            );
+        });
+    }
+
+    constructor(child, folder) {
+        this.child = child;
+        this.folder = folder;
+        this.said = '';
+        this.ended = new Promise((resolve) => child.on('exit', resolve));
+    }
+
+    /** The boxes that it has saved, by frame. */
+    boxes() {
+        const [head, ...lines] = readFileSync(path.join(this.folder, 'boxes.csv'), 'utf8').trim().split('\n');
+        const names = head.split(',');
+        return lines.map((line) => {
+            const cells = line.split(',');
+            return Object.fromEntries(names.map((name, at) => [name, Number(cells[at])]));
+        });
+    }
+}
+
+/** Where a place of the frame is on the screen; the whole frame is shown. */
+async function screen(page, { x, y }) {
+    return page.locator('#frame').evaluate(
+        (canvas, at) => {
+            const { left, top, width, height } = canvas.getBoundingClientRect();
+            const [, w, h] = /(\d+) × (\d+)/.exec(document.querySelector('#state').textContent);
+            const scale = Math.min(width / w, height / h);
+            return {
+                x: left + (width - w * scale) / 2 + at.x * scale,
+                y: top + (height - h * scale) / 2 + at.y * scale,
+            };
+        },
+        { x, y },
+    );
+}
+
+async function drag(page, from, to) {
+    const [begin, end] = [await screen(page, from), await screen(page, to)];
+    await page.mouse.move(begin.x, begin.y);
+    await page.mouse.down();
+    await page.mouse.move((begin.x + end.x) / 2, (begin.y + end.y) / 2);
+    await page.mouse.move(end.x, end.y);
+    await page.mouse.up();
+}
+
+test('a box is drawn with the mouse, moved with the keys, and tracked in the terminal', async ({ page }) => {
+    const track = await Track.start(['--select', '--end', '40']);
+    await page.goto(track.address);
+    await expect(page.locator('#state')).toContainText('frame 0, 480 × 360 pixels');
+    const truth = readTruth();
+    const { x, y, w, h } = truth[0];
+    // Two pixels beside the target, which the keys correct.
+    await drag(page, { x: x - 2, y }, { x: x - 2 + w, y: y + h });
+    const drawn = (await page.locator('#box').inputValue()).split(',').map(Number);
+    expect(overlap({ x: drawn[0], y: drawn[1], w: drawn[2], h: drawn[3] }, truth[0])).toBeGreaterThan(0.85);
+    await page.keyboard.press('ArrowRight');
+    await page.keyboard.press('ArrowRight');
+    const moved = (await page.locator('#box').inputValue()).split(',').map(Number);
+    expect(moved).toEqual([drawn[0] + 2, ...drawn.slice(1)]);
+    await page.keyboard.press('Enter');
+    await expect(page.locator('#state')).toContainText('The program goes on with this box');
+    expect(await track.ended).toBe(0);
+    const boxes = track.boxes();
+    expect(boxes).toHaveLength(40);
+    expect([boxes[0].x, boxes[0].y, boxes[0].w, boxes[0].h]).toEqual(moved);
+    expect(overlap(boxes[15], truth[15])).toBeGreaterThan(0.6);
+    expect(track.said).toContain(`--box ${moved.join(',')}`);
+});
+
+test('a small target is drawn after zooming in, and several boxes are several targets', async ({ page }) => {
+    const track = await Track.start(['--select', '--end', '3']);
+    await page.goto(track.address);
+    await expect(page.locator('#state')).toContainText('480 × 360');
+    const at = await screen(page, { x: 200, y: 200 });
+    await page.mouse.move(at.x, at.y);
+    for (let k = 0; k < 5; k++) await page.mouse.wheel(0, -200);
+    // Of the frame, twelve pixels are now far more of the screen; the place under the pointer stays.
+    await page.mouse.down();
+    await page.mouse.move(at.x + 100, at.y + 100);
+    await page.mouse.up();
+    const [x, y, w, h] = (await page.locator('#box').inputValue()).split(',').map(Number);
+    expect(Math.abs(x - 200) + Math.abs(y - 200)).toBeLessThanOrEqual(2);
+    expect(w).toBeLessThan(12);
+    expect(Math.abs(w - h)).toBeLessThanOrEqual(1);
+    await page.getByRole('button', { name: 'Another target' }).click();
+    await page.getByLabel('Box', { exact: true }).fill('300,200,40,30');
+    await page.getByRole('button', { name: 'Track' }).click();
+    expect(await track.ended).toBe(0);
+    const first = track.boxes().filter((box) => box.frame === 0);
+    expect(first.map((box) => [box.id, box.x, box.y, box.w, box.h])).toEqual([
+        [1, x, y, w, h],
+        [2, 300, 200, 40, 30],
+    ]);
+});
+
+test('a finger draws too, a box outside is refused, and cancelling ends the program', async ({ browser }) => {
+    const track = await Track.start(['--select']);
+    const context = await browser.newContext({ hasTouch: true, viewport: { width: 390, height: 700 } });
+    const page = await context.newPage();
+    await page.goto(track.address);
+    await expect(page.locator('#state')).toContainText('480 × 360');
+    const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+    expect(wide).toBeLessThanOrEqual(390);
+    const [a, b] = [await screen(page, { x: 100, y: 100 }), await screen(page, { x: 180, y: 160 })];
+    const touch = await context.newCDPSession(page);
+    const send = (type, touchPoints) => touch.send('Input.dispatchTouchEvent', { type, touchPoints });
+    await send('touchStart', [a]);
+    await send('touchMove', [b]);
+    await send('touchEnd', []);
+    const [x, y, w, h] = (await page.locator('#box').inputValue()).split(',').map(Number);
+    for (const [found, drawn] of [
+        [x, 100],
+        [y, 100],
+        [w, 80],
+        [h, 60],
+    ])
+        expect(Math.abs(found - drawn)).toBeLessThanOrEqual(4);
+    await page.getByLabel('Box', { exact: true }).fill('900,100,20,20');
+    await page.getByRole('button', { name: 'Track' }).click();
+    await expect(page.locator('#state')).toContainText('900,100,20,20');
+    await page.getByRole('button', { name: 'Cancel' }).click();
+    expect(await track.ended).toBe(130);
+    expect(track.said).toContain('no box was drawn');
+    await context.close();
+});
+
+test('the newest frame of a live source is shown with its box', async ({ page }) => {
+    // A pipe at the rate of a camera.
+    const video = path.join(demo, 'input.mp4');
+    const ffmpeg = spawn('ffmpeg', [
+        ...['-v', 'error', '-re', '-stream_loop', '-1', '-i', video],
+        ...['-f', 'yuv4mpegpipe', '-'],
+    ]);
+    const failed = new Promise((resolve) => ffmpeg.on('error', resolve));
+    if (await Promise.race([failed, new Promise((resolve) => ffmpeg.on('spawn', () => resolve(null)))])) {
+        test.skip(true, 'ffmpeg is not installed');
+        return;
+    }
+    const { x, y, w, h } = readTruth()[0];
+    const options = ['--live', '--preview', '--box', [x, y, w, h].map(Math.round).join(',')];
+    const track = await Track.start(options, '-', ffmpeg.stdout);
+    await page.goto(track.address);
+    await expect(page.locator('#state')).toContainText('ms from the camera to the screen');
+    await page.waitForTimeout(3000);
+    const delays = JSON.parse(await page.evaluate(() => document.body.dataset.delays));
+    delays.sort((a, b) => a - b);
+    console.log(`from the camera to the screen: median ${delays[Math.floor(delays.length / 2)]} ms`);
+    expect(delays.length).toBeGreaterThan(20);
+    track.child.kill('SIGINT');
+    expect(await track.ended).toBe(130);
+    ffmpeg.kill();
+    await expect(page.locator('#state')).toContainText('The program has ended');
+    expect(track.boxes().length).toBeGreaterThan(20);
+});
