@@ -266,6 +266,7 @@ fn imports() -> Vec<Vec<u8>> {
             format,
             name: "clip".to_owned(),
             label: "car".to_owned(),
+            labels: Vec::new(),
             size: Some((640, 480)),
             images: None,
             follow_links: false,

@@ -40,7 +40,9 @@ pub fn export(
     let format = Format::named(format).map_err(|error| to_python(&error))?;
     let limits = Limits::default();
     let follow_links = false;
-    let options = Options { format, name, label, size, images, follow_links, key_frames, limits };
+    let labels = Vec::new();
+    let options =
+        Options { format, name, label, labels, size, images, follow_links, key_frames, limits };
     let track = match track {
         Source::File(path) => Err(path),
         Source::Rows(rows) => Ok(rows.into_iter().map(entry).collect::<PyResult<Vec<_>>>()?),

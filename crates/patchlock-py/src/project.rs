@@ -368,7 +368,8 @@ impl Project {
 /// What the file system refuses becomes `OSError`, all else `ValueError`.
 fn to_python(error: Error) -> PyErr {
     let text = advice::project(&error);
-    let is_value = matches!(error, Error::Invalid { .. } | Error::Version { .. });
+    let is_value =
+        matches!(error, Error::Invalid { .. } | Error::Labels { .. } | Error::Version { .. });
     if error.is_misuse() || is_value {
         PyValueError::new_err(text)
     } else {

@@ -242,7 +242,8 @@ fn next_project(error: &project::Error) -> Option<project::Error> {
     Some(match error {
         Error::Read { .. } => Error::Write { path: path(), source: io_error() },
         Error::Write { .. } => Error::Invalid { path: path(), reason },
-        Error::Invalid { .. } => Error::Version { path: path(), version: 9 },
+        Error::Invalid { .. } => Error::Labels { path: path(), reason },
+        Error::Labels { .. } => Error::Version { path: path(), version: 9 },
         Error::Version { .. } => Error::Exists { path: path() },
         Error::Exists { .. } => Error::InUse { path: path(), by: "another program".into() },
         Error::InUse { .. } => Error::Overtaken { path: path() },

@@ -1,17 +1,18 @@
-//! Writes a project in the formats of other tools, and as a table.
+//! Writes a project, or all projects of a folder, in the formats of other tools; and a project as a
+//! table.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use patchlock::{BoundingBox, Status};
 use patchlock_media::Limits;
-use patchlock_track::export::{self, About, Entry, Said, Track};
+use patchlock_track::export::{self, About, Clip, Entry, Part, Said, Track};
 use patchlock_track::text::as_cell;
 use serde::Serialize;
 
-use crate::project::{Error, Project, Target, file};
+use crate::project::{Error, Label, PLACEHOLDER, Project, Shared, Store, Target, file};
 
 /// A format that a project can be written in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,6 +49,11 @@ impl Format {
                 format!("there is no format {name:?}; the formats are {}", known.join(", "));
             refused(reason)
         })
+    }
+
+    /// Whether an export of all clips has copies of their frames.
+    pub fn copies_frames(self) -> bool {
+        matches!(self, Self::Other(format) if format.copies_frames())
     }
 
     /// Whether the format is a single file, as opposed to a folder.
@@ -109,7 +115,8 @@ pub fn write(
     let options = export::Options {
         format,
         name: options.name.clone(),
-        label: "target".to_owned(),
+        label: PLACEHOLDER.to_owned(),
+        labels: classes(&project.labels, [project]),
         size: None,
         images: options.reads(video).then(|| video.to_path_buf()),
         follow_links: false,
@@ -117,6 +124,181 @@ pub fn write(
         limits: options.limits,
     };
     Ok(export::write(&track(project)?, &options, out, overwrite)?)
+}
+
+/// The names of labels in the order of their classes. The label with which each project begins is
+/// none if no target has it.
+pub fn classes<'a>(
+    labels: &[Label],
+    projects: impl IntoIterator<Item = &'a Project>,
+) -> Vec<String> {
+    let mut targets = projects.into_iter().flat_map(|project| &project.targets);
+    let is_used = targets.any(|target| target.label == PLACEHOLDER);
+    let names = labels.iter().map(|label| label.name.clone());
+    names.filter(|name| is_used || name != PLACEHOLDER).collect()
+}
+
+/// A clip of an export of all.
+#[derive(Debug, Clone)]
+pub struct OfFolder {
+    /// Its name, unlike that of all others.
+    pub name: String,
+    /// What is known of it, with the labels of all.
+    pub project: Project,
+    /// The video, if it may be read.
+    pub video: Option<PathBuf>,
+}
+
+/// Which clips are kept for judging a detector.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Val {
+    /// This share of them, chosen by their names.
+    Share(f64),
+    /// These, by their names.
+    Clips(Vec<String>),
+}
+
+impl Val {
+    /// A share, or names with commas between them; `None` for an empty text.
+    pub fn named(text: &str) -> Option<Self> {
+        let names = || text.split(',').map(|name| name.trim().to_owned()).collect();
+        match text.trim().parse() {
+            _ if text.trim().is_empty() => None,
+            Ok(share) => Some(Self::Share(share)),
+            Err(_) => Some(Self::Clips(names())),
+        }
+    }
+
+    fn parts(&self, names: &[&str]) -> Result<Vec<Part>, export::SplitError> {
+        let chosen = match self {
+            Self::Share(share) => return export::split(names, *share),
+            Self::Clips(chosen) => chosen,
+        };
+        // With the ending of the video, too.
+        let is = |name: &str, chosen: &String| {
+            chosen == name || Path::new(chosen).file_stem().is_some_and(|stem| stem == name)
+        };
+        if let Some(unknown) = chosen.iter().find(|it| !names.iter().any(|name| is(name, it))) {
+            let known = names.iter().map(|&name| name.to_owned()).collect();
+            return Err(export::SplitError::Unknown { name: unknown.clone(), known });
+        }
+        let part = |name: &&str| match chosen.iter().any(|it| is(name, it)) {
+            true => Part::Val,
+            false => Part::Train,
+        };
+        let parts: Vec<Part> = names.iter().map(part).collect();
+        let clips = parts.iter().filter(|part| **part == Part::Val).count();
+        match clips < names.len() {
+            true => Ok(parts),
+            false => Err(export::SplitError::Empty { clips, all: names.len() }),
+        }
+    }
+}
+
+/// What an export of all clips has written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Written {
+    /// The number of files.
+    pub files: usize,
+    /// The number of boxes.
+    pub boxes: usize,
+    /// The number of targets.
+    pub targets: usize,
+    /// The names of the clips for training.
+    pub train: Vec<String>,
+    /// The names of the clips for validation.
+    pub val: Vec<String>,
+    /// The names of clips without a box, which are left out.
+    pub empty: Vec<String>,
+}
+
+/// Writes all clips to one folder that does not exist yet or is empty, all or nothing; ends soon
+/// after `stopped` returns true. Classes are numbered in the order of `labels`.
+///
+/// # Errors
+/// As [`write()`], but CSV is not for many clips; [`Error::Export`] if the clips cannot be divided.
+pub fn write_all(
+    clips: &[OfFolder],
+    labels: &[Label],
+    options: &Options,
+    val: Option<&Val>,
+    out: &Path,
+    stopped: &dyn Fn() -> bool,
+) -> Result<Written, Error> {
+    let Format::Other(format) = options.format else {
+        return Err(refused("csv is a table of one clip; choose another format for all clips"));
+    };
+    let has_boxes = |clip: &&OfFolder| {
+        clip.project.targets.iter().any(|it| !it.keys.is_empty() || !it.tracked.is_empty())
+    };
+    let (full, empty): (Vec<_>, Vec<_>) = clips.iter().partition(has_boxes);
+    let names: Vec<&str> = full.iter().map(|clip| clip.name.as_str()).collect();
+    let parts = val.map_or_else(|| Ok(vec![Part::Train; names.len()]), |val| val.parts(&names));
+    let parts = parts.map_err(|error| refused(error.to_string()))?;
+    let images = |clip: &OfFolder| clip.video.clone().filter(|_| options.frames);
+    let all = full.iter().zip(&parts).map(|(clip, &part)| {
+        let (name, images) = (clip.name.clone(), images(clip));
+        Ok(Clip { name, track: track(&clip.project)?, images, part })
+    });
+    let all = all.collect::<Result<Vec<Clip>, Error>>()?;
+    let of_part = |part: Part| {
+        let clips = all.iter().filter(|clip| clip.part == part);
+        clips.map(|clip| clip.name.clone()).collect()
+    };
+    let lost = |track: &Track| if format.leaves_out_lost() { track.lost_boxes() } else { 0 };
+    let mut written = Written {
+        files: 0,
+        boxes: all.iter().map(|clip| clip.track.boxes() - lost(&clip.track)).sum(),
+        targets: all.iter().map(|clip| clip.track.ids().len()).sum(),
+        train: of_part(Part::Train),
+        val: of_part(Part::Val),
+        empty: empty.iter().map(|clip| clip.name.clone()).collect(),
+    };
+    let options = export::Options {
+        format,
+        name: options.name.clone(),
+        label: PLACEHOLDER.to_owned(),
+        labels: classes(labels, full.iter().map(|clip| &clip.project)),
+        size: None,
+        images: None,
+        follow_links: false,
+        key_frames: options.key_frames,
+        limits: options.limits,
+    };
+    written.files = export::write_all(&all, &options, out, stopped)?;
+    Ok(written)
+}
+
+/// The clips of a folder: all projects in it, in natural order, with the labels of the folder. Only
+/// videos in the folder may be read.
+///
+/// # Errors
+/// As [`Store::open_shared`] and [`Shared::read`]; [`Error::Export`] if there are no projects.
+pub fn of_folder(folder: &Path) -> Result<(Vec<OfFolder>, Vec<Label>), Error> {
+    const ENDING: &str = ".patchlock.json";
+    let mut vocabulary = Shared::new(folder).read()?;
+    let files = patchlock_track::files::entries(folder)?;
+    let mut clips = Vec::new();
+    for file in files {
+        let name = patchlock_track::files::name_of(&file);
+        let Some(name) = name.strip_suffix(ENDING) else { continue };
+        let store = Store::open_shared(&file, None)?;
+        let renamed = vocabulary.absorb(store.project())?;
+        clips.push((name.to_owned(), store, renamed));
+    }
+    if clips.is_empty() {
+        return Err(refused(format!(
+            "there is no project in {}; projects have names such as clip{ENDING}",
+            folder.display()
+        )));
+    }
+    let labels = vocabulary.labels();
+    let clips = clips.into_iter().map(|(name, mut store, renamed)| {
+        store.set_labels(&labels, &renamed);
+        let video = store.video_to_read().ok().map(Path::to_path_buf);
+        OfFolder { name, project: store.project().clone(), video }
+    });
+    Ok((clips.collect(), labels))
 }
 
 fn write_table(project: &Project, out: &Path, overwrite: bool) -> Result<usize, Error> {

@@ -148,7 +148,7 @@ test('two windows know of each other, see each change, and do not overwrite it',
         const { revision } = await studio.ask('GET', '/clips/1');
         await studio.ask('POST', '/clips/1/edits', {
             revision,
-            edits: [{ edit: 'add_label', name: 'other' }],
+            edits: [{ edit: 'set_done', done: true }],
         });
         await route.continue();
     };

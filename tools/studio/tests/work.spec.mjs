@@ -350,6 +350,13 @@ test('import: dropped boxes become targets; a file that is none says why', async
     };
     await drop('boxes.csv', readFileSync(path.join(demo, 'demo.csv'), 'utf8'));
     await page.getByRole('button', { name: /Patchlock table/ }).click();
+    // Nothing is added before the person has seen what it is.
+    const dialog = page.getByRole('dialog');
+    await expect(dialog).toContainText(
+        `boxes.csv adds 1 target to clip.mp4 (target: 1), with ${FRAMES} boxes`,
+    );
+    expect(folder.project().targets).toHaveLength(0);
+    await dialog.getByRole('button', { name: 'Import', exact: true }).click();
     await expect(page.locator('#notices')).toContainText('Imported 1 target');
     await expect(work.targets()).toHaveCount(1);
     expect(folder.project().targets).toHaveLength(1);
@@ -450,4 +457,137 @@ test('undo says how many frames it takes back', async ({ work, page }) => {
     await expect(page.locator('#undo')).toHaveAttribute('title', /track target 1 in 209 frames, 1 to 209/);
     await work.press('Control+z');
     await expect(page.locator('#notices')).toContainText('Undone: track target 1 in 209 frames');
+});
+
+test('interpolation: straight lines between key frames, without tracking', async ({ work, page, folder }) => {
+    await work.afterDrawing('interpolate');
+    await work.draw({ x: 100, y: 100, w: 60, h: 40 });
+    await expect(work.targets()).toHaveCount(1);
+    await work.goTo(20);
+    await work.draw({ x: 140, y: 60, w: 80, h: 60 });
+    const tracked = () => folder.project().targets[0].tracked;
+    await expect.poll(() => Object.keys(tracked()).length).toBe(19);
+    const { box, score } = tracked()[10];
+    for (const [side, value] of Object.entries({ x: 120, y: 80, w: 70, h: 50 })) {
+        expect(Math.abs(box[side] - value), side).toBeLessThan(1.5);
+    }
+    expect(score).toBe(0.5);
+    await expect(page.locator('#undo')).toHaveAttribute('title', /track target 1 in 19 frames/);
+    await work.press('Control+z');
+    await expect.poll(() => Object.keys(tracked()).length).toBe(0);
+    await work.press('Shift+T');
+    await expect.poll(() => Object.keys(tracked()).length).toBe(19);
+});
+
+test.describe('a target that a crash has cut', () => {
+    test.use({ begun: true });
+
+    test('frames without boxes are offered, and tracked on', async ({ work, page, studio, folder }) => {
+        const before = folder.project().targets[0].tracked;
+        // As a killed program leaves it: the boxes of the first frames.
+        const { revision } = await studio.ask('GET', '/clips/1');
+        const cut = { edit: 'set_frames', target: 1, from: 84, to: FRAMES - 1, frames: {} };
+        await studio.ask('POST', '/clips/1/edits', { revision, edits: [cut] });
+        await page.reload();
+        await expect(page.locator('#notices')).toContainText('target 1: 60 % of the clip is not tracked.');
+        await expect(page.locator('#gap-text')).toHaveText(
+            `60 % of the clip is not tracked: frames 84 to ${FRAMES - 1}.`,
+        );
+        await page.locator('#notices').getByRole('button', { name: 'Continue' }).click();
+        await work.tracked();
+        expect(folder.project().targets[0].tracked).toEqual(before);
+        await expect(page.locator('#gap-part')).toBeHidden();
+    });
+
+    test('N says what is left, and has an end', async ({ work, page }) => {
+        await expect(page.locator('#doubts-left-text')).toHaveText(
+            /By their scores, about [\d.]+ of the boxes are wrong, of \d+ tracked/,
+        );
+        const places = await page.locator('#doubts > li').count();
+        expect(places).toBeGreaterThan(0);
+        for (let at = 0; at < places; at += 1) await work.press('n');
+        await expect(page.locator('#hint')).toContainText(
+            places > 1 ? `${places - 1} more` : 'the last place',
+        );
+        await work.press('n');
+        await expect(page.locator('#notices')).toContainText('That was the last of');
+    });
+
+    test('a review: rejected with a reason, seen to, accepted', async ({ work, page, folder }) => {
+        await work.goTo(40);
+        await work.press('Shift+R');
+        await page.getByLabel('What is to be done').fill('It is too large.\nSee the left edge.');
+        await page.getByRole('button', { name: 'Reject', exact: true }).click();
+        const text = 'It is too large.\nSee the left edge.';
+        await expect
+            .poll(() => folder.project().remarks)
+            .toEqual([{ id: 1, frame: 40, target: 1, verdict: 'rejected', text }]);
+        expect(folder.project().version).toBe(2);
+        // Another person opens the same file.
+        await page.reload();
+        await expect(page.locator('#review-count')).toHaveText('1 to see to');
+        await page.locator('.remark-words').click();
+        await work.atFrame(40);
+        await page.getByRole('button', { name: /seen to/ }).click();
+        await expect(page.locator('#remarks > li')).toHaveCount(0);
+        await work.press('Shift+A');
+        await expect(page.locator('#review-count')).toHaveText('1 of 1 target accepted');
+    });
+});
+
+test.describe('many clips are one project', () => {
+    test.use({ names: ['a.mp4', 'b.mp4', 'c.mp4'] });
+
+    test('labels are those of all clips, and one export has them all', async ({ work, page, folder }) => {
+        await work.afterDrawing('none');
+        await work.addLabel('boat');
+        await work.closeDialog();
+        const box = { x: 100, y: 100, w: 60, h: 40 };
+        for (const [at, label] of ['2', '1', '2'].entries()) {
+            if (at > 0) await work.press('PageDown');
+            await expect(page.locator('#clip-title')).toHaveText(`${'abc'[at]}.mp4`);
+            await expect(page.locator('#target-label option')).toHaveText(['1  target', '2  boat']);
+            await work.press('Escape', label);
+            await work.draw(box);
+            await expect.poll(() => folder.project(at).targets.length).toBe(1);
+        }
+        expect([0, 1, 2].map((at) => folder.project(at).targets[0].label)).toEqual([
+            'boat',
+            'target',
+            'boat',
+        ]);
+
+        // A label gets another name in all clips.
+        await work.press('l');
+        await page.getByLabel('Name of label 2').fill('ship');
+        await page.getByLabel('Name of label 2').press('Enter');
+        await expect.poll(() => folder.project(0).targets[0].label).toBe('ship');
+        await expect.poll(() => folder.project(2).labels.map(({ name }) => name)).toEqual(['target', 'ship']);
+        await work.closeDialog();
+
+        await work.press('Shift+E');
+        const [download] = await Promise.all([
+            page.waitForEvent('download'),
+            page.getByRole('button', { name: 'Export 3 clips' }).click(),
+        ]);
+        expect(download.suggestedFilename()).toBe('clips.yolo.zip');
+        const text = readFileSync(await download.path()).toString('latin1');
+        expect(text).toContain('names:\n  0: "target"\n  1: "ship"\n');
+        for (const part of ['images/train/', 'images/val/', 'labels/train/', 'labels/val/']) {
+            expect(text).toContain(`clips/${part}`);
+        }
+    });
+
+    test('targets of one label have colours of their own', async ({ work, page, folder }) => {
+        await work.afterDrawing('none');
+        await work.draw({ x: 100, y: 100, w: 60, h: 40 });
+        await expect(work.targets()).toHaveCount(1);
+        await work.drawAnother({ x: 300, y: 200, w: 60, h: 40 });
+        await expect(work.targets()).toHaveCount(2);
+        const colours = await page
+            .locator('#targets .swatch')
+            .evaluateAll((all) => all.map((each) => getComputedStyle(each).backgroundColor));
+        expect(new Set(colours).size).toBe(2);
+        expect(folder.project().targets.map(({ label }) => label)).toEqual(['target', 'target']);
+    });
 });

@@ -196,6 +196,7 @@ fn options(format: Format) -> Options {
         format,
         name: "film".into(),
         label: "toy car".into(),
+        labels: Vec::new(),
         size,
         images: None,
         key_frames: 1,

@@ -9,7 +9,7 @@ use patchlock_studio::project::Store;
 use patchlock_track::export::{self, Format, Options, Track};
 
 use super::LimitArgs;
-use crate::failure::{Failure, interrupted, say, usage};
+use crate::failure::{Failure, failed, interrupted, say, usage};
 use crate::interrupt;
 use crate::output::inputs::Inputs;
 
@@ -24,6 +24,9 @@ EXAMPLES:
       the targets of a project, with their labels
   patchlock export track.csv --format yolo --images video.mp4 --out dataset
       a folder for training a detector, with the frames of the video as images
+  patchlock export clips --all --format yolo --out dataset --val 0.2
+      all projects in the folder clips as one data set, a fifth of the clips for
+      validation
 
 FORMATS:
   mot     a text file: frame,id,left,top,width,height,confidence (the
@@ -47,17 +50,37 @@ Frames in which a target is lost (column status) are marked: in mot by
 confidence 0, in coco by the attribute status, in cvat as outside, in
 label-studio by the end of an interval, in lasot as full occlusion, in got10k as
 absence. In yolo and voc these frames are left out. If the row has no box
-either, there is no line in mot and no annotation in coco.";
+either, there is no line in mot and no annotation in coco.
+
+With --all the output is a folder. Class ids agree in all formats: they follow
+the list of labels. coco has annotations/instances_train.json and images, yolo
+and voc are one set, the other formats have files or folders of each clip, in
+train and val if there is --val. Frames come from videos in the folder of their
+projects. Clips without boxes are left out.";
 
 /// Converts a track for other tools: MOT, COCO, CVAT, YOLO, VOC, Label Studio, LaSOT, GOT-10k
 ///
 /// TRACK is a .csv or .jsonl table of patchlock track, a .txt file of track or bench with one box
-/// per line, counted from 1, or a project (.json). The output is complete or absent.
+/// per line, counted from 1, or a project (.json); with --all, a folder of projects. The output is
+/// complete or absent.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ExportArgs {
-    /// The track (.csv, .jsonl, .txt) or project (.json)
+    /// The track (.csv, .jsonl, .txt) or project (.json); with --all, a folder of projects
     track: PathBuf,
+
+    /// Write all projects of the folder as one data set
+    #[arg(long, conflicts_with_all = ["images", "follow_links", "size", "label", "overwrite"])]
+    all: bool,
+
+    /// Clips for validation: a share of them such as 0.2, chosen by their names alone and so the
+    /// same each time; or their names, such as a,b
+    #[arg(long, value_name = "SHARE|CLIP,...", requires = "all")]
+    val: Option<String>,
+
+    /// Write no frames, only boxes
+    #[arg(long, requires = "all")]
+    no_frames: bool,
 
     /// mot, coco, cvat, yolo, voc, label-studio, lasot or got10k; for projects also csv
     #[arg(long, value_name = "NAME")]
@@ -104,6 +127,9 @@ pub struct ExportArgs {
 
 /// Reads, converts, writes.
 pub fn run(args: &ExportArgs) -> Result<()> {
+    if args.all {
+        return export_all(args);
+    }
     let inputs = Inputs::new([args.track.as_path()]);
     args.images.iter().fold(inputs, |all, images| all.with_source(images)).check(&args.out)?;
     let is_project = args.track.extension().is_some_and(|end| end.eq_ignore_ascii_case("json"));
@@ -111,7 +137,7 @@ pub fn run(args: &ExportArgs) -> Result<()> {
         return export_project(args);
     }
     let track = Track::read(&args.track).map_err(Failure::from)?;
-    export_track(args, &track)
+    export_track(args, &track, Vec::new())
 }
 
 /// Writes a project.
@@ -125,7 +151,8 @@ fn export_project(args: &ExportArgs) -> Result<()> {
     let format = of_project::Format::named(&args.format).map_err(Failure::from)?;
     let track = of_project::track(store.project()).map_err(Failure::from)?;
     if format != of_project::Format::Csv {
-        return export_track(args, &track);
+        let project = store.project();
+        return export_track(args, &track, of_project::classes(&project.labels, [project]));
     }
     let limits = args.limits.limits();
     let options =
@@ -136,12 +163,68 @@ fn export_project(args: &ExportArgs) -> Result<()> {
     Ok(())
 }
 
+/// Writes all projects of a folder.
+fn export_all(args: &ExportArgs) -> Result<()> {
+    if !args.track.is_dir() {
+        return Err(usage(format!("{} is not a folder", args.track.display()))
+            .hint("with --all, name the folder of the clips and their projects")
+            .into());
+    }
+    let (clips, labels) = of_project::of_folder(&args.track).map_err(Failure::from)?;
+    let format = of_project::Format::named(&args.format).map_err(Failure::from)?;
+    let of_folder = || args.track.canonicalize().map_or_else(|_| stem(&args.track), |it| stem(&it));
+    let options = of_project::Options {
+        format,
+        name: args.name.clone().unwrap_or_else(of_folder),
+        frames: !args.no_frames,
+        key_frames: args.keyframes,
+        limits: args.limits.limits(),
+    };
+    if options.frames && format.copies_frames() {
+        let outside = clips.iter().find(|clip| clip.video.is_none());
+        if let Some(clip) = outside {
+            let video = clip.project.video.path.display();
+            let message =
+                format!("the video of {}, {video}, cannot be read in its folder", clip.name);
+            return Err(failed(message).hint("put it there, or add --no-frames").into());
+        }
+    }
+    let val = args.val.as_deref().and_then(of_project::Val::named);
+    interrupt::listen()?;
+    let stopped = &interrupt::requested;
+    let written =
+        of_project::write_all(&clips, &labels, &options, val.as_ref(), &args.out, stopped);
+    match written {
+        Ok(written) => say_all(args, &written),
+        Err(_) if stopped() => return Err(interrupted("stopped; nothing was written").into()),
+        Err(error) => return Err(Failure::from(error).into()),
+    }
+    Ok(())
+}
+
+/// Says what was written of all clips.
+fn say_all(args: &ExportArgs, written: &of_project::Written) {
+    let of_project::Written { files, boxes, targets, train, val, empty } = written;
+    let clips = train.len() + val.len();
+    say(&format!(
+        "{}: {boxes} boxes of {targets} targets in {clips} clips, {files} files",
+        args.out.display()
+    ));
+    if !val.is_empty() {
+        say(&format!("for validation: {}", val.join(", ")));
+    }
+    if !empty.is_empty() {
+        say(&format!("left out, without boxes: {}", empty.join(", ")));
+    }
+}
+
 /// Writes a track in the format of another tool.
-fn export_track(args: &ExportArgs, track: &Track) -> Result<()> {
+fn export_track(args: &ExportArgs, track: &Track, labels: Vec<String>) -> Result<()> {
     let options = Options {
         format: Format::named(&args.format).map_err(Failure::from)?,
         name: args.name.clone().unwrap_or_else(|| stem(&args.track)),
         label: args.label.clone().unwrap_or_else(|| "target".to_owned()),
+        labels,
         size: args.size.as_deref().map(parse_size).transpose()?,
         images: args.images.clone(),
         follow_links: args.follow_links,

@@ -162,3 +162,51 @@ fn a_project_is_exported() {
         .code(2)
         .stderr(predicate::str::contains("exists already"));
 }
+
+#[test]
+fn all_projects_of_a_folder_are_one_data_set() {
+    let bench = Bench::new();
+    for name in ["a", "b", "c"] {
+        bench.images(name, 3);
+        let project = format!("{name}.patchlock.json");
+        bench.track(name).args(["--project", &project]).assert().success();
+    }
+    let export = |args: &[&str]| {
+        let mut command = patchlock();
+        command.current_dir(bench.folder.path()).args(["export", "."]).args(args).assert()
+    };
+    let yolo = ["--all", "--format", "yolo", "--out", "set"];
+    export(&yolo)
+        .success()
+        .stderr(predicate::str::contains("9 boxes of 3 targets in 3 clips, 19 files"));
+    let yaml = fs::read_to_string(bench.path("set/data.yaml")).unwrap();
+    assert!(yaml.contains("train: images/train\n") && !yaml.contains("path:"), "{yaml}");
+    let coco = ["--all", "--format", "coco", "--out", "coco", "--val", "b"];
+    export(&coco).success().stderr(predicate::str::contains("for validation: b"));
+    let count = |part: &str| fs::read_dir(bench.path("coco/images").join(part)).unwrap().count();
+    assert_eq!((count("train"), count("val")), (6, 3));
+    let boxes = ["--all", "--format", "coco", "--out", "boxes", "--no-frames", "--val", "0.4"];
+    export(&boxes).success();
+    assert!(!bench.path("boxes/images").exists() && bench.path("boxes/annotations").exists());
+    // A folder is never replaced.
+    export(&yolo).code(2).stderr(predicate::str::contains("already has files"));
+    export(&["--format", "yolo", "--out", "x", "--val", "b"])
+        .code(2)
+        .stderr(predicate::str::contains("--all"));
+    let mut of_file = patchlock();
+    of_file
+        .current_dir(bench.folder.path())
+        .args(["export", "a.patchlock.json", "--all", "--format", "yolo", "--out", "x"])
+        .assert()
+        .code(2)
+        .stderr(predicate::str::contains("a.patchlock.json is not a folder"));
+    // Only what is in the folder is read.
+    let text = fs::read_to_string(bench.path("c.patchlock.json")).unwrap();
+    let outside = text.replace("\"path\":\"c\"", "\"path\":\"../c\"");
+    assert_ne!(text, outside);
+    fs::write(bench.path("c.patchlock.json"), outside).unwrap();
+    export(&["--all", "--format", "yolo", "--out", "x"])
+        .code(1)
+        .stderr(predicate::str::contains("the video of c, ../c, cannot be read in its folder"));
+    assert!(!bench.path("x").exists());
+}

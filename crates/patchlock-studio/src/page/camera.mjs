@@ -1,33 +1,45 @@
 // The live page: pictures of the browser's camera go to the server on this machine, and boxes come back.
 
 import * as api from './requests.mjs';
-import { byId, save } from './dom.mjs';
+import { byId, element, iconButton, openDialog, save } from './dom.mjs';
 import { drawBox } from './drawing.mjs';
 import { complain, describe, settle, tell } from './notices.mjs';
 import { asBox, tidy } from './tracks.mjs';
 
 /** @typedef {{x: number, y: number}} Point */
 /**
- * @typedef {object} Answer
+ * @typedef {object} Followed a target in a picture
+ * @property {number} id
  * @property {import('./types').Box | number[] | null} [box]
  * @property {number[][] | null} [corners]
  * @property {number} [score]
  * @property {import('./types').Status} [status]
  * @property {number | null} [visible]
+ */
+/**
+ * @typedef {object} Answer
+ * @property {Followed[]} [targets]
  * @property {number} [ms]
  * @property {number} [frame] number of the picture
  * @property {string} [error]
  * @property {string} [hint]
  * @property {number | string | null} [recording]
+ * @property {string} [video] where the recording is
+ * @property {string} [table]
+ * @property {number} [clip] the clip that the recording is
+ * @property {string} [note] why it is none
  */
 
-const COLOUR = '#3b9eff';
+/** Colours of targets, in turn. */
+const COLOURS = ['#3b9eff', '#ffb02e', '#3ddc97', '#ff6b9d', '#b48cff', '#5ce1e6'];
 const QUALITY = 0.85;
 /** Pictures that are on their way: one is tracked, the next one comes. */
 const AT_ONCE = 2;
 
 export class Camera {
-    constructor() {
+    /** @param {(clip: number) => void} openClip shows a recording among the clips */
+    constructor(openClip) {
+        this.openClip = openClip;
         this.video = /** @type {HTMLVideoElement} */ (byId('camera-video'));
         this.canvas = /** @type {HTMLCanvasElement} */ (byId('camera-canvas'));
         this.context = /** @type {CanvasRenderingContext2D} */ (this.canvas.getContext('2d'));
@@ -38,6 +50,8 @@ export class Camera {
         this.socket = null;
         /** @type {Answer | null} */
         this.answer = null;
+        /** The number of targets that were asked for and that no answer has had yet. */
+        this.asked = 0;
         this.following = false;
         this.recording = false;
         /** Pictures that were sent through this connection, and the number of the one answered last. */
@@ -159,11 +173,14 @@ export class Camera {
             complain(new api.Failure(answer.error, answer.hint ?? '', 400), { topic: 'camera' });
             this.following = false;
         }
-        if (answer.recording !== undefined && answer.recording !== null)
-            return void this.#offer(answer.recording);
+        if (answer.recording !== undefined && answer.recording !== null) return this.#offer(answer);
         if (answer.frame === undefined) return;
         this.answered = answer.frame;
-        if (this.following && answer.status) this.answer = answer;
+        if (this.following && answer.targets) {
+            if (answer.targets.length > 0) this.asked = 0;
+            this.answer = answer;
+            this.following = answer.targets.length > 0 || this.asked > 0;
+        }
         const now = performance.now();
         this.times = [...this.times.filter((time) => now - time < 1000), now];
         this.#renderState();
@@ -207,14 +224,15 @@ export class Camera {
 
     /** @param {import('./types').Box} box */
     #follow({ x, y, w, h }) {
-        this.answer = null;
         this.following = true;
-        this.#say({ start: { box: [x, y, w, h] } });
+        this.asked += 1;
+        this.#say({ start: { box: [x, y, w, h], add: true } });
         this.#renderState();
     }
 
     stopFollowing() {
         this.following = false;
+        this.asked = 0;
         this.answer = null;
         this.#say({ stop: true });
         this.#renderState();
@@ -233,20 +251,42 @@ export class Camera {
         else complain('The camera has no connection to the server.', { topic: 'camera' });
     }
 
-    /** @param {number | string} recording */
-    async #offer(recording) {
-        try {
-            for (const [part, ending] of /** @type {const} */ ([
-                ['video', 'mp4'],
-                ['table', 'csv'],
-            ])) {
+    /**
+     * Says where a recording is, and offers what can be done with it.
+     * @param {Answer} answer
+     */
+    #offer({ recording, video = '', table = '', clip, note }) {
+        const fetch = async (/** @type {'video' | 'table'} */ part, /** @type {string} */ ending) => {
+            try {
                 const { blob, name } = await api.file(`/camera/recordings/${recording}/${part}`);
                 save(blob, name || `camera-${recording}.${ending}`);
+            } catch (error) {
+                complain(error, { doing: 'The recording could not be saved', topic: 'recording' });
             }
-            tell('The recording was saved: a video and a table.');
-        } catch (error) {
-            complain(error, { doing: 'The recording could not be saved', topic: 'recording' });
-        }
+        };
+        const button = (/** @type {string} */ text, /** @type {() => void} */ click, kind = '') =>
+            element('button', { class: kind, text, attributes: { type: 'button' }, on: { click } });
+        const open = () => {
+            dialog.close();
+            if (clip !== undefined) this.openClip(clip);
+        };
+        const buttons = element(
+            'div',
+            { class: 'dialog-buttons' },
+            button('Save the video …', () => void fetch('video', 'mp4')),
+            button('Save the table …', () => void fetch('table', 'csv')),
+        );
+        const isClip = clip !== undefined;
+        if (isClip) buttons.append(button('Open it among the clips', open, 'primary'));
+        const what = isClip
+            ? 'It is one of the clips now, with what was followed as targets.'
+            : `It is none of the clips: ${note}`;
+        const dialog = openDialog('The recording is kept', [
+            element('dl', { class: 'places' }, ...place('Video', video), ...place('Table', table)),
+            element('p', { text: what }),
+            buttons,
+        ]);
+        tell(`Recorded: ${video}`);
     }
 
     /** Draws the live picture, and sends it as soon as the server has answered the one before. */
@@ -286,12 +326,18 @@ export class Camera {
     #renderBoxes() {
         const { context, answer } = this;
         const dragged = this.#dragged;
-        if (dragged) drawBox(context, dragged, { colour: COLOUR, text: 'new', selected: true, kind: 'key' });
-        const box = asBox(answer?.box ?? null);
-        if (!box || !answer?.status || dragged) return;
-        const text = answer.status === 'lost' ? 'LOST' : `${(answer.score ?? 0).toFixed(2)} ${answer.status}`;
-        drawBox(context, box, { colour: COLOUR, text, selected: true, kind: answer.status });
-        if (answer.corners && answer.status !== 'lost') this.#renderOutline(answer.corners);
+        if (dragged)
+            drawBox(context, dragged, { colour: colourOf(1), text: 'new', selected: true, kind: 'key' });
+        for (const target of this.following ? (answer?.targets ?? []) : []) this.#renderBox(target);
+    }
+
+    /** @param {Followed} target */
+    #renderBox({ id, box: given, status, score = 0, corners }) {
+        const box = asBox(given ?? null);
+        if (!box || !status) return;
+        const text = `${id}  ${status === 'lost' ? 'LOST' : `${score.toFixed(2)} ${status}`}`;
+        drawBox(this.context, box, { colour: colourOf(id), text, selected: true, kind: status });
+        if (corners && status !== 'lost') this.#renderOutline(corners);
     }
 
     /** @param {number[][]} corners */
@@ -312,13 +358,63 @@ export class Camera {
         byId('camera-record-text').textContent = recording ? 'Stop recording' : 'Record';
         byId('camera-fps').textContent = following ? `${this.times.length} frames/s` : '–';
         byId('camera-ms').textContent = answer?.ms === undefined ? '–' : `${answer.ms.toFixed(0)} ms`;
-        byId('camera-score').textContent = answer?.score === undefined ? '–' : answer.score.toFixed(2);
-        const status = !following ? 'nothing is followed' : (answer?.status ?? 'starting');
+        const targets = following ? (answer?.targets ?? []) : [];
+        const count = targets.length || this.asked;
+        const status = !following
+            ? 'nothing is followed'
+            : targets.length === 0
+              ? 'starting'
+              : targets.map(({ id, status }) => (count === 1 ? status : `${id} ${status}`)).join(', ');
         byId('camera-status').textContent = status;
-        byId('camera-status').setAttribute('data-kind', answer?.status ?? '');
-        const { visible } = answer ?? {};
-        byId('camera-visible').textContent = visible == null ? '–' : `${Math.round(100 * visible)} %`;
+        byId('camera-status').setAttribute(
+            'data-kind',
+            targets.length === 1 ? (targets[0]?.status ?? '') : '',
+        );
+        this.#renderTargets(targets);
         if (status !== this.said) describe(`Camera: ${status}`);
         this.said = status;
     }
+
+    /** @param {Followed[]} targets */
+    #renderTargets(targets) {
+        const list = byId('camera-targets');
+        const ids = targets.map(({ id }) => String(id)).join(' ');
+        if (list.dataset.ids !== ids) {
+            list.dataset.ids = ids;
+            list.replaceChildren(...targets.map(({ id }) => this.#row(id)));
+        }
+        for (const [at, { score, visible }] of targets.entries()) {
+            const words = list.children[at]?.querySelector('.numbers');
+            const seen = visible == null ? '' : ` · ${Math.round(100 * visible)} % visible`;
+            if (words) words.textContent = `${(score ?? 0).toFixed(2)}${seen}`;
+        }
+    }
+
+    /** @param {number} id */
+    #row(id) {
+        const swatch = element('span', { class: 'swatch' });
+        swatch.style.background = colourOf(id);
+        const stop = iconButton('delete', `Forget ${id}`, () => this.#say({ forget: id }));
+        return element(
+            'li',
+            {},
+            swatch,
+            element('span', { text: String(id) }),
+            element('span', { class: 'numbers' }),
+            stop,
+        );
+    }
+}
+
+/** @param {number} id */
+function colourOf(id) {
+    return COLOURS[(id - 1) % COLOURS.length] ?? '#3b9eff';
+}
+
+/**
+ * @param {string} name
+ * @param {string} path
+ */
+function place(name, path) {
+    return [element('dt', { text: name }), element('dd', { class: 'numbers', text: path })];
 }

@@ -25,6 +25,7 @@ export class Clip extends EventTarget {
             labels: [],
             targets: [],
             done: info.done,
+            remarks: [],
         };
         this.revision = 0;
         this.loaded = false;
@@ -32,6 +33,10 @@ export class Clip extends EventTarget {
         this.tracks = [];
         /** @type {import('./types').Doubt[]} */
         this.doubts = [];
+        /** What is left to check: @type {import('./types').Left} */
+        this.left = { boxes: 0, expected: 0, probable: 0 };
+        /** Colours of targets, by their ids: @type {Record<string, string>} */
+        this.colours = {};
         /** @type {string | null} */
         this.undoText = null;
         /** @type {string | null} */
@@ -104,6 +109,7 @@ export class Clip extends EventTarget {
         const state = await api.json('GET', this.path);
         if (this.closed) return;
         this.project = state.project;
+        this.colours = state.colours;
         this.revision = state.revision;
         this.loaded = true;
         this.file = state.file ?? '';
@@ -168,9 +174,10 @@ export class Clip extends EventTarget {
 
     async #readDoubts() {
         try {
-            const { doubts } = await api.json('GET', `${this.path}/doubts`);
+            const { doubts, left } = await api.json('GET', `${this.path}/doubts`);
             if (this.closed) return;
             this.doubts = doubts;
+            this.left = left;
             settle('doubts');
             this.changed();
         } catch (error) {
@@ -190,8 +197,16 @@ export class Clip extends EventTarget {
         return this.tracks.find((track) => track.target.id === id);
     }
 
+    /**
+     * The colour of a target, its own: targets of one label are told apart by it.
+     * @param {number} id
+     */
+    colour(id) {
+        return this.colours[id] ?? '#888888';
+    }
+
     /** @param {string} label */
-    colour(label) {
+    colourOfLabel(label) {
         return this.project.labels.find(({ name }) => name === label)?.colour ?? '#888888';
     }
 
@@ -239,6 +254,7 @@ export class Clip extends EventTarget {
     /** @param {import('./types').Event} event */
     #receive(event) {
         if (event.type === 'project') this.#otherRevision(event.revision);
+        else if (event.type === 'labels') void this.load().catch((error) => complain(error));
         else if (event.type === 'windows') this.#otherWindows(event.count);
         else if (event.type === 'tracked') this.#tracked(event);
         else if (event.type === 'job') this.#jobChanged(event);

@@ -2,6 +2,7 @@
 
 import * as drafts from './drafts.mjs';
 import * as edits from './edits.mjs';
+import * as review from './review.mjs';
 import * as playing from './playing.mjs';
 import * as stretches from './stretches.mjs';
 import { byId, element, openDialog } from './dom.mjs';
@@ -222,6 +223,13 @@ function tracking(editor) {
                 void (editor.stretch ? stretches.trackStretch(editor) : edits.startTracking(editor, 'both')),
         },
         {
+            id: 'interpolate',
+            group,
+            name: 'Interpolate between the key frames around here; in a marked stretch between all',
+            keys: ['Shift+T'],
+            run: () => void edits.interpolate(editor),
+        },
+        {
             id: 'escape',
             group,
             name: 'Stop, cancel, deselect',
@@ -320,6 +328,27 @@ function projects(editor, { openExport, openImport, toggleCamera }) {
             name: 'This clip is done; again: not done',
             keys: ['Shift+D'],
             run: () => void editor.toggleDone(),
+        },
+        {
+            id: 'accept',
+            group: 'Review',
+            name: 'Accept the target: it is right in all frames',
+            keys: ['Shift+A'],
+            run: () => void review.accept(editor),
+        },
+        {
+            id: 'reject',
+            group: 'Review',
+            name: 'Reject the target in this frame, and say why',
+            keys: ['Shift+R'],
+            run: () => review.remark(editor, 'rejected'),
+        },
+        {
+            id: 'comment',
+            group: 'Review',
+            name: 'Comment on the target, or on the frame',
+            keys: ['Shift+M'],
+            run: () => review.remark(editor, 'comment'),
         },
         { id: 'export', group, name: 'Export', keys: ['Shift+E'], run: openExport },
         { id: 'import', group, name: 'Import (or drop a file)', keys: ['Shift+I'], run: openImport },

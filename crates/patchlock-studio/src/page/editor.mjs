@@ -4,6 +4,7 @@
 import * as api from './requests.mjs';
 import { Clip } from './clip.mjs';
 import { Frames } from './frames.mjs';
+import { counted } from './dom.mjs';
 import { complain, describe, settle, tell } from './notices.mjs';
 import { asBox } from './tracks.mjs';
 
@@ -16,7 +17,8 @@ const OPENING = 1000;
 const AUTO = 'patchlock-after-drawing';
 
 /**
- * Events: `change` (draw everything), `clips` (the list of clips), `view` (the way the frame is shown).
+ * Events: `change` (draw everything), `clips` (the list of clips), `view` (the way the frame is shown),
+ * `ready` (the project of a clip was read for the first time).
  */
 export class Editor extends EventTarget {
     constructor() {
@@ -63,7 +65,9 @@ export class Editor extends EventTarget {
         this.following = false;
         /** The doubtful place that was visited last: @type {import('./types').Doubt | null} */
         this.doubt = null;
-        /** @type {Direction | 'none'} */
+        /** Whether it was said that the doubtful place is the last one. */
+        this.toldEnd = false;
+        /** @type {Direction | 'none' | 'interpolate'} */
         this.afterDrawing = readAuto();
         /** @type {number | null} */
         this.joinFirst = null;
@@ -143,6 +147,7 @@ export class Editor extends EventTarget {
         this.goTo(frame);
         try {
             await clip.open();
+            if (clip === this.clip) this.dispatchEvent(new Event('ready'));
         } catch (error) {
             complain(error, { doing: `${info.name} could not be opened` });
         }
@@ -275,12 +280,22 @@ export class Editor extends EventTarget {
         await this.clip?.read();
         const doubts = this.clip?.doubts ?? [];
         if (doubts.length === 0) {
-            tell('No doubtful place is left.');
+            const { left } = this.clip ?? {};
+            const what = left?.boxes ? ` ${inNumbers(left)}. Play the clip once, then export it.` : '';
+            tell(`No doubtful place is left.${what}`);
             return;
         }
         const at = doubts.findIndex(
             ({ target, frame }) => target === this.doubt?.target && frame === this.doubt.frame,
         );
+        // At the end it says so once, and then begins again.
+        if (at >= 0 && at + direction >= doubts.length && !this.toldEnd) {
+            this.toldEnd = true;
+            const what = this.clip ? inNumbers(this.clip.left) : '';
+            tell(`That was the last of ${counted(doubts.length, 'doubtful place')}. ${what}.`);
+            return;
+        }
+        this.toldEnd = false;
         const next = doubts[(at + direction + doubts.length) % doubts.length];
         // After a correction the place is no longer in the list, and the first is the most useful again.
         const doubt = at < 0 ? doubts[0] : next;
@@ -334,7 +349,7 @@ export class Editor extends EventTarget {
         return track;
     }
 
-    /** @param {Direction | 'none'} direction */
+    /** @param {Direction | 'none' | 'interpolate'} direction */
     setAfterDrawing(direction) {
         this.afterDrawing = direction;
         localStorage.setItem(AUTO, direction);
@@ -388,10 +403,22 @@ export class Editor extends EventTarget {
     }
 }
 
-/** @returns {Direction | 'none'} */
+/** @returns {Direction | 'none' | 'interpolate'} */
 function readAuto() {
     const stored = localStorage.getItem(AUTO);
-    return stored === 'both' || stored === 'none' || stored === 'backward' ? stored : 'forward';
+    return stored === 'both' || stored === 'none' || stored === 'backward' || stored === 'interpolate'
+        ? stored
+        : 'forward';
+}
+
+/**
+ * How many boxes are expected to be wrong. The scores are read as probabilities, which METHODOLOGY.md measures.
+ * @param {import('./types').Left} left
+ */
+export function inNumbers({ boxes, expected, probable }) {
+    const about = expected < 9.95 ? expected.toFixed(1) : String(Math.round(expected));
+    const doubtful = probable ? `, ${probable} of them probably` : '';
+    return `By their scores, about ${about} of the boxes are wrong, of ${boxes} tracked${doubtful}`;
 }
 
 /**

@@ -94,7 +94,9 @@ export async function addTarget(editor, box) {
     const added = clip.tracks.find(({ target }) => !before.has(target.id));
     if (!added) return;
     editor.select(added.target.id);
-    if (editor.afterDrawing !== 'none') await startTracking(editor, editor.afterDrawing, frame);
+    const { afterDrawing } = editor;
+    if (afterDrawing !== 'none' && afterDrawing !== 'interpolate')
+        await startTracking(editor, afterDrawing, frame);
 }
 
 /**
@@ -119,7 +121,33 @@ export async function setKey(editor, box, frame = editor.frame, made = () => {})
     if (!isMade || !now) return;
     made();
     const wasTracked = Object.keys(now.target.tracked).length > 0 || now.keys.length > 1;
-    if (wasTracked || editor.afterDrawing !== 'none') await trackAround(editor, now, frame);
+    if (editor.afterDrawing === 'interpolate') await interpolateIn(editor, now, frame, frame);
+    else if (wasTracked || editor.afterDrawing !== 'none') await trackAround(editor, now, frame);
+}
+
+/**
+ * Puts boxes on straight lines between the key frames around this frame, or between all that have a part of the
+ * marked stretch between them. Nothing is tracked.
+ * @param {Editor} editor
+ */
+export async function interpolate(editor) {
+    const track = editor.needTarget();
+    if (!track) return;
+    const { from, to } = editor.stretch ?? { from: editor.frame, to: editor.frame };
+    if (!(await interpolateIn(editor, track, from, to))) {
+        tell('There are no two neighbouring key frames here to interpolate between.');
+    }
+}
+
+/**
+ * @param {Editor} editor
+ * @param {import('./tracks.mjs').Track} track
+ * @param {number} from
+ * @param {number} to
+ */
+async function interpolateIn(editor, track, from, to) {
+    const edits = track.interpolated(from, to);
+    return edits.length > 0 && (await editor.clip?.edit(edits));
 }
 
 /**
@@ -271,6 +299,43 @@ export async function startTracking(editor, direction, from = editor.frame) {
     editor.following = true;
     editor.stride = direction === 'backward' ? -1 : 1;
     await clip.startTracking({ target, from, direction });
+}
+
+/**
+ * Tracks the stretch of the selected target about which nothing is known, from the nearest key frame.
+ * @param {Editor} editor
+ */
+export async function continueTracking(editor) {
+    const track = editor.needTarget();
+    const gap = track?.gap();
+    if (!track || !gap) return;
+    const request = track.requestWithin(gap.from, gap.to);
+    if (!request) return tell('No key frame leads there: go there and draw its box.');
+    editor.following = true;
+    await editor.clip?.startTracking(request);
+}
+
+/**
+ * Offers to go on where tracking was broken off, as by a crash of the program.
+ * @param {Editor} editor
+ */
+export function offerToContinue(editor) {
+    const { clip } = editor;
+    if (!clip || clip.job) return;
+    const broken = clip.tracks.find((track) => {
+        const gap = track.gap();
+        return gap?.after && track.known.length > track.keys.length;
+    });
+    if (!broken) return;
+    const { label, id } = broken.target;
+    const share = Math.max(1, Math.round((100 * broken.unknown()) / Math.max(1, broken.frames)));
+    tell(`${label} ${id}: ${share} % of the clip is not tracked.`, {
+        text: 'Continue',
+        run: () => {
+            editor.select(id);
+            void continueTracking(editor);
+        },
+    });
 }
 
 /**

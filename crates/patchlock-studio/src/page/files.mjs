@@ -1,7 +1,7 @@
 // Files in and out: import, upload, export.
 
 import * as api from './requests.mjs';
-import { byId, counted, element, openDialog, save } from './dom.mjs';
+import { ask, byId, counted, element, openDialog, save } from './dom.mjs';
 import { complain, tell } from './notices.mjs';
 
 /** @typedef {import('./editor.mjs').Editor} Editor */
@@ -29,7 +29,7 @@ const VIDEOS = /\.(mp4|m4v|mov|avi|mkv|webm|y4m|mpg|mpeg|ts|wmv)$/i;
 export function openExport(editor) {
     const { clip, track } = editor;
     if (!clip) return;
-    if (clip.tracks.length === 0) return tell('There is no target to export yet.');
+    if (clip.tracks.length === 0 && editor.clips.length < 2) return tell('There is no target to export yet.');
     const base = clip.info.name.replace(/\.[^.]+$/, '').replace(/[\\/:*?"<>|]/g, '_');
     const download = (/** @type {string} */ path, /** @type {string} */ name) => {
         dialog.close();
@@ -50,15 +50,57 @@ export function openExport(editor) {
         videos.push(row(`Clip of ${label} ${id}`, 'MP4 cut around the selected target', get));
     }
     const left = clip.doubts.length;
+    const all = allClips(editor, () => dialog);
     const note = left ? `Left in this clip: ${counted(left, 'doubtful place')}.` : '';
-    const content = [
+    const one = [
         element('ul', { class: 'choices' }, ...formats),
         options.part,
         element('h3', { text: 'Video' }),
         element('ul', { class: 'choices' }, ...videos),
     ];
+    const many = [element('h3', { text: 'All clips as one data set' }), all];
+    const isOne = editor.clips.length < 2;
+    const content = isOne ? one : [...many, element('h3', { text: clip.info.name }), ...one];
     if (note) content.unshift(element('p', { class: 'hint', text: note }));
     const dialog = openDialog('Export', content);
+}
+
+/**
+ * One folder with all clips, in which labels have the same classes.
+ * @param {Editor} editor
+ * @param {() => HTMLDialogElement} dialog
+ */
+function allClips(editor, dialog) {
+    const format = element(
+        'select',
+        { attributes: { 'aria-label': 'Format of the data set' } },
+        ...EXPORTS.filter(([id]) => id !== 'csv').map(([id = '', name = '']) =>
+            element('option', { text: name, attributes: { value: id, selected: id === 'yolo' } }),
+        ),
+    );
+    const val = element('input', {
+        attributes: { value: editor.clips.length > 1 ? '0.2' : '', maxlength: 1000, class: 'numbers' },
+    });
+    const frames = element('input', { attributes: { type: 'checkbox', checked: true } });
+    const get = () => {
+        dialog().close();
+        const query = `format=${format.value}&frames=${frames.checked}&val=${encodeURIComponent(val.value)}`;
+        void fetchFile(`/export?${query}`, `clips.${format.value}.zip`);
+    };
+    const button = element('button', {
+        class: 'primary',
+        text: `Export ${counted(editor.clips.length, 'clip')}`,
+        attributes: { type: 'button' },
+        on: { click: get },
+    });
+    return element(
+        'div',
+        { class: 'export-options export-all' },
+        element('label', {}, 'Format', format),
+        element('label', {}, 'For validation: a share of the clips, or names with commas between', val),
+        element('label', {}, frames, 'With the frames as images'),
+        button,
+    );
 }
 
 /** What some formats can have in addition. */
@@ -216,11 +258,47 @@ async function guess(file) {
 }
 
 /**
+ * What an import changes, in words.
+ * @param {import('./clip.mjs').Clip} clip
+ * @param {File} file
+ * @param {import('./types').Preview} found
+ */
+function whatIsAdded(clip, file, { targets, keys, boxes, first, last, labels, there }) {
+    const names = labels.map(
+        ({ name, targets, new: isNew }) => `${name}${isNew ? ' (a new label)' : ''}: ${targets}`,
+    );
+    const words = [
+        `${file.name} adds ${counted(targets, 'target')} to ${clip.info.name}`,
+        ` (${names.join(', ')}), with ${boxes === 1 ? '1 box' : `${boxes} boxes`}`,
+        ` in frames ${first} to ${last}; ${keys === 0 ? 'none' : keys} of them ${keys === 1 ? 'is a key frame' : 'are key frames'}. `,
+        'What is there stays as it is. ',
+        there
+            ? `${counted(there, 'target')} of the file ${there === 1 ? 'begins' : 'begin'} with a box that is here already. `
+            : '',
+        'It can be undone.',
+    ];
+    return words.join('');
+}
+
+/**
  * @param {import('./clip.mjs').Clip} clip
  * @param {File} file
  * @param {string} format
  */
 async function importBoxes(clip, file, format) {
+    busy(`Reading ${file.name} …`);
+    try {
+        const found = await api.json('POST', `${clip.path}/import?format=${format}&preview=true`, {
+            body: file,
+        });
+        busy(null);
+        if (!(await ask('Import', whatIsAdded(clip, file, found), 'Import'))) return;
+    } catch (error) {
+        complain(error, { doing: `${file.name} was not imported` });
+        return;
+    } finally {
+        busy(null);
+    }
     busy(`Importing ${file.name} …`);
     try {
         const { targets } = await api.json('POST', `${clip.path}/import?format=${format}`, { body: file });

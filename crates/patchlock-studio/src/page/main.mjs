@@ -1,5 +1,6 @@
 // Puts the page together.
 
+import * as edits from './edits.mjs';
 import * as places from './places.mjs';
 import * as playing from './playing.mjs';
 import * as api from './requests.mjs';
@@ -23,7 +24,7 @@ const stage = new Stage(editor);
 const timeline = new Timeline(editor);
 const panel = new Panel(editor);
 const clipList = new ClipList(editor);
-const camera = new Camera();
+const camera = new Camera((clip) => void openRecording(clip));
 
 const commands = new Commands(
     allCommands(editor, stage, {
@@ -55,6 +56,17 @@ document.addEventListener('keydown', (event) => {
     else if (event.key === 'Escape') toggleCamera();
 });
 
+/**
+ * Shows a recording among the clips.
+ * @param {number} id
+ */
+async function openRecording(id) {
+    if (camera.open) toggleCamera();
+    await editor.readClips();
+    const info = editor.clips.find((clip) => clip.id === id);
+    if (info) await editor.open(info);
+}
+
 let waiting = false;
 /** Draws everything once before the next picture of the screen, however much has changed. */
 function render() {
@@ -69,6 +81,7 @@ function render() {
     });
 }
 editor.addEventListener('change', render);
+editor.addEventListener('ready', () => edits.offerToContinue(editor));
 
 /**
  * @param {string} id
@@ -160,7 +173,9 @@ function hint() {
         const reason = doubt.reason.charAt(0).toUpperCase() + doubt.reason.slice(1);
         const isLost = editor.track?.at(frame).kind === 'lost';
         const other = isLost ? 'Shift+H if it is not visible while lost' : 'Enter if it is right';
-        return `${reason}. Correct the box; ${other}.`;
+        const others = (clip?.doubts.length ?? 1) - 1;
+        const left = others ? ` ${others} more to look at.` : ' This is the last place.';
+        return `${reason}. Correct the box; ${other}.${left}`;
     }
     return clip?.loaded && clip.tracks.length === 0 ? 'Drag a box around what is to be followed.' : '';
 }

@@ -45,6 +45,7 @@ pub const FILES: &[PageFile] = &[
     file!("places.mjs", SCRIPT),
     file!("playing.mjs", SCRIPT),
     file!("requests.mjs", SCRIPT),
+    file!("review.mjs", SCRIPT),
     file!("stage.mjs", SCRIPT),
     file!("stretches.mjs", SCRIPT),
     file!("timeline.mjs", SCRIPT),

@@ -4,8 +4,9 @@ import * as edits from './edits.mjs';
 import * as stretches from './stretches.mjs';
 import { byId, counted, element, icon, iconButton, openDialog } from './dom.mjs';
 import { drawHidden } from './drawing.mjs';
-import { inWords } from './editor.mjs';
+import { inNumbers, inWords } from './editor.mjs';
 import { copy, thumbnails } from './frames.mjs';
+import { renderRemarks } from './review.mjs';
 import { asBox } from './tracks.mjs';
 
 /** @typedef {import('./editor.mjs').Editor} Editor */
@@ -30,6 +31,7 @@ export class Panel {
             byId(`flag-${flag}`).addEventListener('change', () => void edits.toggleFlag(editor, flag));
         }
         byId('hide-apply').addEventListener('click', () => this.#hide());
+        byId('gap-continue').addEventListener('click', () => void edits.continueTracking(editor));
         byId('attributes').addEventListener('click', () => openAttributes(editor));
     }
 
@@ -66,10 +68,11 @@ export class Panel {
             this.#renderLabels(),
         );
         this.#renderTarget();
+        this.#update('remarks', [clip?.info.id, clip?.project.remarks, targets], () => renderRemarks(editor));
         const doubts = clip?.doubts.slice(0, DOUBTS_SHOWN) ?? [];
         this.#update(
             'doubts',
-            [clip?.info.id, doubts, clip?.doubts.length, editor.doubt, targets.length],
+            [clip?.info.id, doubts, clip?.doubts.length, editor.doubt, targets.length, clip?.left],
             () => this.#renderDoubts(doubts),
         );
         this.#update(
@@ -85,7 +88,7 @@ export class Panel {
         const { clip } = editor;
         const rows = (clip?.tracks ?? []).map(({ target: { id, label } }) => {
             const swatch = element('span', { class: 'swatch' });
-            swatch.style.background = clip?.colour(label) ?? '';
+            swatch.style.background = clip?.colour(id) ?? '';
             const unseen = editor.unseen.has(id);
             const select = element(
                 'button',
@@ -153,6 +156,7 @@ export class Panel {
             const covered =
                 `${counted(track.keys.length, 'key frame')}, ` + `${percent(track.coverage())} % of the clip`;
             byId('target-summary').textContent = covered;
+            this.#renderGap(track);
             for (const flag of /** @type {const} */ (['occluded', 'truncated'])) {
                 const box = /** @type {HTMLInputElement} */ (byId(`flag-${flag}`));
                 box.checked = seen[flag];
@@ -182,6 +186,20 @@ export class Panel {
         byId('stop-button').hidden = !clip?.job;
     }
 
+    /**
+     * Frames about which nothing is known are offered to be tracked.
+     * @param {import('./tracks.mjs').Track} track
+     */
+    #renderGap(track) {
+        const gap = this.editor.clip?.job ? null : track.gap();
+        byId('gap-part').hidden = !gap;
+        if (!gap) return;
+        const share = Math.max(1, percent(track.unknown() / Math.max(1, track.frames)));
+        byId('gap-text').textContent =
+            `${share} % of the clip is not tracked: frames ${gap.from} to ${gap.to}` +
+            `${gap.more ? ' and others' : ''}.`;
+    }
+
     #hide() {
         const to = /** @type {HTMLInputElement} */ (byId('hide-to')).valueAsNumber;
         const from = this.editor.hiddenFrom;
@@ -197,6 +215,7 @@ export class Panel {
         byId('doubts-count').textContent = all ? String(all) : '';
         byId('doubts-empty').hidden = doubts.length > 0;
         byId('doubts-empty').textContent = whatIsLeft(clip);
+        byId('doubts-left-text').textContent = clip?.left.boxes ? `${inNumbers(clip.left)}.` : '';
         byId('doubts').replaceChildren(...doubts.map((doubt) => this.#doubt(doubt)));
         byId('doubts').querySelector('[aria-current]')?.scrollIntoView({ block: 'nearest' });
     }
@@ -271,7 +290,7 @@ function whatIsLeft(clip) {
     const untracked = clip.tracks.find(
         (track) => track.known.length === track.keys.length && percent(track.coverage()) === 0,
     );
-    if (!untracked) return 'No doubtful place. Play the clip once, then export it.';
+    if (!untracked) return 'No place is left that is worth a look. Play the clip once, then export it.';
     const { label, id } = untracked.target;
     return `${label} ${id} is not tracked yet: select it, go to its box, press T.`;
 }
@@ -415,5 +434,11 @@ export function openLabels(editor) {
     };
     const button = element('button', { class: 'primary', text: 'Add', attributes: { type: 'submit' } });
     const form = element('form', { class: 'label-new', on: { submit: add } }, name, button);
-    openDialog('Labels', [list, form], { onClose: () => clip.removeEventListener('loaded', draw) });
+    const hint = element('p', {
+        class: 'hint',
+        text:
+            'The labels are those of all clips, and their order is that of the classes in exports. What is ' +
+            'changed here is not undone with Ctrl+Z.',
+    });
+    openDialog('Labels', [hint, list, form], { onClose: () => clip.removeEventListener('loaded', draw) });
 }

@@ -402,7 +402,7 @@ export class Stage {
         const word = kind === 'lost' ? ' LOST' : `${score}${kind === 'uncertain' ? ' uncertain' : ''}`;
         const flags = `${seen.occluded ? ' · occluded' : ''}${seen.truncated ? ' · truncated' : ''}`;
         const size = edited ? ` ${Math.round(box.w)} × ${Math.round(box.h)}` : '';
-        const colour = editor.clip?.colour(label) ?? '#888888';
+        const colour = editor.clip?.colour(id) ?? '#888888';
         const text = `${label} ${id}${edited ? size : word}${flags}`;
         drawBox(context, shown, { colour, text, selected, kind, handles: selected && !editor.playing });
     }
@@ -427,7 +427,7 @@ export class Stage {
         if (!box) return;
         const label = editor.label ?? 'object';
         const text = `${label} ${Math.round(box.w)} × ${Math.round(box.h)}`;
-        const colour = editor.clip?.colour(label) ?? '#888888';
+        const colour = editor.clip?.colourOfLabel(label) ?? '#888888';
         drawBox(context, zoom.toView(box), {
             colour,
             text,

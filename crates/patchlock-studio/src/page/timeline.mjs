@@ -227,7 +227,7 @@ export class Timeline {
         const { clip } = editor;
         const targets = clip?.project.targets ?? [];
         const state = JSON.stringify([
-            targets.map(({ id, label }) => [id, label, clip?.colour(label)]),
+            targets.map(({ id, label }) => [id, label, clip?.colour(id)]),
             editor.selected,
         ]);
         if (state === this.named) return;
@@ -235,7 +235,7 @@ export class Timeline {
         this.names.replaceChildren(
             ...targets.map(({ id, label }) => {
                 const swatch = element('span', { class: 'swatch' });
-                swatch.style.background = clip?.colour(label) ?? '';
+                swatch.style.background = clip?.colour(id) ?? '';
                 return element(
                     'button',
                     {

@@ -186,6 +186,35 @@ export class Track {
     }
 
     /**
+     * The edits that put boxes on straight lines between neighbouring key frames, where a frame from the first
+     * to the last lies between them or is one of them. Their score is that of a box of which nothing is known.
+     * @param {number} first
+     * @param {number} last
+     * @returns {import('./types').Edit[]}
+     */
+    interpolated(first, last) {
+        const target = this.target.id;
+        const edits = [];
+        for (const [at, from] of this.keys.entries()) {
+            const to = this.keys[at + 1];
+            const [a, b] = [this.at(from).box, to === undefined ? null : this.at(to).box];
+            if (to === undefined || !a || !b || to - from < 2 || to < first || from > last) continue;
+            if (this.target.hidden.some((stretch) => stretch[0] <= to && from <= stretch[1])) continue;
+            /** @type {Record<string, import('./types').Tracked>} */
+            const tracked = {};
+            for (let frame = from + 1; frame < to; frame += 1) {
+                const share = (frame - from) / (to - from);
+                const between = (/** @type {'x' | 'y' | 'w' | 'h'} */ side) =>
+                    a[side] + share * (b[side] - a[side]);
+                const box = { x: between('x'), y: between('y'), w: between('w'), h: between('h') };
+                tracked[frame] = { box, score: UNKNOWN, status: 'tracked' };
+            }
+            edits.push({ edit: 'set_tracked', target, from: from + 1, to: to - 1, tracked });
+        }
+        return edits;
+    }
+
+    /**
      * The edit that removes all boxes of a stretch; where the target is not visible, it stays so.
      * @param {number} from
      * @param {number} to
@@ -196,6 +225,34 @@ export class Track {
             .map(([first, last]) => [Math.max(first, from), Math.min(last, to)])
             .filter(([first = 0, last = 0]) => first <= last);
         return { edit: 'set_frames', target: this.target.id, from, to, frames: { hidden } };
+    }
+
+    /** The number of frames in which nothing is known: neither a box nor that it is not visible. */
+    unknown() {
+        const hidden = this.target.hidden.reduce((sum, [from, to]) => sum + to - from + 1, 0);
+        return Math.max(0, this.frames - this.known.length - hidden);
+    }
+
+    /**
+     * The stretch in which nothing is known and that is best tracked next: the first one after a box, or else
+     * the first; and whether there are more. Null without one.
+     */
+    gap() {
+        const covered = [
+            ...this.known.map((frame) => /** @type {[number, number]} */ ([frame, frame])),
+            ...this.target.hidden,
+        ].sort((a, b) => a[0] - b[0]);
+        const gaps = [];
+        let next = 0;
+        for (const [from, to] of [...covered, /** @type {[number, number]} */ ([this.frames, this.frames])]) {
+            if (from > next) gaps.push({ from: next, to: from - 1 });
+            next = Math.max(next, to + 1);
+        }
+        const after = gaps.find(({ from }) =>
+            ['key', 'tracked', 'uncertain'].includes(this.at(from - 1).kind),
+        );
+        const best = after ?? gaps[0];
+        return best ? { ...best, after: Boolean(after), more: gaps.length > 1 } : null;
     }
 
     /** Share of the frames in which something is known. */
@@ -215,6 +272,9 @@ function inOrder(byFrame) {
         .map(Number)
         .sort((a, b) => a - b);
 }
+
+/** The score of a box that no tracker has seen. */
+const UNKNOWN = 0.5;
 
 /** @type {Seen} */
 const NOTHING = {

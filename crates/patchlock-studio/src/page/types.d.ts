@@ -36,6 +36,14 @@ export interface Project {
     labels: Label[];
     targets: Target[];
     done: boolean;
+    remarks: Remark[];
+}
+export interface Remark {
+    id: number;
+    frame: number;
+    target?: number;
+    verdict: 'accepted' | 'rejected' | 'comment';
+    text?: string;
 }
 export interface ClipInfo {
     id: number;
@@ -54,6 +62,7 @@ export interface ClipInfo {
 export interface ClipState {
     revision: number;
     project: Project;
+    colours: Record<string, string>;
     job: { target: number } | null;
     windows: number;
     file?: string;
@@ -67,6 +76,20 @@ export interface Doubt {
     gain: number;
     reason: string;
 }
+export interface Left {
+    boxes: number;
+    expected: number;
+    probable: number;
+}
+export interface Preview {
+    targets: number;
+    keys: number;
+    boxes: number;
+    first: number;
+    last: number;
+    labels: { name: string; targets: number; new: boolean }[];
+    there: number;
+}
 export interface Look {
     box: Box | null;
     corners: number[][] | null;
@@ -78,6 +101,7 @@ export interface Look {
 export type LiveBox = [number, number, number, number, number, number, Status, number | null];
 export type Event =
     | { type: 'project'; revision: number }
+    | { type: 'labels' }
     | { type: 'tracked'; target: number; boxes: LiveBox[]; fps: number; left: number | null }
     | { type: 'job'; state: 'running' | 'done' | 'stopped' | 'failed'; target: number; error?: string }
     | { type: 'windows'; count: number };

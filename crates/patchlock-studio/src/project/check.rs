@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use patchlock::BoundingBox;
 
-use super::{Frames, Key, Label, Project, Target, Tracked, Video};
+use super::{Frames, Key, Label, Project, Remark, Target, Tracked, Video};
 
 /// The limits of a project.
 pub mod limits {
@@ -14,6 +14,10 @@ pub mod limits {
     pub const VALUE: usize = 1000;
     /// Most attributes of a target.
     pub const ATTRIBUTES: usize = 100;
+    /// Longest text of a remark, in characters.
+    pub const REMARK: usize = 2000;
+    /// Most remarks.
+    pub const REMARKS: usize = 10_000;
     /// Most labels.
     pub const LABELS: usize = 1000;
     /// Most targets.
@@ -31,7 +35,7 @@ type Result<T = ()> = std::result::Result<T, String>;
 
 /// Checks a whole project, as a file may hold it.
 pub fn project(project: &Project) -> Result {
-    let Project { video, labels, targets, next_id, done: _ } = project;
+    let Project { video, labels, targets, next_id, done: _, remarks } = project;
     self::video(video)?;
     at_most("labels", labels.len(), limits::LABELS)?;
     at_most("targets", targets.len(), limits::TARGETS)?;
@@ -50,6 +54,14 @@ pub fn project(project: &Project) -> Result {
         }
         self::target(target, labels, video).map_err(in_target)?;
     }
+    at_most("remarks", remarks.len(), limits::REMARKS)?;
+    if !remarks.is_sorted_by(|a, b| a.id < b.id) {
+        return Err("the ids of the remarks are not in order, or appear twice".to_owned());
+    }
+    for remark in remarks {
+        let wrong = |reason| format!("remark {}: {reason}", remark.id);
+        self::remark(remark, project).map_err(wrong)?;
+    }
     let largest = ids.last().copied().unwrap_or(0);
     if *next_id <= largest || *next_id > limits::ID {
         return Err(format!(
@@ -60,7 +72,8 @@ pub fn project(project: &Project) -> Result {
     Ok(())
 }
 
-fn at_most(what: &str, count: usize, most: usize) -> Result {
+/// Checks a number of things.
+pub fn at_most(what: &str, count: usize, most: usize) -> Result {
     match count <= most {
         true => Ok(()),
         false => Err(format!("there are {count} {what}; at most {most} are allowed")),
@@ -89,6 +102,27 @@ pub fn video(video: &Video) -> Result {
         return Err("the hash of the video is not 64 hexadecimal digits".to_owned());
     }
     Ok(())
+}
+
+/// Checks a remark by itself.
+pub fn remark(remark: &Remark, project: &Project) -> Result {
+    frame(remark.frame, &project.video)?;
+    if !(1..limits::ID).contains(&remark.id) {
+        return Err(format!("the id is {}; allowed: 1 to {}", remark.id, limits::ID - 1));
+    }
+    if let Some(target) = remark.target.filter(|&id| project.target(id).is_none()) {
+        return Err(format!("there is no target {target}"));
+    }
+    let length = remark.text.chars().count();
+    let is_control = |c: char| c.is_control() && c != '\n';
+    match length > limits::REMARK || remark.text.chars().any(is_control) {
+        true => Err(format!(
+            "the text {:?} has {length} characters; allowed: at most {}, no control characters",
+            shortened(&remark.text),
+            limits::REMARK
+        )),
+        false => Ok(()),
+    }
 }
 
 /// Checks a label by itself.

@@ -35,9 +35,17 @@ pub enum Error {
         /// What is wrong.
         reason: String,
     },
+    /// The file with the labels of a folder is not valid.
+    #[error("the labels of the clips in {} are not valid: {reason}", path.display())]
+    Labels {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        reason: String,
+    },
     /// The file is a project of a version that this program does not know.
     #[error(
-        "{} is a project of version {version}; this program reads version {}",
+        "{} is a project of version {version}; this program reads versions up to {}",
         path.display(),
         super::file::VERSION
     )]
@@ -134,6 +142,9 @@ impl Error {
             Self::Invalid { .. } => {
                 "docs/project-file.md describes the file; it is never written in part, so another \
                  program changed it"
+            }
+            Self::Labels { .. } => {
+                "docs/project-file.md describes the file; without it, the labels are those of the clips"
             }
             Self::Version { .. } => "use the version of Patchlock that wrote it, or a newer one",
             Self::Exists { .. } => "open it, or name another file",

@@ -6,10 +6,11 @@ use std::io::{self, Write as _};
 use patchlock::{BoundingBox, Status};
 use serde::{Deserialize, Serialize};
 
-use super::{Key, Label, Project, Target, Tracked, Video, by_frame, check};
+use super::{Key, Label, Project, Remark, Target, Tracked, Video, by_frame, check};
 
-/// The version that is written.
-pub const VERSION: u64 = 1;
+/// The newest version that is read. It is written of projects with remarks, which older programs do
+/// not know; others are of version 1.
+pub const VERSION: u64 = 2;
 /// The first member of every project file.
 const FORMAT: &str = "patchlock-project";
 
@@ -44,6 +45,8 @@ struct Document {
     labels: Vec<Label>,
     next_id: Option<u64>,
     targets: Vec<TargetForm>,
+    #[serde(default)]
+    remarks: Vec<Remark>,
 }
 
 /// A target, with its tracked boxes in columns.
@@ -88,8 +91,9 @@ pub fn write(project: &Project, revision: u64) -> serde_json::Result<Vec<u8>> {
         value(out)
     };
     let end = |out: &mut Vec<u8>| out.extend_from_slice(b",\n");
+    let version = if project.remarks.is_empty() { 1 } else { VERSION };
     out.extend_from_slice(
-        format!("{{\n  \"format\": \"{FORMAT}\",\n  \"version\": {VERSION},\n").as_bytes(),
+        format!("{{\n  \"format\": \"{FORMAT}\",\n  \"version\": {version},\n").as_bytes(),
     );
     member(&mut out, "revision", &|out| serde_json::to_writer(out, &revision))?;
     end(&mut out);
@@ -107,7 +111,12 @@ pub fn write(project: &Project, revision: u64) -> serde_json::Result<Vec<u8>> {
         out.extend_from_slice(if k == 0 { b"\n    " } else { b",\n    " });
         serde_json::to_writer(&mut out, &TargetForm::from(target))?;
     }
-    out.extend_from_slice(if project.targets.is_empty() { b"]\n}\n" } else { b"\n  ]\n}\n" });
+    out.extend_from_slice(if project.targets.is_empty() { b"]" } else { b"\n  ]" });
+    if !project.remarks.is_empty() {
+        end(&mut out);
+        member(&mut out, "remarks", &|out| serde_json::to_writer(out, &project.remarks))?;
+    }
+    out.extend_from_slice(b"\n}\n");
     Ok(out)
 }
 
@@ -119,12 +128,12 @@ pub fn read(text: &[u8]) -> Result<(Project, u64), Fault> {
         return Err(Fault::Invalid(format!("its member `format` is not {FORMAT:?}")));
     }
     match head.version {
-        Some(VERSION) => {}
+        Some(1..=VERSION) => {}
         Some(version) => return Err(Fault::Version(version)),
         None => return Err(Fault::Invalid("it has no member `version`".to_owned())),
     }
     let document: Document = serde_json::from_slice(text).map_err(invalid)?;
-    let Document { revision, done, video, labels, next_id, targets, .. } = document;
+    let Document { revision, done, video, labels, next_id, targets, remarks, .. } = document;
     check::video(&video).map_err(Fault::Invalid)?;
     let targets = targets
         .into_iter()
@@ -133,7 +142,7 @@ pub fn read(text: &[u8]) -> Result<(Project, u64), Fault> {
         .map_err(Fault::Invalid)?;
     let largest = targets.iter().map(|target| target.id).max().unwrap_or(0);
     let next_id = next_id.unwrap_or(largest.saturating_add(1));
-    let project = Project { video, labels, targets, next_id, done };
+    let project = Project { video, labels, targets, next_id, done, remarks };
     check::project(&project).map_err(Fault::Invalid)?;
     Ok((project, revision))
 }

@@ -148,6 +148,19 @@ impl History {
         self.undone.last().map(|step| step.text.as_str())
     }
 
+    /// Gives a label another name in all steps.
+    pub fn rename_label(&mut self, from: &str, to: &str) {
+        let steps = self.done.iter_mut().chain(&mut self.undone);
+        steps.flat_map(|step| &mut step.edits).for_each(|edit| edit.rename_label(from, to));
+    }
+
+    /// The labels of targets that the next undo, or the next redo, needs.
+    pub fn labels_of_step(&self, redo: bool) -> Vec<String> {
+        let step = if redo { self.undone.last() } else { self.done.back() };
+        let edits = step.into_iter().flat_map(|step| &step.edits);
+        edits.flat_map(Edit::labels).map(ToOwned::to_owned).collect()
+    }
+
     /// Drops the oldest steps beyond the limits.
     fn forget(&mut self) {
         let mut boxes: usize = self.done.iter().map(Step::boxes).sum();

@@ -11,6 +11,7 @@ pub(crate) mod file;
 mod frames;
 mod history;
 mod lock;
+mod shared;
 mod store;
 pub(crate) mod stretches;
 mod video;
@@ -26,6 +27,7 @@ pub use edit::Edit;
 pub use error::Error;
 pub use frames::Frames;
 pub use history::{MAX_BOXES, MAX_STEPS};
+pub use shared::{FILE as LABELS_FILE, Shared, Vocabulary};
 pub use store::{Store, beside};
 pub use video::Change;
 
@@ -44,20 +46,54 @@ pub struct Project {
     /// Whether a person said that the video is annotated completely.
     #[serde(default)]
     pub done: bool,
+    /// What a reviewer has said, in the order of their ids.
+    #[serde(default)]
+    pub remarks: Vec<Remark>,
 }
 
 impl Project {
     /// A copy without the targets.
     pub(crate) fn without_targets(&self) -> Self {
-        let Self { video, labels, targets: _, next_id, done } = self;
+        let Self { video, labels, targets: _, next_id, done, remarks: _ } = self;
         let (video, labels) = (video.clone(), labels.clone());
-        Self { video, labels, targets: Vec::new(), next_id: *next_id, done: *done }
+        let (targets, remarks) = (Vec::new(), Vec::new());
+        Self { video, labels, targets, next_id: *next_id, done: *done, remarks }
     }
 
     /// The target with this id.
     pub fn target(&self, id: u64) -> Option<&Target> {
         self.targets.iter().find(|target| target.id == id)
     }
+}
+
+/// What a reviewer says of a target in a frame, or of the frame.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Remark {
+    /// Unique in the project, from 1.
+    pub id: u64,
+    /// The frame that it is about.
+    pub frame: usize,
+    /// The target; without one, something that has no box, or the whole frame.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub target: Option<u64>,
+    /// What the reviewer decides.
+    pub verdict: Verdict,
+    /// Why, in words; may be empty.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub text: String,
+}
+
+/// What a reviewer decides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// It is right, in all frames if it is about a target.
+    Accepted,
+    /// It is wrong here.
+    Rejected,
+    /// Neither.
+    Comment,
 }
 
 /// The video of a project, with what tells whether it has changed.
@@ -90,10 +126,20 @@ pub struct Label {
     pub colour: String,
 }
 
+/// The label with which each project begins.
+pub const PLACEHOLDER: &str = "target";
+
 /// Colours for labels without one, which are told apart with any colour vision (Okabe and Ito,
 /// 2008).
 const COLOURS: [&str; 7] =
     ["#e69f00", "#56b4e9", "#009e73", "#f0e442", "#0072b2", "#d55e00", "#cc79a7"];
+
+/// Colours of targets: neighbours in the list differ in hue and in lightness, and none is hard to
+/// see on a dark or a light frame.
+const TARGET_COLOURS: [&str; 12] = [
+    "#e69f00", "#56b4e9", "#00c08b", "#f0e442", "#3d8bff", "#ff6b3d", "#e58fc1", "#9fe870",
+    "#b48cff", "#ff5c8a", "#5ce1e6", "#d0b17a",
+];
 
 impl Label {
     /// The `index`-th label of a project, with a colour of its own if it is one of the first seven.
@@ -124,6 +170,11 @@ pub struct Target {
 }
 
 impl Target {
+    /// The colour of its boxes, `#rrggbb`: its own, as targets of one label are told apart by it.
+    pub fn colour(&self) -> &'static str {
+        TARGET_COLOURS[(self.id.saturating_sub(1) % TARGET_COLOURS.len() as u64) as usize]
+    }
+
     /// The box in this frame, as drawn or as tracked. `None` if there is none, or the target is
     /// lost there.
     pub fn box_at(&self, frame: usize) -> Option<BoundingBox> {

@@ -10,7 +10,7 @@ use patchlock_track::files;
 use super::file::{self, Fault};
 use super::history::History;
 use super::lock::Lock;
-use super::{Change, Edit, Error, Label, Project, Video, check};
+use super::{Change, Edit, Error, Label, PLACEHOLDER, Project, Video, check};
 
 /// A project with its file and its history.
 ///
@@ -29,6 +29,8 @@ pub struct Store {
     revision: u64,
     /// The revision in the file; `None` if there is no file yet.
     saved: Option<u64>,
+    /// Whether labels have changed since then, which is no step of the history.
+    relabelled: bool,
     /// The text that was last read or written, of a shared project.
     text: Vec<u8>,
     lock: Option<Lock>,
@@ -145,9 +147,11 @@ impl Store {
         limits: Limits,
     ) -> Result<Self, Error> {
         let description = Video::describe(video, folder_of(&path), limits)?;
-        let labels = vec![Label::new("target", 0)];
+        let labels = vec![Label::new(PLACEHOLDER, 0)];
         let targets = Vec::new();
-        let project = Project { video: description, labels, targets, next_id: 1, done: false };
+        let remarks = Vec::new();
+        let project =
+            Project { video: description, labels, targets, next_id: 1, done: false, remarks };
         check::project(&project)
             .map_err(|reason| Error::Edit(format!("{}: {reason}", video.display())))?;
         Ok(Self {
@@ -158,6 +162,7 @@ impl Store {
             history: History::default(),
             revision: 0,
             saved: None,
+            relabelled: false,
             text: Vec::new(),
             lock,
             limits,
@@ -187,7 +192,19 @@ impl Store {
         let history = History::default();
         let text = if lock.is_none() { text } else { Vec::new() };
         let saved = Some(revision);
-        Ok(Self { path, video, video_given, project, history, revision, saved, text, lock, limits })
+        Ok(Self {
+            path,
+            video,
+            video_given,
+            project,
+            history,
+            revision,
+            saved,
+            relabelled: false,
+            text,
+            lock,
+            limits,
+        })
     }
 
     /// The project.
@@ -285,6 +302,33 @@ impl Store {
         moved.then_some(self.revision)
     }
 
+    /// Gives the project the labels of all clips of its folder, which is no step of the history.
+    /// Labels with other names now are given with the former and the new name. A label that a target
+    /// has stays. Returns whether anything changed.
+    pub fn set_labels(&mut self, labels: &[Label], renamed: &[(String, String)]) -> bool {
+        for (from, to) in renamed {
+            let targets = self.project.targets.iter_mut().filter(|target| target.label == *from);
+            targets.for_each(|target| target.label.clone_from(to));
+            self.history.rename_label(from, to);
+        }
+        let mut labels = labels.to_vec();
+        for target in &self.project.targets {
+            if !labels.iter().any(|label| label.name == target.label) {
+                let known = self.project.labels.iter().find(|label| label.name == target.label);
+                labels.extend(known.cloned());
+            }
+        }
+        let changed = !renamed.is_empty() || labels != self.project.labels;
+        self.project.labels = labels;
+        self.relabelled |= changed && self.saved.is_some();
+        changed
+    }
+
+    /// The labels that the next [`Store::undo`] needs, or with `redo` the next [`Store::redo`].
+    pub fn labels_of_step(&self, redo: bool) -> Vec<String> {
+        self.history.labels_of_step(redo)
+    }
+
     /// What the next [`Store::undo`] takes back, in a few words.
     pub fn undo_text(&self) -> Option<&str> {
         self.history.undo_text()
@@ -297,12 +341,12 @@ impl Store {
 
     /// Whether the file has all changes.
     pub fn is_saved(&self) -> bool {
-        self.saved == Some(self.revision)
+        self.saved == Some(self.revision) && !self.relabelled
     }
 
     /// Whether there are changes that are not in the file. A project that was only begun has none.
     pub fn has_unsaved_changes(&self) -> bool {
-        self.revision != self.saved.unwrap_or(0)
+        self.revision != self.saved.unwrap_or(0) || self.relabelled
     }
 
     /// Writes the file, if it does not have all changes. It is replaced as a whole: after a crash
@@ -325,7 +369,7 @@ impl Store {
         file::replace(&self.path, &text).map_err(cannot)?;
         drop(lock);
         self.text = if self.lock.is_none() { text } else { Vec::new() };
-        self.saved = Some(self.revision);
+        (self.saved, self.relabelled) = (Some(self.revision), false);
         Ok(())
     }
 

@@ -1,6 +1,7 @@
-//! The camera of the browser: it sends pictures, and is told where the target is. A picture that
+//! The camera of the browser: it sends pictures, and is told where the targets are. A picture that
 //! comes while another one is tracked replaces the one that waits.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -16,6 +17,7 @@ use axum::response::Response;
 use futures_util::{SinkExt as _, StreamExt as _};
 use patchlock::{BoundingBox, Estimate};
 use patchlock_media::{FrameRate, Mp4Writer, Picture, image_file};
+use patchlock_track::files;
 use patchlock_track::session::Session;
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -26,9 +28,12 @@ use super::access::PROTOCOL;
 use super::answer::{At, Refusal};
 use super::files::{cannot_keep, download, keep};
 use super::{App, SENDING};
+use crate::import;
 
 /// Largest picture, in bytes of JPEG.
 const PICTURE_BYTES: usize = 16 << 20;
+/// Most targets at once: each takes its time from every picture.
+const TARGETS: usize = 16;
 /// Quantiser of recordings: they are to be annotated, so they lose little.
 const QUALITY: u8 = 22;
 
@@ -46,13 +51,17 @@ struct Recording {
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
 enum Order {
-    /// Follow what is in this box of the next picture.
+    /// Follow what is in this box of the next picture, and with `add` go on with the others.
     Start {
         #[serde(rename = "box")]
         bbox: BoundingBox,
+        #[serde(default)]
+        add: bool,
     },
     /// Follow nothing.
     Stop(bool),
+    /// Follow this target no more.
+    Forget(u64),
     /// Begin or end a recording.
     Record(bool),
 }
@@ -152,12 +161,18 @@ async fn converse(socket: WebSocket, app: Arc<App>) {
     desk.came.notify_all();
 }
 
-/// Follows a target in the pictures of one camera, and records them.
+/// Follows targets in the pictures of one camera, and records them.
 struct Follower {
     app: Arc<App>,
     answers: UnboundedSender<Value>,
-    session: Option<Session>,
-    begin: Option<BoundingBox>,
+    /// The targets by their ids.
+    targets: BTreeMap<u64, Session>,
+    /// The boxes of targets that begin with the next picture.
+    begin: Vec<BoundingBox>,
+    /// The id of the last target.
+    last: u64,
+    /// The targets that began with the last picture: their boxes are drawn.
+    drawn: Vec<u64>,
     recorder: Option<Recorder>,
     /// Whether to record from the next picture on.
     record: bool,
@@ -165,7 +180,9 @@ struct Follower {
 
 impl Follower {
     fn new(app: Arc<App>, answers: UnboundedSender<Value>) -> Self {
-        Self { app, answers, session: None, begin: None, recorder: None, record: false }
+        let (targets, begin) = (BTreeMap::new(), Vec::new());
+        let drawn = Vec::new();
+        Self { app, answers, targets, begin, last: 0, drawn, recorder: None, record: false }
     }
 
     fn run(mut self, desk: &Desk) {
@@ -177,7 +194,7 @@ impl Follower {
             if let Some((number, jpeg)) = picture {
                 let answer = self.follow(number, &jpeg).unwrap_or_else(|refusal| {
                     // What cannot be followed is not tried again with each picture.
-                    (self.session, self.begin) = (None, None);
+                    self.forget_all();
                     json!({ "frame": number, "error": refusal.message() })
                 });
                 self.say(answer);
@@ -195,9 +212,22 @@ impl Follower {
 
     fn obey(&mut self, order: Order) {
         match order {
-            Order::Start { bbox } => (self.session, self.begin) = (None, Some(bbox)),
-            Order::Stop(true) => (self.session, self.begin) = (None, None),
+            Order::Start { bbox, add } => {
+                if !add {
+                    self.forget_all();
+                }
+                match self.targets.len() + self.begin.len() < TARGETS {
+                    true => self.begin.push(bbox),
+                    false => {
+                        let error =
+                            format!("{TARGETS} targets are followed; stop one of them first");
+                        self.say(json!({ "error": error }));
+                    }
+                }
+            }
+            Order::Stop(true) => self.forget_all(),
             Order::Stop(false) => {}
+            Order::Forget(id) => drop(self.targets.remove(&id)),
             Order::Record(record) => {
                 self.record = record;
                 if !record {
@@ -207,44 +237,46 @@ impl Follower {
         }
     }
 
+    fn forget_all(&mut self) {
+        self.targets.clear();
+        self.begin.clear();
+    }
+
     fn follow(&mut self, number: usize, jpeg: &[u8]) -> Result<Value, Refusal> {
         let picture = image_file::decode_within(jpeg, self.app.settings.limits);
         let picture = picture.map_err(|error| Refusal::bad(format!("not a picture: {error}")))?;
         let begun = Instant::now();
-        let estimate = self.estimate(&picture)?;
+        let found = self.estimates(&picture)?;
         let ms = 1e3 * begun.elapsed().as_secs_f64();
-        self.record(&picture, estimate.as_ref())?;
-        let Some(estimate) = estimate else {
-            return Ok(json!({ "frame": number, "box": null, "ms": ms }));
-        };
-        Ok(json!({
-            "frame": number,
-            "box": estimate.bbox,
-            "corners": estimate.corners,
-            "score": estimate.score,
-            "status": estimate.status,
-            "visible": estimate.visibility.as_ref().map(patchlock::Visibility::share),
-            "ms": ms,
-        }))
+        self.record(&picture, &found)?;
+        let targets: Vec<Value> = found.iter().map(|(id, it)| shown(*id, it)).collect();
+        // What is said of the first target is also said of the picture.
+        let mut answer = targets.first().cloned().unwrap_or_else(|| json!({ "box": null }));
+        answer["frame"] = json!(number);
+        answer["ms"] = json!(ms);
+        answer["targets"] = json!(targets);
+        Ok(answer)
     }
 
-    fn estimate(&mut self, picture: &Picture) -> Result<Option<Estimate>, Refusal> {
+    fn estimates(&mut self, picture: &Picture) -> Result<Vec<(u64, Estimate)>, Refusal> {
         let failed = |error: patchlock::Error| Refusal::bad(error.to_string());
         let frame = picture.frame().map_err(failed)?;
-        if let Some(bbox) = self.begin.take() {
+        for session in self.targets.values_mut() {
+            session.update(&frame).map_err(failed)?;
+        }
+        self.drawn.clear();
+        for bbox in std::mem::take(&mut self.begin) {
             let engine = &self.app.settings;
             let (config, pool) = (engine.config.clone(), Arc::clone(&engine.pool));
             let (session, _) = Session::start(config, pool, &frame, bbox).map_err(failed)?;
-            let estimate = session.estimate().clone();
-            self.session = Some(session);
-            return Ok(Some(estimate));
+            self.last += 1;
+            self.targets.insert(self.last, session);
+            self.drawn.push(self.last);
         }
-        let Some(session) = &mut self.session else { return Ok(None) };
-        let (estimate, _) = session.update(&frame).map_err(failed)?;
-        Ok(Some(estimate.clone()))
+        Ok(self.targets.iter().map(|(&id, session)| (id, session.estimate().clone())).collect())
     }
 
-    fn record(&mut self, picture: &Picture, found: Option<&Estimate>) -> Result<(), Refusal> {
+    fn record(&mut self, picture: &Picture, found: &[(u64, Estimate)]) -> Result<(), Refusal> {
         if !self.record {
             return Ok(());
         }
@@ -253,7 +285,7 @@ impl Follower {
             Some(recorder) => recorder,
             None => self.recorder.insert(Recorder::begin(folder.clone(), picture)?),
         };
-        let pushed = recorder.push(picture, found);
+        let pushed = recorder.push(picture, found, &self.drawn);
         if pushed.is_err() {
             self.record = false;
             self.end_recording();
@@ -265,15 +297,62 @@ impl Follower {
         let Some(recorder) = self.recorder.take() else { return };
         let answer = match recorder.end() {
             Ok(recording) => {
-                let frames = recording.1;
+                let (recording, frames) = recording;
+                let clip = add_clip(&self.app, &recording);
+                let shown = |path: &Path| {
+                    let path = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+                    path.display().to_string()
+                };
+                let (video, table) = (shown(&recording.video), shown(&recording.table));
                 let mut all = self.app.recordings.lock();
-                all.push(recording.0);
-                json!({ "recording": all.len(), "frames": frames })
+                all.push(recording);
+                let mut answer = json!({
+                    "recording": all.len(), "frames": frames, "video": video, "table": table,
+                });
+                match clip {
+                    Ok(clip) => answer["clip"] = json!(clip),
+                    Err(refusal) => answer["note"] = json!(refusal.message()),
+                }
+                answer
             }
             Err(refusal) => json!({ "error": refusal.message() }),
         };
         self.say(answer);
     }
+}
+
+/// Makes a recording one of the clips, with what was followed as its targets. Returns its id.
+fn add_clip(app: &App, recording: &Recording) -> Result<usize, Refusal> {
+    let clip = app.clips.add(&recording.video, None);
+    let opened = clip.open().map_err(|error| Refusal::from(&*error))?;
+    let table = files::read(&recording.table)
+        .map_err(|error| Refusal::failed(format!("cannot read the table: {error}")))?;
+    if has_boxes(&table) {
+        let project = opened.hold().store.project().clone();
+        let targets = import::read(import::Format::Csv, &table, &project)?;
+        app.clips.import(&opened, targets)?;
+    }
+    Ok(clip.id)
+}
+
+/// Whether a table has a row with a box; the first line are names.
+fn has_boxes(table: &[u8]) -> bool {
+    table
+        .split(|byte| *byte == b'\n')
+        .skip(1)
+        .any(|row| row.split(|byte| *byte == b',').nth(1).is_some_and(|x| !x.is_empty()))
+}
+
+/// What the page is told of a target.
+fn shown(id: u64, estimate: &Estimate) -> Value {
+    json!({
+        "id": id,
+        "box": estimate.bbox,
+        "corners": estimate.corners,
+        "score": estimate.score,
+        "status": estimate.status,
+        "visible": estimate.visibility.as_ref().map(patchlock::Visibility::share),
+    })
 }
 
 /// A recording that grows.
@@ -295,11 +374,17 @@ impl Recorder {
         let size = (first.width, first.height);
         let rate = FrameRate::DEFAULT;
         let video = Mp4Writer::with_quantiser(file, size.0, size.1, rate, None, QUALITY)?;
-        let table = "frame,x,y,w,h,score,status,time\n".to_owned();
+        let table = "frame,x,y,w,h,score,status,time,id,key\n".to_owned();
         Ok(Self { folder, video, size, table, frames: 0, begun: Instant::now() })
     }
 
-    fn push(&mut self, picture: &Picture, found: Option<&Estimate>) -> Result<(), Refusal> {
+    /// Adds a picture with the targets in it; the boxes of some of them were drawn.
+    fn push(
+        &mut self,
+        picture: &Picture,
+        found: &[(u64, Estimate)],
+        drawn: &[u64],
+    ) -> Result<(), Refusal> {
         if (picture.width, picture.height) != self.size {
             return Err(Refusal::bad("the size of the pictures has changed during the recording"));
         }
@@ -307,13 +392,16 @@ impl Recorder {
         self.video.push_at(&picture.to_rgb(), Some(time))?;
         let frame = self.frames;
         // Writing to a text does not fail.
-        let _ = match found {
-            Some(Estimate { bbox: BoundingBox { x, y, w, h }, score, status, .. }) => writeln!(
+        for (id, Estimate { bbox: BoundingBox { x, y, w, h }, score, status, .. }) in found {
+            let _ = writeln!(
                 self.table,
-                "{frame},{x:.3},{y:.3},{w:.3},{h:.3},{score:.4},{status},{time:.4}"
-            ),
-            None => writeln!(self.table, "{frame},,,,,,,{time:.4}"),
-        };
+                "{frame},{x:.3},{y:.3},{w:.3},{h:.3},{score:.4},{status},{time:.4},{id},{}",
+                drawn.contains(id)
+            );
+        }
+        if found.is_empty() {
+            let _ = writeln!(self.table, "{frame},,,,,,,{time:.4},,");
+        }
         self.frames += 1;
         Ok(())
     }

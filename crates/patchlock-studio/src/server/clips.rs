@@ -11,7 +11,7 @@ use axum::extract::State;
 use axum::extract::ws::Utf8Bytes;
 use patchlock_media::FrameRate;
 use serde::Deserialize;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use tokio::sync::{MutexGuard, broadcast};
 
 use super::advice;
@@ -21,8 +21,8 @@ use super::jobs::Jobs;
 use super::{App, Settings};
 use crate::engine::Engine;
 use crate::engine::plan::Wish;
-use crate::project::{self, Edit, Store, beside};
-use crate::tracking::doubt::doubts;
+use crate::project::{self, Edit, Error, Label, Shared, Store, beside};
+use crate::tracking::doubt::{Left, doubts, left};
 
 /// Largest list of edits, in bytes of JSON.
 const EDIT_BYTES: u64 = 64 << 20;
@@ -40,6 +40,36 @@ pub struct Clips {
     /// Held by the one who adds a clip: it reads files, and nobody who asks for a clip waits for
     /// that.
     adding: Mutex<()>,
+    labels: Arc<Labels>,
+}
+
+/// The labels of all clips, in a file of the folder of the first one. Whoever has them may take a
+/// project, and nobody the other way round.
+struct Labels {
+    shared: Mutex<Shared>,
+}
+
+impl Labels {
+    /// Changes them, and returns them with what the work returns.
+    fn update<T>(
+        &self,
+        work: impl FnOnce(&mut project::Vocabulary) -> Result<T, Error>,
+    ) -> Result<(Vec<Label>, T), Error> {
+        let mut shared = self.shared.lock().unwrap_or_else(PoisonError::into_inner);
+        shared.update(|vocabulary| {
+            let done = work(vocabulary)?;
+            Ok((vocabulary.labels(), done))
+        })
+    }
+
+    /// Gives a project that was just opened the labels of all clips.
+    fn adopt(&self, store: &mut Store) -> Result<(), Error> {
+        let (labels, renamed) = self.update(|vocabulary| vocabulary.absorb(store.project()))?;
+        if store.set_labels(&labels, &renamed) && store.has_unsaved_changes() {
+            store.save()?;
+        }
+        Ok(())
+    }
 }
 
 /// A video with its project, opened when it is first needed.
@@ -52,6 +82,7 @@ pub struct Clip {
     project: PathBuf,
     settings: Settings,
     cache: Arc<Cache>,
+    labels: Arc<Labels>,
     opened: OnceLock<Result<Arc<Opened>, Arc<project::Error>>>,
 }
 
@@ -81,8 +112,15 @@ pub struct Held {
 }
 
 impl Clips {
-    pub fn new(settings: Settings) -> Self {
-        Self { settings, cache: Arc::default(), all: RwLock::default(), adding: Mutex::default() }
+    /// No clips yet; the labels of all are in this folder.
+    pub fn new(settings: Settings, folder: &Path) -> Self {
+        Self {
+            settings,
+            cache: Arc::default(),
+            all: RwLock::default(),
+            adding: Mutex::default(),
+            labels: Arc::new(Labels { shared: Mutex::new(Shared::new(folder)) }),
+        }
     }
 
     /// Adds a clip, with a project file of its own unless one is given.
@@ -99,6 +137,7 @@ impl Clips {
             project,
             settings: self.settings.clone(),
             cache: Arc::clone(&self.cache),
+            labels: Arc::clone(&self.labels),
             opened: OnceLock::new(),
         });
         self.all.write().unwrap_or_else(PoisonError::into_inner).push(Arc::clone(&clip));
@@ -124,6 +163,95 @@ impl Clips {
         match clip.opened.get() {
             Some(opened) => opened.clone().map_err(refused),
             None => aside(move || clip.open().map_err(refused)).await,
+        }
+    }
+
+    /// All clips that are open.
+    pub fn opened(&self) -> Vec<Arc<Opened>> {
+        let opened = |clip: &Arc<Clip>| clip.opened.get()?.as_ref().ok().cloned();
+        self.all().iter().filter_map(opened).collect()
+    }
+
+    /// The labels of all clips.
+    pub fn labels(&self) -> Result<Vec<Label>, Error> {
+        Ok(self.labels.update(|_| Ok(()))?.0)
+    }
+
+    /// Makes edits of labels, for all clips. It is no step of any history: a label belongs to all
+    /// clips, and undoing it in one would take it from the others.
+    fn label(&self, edits: &[Edit]) -> Result<(), Refusal> {
+        let opened = self.opened();
+        let in_use = |name: &str| {
+            let uses = |clip: &Arc<Opened>| {
+                clip.hold().store.project().targets.iter().any(|target| target.label == name)
+            };
+            opened.iter().any(uses)
+        };
+        let change = |vocabulary: &mut project::Vocabulary| {
+            let renamed = edits.iter().map(|edit| vocabulary.apply(edit, in_use));
+            renamed.collect::<Result<Vec<_>, Error>>()
+        };
+        let (labels, renamed) = self.labels.update(change)?;
+        let renamed: Vec<_> = renamed.into_iter().flatten().collect();
+        for clip in opened {
+            clip.relabel(&labels, &renamed)?;
+        }
+        Ok(())
+    }
+
+    /// Adds labels that targets are to have, unless they are there.
+    fn need(&self, names: &[String]) -> Result<(), Refusal> {
+        let known = self.labels()?;
+        let mut edits: Vec<Edit> = Vec::new();
+        for name in names {
+            let add = Edit::AddLabel { name: name.clone(), colour: None, at: None };
+            if !known.iter().any(|label| label.name == *name) && !edits.contains(&add) {
+                edits.push(add);
+            }
+        }
+        if edits.is_empty() { Ok(()) } else { self.label(&edits) }
+    }
+
+    /// Applies edits to a clip at the revision that the sender knew; those of labels to all clips.
+    fn edit(&self, clip: &Opened, revision: u64, edits: Vec<Edit>) -> Result<u64, Refusal> {
+        let (of_labels, others): (Vec<_>, Vec<_>) = edits.into_iter().partition(Edit::is_of_labels);
+        if of_labels.is_empty() {
+            return clip.edit(revision, others);
+        }
+        clip.check_revision(revision)?;
+        self.label(&of_labels)?;
+        if others.is_empty() { Ok(revision) } else { clip.edit(revision, others) }
+    }
+
+    /// Adds targets to a clip, and labels that they need to all clips. Returns the revision and the
+    /// ids.
+    pub fn import(
+        &self,
+        clip: &Opened,
+        targets: Vec<project::Target>,
+    ) -> Result<(u64, Vec<u64>), Refusal> {
+        let import = Edit::Import { targets };
+        let names: Vec<String> = import.labels().into_iter().map(ToOwned::to_owned).collect();
+        self.need(&names)?;
+        let mut held = clip.hold();
+        let before = held.store.project().next_id;
+        held.store.apply(vec![import])?;
+        let ids = (before..held.store.project().next_id).collect();
+        Ok((clip.announce_and_save(&mut held)?, ids))
+    }
+
+    /// Takes back the last step of a clip, or does it again. A label that it needs may have been
+    /// removed since.
+    fn step(&self, clip: &Opened, redo: bool) -> Result<u64, Refusal> {
+        // What a job has found so far is the last step.
+        clip.jobs.stop_all();
+        let needed = clip.hold().store.labels_of_step(redo);
+        self.need(&needed)?;
+        let mut held = clip.hold();
+        let stepped = if redo { held.store.redo()? } else { held.store.undo()? };
+        match stepped {
+            Some(_) => clip.announce_and_save(&mut held),
+            None => Ok(held.store.revision()),
         }
     }
 
@@ -156,7 +284,8 @@ impl Clip {
 
     fn open_now(&self) -> Result<Opened, project::Error> {
         let limits = self.settings.limits;
-        let store = Store::open_within(&self.project, Some(&self.video), limits)?;
+        let mut store = Store::open_within(&self.project, Some(&self.video), limits)?;
+        self.labels.adopt(&mut store)?;
         let source = patchlock_media::open_within(&self.video, false, limits)?;
         let video = &store.project().video;
         let (frames, width, height) = (video.frames, video.width, video.height);
@@ -263,6 +392,9 @@ impl Opened {
     fn whole(&self) -> Result<Value, Refusal> {
         let job = self.jobs.state();
         let held = self.hold();
+        let targets = &held.store.project().targets;
+        let colours = targets.iter().map(|target| (target.id.to_string(), target.colour().into()));
+        let colours: Map<String, Value> = colours.collect();
         let project = serde_json::to_value(held.store.project());
         let project = project.map_err(|error| Refusal::failed(error.to_string()))?;
         Ok(json!({
@@ -270,6 +402,7 @@ impl Opened {
             "rate": self.per_second(),
             "revision": held.store.revision(),
             "project": project,
+            "colours": colours,
             "file": held.store.path(),
             "job": job,
             "windows": self.windows.load(Ordering::SeqCst),
@@ -277,6 +410,28 @@ impl Opened {
             "redo": held.store.redo_text(),
             "changed": self.changed,
         }))
+    }
+
+    /// Checks that the sender of edits knows the project as it is.
+    fn check_revision(&self, revision: u64) -> Result<(), Refusal> {
+        let held = self.hold();
+        let now = held.store.revision();
+        match (held.told..=now).contains(&revision) {
+            true => Ok(()),
+            false => Err(Refusal::conflict(now)),
+        }
+    }
+
+    /// Gives the project the labels of all clips, and tells the windows.
+    fn relabel(&self, labels: &[Label], renamed: &[(String, String)]) -> Result<(), Error> {
+        let mut held = self.hold();
+        if held.store.set_labels(labels, renamed) {
+            self.tell(&json!({ "type": "labels" }));
+            if held.store.has_unsaved_changes() {
+                held.store.save()?;
+            }
+        }
+        Ok(())
     }
 
     /// Applies edits to the revision that the sender knew, and writes the project.
@@ -293,17 +448,6 @@ impl Opened {
         self.announce_and_save(&mut held)
     }
 
-    /// Takes back the last step or does it again.
-    fn step(&self, step: fn(&mut Store) -> Result<Option<u64>, crate::project::Error>) -> Stepped {
-        // What a job has found so far is the last step.
-        self.jobs.stop_all();
-        let mut held = self.hold();
-        match step(&mut held.store)? {
-            Some(_) => self.announce_and_save(&mut held),
-            None => Ok(held.store.revision()),
-        }
-    }
-
     /// Announces a change first: it is true even if the file cannot be written.
     pub fn announce_and_save(&self, held: &mut Held) -> Result<u64, Refusal> {
         let revision = self.announce(held);
@@ -311,8 +455,6 @@ impl Opened {
         Ok(revision)
     }
 }
-
-type Stepped = Result<u64, Refusal>;
 
 /// The targets whose frames an edit changes, so that a job on them works on what no longer is.
 fn reshaped(edit: &Edit) -> Vec<u64> {
@@ -365,7 +507,7 @@ pub async fn edit(
     let clip = app.clips.open(clip).await?;
     let Edits { revision, edits } =
         Arriving::new(body, EDIT_BYTES, app.patience.body)?.json().await?;
-    let revision = aside(move || clip.edit(revision, edits)).await?;
+    let revision = aside(move || app.clips.edit(&clip, revision, edits)).await?;
     Ok(Json(json!({ "revision": revision })))
 }
 
@@ -375,7 +517,7 @@ pub async fn undo(
     At(clip): At<usize>,
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
-    let revision = aside(move || clip.step(Store::undo)).await?;
+    let revision = aside(move || app.clips.step(&clip, false)).await?;
     Ok(Json(json!({ "revision": revision })))
 }
 
@@ -385,7 +527,7 @@ pub async fn redo(
     At(clip): At<usize>,
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
-    let revision = aside(move || clip.step(Store::redo)).await?;
+    let revision = aside(move || app.clips.step(&clip, true)).await?;
     Ok(Json(json!({ "revision": revision })))
 }
 
@@ -435,17 +577,23 @@ pub async fn doubtful(
             .flat_map(|target| doubts(target).into_iter().map(|doubt| (target.id, doubt)))
             .collect();
         found.sort_by(|(_, a), (_, b)| b.gain.total_cmp(&a.gain));
-        Ok(found)
+        let left = project.targets.iter().map(left).fold(Left::default(), |all, one| Left {
+            boxes: all.boxes + one.boxes,
+            expected: all.expected + one.expected,
+            probable: all.probable + one.probable,
+        });
+        Ok((found, left))
     });
+    let (found, Left { boxes, expected, probable }) = found.await?;
     let doubts: Vec<Value> = found
-        .await?
         .into_iter()
         .map(|(target, doubt)| {
             let (frame, gain, reason) = (doubt.frame, doubt.gain, doubt.reason.to_string());
             json!({ "target": target, "frame": frame, "gain": gain, "reason": reason })
         })
         .collect();
-    Ok(Json(json!({ "doubts": doubts })))
+    let left = json!({ "boxes": boxes, "expected": expected, "probable": probable });
+    Ok(Json(json!({ "doubts": doubts, "left": left })))
 }
 
 /// The answer about a target that does not exist.

@@ -1,5 +1,6 @@
 //! Files in and out: videos that are uploaded, boxes that are imported and exported.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -21,8 +22,8 @@ use zip::{CompressionMethod, ZipWriter};
 
 use super::App;
 use super::answer::{Arriving, Asked, At, Refusal, aside};
-use super::clips::Opened;
-use crate::project::{Edit, Project, Target};
+use super::clips::{Clips, Opened};
+use crate::project::{Project, Target};
 use crate::{export, import, project};
 
 /// Longest name of a file, in characters.
@@ -121,35 +122,75 @@ pub fn cannot_keep(folder: &Path, error: &io::Error) -> Refusal {
 #[derive(Deserialize)]
 pub struct Formatted {
     format: String,
+    /// Whether only to say what it would add.
+    #[serde(default)]
+    preview: bool,
 }
 
-/// `POST /api/clips/ID/import?format=NAME`: boxes from another tool, which become new targets.
+/// `POST /api/clips/ID/import?format=NAME`: boxes from another tool, which become new targets; with
+/// `preview=true`, only what would be added.
 pub async fn import_boxes(
     State(app): State<Arc<App>>,
     At(clip): At<usize>,
-    Asked(Formatted { format }): Asked<Formatted>,
+    Asked(Formatted { format, preview }): Asked<Formatted>,
     body: Body,
 ) -> Result<Json<Value>, Refusal> {
     let clip = app.clips.open(clip).await?;
     let format = import::Format::named(&format)?;
     let text = Arriving::new(body, TABLE_BYTES, app.patience.body)?.whole().await?;
-    aside(move || add(&clip, |project| import::read(format, &text, project))).await.map(Json)
+    let read = move |project: &Project| import::read(format, &text, project);
+    if preview {
+        return aside(move || preview_of(&clip, read)).await.map(Json);
+    }
+    aside(move || add(&app.clips, &clip, read)).await.map(Json)
+}
+
+/// Says what an import would add, without adding it.
+fn preview_of(
+    clip: &Opened,
+    read: impl FnOnce(&Project) -> Result<Vec<Target>, project::Error>,
+) -> Result<Value, Refusal> {
+    let known = clip.hold().store.project().clone();
+    let found = read(&known.without_targets())?;
+    let frames = |target: &Target| target.keys.len() + target.tracked.len();
+    let mut labels: BTreeMap<&str, usize> = BTreeMap::new();
+    found.iter().for_each(|target| *labels.entry(&target.label).or_default() += 1);
+    let is_new = |name: &str| !known.labels.iter().any(|label| label.name == name);
+    let labels: Vec<Value> = labels
+        .into_iter()
+        .map(|(name, targets)| json!({ "name": name, "targets": targets, "new": is_new(name) }))
+        .collect();
+    // The same box in the same frame: a file that is imported twice.
+    let is_there = |target: &&Target| {
+        let first = target.keys.keys().chain(target.tracked.keys()).min();
+        let Some(frame) = first else { return false };
+        let same = |other: &Target| {
+            other.box_at(*frame).is_some() && other.box_at(*frame) == target.box_at(*frame)
+        };
+        known.targets.iter().any(same)
+    };
+    let span = found.iter().flat_map(|target| target.keys.keys().chain(target.tracked.keys()));
+    Ok(json!({
+        "targets": found.len(),
+        "keys": found.iter().map(|target| target.keys.len()).sum::<usize>(),
+        "boxes": found.iter().map(frames).sum::<usize>(),
+        "first": span.clone().min(),
+        "last": span.max(),
+        "labels": labels,
+        "there": found.iter().filter(is_there).count(),
+    }))
 }
 
 /// Adds the targets that `read` finds. It may take long, so it sees a copy of the project, and the
 /// clip is not held meanwhile.
 fn add(
+    clips: &Clips,
     clip: &Opened,
     read: impl FnOnce(&Project) -> Result<Vec<Target>, project::Error>,
 ) -> Result<Value, Refusal> {
     let known = clip.hold().store.project().without_targets();
-    let targets = read(&known)?;
-    let mut held = clip.hold();
-    let before = held.store.project().next_id;
-    held.store.apply(vec![Edit::Import { targets }])?;
-    let revision = clip.announce_and_save(&mut held)?;
-    let ids = before..held.store.project().next_id;
-    Ok(json!({ "revision": revision, "targets": ids.collect::<Vec<_>>() }))
+    let (revision, ids) = clips.import(clip, read(&known)?)?;
+    Ok(json!({ "revision": revision, "targets": ids }))
 }
 
 /// What to export.
@@ -200,6 +241,59 @@ pub async fn export_boxes(
     });
     let (kind, ending) = kind(format);
     download(written.await?, kind, &format!("{stem}.{}.{ending}", format.name())).await
+}
+
+/// What to export of all clips.
+#[derive(Deserialize)]
+pub struct WantedAll {
+    format: String,
+    #[serde(default)]
+    frames: bool,
+    #[serde(default = "one")]
+    key_frames: usize,
+    /// Clips for validation: a share, or names.
+    #[serde(default)]
+    val: String,
+}
+
+/// `GET /api/export?format=NAME&val=SHARE`: all clips as one data set, a folder as one file.
+pub async fn export_all(
+    State(app): State<Arc<App>>,
+    Asked(WantedAll { format, frames, key_frames, val }): Asked<WantedAll>,
+) -> Result<Response, Refusal> {
+    let format = export::Format::named(&format)?;
+    let val = export::Val::named(&val);
+    let limits = app.settings.limits;
+    let options = export::Options { format, name: "clips".to_owned(), frames, key_frames, limits };
+    let file = aside(move || {
+        let cannot = |error: io::Error| cannot_keep(&std::env::temp_dir(), &error);
+        let labels = app.clips.labels()?;
+        let clips = of_all(&app.clips)?;
+        let folder = tempfile::tempdir().map_err(cannot)?;
+        let out = folder.path().join("export");
+        export::write_all(&clips, &labels, &options, val.as_ref(), &out, &|| false)?;
+        let file = NamedTempFile::new().map_err(cannot)?;
+        pack(&out, &options.name, file.as_file()).map_err(cannot)?;
+        Ok(file.into_temp_path())
+    });
+    download(file.await?, "application/zip", &format!("clips.{}.zip", format.name())).await
+}
+
+/// All clips of the page, under names that differ. One that cannot be opened is an error: a data
+/// set without it would look complete.
+fn of_all(clips: &Clips) -> Result<Vec<export::OfFolder>, Refusal> {
+    let mut names = BTreeSet::new();
+    let mut all = Vec::new();
+    for clip in clips.all() {
+        let opened = clip.open().map_err(|error| Refusal::from(&*error))?;
+        let stem = stem(&opened.name);
+        let mut tries = (1..).map(|k| if k == 1 { stem.clone() } else { format!("{stem}-{k}") });
+        let name = tries.find(|name| names.insert(name.clone())).unwrap_or_default();
+        let project = opened.hold().store.project().clone();
+        let video = Some(opened.engine.video.clone());
+        all.push(export::OfFolder { name, project, video });
+    }
+    Ok(all)
 }
 
 /// Content type and ending of the file of a format.
@@ -330,8 +424,9 @@ mod tests {
         let (begun, has_begun) = mpsc::channel();
         let (go_on, may_go_on) = mpsc::channel::<()>();
         let bbox = BoundingBox { x: 1.0, y: 1.0, w: 9.0, h: 9.0 };
+        let app = Arc::clone(&server.app);
         let import = runtime.spawn(aside(move || {
-            add(&clip, |project| {
+            add(&app.clips, &clip, |project| {
                 begun.send(()).expect("is waited for");
                 may_go_on.recv_timeout(LONG).expect("goes on");
                 let key = Key { bbox, occluded: false, truncated: false };

@@ -22,7 +22,7 @@ mod video;
 pub mod window;
 
 use std::net::{SocketAddr, TcpListener};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -41,6 +41,7 @@ use patchlock_track::session;
 use rayon::ThreadPool;
 
 use crate::page;
+use crate::project::beside;
 use access::Access;
 use answer::{At, Refusal};
 use camera::Recordings;
@@ -85,6 +86,18 @@ pub struct Options {
 }
 
 impl Options {
+    /// The folder of the labels of all clips: that of the first project, or else of uploads.
+    fn folder(&self) -> PathBuf {
+        let file = self.project.clone();
+        let file = file.or_else(|| self.videos.first().map(|video| beside(video, |_| false)));
+        let folder = file.map(|file| file.parent().map(Path::to_path_buf).unwrap_or_default());
+        match folder {
+            Some(folder) if folder.as_os_str().is_empty() => PathBuf::from("."),
+            Some(folder) => folder,
+            None => self.uploads.clone(),
+        }
+    }
+
     /// The file for the token of a server that listens on this address.
     fn token_file(&self, address: SocketAddr) -> Option<PathBuf> {
         let folder = self.tokens.as_deref().filter(|_| address.ip().is_loopback())?;
@@ -199,7 +212,7 @@ impl Server {
             access,
             token_file,
             once: Once::default(),
-            clips: Clips::new(settings.clone()),
+            clips: Clips::new(settings.clone(), &options.folder()),
             settings,
             patience: options.patience,
             strangers: options.strangers,
@@ -317,6 +330,7 @@ fn routes(app: Arc<App>) -> Router {
     Router::new()
         .route(once::PATH, post(once::exchange))
         .route("/api/clips", get(clips::list).post(files::upload))
+        .route("/api/export", get(files::export_all))
         .route("/api/camera", get(camera::camera))
         .route("/api/camera/recordings/{number}/{what}", get(camera::recording))
         .route("/api/clips/{clip}", get(clips::one))

@@ -155,7 +155,7 @@ fn paint(project: &Project, frame: usize, picture: &Picture) -> Vec<u8> {
         return rgb;
     };
     let drawn: Vec<_> =
-        project.targets.iter().filter_map(|target| Drawn::new(project, target, frame)).collect();
+        project.targets.iter().filter_map(|target| Drawn::new(target, frame)).collect();
     drawn.iter().for_each(|target| target.outline(&mut canvas));
     // Tags are drawn last, so that no line covers them.
     drawn.iter().for_each(|target| target.tag(&mut canvas));
@@ -171,9 +171,9 @@ struct Drawn {
 }
 
 impl Drawn {
-    fn new(project: &Project, target: &Target, frame: usize) -> Option<Self> {
+    fn new(target: &Target, frame: usize) -> Option<Self> {
         let (label, id) = (&target.label, target.id);
-        let colour = colour(project, label);
+        let colour = colour(target);
         if let Some(key) = target.keys.get(&frame) {
             let words = format!("{label} {id}");
             return Some(Self { bbox: key.bbox, status: Status::Tracked, words, colour });
@@ -202,10 +202,9 @@ impl Drawn {
     }
 }
 
-/// The colour of a label; labels of a project are checked, so the default is never used.
-fn colour(project: &Project, label: &str) -> [u8; 3] {
-    let label = project.labels.iter().find(|known| known.name == label);
-    let hex = label.and_then(|label| label.colour.strip_prefix('#')).unwrap_or_default();
+/// The colour of a target; those of the list are colours, so the default is never used.
+fn colour(target: &Target) -> [u8; 3] {
+    let hex = target.colour().trim_start_matches('#');
     let value = u32::from_str_radix(hex, 16).unwrap_or(0xff_ffff).to_be_bytes();
     [value[1], value[2], value[3]]
 }

@@ -2,5 +2,6 @@
 
 mod edits;
 mod exchange;
+mod shared;
 mod store;
 mod support;

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use patchlock::Status;
 use patchlock_media::Limits;
-use patchlock_studio::project::{Change, Edit, Error, Store, Tracked, beside};
+use patchlock_studio::project::{Change, Edit, Error, LABELS_FILE, Shared, Store, Tracked, beside};
 
 use crate::support::{FRAMES, Place, add, bbox, bmp, write_images};
 
@@ -315,7 +315,7 @@ fn files_that_are_wrong_give_clear_errors() {
     );
     let cases = [
         ("{\"format\"", "{{", "key must be a string at line 1"),
-        ("\"version\": 1", "\"version\": 2", "version 2; this program reads version 1"),
+        ("\"version\": 1", "\"version\": 3", "version 3; this program reads versions up to 2"),
         ("\"version\": 1,", "", "no member `version`"),
         ("patchlock-project", "coco", "`format` is not \"patchlock-project\""),
         ("\"labels\"", "\"colours\"", "unknown field `colours`"),
@@ -441,7 +441,11 @@ fn the_example_of_the_guide_is_read_and_says_the_same_when_written() {
     store.apply(vec![label("#000000"), label("#e69f00")]).unwrap();
     store.save().unwrap();
     assert_eq!(*Store::open_shared(&place.file(), None).unwrap().project(), before);
-    let edit = page.split("```").nth(3).unwrap().strip_prefix("json\n").unwrap();
+    let labels = page.split("```").nth(3).unwrap().strip_prefix("json\n").unwrap();
+    fs::write(place.folder().join(LABELS_FILE), labels).unwrap();
+    let labels = Shared::new(place.folder()).read().unwrap().labels();
+    assert_eq!(labels, store.project().labels);
+    let edit = page.split("```").nth(5).unwrap().strip_prefix("json\n").unwrap();
     store.apply(vec![serde_json::from_str(edit).unwrap()]).unwrap();
     store.undo().unwrap();
     let json = |text: &str| serde_json::from_str::<serde_json::Value>(text).unwrap();

@@ -86,7 +86,7 @@ fn names_and_labels_with_markup_are_data() {
     let labels = &clip.json()["project"]["labels"];
     assert!(labels.as_array().expect("a list").iter().any(|found| found["name"] == label));
     // An error that repeats what was sent is JSON, too.
-    let edits = json!({ "revision": 1, "edits": [{
+    let edits = json!({ "revision": 0, "edits": [{
         "edit": "set_target", "target": 1, "label": "<b>x</b>",
     }] });
     server.post("/api/clips/1/edits", &edits).error(400);

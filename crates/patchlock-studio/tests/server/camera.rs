@@ -118,6 +118,45 @@ fn a_recording_has_a_video_and_a_table() {
 }
 
 #[test]
+fn several_targets_are_followed_and_their_recording_is_a_clip() {
+    let server = Running::new();
+    let scene = Scene::simple();
+    let mut socket = server.socket("/api/camera");
+    say(&mut socket, &json!({ "record": true }));
+    let BoundingBox { x, y, w, h } = truth(&scene, 0);
+    say(&mut socket, &json!({ "start": { "box": [x, y, w, h], "add": true } }));
+    show(&mut socket, picture(&scene, 0));
+    say(&mut socket, &json!({ "start": { "box": [10, 10, 40, 40], "add": true } }));
+    let ids = |answer: &Value| {
+        let targets = answer["targets"].as_array().expect("a list");
+        targets.iter().map(|target| target["id"].as_u64().expect("an id")).collect::<Vec<_>>()
+    };
+    for k in 1..4 {
+        let answer = show(&mut socket, picture(&scene, k));
+        assert_eq!(ids(&answer), [1, 2], "{answer}");
+        let found: BoundingBox =
+            serde_json::from_value(answer["targets"][0]["box"].clone()).expect("a box");
+        assert!(found.overlap(&truth(&scene, k)) > 0.6, "{k}: {answer}");
+    }
+    say(&mut socket, &json!({ "forget": 1 }));
+    assert_eq!(ids(&show(&mut socket, picture(&scene, 4))), [2]);
+    say(&mut socket, &json!({ "record": false }));
+    let done = hear(&mut socket);
+    let kept = server.folder.path().join("uploads/camera.mp4");
+    assert_eq!(done["video"], json!(kept), "{done}");
+    assert_eq!(done["clip"], 2, "{done}");
+    let project = server.get("/api/clips/2").json()["project"].clone();
+    let targets = project["targets"].as_array().expect("a list");
+    let frames = |k: usize, part: &str| {
+        let frames = targets[k][part].as_object().expect("by frame").keys();
+        frames.map(|frame| frame.parse::<usize>().expect("a frame")).collect::<Vec<_>>()
+    };
+    assert_eq!((targets.len(), project["video"]["frames"].as_u64()), (2, Some(5)));
+    assert_eq!((frames(0, "keys"), frames(0, "tracked")), (vec![0], vec![1, 2, 3]));
+    assert_eq!((frames(1, "keys"), frames(1, "tracked")), (vec![1], vec![2, 3, 4]));
+}
+
+#[test]
 fn a_recording_is_completed_when_the_page_is_closed() {
     let server = Running::new();
     let mut socket = server.socket("/api/camera");

@@ -10,64 +10,85 @@ use serde_json::{Value, json};
 use super::track::Entry;
 use super::{Job, round};
 
-/// The contents of the file.
-pub fn text(job: &Job<'_>) -> String {
-    let (width, height) = job.frames.size;
-    let frames: Vec<usize> = job.track.frames().into_iter().collect();
-    let images: Vec<Value> = frames
-        .iter()
-        .enumerate()
-        .map(|(k, &frame)| {
-            json!({
-                "id": k + 1, "video_id": 1, "frame_id": frame, "file_name": job.frames.name(frame),
-                "width": width, "height": height,
-            })
-        })
-        .collect();
-    let category = |id: u64| job.class(id) + 1;
-    let annotations: Vec<Value> = job
-        .track
-        .entries()
-        .iter()
-        .filter_map(|entry| Some((entry, entry.bbox?)))
-        .enumerate()
-        .map(|(k, (entry, bbox))| {
-            let image = frames.partition_point(|&frame| frame < entry.frame) + 1;
-            annotation(k + 1, image, (entry, category(entry.id)), bbox)
-        })
-        .collect();
-    let tracks: Vec<Value> = job
-        .track
-        .ids()
-        .into_iter()
-        .map(|id| json!({"id": id, "category_id": category(id), "video_id": 1}))
-        .collect();
-    let categories = job.labels.iter().enumerate();
+/// The contents of the file, for these clips, which have the same labels.
+pub fn text(name: &str, jobs: &[&Job<'_>]) -> String {
+    let mut all = Lists::default();
+    jobs.iter().for_each(|job| all.add(job));
+    let labels = jobs.first().map_or(&[] as &[&str], |job| job.labels.as_slice());
+    let categories = labels.iter().enumerate();
     let categories: Vec<Value> = categories
         .map(|(k, label)| json!({"id": k + 1, "name": label, "supercategory": ""}))
         .collect();
+    let Lists { videos, tracks, images, annotations, .. } = all;
     let all = json!({
-        "info": {"description": format!("{}, tracked by Patchlock", job.name)},
+        "info": {"description": format!("{name}, tracked by Patchlock")},
         "licenses": [],
-        "videos": [{"id": 1, "name": job.name, "width": width, "height": height}],
+        "videos": videos,
         "categories": categories,
         "tracks": tracks, "images": images, "annotations": annotations,
     });
     format!("{all:#}\n")
 }
 
-fn annotation(
-    id: usize,
+/// The lists of the file, to which clip after clip is added. Ids are unique in the file.
+#[derive(Default)]
+struct Lists {
+    videos: Vec<Value>,
+    images: Vec<Value>,
+    annotations: Vec<Value>,
+    tracks: Vec<Value>,
+    /// The largest id of a track so far.
+    last_track: u64,
+}
+
+impl Lists {
+    fn add(&mut self, job: &Job<'_>) {
+        let (width, height) = job.frames.size;
+        let video = self.videos.len() + 1;
+        self.videos.push(json!({"id": video, "name": job.name, "width": width, "height": height}));
+        let (images_before, tracks_before) = (self.images.len(), self.last_track);
+        let frames: Vec<usize> = job.track.frames().into_iter().collect();
+        self.images.extend(frames.iter().enumerate().map(|(k, &frame)| {
+            json!({
+                "id": images_before + k + 1, "video_id": video, "frame_id": frame,
+                "file_name": job.image(frame), "width": width, "height": height,
+            })
+        }));
+        for (entry, bbox) in job.track.entries().iter().filter_map(|it| Some((it, it.bbox?))) {
+            let ids = Ids {
+                annotation: self.annotations.len() + 1,
+                image: images_before + frames.partition_point(|&frame| frame < entry.frame) + 1,
+                video,
+                category: job.class(entry.id) + 1,
+                track: tracks_before + entry.id,
+            };
+            self.annotations.push(annotation(&ids, entry, bbox));
+        }
+        for id in job.track.ids() {
+            let (track, category) = (tracks_before + id, job.class(id) + 1);
+            self.tracks.push(json!({"id": track, "category_id": category, "video_id": video}));
+            self.last_track = track;
+        }
+    }
+}
+
+/// What an annotation refers to.
+struct Ids {
+    annotation: usize,
     image: usize,
-    (entry, category): (&Entry, usize),
-    bbox: BoundingBox,
-) -> Value {
+    video: usize,
+    category: usize,
+    track: u64,
+}
+
+fn annotation(ids: &Ids, entry: &Entry, bbox: BoundingBox) -> Value {
     // COCO's pixel k covers k to k + 1, so the centre of pixel k is at k + 0.5.
     let outline = entry.corners.map(|corners| corners.map(|[x, y]| [x + 0.5, y + 0.5]));
     let upright = [bbox.x, bbox.y, bbox.w, bbox.h].map(round);
     let mut all = json!({
-        "id": id, "image_id": image, "video_id": 1, "category_id": category,
-        "track_id": entry.id, "instance_id": entry.id, "attributes": {"track_id": entry.id},
+        "id": ids.annotation, "image_id": ids.image, "video_id": ids.video,
+        "category_id": ids.category,
+        "track_id": ids.track, "instance_id": ids.track, "attributes": {"track_id": ids.track},
         "bbox": upright,
         "area": round(outline.as_ref().map_or(bbox.w * bbox.h, area)),
         "iscrowd": 0,

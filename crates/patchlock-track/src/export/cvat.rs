@@ -59,7 +59,8 @@ fn write_labels(xml: &mut Document, job: &Job<'_>) {
         xml.element("label", &[], |xml| {
             xml.leaf("name", &[], label);
             xml.element("attributes", &[], |xml| {
-                for name in &attributes[label] {
+                // A label of the project may have no target in this clip.
+                for name in attributes.get(label).into_iter().flatten() {
                     write_definition(xml, name, ["False", "text", ""]);
                 }
                 if truncated {

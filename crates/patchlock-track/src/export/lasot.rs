@@ -15,7 +15,7 @@ pub fn items(job: &Job<'_>) -> Result<Vec<Item>, Error> {
 
 fn sequence_items(job: &Job<'_>, sequence: &Sequence<'_>) -> Vec<Item> {
     let label = job.label(sequence.id);
-    let folder = Path::new(label).join(format!("{label}-{}", sequence.id));
+    let folder = Path::new(label).join(format!("{label}-{}{}", job.prefix, sequence.id));
     let mut items = vec![
         Item::text(folder.join("groundtruth.txt"), sequence.boxes(1.0)),
         Item::text(folder.join("full_occlusion.txt"), flags(sequence, |hidden| hidden)),

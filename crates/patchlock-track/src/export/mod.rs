@@ -6,6 +6,7 @@
 //! it has the same numbers: COCO, CVAT, YOLO, Label Studio and GOT-10k count from 0. MOT, VOC and
 //! LaSOT count from 1.
 
+mod all;
 mod coco;
 mod cvat;
 mod frames;
@@ -27,6 +28,8 @@ use patchlock_media::Limits;
 
 use crate::Error;
 use frames::Frames;
+
+pub use all::{Clip, Part, SplitError, split, write_all};
 pub use track::{About, Entry, Said, Track};
 
 /// An export format.
@@ -112,6 +115,11 @@ impl Format {
         matches!(self, Self::Yolo | Self::Voc | Self::Lasot | Self::Got10k)
     }
 
+    /// Whether an export of many clips has copies of their frames.
+    pub fn copies_frames(self) -> bool {
+        self.holds_frames() || self == Self::Coco
+    }
+
     /// Whether the format is a single file, as opposed to a folder.
     pub fn is_file(self) -> bool {
         matches!(self, Self::Mot | Self::Coco | Self::Cvat | Self::LabelStudio)
@@ -136,6 +144,9 @@ pub struct Options {
     pub name: String,
     /// Class of the targets, such as `car`, unless the track has one for each.
     pub label: String,
+    /// The labels in the order of their classes, which the formats number. Labels that are not in
+    /// it follow, in the order of the targets' ids.
+    pub labels: Vec<String>,
     /// Width and height of the frames in pixels; `None` to use that of `images` or of the track.
     /// Formats that need no size ignore it.
     pub size: Option<(usize, usize)>,
@@ -190,12 +201,16 @@ struct Job<'a> {
     name: &'a str,
     /// The label of targets of which the track has none.
     label: &'a str,
-    /// All labels, in the order of the targets' ids, without repetitions.
+    /// All labels in the order of their classes, without repetitions.
     labels: Vec<&'a str>,
     /// The places of the labels in `labels`.
     classes: HashMap<&'a str, usize>,
     frames: Frames,
     key_frames: usize,
+    /// What the names of its images begin with, to tell them from those of other clips.
+    prefix: String,
+    /// Whether the detector is trained with it, or judged.
+    part: Part,
 }
 
 impl<'a> Job<'a> {
@@ -208,15 +223,27 @@ impl<'a> Job<'a> {
             classes: HashMap::new(),
             frames,
             key_frames: options.key_frames,
+            prefix: String::new(),
+            part: Part::Train,
         };
+        options.labels.iter().for_each(|label| job.add(label));
         for id in track.ids() {
-            let label = job.label(id);
-            let next = job.labels.len();
-            if *job.classes.entry(label).or_insert(next) == next {
-                job.labels.push(label);
-            }
+            job.add(job.label(id));
         }
         job
+    }
+
+    /// Gives a label the next class, unless it has one.
+    fn add(&mut self, label: &'a str) {
+        let next = self.labels.len();
+        if *self.classes.entry(label).or_insert(next) == next {
+            self.labels.push(label);
+        }
+    }
+
+    /// The name of the image of a frame.
+    fn image(&self, frame: usize) -> String {
+        format!("{}{}", self.prefix, self.frames.name(frame))
     }
 
     /// The label of a target.
@@ -264,15 +291,8 @@ pub fn write_unless(
 ) -> Result<usize, Error> {
     check_word("label", &options.label)?;
     check_word("name", &options.name)?;
-    let (format, key_frames) = (options.format, options.key_frames);
-    if key_frames == 0 || (key_frames > 1 && !format.has_key_frames()) {
-        let reason = format!(
-            "every {key_frames}th frame cannot be a key frame of {}: cvat and label-studio take a number \
-             from 1, the other formats have no key frames",
-            format.name()
-        );
-        return Err(Error::Export(reason));
-    }
+    check_key_frames(options)?;
+    let format = options.format;
     output::check(out, format.is_file(), overwrite)?;
     let frames = Frames::new(track, options)?;
     let job = Job::new(track, options, frames);
@@ -281,10 +301,19 @@ pub fn write_unless(
     }
     let files = match options.format {
         Format::Mot => Files::One(mot::text(&job)),
-        Format::Coco => Files::One(coco::text(&job)),
+        Format::Coco => Files::One(coco::text(&options.name, &[&job])),
         Format::Cvat => Files::One(cvat::text(&job)),
-        Format::Yolo => Files::Folder(yolo::items(&job)),
-        Format::Voc => Files::Folder(voc::items(&job)),
+        Format::Yolo => Files::Folder({
+            let mut items = yolo::of_clip(&job);
+            items.push(yolo::about(&options.name, &[&job]));
+            items
+        }),
+        Format::Voc => Files::Folder({
+            let mut names = voc::Names::default();
+            let mut items = voc::of_clip(&job, &mut names);
+            items.extend(voc::about(&names, &[&job]));
+            items
+        }),
         Format::LabelStudio => Files::One(label_studio::text(&job)),
         Format::Lasot => Files::Folder(lasot::items(&job)?),
         Format::Got10k => Files::Folder(got10k::items(&job)?),
@@ -294,8 +323,21 @@ pub fn write_unless(
         Files::One(text) => output::write_file(out, &text, overwrite).map(|()| 1),
         Files::Folder(items) => {
             let reader = output::Reader::new(options)?;
-            output::write_folder(out, &items, reader, stopped).map(|()| items.len())
+            let count = items.len();
+            output::write_folder(out, vec![(items, reader)], stopped).map(|()| count)
         }
+    }
+}
+
+/// Checks whether the format has such key frames.
+fn check_key_frames(Options { format, key_frames, .. }: &Options) -> Result<(), Error> {
+    match *key_frames == 0 || (*key_frames > 1 && !format.has_key_frames()) {
+        false => Ok(()),
+        true => Err(Error::Export(format!(
+            "every {key_frames}th frame cannot be a key frame of {}: cvat and label-studio take a number \
+             from 1, the other formats have no key frames",
+            format.name()
+        ))),
     }
 }
 

@@ -66,24 +66,25 @@ pub fn check_not(stopped: &dyn Fn() -> bool) -> Result<(), Error> {
     }
 }
 
-/// Writes a folder of files, unless it is stopped.
+/// Writes a folder of files, each with the reader of its images, unless it is stopped.
 pub fn write_folder(
     out: &Path,
-    items: &[Item],
-    mut reader: Reader,
+    parts: Vec<(Vec<Item>, Reader)>,
     stopped: &dyn Fn() -> bool,
 ) -> Result<(), Error> {
     let cannot = |error| Error::write(out, error);
     let folder = with_permissions(tempfile::Builder::new().prefix(PREFIX), 0o777)
         .tempdir_in(parent(out))
         .map_err(cannot)?;
-    for item in items {
-        check_not(stopped)?;
-        let (path, shown) = (folder.path().join(&item.path), out.join(&item.path));
-        if let Some(parent) = path.parent() {
-            fs::create_dir_all(parent).map_err(cannot)?;
+    for (items, mut reader) in parts {
+        for item in items {
+            check_not(stopped)?;
+            let (path, shown) = (folder.path().join(&item.path), out.join(&item.path));
+            if let Some(parent) = path.parent() {
+                fs::create_dir_all(parent).map_err(cannot)?;
+            }
+            write_item((&path, &shown), &item.content, &mut reader)?;
         }
-        write_item((&path, &shown), &item.content, &mut reader)?;
     }
     // On Unix, renaming replaces an empty folder; elsewhere it has to be removed first.
     if out.is_dir() {

@@ -1,5 +1,5 @@
 //! Pascal VOC: `Annotations/<image>.xml` for each frame, `ImageSets/Main/trainval.txt` with their
-//! names, the frames in `JPEGImages`, and `labelmap.txt`, which CVAT and datumaro need for labels
+//! names (and `train.txt` and `val.txt` of clips that are divided), the frames in `JPEGImages`, and `labelmap.txt`, which CVAT and datumaro need for labels
 //! that VOC does not define. Pixels count from 1, and the right and lower sides are those of the
 //! last pixel. Boxes are clipped to the frame and rounded; boxes outside it are omitted. Frames in
 //! which a target is lost are left out, as in YOLO.
@@ -9,22 +9,46 @@ use std::path::Path;
 
 use super::xml::{Document, digit};
 use super::yolo::clipped;
-use super::{Entry, Item, Job};
+use super::{Entry, Item, Job, Part};
 
-/// The files of the folder.
-pub fn items(job: &Job<'_>) -> Vec<Item> {
-    let (mut items, mut names) = (Vec::new(), String::new());
+/// The names of the images of each part, one a line.
+#[derive(Default)]
+pub struct Names {
+    train: String,
+    val: String,
+}
+
+/// The files of the folder that belong to no image of these clips, which have the same labels.
+pub fn about(names: &Names, jobs: &[&Job<'_>]) -> Vec<Item> {
+    let set = |name: &str, names: &str| {
+        Item::text(Path::new("ImageSets/Main").join(name).with_extension("txt"), names)
+    };
+    let Names { train, val } = names;
+    let mut items = vec![set("trainval", &format!("{train}{val}"))];
+    if jobs.iter().any(|job| job.part == Part::Val) {
+        items.extend([set("train", train), set("val", val)]);
+    }
+    let labels = jobs.first().map_or(&[] as &[&str], |job| job.labels.as_slice());
+    items.push(Item::text("labelmap.txt", label_map(labels)));
+    items
+}
+
+/// The annotations and the images of a clip, whose names are added.
+pub fn of_clip(job: &Job<'_>, names: &mut Names) -> Vec<Item> {
+    let mut items = Vec::new();
+    let names = match job.part {
+        Part::Train => &mut names.train,
+        Part::Val => &mut names.val,
+    };
     for entries in job.track.entries().chunk_by(|a, b| a.frame == b.frame) {
         let Some(objects) = objects(job, entries) else { continue };
         let frame = entries[0].frame;
-        let image = Path::new(&job.frames.name(frame)).with_extension("jpg");
+        let image = Path::new(&job.image(frame)).with_extension("jpg");
         let text = annotation(job, &image, &objects);
         items.push(Item::text(Path::new("Annotations").join(image.with_extension("xml")), text));
         items.extend(job.frames.jpeg(frame, Path::new("JPEGImages").join(&image)));
         let _ = writeln!(names, "{}", image.with_extension("").display());
     }
-    items.push(Item::text("ImageSets/Main/trainval.txt", names));
-    items.push(Item::text("labelmap.txt", label_map(&job.labels)));
     items
 }
 

@@ -1,35 +1,47 @@
 //! YOLO, as read by Ultralytics: `data.yaml`, `labels/train/<image>.txt` with `class centre-x
-//! centre-y width height` relative to the frame, and the frames in `images/train`. Boxes are
+//! centre-y width height` relative to the frame, and the frames in `images/train`; clips that are
+//! kept for judging are in `labels/val` and `images/val`. Boxes are
 //! clipped to the frame, as the format requires; boxes outside it are omitted. Frames in which a
 //! target is lost are left out: it may be in the picture, and a detector would learn that it is
 //! background.
 
 use std::fmt::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use patchlock::BoundingBox;
 
-use super::{Entry, Item, Job};
+use super::{Entry, Item, Job, Part};
 
-/// The files of the folder.
-pub fn items(job: &Job<'_>) -> Vec<Item> {
+/// What the folder of these clips holds, which have the same labels. Without `path`, Ultralytics
+/// takes the folder of this file, wherever it is and from wherever it is read.
+pub fn about(name: &str, jobs: &[&Job<'_>]) -> Item {
+    let has_val = jobs.iter().any(|job| job.part == Part::Val);
+    let val = if has_val { Part::Val } else { Part::Train };
+    let labels = jobs.first().map_or(&[] as &[&str], |job| job.labels.as_slice());
     let mut yaml = format!(
-        "# {}\npath: .\ntrain: images/train\nval: images/train\nnc: {}\nnames:\n",
-        job.name,
-        job.labels.len()
+        "# {name}\ntrain: images/{}\nval: images/{}\nnc: {}\nnames:\n",
+        Part::Train.name(),
+        val.name(),
+        labels.len()
     );
-    for (k, class) in job.labels.iter().enumerate() {
+    for (k, class) in labels.iter().enumerate() {
         let _ = writeln!(yaml, "  {k}: {}", serde_json::Value::from(*class)); // a JSON string is valid YAML
     }
-    let mut items = vec![Item::text("data.yaml", yaml)];
+    Item::text("data.yaml", yaml)
+}
+
+/// The labels and the images of a clip.
+pub fn of_clip(job: &Job<'_>) -> Vec<Item> {
+    let (mut items, part) = (Vec::new(), job.part.name());
     let entries = job.track.entries();
     for frames in entries.chunk_by(|a, b| a.frame == b.frame) {
         let Some(labels) = labels(job, frames) else { continue };
         let frame = frames[0].frame;
-        let name = job.frames.name(frame);
-        let label = Path::new("labels/train").join(&name).with_extension("txt");
+        let name = job.image(frame);
+        let label = Path::new("labels").join(part).join(&name).with_extension("txt");
         items.push(Item::text(label, labels));
-        items.extend(job.frames.copy(frame, PathBuf::from("images/train").join(name)));
+        let image = Path::new("images").join(part).join(name);
+        items.extend(job.frames.copy(frame, image));
     }
     items
 }

@@ -2,17 +2,42 @@
 
 use super::{Edit, Label, Project, Result, check, limits, refused};
 
+/// The list of labels after an edit of it, whichever targets there are.
+pub fn after(mut labels: Vec<Label>, edit: &Edit) -> Result<Vec<Label>> {
+    match edit.clone() {
+        Edit::AddLabel { name, colour, at } => drop(add(&mut labels, name, colour, at)?),
+        Edit::SetLabel { name, new_name, colour } => {
+            drop(set(&mut labels, &name, new_name, colour)?);
+        }
+        Edit::RemoveLabel { name } => {
+            let index = label_index(&labels, &name)?;
+            labels.remove(index);
+        }
+        _ => return Err(refused("it is no edit of labels")),
+    }
+    Ok(labels)
+}
+
 pub fn add_label(
     project: &mut Project,
     name: String,
     colour: Option<String>,
     at: Option<usize>,
 ) -> Result<Vec<Edit>> {
-    let count = project.labels.len();
+    add(&mut project.labels, name, colour, at)
+}
+
+fn add(
+    labels: &mut Vec<Label>,
+    name: String,
+    colour: Option<String>,
+    at: Option<usize>,
+) -> Result<Vec<Edit>> {
+    let count = labels.len();
     let mut label = Label::new(name, count);
     label.colour = colour.unwrap_or(label.colour);
     check::label(&label).map_err(refused)?;
-    unused_label(project, &label.name)?;
+    unused_label(labels, &label.name)?;
     if count >= limits::LABELS {
         return Err(refused(format!("there are {count} labels, and may not be more")));
     }
@@ -21,7 +46,7 @@ pub fn add_label(
         return Err(refused(format!("the place is {at}; allowed: 0 to {count}")));
     }
     let name = label.name.clone();
-    project.labels.insert(at, label);
+    labels.insert(at, label);
     Ok(vec![Edit::RemoveLabel { name }])
 }
 
@@ -31,30 +56,40 @@ pub fn set_label(
     new_name: Option<String>,
     colour: Option<String>,
 ) -> Result<Vec<Edit>> {
-    let index = label_index(project, &name)?;
-    let old = &project.labels[index];
-    let new = Label {
-        name: new_name.clone().unwrap_or_else(|| name.clone()),
-        colour: colour.clone().unwrap_or_else(|| old.colour.clone()),
-    };
-    check::label(&new).map_err(refused)?;
-    if new.name != name {
-        unused_label(project, &new.name)?;
-    }
+    let (old, new) = set(&mut project.labels, &name, new_name.clone(), colour.clone())?;
     for target in project.targets.iter_mut().filter(|target| target.label == name) {
         target.label.clone_from(&new.name);
     }
-    let now = new.name.clone();
-    let old = std::mem::replace(&mut project.labels[index], new);
     Ok(vec![Edit::SetLabel {
-        name: now,
+        name: new.name,
         new_name: new_name.map(|_| name),
         colour: colour.map(|_| old.colour),
     }])
 }
 
+/// Changes a label of the list; returns it as it was and as it is.
+fn set(
+    labels: &mut [Label],
+    name: &str,
+    new_name: Option<String>,
+    colour: Option<String>,
+) -> Result<(Label, Label)> {
+    let index = label_index(labels, name)?;
+    let old = &labels[index];
+    let new = Label {
+        name: new_name.unwrap_or_else(|| name.to_owned()),
+        colour: colour.unwrap_or_else(|| old.colour.clone()),
+    };
+    check::label(&new).map_err(refused)?;
+    if new.name != name {
+        unused_label(labels, &new.name)?;
+    }
+    let old = std::mem::replace(&mut labels[index], new.clone());
+    Ok((old, new))
+}
+
 pub fn remove_label(project: &mut Project, name: &str) -> Result<Vec<Edit>> {
-    let index = label_index(project, name)?;
+    let index = label_index(&project.labels, name)?;
     let users = project.targets.iter().filter(|target| target.label == name).count();
     if users > 0 {
         return Err(refused(format!(
@@ -65,14 +100,14 @@ pub fn remove_label(project: &mut Project, name: &str) -> Result<Vec<Edit>> {
     Ok(vec![Edit::AddLabel { name, colour: Some(colour), at: Some(index) }])
 }
 
-fn label_index(project: &Project, name: &str) -> Result<usize> {
-    check::known_label(name, &project.labels).map_err(refused)?;
-    let index = project.labels.iter().position(|label| label.name == name);
+fn label_index(labels: &[Label], name: &str) -> Result<usize> {
+    check::known_label(name, labels).map_err(refused)?;
+    let index = labels.iter().position(|label| label.name == name);
     index.ok_or_else(|| refused("there is no such label"))
 }
 
-fn unused_label(project: &Project, name: &str) -> Result<()> {
-    match project.labels.iter().any(|label| label.name == name) {
+fn unused_label(labels: &[Label], name: &str) -> Result<()> {
+    match labels.iter().any(|label| label.name == name) {
         true => Err(refused(format!("there is a label {name:?} already"))),
         false => Ok(()),
     }

@@ -3,6 +3,7 @@
 
 mod keys;
 mod labels;
+mod remarks;
 mod split_join;
 mod targets;
 mod tracks;
@@ -13,7 +14,8 @@ use patchlock::BoundingBox;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Error, Frames, Key, Label, Project, Target, Tracked, by_frame, check, limits, stretches,
+    Error, Frames, Key, Label, Project, Remark, Target, Tracked, Verdict, by_frame, check, limits,
+    stretches,
 };
 
 /// A change to a project. In JSON, the member `edit` has its name: `{"edit": "hide", "target": 1,
@@ -150,6 +152,30 @@ pub enum Edit {
         /// Whether it is.
         done: bool,
     },
+    /// Adds what a reviewer says. An acceptance takes the place of what was said before of the
+    /// target, and a rejection that of an acceptance.
+    AddRemark {
+        /// The frame that it is about.
+        frame: usize,
+        /// The target; without one, the frame.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        target: Option<u64>,
+        /// What the reviewer decides.
+        verdict: Verdict,
+        /// Why, in words.
+        #[serde(default)]
+        text: String,
+    },
+    /// Removes a remark, as one that was seen to.
+    RemoveRemark {
+        /// Its id.
+        id: u64,
+    },
+    /// Replaces all remarks.
+    SetRemarks {
+        /// The remarks, in the order of their ids.
+        remarks: Vec<Remark>,
+    },
     /// Adds targets with new ids, in this order, the first with [`Project::next_id`]. Labels that
     /// do not exist are added.
     Import {
@@ -174,6 +200,14 @@ pub enum Edit {
         /// What it has there.
         frames: Frames,
     },
+}
+
+/// The list of labels after an edit of it.
+pub(super) fn labels_after(
+    labels: Vec<Label>,
+    edit: &Edit,
+) -> std::result::Result<Vec<Label>, Error> {
+    labels::after(labels, edit)
 }
 
 type Result<T> = std::result::Result<T, Error>;
@@ -218,12 +252,51 @@ impl Edit {
                 let before = std::mem::replace(&mut project.done, done);
                 Ok(vec![Self::SetDone { done: before }])
             }
+            Self::AddRemark { frame, target, verdict, text } => {
+                remarks::add(project, Remark { id: 0, frame, target, verdict, text })
+            }
+            Self::RemoveRemark { id } => remarks::remove(project, id),
+            Self::SetRemarks { remarks } => remarks::set(project, remarks),
             Self::Import { targets } => targets::import(project, targets),
             Self::Restore { target, at } => targets::restore(project, target, at),
             Self::SetFrames { target, from, to, frames } => {
                 tracks::set_frames(project, target, [from, to], frames)
             }
         }
+    }
+
+    /// Whether it changes the list of labels and nothing else.
+    pub fn is_of_labels(&self) -> bool {
+        matches!(self, Self::AddLabel { .. } | Self::SetLabel { .. } | Self::RemoveLabel { .. })
+    }
+
+    /// The labels of targets that the edit needs.
+    pub fn labels(&self) -> Vec<&str> {
+        match self {
+            Self::AddTarget { label, .. } | Self::SetTarget { label: Some(label), .. } => {
+                vec![label.as_str()]
+            }
+            Self::Restore { target, .. } => vec![target.label.as_str()],
+            Self::Import { targets } => targets.iter().map(|target| &*target.label).collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// Gives a label another name, if the edit has it.
+    pub(super) fn rename_label(&mut self, from: &str, to: &str) {
+        let names: Vec<&mut String> = match self {
+            Self::AddTarget { label, .. } | Self::SetTarget { label: Some(label), .. } => {
+                vec![label]
+            }
+            Self::Restore { target, .. } => vec![&mut target.label],
+            Self::Import { targets } => {
+                targets.iter_mut().map(|target| &mut target.label).collect()
+            }
+            Self::AddLabel { name, .. } | Self::RemoveLabel { name } => vec![name],
+            Self::SetLabel { name, new_name, .. } => new_name.iter_mut().chain([name]).collect(),
+            _ => Vec::new(),
+        };
+        names.into_iter().filter(|name| *name == from).for_each(|name| to.clone_into(name));
     }
 
     /// What the edit does, in a few words for a person: `hide target 3 in frames 5 to 9`.
@@ -257,6 +330,16 @@ impl Edit {
             Self::RemoveLabel { name } => format!("remove the label {name}"),
             Self::SetDone { done: true } => "mark the clip as done".to_owned(),
             Self::SetDone { done: false } => "mark the clip as not done".to_owned(),
+            Self::AddRemark { frame, target, verdict, .. } => {
+                let of = target.map(|target| format!(" target {target}")).unwrap_or_default();
+                match verdict {
+                    Verdict::Accepted => format!("accept{of}"),
+                    Verdict::Rejected => format!("reject{of} in frame {frame}"),
+                    Verdict::Comment => format!("comment on{of} frame {frame}"),
+                }
+            }
+            Self::RemoveRemark { id } => format!("remove remark {id}"),
+            Self::SetRemarks { .. } => "change remarks".to_owned(),
             Self::Import { targets } => match targets.len() {
                 1 => "import a target".to_owned(),
                 count => format!("import {count} targets"),

@@ -6,7 +6,9 @@ use patchlock::Status;
 
 use super::targets::{empty, index_of, new_id, target_mut};
 use super::tracks::change_frames;
-use super::{Edit, Frames, Key, Project, Result, Target, Tracked, check, refused, stretches};
+use super::{
+    Edit, Frames, Key, Project, Result, Target, Tracked, check, refused, remarks, stretches,
+};
 
 pub fn split(project: &mut Project, id: u64, frame: usize) -> Result<Vec<Edit>> {
     check::frame(frame, &project.video).map_err(refused)?;
@@ -44,11 +46,13 @@ pub fn join(project: &mut Project, first: u64, second: u64) -> Result<Vec<Edit>>
     }
     let mut removed = project.targets.remove(at);
     let restore = Edit::Restore { target: removed.clone(), at };
+    let remarks = remarks::without(project, second);
     let added = removed.cut_all();
     let range = added.span().unwrap_or([0, 0]);
     let target = target_mut(project, first)?;
     let mut undo = change_frames(target, range, |old| merged(old, added));
     undo.push(restore);
+    undo.extend(remarks);
     Ok(undo)
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use patchlock::BoundingBox;
 
-use super::{Edit, Key, Label, Project, Result, Target, check, limits, refused};
+use super::{Edit, Key, Label, Project, Result, Target, check, limits, refused, remarks};
 
 pub fn add_target(
     project: &mut Project,
@@ -42,7 +42,8 @@ pub fn set_target(
 pub fn delete_target(project: &mut Project, id: u64) -> Result<Vec<Edit>> {
     let at = index_of(project, id)?;
     let target = project.targets.remove(at);
-    Ok(vec![Edit::Restore { target, at }])
+    let remarks = remarks::without(project, id);
+    Ok([Edit::Restore { target, at }].into_iter().chain(remarks).collect())
 }
 
 pub fn restore(project: &mut Project, target: Target, at: usize) -> Result<Vec<Edit>> {

@@ -1,0 +1,249 @@
+//! One export of many clips: a folder in which all clips have the same classes, and those that are
+//! kept for judging a detector are apart from those for training it.
+
+use std::collections::{BTreeMap, HashSet};
+use std::path::{Path, PathBuf};
+
+use super::output::{self, Reader};
+use super::{
+    Content, Error, Format, Frames, Item, Job, Options, Track, check_key_frames, check_word, coco,
+    cvat, got10k, label_studio, lasot, mot, voc, yolo,
+};
+
+/// A clip of an export.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Clip {
+    /// Its name, unlike that of all others, with which the names of its images begin.
+    pub name: String,
+    /// Its boxes.
+    pub track: Track,
+    /// Its frames, as [`Options::images`].
+    pub images: Option<PathBuf>,
+    /// What it is for.
+    pub part: Part,
+}
+
+/// What a clip is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Part {
+    /// A detector is trained with it.
+    Train,
+    /// A detector is judged by it.
+    Val,
+}
+
+impl Part {
+    /// Its name in folders and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Train => "train",
+            Self::Val => "val",
+        }
+    }
+}
+
+/// Why clips cannot be divided.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SplitError {
+    /// The share is not between 0 and 1.
+    #[error("the share of clips for validation is {0}; it must be above 0 and below 1")]
+    Share(f64),
+    /// One part would be empty.
+    #[error("{clips} of {all} clips would be for validation; both parts need a clip")]
+    Empty {
+        /// The number of clips for validation.
+        clips: usize,
+        /// The number of all clips.
+        all: usize,
+    },
+    /// There is no such clip.
+    #[error("there is no clip {name:?} with boxes; the clips are {}", known.join(", "))]
+    Unknown {
+        /// The name.
+        name: String,
+        /// The names of all clips.
+        known: Vec<String>,
+    },
+}
+
+/// Chooses a share of the clips for validation, by their names alone: the same clips each time, and
+/// in any order.
+///
+/// # Errors
+/// [`SplitError`] if the share is not between 0 and 1, or there are fewer than two clips.
+pub fn split(names: &[&str], share: f64) -> Result<Vec<Part>, SplitError> {
+    if !(share > 0.0 && share < 1.0) {
+        return Err(SplitError::Share(share));
+    }
+    let all = names.len();
+    if all < 2 {
+        return Err(SplitError::Empty { clips: all, all });
+    }
+    let count = ((share * all as f64).round() as usize).clamp(1, all - 1);
+    let mut order: Vec<usize> = (0..all).collect();
+    order.sort_by_key(|&k| (scattered(names[k]), names[k]));
+    let mut parts = vec![Part::Train; all];
+    order[..count].iter().for_each(|&k| parts[k] = Part::Val);
+    Ok(parts)
+}
+
+/// FNV-1a, then mixed: a number that is nearly random for names that differ in one digit.
+fn scattered(name: &str) -> u64 {
+    let fold = |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+    let hash = name.bytes().fold(0xcbf2_9ce4_8422_2325, fold);
+    (hash ^ (hash >> 32)).wrapping_mul(0x9e37_79b9_7f4a_7c15)
+}
+
+/// Writes the clips to a folder that does not exist yet or is empty, all or nothing. Classes are
+/// numbered in the order of [`Options::labels`]. COCO has `annotations/instances_train.json`, YOLO
+/// and VOC are one set; of the other formats each clip has its files, in `train` and `val` if the
+/// clips are divided. COCO, YOLO, VOC, LaSOT and GOT-10k have copies of the images of clips that
+/// have any. [`Options::images`] and [`Options::size`] are not used. Returns the number of files.
+///
+/// # Errors
+/// As [`super::write_unless`]; [`Error::Export`] if there are no clips, if two have the same name,
+/// or if two images would.
+pub fn write_all(
+    clips: &[Clip],
+    options: &Options,
+    out: &Path,
+    stopped: &dyn Fn() -> bool,
+) -> Result<usize, Error> {
+    check(clips, options)?;
+    output::check(out, false, false)?;
+    let own: Vec<Options> = clips.iter().map(|clip| of_clip(clip, options)).collect();
+    let mut jobs = Vec::new();
+    for (clip, options) in clips.iter().zip(&own) {
+        let mut job = Job::new(&clip.track, options, Frames::new(&clip.track, options)?);
+        (job.prefix, job.part) = (format!("{}_", clip.name), clip.part);
+        jobs.push(job);
+    }
+    // A label that is not listed has the same class in all clips, too.
+    let labels: Vec<&str> = jobs.iter().flat_map(|job| job.labels.clone()).collect();
+    for job in &mut jobs {
+        for &label in &labels {
+            job.add(label);
+        }
+    }
+    if options.format.holds_frames() {
+        labels.iter().try_for_each(|label| check_word("label", label))?;
+    }
+    let parts = files(&jobs, &own, options)?;
+    check_names(&parts)?;
+    let count = parts.iter().map(|(items, _)| items.len()).sum();
+    output::check_not(stopped)?;
+    output::write_folder(out, parts, stopped)?;
+    Ok(count)
+}
+
+fn check(clips: &[Clip], options: &Options) -> Result<(), Error> {
+    check_word("name", &options.name)?;
+    check_key_frames(options)?;
+    if clips.is_empty() {
+        return Err(Error::Export("there is no clip with boxes".to_owned()));
+    }
+    let mut names = HashSet::new();
+    for clip in clips {
+        check_word("name of the clip", &clip.name)?;
+        if !names.insert(&clip.name) {
+            return Err(Error::Export(format!("two clips have the name {:?}", clip.name)));
+        }
+    }
+    Ok(())
+}
+
+/// The options of one clip.
+fn of_clip(clip: &Clip, options: &Options) -> Options {
+    Options {
+        name: clip.name.clone(),
+        size: None,
+        images: clip.images.clone().filter(|_| options.format.copies_frames()),
+        ..options.clone()
+    }
+}
+
+type Parts = Vec<(Vec<Item>, Reader)>;
+
+/// The files of all clips. What belongs to no clip comes with the first one.
+fn files(jobs: &[Job<'_>], own: &[Options], options: &Options) -> Result<Parts, Error> {
+    let divided = jobs.iter().any(|job| job.part == Part::Val);
+    let (mut parts, mut names) = (Parts::new(), voc::Names::default());
+    for (job, own) in jobs.iter().zip(own) {
+        let folder = if divided { Path::new(job.part.name()) } else { Path::new("") };
+        let file = |ending: &str, text| {
+            vec![Item::text(folder.join(format!("{}.{ending}", job.name)), text)]
+        };
+        let items = match options.format {
+            Format::Mot => file("txt", mot::text(job)),
+            Format::Cvat => file("xml", cvat::text(job)),
+            Format::LabelStudio => file("json", label_studio::text(job)),
+            Format::Lasot => below(folder, lasot::items(job)?),
+            Format::Got10k => below(folder, got10k::items(job)?),
+            Format::Coco => images(job),
+            Format::Yolo => yolo::of_clip(job),
+            Format::Voc => voc::of_clip(job, &mut names),
+        };
+        parts.push((items, Reader::new(own)?));
+    }
+    let all: Vec<&Job<'_>> = jobs.iter().collect();
+    let whole = match options.format {
+        Format::Coco => annotations(&options.name, &all),
+        Format::Yolo => vec![yolo::about(&options.name, &all)],
+        Format::Voc => voc::about(&names, &all),
+        Format::Got10k => lists(&mut parts),
+        _ => Vec::new(),
+    };
+    if let Some((items, _)) = parts.first_mut() {
+        items.extend(whole);
+    }
+    Ok(parts)
+}
+
+fn below(folder: &Path, items: Vec<Item>) -> Vec<Item> {
+    let below = |item: Item| Item { path: folder.join(&item.path), ..item };
+    items.into_iter().map(below).collect()
+}
+
+/// The images of a clip, where readers of COCO look for them.
+fn images(job: &Job<'_>) -> Vec<Item> {
+    let folder = Path::new("images").join(job.part.name());
+    let frames = job.track.frames().into_iter();
+    frames.filter_map(|frame| job.frames.copy(frame, folder.join(job.image(frame)))).collect()
+}
+
+fn annotations(name: &str, jobs: &[&Job<'_>]) -> Vec<Item> {
+    let of = |part: Part| {
+        let jobs: Vec<&Job<'_>> = jobs.iter().filter(|job| job.part == part).copied().collect();
+        let path = format!("annotations/instances_{}.json", part.name());
+        (!jobs.is_empty()).then(|| Item::text(path, coco::text(name, &jobs)))
+    };
+    [Part::Train, Part::Val].into_iter().filter_map(of).collect()
+}
+
+/// Takes the lists of sequences of GOT-10k out of the clips, and joins those of a folder.
+fn lists(parts: &mut Parts) -> Vec<Item> {
+    let mut joined: BTreeMap<PathBuf, String> = BTreeMap::new();
+    for (items, _) in parts {
+        items.retain(|item| match &item.content {
+            Content::Text(names) if item.path.ends_with("list.txt") => {
+                joined.entry(item.path.clone()).or_default().push_str(names);
+                false
+            }
+            _ => true,
+        });
+    }
+    joined.into_iter().map(|(path, names)| Item::text(path, names)).collect()
+}
+
+/// Two clips may give their images one name, as `a` with `b_1.jpg` and `a_b` with `1.jpg`.
+fn check_names(parts: &Parts) -> Result<(), Error> {
+    let mut paths = HashSet::new();
+    let mut items = parts.iter().flat_map(|(items, _)| items);
+    match items.find(|item| !paths.insert(&item.path)) {
+        None => Ok(()),
+        Some(item) => Err(Error::Export(format!(
+            "two clips would both have the file {}: rename one of them",
+            item.path.display()
+        ))),
+    }
+}
