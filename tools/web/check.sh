@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Builds the module and tests it, and the page around it, in Chromium: types, format, the boxes against those of
-# this machine, and what a visitor does. Arguments are handed to Playwright. PATCHLOCK_MODELS names the folder
+# Builds the module and tests it, and the page around it, in Chromium and Firefox: types, format, the boxes
+# against those of this machine, and what a visitor does. Arguments are handed to Playwright. PATCHLOCK_MODELS names the folder
 # of a network for the tests with one. Without the tools it prints SKIPPED; with PATCHLOCK_WEB=required it
 # fails.
 set -euo pipefail
@@ -12,6 +12,10 @@ cd "$root"
 PATCHLOCK_STUDIO=${PATCHLOCK_WEB:-} tools/studio/prepare.sh
 [ -x tools/studio/node_modules/.bin/playwright ] || exit 0 # prepare.sh has printed the reason
 ln -sfn ../studio/node_modules tools/web/node_modules
+if ! command -v firefox-esr firefox >/dev/null && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
+    DEBIAN_FRONTEND=noninteractive apt-get -qq install -y --no-install-recommends firefox-esr \
+        >/dev/null 2>&1 || echo "SKIPPED, nothing is tested in Firefox: it could not be installed"
+fi
 "$here/build.sh"
 [ -d target/web/site ] || exit 0 # build.sh has printed the reason
 

@@ -1,69 +1,12 @@
-// The module against the tracker of this machine, on the same pixels.
+// The module against the tracker of this machine, on the same pixels, and its errors.
 
-import { expect, native, test } from './site.mjs';
+import { expect, test } from './site.mjs';
+import { expectNative, TRACKERS } from './track.mjs';
 
-/** Tracks the clip in the page. Returns what the tracker says of each frame, and the median of its times. */
-const track = (page, preset, files) =>
-    page.evaluate(
-        async ([preset, files, { count, width, height, start }]) => {
-            const { default: load, Network, Tracker, TrackerConfig } = await import('/npm/patchlock.js');
-            await load();
-            const bytes = async (url) => new Uint8Array(await (await fetch(url)).arrayBuffer());
-            const frame = async (k) => {
-                const data = new Uint8ClampedArray(await bytes(`/clip/${String(k).padStart(3, '0')}.rgba`));
-                return { data, width, height };
-            };
-            const config = new TrackerConfig(preset);
-            if (files.length > 0) config.useNetwork(Network.fromFiles(await Promise.all(files.map(bytes))));
-            const [x, y, w, h] = start;
-            const tracker = Tracker.start(config, await frame(0), { x, y, w, h });
-            const [estimates, times] = [[], []];
-            for (let k = 1; k < count; k += 1) {
-                const pixels = await frame(k);
-                const before = performance.now();
-                const { bbox, score, status } = tracker.update(pixels);
-                times.push(performance.now() - before);
-                estimates.push({ box: [bbox.x, bbox.y, bbox.w, bbox.h], score, status });
-            }
-            return { estimates, ms: times.sort((a, b) => a - b)[times.length >> 1] };
-        },
-        [preset, files, native],
-    );
-
-/** The largest distance between edges of two tracks, and the frames with the same bits. */
-const compared = (one, other) => {
-    let [largest, same] = [0, 0];
-    one.forEach(({ box }, k) => {
-        const distances = box.map((value, side) => Math.abs(value - other[k].box[side]));
-        largest = Math.max(largest, ...distances);
-        same += Number(distances.every((distance) => distance === 0));
-    });
-    return { largest, same };
-};
-
-for (const [name, preset, networked] of [
-    ['robust', 'robust', false],
-    ['fast', 'fast', false],
-    ['network', 'network', true],
-    ['robust+network', 'robust', true],
-]) {
-    test(`the boxes of ${name} are those of the native tracker`, async ({ page, site }) => {
-        test.skip(!native[name], 'no network is there');
+for (const tracker of TRACKERS) {
+    test(`the boxes of ${tracker[0]} are those of the native tracker`, async ({ page, site }) => {
         await page.goto(`${site}/site/index.html`);
-        const numbers = networked ? [...Array(native.networks).keys()] : [];
-        const files = numbers.map((number) => `/clip/network-${number}.onnx`);
-        const { estimates, ms } = await track(page, preset, files);
-        const { largest, same } = compared(estimates, native[name].estimates);
-        const equal = `${same} of ${estimates.length} frames have the same bits`;
-        console.log(`${name}: ${equal}, edges differ by ${largest.toExponential(1)} pixels at most;`);
-        console.log(
-            `  ${(1000 / ms).toFixed(0)} frames per second here, native ${(1000 / native[name].ms).toFixed(0)}`,
-        );
-        expect(estimates).toHaveLength(native.count - 1);
-        expect(largest).toBeLessThan(0.5);
-        expect(estimates.map(({ status }) => status)).toEqual(
-            native[name].estimates.map(({ status }) => status),
-        );
+        await expectNative(page, tracker);
     });
 }
 
