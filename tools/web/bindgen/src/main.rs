@@ -9,5 +9,7 @@ fn main() -> anyhow::Result<()> {
     };
     let mut bindgen = wasm_bindgen_cli_support::Bindgen::new();
     bindgen.input_path(module).out_name("patchlock").web(true)?.typescript(true);
+    // Without an argument, the module is read from beside its JavaScript.
+    bindgen.omit_default_module_path(false);
     bindgen.remove_name_section(true).remove_producers_section(true).generate(folder)
 }
