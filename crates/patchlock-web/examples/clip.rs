@@ -1,7 +1,9 @@
 //! `clip FOLDER [NETWORK.onnx ...]`: renders a clip and tracks it here, for comparison with what a browser
-//! makes of the same pixels. Writes `000.rgba` and so on, the pixels of the frames; `network-0.onnx` and so on,
-//! the networks; and `boxes.json`: the size, the start box, and for each tracker what it says of each frame and
-//! the milliseconds that a frame took.
+//! makes of the same pixels. Nothing hides or turns: there, a single bit of a pixel moves boxes by pixels.
+//!
+//! Writes `000.rgba` and so on, the pixels of the frames; `network-0.onnx` and so on, the networks; and
+//! `boxes.json`: the size, the start box, and for each tracker what it says of each frame and the milliseconds
+//! that a frame took.
 
 use patchlock::{BoundingBox, Estimate, Frame, Network, Preset, Tracker, TrackerConfig};
 use patchlock_scene::{Scene, SceneConfig, SceneFrame};
@@ -16,7 +18,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = arguments.next().ok_or("usage: clip FOLDER [NETWORK.onnx ...]")?;
     let files = arguments.map(fs::read).collect::<Result<Vec<_>, _>>()?;
     let files: Vec<&[u8]> = files.iter().map(Vec::as_slice).collect();
-    let scene = Scene::new(vga(SceneConfig::demo()));
+    let scene = Scene::new(vga(SceneConfig::simple()));
     let frames: Vec<SceneFrame> = (0..scene.len()).map(|k| scene.frame(k)).collect();
     let [x, y, w, h] = scene.truth(0).bbox;
     let start = BoundingBox { x, y, w, h };
@@ -27,7 +29,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     ];
     if !files.is_empty() {
         let network = Some(Network::from_bytes(&files)?);
-        let with = |preset: Preset| TrackerConfig { network: network.clone(), ..preset.into() };
+        let with = |preset: Preset| {
+            let mut config = TrackerConfig::from(preset);
+            config.network.clone_from(&network);
+            config
+        };
         trackers.push(("network", with(Preset::Network)));
         trackers.push(("robust+network", with(Preset::Robust)));
     }

@@ -6,7 +6,7 @@
 
 mod pixels;
 
-use js_sys::{Array, Number, Object, Reflect, Uint8Array, Uint8ClampedArray};
+use js_sys::{Array, Number, Reflect, Uint8Array, Uint8ClampedArray};
 use patchlock::{BoundingBox, Error, Frame, NetworkError, Preset, Value};
 use pixels::Pixels;
 use wasm_bindgen::prelude::*;
@@ -201,10 +201,12 @@ fn number(object: &JsValue, what: &str, name: &str) -> Result<f64, JsError> {
     })
 }
 
-/// A value in an error message.
+/// A value in an error message: a text, a number or a truth value as it is, of others the type.
 fn shown(value: &JsValue) -> String {
-    let text = Object::from(value.clone()).to_string();
-    if value.is_null() || value.is_undefined() { format!("{value:?}") } else { text.into() }
+    let number = || value.as_f64().map(|number| number.to_string());
+    let truth = || value.as_bool().map(|truth| truth.to_string());
+    let other = || format!("of the type {}", value.js_typeof().as_string().unwrap_or_default());
+    value.as_string().or_else(number).or_else(truth).unwrap_or_else(other)
 }
 
 fn target(bbox: &JsValue) -> Result<BoundingBox, JsError> {
