@@ -204,6 +204,8 @@ const follow = () =>
         new Promise((resolve, reject) => {
             /** @type {VideoFrameCallbackMetadata | undefined} */
             let last;
+            /** The frame that the video was stopped at, because the tracker was busy. @type {VideoFrameCallbackMetadata | undefined} */
+            let waiting;
             let [busy, over] = [false, false];
             const finish = () => {
                 over = true;
@@ -213,13 +215,23 @@ const follow = () =>
             /** @param {VideoFrameCallbackMetadata} now */
             const look = async (now) => {
                 const begun = performance.now();
-                busy = true;
                 drawing.drawImage(video, 0, 0, stage.width, stage.height);
                 const answer = await remote.ask({ kind: 'update', picture: await createImageBitmap(stage) });
                 if (last) missed += Math.max(0, now.presentedFrames - last.presentedFrames - 1);
                 add(answer, now.mediaTime);
                 if (last) keepPace(performance.now() - begun, now.mediaTime - last.mediaTime);
-                [last, busy] = [now, false];
+                last = now;
+            };
+            /** @param {VideoFrameCallbackMetadata} now */
+            const work = async (now) => {
+                busy = true;
+                for (let frame = /** @type {typeof waiting} */ (now); frame && tracking;) {
+                    await look(frame);
+                    [frame, waiting] = [waiting, undefined];
+                }
+                busy = false;
+                if (video.ended || !tracking) finish();
+                else if (video.paused) await video.play();
             };
             /** @param {number} _ @param {VideoFrameCallbackMetadata} now */
             const next = (_, now) => {
@@ -227,8 +239,12 @@ const follow = () =>
                 video.requestVideoFrameCallback(next);
                 // The frame of the start is shown again when the video begins to play.
                 const known = !live() && rows.length > 0 && now.mediaTime <= (rows.at(-1)?.time ?? 0);
-                if (busy || known) return;
-                look(now).then(() => (video.ended || !tracking) && finish(), reject);
+                if (known) return;
+                if (!busy) work(now).catch(reject);
+                else if (!live()) {
+                    waiting = now;
+                    video.pause();
+                }
             };
             video.requestVideoFrameCallback(next);
             video.addEventListener('ended', end, { once: true });

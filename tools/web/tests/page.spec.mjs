@@ -55,7 +55,8 @@ test('a video is tracked to its end, and the table is that of the program', asyn
     ]);
     const missed = Number(await page.locator('#missed').textContent());
     console.log(`${rows.length} of ${truth.length} frames, ${await page.locator('#speed').textContent()}`);
-    expect(rows.length + missed).toBeGreaterThan(0.9 * truth.length);
+    expect(rows.length).toBeGreaterThan(0.95 * truth.length);
+    expect(missed).toBeLessThan(0.05 * truth.length);
     // Frames are found by their times: a browser may leave some out.
     const rate = truth.length / Math.max(...rows.map((row) => Number(row.time)));
     const good = rows
