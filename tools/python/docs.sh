@@ -13,6 +13,12 @@ if ! "$venv/bin/pip" install --quiet --disable-pip-version-check "patchlock[docs
 fi
 # The notebooks use the first python in the PATH.
 PATH=$venv/bin:$PATH NO_MKDOCS_2_WARNING=1 mkdocs build --quiet --strict
+# The page that tracks in the browser needs the module that tools/web/build.sh builds.
+if [ -d target/web/site/patchlock ]; then
+    cp -r target/web/site/patchlock target/site/try
+else
+    echo "SKIPPED, the page that tracks in the browser has no module: run tools/web/build.sh first"
+fi
 # Opened as files, pages that link to a folder would show its listing.
 if grep -rnoE 'href="([^":#]*/|\.|\.\.)"' target/site --include='*.html'; then
     echo "these links lead to folders"

@@ -13,12 +13,29 @@ pub fn same(a: &str, b: &str) -> bool {
     key(a) == key(b)
 }
 
-/// Whether a name can be that of a folder of results everywhere: not empty, at most 200 bytes, no
-/// slashes or control characters, no dot at the start.
+/// Whether a name can be that of a folder of results: not empty, at most 200 bytes, no slashes or
+/// control characters, no dot at the start; on Windows, nothing that Windows reads as something
+/// else.
 pub fn is_folder_name(name: &str) -> bool {
     const LONGEST: usize = 200;
     let forbidden = |c: char| c.is_control() || matches!(c, '/' | '\\');
-    (1..=LONGEST).contains(&name.len()) && !name.starts_with('.') && !name.contains(forbidden)
+    (1..=LONGEST).contains(&name.len())
+        && !name.starts_with('.')
+        && !name.contains(forbidden)
+        && !(cfg!(windows) && is_reserved(name))
+}
+
+/// Whether a name is no plain one on Windows: `a:b` is a part of the file `a`, a dot at the end is
+/// dropped, and `nul` is a device in every folder.
+fn is_reserved(name: &str) -> bool {
+    let stem = name.split('.').next().unwrap_or_default().trim_end().to_ascii_lowercase();
+    let numbered = |device: &str| {
+        let number = stem.strip_prefix(device);
+        number.is_some_and(|number| matches!(number.as_bytes(), [b'1'..=b'9']))
+    };
+    let device =
+        ["con", "prn", "aux", "nul"].contains(&&*stem) || ["com", "lpt"].into_iter().any(numbered);
+    device || name.contains(['<', '>', ':', '"', '|', '?', '*']) || name.ends_with(['.', ' '])
 }
 
 /// The first five of a list of names, for a message: `a, b, c, d, e and 4 more`.
@@ -82,8 +99,18 @@ mod tests {
     }
 
     #[test]
+    fn names_of_folders_are_plain_on_windows() {
+        let reserved =
+            ["a:b", "<b>", "a?", "nul", "NUL.txt", "con .a", "Com1", "lpt9.x", "a.", "a "];
+        assert!(reserved.into_iter().all(is_reserved));
+        let plain = ["robust", "a b", "=1+1", "null", "com", "com10", "com0", "a.nul", "icon"];
+        assert!(!plain.into_iter().any(is_reserved));
+        assert_eq!(is_folder_name("a:b"), !cfg!(windows));
+    }
+
+    #[test]
     fn names_of_folders_hold_nothing_odd() {
-        assert!(["robust", "a b", "=1+1", "<b>", &"n".repeat(200)].into_iter().all(is_folder_name));
+        assert!(["robust", "a b", "=1+1", &"n".repeat(200)].into_iter().all(is_folder_name));
         let odd = ["", ".", "..", ".a", "a/b", "a\\b", "a\n", "a\u{1b}[31m", &"n".repeat(201)];
         assert!(!odd.into_iter().any(is_folder_name));
     }

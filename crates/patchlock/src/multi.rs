@@ -11,12 +11,12 @@ use crate::config::TrackerConfig;
 use crate::estimate::Estimate;
 use crate::method::{Images, MethodScratch, Target};
 use crate::numeric::instructions::Instructions;
+use crate::numeric::parallel::*;
 use crate::observe::FrameView;
 use crate::snapshot::{MultiParts, MultiSnapshot, SavedTrack};
 use crate::target_id::TargetId;
 use crate::vision::frame::{Frame, FrameSize};
 use crate::vision::geometry::BoundingBox;
-use rayon::prelude::*;
 
 /// A target of a [`MultiTracker`] in one frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -231,7 +231,7 @@ impl MultiTracker {
     fn prepare(&mut self, frame: &Frame<'_>) -> Result<usize, Error> {
         self.check_size(frame)?;
         self.images.fill(frame, &self.config.method)?;
-        let threads = rayon::current_num_threads().max(1);
+        let threads = current_num_threads().max(1);
         self.scratches.resize_with(threads, MethodScratch::default);
         Ok(threads)
     }

@@ -21,7 +21,7 @@ const MAY_USE: &[Rule] = &[
     ("network", &["network_error", "numeric", "vision"]),
     ("config", &["error", "network", "network_error", "patch_model", "value", "vision"]),
     ("estimate", &["error", "patch_model", "vision"]),
-    ("paper", &["config", "estimate", "patch_model", "vision"]),
+    ("paper", &["config", "estimate", "numeric", "patch_model", "vision"]),
     (
         "robust",
         &[
@@ -94,6 +94,8 @@ const CRATES: &[(&str, &[&str], &[&str])] = &[
     // Finds the real sequences for tests.
     ("patchlock-testdata", &[], &[]),
     ("patchlock", &[], &["patchlock-scene"]),
+    // Without threads, files and the clock.
+    ("patchlock-web", &["patchlock"], &["patchlock-scene"]),
     ("patchlock-media", &["patchlock"], &["patchlock-scene"]),
     ("patchlock-track", &["patchlock", "patchlock-media"], &[]),
     (

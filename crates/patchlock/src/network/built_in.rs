@@ -10,6 +10,7 @@ use super::depthwise::{Depthwise, DepthwiseScratch};
 use super::graph::CheckedGraph;
 use super::onnx::{FLOAT, INT64, Node, ValueInfo};
 use crate::network_error::{NetworkError, graph as damaged};
+use crate::numeric::parallel::current_num_threads;
 use rten::{Model, ModelOptions, NodeId, RunOptions, ThreadPool, Value, ValueOrView, ValueView};
 use rten_tensor::prelude::*;
 use rten_tensor::{Tensor, TensorView};
@@ -127,7 +128,7 @@ impl Pipeline {
         scratch: &mut PipelineScratch,
         outputs: &mut [Vec<f32>],
     ) -> Result<(), NetworkError> {
-        let pool = pool(rayon::current_num_threads());
+        let pool = pool(current_num_threads());
         pool.run(|| self.run_here(inputs, &pool, scratch, outputs))
     }
 
@@ -222,12 +223,17 @@ fn pool(threads: usize) -> Arc<ThreadPool> {
     thread_local!(static OWN: RefCell<Pools> = const { RefCell::new(BTreeMap::new()) });
     let of = |pools: &mut Pools| {
         let new = || Arc::new(ThreadPool::with_num_threads(threads));
-        Arc::clone(pools.entry((std::process::id(), threads)).or_insert_with(new))
+        Arc::clone(pools.entry((process(), threads)).or_insert_with(new))
     };
     if threads == 1 {
         return OWN.with_borrow_mut(of);
     }
     of(&mut SHARED.lock().unwrap_or_else(PoisonError::into_inner))
+}
+
+/// The number of this process, where the system has processes.
+fn process() -> u32 {
+    if cfg!(target_family = "wasm") { 0 } else { std::process::id() }
 }
 
 /// Loads a file with the operators that trackers use.

@@ -7,8 +7,8 @@
 
 use super::onnx::{FLOAT, Node, Tensor};
 use crate::numeric::instructions::Instructions;
+use crate::numeric::parallel::*;
 use pulp::{Simd, WithSimd, bytemuck};
-use rayon::prelude::*;
 
 /// Results of a row are computed in groups of at most `LANES`, in `ROWS` rows at once.
 const LANES: usize = 16;
@@ -99,7 +99,7 @@ impl Depthwise {
             return;
         }
         result.resize(self.channels * cells, 0.0);
-        let groups = rayon::current_num_threads().clamp(1, self.channels);
+        let groups = current_num_threads().clamp(1, self.channels);
         let each = self.channels.div_ceil(groups);
         scratch.padded.resize(groups * layout.row * layout.rows, 0.0);
         let buffers = scratch.padded.par_chunks_mut(layout.row * layout.rows);

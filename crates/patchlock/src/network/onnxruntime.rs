@@ -3,6 +3,7 @@
 use super::graph::CheckedGraph;
 use super::onnx::{FLOAT, ValueInfo};
 use crate::network_error::NetworkError;
+use crate::numeric::parallel::current_num_threads;
 use ort::environment::Environment;
 use ort::session::{Session as OrtSession, SessionInputValue};
 use ort::value::TensorRef;
@@ -65,7 +66,7 @@ impl Session {
             outputs: outputs.iter().map(|shape| shape.iter().product()).collect(),
             idle: Mutex::default(),
         };
-        let first = session.start(rayon::current_num_threads())?;
+        let first = session.start(current_num_threads())?;
         session.put_back(first);
         Ok(session)
     }
@@ -75,7 +76,7 @@ impl Session {
     /// # Errors
     /// [`NetworkError::Runtime`].
     pub fn run(&self, inputs: &[&[f32]], outputs: &mut [Vec<f32>]) -> Result<(), NetworkError> {
-        let mut session = self.take(rayon::current_num_threads())?;
+        let mut session = self.take(current_num_threads())?;
         let result = self.run_in(&mut session.1, inputs, outputs);
         self.put_back(session);
         result.map_err(|reason| failed(&reason))

@@ -75,7 +75,7 @@ impl Instructions {
         #[cfg(target_arch = "aarch64")]
         let vectors = [Neon::try_new().map(|v| ("neon", Self::Neon(v)))];
         #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
-        let vectors = [];
+        let vectors: [Option<(&str, Self)>; 0] = [];
         std::iter::once(plain).chain(vectors.into_iter().flatten()).collect()
     }
 

@@ -1,9 +1,11 @@
 //! Numerical building blocks: the choice of CPU instructions, inner products that give the same
-//! bits on every processor, aligned rows, singular vectors and a thread team.
+//! bits on every processor, aligned rows, singular vectors, work on many threads or one, and a
+//! thread team.
 
 pub mod aligned;
 mod dot;
 pub mod instructions;
+pub mod parallel;
 pub mod singular;
 pub mod thread_team;
 

@@ -7,6 +7,7 @@
 //! The gain over `rayon` alone on two processors (the preset `paper`, first 60 frames, 2026-11-21):
 //! CarScale 28.5 to 34.2 frames per second, Crossing 10.2 to 12.5, David 26.5 to 28.9.
 
+use super::parallel::{current_num_threads, with_helpers};
 use std::hint::spin_loop;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::yield_now;
@@ -42,17 +43,18 @@ impl<'a> ThreadTeam<'a> {
     pub fn run(task: &'a (dyn Fn(usize) + Sync), lead: impl FnOnce(&ThreadTeam<'a>) + Send) {
         let (open, unfinished) = (AtomicUsize::new(0), AtomicUsize::new(0));
         let team = ThreadTeam { task, open, unfinished, finished: AtomicBool::new(false) };
-        let helpers = rayon::current_num_threads().saturating_sub(1).min(MAX_HELPERS);
+        let helpers = current_num_threads().saturating_sub(1).min(MAX_HELPERS);
         if helpers == 0 {
             return lead(&team);
         }
-        rayon::scope(|scope| {
-            for _ in 0..helpers {
-                scope.spawn(|_| team.help());
-            }
-            let _end = OnDrop(|| team.finished.store(true, Ordering::Release));
-            lead(&team);
-        });
+        with_helpers(
+            helpers,
+            || team.help(),
+            || {
+                let _end = OnDrop(|| team.finished.store(true, Ordering::Release));
+                lead(&team);
+            },
+        );
     }
 
     /// Runs the tasks `0..count` in any order and returns when all have finished.

@@ -3,12 +3,12 @@
 
 use super::motion::Motion;
 use super::state::State;
+use crate::numeric::parallel::*;
 use crate::patch_model::model::cut_candidate;
 use crate::patch_model::params::PatchParams;
 use crate::patch_model::sparse::somp::batched::BLOCK;
 use crate::vision::frame::GreyImage;
 use rand_pcg::Pcg64;
-use rayon::prelude::*;
 
 /// The particles of a frame and their candidates.
 #[derive(Debug, Default)]

@@ -17,11 +17,11 @@ use super::templates;
 use super::visibility::{Visibility, VisibilityMap};
 pub use super::weighing::Wanted;
 use super::weighing::{Coding, ThreadBuffers, Weighing};
+use crate::numeric::parallel::*;
 use crate::vision::frame::GreyImage;
 use crate::vision::patches::{normalise, similarity};
 use crate::vision::warp::{Affine, warp};
 use rand_pcg::Pcg64;
-use rayon::prelude::*;
 
 /// The appearance of one target.
 #[derive(Debug)]

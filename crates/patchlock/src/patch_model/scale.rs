@@ -8,12 +8,12 @@ use super::likelihood::Feature;
 use super::pooling::own_share;
 use super::weights::{masked_error, position_weights};
 use crate::numeric::instructions::Instructions;
+use crate::numeric::parallel::*;
 use crate::patch_model::sparse::codes::{Code, CodeParams};
 use crate::patch_model::sparse::dictionary::Dictionary;
 use crate::patch_model::sparse::somp::batched;
 use crate::vision::patches::PatchGrid;
 use pulp::{Simd, WithSimd};
-use rayon::prelude::*;
 
 /// Grid, dictionary and buffer of a scale.
 #[derive(Debug, Clone)]

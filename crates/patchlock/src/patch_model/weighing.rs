@@ -4,6 +4,7 @@
 use super::likelihood::{Feature, LikelihoodParams};
 use super::pruning::{Pruning, ScaleSize, UpperBounds};
 use super::scale::{CodingScratch, PatchScores, Scale};
+use crate::numeric::parallel::{current_num_threads, current_thread_index};
 use crate::numeric::thread_team::ThreadTeam;
 use crate::patch_model::sparse::codes::Code;
 use crate::patch_model::sparse::somp::batched::BLOCK;
@@ -61,11 +62,11 @@ struct Round {
 impl ThreadBuffers {
     /// Makes room for all threads of the pool.
     fn prepare(&mut self) {
-        self.each.resize_with(rayon::current_num_threads() + 1, Mutex::default);
+        self.each.resize_with(current_num_threads() + 1, Mutex::default);
     }
 
     fn of_this_thread(&self) -> MutexGuard<'_, CodingScratch> {
-        let thread = rayon::current_thread_index().map_or(0, |k| k + 1);
+        let thread = current_thread_index().map_or(0, |k| k + 1);
         lock(&self.each[thread % self.each.len()])
     }
 }

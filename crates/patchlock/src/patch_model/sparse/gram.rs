@@ -9,8 +9,8 @@
 
 use super::dictionary::LANES;
 use crate::numeric::instructions::{Instructions, is_plain};
+use crate::numeric::parallel::*;
 use pulp::{Simd, WithSimd, bytemuck};
-use rayon::prelude::*;
 
 /// Rows, and vectors per row, whose sums are kept in registers together.
 const ROWS: usize = 4;

@@ -1,0 +1,65 @@
+#!/usr/bin/env bash
+# Builds the program of a release from a commit, in target/release-files: the archive that `cargo binstall` takes,
+# with man pages and completions, and with cargo-deb the package for Debian. Neither depends on where or when it
+# is built. The argument is the target, that of this machine if there is none. Prints SHA-256 sums.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+
+host=$(rustc -vV | sed -n 's/^host: //p')
+target=${1:-$host}
+version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
+out=$PWD/target/release-files
+name=patchlock-$version-$target
+if [ -n "$(git status --porcelain)" ]; then
+    echo "there are changes that are not committed; commit them, as the files have the commit's date" >&2
+    exit 1
+fi
+SOURCE_DATE_EPOCH=$(git log -1 --format=%ct)
+# Paths of this machine, which panics and generated code would name.
+flags=()
+for pair in "$PWD=patchlock" "${CARGO_TARGET_DIR:-$PWD/target}=target" "${CARGO_HOME:-$HOME/.cargo}=cargo"; do
+    flags+=("--remap-path-prefix=$pair")
+done
+CARGO_ENCODED_RUSTFLAGS=$(IFS=$'\x1f' && echo "${flags[*]}")
+export CARGO_ENCODED_RUSTFLAGS SOURCE_DATE_EPOCH
+
+cargo build --quiet --release --locked --target "$target" -p patchlock-cli
+built=${CARGO_TARGET_DIR:-target}/$target/release
+program=$built/patchlock
+[ -e "$program" ] || program=$program.exe
+# A program for another machine cannot write its own pages; those of this machine are the same.
+runs=$program
+if [ "$target" != "$host" ]; then
+    cargo build --quiet --release --locked -p patchlock-cli
+    runs=${CARGO_TARGET_DIR:-target}/release/patchlock
+fi
+
+rm -rf "$out/$name" target/man target/completions
+mkdir -p "$out/$name" target/man target/completions
+"$runs" man --out target/man >/dev/null
+"$runs" completions bash >target/completions/patchlock.bash
+"$runs" completions zsh >target/completions/_patchlock
+"$runs" completions fish >target/completions/patchlock.fish
+"$runs" completions powershell >target/completions/_patchlock.ps1
+cp "$program" README.md CHANGELOG.md NOTICE.md LICENSE-MIT LICENSE-APACHE "$out/$name"
+cp -r target/man target/completions "$out/$name"
+
+files=()
+case $target in
+    *-windows-*)
+        (cd "$out" && find "$name" -exec touch --date="@$SOURCE_DATE_EPOCH" {} + && find "$name" | sort |
+            zip --quiet -X -@ "$name.zip")
+        files+=("$name.zip")
+        ;;
+    *)
+        tar --sort=name --mtime="@$SOURCE_DATE_EPOCH" --owner=0 --group=0 --numeric-owner --mode=go=rX,u+rw \
+            -C "$out" -cf - "$name" | gzip -9n >"$out/$name.tar.gz"
+        files+=("$name.tar.gz")
+        ;;
+esac
+rm -r "${out:?}/$name"
+if [[ $target == *-linux-gnu ]] && cargo deb --version >/dev/null 2>&1; then
+    deb=$(cargo deb --quiet --no-build --no-strip --locked --target "$target" -p patchlock-cli --output "$out/")
+    files+=("$(basename "$deb")")
+fi
+cd "$out" && sha256sum "${files[@]}"

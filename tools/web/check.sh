@@ -1,0 +1,39 @@
+#!/usr/bin/env bash
+# Builds the module and tests it, and the page around it, in Chromium and Firefox: types, format, the boxes
+# against those of this machine, and what a visitor does. Arguments are handed to Playwright. PATCHLOCK_MODELS names the folder
+# of a network for the tests with one. Without the tools it prints SKIPPED; with PATCHLOCK_WEB=required it
+# fails.
+set -euo pipefail
+here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+root=$(cd "$here/../.." && pwd)
+cd "$root"
+
+# The tests share packages and browser with those of the studio's page.
+PATCHLOCK_STUDIO=${PATCHLOCK_WEB:-} tools/studio/prepare.sh
+[ -x tools/studio/node_modules/.bin/playwright ] || exit 0 # prepare.sh has printed the reason
+ln -sfn ../studio/node_modules tools/web/node_modules
+if ! command -v firefox-esr firefox >/dev/null && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
+    DEBIAN_FRONTEND=noninteractive apt-get -qq install -y --no-install-recommends firefox-esr \
+        >/dev/null 2>&1 || echo "SKIPPED, nothing is tested in Firefox: it could not be installed"
+fi
+"$here/build.sh"
+[ -d target/web/site ] || exit 0 # build.sh has printed the reason
+
+clip=$root/target/web/clip
+models=${PATCHLOCK_MODELS:-$root/../shared/models}/nanotrack-v3
+networks=()
+[ -d "$models" ] && networks=("$models"/*.onnx)
+rm -rf "$clip"
+cargo run --quiet --locked --profile "${PATCHLOCK_PROFILE:-release}" -p patchlock-web --example clip -- \
+    "$clip" "${networks[@]}"
+# A video as browsers play it.
+program=${PATCHLOCK:-${CARGO_TARGET_DIR:-target}/${PATCHLOCK_PROFILE:-release}/patchlock}
+[ -x "$program" ] || cargo build --quiet --profile "${PATCHLOCK_PROFILE:-release}" --locked -p patchlock-cli
+"$program" demo --out target/web/demo >/dev/null
+
+cd "$here"
+bin=node_modules/.bin
+"$bin/prettier" --config ../studio/.prettierrc.json --log-level warn --check \
+    '../../docs/try/*.{mjs,css,html,d.ts}' '../../crates/patchlock-web/src/*.d.ts' 'tests/*.mjs' '*.mjs'
+"$bin/tsc" --project tsconfig.json
+"$bin/playwright" test "$@"

@@ -1,0 +1,20 @@
+import { defineConfig } from '@playwright/test';
+import studio from '../studio/playwright.config.mjs';
+
+const { args, executablePath } = studio.use.launchOptions;
+
+export default defineConfig({
+    testDir: 'tests',
+    testMatch: '*.spec.mjs',
+    outputDir: '../../target/web/results',
+    timeout: 120_000,
+    expect: { timeout: 60_000 },
+    workers: 1,
+    reporter: 'line',
+    use: {
+        browserName: 'chromium',
+        launchOptions: { executablePath, args },
+        viewport: { width: 1280, height: 900 },
+        contextOptions: { reducedMotion: 'reduce' },
+    },
+});
