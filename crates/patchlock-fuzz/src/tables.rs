@@ -163,6 +163,7 @@ pub fn tracks(data: &[u8]) {
     for (k, format) in export::Format::ALL.into_iter().enumerate() {
         let key_frames = 1 + usize::from(first / 3) * usize::from(format.has_key_frames());
         let options = export::Options {
+            labels: Vec::new(),
             format,
             name: "clip".to_owned(),
             label: "target".to_owned(),

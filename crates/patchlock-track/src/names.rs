@@ -19,10 +19,9 @@ pub fn same(a: &str, b: &str) -> bool {
 pub fn is_folder_name(name: &str) -> bool {
     const LONGEST: usize = 200;
     let forbidden = |c: char| c.is_control() || matches!(c, '/' | '\\');
-    (1..=LONGEST).contains(&name.len())
-        && !name.starts_with('.')
-        && !name.contains(forbidden)
-        && !(cfg!(windows) && is_reserved(name))
+    let is_plain = !name.starts_with('.') && !name.contains(forbidden);
+    let is_refused = cfg!(windows) && is_reserved(name);
+    (1..=LONGEST).contains(&name.len()) && is_plain && !is_refused
 }
 
 /// Whether a name is no plain one on Windows: `a:b` is a part of the file `a`, a dot at the end is

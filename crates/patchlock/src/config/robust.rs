@@ -130,7 +130,7 @@ group! {
         covered_share: f64 = 0.1, number(0.0, 10.0);
         /// The target counts as covered if the memory's strongest response away from the box,
         /// relative to its response at the box, exceeds the visible share by more than this.
-        covered_alone: f64 = 0.7, number(-1.0, 10.0);
+        covered_alone: f64 = 0.69, number(-1.0, 10.0);
         /// The target may be covered below this part of the visible share on sure frames, if
         /// `covered_elsewhere` and `covered_contrast` hold too.
         covered_visible: f64 = 0.3, number(0.0, 10.0);
@@ -167,7 +167,7 @@ group! {
         found_smaller: f64 = 0.8, number(0.1, 10.0);
         /// The scale filter learns only if the memory's strongest response away from the box,
         /// relative to its response at the box, exceeds the visible share by less than this.
-        scale_below: f64 = 0.9, number(-1.0, 10.0);
+        scale_below: f64 = 0.89, number(-1.0, 10.0);
         /// Constant term of the score, a logistic function of a weighted sum.
         score_bias: f64 = -1.6, number(-100.0, 100.0);
         /// Weight of the visible share in the score; the share is 0 while the target is lost.

@@ -392,7 +392,8 @@ impl Belief {
             return Doubt::Strange;
         }
         // What covers the target slowly may look more like it than what comes suddenly.
-        let is_covered = self.is_covered(evidence, params) && evidence.distraction() > covered.alone
+        let is_covered = self.is_covered(evidence, params)
+            && evidence.distraction() > covered.alone
             || self.may_be_covered(evidence, params);
         if is_covered && certainty < covered.below { Doubt::Covered } else { Doubt::None }
     }
