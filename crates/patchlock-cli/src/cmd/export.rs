@@ -172,7 +172,14 @@ fn export_all(args: &ExportArgs) -> Result<()> {
     }
     let (clips, labels) = of_project::of_folder(&args.track).map_err(Failure::from)?;
     let format = of_project::Format::named(&args.format).map_err(Failure::from)?;
-    let of_folder = || args.track.canonicalize().map_or_else(|_| stem(&args.track), |it| stem(&it));
+    let of_folder = || {
+        let name = args.track.canonicalize().map_or_else(|_| stem(&args.track), |it| stem(&it));
+        // A hidden folder is no reason to refuse, and the root has no name.
+        match name.trim_start_matches('.') {
+            "" => "clips".to_owned(),
+            name => name.to_owned(),
+        }
+    };
     let options = of_project::Options {
         format,
         name: args.name.clone().unwrap_or_else(of_folder),

@@ -477,12 +477,12 @@ mod tests {
     const PARAMS: StatusParams = StatusParams {
         first_frames: 10,
         sure: 0.7,
-        size_below: 0.9,
+        size_below: 0.2,
         recent_rate: 0.05,
         strange: StrangeParams { below: 0.4, drop: 0.6, hidden: 0.3, after: 3 },
         covered: CoveredParams {
             share: 0.1,
-            alone: 0.7,
+            alone: 0.0,
             visible: 0.35,
             elsewhere: 0.6,
             contrast: 0.75,
@@ -510,7 +510,7 @@ mod tests {
     /// A place that the memory does not know.
     const STRANGE: Evidence = Evidence { certainty: 0.1, ..KNOWN };
 
-    /// A place at which next to nothing is visible, with a low score.
+    /// A place at which next to nothing is visible, and the memory responds elsewhere.
     const COVERED: Evidence = Evidence { certainty: 0.5, visible: 0.0, elsewhere: 0.5, ..KNOWN };
 
     const BELIEF: Belief = Belief {
@@ -595,12 +595,11 @@ mod tests {
     #[test]
     fn a_target_is_covered_by_either_rule_if_the_memory_is_unsure() {
         let doubt = |evidence: Evidence| BELIEF.doubt(&evidence, &PARAMS);
-        // Next to nothing is visible, and the score is low.
+        // Next to nothing is visible, and the memory responds elsewhere.
         assert_eq!(doubt(COVERED), Doubt::Covered);
         for spared in [
             Evidence { certainty: 0.55, ..COVERED },
             Evidence { visible: 0.09, ..COVERED },
-            // The score is one half.
             Evidence { elsewhere: 0.0, ..COVERED },
         ] {
             assert_eq!(doubt(spared), Doubt::None, "{spared:?}");
@@ -660,12 +659,17 @@ mod tests {
     }
 
     #[test]
-    fn the_size_learns_where_the_score_is_not_low() {
-        // The logarithm of the odds of 0.3 is -0.847.
-        for (elsewhere, size) in [(0.21, true), (0.212, false), (2.0, false)] {
-            let evidence = Evidence { visible: 0.0, elsewhere, ..KNOWN };
+    fn the_size_learns_where_the_memory_responds_little_elsewhere_for_what_is_visible() {
+        for (visible, elsewhere, size) in [
+            (0.0, 0.19, true),
+            (0.0, 0.2, false),
+            (0.0, 2.0, false),
+            (0.8, 0.99, true),
+            (0.8, 1.01, false),
+        ] {
+            let evidence = Evidence { visible, elsewhere, ..KNOWN };
             let lessons = BELIEF.advance(&evidence, LATER, &PARAMS).lessons.unwrap();
-            assert_eq!(lessons.size, size, "{elsewhere}");
+            assert_eq!(lessons.size, size, "{visible} {elsewhere}");
         }
     }
 

@@ -129,7 +129,8 @@ fn base_of(method: &Method, row: &Parameter) -> TrackerConfig {
             &[("agree_overlap", 0.99), ("denied_odds", -50.0), ("dispute_unit", 0.1)]
         }
         // The memory finds nothing.
-        "network_windows" | "found_alone" => &[("found_above", 9.0)],
+        "network_windows" => &[("found_above", 9.0), ("found_alone", -50.0)],
+        "found_alone" => &[("found_above", 9.0)],
         // Sizes that the memory knows as well as that of the window.
         "found_larger" | "found_smaller" => &[("found_larger", 1.01), ("found_smaller", 0.99)],
         _ => &[],

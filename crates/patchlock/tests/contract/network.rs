@@ -120,8 +120,8 @@ fn what_a_network_has_learnt_is_checked() {
         ("has learnt is damaged", |rival| rival["witness"]["base"][0] = 1e9.into()),
         ("has learnt is damaged", |rival| rival["witness"]["base"][1] = 0.0.into()),
         ("has learnt is damaged", |rival| rival["witness"]["factor"][0] = 9.0.into()),
-        ("the place of its network", |rival| rival["place"]["scale"] = (-1.0).into()),
-        ("the place of its network", |rival| rival["place"]["stretch"] = 0.0.into()),
+        ("the place of its network", |rival| rival["state"]["place"]["scale"] = (-1.0).into()),
+        ("the place of its network", |rival| rival["state"]["place"]["stretch"] = 0.0.into()),
     ];
     for (words, damage) in damages {
         let mut damaged = value.clone();
