@@ -257,8 +257,12 @@ class RobustConfig:
     lost_after: int
     """The target is lost after this many consecutive doubtful frames. Allowed: 1 to 10000."""
     covered_share: float
-    """The target counts as covered, and no frame as sure, below this part of the visible share on
-    sure frames. Allowed: 0 to 10.
+    """No frame is sure below this part of the visible share on sure frames, and the target counts
+    as covered if `covered_alone` holds too. Allowed: 0 to 10.
+    """
+    covered_alone: float
+    """The target counts as covered if the memory's strongest response away from the box, relative
+    to its response at the box, exceeds the visible share by more than this. Allowed: -1 to 10.
     """
     covered_visible: float
     """The target may be covered below this part of the visible share on sure frames, if
@@ -312,8 +316,10 @@ class RobustConfig:
     """Smaller size that is tried at a place that was found, relative to the last one. Allowed: 0.1
     to 10.
     """
-    scale_least: float
-    """The scale filter learns only if the score is at least this. Allowed: 0 to 1."""
+    scale_below: float
+    """The scale filter learns only if the memory's strongest response away from the box, relative
+    to its response at the box, exceeds the visible share by less than this. Allowed: -1 to 10.
+    """
     score_bias: float
     """Constant term of the score, a logistic function of a weighted sum. Allowed: -100 to 100."""
     score_visible: float
@@ -323,6 +329,10 @@ class RobustConfig:
     score_elsewhere: float
     """Weight in the score of the memory's strongest response away from the box, relative to its
     response at the box. Allowed: -100 to 100.
+    """
+    score_contrast: float
+    """Weight in the score of how well colours tell the target from what is around it, relative to
+    the first frame. Allowed: -100 to 100.
     """
     score_tracked: float
     """The target counts as tracked from this score on. Allowed: 0 to 1."""
@@ -340,9 +350,11 @@ class RobustConfig:
     agree_overlap: float
     """Filters and network agree while their boxes overlap by more than this. Allowed: 0 to 1."""
     network_centre: float
-    """While they agree, share of the way from the filters' centre to that of the network. Allowed:
-    0 to 1.
+    """While they agree, share of the way from the filters' centre to that of the network, if the
+    memory knows the target. Allowed: 0 to 1.
     """
+    network_centre_most: float
+    """The same if only the network knows it. Allowed: 0 to 1."""
     network_size: float
     """While they agree, share of the change of size that the network's own rules make. Allowed: 0
     to 1.
@@ -364,6 +376,10 @@ class RobustConfig:
     """Logarithm of the network's odds that counts as much as the memory's mean response. Allowed:
     0.1 to 100.
     """
+    dispute_bias: float
+    """Added to the network's evidence: the memory favours the place of the filters, which is where
+    they respond most. Allowed: -100 to 100.
+    """
     denied_odds: float
     """A place is not doubtful from these odds of the network on, as a logarithm. Allowed: -100 to
     100.
@@ -382,17 +398,9 @@ class RobustConfig:
     """While the target is lost, a place that the memory finds counts from these odds of the network
     on, as a logarithm. Allowed: -100 to 100.
     """
-    found_odds: float
-    """While the target is lost, a place that the network finds counts above these odds, as a
-    logarithm, if `found_known` holds too. Allowed: -100 to 100.
-    """
-    found_known: float
-    """A place that the network finds counts if the memory's response there is above this share of
-    its mean. Allowed: 0 to 10.
-    """
     found_alone: float
-    """A place that the network finds counts above these odds, whatever the memory responds.
-    Allowed: -100 to 100.
+    """While the target is lost, a place that the network finds counts above these odds, as a
+    logarithm. Allowed: -100 to 100.
     """
     network_score_bias: float
     """Constant term of the score if there is a network. Allowed: -100 to 100."""
@@ -1207,7 +1215,8 @@ class Frames:
 
     @property
     def dropped(self) -> int:
-        """Frames of a live source that were left out so far because a newer one had come; 0 for others."""
+        """Frames of a live source that were left out so far because a newer one had come; 0 for others.
+        """
 
     @property
     def rate(self) -> float | None:
@@ -1578,6 +1587,7 @@ def _select_boxes(
     """Serves a page with the frame until a person has drawn a box there; `opened` is called with the
     address of the page and one for the arguments of a browser, which works once.
     """
+
 
 def _restore(
     snapshot: bytes, threads: int | None, channels: str, frame: int, model: Network | None = None
