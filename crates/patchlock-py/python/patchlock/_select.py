@@ -42,7 +42,7 @@ def select_box(frame: FrameLike, *, channels: Literal["rgb", "bgr"] = "rgb", bro
         if in_notebook:
             from IPython.display import IFrame, display
 
-            display(IFrame(address, width="100%", height=_HEIGHT))
+            display(IFrame(address, width="100%", height=_HEIGHT))  # type: ignore[no-untyped-call]
             return
         print(f"draw a box on the page {address}", file=sys.stderr, flush=True)
         if browser:
