@@ -219,17 +219,18 @@ impl fmt::Display for Summary {
         if let Some(network) = &settings.network {
             write!(f, " with {network}")?;
         }
-        if let Some(fps) = wall_fps {
-            write!(f, "; {fps:.1} with reading and writing")?;
-        }
-        if let Some(dropped) = frames_dropped.filter(|&dropped| dropped > 0) {
-            write!(f, "; {dropped} frames dropped")?;
-        }
         if frames_uncertain + frames_lost > 0 {
             write!(f, "; uncertain in {frames_uncertain}, lost in {frames_lost}")?;
         }
         lines(f, losses)?;
-        lines(f, low_scores)
+        lines(f, low_scores)?;
+        if let Some(fps) = wall_fps {
+            write!(f, "\n{fps:.1} frames per second with reading and writing")?;
+        }
+        match frames_dropped {
+            Some(dropped @ 1..) => write!(f, "\n{dropped} frames dropped"),
+            _ => Ok(()),
+        }
     }
 }
 
@@ -312,8 +313,8 @@ mod tests {
         let run = known.clone().with_run(10.1, Some(7));
         assert_eq!(
             run.to_string(),
-            "tracked 101 frames at 19.6 frames per second; 10.0 with reading and writing; 7 frames \
-             dropped"
+            "tracked 101 frames at 19.6 frames per second\n\
+             10.0 frames per second with reading and writing\n7 frames dropped"
         );
         let json = serde_json::to_value(run).expect("JSON");
         assert_eq!((&json["wall_fps"], &json["frames_dropped"]), (&10.0.into(), &7.into()));
