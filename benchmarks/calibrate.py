@@ -5,8 +5,10 @@
     target/python-venv/bin/python benchmarks/calibrate.py FIRST SECOND
 
 Each argument is a dataset in the OTB layout. The preset `robust` tracks all its targets, and says of each
-frame how much of the target is visible (0 while it is lost) and how strongly the memory responds elsewhere.
-The score is the logistic function of a weighted sum of the two. The fit is the logistic regression of whether
+frame how much of the target is visible (0 while it is lost), how strongly the memory responds elsewhere, and
+how well colours tell the target from what is around it, relative to the first frame that is known of. The
+score is the logistic function of a weighted sum of the three. The defaults count each target by the square
+root of its frames; this script counts all frames alike. The fit is the logistic regression of whether
 the box overlaps the truth by at least half; a frame without truth is a miss, and the first frame does not
 count, as in `patchlock score`. Every fit is tried on every dataset: expected calibration error (ECE, ten
 bins) and area under the ROC curve (AUROC), over all frames of a dataset, where `patchlock score` has the mean
@@ -27,7 +29,9 @@ HIT_OVERLAP = 0.5
 BINS = 10
 STEPS = 50
 # The settings of the score, in the order of the columns below.
-NAMES = ("score_bias", "score_visible", "score_elsewhere")
+NAMES = ("score_bias", "score_visible", "score_elsewhere", "score_contrast")
+# As in the tracker: the least contrast of the first frame, and the most that a later one is relative to it.
+LEAST_CONTRAST, MOST_CONTRAST = 0.05, 1.2
 
 Array = npt.NDArray[np.float64]
 # What is known of each frame, one row each after a column of ones; and whether the box is on the target.
@@ -61,6 +65,7 @@ def has_box(row: Array) -> bool:
 def track(sequence: Path, file: Path, settings: dict[str, float]) -> list[list[float]]:
     """The columns of each frame after the first, and whether the box is on the target."""
     true, rows = truth(file), []
+    first = None
     config = patchlock.Config()
     for name, value in settings.items():
         setattr(config.robust, name, value)
@@ -72,7 +77,9 @@ def track(sequence: Path, file: Path, settings: dict[str, float]) -> list[list[f
             parts = estimate.visibility
             visible = 0.0 if parts is None else sum(parts.shares) / 2
             on = has_box(true[k]) and overlap(np.array(estimate.box), true[k]) >= HIT_OVERLAP
-            rows.append([1.0, visible, seen.elsewhere, float(on)])
+            first = seen.contrast if first is None else first
+            contrast = min(seen.contrast / max(first, LEAST_CONTRAST), MOST_CONTRAST)
+            rows.append([1.0, visible, seen.elsewhere, contrast, float(on)])
     return rows
 
 
