@@ -9,7 +9,7 @@ use axum::body::{Body, Bytes, to_bytes};
 use axum::http::{Request, StatusCode};
 use patchlock::Preset;
 use patchlock_media::Limits;
-use patchlock_studio::project::Store;
+use patchlock_studio::project::{Shared, Store};
 use patchlock_studio::server::{InProcess, Options, Patience, Server};
 use serde_json::Value;
 use tokio::runtime::Runtime;
@@ -108,11 +108,11 @@ impl Studio {
         if file.exists() {
             Store::open_shared(&file, None).expect("the project on disk is whole");
         }
+        Shared::new(self.scratch.folder()).read().expect("the labels on disk are whole");
         let outside = |path: &Path| {
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let known =
-                ["frames", "uploads", "frames.patchlock.json", "frames.patchlock.json.lock"];
-            !known.contains(&name.as_str())
+            let known = ["frames", "uploads", "frames.patchlock.json", "patchlock-labels.json"];
+            !known.contains(&name.trim_end_matches(".lock"))
         };
         let strange = fs::read_dir(self.scratch.folder()).expect("is there");
         let strange: Vec<_> = strange.flatten().map(|e| e.path()).filter(|p| outside(p)).collect();
