@@ -353,7 +353,8 @@ async function show(data) {
         } else {
             box = undefined;
             boxes = [];
-            describe();
+            // The last frame may be decoded after the program has ended, which stays said.
+            if (socket.readyState !== WebSocket.CLOSED) describe();
         }
         say('drawn');
     });
