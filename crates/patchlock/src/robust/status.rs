@@ -176,7 +176,7 @@ struct CoveredParams {
     after: u32,
 }
 
-/// The score is the logistic function of a sum, fitted by `benchmarks/calibrate.py`.
+/// The score is the logistic function of a sum, fitted to the development targets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct ScoreParams {
     bias: f64,
