@@ -35,11 +35,18 @@ impl Ahead {
     /// value is dropped.
     pub fn start(
         mut source: Box<dyn FrameSource>,
-        indices: impl Iterator<Item = usize> + Send + 'static,
+        mut indices: impl Iterator<Item = usize> + Send + 'static,
     ) -> Self {
         let (sender, frames) = mpsc::sync_channel(DEPTH);
         thread::spawn(move || {
-            for index in indices {
+            let start: Vec<usize> = indices.by_ref().take(2).collect();
+            if let [first, second] = start[..]
+                && let Some(stride @ 1..) = second.checked_sub(first)
+            {
+                let count = indices.size_hint().0.saturating_add(2);
+                source.announce(first, count.saturating_mul(stride));
+            }
+            for index in start.into_iter().chain(indices) {
                 let frame = source.frame(index);
                 let more = matches!(frame, Ok(Some(_)));
                 if sender.send((index, frame)).is_err() || !more {

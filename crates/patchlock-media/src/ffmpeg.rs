@@ -35,8 +35,9 @@ pub(crate) const CONTAINERS: &str = "matroska,webm,mov,mp4,avi,flv,mpeg,mpegts,m
                           pam_pipe,pbm_pipe,pgm_pipe,ppm_pipe,pfm_pipe,png_pipe,psd_pipe,qoi_pipe,\
                           sgi_pipe,tiff_pipe,webp_pipe,pcx_pipe,jpegls_pipe";
 /// Writes the time of each frame, in millionths of a second, to a file before the frame itself.
-const TIMES: &str = "settb=AVTB,metadata=mode=add:key=n:value=0,metadata=mode=print:direct=1:file=";
-const TIMES_FILE: &str = "times.txt";
+pub(crate) const TIMES: &str =
+    "settb=AVTB,metadata=mode=add:key=n:value=0,metadata=mode=print:direct=1:file=";
+pub(crate) const TIMES_FILE: &str = "times.txt";
 
 /// Which program is run, and how long it may write nothing.
 #[derive(Debug, Clone)]
@@ -106,7 +107,7 @@ impl Task {
             let pipe = Pipe::start(&mut command, self)?;
             match y4m::open_stream(pipe, &name, whole, self.limits, self.matrix, first) {
                 Ok(frames) => {
-                    let times = Times { folder, lines: None, first, read: Vec::new(), start: None };
+                    let times = Times::new(folder, first);
                     return Ok(Part { frames, times });
                 }
                 Err(error) if messages_in(&error).contains("max pixel count") => {
@@ -203,23 +204,39 @@ impl Program {
         from: Option<i64>,
         limits: Limits,
     ) -> Result<Command, Error> {
+        let mut command = self.empty(level, limits);
+        Self::add_input(&mut command, path, from)?;
+        Ok(command)
+    }
+
+    /// A command line without an input.
+    pub(crate) fn empty(&self, level: &str, limits: Limits) -> Command {
+        let mut command = Command::new(&self.name);
+        command
+            .args(["-hide_banner", "-v", level, "-nostdin", "-protocol_whitelist", "file"])
+            .args(["-format_whitelist", CONTAINERS])
+            .args(["-max_pixels", &limits.pixels.to_string()]);
+        command
+    }
+
+    /// Adds a file as the input.
+    pub(crate) fn add_input(
+        command: &mut Command,
+        path: &Path,
+        from: Option<i64>,
+    ) -> Result<(), Error> {
         // A file may name others, on this machine or on others: ffmpeg must not follow that. The
         // prefix keeps it from taking a part of the name for a protocol.
         let mut input = OsString::from("file:");
         let path =
             std::path::absolute(path).map_err(|error| Error::unreadable(path.display(), error))?;
         input.push(path);
-        let mut command = Command::new(&self.name);
-        command
-            .args(["-hide_banner", "-v", level, "-nostdin", "-protocol_whitelist", "file"])
-            .args(["-format_whitelist", CONTAINERS])
-            .args(["-max_pixels", &limits.pixels.to_string()]);
         command.arg("-copyts");
         if let Some(from) = from {
             command.args(["-seek_timestamp", "1", "-ss", &format!("{from}us")]);
         }
         command.arg("-i").arg(input).args(["-map", "0:v:0"]).stdin(Stdio::null());
-        Ok(command)
+        Ok(())
     }
 }
 
@@ -452,7 +469,7 @@ impl FrameSource for Video {
 }
 
 /// The times of the frames, in a file that ffmpeg writes ahead of them.
-struct Times {
+pub(crate) struct Times {
     folder: TempDir,
     lines: Option<BufReader<File>>,
     /// The number of the first frame in the file.
@@ -464,8 +481,13 @@ struct Times {
 }
 
 impl Times {
+    /// The times of the frames from this number on, in a file in this folder.
+    pub(crate) fn new(folder: TempDir, first: usize) -> Self {
+        Self { folder, lines: None, first, read: Vec::new(), start: None }
+    }
+
     /// The time of a frame in the video; `None` if ffmpeg has not told.
-    fn absolute(&mut self, index: usize) -> Option<i64> {
+    pub(crate) fn absolute(&mut self, index: usize) -> Option<i64> {
         let at = index.checked_sub(self.first)?;
         if self.lines.is_none() {
             let file = File::open(self.folder.path().join(TIMES_FILE)).ok()?;
@@ -602,39 +624,13 @@ impl Read for Pipe {
 #[cfg(all(test, target_os = "linux"))]
 mod tests {
     use super::*;
+    use crate::fake_ffmpeg::Fake;
     use std::fs;
-    use std::os::unix::fs::PermissionsExt as _;
 
-    /// A shell script in place of ffmpeg, which may write nothing for half a second.
-    struct Fake {
-        folder: TempDir,
-        program: Program,
-    }
-
-    impl Fake {
-        /// `script` runs in the folder of the test.
-        fn new(script: &str) -> Self {
-            let folder = tempfile::tempdir().unwrap();
-            let name = folder.path().join("ffmpeg");
-            let here = folder.path().display();
-            fs::write(&name, format!("#!/bin/sh\ncd '{here}'\n{script}\n")).unwrap();
-            fs::set_permissions(&name, fs::Permissions::from_mode(0o755)).unwrap();
-            let program = Program { name, patience: Duration::from_millis(500) };
-            Self { folder, program }
-        }
-
-        fn open(&self, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
-            let path = self.folder.path().join("v.webm");
-            let program = self.program.clone();
-            open(&path, "holds VP9", reverse, Limits::default(), None, program)
-        }
-
-        /// Whether the process whose id the script has written has ended.
-        fn has_ended(&self) -> bool {
-            let id = fs::read_to_string(self.folder.path().join("id")).unwrap();
-            let state = fs::read_to_string(format!("/proc/{}/stat", id.trim()));
-            state.is_err()
-        }
+    /// Opens a video with a script in place of ffmpeg.
+    fn open_with(fake: &Fake, reverse: bool) -> Result<Box<dyn FrameSource>, Error> {
+        let program = fake.program.clone();
+        open(&fake.file("v.webm"), "holds VP9", reverse, Limits::default(), None, program)
     }
 
     /// Two frames of two by two grey pixels.
@@ -646,7 +642,7 @@ mod tests {
     #[test]
     fn a_process_that_hangs_is_stopped() {
         let fake = Fake::new(&format!("{COLOURS}\nexec sleep 1000"));
-        let error = fake.open(false).err().unwrap().to_string();
+        let error = open_with(&fake, false).err().unwrap().to_string();
         assert!(error.contains("v.webm") && error.contains(STUCK), "{error}");
         assert!(fake.has_ended());
     }
@@ -654,7 +650,7 @@ mod tests {
     #[test]
     fn a_process_that_hangs_before_the_colours_is_stopped() {
         let fake = Fake::new("echo $$ > id\nexec sleep 1000");
-        let error = fake.open(false).err().unwrap();
+        let error = open_with(&fake, false).err().unwrap();
         assert!(error.to_string().contains(STUCK), "{error}");
         assert!(matches!(error, Error::Unreadable { container: Some(Container::Other), .. }));
         assert!(fake.has_ended());
@@ -663,8 +659,8 @@ mod tests {
     #[test]
     fn only_containers_that_hold_their_video_are_allowed() {
         let fake = Fake::new(&format!("echo \"$*\" >> asked\n{FRAMES}"));
-        fake.open(false).unwrap();
-        let asked = fs::read_to_string(fake.folder.path().join("asked")).unwrap();
+        open_with(&fake, false).unwrap();
+        let asked = fs::read_to_string(fake.file("asked")).unwrap();
         assert_eq!(asked.lines().count(), 2);
         for line in asked.lines() {
             let (before, _) = line.split_once(" -i ").unwrap();
@@ -680,19 +676,19 @@ mod tests {
     #[test]
     fn frames_before_a_hang_are_kept() {
         let fake = Fake::new(&format!("{COLOURS}\n{FRAMES}\nprintf 'FRAME'\nexec sleep 1000"));
-        let mut video = fake.open(false).unwrap();
+        let mut video = open_with(&fake, false).unwrap();
         assert!(video.frame(0).unwrap().is_some() && video.frame(1).unwrap().is_some());
         let error = video.frame(2).unwrap_err().to_string();
         assert!(error.contains("frame 2") && error.contains(STUCK), "{error}");
         assert!(fake.has_ended());
-        assert!(fake.open(true).err().unwrap().to_string().contains(STUCK));
+        assert!(open_with(&fake, true).err().unwrap().to_string().contains(STUCK));
     }
 
     #[test]
     fn a_process_that_closes_its_output_and_stays_is_stopped() {
         let stays = format!("{COLOURS}\n{FRAMES}\nexec >&- 2>&-\nexec sleep 1000");
         let fake = Fake::new(&stays);
-        let mut video = fake.open(false).unwrap();
+        let mut video = open_with(&fake, false).unwrap();
         video.frame(1).unwrap();
         let error = video.frame(2).unwrap_err().to_string();
         assert!(error.contains(STUCK), "{error}");
@@ -702,11 +698,11 @@ mod tests {
     #[test]
     fn time_without_a_reader_does_not_count_and_nothing_outlives_the_video() {
         let fake = Fake::new(&format!("{COLOURS}\n{FRAMES}\nsleep 0.1\nprintf 'FRAME\\nijkl'"));
-        let mut video = fake.open(false).unwrap();
+        let mut video = open_with(&fake, false).unwrap();
         thread::sleep(Duration::from_millis(900));
         assert_eq!((0..).map_while(|k| video.frame(k).unwrap()).count(), 3);
         let fake = Fake::new(&format!("{COLOURS}\n{FRAMES}\nexec sleep 1000"));
-        let video = fake.open(false).unwrap();
+        let video = open_with(&fake, false).unwrap();
         assert!(!fake.has_ended());
         drop(video);
         assert!(fake.has_ended());

@@ -64,6 +64,10 @@ pub struct StreamInfo {
     pub crop_left: usize,
     /// Luma rows to crop at the top.
     pub crop_top: usize,
+    /// Luma pixels to crop at the right.
+    pub crop_right: usize,
+    /// Luma rows to crop at the bottom.
+    pub crop_bottom: usize,
     /// Whether luma covers 0..=255; `None` if the stream does not say.
     pub full_range: Option<bool>,
     /// `matrix_coefficients`; `None` if the stream does not say, 2 if it says "unspecified".
@@ -71,6 +75,12 @@ pub struct StreamInfo {
 }
 
 impl StreamInfo {
+    /// Width and height without what is cropped.
+    pub fn shown(&self) -> [usize; 2] {
+        let Self { crop_left, crop_right, crop_top, crop_bottom, .. } = self;
+        [self.width - crop_left - crop_right, self.height - crop_top - crop_bottom]
+    }
+
     /// Pixels of the coded picture; at least one.
     pub fn pixels(&self) -> usize {
         self.width.saturating_mul(self.height).max(1)
@@ -102,10 +112,11 @@ pub fn parse(nal: &[u8]) -> Option<StreamInfo> {
         let unit_y = if info.chroma_format == 1 { 2 } else { 1 } * if frames_only { 1 } else { 2 };
         let unit_x = if matches!(info.chroma_format, 1 | 2) { 2 } else { 1 };
         info.crop_left = bits.ue()? as usize * unit_x;
-        let right = bits.ue()? as usize * unit_x; // the decoder crops right and bottom itself
+        info.crop_right = bits.ue()? as usize * unit_x; // the decoder crops right and bottom itself
         info.crop_top = bits.ue()? as usize * unit_y;
-        let bottom = bits.ue()? as usize * unit_y;
-        if info.crop_left + right >= info.width || info.crop_top + bottom >= info.height {
+        info.crop_bottom = bits.ue()? as usize * unit_y;
+        let crop = [info.crop_left + info.crop_right, info.crop_top + info.crop_bottom];
+        if crop[0] >= info.width || crop[1] >= info.height {
             return None;
         }
     }
@@ -266,9 +277,9 @@ mod tests {
             (1, 1), // order type 2, 320x240
             (1, 1),
             ue(1),
-            ue(0),
+            ue(4),
             ue(3),
-            ue(0), // crop 2 at the left, 6 at the top
+            ue(5), // crop 2 at the left, 8 at the right, 6 at the top, 10 at the bottom
             (1, 1),
             (0, 1),
             (0, 1),
@@ -283,6 +294,7 @@ mod tests {
         ]));
         let info = parse(&nal).expect("the parameter set is complete");
         assert_eq!((info.crop_left, info.crop_top), (2, 6));
+        assert_eq!((info.crop_right, info.crop_bottom), (8, 10));
         assert_eq!((info.full_range, info.matrix), (Some(true), Some(1)));
         assert_eq!((info.chroma_format, info.bit_depth), (1, 8));
         assert_eq!((info.width, info.height, info.references), (320, 240, 1));

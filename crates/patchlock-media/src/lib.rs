@@ -20,7 +20,10 @@ mod ahead;
 mod child;
 pub mod colour;
 mod error;
+mod external_decoder;
 mod external_encoder;
+#[cfg(all(test, target_os = "linux"))]
+mod fake_ffmpeg;
 mod feed;
 mod ffmpeg;
 mod guard;

@@ -2,21 +2,26 @@
 //! order, which may differ from the order in which they are stored. Rotation tags and edit lists
 //! are applied, so frames are what a player shows.
 
+mod by_ffmpeg;
+
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use image::metadata::Orientation;
 use rusty_h264::{DecodeError, Decoder, YuvFrame};
 use shiguredo_mp4::boxes::{Avc1Box, ElstEntry, SampleEntry};
 
 use crate::colour::{self, Colour, Matrix, Planes};
+use crate::ffmpeg::Program;
 use crate::h264::{self, StreamInfo};
 use crate::limits::{self, Limits, TooLarge};
 use crate::mp4_edits::{self, Shown};
 use crate::mp4_index::{self, Sample, Track};
 use crate::{Container, Error, FrameFault, FrameRate, FrameSource, Picture, guard, orientation};
+
+use by_ffmpeg::External;
 
 /// Pixels of the frames kept when reading backwards, which take 200 MB: 64 frames of 1920 x 1080. A
 /// longer group of pictures is decoded once per window of this size.
@@ -116,9 +121,13 @@ pub fn frame_times(path: &Path) -> Option<Vec<i64>> {
     }
     let list = EditList { edits: track.edits, timescale: track.movie_timescale };
     let frames = Pictures::new(track.samples).shown(track.timescale, &list, bytes).ok()?;
-    let scale = i128::from(track.timescale);
-    let micros = |ticks: i64| (i128::from(ticks) * 1_000_000 + scale / 2).div_euclid(scale);
-    frames.iter().map(|frame| i64::try_from(micros(frame.time)).ok()).collect()
+    frames.iter().map(|frame| micros(frame.time, track.timescale)).collect()
+}
+
+/// Ticks in millionths of a second.
+fn micros(ticks: i64, timescale: u32) -> Option<i64> {
+    let scale = i128::from(timescale);
+    i64::try_from((i128::from(ticks) * 1_000_000 + scale / 2).div_euclid(scale)).ok()
 }
 
 /// The colour box (`colr`) of a file.
@@ -147,8 +156,12 @@ impl ColourTag {
 pub struct Mp4 {
     file: File,
     bytes: u64,
+    path: PathBuf,
     name: String,
     limits: Limits,
+    /// What may decode instead of the decoder.
+    program: Option<Program>,
+    external: Option<External>,
     pictures: Pictures,
     /// The frames that the edit list shows. In all else, pictures count as they are stored, in the
     /// order of their times.
@@ -182,7 +195,13 @@ pub fn looks_like_mp4(head: &[u8]) -> bool {
 
 impl Mp4 {
     /// Opens a file and reads its index. With `reverse`, it keeps the frames before the wanted one.
-    pub fn open(path: &Path, reverse: bool, limits: Limits) -> Result<Self, OpenError> {
+    /// Announced frames may be decoded by `program`.
+    pub fn open(
+        path: &Path,
+        reverse: bool,
+        limits: Limits,
+        program: Option<Program>,
+    ) -> Result<Self, OpenError> {
         let name = path.display().to_string();
         let broken =
             |reason: String| OpenError::Broken(Error::unreadable_in(Container::Mp4, &name, reason));
@@ -223,7 +242,10 @@ impl Mp4 {
         let mut video = Self {
             file,
             bytes,
+            path: path.to_path_buf(),
             limits,
+            program,
+            external: None,
             pictures,
             frames,
             timescale: track.timescale,
@@ -361,7 +383,7 @@ impl Mp4 {
 
     /// What the stream says of its colours, else what the file says, else what is usual for the
     /// size.
-    fn colour(&self, frame: &YuvFrame, info: &StreamInfo) -> Colour {
+    fn colour(&self, frame: &Planes<'_>, info: &StreamInfo) -> Colour {
         let matrix = info.matrix.or(self.tagged.matrix).and_then(Matrix::of_code);
         Colour {
             matrix: matrix.unwrap_or_else(|| Matrix::usual(frame.width, frame.height)),
@@ -369,17 +391,9 @@ impl Mp4 {
         }
     }
 
-    fn picture(&self, frame: &YuvFrame, info: &StreamInfo) -> Picture {
-        let planes = Planes {
-            width: frame.width,
-            height: frame.height,
-            y: &frame.y,
-            u: &frame.u,
-            v: &frame.v,
-            subsampling: (2, 2),
-        };
+    fn picture(&self, frame: &Planes<'_>, info: &StreamInfo) -> Picture {
         let colour = self.colour(frame, info);
-        let rgb = colour::to_rgb(&planes, colour);
+        let rgb = colour::to_rgb(frame, colour);
         let (left, top) = (info.crop_left, info.crop_top);
         if (left, top) == (0, 0) || left >= frame.width || top >= frame.height {
             return orientation::oriented(frame.width, frame.height, rgb, self.orientation);
@@ -403,10 +417,24 @@ impl FrameSource for Mp4 {
         self.sound
     }
 
+    fn announce(&mut self, first: usize, span: usize) {
+        self.external = None;
+        let span = span.min(self.frames.len().saturating_sub(first));
+        if span.saturating_mul(self.info.pixels()) >= by_ffmpeg::LONG && !self.reverse {
+            self.external = self.start_ffmpeg(first);
+        }
+    }
+
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
         let Some(&Shown { picture, time }) = self.frames.get(index) else { return Ok(None) };
         let ticks = time.saturating_sub(self.frames[0].time);
         let seconds = ticks as f64 / f64::from(self.timescale);
+        if let Some((data, info)) = self.by_ffmpeg(picture) {
+            self.last_wanted = picture;
+            let [width, height] = info.shown();
+            let shown = self.picture(&planes_of(&data, width, height), &info);
+            return Ok(Some(shown.at(Some(seconds))));
+        }
         let backwards = self.reverse || picture < self.last_wanted;
         self.last_wanted = picture;
         let window = (BACKWARD_PIXELS / self.info.pixels().max(1)).clamp(1, BACKWARD_WINDOW);
@@ -416,12 +444,24 @@ impl FrameSource for Mp4 {
         }
         self.decode_until(picture, keep_from).map_err(|fault| fault.of(index, &self.name))?;
         let decoded = self.ready.get(&picture);
-        let shown = decoded.map(|(frame, info)| self.picture(frame, info).at(Some(seconds)));
+        let shown = decoded.map(|(frame, info)| {
+            let YuvFrame { width, height, y, u, v } = frame;
+            let (width, height) = (*width, *height);
+            let planes = Planes { width, height, y, u, v, subsampling: (2, 2) };
+            self.picture(&planes, info).at(Some(seconds))
+        });
         if !self.reverse {
             self.ready.remove(&picture);
         }
         Ok(shown)
     }
+}
+
+/// The planes of a picture that are one after the other.
+fn planes_of(data: &[u8], width: usize, height: usize) -> Planes<'_> {
+    let (y, chroma) = data.split_at(width * height);
+    let (u, v) = chroma.split_at(chroma.len() / 2);
+    Planes { width, height, y, u, v, subsampling: (2, 2) }
 }
 
 impl Fault {

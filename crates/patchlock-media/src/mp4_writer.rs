@@ -5,7 +5,7 @@ use std::fmt::Display;
 use std::io::{Seek, SeekFrom, Write};
 use std::num::NonZeroU32;
 
-use rusty_h264::{Encoder, EncoderConfig, Preset};
+use rusty_h264::{Encoder, EncoderConfig, Preset, YuvFrame};
 use shiguredo_mp4::bitstream::h264::{
     H264NalUnitType, H264SampleEntryConfig, LengthSize, build_avc1_box_from_annexb,
     parse_annexb_nal_units,
@@ -176,16 +176,28 @@ impl<W: Write + Seek> Mp4Writer<W> {
     /// # Errors
     /// As [`Mp4Writer::push`].
     pub fn push_at(&mut self, rgb: &[u8], time: Option<f64>) -> Result<(), Error> {
-        let frame = colour::to_yuv420(rgb, self.width, self.height);
+        self.encode(&colour::to_yuv420::<3>(rgb, self.width, self.height), time)
+    }
+
+    /// Appends a frame as [`Mp4Writer::push_at`] does, of four bytes per pixel: red, green, blue
+    /// and one that is not used.
+    ///
+    /// # Errors
+    /// As [`Mp4Writer::push`].
+    pub fn push_rgba_at(&mut self, rgba: &[u8], time: Option<f64>) -> Result<(), Error> {
+        self.encode(&colour::to_yuv420::<4>(rgba, self.width, self.height), time)
+    }
+
+    fn encode(&mut self, frame: &YuvFrame, time: Option<f64>) -> Result<(), Error> {
         match &mut self.encoder {
             Coder::Own(encoder) => {
                 let stream = encoder
-                    .try_encode(&frame)
+                    .try_encode(frame)
                     .map_err(|error| Error::Encode(format!("cannot encode a frame: {error:?}")))?;
                 self.store(&stream, time)
             }
             Coder::External(encoder, times) => {
-                encoder.push(&frame)?;
+                encoder.push(frame)?;
                 times.push_back(time);
                 let ready = encoder.ready();
                 self.store_all(ready)

@@ -29,10 +29,8 @@ pub fn open_within(
     limits: Limits,
 ) -> Result<Box<dyn FrameSource>, Error> {
     let name = name.as_ref();
-    let others: OtherFormats = |path, reason, reverse, limits, times| {
-        ffmpeg::open(path, reason, reverse, limits, times, ffmpeg::Program::default())
-    };
-    guarded(name, || open_unguarded(name, reverse, limits, others))
+    let program = Some(ffmpeg::Program::default());
+    guarded(name, || open_unguarded(name, reverse, limits, program))
 }
 
 /// Opens a source as [`open`] does, but gives an error for what needs ffmpeg. Fuzzing tries our own
@@ -46,10 +44,7 @@ pub fn open_without_ffmpeg(
     reverse: bool,
 ) -> Result<Box<dyn FrameSource>, Error> {
     let name = name.as_ref();
-    let refuse: OtherFormats = |path, reason, _, _, _| {
-        Err(Error::unreadable(path.display(), format!("it {reason}, which ffmpeg would read")))
-    };
-    guarded(name, || open_unguarded(name, reverse, Limits::default(), refuse))
+    guarded(name, || open_unguarded(name, reverse, Limits::default(), None))
 }
 
 /// Opens a source whose decoder may panic.
@@ -85,10 +80,6 @@ fn images_of(name: &OsStr) -> Option<Result<ImageSequence, Error>> {
     Some(ImageSequence::glob(glob))
 }
 
-/// What reads the formats that we do not, as [`ffmpeg::open`].
-type OtherFormats =
-    fn(&Path, &str, bool, Limits, Option<Vec<i64>>) -> Result<Box<dyn FrameSource>, Error>;
-
 /// A source whose decoder may panic.
 struct Guarded {
     source: Box<dyn FrameSource>,
@@ -115,6 +106,10 @@ impl FrameSource for Guarded {
         })
     }
 
+    fn announce(&mut self, first: usize, span: usize) {
+        self.source.announce(first, span);
+    }
+
     fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
         guard::decoding(|| self.source.frame(index)).unwrap_or_else(|panicked| {
             let (name, fault) = (self.name.clone(), FrameFault::Unreadable);
@@ -127,7 +122,7 @@ fn open_unguarded(
     name: &OsStr,
     reverse: bool,
     limits: Limits,
-    others: OtherFormats,
+    program: Option<ffmpeg::Program>,
 ) -> Result<Box<dyn FrameSource>, Error> {
     if name == "-" {
         return y4m::open_stream(std::io::stdin(), "standard input", reverse, limits, None, 0);
@@ -138,7 +133,7 @@ fn open_unguarded(
         return Ok(Box::new(ImageSequence::folder(path)?.within(limits)));
     }
     if path.exists() {
-        return open_file(path, reverse, limits, others);
+        return open_file(path, reverse, limits, program);
     }
     match images_of(name) {
         Some(images) => Ok(Box::new(images?.within(limits))),
@@ -150,8 +145,15 @@ fn open_file(
     path: &Path,
     reverse: bool,
     limits: Limits,
-    others: OtherFormats,
+    program: Option<ffmpeg::Program>,
 ) -> Result<Box<dyn FrameSource>, Error> {
+    let others = |reason: &str, times| match program.clone() {
+        Some(program) => ffmpeg::open(path, reason, reverse, limits, times, program),
+        None => {
+            let reason = format!("it {reason}, which ffmpeg would read");
+            Err(Error::unreadable(path.display(), reason))
+        }
+    };
     let cannot = |error: &dyn std::fmt::Display| Error::unreadable(path.display(), error);
     let mut plain = plain_file::open(path).map_err(|error| match error {
         OpenError::Endless => Error::Endless { path: path.to_path_buf() },
@@ -171,13 +173,13 @@ fn open_file(
         return Err(Error::Playlist { path: path.to_path_buf() });
     }
     if !mp4_reader::looks_like_mp4(&head) {
-        return others(path, "is not an image, MP4 or Y4M file", reverse, limits, None);
+        return others("is not an image, MP4 or Y4M file", None);
     }
-    match Mp4::open(path, reverse, limits) {
+    match Mp4::open(path, reverse, limits, program.clone()) {
         Ok(video) => Ok(Box::new(video)),
         Err(mp4_reader::OpenError::Codec(codec)) => {
             let times = mp4_reader::frame_times(path);
-            others(path, &format!("holds {codec}"), reverse, limits, times)
+            others(&format!("holds {codec}"), times)
         }
         Err(mp4_reader::OpenError::Broken(error)) => Err(error),
     }

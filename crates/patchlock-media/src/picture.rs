@@ -1,5 +1,7 @@
 //! A decoded frame, with the bit depth and colours of its source.
 
+use std::borrow::Cow;
+
 use patchlock::Frame;
 
 /// The pixels of a [`Picture`], row by row from the top, without padding.
@@ -56,11 +58,11 @@ impl Picture {
     }
 
     /// The picture as RGB bytes, for drawing on it. 16-bit grey is stretched to 8 bits.
-    pub fn to_rgb(&self) -> Vec<u8> {
+    pub fn to_rgb(&self) -> Cow<'_, [u8]> {
         match &self.pixels {
             Pixels::Grey8(grey) => grey.iter().flat_map(|&v| [v; 3]).collect(),
-            Pixels::Grey16(grey) => stretch(grey),
-            Pixels::Rgb8(rgb) => rgb.clone(),
+            Pixels::Grey16(grey) => stretch(grey).into(),
+            Pixels::Rgb8(rgb) => rgb.into(),
         }
     }
 }

@@ -54,6 +54,12 @@ pub trait FrameSource: Send {
         }
     }
 
+    /// Says that frames will be read in increasing order, from `first` on and over `span` frames.
+    /// The source may prepare for it; the frames are the same.
+    fn announce(&mut self, first: usize, span: usize) {
+        let _ = (first, span);
+    }
+
     /// Reads the frame with this index; `None` after the last frame.
     ///
     /// # Errors

@@ -61,6 +61,11 @@ impl Header {
         Ok(header)
     }
 
+    /// Width and height.
+    pub fn size(&self) -> [usize; 2] {
+        [self.width, self.height]
+    }
+
     fn with(self, matrix: Option<Matrix>) -> Self {
         Self { matrix: matrix.unwrap_or(self.matrix), ..self }
     }
@@ -70,7 +75,8 @@ impl Header {
             .map_or(0, |(across, down)| self.width.div_ceil(across) * self.height.div_ceil(down))
     }
 
-    fn frame_bytes(&self) -> usize {
+    /// Bytes of the samples of a frame.
+    pub fn frame_bytes(&self) -> usize {
         self.width * self.height + 2 * self.chroma_samples()
     }
 

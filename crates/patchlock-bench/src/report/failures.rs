@@ -88,8 +88,12 @@ pub fn thumbnail(
     let file = sequence.frames.get(frame).ok_or("the sequence has no such frame")?;
     let cannot = |reason: String| format!("{}: {reason}", file.display());
     let picture = image_file::load(file).map_err(|e| cannot(e.to_string()))?;
-    let picture = RgbImage::from_raw(picture.width as u32, picture.height as u32, picture.to_rgb())
-        .ok_or_else(|| cannot("its number of pixels does not match its size".to_string()))?;
+    let picture = RgbImage::from_raw(
+        picture.width as u32,
+        picture.height as u32,
+        picture.to_rgb().into_owned(),
+    )
+    .ok_or_else(|| cannot("its number of pixels does not match its size".to_string()))?;
     let frame_size = [f64::from(picture.width()), f64::from(picture.height())];
     let truth = sequence.truth.get(frame).copied().flatten();
     let boxes: Vec<BoundingBox> = truth.iter().chain(tracked).copied().collect();

@@ -21,7 +21,7 @@ pub fn annotate(tracked: &Tracked<'_>) -> Vec<u8> {
     let rgb = tracked.picture.to_rgb();
     let Some(mut canvas) = Canvas::from_rgb(tracked.picture.width, tracked.picture.height, &rgb)
     else {
-        return rgb;
+        return rgb.into_owned();
     };
     annotate_on(&mut canvas, tracked.frame, tracked.targets, Some(&mut Panels::default()));
     canvas.to_rgb()

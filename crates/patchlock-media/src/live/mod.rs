@@ -360,41 +360,18 @@ fn pauses(mut whole: Duration) -> Vec<Duration> {
 #[cfg(all(test, target_os = "linux"))]
 mod tests {
     use super::*;
+    use crate::fake_ffmpeg::Fake;
     use std::fs;
-    use std::os::unix::fs::PermissionsExt as _;
-    use tempfile::TempDir;
-
-    /// A shell script in place of ffmpeg, which may write nothing for half a second.
-    struct Fake {
-        folder: TempDir,
-        program: ffmpeg::Program,
-    }
 
     /// The description of the input, and the time of a frame.
     const LIVE: &str = "echo $$ > id; echo x >> runs\necho '[info]   Duration: N/A' >&2\necho '[info] Stream mapping:' >&2\n\
                         printf 'YUV4MPEG2 W2 H2 F25:1 Cmono\\n'\n\
                         frame() { echo \"[m @ 0] [info] frame:0 pts:$1 x\" >&2; printf 'FRAME\\nabcd'; }";
 
-    impl Fake {
-        fn new(script: &str) -> Self {
-            let folder = tempfile::tempdir().unwrap();
-            let name = folder.path().join("ffmpeg");
-            let here = folder.path().display();
-            fs::write(&name, format!("#!/bin/sh\ncd '{here}'\n{script}\n")).unwrap();
-            fs::set_permissions(&name, fs::Permissions::from_mode(0o755)).unwrap();
-            let program = ffmpeg::Program { name, patience: Duration::from_millis(500) };
-            Self { folder, program }
-        }
-
-        fn open(&self, address: &str, options: Options) -> Live {
-            let address = Address::parse(address).unwrap().unwrap();
-            Live::with(address, options, self.program.clone())
-        }
-
-        fn has_ended(&self) -> bool {
-            let id = fs::read_to_string(self.folder.path().join("id")).unwrap();
-            fs::read_to_string(format!("/proc/{}/stat", id.trim())).is_err()
-        }
+    /// Opens a source with a script in place of ffmpeg.
+    fn open_with(fake: &Fake, address: &str, options: Options) -> Live {
+        let address = Address::parse(address).unwrap().unwrap();
+        Live::with(address, options, fake.program.clone())
     }
 
     /// The next frame: its number and time.
@@ -422,14 +399,14 @@ mod tests {
             "{LIVE}\nframe 1000000\nsleep 0.2\nfor k in 1 2 3 4 5; do frame ${{k}}000000; done\nsleep 0.4"
         );
         let fake = Fake::new(&script);
-        let mut live = fake.open("udp://h", ONCE);
+        let mut live = open_with(&fake, "udp://h", ONCE);
         assert_eq!(next(&mut live).unwrap(), Some((0, Some(0.0))));
         thread::sleep(Duration::from_millis(400));
         assert_eq!(next(&mut live).unwrap(), Some((5, Some(4.0))));
         assert_eq!((live.dropped(), live.begun()), (4, Some(1.0)));
         assert_eq!(next(&mut live).unwrap(), None);
         // What came before the first call is no frame.
-        let mut late = fake.open("udp://h", ONCE);
+        let mut late = open_with(&fake, "udp://h", ONCE);
         thread::sleep(Duration::from_millis(500));
         assert_eq!(next(&mut late).unwrap(), Some((0, Some(0.0))));
         assert_eq!((late.dropped(), late.begun()), (0, Some(5.0)));
@@ -443,7 +420,7 @@ mod tests {
             "{begins}\n{LIVE}\nframe $(wc -l < runs)000000\n[ $(wc -l < runs) = 3 ] && exec sleep 1000"
         ));
         let options = Options { reconnect: Duration::from_secs(3), ..RECONNECT };
-        let mut live = fake.open("rtsp://h/a", options);
+        let mut live = open_with(&fake, "rtsp://h/a", options);
         assert_eq!(next(&mut live).unwrap(), Some((0, Some(0.0))));
         assert_eq!(next(&mut live).unwrap(), Some((1, Some(2.0))));
         let notes: Vec<Note> = live.notes().collect();
@@ -458,7 +435,7 @@ mod tests {
         let fake = Fake::new(&format!(
             "[ -e runs ] && {{ echo '[error] rtsp://u:secret@h/a: refused' >&2; exit 1; }}\n{LIVE}\nframe 1000000"
         ));
-        let mut live = fake.open("rtsp://u:secret@h/a", RECONNECT);
+        let mut live = open_with(&fake, "rtsp://u:secret@h/a", RECONNECT);
         assert!(next(&mut live).unwrap().is_some());
         let error = next(&mut live).unwrap_err();
         assert_eq!(
@@ -473,7 +450,7 @@ mod tests {
         let fake = Fake::new(&format!(
             "{LIVE}\nframe 1\necho '[v4l2 @ 0] [error] No such device' >&2\nexit 1"
         ));
-        let mut live = fake.open("0", RECONNECT);
+        let mut live = open_with(&fake, "0", RECONNECT);
         assert!(next(&mut live).unwrap().is_some());
         assert_eq!(next(&mut live).unwrap_err().to_string(), "0 has stopped: No such device");
         assert_eq!(live.notes().count(), 0);
@@ -482,11 +459,11 @@ mod tests {
     #[test]
     fn a_source_that_is_silent_is_ended() {
         let fake = Fake::new("echo $$ > id\nexec sleep 1000");
-        let error = next(&mut fake.open("udp://h", RECONNECT)).unwrap_err().to_string();
+        let error = next(&mut open_with(&fake, "udp://h", RECONNECT)).unwrap_err().to_string();
         assert_eq!(error, "cannot open udp://h: no frame came for 0.5 s");
         assert!(fake.has_ended());
         let fake = Fake::new(&format!("{LIVE}\nframe 1\nexec sleep 1000"));
-        let mut live = fake.open("udp://h", ONCE);
+        let mut live = open_with(&fake, "udp://h", ONCE);
         assert!(next(&mut live).unwrap().is_some());
         let error = next(&mut live).unwrap_err().to_string();
         assert_eq!(error, "udp://h has stopped: no frame came for 0.5 s");
@@ -499,7 +476,7 @@ mod tests {
         let fake = Fake::new(&format!(
             "echo \"$*\" >> asked\n{served}\nfor k in 7 8 9; do frame ${{k}}00000; done"
         ));
-        let mut live = fake.open("http://h/v.mp4", RECONNECT);
+        let mut live = open_with(&fake, "http://h/v.mp4", RECONNECT);
         let mut given = Vec::new();
         while let Some(frame) = next(&mut live).unwrap() {
             given.push(frame);
@@ -507,7 +484,7 @@ mod tests {
         }
         assert_eq!(given, [(0, Some(0.0)), (1, Some(0.1)), (2, Some(0.2))]);
         assert_eq!((live.dropped(), live.begun()), (0, None));
-        let asked = fs::read_to_string(fake.folder.path().join("asked")).unwrap();
+        let asked = fs::read_to_string(fake.file("asked")).unwrap();
         let clock = asked.lines().map(|line| line.contains("wallclock")).collect::<Vec<_>>();
         assert_eq!(clock, [true, false]);
     }
@@ -517,7 +494,7 @@ mod tests {
         let fake = Fake::new(&format!(
             "{LIVE}\nfor k in 0 1 2 3 4 5 6 7 8 9; do frame $k; sleep 0.1; done\nexec sleep 1000"
         ));
-        let mut live = fake.open("udp://h", Options { start: 2, end: Some(5), ..RECONNECT });
+        let mut live = open_with(&fake, "udp://h", Options { start: 2, end: Some(5), ..RECONNECT });
         let mut given = Vec::new();
         while let Some((index, _)) = next(&mut live).unwrap() {
             given.push(index);

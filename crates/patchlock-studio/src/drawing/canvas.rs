@@ -73,11 +73,17 @@ impl Canvas {
 
     /// The picture as RGB bytes.
     pub fn to_rgb(&self) -> Vec<u8> {
-        self.pixmap
-            .data()
-            .chunks_exact(4)
-            .flat_map(|pixel| [pixel[0], pixel[1], pixel[2]])
-            .collect()
+        let rgba = self.pixmap.data();
+        let mut rgb = vec![0; rgba.len() / 4 * 3];
+        for (to, from) in rgb.chunks_exact_mut(3).zip(rgba.chunks_exact(4)) {
+            to.copy_from_slice(&from[..3]);
+        }
+        rgb
+    }
+
+    /// The picture as bytes of red, green, blue and 255.
+    pub fn rgba(&self) -> &[u8] {
+        self.pixmap.data()
     }
 
     /// Writes the picture as PNG.

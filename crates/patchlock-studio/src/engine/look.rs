@@ -36,7 +36,7 @@ fn there([x, y]: Point, from: BoundingBox, to: BoundingBox) -> Point {
 fn align(frame: (&Picture, BoundingBox), key: (&Picture, BoundingBox)) -> Picture {
     let (picture, key_picture) = (frame.0, key.0);
     let size = [picture.width, picture.height];
-    let image = RgbImage::from_raw(size[0] as u32, size[1] as u32, picture.to_rgb());
+    let image = RgbImage::from_raw(size[0] as u32, size[1] as u32, picture.to_rgb().into_owned());
     let image = image.unwrap_or_default();
     let (width, height) = (key_picture.width, key_picture.height);
     let mut aligned = Vec::with_capacity(width * height * 3);

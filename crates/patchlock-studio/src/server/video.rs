@@ -152,7 +152,7 @@ fn encode(
 fn paint(project: &Project, frame: usize, picture: &Picture) -> Vec<u8> {
     let rgb = picture.to_rgb();
     let Some(mut canvas) = Canvas::from_rgb(picture.width, picture.height, &rgb) else {
-        return rgb;
+        return rgb.into_owned();
     };
     let drawn: Vec<_> =
         project.targets.iter().filter_map(|target| Drawn::new(target, frame)).collect();

@@ -51,8 +51,9 @@ fn frames_are_exact_and_of_the_width_that_was_asked_for() {
         let decoded = image::load_from_memory_with_format(&answer.body, ImageFormat::Jpeg);
         let decoded = decoded.expect("is a JPEG").to_rgb8();
         let difference = |k: usize| -> f64 {
-            let pairs = decoded.as_raw().iter().zip(pictures[k].to_rgb());
-            pairs.map(|(&a, b)| f64::from(a.abs_diff(b))).sum::<f64>() / decoded.len() as f64
+            let rgb = pictures[k].to_rgb();
+            let pairs = decoded.as_raw().iter().zip(rgb.iter());
+            pairs.map(|(&a, &b)| f64::from(a.abs_diff(b))).sum::<f64>() / decoded.len() as f64
         };
         let others = [frame.saturating_sub(1), (frame + 1).min(FRAMES - 1)];
         for other in others.into_iter().filter(|&other| other != frame) {

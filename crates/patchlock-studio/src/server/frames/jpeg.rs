@@ -14,7 +14,7 @@ pub fn jpeg(picture: &Picture, width: u32) -> Result<Vec<u8>, Refusal> {
     let (w, h) = (picture.width as u32, picture.height as u32);
     if (1..w).contains(&width) {
         let height = (f64::from(h) * f64::from(width) / f64::from(w)).round().max(1.0) as u32;
-        let image = RgbImage::from_raw(w, h, picture.to_rgb())
+        let image = RgbImage::from_raw(w, h, picture.to_rgb().into_owned())
             .ok_or_else(|| Refusal::failed("cannot encode: the picture is incomplete"))?;
         return encode(
             &imageops::thumbnail(&image, width, height),
