@@ -1,6 +1,8 @@
 //! One run over frames: passes each frame to the tracker and the results to the outputs. `track`
 //! and `demo` use it.
 
+use std::sync::Arc;
+
 use anyhow::Result;
 use patchlock::TrackerConfig;
 use patchlock_media::Picture;
@@ -77,6 +79,7 @@ impl Run {
     ) -> Result<()> {
         for frame in frames {
             let (index, picture) = frame?;
+            let picture = Arc::new(picture);
             targets.check_boxes(index, &picture)?;
             let (found, ms) = self.track(index, &picture, &targets.due(index))?;
             let tracked = Tracked { frame: index, ms, targets: &found, picture: &picture };

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::{Context, Result};
 use clap::Args;
@@ -12,6 +13,7 @@ use patchlock_track::files;
 
 use crate::failure::{Failure, failed, interrupted, usage};
 use crate::interrupt;
+use crate::output::behind::Behind;
 use crate::output::chart::Chart;
 use crate::output::draw;
 use crate::output::measured::Loss;
@@ -139,13 +141,13 @@ fn begin(out: &Path, scene: &Scene) -> Result<(Run, Show)> {
     let frames = Some(scene.len());
     // The video first: completing it may still fail, before the other files are in place.
     let sinks: Vec<Box<dyn Sink>> = vec![
-        Box::new(Video::new(
+        Box::new(Behind::new(Video::new(
             create("demo.mp4")?,
             FrameRate::DEFAULT,
             View::new(Style::default()),
             QUALITY,
             frames,
-        )),
+        ))),
         Box::new(Table::new(Format::Csv, Lost::Keep, create("demo.csv")?)),
     ];
     let run = Run::new(TrackerConfig::default(), None, false, sinks)?;
@@ -247,7 +249,7 @@ fn panel(target: &Seen, tracked: &Tracked<'_>, what: &str, overlap: Option<f64>)
     let rows = rgb.chunks_exact(picture.width * 3).skip(top).take(side);
     let part = rows.flat_map(|row| &row[left * 3..(left + side) * 3]).copied().collect();
     let targets = [target.shifted(-(left as f64), -(top as f64))];
-    let part = Picture::rgb(side, side, part);
+    let part = Arc::new(Picture::rgb(side, side, part));
     let estimate = &target.estimate;
     Panel {
         width: side,

@@ -23,6 +23,7 @@ use crate::output::plan::{Opened as Outputs, Plan};
 use crate::output::row::Lost;
 use crate::output::summary::{Settings, Summary};
 use crate::output::tables::{Format, PipeClosed};
+use crate::output::video::played_by;
 use crate::preview::{self, Preview};
 use crate::progress::Progress;
 use crate::project;
@@ -434,13 +435,6 @@ pub fn run(args: &TrackArgs) -> Result<()> {
         summary.into_iter().for_each(|file| kept.add(numbers.write(file).map(Some)));
     }
     conclude(tracked, kept, count)
-}
-
-/// The frame rate of every `stride`-th frame, so that the video plays at the original speed.
-fn played_by(rate: Option<FrameRate>, stride: usize) -> FrameRate {
-    let rate = rate.unwrap_or(FrameRate::DEFAULT);
-    let stride = u32::try_from(stride).unwrap_or(u32::MAX);
-    FrameRate { seconds: rate.seconds.saturating_mul(stride), ..rate }
 }
 
 fn nothing_to_track(order: &Order) -> Error {

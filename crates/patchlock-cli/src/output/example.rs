@@ -1,6 +1,6 @@
 //! A tracked frame for the tests of the outputs.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use patchlock::{BoundingBox, Estimate, Status, Visibility, VisibilityMap};
 use patchlock_media::Picture;
@@ -28,7 +28,8 @@ pub fn seen(status: Status) -> Seen {
 
 /// A grey frame of 1280 x 960 pixels with these targets.
 pub fn tracked(frame: usize, targets: &[Seen]) -> Tracked<'_> {
-    static PICTURE: OnceLock<Picture> = OnceLock::new();
-    let picture = PICTURE.get_or_init(|| Picture::rgb(1280, 960, vec![100; 1280 * 960 * 3]));
+    static PICTURE: OnceLock<Arc<Picture>> = OnceLock::new();
+    let grey = || Arc::new(Picture::rgb(1280, 960, vec![100; 1280 * 960 * 3]));
+    let picture = PICTURE.get_or_init(grey);
     Tracked { frame, ms: 12.5, targets, picture }
 }

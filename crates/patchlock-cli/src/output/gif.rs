@@ -211,6 +211,7 @@ mod tests {
     use super::*;
     use patchlock::Status;
     use patchlock_media::Picture;
+    use std::sync::Arc;
 
     /// An animation of 40 frames of noise at ten per second, with this limit: bytes of the file,
     /// width, number of frames, and hundredths of a second in all.
@@ -226,7 +227,8 @@ mod tests {
                 let mixed = (k + 1_000_003 * frame as u32).wrapping_mul(0x9e37_79b1);
                 ((mixed ^ mixed >> 15).wrapping_mul(0x85eb_ca77) >> 24) as u8
             };
-            let picture = Picture::rgb(480, 120, (0..480 * 120 * 3).map(noise).collect());
+            let rgb = (0..480 * 120 * 3).map(noise).collect();
+            let picture = Arc::new(Picture::rgb(480, 120, rgb));
             let seen = [example::seen(Status::Tracked)];
             let tracked = Tracked { frame, ms: 1.0, targets: &seen, picture: &picture };
             gif.write(&tracked).expect("writes");

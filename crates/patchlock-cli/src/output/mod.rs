@@ -1,6 +1,7 @@
 //! Output of results: tables, the annotated video, the summary. Files are written completely or not
 //! at all.
 
+pub mod behind;
 pub mod chart;
 pub mod draw;
 #[cfg(test)]
@@ -78,7 +79,7 @@ pub struct Tracked<'a> {
     /// The targets in this frame.
     pub targets: &'a [Seen],
     /// The pixels of the frame.
-    pub picture: &'a Picture,
+    pub picture: &'a Arc<Picture>,
 }
 
 /// An output that receives tracked frames one by one.

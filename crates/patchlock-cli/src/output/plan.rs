@@ -7,6 +7,7 @@ use anyhow::Result;
 use patchlock_media::FrameRate;
 
 use super::Sink;
+use super::behind::Behind;
 use super::gif::{self, Gif};
 use super::inputs::{Inputs, resolved};
 use super::pending::{self, PendingFile};
@@ -111,11 +112,13 @@ impl Plan {
         let Pictures { video, quality, gif, gif_megabytes, style } = &self.pictures;
         if let Some(path) = video {
             let (file, view) = (PendingFile::create(path, self.overwrite)?, View::new(*style));
-            sinks.push(Box::new(Video::new(file, rate, view, *quality, expected)));
+            let video = Video::new(file, rate, view, *quality, expected);
+            sinks.push(Box::new(Behind::new(video)));
         }
         if let Some(path) = gif {
             let (file, view) = (PendingFile::create(path, self.overwrite)?, View::new(*style));
-            sinks.push(Box::new(Gif::new(file, rate, view, *gif_megabytes, expected)));
+            let gif = Gif::new(file, rate, view, *gif_megabytes, expected);
+            sinks.push(Box::new(Behind::new(gif)));
         }
         let summary = self
             .summary

@@ -153,6 +153,7 @@ mod tests {
     use super::*;
     use patchlock::Status;
     use patchlock_media::Picture;
+    use std::sync::Arc;
 
     /// A table of frames 4 and 6, in which the target has these statuses.
     fn written(format: Format, lost: Lost, statuses: [Status; 2]) -> String {
@@ -181,6 +182,7 @@ mod tests {
     #[test]
     fn frames_with_a_time_have_a_column_for_it() {
         let picture = Picture { time: Some(1.0 / 30.0), ..Picture::rgb(4, 4, vec![0; 48]) };
+        let picture = Arc::new(picture);
         let targets = [example::seen(Status::Tracked)];
         let last_cell = |format| {
             let mut table = Table::new(format, Lost::Keep, Vec::new());

@@ -30,7 +30,14 @@ pub struct Video {
     rate: FrameRate,
     quality: u8,
     expected: Option<usize>,
-    write_error: Box<dyn Fn(Error) -> Failure>,
+    write_error: Box<dyn Fn(Error) -> Failure + Send>,
+}
+
+/// The frame rate of every `stride`-th frame, so that the video plays at the original speed.
+pub fn played_by(rate: Option<FrameRate>, stride: usize) -> FrameRate {
+    let rate = rate.unwrap_or(FrameRate::DEFAULT);
+    let stride = u32::try_from(stride).unwrap_or(u32::MAX);
+    FrameRate { seconds: rate.seconds.saturating_mul(stride), ..rate }
 }
 
 /// The writer is created with the first frame, which determines the size.
@@ -83,7 +90,7 @@ impl Sink for Video {
     fn write(&mut self, tracked: &Tracked<'_>) -> Result<()> {
         let canvas = self.view.draw(tracked)?;
         let writer = self.writer(canvas.width() as usize, canvas.height() as usize);
-        let pushed = writer.and_then(|to| to.push_at(&canvas.to_rgb(), tracked.picture.time));
+        let pushed = writer.and_then(|to| to.push_rgba_at(canvas.rgba(), tracked.picture.time));
         Ok(pushed.map_err(&self.write_error)?)
     }
 
