@@ -216,7 +216,7 @@ pub struct Written {
 /// after `stopped` returns true. Classes are numbered in the order of `labels`.
 ///
 /// # Errors
-/// As [`write()`], but CSV is not for many clips; [`Error::Export`] if the clips cannot be divided.
+/// As [`write()`]; [`Error::Export`] if the clips cannot be divided.
 pub fn write_all(
     clips: &[OfFolder],
     labels: &[Label],
@@ -225,9 +225,6 @@ pub fn write_all(
     out: &Path,
     stopped: &dyn Fn() -> bool,
 ) -> Result<Written, Error> {
-    let Format::Other(format) = options.format else {
-        return Err(refused("csv is a table of one clip; choose another format for all clips"));
-    };
     let has_boxes = |clip: &&OfFolder| {
         clip.project.targets.iter().any(|it| !it.keys.is_empty() || !it.tracked.is_empty())
     };
@@ -245,7 +242,9 @@ pub fn write_all(
         let clips = all.iter().filter(|clip| clip.part == part);
         clips.map(|clip| clip.name.clone()).collect()
     };
-    let lost = |track: &Track| if format.leaves_out_lost() { track.lost_boxes() } else { 0 };
+    let leaves_out_lost =
+        matches!(options.format, Format::Other(format) if format.leaves_out_lost());
+    let lost = |track: &Track| if leaves_out_lost { track.lost_boxes() } else { 0 };
     let mut written = Written {
         files: 0,
         boxes: all.iter().map(|clip| clip.track.boxes() - lost(&clip.track)).sum(),
@@ -253,6 +252,18 @@ pub fn write_all(
         train: of_part(Part::Train),
         val: of_part(Part::Val),
         empty: empty.iter().map(|clip| clip.name.clone()).collect(),
+    };
+    let format = match options.format {
+        Format::Other(format) => format,
+        Format::Csv => {
+            let tables = full
+                .iter()
+                .zip(&parts)
+                .map(|(clip, &part)| Ok((clip.name.as_str(), part, table(&clip.project)?)));
+            let tables = tables.collect::<Result<Vec<_>, Error>>()?;
+            written.files = export::write_texts(&tables, "csv", out, stopped)?;
+            return Ok(written);
+        }
     };
     let options = export::Options {
         format,

@@ -296,6 +296,37 @@ fn names_are_escaped() {
     assert!(yaml.ends_with("names:\n  0: \"a: \\\"b\\\"\"\n"), "{yaml}");
 }
 
+/// The corners of the outline, clipped to the frame; a track without outlines is refused.
+#[test]
+fn rotated_boxes_of_yolo_are_the_outlines() {
+    let workspace = Workspace::new();
+    let error = workspace.export(&options(Format::YoloObb)).unwrap_err().to_string();
+    assert!(error.contains("target 1 of film has no outline in frame 2"), "{error}");
+    let entry = |frame, corners, status| Entry {
+        frame,
+        id: 1,
+        bbox: Some(BoundingBox { x: 10.0, y: 5.0, w: 20.0, h: 10.0 }),
+        score: None,
+        corners,
+        status: Some(status),
+        said: None,
+    };
+    let turned = [[19.5, -4.5], [29.5, 9.5], [19.5, 14.5], [9.5, 9.5]];
+    let track = Track::new(vec![
+        entry(0, Some(turned), Status::Tracked),
+        entry(1, None, Status::Lost),
+        entry(2, Some(turned), Status::Uncertain),
+    ]);
+    let out = workspace.path("rotated");
+    export::write(&track.unwrap(), &options(Format::YoloObb), &out, false).unwrap();
+    let line = "0 0.500000 0.000000 0.750000 0.333333 0.500000 0.500000 0.250000 0.333333\n";
+    for frame in [0, 2] {
+        assert_eq!(text(out.join(format!("labels/train/frame_{frame:06}.txt"))), line);
+    }
+    assert!(!out.join("labels/train/frame_000001.txt").exists());
+    assert!(text(out.join("data.yaml")).contains("train: images/train"));
+}
+
 #[test]
 fn yolo_is_relative_and_clipped() {
     let workspace = Workspace::new();
@@ -412,7 +443,12 @@ fn inconsistent_options_are_errors_and_nothing_is_written() {
         assert!(error.contains(message), "{error}");
         assert_eq!(fs::read_dir(workspace.folder.path()).unwrap().count(), 2, "{message}");
     }
-    assert!(Format::named("vot").unwrap_err().to_string().contains("mot, coco, cvat, yolo, voc"));
+    assert!(
+        Format::named("vot")
+            .unwrap_err()
+            .to_string()
+            .contains("mot, coco, cvat, yolo, yolo-obb, voc")
+    );
 }
 
 #[test]

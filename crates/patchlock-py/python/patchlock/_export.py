@@ -12,7 +12,7 @@ from patchlock._patchlock import Estimate, _export
 
 def export(
     track: str | os.PathLike[str] | Iterable[Estimate] | Iterable[Mapping[int, Estimate]],
-    format: Literal["mot", "coco", "cvat", "yolo", "voc", "label-studio", "lasot", "got10k"],
+    format: Literal["mot", "coco", "cvat", "yolo", "yolo-obb", "voc", "label-studio", "lasot", "got10k"],
     out: str | os.PathLike[str],
     *,
     size: tuple[int, int] | None = None,
@@ -32,6 +32,7 @@ def export(
     | `"coco"` | a JSON file: COCO with videos, tracks and rotated outlines | pycocotools |
     | `"cvat"` | an XML file: CVAT for video 1.1, to correct a track by hand | CVAT |
     | `"yolo"` | a folder: `data.yaml`, `labels/train`; target ids are lost | detectors |
+    | `"yolo-obb"` | the same with the corners of the rotated outline | detectors |
     | `"voc"` | a folder: Pascal VOC, `Annotations` and `JPEGImages`; target ids are lost | detectors |
     | `"label-studio"` | a JSON file: a task with a prediction | Label Studio |
     | `"lasot"`, `"got10k"` | one folder per target, as in these benchmarks | their toolkits |
@@ -40,7 +41,8 @@ def export(
 
     Frames in which a target is lost are marked: in `"mot"` by confidence 0, in `"coco"` by the attribute
     `status`, in `"cvat"` as outside, in `"label-studio"` by the end of a stretch, in `"lasot"` as full
-    occlusion, in `"got10k"` as absence. `"yolo"` and `"voc"` have no such mark, so these frames are left out.
+    occlusion, in `"got10k"` as absence. `"yolo"`, `"yolo-obb"` and `"voc"` have no such mark, so these frames are
+    left out.
 
     Args:
         track: Estimates of one target, as `track` and `Tracker` return them; or of many targets, one

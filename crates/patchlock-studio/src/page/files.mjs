@@ -74,7 +74,7 @@ function allClips(editor, dialog) {
     const format = element(
         'select',
         { attributes: { 'aria-label': 'Format of the data set' } },
-        ...EXPORTS.filter(([id]) => id !== 'csv').map(([id = '', name = '']) =>
+        ...EXPORTS.map(([id = '', name = '']) =>
             element('option', { text: name, attributes: { value: id, selected: id === 'yolo' } }),
         ),
     );

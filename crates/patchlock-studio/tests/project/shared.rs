@@ -257,6 +257,27 @@ fn a_share_of_clips_is_the_same_each_time_and_in_any_order() {
     }
 }
 
+/// They are what each clip gives by itself.
+#[test]
+fn all_clips_are_written_as_tables() {
+    let folder = clips(&[("a", &["car"]), ("b", &[]), ("c", &["car", "bus"])]);
+    let (all, labels) = of_folder(folder.path()).unwrap();
+    let (name, frames, limits) = ("set".into(), true, Limits::default());
+    let options = Options { format: Format::Csv, name, frames, key_frames: 1, limits };
+    let table = |clip: usize| export::table(&all[clip].project).unwrap();
+    let whole = folder.path().join("whole");
+    let written = write_all(&all, &labels, &options, None, &whole, &|| false).unwrap();
+    assert_eq!((written.files, written.targets, &written.empty[..]), (2, 3, &["b".to_owned()][..]));
+    let read = |path: &str| fs::read_to_string(folder.path().join(path)).unwrap();
+    assert_eq!([read("whole/a.csv"), read("whole/c.csv")], [table(0), table(2)]);
+    assert_eq!(fs::read_dir(&whole).unwrap().count(), 2);
+    let (val, out) = (Val::Clips(vec!["c".into()]), folder.path().join("parts"));
+    write_all(&all, &labels, &options, Some(&val), &out, &|| false).unwrap();
+    assert_eq!([read("parts/train/a.csv"), read("parts/val/c.csv")], [table(0), table(2)]);
+    let again = write_all(&all, &labels, &options, None, &out, &|| false).unwrap_err();
+    assert!(again.to_string().contains("already has files"), "{again}");
+}
+
 #[test]
 fn what_cannot_be_one_data_set_is_refused() {
     let folder = clips(&[("a", &["car"]), ("b", &[])]);
@@ -275,7 +296,6 @@ fn what_cannot_be_one_data_set_is_refused() {
         error.to_string()
     };
     let yolo = Format::Other(formats::Format::Yolo);
-    assert!(refused(Format::Csv, None).contains("csv is a table of one clip"));
     // A clip without boxes is left out, so nothing would be left for one of the parts.
     assert!(refused(yolo, Some(&Val::Share(0.5))).contains("both parts need a clip"));
     let unknown = Val::Clips(vec!["z".into()]);

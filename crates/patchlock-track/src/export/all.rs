@@ -136,20 +136,49 @@ pub fn write_all(
     Ok(count)
 }
 
+/// Writes a text of each clip to a folder that does not exist yet or is empty, all or nothing: files
+/// with this ending, in `train` and `val` if the clips are divided. Returns the number of files.
+///
+/// # Errors
+/// [`Error::Export`] if there are no clips, if two have the same name, or if the export was stopped;
+/// others if `out` cannot be written.
+pub fn write_texts(
+    clips: &[(&str, Part, String)],
+    ending: &str,
+    out: &Path,
+    stopped: &dyn Fn() -> bool,
+) -> Result<usize, Error> {
+    check_clips(clips.iter().map(|(name, ..)| *name))?;
+    output::check(out, false, false)?;
+    let divided = clips.iter().any(|(_, part, _)| *part == Part::Val);
+    let item = |(name, part, text): &(&str, Part, String)| {
+        let folder = if divided { part.name() } else { "" };
+        Item::text(Path::new(folder).join(format!("{name}.{ending}")), text.clone())
+    };
+    let items: Vec<Item> = clips.iter().map(item).collect();
+    output::write_folder(out, vec![(items, Reader::of_nothing())], stopped)?;
+    Ok(clips.len())
+}
+
 fn check(clips: &[Clip], options: &Options) -> Result<(), Error> {
     check_word("name", &options.name)?;
     check_key_frames(options)?;
-    if clips.is_empty() {
-        return Err(Error::Export("there is no clip with boxes".to_owned()));
-    }
+    check_clips(clips.iter().map(|clip| clip.name.as_str()))
+}
+
+/// Checks the names of all clips.
+fn check_clips<'a>(clips: impl Iterator<Item = &'a str>) -> Result<(), Error> {
     let mut names = HashSet::new();
-    for clip in clips {
-        check_word("name of the clip", &clip.name)?;
-        if !names.insert(&clip.name) {
-            return Err(Error::Export(format!("two clips have the name {:?}", clip.name)));
+    for name in clips {
+        check_word("name of the clip", name)?;
+        if !names.insert(name) {
+            return Err(Error::Export(format!("two clips have the name {name:?}")));
         }
     }
-    Ok(())
+    match names.is_empty() {
+        true => Err(Error::Export("there is no clip with boxes".to_owned())),
+        false => Ok(()),
+    }
 }
 
 /// The options of one clip.
@@ -180,7 +209,7 @@ fn files(jobs: &[Job<'_>], own: &[Options], options: &Options) -> Result<Parts, 
             Format::Lasot => below(folder, lasot::items(job)?),
             Format::Got10k => below(folder, got10k::items(job)?),
             Format::Coco => images(job),
-            Format::Yolo => yolo::of_clip(job),
+            Format::Yolo | Format::YoloObb => yolo::of_clip(job, yolo::Shape::of(options.format))?,
             Format::Voc => voc::of_clip(job, &mut names),
         };
         parts.push((items, Reader::new(own)?));
@@ -188,7 +217,7 @@ fn files(jobs: &[Job<'_>], own: &[Options], options: &Options) -> Result<Parts, 
     let all: Vec<&Job<'_>> = jobs.iter().collect();
     let whole = match options.format {
         Format::Coco => annotations(&options.name, &all),
-        Format::Yolo => vec![yolo::about(&options.name, &all)],
+        Format::Yolo | Format::YoloObb => vec![yolo::about(&options.name, &all)],
         Format::Voc => voc::about(&names, &all),
         Format::Got10k => lists(&mut parts),
         _ => Vec::new(),

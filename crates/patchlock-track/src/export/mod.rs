@@ -29,7 +29,7 @@ use patchlock_media::Limits;
 use crate::Error;
 use frames::Frames;
 
-pub use all::{Clip, Part, SplitError, split, write_all};
+pub use all::{Clip, Part, SplitError, split, write_all, write_texts};
 pub use track::{About, Entry, Said, Track};
 
 /// An export format.
@@ -49,6 +49,9 @@ pub enum Format {
     /// centre-y width height`, relative to the frame and clipped to it. Targets are not told apart.
     /// Frames in which one is lost are left out.
     Yolo,
+    /// As [`Format::Yolo`], with the four corners of the outline instead of the box: `class x1 y1 x2
+    /// y2 x3 y3 x4 y4`. All boxes need an outline.
+    YoloObb,
     /// Pascal VOC: a folder with `Annotations`, one XML file per frame, and `JPEGImages`. Boxes are
     /// clipped to the frame. Frames in which a target is lost are left out.
     Voc,
@@ -64,11 +67,12 @@ pub enum Format {
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Mot,
         Self::Coco,
         Self::Cvat,
         Self::Yolo,
+        Self::YoloObb,
         Self::Voc,
         Self::LabelStudio,
         Self::Lasot,
@@ -82,6 +86,7 @@ impl Format {
             Self::Coco => "coco",
             Self::Cvat => "cvat",
             Self::Yolo => "yolo",
+            Self::YoloObb => "yolo-obb",
             Self::Voc => "voc",
             Self::LabelStudio => "label-studio",
             Self::Lasot => "lasot",
@@ -102,7 +107,7 @@ impl Format {
 
     /// Whether boxes of frames in which the target is lost are left out.
     pub fn leaves_out_lost(self) -> bool {
-        matches!(self, Self::Yolo | Self::Voc)
+        matches!(self, Self::Yolo | Self::YoloObb | Self::Voc)
     }
 
     /// Whether the format needs the frame size.
@@ -112,7 +117,7 @@ impl Format {
 
     /// Whether the format includes the frames, which are copied if there are any.
     pub fn holds_frames(self) -> bool {
-        matches!(self, Self::Yolo | Self::Voc | Self::Lasot | Self::Got10k)
+        matches!(self, Self::Yolo | Self::YoloObb | Self::Voc | Self::Lasot | Self::Got10k)
     }
 
     /// Whether an export of many clips has copies of their frames.
@@ -303,8 +308,8 @@ pub fn write_unless(
         Format::Mot => Files::One(mot::text(&job)),
         Format::Coco => Files::One(coco::text(&options.name, &[&job])),
         Format::Cvat => Files::One(cvat::text(&job)),
-        Format::Yolo => Files::Folder({
-            let mut items = yolo::of_clip(&job);
+        Format::Yolo | Format::YoloObb => Files::Folder({
+            let mut items = yolo::of_clip(&job, yolo::Shape::of(options.format))?;
             items.push(yolo::about(&options.name, &[&job]));
             items
         }),

@@ -157,6 +157,11 @@ impl Reader {
         Ok(Self { limits: options.limits, within, video: None })
     }
 
+    /// Reads nothing, for texts.
+    pub fn of_nothing() -> Self {
+        Self { limits: Limits::default(), within: None, video: None }
+    }
+
     /// Opens an image. What has not the header of one is none, whatever its name.
     fn image(&self, path: &Path) -> Result<PlainFile, Error> {
         let target = path.canonicalize().map_err(|error| Error::read(path, error))?;

@@ -3,14 +3,32 @@
 //! kept for judging are in `labels/val` and `images/val`. Boxes are
 //! clipped to the frame, as the format requires; boxes outside it are omitted. Frames in which a
 //! target is lost are left out: it may be in the picture, and a detector would learn that it is
-//! background.
+//! background. With rotated boxes, a line has the corners of the outline, each clipped to the frame,
+//! in place of the box.
 
 use std::fmt::Write;
 use std::path::Path;
 
 use patchlock::BoundingBox;
 
-use super::{Entry, Item, Job, Part};
+use super::{Entry, Format, Item, Job, Part};
+use crate::Error;
+
+/// What a line says of a target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// Its upright box.
+    Box,
+    /// The corners of its outline.
+    Outline,
+}
+
+impl Shape {
+    /// That of a format.
+    pub fn of(format: Format) -> Self {
+        if format == Format::YoloObb { Self::Outline } else { Self::Box }
+    }
+}
 
 /// What the folder of these clips holds, which have the same labels. Without `path`, Ultralytics
 /// takes the folder of this file, wherever it is and from wherever it is read.
@@ -31,11 +49,11 @@ pub fn about(name: &str, jobs: &[&Job<'_>]) -> Item {
 }
 
 /// The labels and the images of a clip.
-pub fn of_clip(job: &Job<'_>) -> Vec<Item> {
+pub fn of_clip(job: &Job<'_>, shape: Shape) -> Result<Vec<Item>, Error> {
     let (mut items, part) = (Vec::new(), job.part.name());
     let entries = job.track.entries();
     for frames in entries.chunk_by(|a, b| a.frame == b.frame) {
-        let Some(labels) = labels(job, frames) else { continue };
+        let Some(labels) = labels(job, frames, shape)? else { continue };
         let frame = frames[0].frame;
         let name = job.image(frame);
         let label = Path::new("labels").join(part).join(&name).with_extension("txt");
@@ -43,27 +61,42 @@ pub fn of_clip(job: &Job<'_>) -> Vec<Item> {
         let image = Path::new("images").join(part).join(name);
         items.extend(job.frames.copy(frame, image));
     }
-    items
+    Ok(items)
 }
 
 /// The lines of one frame; `None` if a target is lost in it.
-fn labels(job: &Job<'_>, entries: &[Entry]) -> Option<String> {
+fn labels(job: &Job<'_>, entries: &[Entry], shape: Shape) -> Result<Option<String>, Error> {
     let (width, height) = (job.frames.size.0 as f64, job.frames.size.1 as f64);
     let mut lines = String::new();
     for entry in entries.iter().filter(|entry| !entry.is_hidden()) {
-        if let Some([left, top, right, bottom]) = clipped(&entry.found()?, width, height) {
-            let _ = writeln!(
-                lines,
-                "{} {:.6} {:.6} {:.6} {:.6}",
-                job.class(entry.id),
+        let Some(bbox) = entry.found() else { return Ok(None) };
+        let Some([left, top, right, bottom]) = clipped(&bbox, width, height) else { continue };
+        let numbers: Vec<f64> = match shape {
+            Shape::Box => vec![
                 (left + right) / 2.0 / width,
                 (top + bottom) / 2.0 / height,
                 (right - left) / width,
-                (bottom - top) / height
-            );
-        }
+                (bottom - top) / height,
+            ],
+            Shape::Outline => {
+                let corners = entry.corners.ok_or_else(|| without_outline(job, entry))?;
+                // A corner is a point, and the centres of pixels are at whole numbers.
+                let inside = |at: f64, side: f64| ((at + 0.5) / side).clamp(0.0, 1.0);
+                corners.iter().flat_map(|[x, y]| [inside(*x, width), inside(*y, height)]).collect()
+            }
+        };
+        let numbers: Vec<String> = numbers.iter().map(|number| format!("{number:.6}")).collect();
+        let _ = writeln!(lines, "{} {}", job.class(entry.id), numbers.join(" "));
     }
-    Some(lines)
+    Ok(Some(lines))
+}
+
+fn without_outline(job: &Job<'_>, entry: &Entry) -> Error {
+    Error::Export(format!(
+        "target {} of {} has no outline in frame {}; yolo-obb needs one of each box, as in a table of patchlock \
+         track. Projects have upright boxes: use yolo",
+        entry.id, job.name, entry.frame
+    ))
 }
 
 /// Left, top, right and bottom of the part inside the frame; `None` if nothing is inside.
