@@ -37,8 +37,8 @@ FORMATS:
           marked as occluded
   yolo    a folder: data.yaml and labels/train; boxes are clipped to the frame,
           ids are lost
-  yolo-obb  the same with the corners of the rotated outline in place of the box;
-          only for tables of patchlock track
+  yolo-obb  the same with the corners of the rotated outline in place of the
+          box; only for tables of patchlock track
   voc     a folder: Annotations and JPEGImages, Pascal VOC; boxes are clipped to
           the frame, ids are lost
   label-studio  a JSON file: a task with a prediction, for VideoRectangle
@@ -51,14 +51,14 @@ FORMATS:
 Frames in which a target is lost (column status) are marked: in mot by
 confidence 0, in coco by the attribute status, in cvat as outside, in
 label-studio by the end of an interval, in lasot as full occlusion, in got10k as
-absence. In yolo, yolo-obb and voc these frames are left out. If the row has no box
-either, there is no line in mot and no annotation in coco.
+absence. In yolo, yolo-obb and voc these frames are left out. If the row has no
+box either, there is no line in mot and no annotation in coco.
 
 With --all the output is a folder. Class ids agree in all formats: they follow
 the list of labels. coco has annotations/instances_train.json and images, yolo
-and voc are one set, the other formats, csv too, have files or folders of each clip, in
-train and val if there is --val. Frames come from videos in the folder of their
-projects. Clips without boxes are left out.";
+and voc are one set, the other formats, csv too, have files or folders of each
+clip, in train and val if there is --val. Frames come from videos in the folder
+of their projects. Clips without boxes are left out.";
 
 /// Converts a track for other tools: MOT, COCO, CVAT, YOLO, VOC, Label Studio, LaSOT, GOT-10k
 ///
