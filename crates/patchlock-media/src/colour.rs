@@ -209,9 +209,20 @@ pub fn luma_to_grey(luma: &[u8], full_range: bool) -> Vec<u8> {
 /// Converts pixels of `N` bytes, of which the first are red, green and blue, to 4:2:0 planes in
 /// BT.601, limited range. Odd sizes are padded to even ones by repeating the last row or column,
 /// since 4:2:0 H.264 allows only even sizes.
-pub(crate) fn to_yuv420<const N: usize>(pixels: &[u8], width: usize, height: usize) -> YuvFrame {
+fn to_yuv420<const N: usize>(pixels: &[u8], width: usize, height: usize) -> YuvFrame {
     let pixels = &pixels.as_chunks().0[..width * height];
     Arch::new().dispatch(ToYuv::<N> { pixels, width, height })
+}
+
+/// [`to_yuv420`] of three bytes per pixel. It has no parameters of types, so that it is compiled in
+/// this crate, with its optimisation.
+pub(crate) fn rgb_to_yuv420(rgb: &[u8], width: usize, height: usize) -> YuvFrame {
+    to_yuv420::<3>(rgb, width, height)
+}
+
+/// The same of four bytes per pixel.
+pub(crate) fn rgba_to_yuv420(rgba: &[u8], width: usize, height: usize) -> YuvFrame {
+    to_yuv420::<4>(rgba, width, height)
 }
 
 struct ToYuv<'a, const N: usize> {

@@ -176,7 +176,7 @@ impl<W: Write + Seek> Mp4Writer<W> {
     /// # Errors
     /// As [`Mp4Writer::push`].
     pub fn push_at(&mut self, rgb: &[u8], time: Option<f64>) -> Result<(), Error> {
-        self.encode(&colour::to_yuv420::<3>(rgb, self.width, self.height), time)
+        self.encode(&colour::rgb_to_yuv420(rgb, self.width, self.height), time)
     }
 
     /// Appends a frame as [`Mp4Writer::push_at`] does, of four bytes per pixel: red, green, blue
@@ -185,7 +185,7 @@ impl<W: Write + Seek> Mp4Writer<W> {
     /// # Errors
     /// As [`Mp4Writer::push`].
     pub fn push_rgba_at(&mut self, rgba: &[u8], time: Option<f64>) -> Result<(), Error> {
-        self.encode(&colour::to_yuv420::<4>(rgba, self.width, self.height), time)
+        self.encode(&colour::rgba_to_yuv420(rgba, self.width, self.height), time)
     }
 
     fn encode(&mut self, frame: &YuvFrame, time: Option<f64>) -> Result<(), Error> {

@@ -33,9 +33,11 @@ impl Format {
         }
     }
 
-    /// All formats.
+    /// All formats. Projects have no rotated boxes.
     pub fn all() -> impl Iterator<Item = Self> {
-        [Self::Csv].into_iter().chain(export::Format::ALL.map(Self::Other))
+        let upright = |format: &export::Format| *format != export::Format::YoloObb;
+        let others = export::Format::ALL.into_iter().filter(upright);
+        [Self::Csv].into_iter().chain(others.map(Self::Other))
     }
 
     /// The format of this name.
