@@ -18,9 +18,19 @@ ln -sfn ../studio/node_modules tools/web/node_modules
 [ -d target/web/site ] || exit 0 # build.sh has printed the reason
 
 clip=$root/target/web/clip
-models=${PATCHLOCK_MODELS:-$root/../shared/models}/nanotrack-v3
+models=${PATCHLOCK_MODELS:-}
+case $models in
+    '' | required) models=$root/../shared/models ;;
+esac
 networks=()
-[ -d "$models" ] && networks=("$models"/*.onnx)
+if [ -d "$models/nanotrack-v3" ]; then
+    networks=("$models/nanotrack-v3"/*.onnx)
+elif [ "${PATCHLOCK_MODELS:-}" = required ]; then
+    echo "networks are required, but there is no $models/nanotrack-v3" >&2
+    exit 1
+else
+    echo "SKIPPED, no network is tried in a browser: there is no $models/nanotrack-v3"
+fi
 rm -rf "$clip"
 profile=${PATCHLOCK_PROFILE:-release}
 built=${CARGO_TARGET_DIR:-target}/$profile
