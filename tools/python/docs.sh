@@ -24,4 +24,11 @@ if grep -rnoE 'href="([^":#]*/|\.|\.\.)"' target/site --include='*.html'; then
     echo "these links lead to folders"
     exit 1
 fi
+# The reference of Rust, beside that of Python.
+rust=${CARGO_TARGET_DIR:-target}/doc
+if [ -e "$rust/patchlock/index.html" ]; then
+    cp -r "$rust" target/site/rust
+else
+    echo "SKIPPED, the reference of Rust is not beside that of Python: run cargo doc --workspace --no-deps first"
+fi
 echo "built the documentation in target/site"

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Builds the module and tests it, and the page around it, in Chromium and Firefox: types, format, the boxes
-# against those of this machine, and what a visitor does. Arguments are handed to Playwright. PATCHLOCK_MODELS names the folder
-# of a network for the tests with one. Without the tools it prints SKIPPED; with PATCHLOCK_WEB=required it
-# fails.
+# against those of this machine, and what a visitor does. Arguments are handed to Playwright. PATCHLOCK_MODELS
+# names the folder of networks for the tests with one. Without the tools it prints SKIPPED; with
+# PATCHLOCK_WEB=required it fails.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -12,23 +12,34 @@ cd "$root"
 PATCHLOCK_STUDIO=${PATCHLOCK_WEB:-} tools/studio/prepare.sh
 [ -x tools/studio/node_modules/.bin/playwright ] || exit 0 # prepare.sh has printed the reason
 ln -sfn ../studio/node_modules tools/web/node_modules
-if ! command -v firefox-esr firefox >/dev/null && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
-    DEBIAN_FRONTEND=noninteractive apt-get -qq install -y --no-install-recommends firefox-esr \
-        >/dev/null 2>&1 || echo "SKIPPED, nothing is tested in Firefox: it could not be installed"
-fi
+# With `./test`, a module that is built in less time.
+[ "${PATCHLOCK_PROFILE:-}" != checks ] || export PATCHLOCK_WEB_PROFILE=${PATCHLOCK_WEB_PROFILE:-web-checks}
 "$here/build.sh"
 [ -d target/web/site ] || exit 0 # build.sh has printed the reason
 
 clip=$root/target/web/clip
-models=${PATCHLOCK_MODELS:-$root/../shared/models}/nanotrack-v3
+models=${PATCHLOCK_MODELS:-}
+case $models in
+    '' | required) models=$root/../shared/models ;;
+esac
 networks=()
-[ -d "$models" ] && networks=("$models"/*.onnx)
+if [ -d "$models/nanotrack-v3" ]; then
+    networks=("$models/nanotrack-v3"/*.onnx)
+elif [ "${PATCHLOCK_MODELS:-}" = required ]; then
+    echo "networks are required, but there is no $models/nanotrack-v3" >&2
+    exit 1
+else
+    echo "SKIPPED, no network is tried in a browser: there is no $models/nanotrack-v3"
+fi
 rm -rf "$clip"
-cargo run --quiet --locked --profile "${PATCHLOCK_PROFILE:-release}" -p patchlock-web --example clip -- \
-    "$clip" "${networks[@]}"
+profile=${PATCHLOCK_PROFILE:-release}
+built=${CARGO_TARGET_DIR:-target}/$profile
+# Of the whole workspace, with whose features `./test` has built the tracker: without, it would be built again.
+cargo build --quiet --locked --profile "$profile" --workspace --example clip
+"$built/examples/clip" "$clip" "${networks[@]}"
 # A video as browsers play it.
-program=${PATCHLOCK:-${CARGO_TARGET_DIR:-target}/${PATCHLOCK_PROFILE:-release}/patchlock}
-[ -x "$program" ] || cargo build --quiet --profile "${PATCHLOCK_PROFILE:-release}" --locked -p patchlock-cli
+program=${PATCHLOCK:-$built/patchlock}
+[ -x "$program" ] || cargo build --quiet --profile "$profile" --locked -p patchlock-cli
 "$program" demo --out target/web/demo >/dev/null
 
 cd "$here"

@@ -1,4 +1,4 @@
-"""Tests of the package as a whole: stubs, documentation, version."""
+"""Tests of the package as a whole: stubs, documentation, version, licences."""
 
 from __future__ import annotations
 
@@ -29,3 +29,8 @@ def test_everything_public_is_documented():
 def test_the_package_is_typed_and_has_a_version():
     assert (resources.files("patchlock") / "py.typed").is_file()
     assert metadata.version("patchlock") == patchlock.__version__
+
+
+def test_the_package_has_its_licences_and_notices():
+    names = {path.name for path in metadata.files("patchlock") or [] if "licenses" in path.parts}
+    assert {"LICENSE-MIT", "LICENSE-APACHE", "NOTICE.md"} <= names

@@ -37,8 +37,8 @@ pub enum Status {
     /// The target may be hidden or lost. With the method `paper`: no more of it is visible than the
     /// share `delta`, at or below which no template is replaced (Eq. 20 of the paper).
     Uncertain,
-    /// The target is lost; the box is the last one that was known. The method `paper` never says
-    /// so.
+    /// The target is lost: what the box shows is most likely something else, or the target was
+    /// given up and the box is the last one that was known. The method `paper` never says so.
     Lost,
 }
 

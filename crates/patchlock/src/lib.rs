@@ -110,6 +110,11 @@ struct Readme;
 #[doc = include_str!("../../../docs/embedding.md")]
 struct Embedding;
 
+/// Compiles and runs the example of the page that compares the languages.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/side-by-side.md")]
+struct SideBySide;
+
 /// Compiles the examples of the page on networks.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/networks.md")]

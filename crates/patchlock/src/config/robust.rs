@@ -182,9 +182,9 @@ group! {
         score_tracked: f64 = 0.7, number(0.0, 1.0);
         /// The target counts as tracked only if at least this share of it is visible.
         visible_tracked: f64 = 0.15, number(0.0, 1.0);
-        /// Upper limit of the score while the target is lost. With a network, the target also
-        /// counts as lost below this score.
-        score_lost: f64 = 0.3, number(0.0, 1.0);
+        /// The target counts as lost below this score, also before it is given up. The score is at
+        /// most this once it is given up.
+        score_lost: f64 = 0.4, number(0.0, 1.0);
     }
     "own measurement; only with a network" {
         /// Share of the difference between the box of the first frame and what the network sees

@@ -5,8 +5,9 @@
 //! boxes are the same with all of them: candidates and patches have the same bits, everything that
 //! decides about codes is computed in `f64` in a fixed order, and sums over channels are taken in
 //! blocks of a fixed length. `plain` is the same source compiled for every processor of the
-//! architecture. The variable says nothing to the runtime of a network, which always uses the widest
-//! instructions that it knows; so with the method `network` boxes can differ between processors.
+//! architecture. Browsers have `simd128`, which rounds sums over channels otherwise. The variable
+//! says nothing to the runtime of a network, which always uses the widest instructions that it
+//! knows; so with the method `network` boxes can differ between processors.
 //!
 //! Code becomes vector instructions in two ways. Most of it is plain loops over arrays of a fixed
 //! length, which [`Instructions::dispatch`] compiles for each set. Where a sum must have one order,
@@ -17,6 +18,8 @@
 use crate::error::Error;
 #[cfg(target_arch = "aarch64")]
 use pulp::aarch64::Neon;
+#[cfg(target_arch = "wasm32")]
+use pulp::wasm::Simd128;
 #[cfg(target_arch = "x86_64")]
 use pulp::x86::{V3, V4};
 use pulp::{Scalar256b, Simd, WithSimd};
@@ -41,6 +44,10 @@ pub enum Instructions {
     /// NEON.
     #[cfg(target_arch = "aarch64")]
     Neon(Neon),
+    /// The 128-bit vectors of WebAssembly. They multiply and add in two steps, so the last digits of
+    /// sums are others than elsewhere.
+    #[cfg(target_arch = "wasm32")]
+    Simd128(Simd128),
 }
 
 impl Instructions {
@@ -74,7 +81,9 @@ impl Instructions {
         ];
         #[cfg(target_arch = "aarch64")]
         let vectors = [Neon::try_new().map(|v| ("neon", Self::Neon(v)))];
-        #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+        #[cfg(target_arch = "wasm32")]
+        let vectors = [Simd128::try_new().map(|v| ("simd128", Self::Simd128(v)))];
+        #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64", target_arch = "wasm32")))]
         let vectors: [Option<(&str, Self)>; 0] = [];
         std::iter::once(plain).chain(vectors.into_iter().flatten()).collect()
     }
@@ -114,6 +123,8 @@ impl Instructions {
             Self::Avx512(simd) => Simd::vectorize(simd, op),
             #[cfg(target_arch = "aarch64")]
             Self::Neon(simd) => Simd::vectorize(simd, op),
+            #[cfg(target_arch = "wasm32")]
+            Self::Simd128(simd) => Simd::vectorize(simd, op),
         }
     }
 }

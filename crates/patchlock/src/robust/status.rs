@@ -126,7 +126,7 @@ pub(crate) struct StatusParams {
     tracked: f64,
     /// if at least this share of it is visible.
     visible: f64,
-    /// With a network, the target counts as lost below this score.
+    /// The target counts as lost below this score.
     lost: f64,
 }
 
@@ -360,8 +360,8 @@ impl Belief {
         let score = self.score(evidence, params);
         let status = match self.phase {
             Phase::Lost { .. } => Status::Lost,
-            // A network's witness is good enough to call a target lost before it is given up.
-            _ if evidence.opinion.is_some() && score < params.lost => Status::Lost,
+            // The score calls a target lost before it is given up.
+            _ if score < params.lost => Status::Lost,
             Phase::Following { .. }
                 if score >= params.tracked && evidence.visible >= params.visible =>
             {
@@ -715,15 +715,18 @@ mod tests {
         let trial = in_phase(Phase::Trial { left: 2, back: BACK });
         let lost = in_phase(Phase::Lost { next: 0 });
         let with = |visible, elsewhere| Evidence { visible, elsewhere, ..KNOWN };
-        // A sum of 0, of 2 and of -2.
+        // A sum of 0, of 2, of -2 and of -1.
         let (even, high, low) = (with(0.5, 0.5), with(0.5, 0.0), with(0.0, 0.5));
+        let (middle, little) = (with(0.25, 0.5), 1.0 / (1.0 + 1.0f64.exp()));
         let (most, least) = (1.0 / (1.0 + (-2.0f64).exp()), 1.0 / (1.0 + 2.0f64.exp()));
         for (belief, evidence, status, score) in [
             (BELIEF, even, Status::Tracked, 0.5),
             (BELIEF, high, Status::Tracked, most),
-            (BELIEF, low, Status::Uncertain, least),
+            (BELIEF, middle, Status::Uncertain, little),
+            (BELIEF, low, Status::Lost, least),
             (following(2), high, Status::Tracked, most),
             (trial, high, Status::Uncertain, most),
+            (trial, low, Status::Lost, least),
             (lost, high, Status::Lost, 0.25),
             (lost, low, Status::Lost, least),
         ] {
