@@ -1,18 +1,29 @@
 //! Runs as JSON messages, for the engines of `patchlock.batch`: planned and stored here, executed wherever
 //! an engine sends them.
 
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 use patchlock::{BoundingBox, TrackerConfig};
-use patchlock_bench::bench::job::{self, BenchJobs, Frames, Job};
+use patchlock_bench::Error;
+use patchlock_bench::bench::job::{self, BenchJobs, Frames, Job, Watched, Watcher};
 use patchlock_bench::bench::plan::{Entrant, MOST_SECONDS, MOST_SEEDS, Options};
 use patchlock_bench::bench::schemes::{Scheme, Start};
 use patchlock_bench::bench::store::{self, Clip, Identity, Series, Written};
+use patchlock_cli::output::behind::Behind;
+use patchlock_cli::output::pending::PendingFile;
+use patchlock_cli::output::unfinished;
+use patchlock_cli::output::video::{QUALITY, Video, played_by};
+use patchlock_cli::output::view::{Style, View};
+use patchlock_cli::output::{Seen, Sink, Tracked};
+use patchlock_media::FrameRate;
 use patchlock_track::{ModelPaths, text};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use serde::{Deserialize, Serialize};
 
 use crate::config::{self, Config, Settings, basis};
 use crate::errors;
@@ -76,8 +87,11 @@ impl Store {
 
     /// Describes the run on a clip as a JSON message.
     ///
-    /// `source` is recorded in the manifest; `path` locates the clip from any working directory.
-    #[pyo3(signature = (target, seed, bbox, *, source, path, start, end, stride, threads, side_by_side))]
+    /// `source` is recorded in the manifest; `path` locates the clip from any working directory, and
+    /// `video` the video that is drawn of it.
+    #[pyo3(signature = (
+        target, seed, bbox, *, source, path, start, end, stride, threads, side_by_side, video = None
+    ))]
     #[expect(clippy::too_many_arguments, reason = "each is a field of the message")]
     fn clip(
         &self,
@@ -91,10 +105,11 @@ impl Store {
         stride: usize,
         threads: usize,
         side_by_side: usize,
+        video: Option<PathBuf>,
     ) -> PyResult<String> {
         let [x, y, w, h] = bbox;
         let bbox = BoundingBox { x, y, w, h };
-        message(&Job {
+        let job = Job {
             series: self.store.series().clone(),
             target,
             seed,
@@ -104,39 +119,127 @@ impl Store {
             side_by_side,
             patience: Duration::ZERO,
             paths: self.paths.clone(),
-        })
+        };
+        message(&Message { job, extra: Extra { video } })
     }
 
-    /// Whether the complete run is already stored.
+    /// Whether the complete run is already stored, with its video, if there is to be one.
     fn holds(&self, py: Python<'_>, job: &str) -> PyResult<bool> {
-        py.detach(|| self.store.holds(&read(job)?.run()).map_err(errors::of_bench))
+        py.detach(|| {
+            let Message { job, extra } = read(job)?;
+            let stored = self.store.holds(&job.run()).map_err(errors::of_bench)?;
+            Ok(stored && extra.video.is_none_or(|file| file.exists()))
+        })
     }
 
     /// Stores the two files of a run.
     fn keep(&self, py: Python<'_>, job: &str, boxes: String, manifest: String) -> PyResult<()> {
         let written = Written { boxes, manifest };
-        py.detach(|| self.store.keep(&read(job)?.run(), &written).map_err(errors::of_bench))
+        py.detach(|| self.store.keep(&read(job)?.job.run(), &written).map_err(errors::of_bench))
     }
 }
 
-fn message(job: &Job) -> PyResult<String> {
-    serde_json::to_string(job).map_err(|error| PyValueError::new_err(error.to_string()))
+/// A run, as it is sent to the engine.
+#[derive(Serialize)]
+struct Message {
+    #[serde(flatten)]
+    job: Job,
+    #[serde(flatten)]
+    extra: Extra,
 }
 
-fn read(job: &str) -> PyResult<Job> {
-    serde_json::from_str(job).map_err(|error| {
+/// What is in the message beside the run.
+#[derive(Default, Serialize, Deserialize)]
+struct Extra {
+    /// The video to draw.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    video: Option<PathBuf>,
+}
+
+fn message(message: &Message) -> PyResult<String> {
+    serde_json::to_string(message).map_err(|error| PyValueError::new_err(error.to_string()))
+}
+
+fn read(job: &str) -> PyResult<Message> {
+    let read =
+        || Ok(Message { job: serde_json::from_str(job)?, extra: serde_json::from_str(job)? });
+    read().map_err(|error: serde_json::Error| {
         PyValueError::new_err(format!(
             "{error}: all machines must run the same version of Patchlock"
         ))
     })
 }
 
-/// Performs a run; returns its boxes as text and its manifest.
+/// Removes the parts of files that this process writes. It must end after this.
+#[pyfunction]
+pub fn abandon_files() {
+    unfinished::abandon();
+}
+
+/// Performs a run; returns its boxes as text and its manifest. Its video is then complete.
 #[pyfunction]
 pub fn track_job(py: Python<'_>, job: &str) -> PyResult<(String, String)> {
-    let written = py.detach(|| read(job).map(|job| job.track()))?;
-    let written = written.map_err(errors::of_bench)?;
+    let written = py.detach(|| {
+        let Message { job, extra } = read(job)?;
+        let mut drawing =
+            extra.video.map(|file| Drawing { stride: stride(&job), file, sink: None });
+        let watcher = drawing.as_mut().map(|drawing| drawing as &mut dyn Watcher);
+        let written = job.track_before(watcher).map_err(errors::of_bench)?;
+        drawing.map_or(Ok(()), Drawing::finish).map_err(errors::of_bench)?;
+        Ok::<_, PyErr>(written)
+    })?;
     Ok((written.boxes, written.manifest))
+}
+
+fn stride(job: &Job) -> usize {
+    match &job.frames {
+        Frames::Clip { clip, .. } => clip.stride,
+        Frames::Files(_) => 1,
+    }
+}
+
+/// The video of a run.
+struct Drawing {
+    file: PathBuf,
+    stride: usize,
+    /// `None` before the first frame.
+    sink: Option<Box<Behind>>,
+}
+
+impl Drawing {
+    fn error(&self, reason: &impl ToString) -> Error {
+        let (file, reason) = (self.file.display(), reason.to_string());
+        // What writes a file names it; what makes a folder does not.
+        let names = reason.contains(&file.to_string());
+        Error::Subject(if names { reason } else { format!("cannot write {file}: {reason}") })
+    }
+
+    fn finish(mut self) -> Result<(), Error> {
+        let finished = self.sink.take().map_or(Ok(None), |sink| sink.finish());
+        finished.map(drop).map_err(|error| self.error(&error))
+    }
+}
+
+impl Watcher for Drawing {
+    fn begin(&mut self, rate: Option<FrameRate>, expected: Option<usize>) -> Result<(), Error> {
+        let folder = self.file.parent().unwrap_or(Path::new("."));
+        fs::create_dir_all(folder).map_err(|error| self.error(&error))?;
+        let pending = PendingFile::create(&self.file, true);
+        let pending = pending.map_err(|error| self.error(&error))?;
+        let (rate, view) = (played_by(rate, self.stride), View::new(Style::default()));
+        let video = Video::new(pending, rate, view, QUALITY, expected);
+        self.sink = Some(Box::new(Behind::new(video)));
+        Ok(())
+    }
+
+    fn see(&mut self, seen: Watched<'_>) -> Result<(), Error> {
+        let Watched { frame, picture, bbox, estimate, seconds } = seen;
+        let targets = [Seen { id: None, name: None, bbox, estimate: estimate.clone() }];
+        let picture = &Arc::new(picture);
+        let tracked = Tracked { frame, ms: seconds * 1e3, targets: &targets, picture };
+        let written = self.sink.as_mut().map_or(Ok(()), |sink| sink.write(&tracked));
+        written.map_err(|error| self.error(&error))
+    }
 }
 
 /// Target, run, and either the job's message or the error message of each run.
@@ -191,8 +294,11 @@ pub fn bench_jobs(
     };
     let found = py.detach(|| job::of_bench(&options, threads, side_by_side));
     let BenchJobs { jobs, store, before, failures } = found.map_err(errors::of_bench)?;
-    let named = |job: &Job| Ok((job.target.clone(), job.label(), message(job)?));
-    let jobs = jobs.iter().map(named).collect::<PyResult<_>>()?;
+    let named = |job: Job| {
+        let (target, label) = (job.target.clone(), job.label());
+        Ok((target, label, message(&Message { job, extra: Extra::default() })?))
+    };
+    let jobs = jobs.into_iter().map(named).collect::<PyResult<_>>()?;
     let failures = failures.into_iter().map(|f| (f.target, f.run, f.error.to_string())).collect();
     // The jobs have the files of the network.
     let store = Store { store, first_seed: 0, paths: ModelPaths::default() };

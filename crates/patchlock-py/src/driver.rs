@@ -108,7 +108,7 @@ pub struct Found<R> {
     pub ms: f64,
 }
 
-/// What pickle and `snapshot` need: the state as JSON, and the arguments of `restored`.
+/// What pickle needs: the state as MessagePack, and the arguments of `restored`.
 pub type Saved<'py> = (Bound<'py, PyBytes>, Option<usize>, &'static str, u64, Model);
 
 impl<T: Engine> Driver<T> {
@@ -188,20 +188,29 @@ impl<T: Engine> Driver<T> {
         self.channels.name()
     }
 
-    /// The state as text, and what else a driver needs to continue.
-    pub fn saved<'py>(&self, py: Python<'py>) -> PyResult<Saved<'py>> {
-        let (text, frame) =
-            self.with(py, |state| (serde_json::to_vec(&state.tracker.snapshot()), state.frame));
+    /// The state as JSON text.
+    pub fn text<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let text = self.with(py, |state| serde_json::to_vec(&state.tracker.snapshot()));
         let text = text.map_err(|error| PyValueError::new_err(error.to_string()))?;
-        let text = PyBytes::new(py, &text);
-        Ok((text, self.threads(), self.channels(), frame, self.model(py)))
+        Ok(PyBytes::new(py, &text))
+    }
+
+    /// The state as MessagePack, and what else a driver needs to continue.
+    pub fn saved<'py>(&self, py: Python<'py>) -> PyResult<Saved<'py>> {
+        let saved = |state: &mut State<T>| {
+            (rmp_serde::to_vec_named(&state.tracker.snapshot()), state.frame)
+        };
+        let (bytes, frame) = self.with(py, saved);
+        let bytes = bytes.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let bytes = PyBytes::new(py, &bytes);
+        Ok((bytes, self.threads(), self.channels(), frame, self.model(py)))
     }
 
     fn model(&self, py: Python<'_>) -> Model {
         self.model.as_ref().map(|model| model.clone_ref(py))
     }
 
-    /// A driver that continues where it was saved.
+    /// A driver that continues where it was saved, from text or bytes.
     pub fn restored(
         snapshot: &[u8],
         model: Model,
@@ -209,7 +218,13 @@ impl<T: Engine> Driver<T> {
         channels: &str,
         frame: u64,
     ) -> PyResult<Self> {
-        let snapshot: T::Snapshot = serde_json::from_slice(snapshot).map_err(|error| {
+        let read = match snapshot.trim_ascii_start().first() {
+            Some(b'{') | None => {
+                serde_json::from_slice(snapshot).map_err(|error| error.to_string())
+            }
+            _ => rmp_serde::from_slice(snapshot).map_err(|error| error.to_string()),
+        };
+        let snapshot: T::Snapshot = read.map_err(|error| {
             PyValueError::new_err(format!("this is not a snapshot of a {}: {error}", T::NAME))
         })?;
         let network = model.as_ref().map(|model| model.get().to_rust());

@@ -59,6 +59,7 @@ fn _patchlock(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(config::parameters, module)?)?;
     module.add_class::<batch::Store>()?;
     module.add_function(wrap_pyfunction!(batch::track_job, module)?)?;
+    module.add_function(wrap_pyfunction!(batch::abandon_files, module)?)?;
     module.add_function(wrap_pyfunction!(batch::bench_jobs, module)?)?;
     module.add_function(wrap_pyfunction!(batch::read_truth, module)?)?;
     module.add_function(wrap_pyfunction!(command::run, module)?)

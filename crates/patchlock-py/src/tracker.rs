@@ -175,7 +175,7 @@ impl Tracker {
     ///
     /// A tracker restored from it gives the same boxes. It has the hash of a network, not the network. The Rust library reads it as a `Snapshot`.
     fn snapshot<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        Ok(self.driver.saved(py)?.0)
+        self.driver.text(py)
     }
 
     /// Restores a tracker from a snapshot.

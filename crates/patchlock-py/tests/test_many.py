@@ -68,6 +68,22 @@ def test_a_copy_gives_the_same_boxes(scene, film, again):
     assert restored.update(film[6]) == tracker.update(film[6])
 
 
+def test_a_pickle_of_three_targets_has_few_bytes(scene, film):
+    tracker = patchlock.MultiTracker()
+    for box in [scene.truth(0), OTHER, (100, 60, 40, 50)]:
+        tracker.add(film[0], box)
+    for frame in film[1:4]:
+        tracker.update(frame)
+    saved = pickle.dumps(tracker)
+    assert len(saved) < 9_000_000 < len(tracker.snapshot()) / 2
+    again = pickle.loads(saved)
+    assert again.snapshot() == tracker.snapshot()
+    assert again.update(film[4]) == tracker.update(film[4])
+    state, *rest = tracker.__reduce__()[1]
+    with pytest.raises(ValueError, match="not a snapshot of a MultiTracker"):
+        patchlock.MultiTracker.restore(state[: len(state) // 2])
+
+
 def test_errors_name_their_cause(scene, film):
     tracker = patchlock.MultiTracker(config=QUICK)
     with pytest.raises(KeyError, match="unknown target 1"):

@@ -4,7 +4,8 @@
 use std::path::{self, PathBuf};
 use std::time::Duration;
 
-use patchlock_media::{Ahead, Order, Picture};
+use patchlock::{BoundingBox, Estimate};
+use patchlock_media::{Ahead, FrameRate, Order, Picture};
 use serde::{Deserialize, Serialize};
 
 use super::plan::{self, Options, Plan};
@@ -57,6 +58,36 @@ pub enum Frames {
     },
 }
 
+/// One who watches a run on a clip, for example to draw it.
+pub trait Watcher {
+    /// The frames come at this rate, and there are so many, if the source tells.
+    ///
+    /// # Errors
+    /// Why the run must not go on.
+    fn begin(&mut self, rate: Option<FrameRate>, expected: Option<usize>) -> Result<(), Error>;
+
+    /// A frame that was tracked.
+    ///
+    /// # Errors
+    /// Why the run must not go on.
+    fn see(&mut self, seen: Watched<'_>) -> Result<(), Error>;
+}
+
+/// A frame of a run.
+#[derive(Debug)]
+pub struct Watched<'a> {
+    /// Its number in the source.
+    pub frame: usize,
+    /// Its pixels.
+    pub picture: Picture,
+    /// The box: the given one in the first frame, the tracked one in later frames.
+    pub bbox: BoundingBox,
+    /// The tracker's estimate.
+    pub estimate: &'a Estimate,
+    /// Time that the tracker took, in seconds.
+    pub seconds: f64,
+}
+
 impl Job {
     /// The run, as the store identifies it.
     pub fn run(&self) -> Run<'_> {
@@ -77,9 +108,17 @@ impl Job {
     /// # Errors
     /// An error of the frames, of the network's files or of the tracker.
     pub fn track(&self) -> Result<Written, Error> {
+        self.track_before(None)
+    }
+
+    /// Makes the run as [`Job::track`] does. `watcher` sees each frame, if the run is one on a clip.
+    ///
+    /// # Errors
+    /// As [`Job::track`]; those of the watcher.
+    pub fn track_before(&self, watcher: Option<&mut dyn Watcher>) -> Result<Written, Error> {
         let trajectory = match &self.frames {
             Frames::Files(files) => self.track_files(files)?,
-            Frames::Clip { path, clip } => self.track_clip(path, clip)?,
+            Frames::Clip { path, clip } => self.track_clip(path, clip, watcher)?,
         };
         Ok(self.series.write(&self.run(), trajectory, self.threads, self.side_by_side))
     }
@@ -105,12 +144,20 @@ impl Job {
         })
     }
 
-    fn track_clip(&self, path: &str, clip: &Clip) -> Result<Trajectory, Error> {
+    fn track_clip(
+        &self,
+        path: &str,
+        clip: &Clip,
+        mut watcher: Option<&mut dyn Watcher>,
+    ) -> Result<Trajectory, Error> {
         let Clip { start, end, stride, .. } = *clip;
         let order = Order { start, end, stride, reverse: false };
         order.check()?;
         let source = patchlock_media::open(path, false)?;
         let indices = order.indices(source.length())?;
+        if let Some(watcher) = &mut watcher {
+            watcher.begin(source.rate(), order.count(source.length()))?;
+        }
         let frames = Ahead::start(source, indices).map(|frame| frame.map_err(Error::from));
         let mut subject = Patchlock::of(&self.identity()?, self.seed, self.threads)?;
         let trajectory = runner::trace(frames, |(index, picture): (usize, Picture), is_first| {
@@ -121,10 +168,16 @@ impl Job {
             } else {
                 subject.follow_to(&picture)
             };
-            answer.map_err(|error| {
+            let answer = answer.map_err(|error| {
                 let reason = error.to_string();
                 Error::from(patchlock_track::Error::TrackerInFrame { index, reason })
-            })
+            })?;
+            if let (Some(watcher), Some(estimate)) = (&mut watcher, subject.estimate()) {
+                let bbox = answer.bbox.unwrap_or(estimate.bbox);
+                let (frame, seconds) = (index, answer.seconds);
+                watcher.see(Watched { frame, picture, bbox, estimate, seconds })?;
+            }
+            Ok(answer)
         })?;
         if trajectory.boxes.is_empty() { Err(order.nothing().into()) } else { Ok(trajectory) }
     }

@@ -97,6 +97,11 @@ impl Patchlock {
         Self::new(with_seed(configuration, seed), threads)
     }
 
+    /// The estimate of the latest frame; `None` before the first one.
+    pub fn estimate(&self) -> Option<&Estimate> {
+        self.session.as_ref().map(Session::estimate)
+    }
+
     /// Starts on a box in a picture.
     ///
     /// # Errors

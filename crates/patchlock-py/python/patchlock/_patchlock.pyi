@@ -39,6 +39,7 @@ __all__ = [
     "_restore_many",
     "_restore_network",
     "_select_boxes",
+    "abandon_files",
     "bench_jobs",
     "parameters",
     "read_truth",
@@ -1484,21 +1485,27 @@ class Store:
         stride: int,
         threads: int,
         side_by_side: int,
+        video: str | os.PathLike[str] | None = None,
     ) -> str:
         """Describes the run on a clip as a JSON message.
 
-        `source` is recorded in the manifest; `path` locates the clip from any working directory.
+        `source` is recorded in the manifest; `path` locates the clip from any working directory, and
+        `video` the video that is drawn of it.
         """
 
     def holds(self, job: str) -> bool:
-        """Whether the complete run is already stored."""
+        """Whether the complete run is already stored, with its video, if there is to be one."""
 
     def keep(self, job: str, boxes: str, manifest: str) -> None:
         """Stores the two files of a run."""
 
 
 def track_job(job: str) -> tuple[str, str]:
-    """Performs a run; returns its boxes as text and its manifest."""
+    """Performs a run; returns its boxes as text and its manifest. Its video is then complete."""
+
+
+def abandon_files() -> None:
+    """Removes the parts of files that this process writes. It must end after this."""
 
 
 def bench_jobs(

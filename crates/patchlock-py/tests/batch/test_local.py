@@ -70,6 +70,26 @@ def test_each_clip_has_a_table_and_a_summary(tmp_path: Path, clips: list[Clip], 
     assert summary["tracking_fps"] > 0 and isinstance(summary["losses"], list)
 
 
+def test_each_clip_has_a_video(tmp_path: Path, clips: list[Clip], frames: Path, box: Any) -> None:
+    """It is that of `patchlock track --video`; of a clip that was complete before, it is made too."""
+    part = Clip(frames, box, name="part", start=3, end=12, stride=2)
+    videos, settings = tmp_path / "videos", tmp_path / "quick.toml"
+    settings.write_text("[paper]\nparticles = 60\n[paper.patches]\nsmall_step = 4\n")
+    run([part], tmp_path / "out", jobs=1, progress=False, config=QUICK)
+    wrong = Clip(tmp_path / "no such folder", box, name="wrong")
+    summary = run([clips[1], part, wrong], tmp_path / "out", progress=False, config=QUICK, videos=videos)
+    assert (summary.done, summary.kept, len(summary.failed)) == (2, 0, 1)
+    assert sorted(path.name for path in videos.iterdir()) == ["clip1.mp4", "part.mp4"]
+    words = ["track", frames, "--box", ",".join(map(str, box)), "--start", 3, "--end", 12, "--stride", 2]
+    words += ["--preset", "paper", "--config", settings, "--video", tmp_path / "track.mp4", "--quiet"]
+    subprocess.run([sys.executable, "-m", "patchlock", *map(str, words)], check=True)
+    assert (videos / "part.mp4").read_bytes() == (tmp_path / "track.mp4").read_bytes()
+    summary = run([clips[1], part], tmp_path / "out", progress=False, config=QUICK, videos=videos)
+    assert (summary.done, summary.kept) == (0, 2)
+    summary = run([part], tmp_path / "other", progress=False, config=QUICK, videos=frames / "0000.png")
+    assert "cannot write" in summary.failed[0].message and not boxes_below(tmp_path / "other")
+
+
 def test_losses_have_the_frames_of_the_loss_and_of_the_return() -> None:
     statuses = ["tracked", "lost", "lost", "uncertain", "lost"]
     assert _losses([0, 2, 4, 6, 8], statuses) == [

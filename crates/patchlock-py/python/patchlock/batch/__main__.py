@@ -109,6 +109,11 @@ def _parser() -> argparse.ArgumentParser:
         metavar="DIR",
         help="for a manifest: write a table CLIP.csv and a summary CLIP.json of each clip to this folder",
     )
+    parser.add_argument(
+        "--videos",
+        metavar="DIR",
+        help="for a manifest: write a video CLIP.mp4 of each clip to this folder, with the track drawn in",
+    )
     parser.add_argument("--json", action="store_true", help="print the summary as JSON")
     parser.add_argument("--quiet", "-q", action="store_true", help="no progress bar")
     return parser
@@ -127,6 +132,8 @@ def _work(arguments: argparse.Namespace) -> Summary:
             )
         if arguments.tables is not None:
             raise ValueError("--tables is for manifests; patchlock report shows the runs of a dataset")
+        if arguments.videos is not None:
+            raise ValueError("--videos is for manifests; patchlock track draws a sequence of a dataset")
         return bench(
             arguments.manifest,
             arguments.out,
@@ -149,7 +156,8 @@ def _work(arguments: argparse.Namespace) -> Summary:
     config = Config(
         arguments.preset, arguments.config, model=arguments.model, runtime=arguments.runtime
     )
-    return run(arguments.manifest, arguments.out, config=config, tables=arguments.tables, **common)
+    folders = {"tables": arguments.tables, "videos": arguments.videos}
+    return run(arguments.manifest, arguments.out, config=config, **folders, **common)
 
 
 def main() -> int:

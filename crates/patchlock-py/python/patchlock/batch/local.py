@@ -24,6 +24,10 @@ if TYPE_CHECKING:
     from typing_extensions import Self
 
 
+_PATIENCE = 5.0
+"""Seconds in which a worker ends when its input has ended."""
+
+
 @dataclass(eq=False)
 class _Worker:
     """A process, and the thread that reads its output."""
@@ -40,6 +44,12 @@ class _Worker:
             self.process.stdin.flush()
 
     def end(self) -> None:
+        assert self.process.stdin is not None
+        with contextlib.suppress(OSError):
+            self.process.stdin.close()
+        # It then removes what it has begun to write.
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self.process.wait(_PATIENCE)
         self.process.kill()
         self.listener.join()
         with contextlib.suppress(OSError), self.process:

@@ -40,6 +40,7 @@ def run(
     runtime: str | os.PathLike[str] | None = None,
     name: str | None = None,
     tables: str | os.PathLike[str] | None = None,
+    videos: str | os.PathLike[str] | None = None,
     retries: int = 2,
     progress: bool | None = None,
 ) -> Summary:
@@ -68,6 +69,9 @@ def run(
             end in such a hash too.
         tables: Folder for a table `<clip>.csv` and a summary `<clip>.json` of each complete clip, made if it
             is missing; files of the same names are replaced.
+        videos: Folder for a video `<clip>.mp4` of each clip with the track drawn in, as `patchlock track
+            --video` draws it; made if it is missing. The process that tracks a clip writes it, so on a cluster
+            the folder must have the same path on all machines. A clip without its video is tracked again.
         retries: How often a clip is retried if its process or machine died.
         progress: Whether to show a `tqdm` progress bar; `None` shows it only on a terminal.
 
@@ -89,7 +93,7 @@ def run(
         tasks = []
         for row in rows:
             try:
-                task = _task(row, stores, machine)
+                task = _task(row, stores, machine, None if videos is None else Path(videos).absolute())
                 if task.store.holds(task.job):
                     batch.summary.kept += 1
                     batch.write_tables(task)
@@ -219,7 +223,7 @@ class _Stores:
         return list(dict.fromkeys(str(store.folder) for store in self._open.values()))
 
 
-def _task(row: Row, stores: _Stores, machine: Engine) -> Task:
+def _task(row: Row, stores: _Stores, machine: Engine, videos: Path | None) -> Task:
     if isinstance(row, Unreadable):
         raise ManifestError(row.message)
     row.check()
@@ -239,6 +243,7 @@ def _task(row: Row, stores: _Stores, machine: Engine) -> Task:
         stride=row.stride,
         threads=machine.threads,
         side_by_side=machine.slots,
+        video=None if videos is None else videos / f"{row.name}.mp4",
     )
     return Task(row.name, f"seed {seed}", job, store)
 

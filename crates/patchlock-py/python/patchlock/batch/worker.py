@@ -13,6 +13,7 @@ import sys
 import threading
 from dataclasses import asdict
 
+from patchlock import _patchlock
 from patchlock.batch.task import execute
 
 
@@ -34,6 +35,7 @@ def main() -> None:
 def _listen(jobs: queue.SimpleQueue[str]) -> None:
     for line in sys.stdin:
         jobs.put(line)
+    _patchlock.abandon_files()
     os._exit(0)
 
 
