@@ -206,7 +206,7 @@ impl RobustObservation {
 
     /// The logarithm of the odds that the target is at the estimate, as the network says.
     ///
-    /// `None` without a network, and while the target is lost.
+    /// `None` without a network, and once the target is given up.
     #[getter]
     fn odds(&self) -> Option<f64> {
         self.odds
@@ -214,7 +214,7 @@ impl RobustObservation {
 
     /// Whether filters and network agree on the place.
     ///
-    /// `None` without a network, and while the target is lost.
+    /// `None` without a network, and once the target is given up.
     #[getter]
     fn agrees(&self) -> Option<bool> {
         self.agrees

@@ -1114,14 +1114,14 @@ class RobustObservation:
     def odds(self) -> float | None:
         """The logarithm of the odds that the target is at the estimate, as the network says.
 
-        `None` without a network, and while the target is lost.
+        `None` without a network, and once the target is given up.
         """
 
     @property
     def agrees(self) -> bool | None:
         """Whether filters and network agree on the place.
 
-        `None` without a network, and while the target is lost.
+        `None` without a network, and once the target is given up.
         """
 
     @property
