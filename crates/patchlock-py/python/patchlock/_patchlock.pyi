@@ -341,8 +341,8 @@ class RobustConfig:
     """The target counts as tracked only if at least this share of it is visible. Allowed: 0 to 1.
     """
     score_lost: float
-    """Upper limit of the score while the target is lost. With a network, the target also counts as
-    lost below this score. Allowed: 0 to 1.
+    """The target counts as lost below this score, also before it is given up. The score is at most
+    this once it is given up. Allowed: 0 to 1.
     """
     network_fit: float
     """Share of the difference between the box of the first frame and what the network sees there,
