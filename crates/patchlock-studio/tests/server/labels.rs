@@ -97,13 +97,20 @@ fn all_clips_are_exported_as_one_file() {
         let target = json!({ "edit": "add_target", "label": "target", "frame": 0, "box": bbox });
         made(&server, clip, &json!([target]));
     }
-    let exported = server.get("/api/export?format=yolo&frames=true&val=0.5");
-    assert_eq!(exported.header("content-type"), Some("application/zip"), "{}", exported.text());
-    for part in ["clips/data.yaml", "clips/images/train/", "clips/images/val/", "_frame_000000.jpg"]
-    {
-        assert!(exported.body.windows(part.len()).any(|found| found == part.as_bytes()), "{part}");
+    let images =
+        ["clips/data.yaml", "clips/images/train/", "clips/images/val/", "_frame_000000.jpg"];
+    for (query, parts) in [
+        ("format=yolo&frames=true&val=0.5", &images[..]),
+        // A table for each clip.
+        ("format=csv", &["clips/a.csv", "clips/b.csv"]),
+    ] {
+        let exported = server.get(&format!("/api/export?{query}"));
+        assert_eq!(exported.header("content-type"), Some("application/zip"), "{}", exported.text());
+        for part in parts {
+            let found = exported.body.windows(part.len()).any(|found| found == part.as_bytes());
+            assert!(found, "{part}");
+        }
     }
-    server.get("/api/export?format=csv").error(400);
     server.get("/api/export?format=yolo&val=2").error(400);
     server.get("/api/export?format=yolo&val=z").error(400);
 }
