@@ -37,6 +37,7 @@ __all__ = [
     "_restore_many",
     "_restore_network",
     "_select_boxes",
+    "abandon_files",
     "bench_jobs",
     "parameters",
     "read_truth",
@@ -414,11 +415,14 @@ class Store:
         stride: int,
         threads: int,
         side_by_side: int,
+        video: str | os.PathLike[str] | None = None,
     ) -> str: ...
     def holds(self, job: str) -> bool: ...
     def keep(self, job: str, boxes: str, manifest: str) -> None: ...
 
 def track_job(job: str) -> tuple[str, str]: ...
+
+def abandon_files() -> None: ...
 
 def bench_jobs(
     dataset: str | os.PathLike[str],
