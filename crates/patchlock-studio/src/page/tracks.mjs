@@ -249,7 +249,7 @@ export class Track {
             next = Math.max(next, to + 1);
         }
         const after = gaps.find(({ from }) =>
-            ['key', 'tracked', 'uncertain'].includes(this.at(from - 1).kind),
+            ['key', 'tracked', 'uncertain', 'lost'].includes(this.at(from - 1).kind),
         );
         const best = after ?? gaps[0];
         return best ? { ...best, after: Boolean(after), more: gaps.length > 1 } : null;
