@@ -17,8 +17,8 @@ use crate::{Error, Limits, Picture};
 
 /// Prints the time of each frame, in millionths of a second, before the frame is written.
 const TIMES: &str = "settb=AVTB,metadata=mode=add:key=n:value=0,metadata=mode=print";
-/// How long the time of a frame may come after the frame itself.
-const TIME_COMES: Duration = Duration::from_secs(1);
+/// How long a message, as the time of a frame, may come after the frame itself.
+const MESSAGE_COMES: Duration = Duration::from_secs(1);
 /// What ffmpeg may read ahead to find out what the stream holds, in millionths of a second.
 const ANALYSIS: &str = "500000";
 
@@ -166,7 +166,7 @@ impl Task {
         let frames = match Y4mStream::begin(output, &name, self.limits, matrix, 0) {
             Ok(frames) if opened => frames,
             Err(error @ Error::TooLarge { .. }) => return Err(error),
-            Ok(_) | Err(_) => return Err(self.why_not(&running, &errors)),
+            Ok(_) | Err(_) => return Err(self.why_not(&running, &times, &errors)),
         };
         let address = self.address.clone();
         let is_timed = true;
@@ -174,9 +174,14 @@ impl Task {
     }
 
     /// Why ffmpeg has opened nothing.
-    fn why_not(&self, running: &Running, errors: &Mutex<Vec<String>>) -> Error {
+    fn why_not(
+        &self,
+        running: &Running,
+        messages: &Receiver<Said>,
+        errors: &Mutex<Vec<String>>,
+    ) -> Error {
         let ended = running.end(self.program.patience);
-        let reason = reason(errors, &self.address);
+        let reason = reason(messages, errors, &self.address);
         let name = self.address.shown();
         if reason.contains("max pixel count") {
             return Error::TooManyPixels { name, limit: self.limits.pixels };
@@ -236,7 +241,7 @@ impl Stream {
     /// The time of the frame that was just read. ffmpeg prints it before it writes the frame.
     fn time(&mut self) -> Option<i64> {
         while self.is_timed {
-            match self.times.recv_timeout(TIME_COMES) {
+            match self.times.recv_timeout(MESSAGE_COMES) {
                 Ok(Said::Time(time)) => return time,
                 Ok(Said::HasLength(_) | Said::Video(_) | Said::Opened) => {}
                 Err(_) => self.is_timed = false,
@@ -246,7 +251,7 @@ impl Stream {
     }
 
     fn gone(&self, otherwise: &str) -> Error {
-        let reason = reason(&self.errors, &self.address);
+        let reason = reason(&self.times, &self.errors, &self.address);
         let reason = if reason.is_empty() { otherwise.to_string() } else { reason };
         Error::Gone { name: self.address.shown(), reason }
     }
@@ -257,8 +262,10 @@ impl Stream {
     }
 }
 
-/// The last errors that ffmpeg has printed, without the password of the address.
-fn reason(errors: &Mutex<Vec<String>>, address: &Address) -> String {
+/// The last errors that ffmpeg has printed, without the password of the address. It has ended, but
+/// its messages may not all have been read.
+fn reason(messages: &Receiver<Said>, errors: &Mutex<Vec<String>>, address: &Address) -> String {
+    while messages.recv_timeout(MESSAGE_COMES).is_ok() {}
     let errors = errors.lock().unwrap_or_else(PoisonError::into_inner);
     let name = address.shown();
     let said = errors.join("; ");
