@@ -305,7 +305,7 @@ fn settings() -> Vec<Vec<u8>> {
     }
     all.push(joined(Some(8), &["particles = 300\nepsilon = 0.1\n"]));
     all.push(joined(Some(8), &["[paper]\nbeta = 1\n[paper.patches]\natoms = 3\n"]));
-    all.push(joined(Some(2), &["seed = 4\n", "filters=2\nsure=0.5"]));
+    all.push(joined(Some(2), &["seed = 4\n", "scale_count=9\nsure=0.5"]));
     all.push(joined(Some(9), &["particles=5\ngamma=none\nsubtract_mean=true"]));
     all
 }

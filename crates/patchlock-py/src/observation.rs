@@ -232,7 +232,7 @@ impl RobustObservation {
         self.cell
     }
 
-    /// The response of the follower, the mean of its filters, shape (side, side).
+    /// The response of the follower, shape (side, side).
     ///
     /// The entry [0, 0] is the centre of the estimate; entries further on are displacements down and to the
     /// right, those beyond half the side up and to the left. `numpy.fft.fftshift` puts the centre into the

@@ -381,7 +381,7 @@ mod tests {
         assert_eq!(basis("fast", &config), "paper");
         // What the preset has changed stays, if the method is its own.
         let config = resolved("fast", "[robust]\nsearch = 4", &[]).unwrap();
-        assert_eq!(config.get("filters").unwrap(), Value::Whole(1));
+        assert_eq!(config.get("max_patch").unwrap(), Value::Number(150.0));
         let both = resolved("robust", "[robust]\n[paper]\n", &[]);
         assert!(matches!(both, Err(SettingsError::ManyMethods { .. })), "{both:?}");
     }

@@ -138,22 +138,6 @@ class RobustConfig:
     """
     least_side: float
     """Shortest side to which the target may shrink, in pixels. Allowed: 1 to 1000."""
-    filters: int
-    """Number of tracking filters, whose mean follows the target: the basic, the wide and the slow
-    one. Allowed: 1 to 3.
-    """
-    wide_mask: float
-    """Width and height of the part of the patch that the wide filter sees, relative to the target.
-    Allowed: 0.1 to 20.
-    """
-    wide_temporal: float
-    """`temporal` of the wide filter. Allowed: 0 to 1000000."""
-    wide_penalty: float
-    """`penalty` of the wide filter. Allowed: 0.001 to 10."""
-    slow_temporal: float
-    """`temporal` of the slow filter. Allowed: 0 to 1000000."""
-    slow_penalty: float
-    """`penalty` of the slow filter. Allowed: 0.001 to 10."""
     scale_count: int
     """Number of scales that are tried on each frame; an odd number. Allowed: 3 to 99."""
     scale_step: float
@@ -1134,7 +1118,7 @@ class RobustObservation:
 
     @property
     def follower(self) -> npt.NDArray[np.float32]:
-        """The response of the follower, the mean of its filters, shape (side, side).
+        """The response of the follower, shape (side, side).
 
         The entry [0, 0] is the centre of the estimate; entries further on are displacements down and to the
         right, those beyond half the side up and to the left. `numpy.fft.fftshift` puts the centre into the

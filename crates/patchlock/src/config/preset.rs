@@ -12,8 +12,7 @@ pub enum Preset {
     /// The default: correlation filters follow the target, a memory finds it again after a loss.
     #[default]
     Robust,
-    /// As [`Preset::Robust`], in half the time: one filter instead of three, a smaller patch, no
-    /// rotation.
+    /// As [`Preset::Robust`], in less time: a smaller patch, no rotation.
     Fast,
     /// The tracker of the paper.
     Paper,
@@ -40,12 +39,9 @@ impl Preset {
         let robust = RobustConfig::default();
         match self {
             Self::Robust => Method::Robust(robust),
-            Self::Fast => Method::Robust(RobustConfig {
-                filters: 1,
-                max_patch: 150.0,
-                rotate: false,
-                ..robust
-            }),
+            Self::Fast => {
+                Method::Robust(RobustConfig { max_patch: 150.0, rotate: false, ..robust })
+            }
             Self::Paper => Method::Paper(PaperConfig::default()),
             Self::Network => Method::Network(NetworkConfig::default()),
         }

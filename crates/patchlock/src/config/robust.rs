@@ -24,22 +24,6 @@ group! {
         /// Shortest side to which the target may shrink, in pixels.
         least_side: f64 = 5.0, number(1.0, 1000.0);
     }
-    "own measurement: filters that differ err in different places" {
-        /// Number of tracking filters, whose mean follows the target: the basic, the wide and the
-        /// slow one.
-        filters: usize = 3, number(1.0, 3.0);
-        /// Width and height of the part of the patch that the wide filter sees, relative to the
-        /// target.
-        wide_mask: f64 = 1.2, number(0.1, 20.0);
-        /// `temporal` of the wide filter.
-        wide_temporal: f64 = 8.0, number(0.0, 1e6);
-        /// `penalty` of the wide filter.
-        wide_penalty: f64 = 0.3, number(1e-3, 10.0);
-        /// `temporal` of the slow filter.
-        slow_temporal: f64 = 20.0, number(0.0, 1e6);
-        /// `penalty` of the slow filter.
-        slow_penalty: f64 = 0.05, number(1e-3, 10.0);
-    }
     "Danelljan et al. 2014 (DSST)" {
         /// Number of scales that are tried on each frame; an odd number.
         scale_count: usize = 33, number(3.0, 99.0);
@@ -244,12 +228,9 @@ impl RobustConfig {
         PaperConfig { patches: self.patches.clone(), ..PaperConfig::default() }.patch_params()
     }
 
-    /// Whether the tracker reads this setting: those of the wide and the slow filter and of
-    /// rotation count only if there are such filters, and if rotation is followed.
+    /// Whether the tracker reads this setting: those of rotation count only if it is followed.
     pub(super) fn reads(&self, name: &str) -> bool {
         match name.split('_').next() {
-            Some("wide") => self.filters > 1,
-            Some("slow") => self.filters > 2,
             Some("rotation" | "turning") => self.rotate,
             _ => true,
         }

@@ -67,18 +67,6 @@ impl Mask {
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
-
-    /// Sets the cells to zero that are inside this mask, which is what is held, but not inside
-    /// another.
-    pub fn keep(&self, inside: &Self, cells: &mut [f32]) {
-        let places = self.y.clone().flat_map(|y| self.x.clone().map(move |x| (x, y)));
-        let channels = cells.len() / self.len().max(1);
-        for ((x, y), cell) in places.zip(cells.chunks_exact_mut(channels.max(1))) {
-            if !(inside.x.contains(&x) && inside.y.contains(&y)) {
-                cell.fill(0.0);
-            }
-        }
-    }
 }
 
 impl Batch {
@@ -507,15 +495,8 @@ mod tests {
     }
 
     #[test]
-    fn a_mask_keeps_what_is_inside_another() {
-        let (held, inside) = (Mask::middle(8, [6.0, 4.0]), Mask::middle(8, [2.0, 9.0]));
-        assert_eq!(held, Mask { x: 1..7, y: 2..6 });
-        assert_eq!(inside, Mask { x: 3..5, y: 0..8 });
-        let mut cells = vec![1.0; held.len() * 2];
-        held.keep(&inside, &mut cells);
-        assert!(
-            cells.chunks(12).all(|row| row == [0., 0., 0., 0., 1., 1., 1., 1., 0., 0., 0., 0.])
-        );
+    fn a_mask_lies_in_the_middle() {
+        assert_eq!(Mask::middle(8, [6.0, 9.0]), Mask { x: 1..7, y: 0..8 });
         // However small the target is, there are two cells.
         assert_eq!(Mask::middle(8, [0.1; 2]), Mask { x: 3..5, y: 3..5 });
     }

@@ -24,8 +24,6 @@ const FIRST_PENALTY: f32 = 1.0;
 pub struct FilterParams {
     /// Standard deviation of the label, in roots of the target's area.
     pub label_width: f64,
-    /// Width and height of the mask, relative to the target.
-    pub mask: f64,
     /// The penalty on the difference of `f` and `g` in the second round: larger holds it closer to
     /// the masked filter of the first.
     pub penalty: f32,
@@ -41,8 +39,6 @@ pub struct FilterLearner {
     label: Vec<f32>,
     /// The cells inside the target.
     mask: Mask,
-    /// The cells of a filter that are held, among them those of the mask.
-    held: Mask,
     penalty: f32,
     temporal: f32,
 }
@@ -60,10 +56,9 @@ pub struct FilterScratch {
 
 impl FilterLearner {
     /// The learner for a target of `size` cells (width, height) in the middle of a patch; the label
-    /// is a Gaussian. A filter is held as its cells inside `held`, a rectangle in the middle that is
-    /// not smaller than the mask.
-    pub fn new(fourier: &Fourier, size: [f64; 2], held: &Mask, params: FilterParams) -> Self {
-        let FilterParams { label_width, mask, penalty, temporal } = params;
+    /// is a Gaussian. A filter is held as its cells inside `mask`.
+    pub fn new(fourier: &Fourier, size: [f64; 2], mask: &Mask, params: FilterParams) -> Self {
+        let FilterParams { label_width, penalty, temporal } = params;
         let n = fourier.side();
         let sigma = label_width * (size[0] * size[1]).sqrt();
         // Distance around the circle: the filter is centred on the first cell.
@@ -75,9 +70,7 @@ impl FilterLearner {
         let mut spectrum = vec![Complex32::ZERO; fourier.bins()];
         fourier.forward(&label, &mut spectrum, &mut FourierScratch::default());
         let label = spectrum.iter().map(|value| value.re).collect();
-        // The target lies in the middle of the patch, and so does the mask.
-        let mask = Mask::middle(n, size.map(|side| mask * side));
-        Self { label, mask, held: held.clone(), penalty, temporal }
+        Self { label, mask: mask.clone(), penalty, temporal }
     }
 
     /// Learns the first filter from the spectra of a sample, bin by bin, the channels of a bin side
@@ -89,7 +82,7 @@ impl FilterLearner {
         scratch: &mut FilterScratch,
     ) -> Vec<f32> {
         let channels = sample.len() / fourier.bins();
-        let mut filter = vec![0.0; self.held.len() * channels];
+        let mut filter = vec![0.0; self.mask.len() * channels];
         let first = Self { temporal: 0.0, ..self.clone() };
         first.learn(fourier, sample, &mut filter, scratch);
         filter
@@ -138,8 +131,8 @@ impl WithSimd for LearnFilter<'_> {
         for spectra in [&mut *before, &mut *free, &mut *masked] {
             spectra.resize(sample.len(), Complex32::ZERO);
         }
-        let (transforms, held) = (fourier.batch(), &learner.held);
-        transforms.spectra(filter, held, before, batch);
+        let (transforms, mask) = (fourier.batch(), &learner.mask);
+        transforms.spectra(filter, mask, before, batch);
         // Round 1, with the multiplier at 0: f is drawn to the filter before alone.
         let (mu, first, second) = (learner.temporal, FIRST_PENALTY, learner.penalty);
         for (f, p) in free.iter_mut().zip(before.iter()) {
@@ -147,9 +140,8 @@ impl WithSimd for LearnFilter<'_> {
         }
         learner.solve(simd, (sample, energy), mu + first, fourier, free);
         cells.resize(filter.len(), 0.0);
-        transforms.cells(free, held, cells, batch);
-        held.keep(&learner.mask, cells);
-        transforms.spectra(cells, held, masked, batch);
+        transforms.cells(free, mask, cells, batch);
+        transforms.spectra(cells, mask, masked, batch);
         // Round 2: the multiplier is `first (f - g)`. The right side is built where f is.
         let scale = 1.0 / (mu + second);
         let [of_f, of_p, of_g] = [-first * scale, mu * scale, (second + first) * scale];
@@ -157,8 +149,7 @@ impl WithSimd for LearnFilter<'_> {
             *f = *f * of_f + p * of_p + g * of_g;
         }
         learner.solve(simd, (sample, energy), mu + second, fourier, free);
-        transforms.cells(free, held, filter, batch);
-        held.keep(&learner.mask, filter);
+        transforms.cells(free, mask, filter, batch);
     }
 }
 
@@ -192,18 +183,16 @@ mod tests {
 
     const N: usize = 8;
     const CHANNELS: usize = GROUP;
-    /// More than the mask of the targets below.
-    const HELD: Mask = Mask { x: 1..7, y: 0..8 };
 
     fn learner(fourier: &Fourier, size: [f64; 2], temporal: f32) -> FilterLearner {
-        let params = FilterParams { label_width: 0.2, mask: 1.0, penalty: 0.1, temporal };
-        FilterLearner::new(fourier, size, &HELD, params)
+        let params = FilterParams { label_width: 0.2, penalty: 0.1, temporal };
+        FilterLearner::new(fourier, size, &Mask::middle(N, size), params)
     }
 
     /// The spectra of a filter.
-    fn spectra_of(fourier: &Fourier, filter: &[f32]) -> Vec<Complex32> {
+    fn spectra_of(fourier: &Fourier, learner: &FilterLearner, filter: &[f32]) -> Vec<Complex32> {
         let mut out = vec![Complex32::ZERO; CHANNELS * fourier.bins()];
-        fourier.batch().spectra(filter, &HELD, &mut out, &mut BatchScratch::default());
+        fourier.batch().spectra(filter, &learner.mask, &mut out, &mut BatchScratch::default());
         out
     }
 
@@ -294,15 +283,15 @@ mod tests {
         let sample = spectra(&fourier, &noise(CHANNELS * N * N, 1));
         for mu in [0.0, 15.0] {
             let learner = learner(&fourier, [3.0, 4.0], mu as f32);
-            let mut filter = noise(CHANNELS * HELD.len(), 5);
-            let mut before = spectra_of(&fourier, &filter);
+            let mut filter = noise(CHANNELS * learner.mask.len(), 5);
+            let mut before = spectra_of(&fourier, &learner, &filter);
             if mu == 0.0 {
                 filter = learner.begin(&fourier, &sample, &mut FilterScratch::default());
                 before.fill(Complex32::ZERO);
             } else {
                 learner.learn(&fourier, &sample, &mut filter, &mut FilterScratch::default());
             }
-            let filter = spectra_of(&fourier, &filter);
+            let filter = spectra_of(&fourier, &learner, &filter);
             let dense = learn_densely(&learner, &fourier, &sample, mu, &before);
             let largest = dense.iter().map(|v| v.norm()).fold(0.0, f32::max);
             for (a, b) in filter.iter().zip(&dense) {
@@ -320,7 +309,7 @@ mod tests {
         let fourier = Fourier::new(N);
         let learner = learner(&fourier, [8.0, 8.0], 1e9);
         let sample = spectra(&fourier, &noise(CHANNELS * N * N, 1));
-        let before = noise(CHANNELS * HELD.len(), 2);
+        let before = noise(CHANNELS * learner.mask.len(), 2);
         let mut filter = before.clone();
         learner.learn(&fourier, &sample, &mut filter, &mut FilterScratch::default());
         assert!(filter.iter().zip(&before).all(|(a, b)| (a - b).abs() < 1e-4));

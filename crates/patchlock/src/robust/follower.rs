@@ -1,5 +1,4 @@
-//! The follower: the mean of correlation filters that learn on every frame. Filters that differ err
-//! in different places.
+//! The follower: a correlation filter that learns on every frame.
 
 use super::choose::{Hypothesis, Source};
 use super::colours::ColourMap;
@@ -9,35 +8,25 @@ use crate::correlation::filter::{FilterLearner, FilterParams, FilterScratch};
 use crate::correlation::response::{Response, ResponseBuffers};
 use crate::numeric::saved_numbers::SavedNumbers;
 
-/// The filters, and their mean, which follows the target. They are held as their cells inside the
-/// window's mask, a tenth of their spectra.
+/// The filter that follows the target.
 #[derive(Debug)]
 pub(crate) struct Follower {
-    filters: Vec<Filter>,
-    mean: Vec<f32>,
-}
-
-/// One of the filters.
-#[derive(Debug)]
-struct Filter {
     learner: FilterLearner,
-    cells: Vec<f32>,
+    /// Its cells inside the window's mask, a twentieth of its spectra.
+    filter: Vec<f32>,
 }
 
 impl Follower {
-    /// Filters that have learnt the target in the middle of a sample.
+    /// A filter that has learnt the target in the middle of a sample.
     pub fn begin(sample: &Sample<'_>, config: &RobustConfig, scratch: &mut FilterScratch) -> Self {
-        let fourier = sample.window.fourier();
-        let begin = |learner: FilterLearner| {
-            let cells = learner.begin(fourier, sample.spectra, scratch);
-            Filter { learner, cells }
-        };
-        Self::of(learners(sample.window, config).into_iter().map(begin).collect())
+        let learner = learner(sample.window, config);
+        let filter = learner.begin(sample.window.fourier(), sample.spectra, scratch);
+        Self { learner, filter }
     }
 
-    /// Each filter, as a snapshot holds it.
-    pub fn saved(&self) -> Vec<SavedNumbers> {
-        self.filters.iter().map(|filter| SavedNumbers::of(&filter.cells)).collect()
+    /// The filter, as a snapshot holds it.
+    pub fn saved(&self) -> SavedNumbers {
+        SavedNumbers::of(&self.filter)
     }
 
     /// From a snapshot.
@@ -45,39 +34,17 @@ impl Follower {
     /// # Errors
     /// What does not fit the configuration.
     pub fn restore(
-        saved: Vec<SavedNumbers>,
+        saved: SavedNumbers,
         window: &Window,
         config: &RobustConfig,
     ) -> Result<Self, &'static str> {
-        if saved.len() != config.filters {
-            return Err("the number of filters is not that of the configuration");
-        }
-        let filters = learners(window, config).into_iter().zip(saved);
-        let restore = |(learner, saved): (_, SavedNumbers)| {
-            saved.restore(window.filter()).map(|cells| Filter { learner, cells })
-        };
-        let filters: Option<_> = filters.map(restore).collect();
-        Ok(Self::of(filters.ok_or("a filter is damaged")?))
-    }
-
-    fn of(filters: Vec<Filter>) -> Self {
-        let length = filters.first().map_or(0, |filter| filter.cells.len());
-        let mut follower = Self { filters, mean: vec![0.0; length] };
-        follower.average();
-        follower
-    }
-
-    fn average(&mut self) {
-        self.mean.fill(0.0);
-        let share = 1.0 / self.filters.len() as f32;
-        for Filter { cells, .. } in &self.filters {
-            self.mean.iter_mut().zip(cells).for_each(|(sum, value)| *sum += value * share);
-        }
+        let filter = saved.restore(window.filter()).ok_or("the filter is damaged")?;
+        Ok(Self { learner: learner(window, config), filter })
     }
 
     /// The filter that follows.
     pub fn filter(&self) -> &[f32] {
-        &self.mean
+        &self.filter
     }
 
     /// The place in a sample where the filter responds strongest, or the filter and the map of
@@ -89,7 +56,7 @@ impl Follower {
         memory: Response<'_>,
         buffers: &mut ResponseBuffers,
     ) -> Hypothesis {
-        let response = sample.respond(&self.mean, buffers);
+        let response = sample.respond(&self.filter, buffers);
         let peak = match map {
             Some(ColourMap { cells, weight }) => response.peak_with(cells, weight),
             None => response.peak(),
@@ -104,35 +71,22 @@ impl Follower {
 
     /// Follows with this filter from now on.
     pub fn restart(&mut self, filter: &[f32]) {
-        let filters = self.filters.iter_mut().map(|filter| &mut filter.cells);
-        filters.chain([&mut self.mean]).for_each(|cells| cells.copy_from_slice(filter));
+        self.filter.copy_from_slice(filter);
     }
 
     /// Learns the target in the middle of a sample.
     pub fn learn(&mut self, sample: &Sample<'_>, scratch: &mut FilterScratch) {
-        for Filter { learner, cells } in &mut self.filters {
-            learner.learn(sample.window.fourier(), sample.spectra, cells, scratch);
-        }
-        self.average();
+        let fourier = sample.window.fourier();
+        self.learner.learn(fourier, sample.spectra, &mut self.filter, scratch);
     }
 }
 
-/// What the filters learn for the target in a window.
-fn learners(window: &Window, config: &RobustConfig) -> Vec<FilterLearner> {
-    let params = |mask: f64, penalty: f64, temporal: f64| FilterParams {
-        label_width: config.label_width,
-        mask,
-        penalty: penalty as f32,
-        temporal: temporal as f32,
-    };
-    let all = [
-        params(1.0, config.penalty, config.temporal),
-        params(config.wide_mask, config.wide_penalty, config.wide_temporal),
-        params(1.0, config.slow_penalty, config.slow_temporal),
-    ];
-    let learner =
-        |params| FilterLearner::new(window.fourier(), window.cells(), window.mask(), params);
-    all.into_iter().take(config.filters).map(learner).collect()
+/// What the filter learns for the target in a window.
+fn learner(window: &Window, config: &RobustConfig) -> FilterLearner {
+    let RobustConfig { label_width, penalty, temporal, .. } = *config;
+    let (penalty, temporal) = (penalty as f32, temporal as f32);
+    let params = FilterParams { label_width, penalty, temporal };
+    FilterLearner::new(window.fourier(), window.cells(), window.mask(), params)
 }
 
 #[cfg(test)]
@@ -189,11 +143,7 @@ mod tests {
         let follower = Follower::begin(&sample, &config, &mut FilterScratch::default());
         let restored = Follower::restore(follower.saved(), &window, &config).unwrap();
         assert_eq!(restored.filter(), follower.filter());
-        let mut fewer = follower.saved();
-        fewer.pop();
-        assert!(Follower::restore(fewer, &window, &config).is_err());
-        let mut damaged = follower.saved();
-        damaged[1] = SavedNumbers::of(&follower.filter()[1..]);
+        let damaged = SavedNumbers::of(&follower.filter()[1..]);
         assert!(Follower::restore(damaged, &window, &config).is_err());
     }
 }

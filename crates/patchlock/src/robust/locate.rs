@@ -19,7 +19,7 @@ use crate::numeric::saved_numbers::SavedNumbers;
 use crate::vision::frame::Frame;
 use serde::{Deserialize, Serialize};
 
-/// The filters that learn on every frame, and the target's colours.
+/// The filter that learns on every frame, and the target's colours.
 #[derive(Debug)]
 pub(crate) struct Locator {
     follower: Follower,
@@ -34,7 +34,7 @@ pub(crate) struct Locator {
 /// A locator as a snapshot holds it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SavedLocator {
-    follower: Vec<SavedNumbers>,
+    follower: SavedNumbers,
     colours: Histograms,
     rotation: SavedTurning,
     size: SavedScale,

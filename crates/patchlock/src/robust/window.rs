@@ -26,7 +26,7 @@ pub(crate) struct Window {
     /// Shortest side to which the target may shrink, in pixels.
     least_side: f64,
     features: Features,
-    /// The cells inside which filters may be other than zero: the largest mask of a filter.
+    /// The cells of the target, inside which the filter may be other than zero.
     mask: Mask,
 }
 
@@ -92,8 +92,7 @@ impl Window {
     /// The window for a target of this size, with this many frame pixels per pixel of a patch with
     /// `n` cells on a side.
     fn of((base, pixel): ([f64; 2], f64), n: usize, colour: bool, config: &RobustConfig) -> Self {
-        let widest = if config.filters > 1 { config.wide_mask.max(1.0) } else { 1.0 };
-        let mask = Mask::middle(n, base.map(|side| widest * side / (pixel * CELL as f64)));
+        let mask = Mask::middle(n, base.map(|side| side / (pixel * CELL as f64)));
         let (least_side, features) = (config.least_side, Features::new(n));
         Self { base, pixel, colour, least_side, features, mask }
     }
@@ -161,12 +160,12 @@ impl Window {
         self.features.fourier()
     }
 
-    /// The cells of a filter that are held.
+    /// The cells of the filter that are held.
     pub fn mask(&self) -> &Mask {
         &self.mask
     }
 
-    /// Length of what is held of a filter.
+    /// Length of what is held of the filter.
     pub fn filter(&self) -> usize {
         self.features.channels() * self.mask.len()
     }

@@ -197,7 +197,7 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("subspace_keep", Value::from(0.3)),
         ("subspace_vectors", Value::from(1)),
         ("lambda", Value::from(0.1)),
-        ("guided_radius", Value::from(0)),
+        ("guided_radius", Value::from(12)),
         ("guided_epsilon", Value::from(1e-6)),
         ("search", Value::from(5.0)),
         ("label_width", Value::from(0.1)),
@@ -214,12 +214,6 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("rotation_margin", Value::from(10.0)),
         ("rotation_rate", Value::from(0.9)),
         ("penalty", Value::from(0.5)),
-        ("filters", Value::from(2)),
-        ("wide_mask", Value::from(0.8)),
-        ("wide_temporal", Value::from(2.0)),
-        ("wide_penalty", Value::from(1.0)),
-        ("slow_temporal", Value::from(60.0)),
-        ("slow_penalty", Value::from(0.5)),
         ("colour_weight", Value::from(1.0)),
         ("colour_contrast", Value::from(0.9)),
         ("colour_rate", Value::from(0.5)),
@@ -338,7 +332,7 @@ fn every_field_matters() {
 /// drawn.
 #[test]
 fn what_is_not_read_has_no_effect() {
-    let fast = ["wide_mask", "slow_penalty", "rotation_least", "turning_rate"];
+    let fast = ["rotation_least", "turning_rate"];
     for (config, names) in [(Preset::Fast.into(), &fast[..]), (network(), &["seed"])] {
         let before: Vec<Seen> = track(&config).collect();
         let unread = |row: &&Parameter| row.is_used_by(&config.method) && !config.reads(row);
@@ -627,7 +621,7 @@ fn a_field_out_of_range_is_refused_by_the_tracker() {
         (of_paper(|paper| paper.beta = f64::NAN), "beta", "NaN"),
         (of_paper(|paper| paper.patches.epsilon = -1.0), "epsilon", "-1.0"),
         (of_robust(|robust| robust.search = f64::INFINITY), "search", "inf"),
-        (of_robust(|robust| robust.filters = 4), "filters", "4"),
+        (of_robust(|robust| robust.scale_count = 101), "scale_count", "101"),
         (of_robust(|robust| robust.patches.templates = 1), "templates", "1"),
     ];
     for (config, name, value) in cases {
@@ -748,8 +742,8 @@ fn fields_that_do_not_fit_each_other_are_refused() {
 fn presets_have_names() {
     let mut robust = RobustConfig::default();
     assert_eq!(TrackerConfig::from(Preset::Robust), robust.clone().into());
-    assert_eq!((robust.filters, robust.max_patch, robust.rotate), (3, 200.0, true));
-    (robust.filters, robust.max_patch, robust.rotate) = (1, 150.0, false);
+    assert_eq!((robust.max_patch, robust.rotate), (200.0, true));
+    (robust.max_patch, robust.rotate) = (150.0, false);
     assert_eq!(TrackerConfig::from(Preset::Fast), robust.into());
     assert_eq!(TrackerConfig::from(Preset::Paper), PaperConfig::default().into());
     assert_eq!(TrackerConfig::from(Preset::Network), NetworkConfig::default().into());
