@@ -684,7 +684,7 @@ fn many_targets_are_written_in_a_time_that_follows_their_number() {
     };
     let about = |id: u64| {
         let attributes = [(format!("a{id}"), "b".to_owned())].into();
-        (id, About { label: format!("label {id}"), attributes })
+        (id, About { label: format!("label {id}"), attributes, ..About::default() })
     };
     let track = Track::new((0..TARGETS).map(entry).collect()).unwrap();
     let track = track.with_targets((0..TARGETS).map(about).collect());

@@ -1313,8 +1313,12 @@ class Project:
     def label(self, target: int) -> str:
         """The label of a target."""
 
-    def attributes(self, target: int) -> dict[str, str]:
-        """The attributes of a target."""
+    def attributes(self, target: int, frame: int | None = None) -> dict[str, str]:
+        """The attributes of a target.
+
+        Without `frame`, those that were set for the whole target. With it, all that hold in the frame, also
+        those that change and the defaults of its label.
+        """
 
     def keys(self, target: int) -> dict[int, dict[str, Any]]:
         """The boxes that a person has drawn, by frame.

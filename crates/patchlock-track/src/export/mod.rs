@@ -21,12 +21,13 @@ mod voc;
 mod xml;
 mod yolo;
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
 use patchlock_media::Limits;
 
 use crate::Error;
+use crate::attributes::Attribute;
 use frames::Frames;
 
 pub use all::{Clip, Part, SplitError, split, write_all, write_texts};
@@ -40,8 +41,8 @@ pub enum Format {
     /// from 1. The confidence is 0 while the target is lost.
     Mot,
     /// A JSON file in the format of COCO, with `videos` and `tracks`. Each annotation has
-    /// `track_id`, and the rotated outline as `segmentation`, the score and the attribute `status`
-    /// if they are known.
+    /// `track_id`, and the rotated outline as `segmentation`, the score, the attribute `status` and
+    /// those of the target if they are known.
     Coco,
     /// "CVAT for video 1.1": an XML file with one track per target. A lost target is outside.
     Cvat,
@@ -261,9 +262,14 @@ impl<'a> Job<'a> {
         self.classes.get(self.label(id)).copied().unwrap_or(0)
     }
 
-    /// The attributes of a target.
-    fn attributes(&self, id: u64) -> impl Iterator<Item = (&String, &String)> {
-        self.track.about(id).into_iter().flat_map(|about| &about.attributes)
+    /// The values of a target's attributes in a frame, by name.
+    fn values(&self, id: u64, frame: usize) -> BTreeMap<&str, &str> {
+        self.track.about(id).map(|about| about.at(frame)).unwrap_or_default()
+    }
+
+    /// The attributes that the label of a target declares.
+    fn declared(&self, id: u64) -> &[Attribute] {
+        self.track.declared(self.label(id))
     }
 }
 
