@@ -75,7 +75,10 @@ const KINDS = ['checkbox', 'select', 'number', 'text'];
 async function declareAttributes(page) {
     await page.locator('#stage').focus();
     await page.keyboard.press('l');
-    await page.getByRole('button', { name: /^Attributes of / }).first().click();
+    await page
+        .getByRole('button', { name: /^Attributes of / })
+        .first()
+        .click();
     const dialog = page.getByRole('dialog').last();
     for (const kind of KINDS) {
         await dialog.getByRole('button', { name: 'Add attribute' }).click();
@@ -84,6 +87,12 @@ async function declareAttributes(page) {
         await row.getByLabel('Kind').selectOption(kind);
         if (kind === 'select') await row.getByLabel('Values, one a line').fill('first of all\nsecond');
     }
+}
+
+/** Saves them, and waits until the labels are in front again. */
+async function saveAttributes(page) {
+    await page.getByRole('dialog').last().getByRole('button', { name: 'Save' }).click();
+    await expect(page.getByRole('dialog')).toHaveCount(1);
 }
 
 async function axeFindsNothing(page, where) {
@@ -116,7 +125,7 @@ for (const colorScheme of /** @type {const} */ (['light', 'dark'])) {
             }
             await declareAttributes(page);
             await check('attributes');
-            await page.getByRole('dialog').last().getByRole('button', { name: 'Save' }).click();
+            await saveAttributes(page);
             await work.closeDialog();
             await expect(page.locator('.value-row')).toHaveCount(KINDS.length);
             await check('values of attributes');
@@ -219,7 +228,7 @@ test.describe('on a telephone', () => {
         await work.closeDialog();
         await declareAttributes(page);
         expect(await beyond()).toEqual([]);
-        await page.getByRole('dialog').last().getByRole('button', { name: 'Save' }).click();
+        await saveAttributes(page);
         await work.closeDialog();
         await expect(page.locator('.value-row')).toHaveCount(KINDS.length);
         expect(await beyond()).toEqual([]);

@@ -327,7 +327,9 @@ test('attributes of a label are declared, and change from frame to frame', async
     await page.locator('#stage').focus();
     await work.press('Control+z', 'Control+z');
     await expect.poll(() => changes().parked).toEqual({ 20: 'true' });
-    await expect(page.locator('#notices')).toContainText('Undone: set parked of target 1 to "false" from frame 60');
+    await expect(page.locator('#notices')).toContainText(
+        'Undone: set parked of target 1 to "false" from frame 60',
+    );
 
     // Other attributes of the target leave those alone.
     await page.locator('#attributes').click();

@@ -89,15 +89,19 @@ export class Values {
         if (!track) return;
         for (const { attribute, control, since, back } of this.rows) {
             const { value, from } = valueAt(track.target, attribute, frame);
+            since.textContent = from === null ? '' : `from ${from}`;
+            back.style.visibility = from === frame ? 'visible' : 'hidden';
+            if (this.pending) continue;
             if (control instanceof HTMLInputElement && control.type === 'checkbox') {
                 control.checked = value === 'true';
             } else if (control.value !== value && (control !== document.activeElement || !this.typing)) {
                 control.value = value;
             }
-            since.textContent = from === null ? '' : `from ${from}`;
-            back.style.visibility = from === frame ? 'visible' : 'hidden';
         }
     }
+
+    /** Values that are on their way to the program: the controls show them already. */
+    pending = 0;
 
     /** Whether a text is being typed that is not sent yet. */
     typing = false;
@@ -135,7 +139,9 @@ export class Values {
         const { track, clip, frame } = this.editor;
         if (!track || !clip) return;
         const at = mutable ? { frame } : {};
+        this.pending += 1;
         const made = await clip.edit([{ edit: 'set_value', target: track.target.id, name, ...at, value }]);
+        this.pending -= 1;
         // What was refused is not shown as if it held.
         if (!made) this.shown = '';
         this.render();
