@@ -13,7 +13,7 @@ use patchlock_bench::score::{self, TrackerScore};
 use patchlock_cli::target::Truth;
 use patchlock_cli::targets::Targets;
 use patchlock_media::{Limits, Picture};
-use patchlock_studio::project::{Edit, Project, Store, Target};
+use patchlock_studio::project::{Project, Store, Target};
 use patchlock_studio::{export as studio_export, import};
 use patchlock_track::export::{self, Track};
 use patchlock_track::text;

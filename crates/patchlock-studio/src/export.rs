@@ -35,7 +35,7 @@ impl Format {
 
     /// All formats. Projects have no rotated boxes.
     pub fn all() -> impl Iterator<Item = Self> {
-        let upright = |format: &export::Format| *format != export::Format::YoloObb;
+        let upright = |format: &export::Format| !format.is_rotated();
         let others = export::Format::ALL.into_iter().filter(upright);
         [Self::Csv].into_iter().chain(others.map(Self::Other))
     }

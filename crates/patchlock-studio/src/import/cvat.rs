@@ -188,11 +188,13 @@ impl Outlined {
         };
         let (x, y) = (number("xtl")?, number("ytl")?);
         let bbox = BoundingBox { x, y, w: number("xbr")? - x, h: number("ybr")? - y };
+        let rotation = element.attribute("rotation").map_or(Ok(0.0), |_| number("rotation"))?;
+        if !rotation.is_finite() {
+            return Err(format!("rotation is {rotation}; allowed: a number of degrees"));
+        }
+        let bbox = if rotation == 0.0 { bbox } else { around(bbox, rotation.to_radians()) };
         let is = |name: &str| element.attribute(name) == Some("1");
         let outside = is("outside");
-        if !outside && element.attribute("rotation").is_some_and(|turn| turn.parse() != Ok(0.0)) {
-            return Err("the box is rotated; only upright boxes are read".to_owned());
-        }
         let row = Row {
             frame,
             track: Some(id.to_owned()),
@@ -205,6 +207,14 @@ impl Outlined {
         };
         Ok(Self { row, outside })
     }
+}
+
+/// The upright box around a box that is turned around its centre.
+fn around(bbox: BoundingBox, angle: f64) -> BoundingBox {
+    let [x, y] = bbox.centre();
+    let (sin, cos) = (angle.sin().abs(), angle.cos().abs());
+    let (w, h) = (bbox.w * cos + bbox.h * sin, bbox.w * sin + bbox.h * cos);
+    BoundingBox { x: x - w / 2.0, y: y - h / 2.0, w, h }
 }
 
 /// The attribute of a box of which a part is outside the frame.

@@ -30,7 +30,8 @@ pub enum Format {
     /// `class N`, and the visible share.
     Mot,
     /// "CVAT for video 1.1": an XML file. From a box that is outside to the next one that is not,
-    /// the target is hidden. Attributes are read with their declarations.
+    /// the target is hidden. Of a rotated box, the upright one around it is read. Attributes are
+    /// read with their declarations.
     Cvat,
     /// A JSON file in the format of COCO. The frame of an image is its `frame_id`, or the number at
     /// the end of its name, counted from 0. Annotations of one target have the same `track_id`,

@@ -241,7 +241,8 @@ pub struct Tracked {
     pub bbox: BoundingBox,
     /// The probability that the box overlaps the target by at least half, 0 to 1.
     pub score: f64,
-    /// Whether the target is followed. The box of a lost target is the last one that was known.
+    /// Whether the target is followed. The box of a lost target is what is still followed, or the
+    /// last known one.
     pub status: Status,
     /// The visible share of the target, 0 to 1, if known.
     #[serde(default, skip_serializing_if = "Option::is_none")]

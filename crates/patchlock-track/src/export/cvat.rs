@@ -1,6 +1,7 @@
 //! "CVAT for video 1.1": one track per target, and one box per key frame. A box with `outside="1"`
 //! ends a stretch where the target leaves or is lost; the next box starts a new one. A target of
-//! which less than half is visible, or whose position is uncertain, is marked as occluded.
+//! which less than half is visible, or whose position is uncertain, is marked as occluded. A rotated
+//! box has the sides of the box before it is turned, and the attribute `rotation`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,13 +10,18 @@ use patchlock::{BoundingBox, Status};
 use super::track::Entry;
 use super::xml::{Document, digit};
 use super::{Job, round};
+use crate::Error;
 use crate::attributes::{Attribute, Kind};
 
 /// Name of the attribute of a box of which a part is outside the frame.
 const TRUNCATED: &str = "truncated";
 
-/// The contents of the file.
-pub fn text(job: &Job<'_>) -> String {
+/// The contents of the file. With `rotated`, boxes are those of the outlines.
+pub fn text(job: &Job<'_>, rotated: bool) -> Result<String, Error> {
+    if rotated {
+        let found = job.track.entries().iter().filter(|entry| entry.found().is_some());
+        found.map(|entry| job.outline(entry).map(drop)).collect::<Result<(), Error>>()?;
+    }
     let frames: Vec<usize> = job.track.frames().into_iter().collect();
     let mut xml = Document::new();
     xml.declare();
@@ -28,11 +34,11 @@ pub fn text(job: &Job<'_>) -> String {
             let (id_text, label) = (id.to_string(), job.label(id));
             let attributes = [("id", id_text.as_str()), ("label", label), ("source", "auto")];
             xml.element("track", &attributes, |xml| {
-                write_boxes(xml, job, &frames, entries.into_iter());
+                write_boxes(xml, job, rotated, &frames, entries.into_iter());
             });
         }
     });
-    xml.into_text()
+    Ok(xml.into_text())
 }
 
 /// Writes the name, the number of frames, the labels and the size of the frames.
@@ -107,6 +113,7 @@ fn write_definition(xml: &mut Document, name: &str, [mutable, kind, default, val
 fn write_boxes<'a>(
     xml: &mut Document,
     job: &Job<'_>,
+    rotated: bool,
     frames: &[usize],
     entries: impl Iterator<Item = &'a Entry>,
 ) {
@@ -118,7 +125,9 @@ fn write_boxes<'a>(
         let after = frames.get(frames.partition_point(|&frame| frame <= entry.frame));
         let next = found.peek().map(|(entry, _)| entry.frame);
         let outside = after.filter(|after| next.is_none_or(|next| next > **after));
-        let of_frame = Shape { frame: entry.frame, bbox, outside: false, occluded };
+        let outline = entry.corners.as_ref().filter(|_| rotated);
+        let (bbox, rotation) = outline.map_or((bbox, 0.0), unturned);
+        let of_frame = Shape { frame: entry.frame, bbox, rotation, outside: false, occluded };
         let now = Some((occluded, values));
         if since % job.key_frames == 0
             || entry.said.is_some()
@@ -137,10 +146,25 @@ fn write_boxes<'a>(
     }
 }
 
+/// The box that gives an outline if it is turned around its centre by this angle, from 0 to 360
+/// degrees clockwise. The sides of an outline that is not quite a rectangle are the mean ones.
+fn unturned(corners: &[[f64; 2]; 4]) -> (BoundingBox, f64) {
+    let [a, b, c, d] = *corners;
+    let along = [b[0] - a[0] + c[0] - d[0], b[1] - a[1] + c[1] - d[1]].map(|side| side / 2.0);
+    let down = [d[0] - a[0] + c[0] - b[0], d[1] - a[1] + c[1] - b[1]].map(|side| side / 2.0);
+    let [w, h] = [along, down].map(|[x, y]| x.hypot(y));
+    // The centre of pixel k is at k + 0.5.
+    let centre = |k: usize| corners.iter().map(|corner| corner[k]).sum::<f64>() / 4.0 + 0.5;
+    let bbox = BoundingBox { x: centre(0) - w / 2.0, y: centre(1) - h / 2.0, w, h };
+    (bbox, along[1].atan2(along[0]).to_degrees().rem_euclid(360.0))
+}
+
 /// A box of a track.
 struct Shape {
     frame: usize,
     bbox: BoundingBox,
+    /// Degrees by which the box is turned clockwise around its centre.
+    rotation: f64,
     outside: bool,
     occluded: bool,
 }
@@ -151,7 +175,8 @@ impl Shape {
         let BoundingBox { x, y, w, h } = self.bbox;
         let sides = [x, y, x + w, y + h].map(|side| round(side).to_string());
         let frame = self.frame.to_string();
-        let of_box = [
+        let rotation = round(self.rotation).to_string();
+        let mut of_box = vec![
             ("frame", frame.as_str()),
             ("keyframe", "1"),
             ("outside", digit(self.outside)),
@@ -162,6 +187,9 @@ impl Shape {
             ("ybr", &sides[3]),
             ("z_order", "0"),
         ];
+        if rotation != "0" {
+            of_box.push(("rotation", &rotation));
+        }
         let truncated = entry.said.map(|said| if said.truncated { "true" } else { "false" });
         let own = job.values(entry.id, self.frame).into_iter();
         let inside: Vec<_> = own.chain(truncated.map(|value| (TRUNCATED, value))).collect();

@@ -46,6 +46,9 @@ pub enum Format {
     Coco,
     /// "CVAT for video 1.1": an XML file with one track per target. A lost target is outside.
     Cvat,
+    /// As [`Format::Cvat`], with the rotated outline in place of the upright box: the box before it
+    /// is turned, and the attribute `rotation`. All boxes need an outline.
+    CvatObb,
     /// A folder with `data.yaml` and `labels/train`, one text file per frame with `class centre-x
     /// centre-y width height`, relative to the frame and clipped to it. Targets are not told apart.
     /// Frames in which one is lost are left out.
@@ -68,10 +71,11 @@ pub enum Format {
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Mot,
         Self::Coco,
         Self::Cvat,
+        Self::CvatObb,
         Self::Yolo,
         Self::YoloObb,
         Self::Voc,
@@ -86,6 +90,7 @@ impl Format {
             Self::Mot => "mot",
             Self::Coco => "coco",
             Self::Cvat => "cvat",
+            Self::CvatObb => "cvat-obb",
             Self::Yolo => "yolo",
             Self::YoloObb => "yolo-obb",
             Self::Voc => "voc",
@@ -126,14 +131,19 @@ impl Format {
         self.holds_frames() || self == Self::Coco
     }
 
+    /// Whether its boxes are rotated, for which each needs an outline.
+    pub fn is_rotated(self) -> bool {
+        matches!(self, Self::CvatObb | Self::YoloObb)
+    }
+
     /// Whether the format is a single file, as opposed to a folder.
     pub fn is_file(self) -> bool {
-        matches!(self, Self::Mot | Self::Coco | Self::Cvat | Self::LabelStudio)
+        matches!(self, Self::Mot | Self::Coco | Self::Cvat | Self::CvatObb | Self::LabelStudio)
     }
 
     /// Whether the format has key frames, between which the tool interpolates.
     pub fn has_key_frames(self) -> bool {
-        matches!(self, Self::Cvat | Self::LabelStudio)
+        matches!(self, Self::Cvat | Self::CvatObb | Self::LabelStudio)
     }
 }
 
@@ -252,6 +262,17 @@ impl<'a> Job<'a> {
         format!("{}{}", self.prefix, self.frames.name(frame))
     }
 
+    /// The outline of an entry, for a format with rotated boxes.
+    fn outline(&self, entry: &Entry) -> Result<[[f64; 2]; 4], Error> {
+        entry.corners.ok_or_else(|| {
+            Error::Export(format!(
+                "target {} of {} has no outline in frame {}; yolo-obb and cvat-obb need one of each box, as in \
+                 a table of patchlock track. Projects have upright boxes: use yolo or cvat",
+                entry.id, self.name, entry.frame
+            ))
+        })
+    }
+
     /// The label of a target.
     fn label(&self, id: u64) -> &'a str {
         self.track.about(id).map_or(self.label, |about| &about.label)
@@ -313,7 +334,7 @@ pub fn write_unless(
     let files = match options.format {
         Format::Mot => Files::One(mot::text(&job)),
         Format::Coco => Files::One(coco::text(&options.name, &[&job])),
-        Format::Cvat => Files::One(cvat::text(&job)),
+        Format::Cvat | Format::CvatObb => Files::One(cvat::text(&job, format.is_rotated())?),
         Format::Yolo | Format::YoloObb => Files::Folder({
             let mut items = yolo::of_clip(&job, yolo::Shape::of(options.format))?;
             items.push(yolo::about(&options.name, &[&job]));
@@ -345,8 +366,8 @@ fn check_key_frames(Options { format, key_frames, .. }: &Options) -> Result<(), 
     match *key_frames == 0 || (*key_frames > 1 && !format.has_key_frames()) {
         false => Ok(()),
         true => Err(Error::Export(format!(
-            "every {key_frames}th frame cannot be a key frame of {}: cvat and label-studio take a number \
-             from 1, the other formats have no key frames",
+            "every {key_frames}th frame cannot be a key frame of {}: cvat, cvat-obb and label-studio take \
+             a number from 1, the other formats have no key frames",
             format.name()
         ))),
     }

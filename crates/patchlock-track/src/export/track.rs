@@ -25,8 +25,8 @@ pub struct Entry {
     pub score: Option<f64>,
     /// Corners of the rotated outline, if known, with pixel centres at integer coordinates.
     pub corners: Option<[[f64; 2]; 4]>,
-    /// Whether the target is followed, if known. The box of a lost target is the last one that was
-    /// known.
+    /// Whether the target is followed, if known. The box of a lost target is what is still followed,
+    /// or the last known one.
     pub status: Option<Status>,
     /// What a person has said of this frame; `None` if nobody has.
     pub said: Option<Said>,
