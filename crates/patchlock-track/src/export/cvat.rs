@@ -1,7 +1,7 @@
 //! "CVAT for video 1.1": one track per target, and one box per key frame. A box with `outside="1"`
 //! ends a stretch where the target leaves or is lost; the next box starts a new one. A target of
 //! which less than half is visible, or whose position is uncertain, is marked as occluded. A rotated
-//! box has the sides of the box before it is turned, and the attribute `rotation`.
+//! box has the sides before it is turned, and the attribute `rotation`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -125,8 +125,7 @@ fn write_boxes<'a>(
         let after = frames.get(frames.partition_point(|&frame| frame <= entry.frame));
         let next = found.peek().map(|(entry, _)| entry.frame);
         let outside = after.filter(|after| next.is_none_or(|next| next > **after));
-        let outline = entry.corners.as_ref().filter(|_| rotated);
-        let (bbox, rotation) = outline.map_or((bbox, 0.0), unturned);
+        let rotation = entry.corners.as_ref().filter(|_| rotated).map_or(0.0, rotation);
         let of_frame = Shape { frame: entry.frame, bbox, rotation, outside: false, occluded };
         let now = Some((occluded, values));
         if since % job.key_frames == 0
@@ -146,17 +145,13 @@ fn write_boxes<'a>(
     }
 }
 
-/// The box that gives an outline if it is turned around its centre by this angle, from 0 to 360
-/// degrees clockwise. The sides of an outline that is not quite a rectangle are the mean ones.
-fn unturned(corners: &[[f64; 2]; 4]) -> (BoundingBox, f64) {
+/// By how many degrees an outline is turned clockwise, from 0 to 360. The box has the width and the
+/// height of the target before it is turned, around the same centre.
+fn rotation(corners: &[[f64; 2]; 4]) -> f64 {
     let [a, b, c, d] = *corners;
-    let along = [b[0] - a[0] + c[0] - d[0], b[1] - a[1] + c[1] - d[1]].map(|side| side / 2.0);
-    let down = [d[0] - a[0] + c[0] - b[0], d[1] - a[1] + c[1] - b[1]].map(|side| side / 2.0);
-    let [w, h] = [along, down].map(|[x, y]| x.hypot(y));
-    // The centre of pixel k is at k + 0.5.
-    let centre = |k: usize| corners.iter().map(|corner| corner[k]).sum::<f64>() / 4.0 + 0.5;
-    let bbox = BoundingBox { x: centre(0) - w / 2.0, y: centre(1) - h / 2.0, w, h };
-    (bbox, along[1].atan2(along[0]).to_degrees().rem_euclid(360.0))
+    // The mean of the upper and the lower side: the outline may be not quite a rectangle.
+    let [x, y] = [0, 1].map(|k| b[k] - a[k] + c[k] - d[k]);
+    round(y.atan2(x).to_degrees().rem_euclid(360.0)) % 360.0
 }
 
 /// A box of a track.
@@ -175,7 +170,7 @@ impl Shape {
         let BoundingBox { x, y, w, h } = self.bbox;
         let sides = [x, y, x + w, y + h].map(|side| round(side).to_string());
         let frame = self.frame.to_string();
-        let rotation = round(self.rotation).to_string();
+        let rotation = self.rotation.to_string();
         let mut of_box = vec![
             ("frame", frame.as_str()),
             ("keyframe", "1"),
