@@ -211,7 +211,8 @@ impl Outlined {
 
 /// The upright box around a box that is turned around its centre.
 fn around(bbox: BoundingBox, angle: f64) -> BoundingBox {
-    let [x, y] = bbox.centre();
+    // Sides are edges of pixels here, not their centres.
+    let (x, y) = (bbox.x + bbox.w / 2.0, bbox.y + bbox.h / 2.0);
     let (sin, cos) = (angle.sin().abs(), angle.cos().abs());
     let (w, h) = (bbox.w * cos + bbox.h * sin, bbox.w * sin + bbox.h * cos);
     BoundingBox { x: x - w / 2.0, y: y - h / 2.0, w, h }
