@@ -19,8 +19,8 @@ const TRUNCATED: &str = "truncated";
 /// The contents of the file. With `rotated`, boxes are those of the outlines.
 pub fn text(job: &Job<'_>, rotated: bool) -> Result<String, Error> {
     if rotated {
-        let found = job.track.entries().iter().filter(|entry| entry.found().is_some());
-        found.map(|entry| job.outline(entry).map(drop)).collect::<Result<(), Error>>()?;
+        let mut found = job.track.entries().iter().filter(|entry| entry.found().is_some());
+        found.try_for_each(|entry| job.outline(entry).map(drop))?;
     }
     let frames: Vec<usize> = job.track.frames().into_iter().collect();
     let mut xml = Document::new();
