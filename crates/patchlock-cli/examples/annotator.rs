@@ -129,6 +129,7 @@ impl<'a> Course<'a> {
                 id: 1,
                 label: String::new(),
                 attributes: BTreeMap::new(),
+                changes: BTreeMap::new(),
                 keys: keys.clone(),
                 tracked,
                 hidden: Vec::new(),

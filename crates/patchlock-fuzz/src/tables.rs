@@ -13,7 +13,7 @@ use patchlock_bench::score::{self, TrackerScore};
 use patchlock_cli::target::Truth;
 use patchlock_cli::targets::Targets;
 use patchlock_media::{Limits, Picture};
-use patchlock_studio::project::{Edit, Project, Store, Target};
+use patchlock_studio::project::{Project, Store, Target};
 use patchlock_studio::{export as studio_export, import};
 use patchlock_track::export::{self, Track};
 use patchlock_track::text;
@@ -195,8 +195,9 @@ pub fn imports(data: &[u8]) {
     let format = import::Format::ALL[usize::from(first) % import::Format::ALL.len()];
     let scratch = Scratch::new();
     let mut store = empty_project(&scratch);
-    let Some(targets) = accepted(import::read(format, rest, store.project())) else { return };
-    if accepted(store.apply(vec![Edit::Import { targets }])).is_some() {
+    let Some(imported) = accepted(import::read(format, rest, store.project())) else { return };
+    let edits = imported.edits(&store.project().labels);
+    if accepted(store.apply(edits)).is_some() {
         store.project().targets.iter().for_each(boxes_of);
         exported(store.project());
     }
@@ -216,7 +217,7 @@ pub fn exported(project: &Project) {
     }
     if let Some(table) = accepted(studio_export::table(project)) {
         let again = import::read(import::Format::Csv, table.as_bytes(), project);
-        let again = again.expect("the own table can be read");
+        let again = again.expect("the own table can be read").targets;
         let with_boxes = |t: &&Target| !t.keys.is_empty() || !t.tracked.is_empty();
         let mut own: Vec<&Target> = project.targets.iter().filter(with_boxes).collect();
         own.sort_by_key(|target| target.id);

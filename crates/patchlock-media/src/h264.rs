@@ -45,6 +45,20 @@ pub fn is_disposable(stream: &[u8]) -> bool {
     units(stream).all(|unit| unit.first().is_none_or(|header| header & REFERENCE_BITS == 0))
 }
 
+/// Whether no part of a picture refers to another picture.
+pub fn is_intra(stream: &[u8]) -> bool {
+    // I and SI; each type has a second number, for pictures of which all slices are of it.
+    const INTRA: [u32; 4] = [2, 4, 7, 9];
+    let slices = units(stream).filter(|unit| unit_type(unit) == Some(SLICES[0]));
+    let mut types = slices.map(|unit| {
+        let head = without_emulation_prevention(unit.get(1..unit.len().min(32))?);
+        let mut bits = Bits { data: &head, at: 0 };
+        bits.ue()?; // first_mb_in_slice
+        bits.ue()
+    });
+    types.all(|kind| kind.is_some_and(|kind| INTRA.contains(&kind)))
+}
+
 /// Properties of a stream that must be known before it is decoded.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct StreamInfo {

@@ -96,11 +96,12 @@ impl Pictures {
         mp4_edits::shown(&times, timescale, &list.edits, list.timescale, most)
     }
 
-    /// The last sample from which a decoder can reach a frame.
-    fn entrance(&self, index: usize) -> usize {
+    /// The place in `entrances` of the last one from which a decoder can reach a frame; `None` if it
+    /// has to begin with the first sample.
+    fn entrance(&self, index: usize) -> Option<usize> {
         let goal = self.stored[index];
         let behind = self.entrances.partition_point(|&k| k <= goal && self.shown[k] <= index);
-        behind.checked_sub(1).map_or(0, |at| self.entrances[at])
+        behind.checked_sub(1)
     }
 }
 
@@ -285,10 +286,25 @@ impl Mp4 {
         None
     }
 
+    /// The last sample from which a decoder can reach a frame. A sample that the file calls a key
+    /// frame, but of which a part refers to pictures before it, is none: encoders that refresh a
+    /// picture piece by piece mark where that begins.
+    fn entrance(&mut self, index: usize) -> usize {
+        while let Some(at) = self.pictures.entrance(index) {
+            let sample = self.pictures.entrances[at];
+            // What cannot be read is an error when it is decoded.
+            if sample == 0 || self.read_sample(sample).map_or(true, |data| h264::is_intra(&data)) {
+                return sample;
+            }
+            self.pictures.entrances.remove(at);
+        }
+        0
+    }
+
     /// Moves the decoder to the position from which the wanted frame takes the least decoding.
     fn seek_for(&mut self, index: usize) {
         let goal = self.pictures.stored[index];
-        let entrance = self.pictures.entrance(index);
+        let entrance = self.entrance(index);
         if goal < self.next || entrance > self.next {
             self.decoder = Decoder::new();
             self.next = entrance;

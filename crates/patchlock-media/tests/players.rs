@@ -206,10 +206,14 @@ fn frames_of_ffmpeg_do_not_depend_on_the_order_of_reading() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     fs::write(path("plain.mp4"), small_mp4(64, 48, 150)).unwrap();
-    // Packets that tell the times, and those that do not.
-    let kinds: [(&str, &[&str]); 2] = [
+    let refreshed = ["-c:v", "libx264", "-x264-params", "intra-refresh=1:keyint=50:bframes=0"];
+    // Packets that tell the times, and those that do not; and key frames that are refreshed piece
+    // by piece from there on.
+    let kinds: [(&str, &[&str]); 4] = [
         ("known.mkv", &["-c", "copy", "-bsf:v", "setts=ts=TS+90000"]),
         ("unknown.avi", &["-c:v", "mpeg4", "-bf", "2", "-g", "60"]),
+        ("refreshed.mp4", &refreshed),
+        ("refreshed.mkv", &refreshed),
     ];
     for (name, options) in kinds {
         let file = path(name);

@@ -148,7 +148,7 @@ impl Estimate {
     ///
     /// The columns are frame, x, y, w, h, score, visible_large, visible_small, x1, y1 to x4, y4, ms and
     /// status. The visible shares are `None` if the method does not know them. The position of a lost target
-    /// is the last one that was known, as with `--lost keep`.
+    /// is what is still followed, or the last known one, as with `--lost keep`.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let Self { frame, ms, inner } = self;
         let dict = PyDict::new(py);
@@ -177,7 +177,7 @@ impl Estimate {
     ///
     /// The lines are those of the command `patchlock track --video`: the upright box is white, the outline
     /// goes from orange to teal with the score, both are dashed while the target is uncertain. Of a lost target
-    /// the last known box is drawn in grey.
+    /// only the box is drawn, in grey: what is still followed, or the last known one.
     ///
     /// Args:
     ///     frame: The frame, as for `Tracker`. uint16 samples are divided by 256, float32 samples are from 0

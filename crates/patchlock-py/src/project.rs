@@ -112,8 +112,14 @@ impl Project {
     }
 
     /// The attributes of a target.
-    fn attributes(&self, target: u64) -> PyResult<BTreeMap<String, String>> {
-        Ok(self.target(target)?.attributes.clone())
+    ///
+    /// Without `frame`, those that were set for the whole target. With it, all that hold in the frame, also
+    /// those that change and the defaults of its label.
+    #[pyo3(signature = (target, frame = None))]
+    fn attributes(&self, target: u64, frame: Option<usize>) -> PyResult<BTreeMap<String, String>> {
+        let target = self.target(target)?;
+        let values = |frame| self.store.project().values(target, frame);
+        Ok(frame.map_or_else(|| target.attributes.clone(), values))
     }
 
     /// The boxes that a person has drawn, by frame.
@@ -286,8 +292,8 @@ impl Project {
         let store = &mut self.store;
         let imported = py.detach(|| {
             let text = files::read(&file).map_err(|source| Error::Read { path: file, source })?;
-            let targets = import::read(format, &text, store.project())?;
-            store.apply(vec![Edit::Import { targets }])
+            let imported = import::read(format, &text, store.project())?;
+            store.apply(imported.edits(&store.project().labels))
         });
         imported.map_err(to_python)?;
         Ok((first..self.store.project().next_id).collect())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -203,6 +204,41 @@ def test_pycocotools_reads_coco_and_finds_every_box(tmp_path):
     judge.accumulate()
     judge.summarize()
     assert judge.stats[0] == pytest.approx(1.0)
+
+
+# ---- rotated boxes
+
+
+def turned(frame: int, degrees: float) -> patchlock.Estimate:
+    """A box of 40 x 20 pixels around 100, 80, turned clockwise."""
+    angle = np.radians(degrees)
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    corners = np.array([[-20, -10], [20, -10], [20, 10], [-20, 10]]) @ turn + (99.5, 79.5)
+    return patchlock.Estimate((80, 70, 40, 20), corners.tolist(), 1.0, "tracked", HIDDEN, frame=frame)
+
+
+TURNED = [turned(k, degrees) for k, degrees in enumerate([0, 30, 90, 200, 359])]
+
+
+def test_yolo_obb_has_the_corners(tmp_path, images):
+    patchlock.export(TURNED, "yolo-obb", tmp_path / "data", images=images, label="car")
+    for estimate in TURNED:
+        text = (tmp_path / "data" / "labels" / "train" / f"{estimate.frame:04}.txt").read_text()
+        label, *numbers = text.split()
+        corners = np.array(numbers, float).reshape(4, 2) * SIZE
+        assert label == "0"
+        np.testing.assert_allclose(corners, np.array(estimate.corners) + 0.5, atol=1e-3)
+        assert (tmp_path / "data" / "images" / "train" / f"{estimate.frame:04}.jpg").exists()
+    assert '0: "car"' in (tmp_path / "data" / "data.yaml").read_text()
+
+
+def test_cvat_obb_has_the_box_and_its_rotation(tmp_path):
+    patchlock.export(TURNED, "cvat-obb", tmp_path / "a.xml", size=SIZE)
+    boxes = list(ElementTree.parse(tmp_path / "a.xml").iter("box"))
+    assert [box.get("rotation") for box in boxes] == [None, "30", "90", "200", "359"]
+    for box in boxes:
+        sides = [float(box.attrib[side]) for side in ("xtl", "ytl", "xbr", "ybr")]
+        np.testing.assert_allclose(sides, [80, 70, 120, 90], atol=1e-3)
 
 
 # ---- datumaro, which reads five of the formats

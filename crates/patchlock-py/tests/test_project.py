@@ -78,6 +78,16 @@ def test_any_edit_can_be_undone(project: patchlock.Project):
         {"edit": "set_target", "target": first, "attributes": {"colour": "red"}},
     ])
     assert project.targets == [1, 2] and project.attributes(1) == {"colour": "red"}
+    light = {"name": "light", "kind": "select", "values": ["off", "on"], "mutable": True}
+    label = project.label(1)
+    change = {"edit": "set_value", "target": 1, "name": "light", "frame": 3, "value": "on"}
+    project.edit([{"edit": "declare", "label": label, "attributes": [light]}, change])
+    assert project.attributes(1, 2) == {"colour": "red", "light": "off"}
+    assert project.attributes(1, frame=3) == {"colour": "red", "light": "on"}
+    assert project.attributes(1) == {"colour": "red"}
+    with pytest.raises(ValueError, match="allowed: off, on"):
+        project.edit([{**change, "value": "red"}])
+    assert project.undo()
     assert project.undo() and project.targets == [1]
     assert project.redo() and project.targets == [1, 2]
     project.delete_target(2)

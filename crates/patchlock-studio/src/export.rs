@@ -2,7 +2,7 @@
 //! table.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use patchlock_track::export::{self, About, Clip, Entry, Part, Said, Track};
 use patchlock_track::text::as_cell;
 use serde::Serialize;
 
-use crate::project::{Error, Label, PLACEHOLDER, Project, Shared, Store, Target, file};
+use crate::project::{Changes, Error, Label, PLACEHOLDER, Project, Shared, Store, Target, file};
 
 /// A format that a project can be written in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,7 +35,7 @@ impl Format {
 
     /// All formats. Projects have no rotated boxes.
     pub fn all() -> impl Iterator<Item = Self> {
-        let upright = |format: &export::Format| *format != export::Format::YoloObb;
+        let upright = |format: &export::Format| !format.is_rotated();
         let others = export::Format::ALL.into_iter().filter(upright);
         [Self::Csv].into_iter().chain(others.map(Self::Other))
     }
@@ -357,13 +357,32 @@ pub fn track(project: &Project) -> Result<Track, Error> {
             said: row.said,
         })
     });
-    let about = project.targets.iter().map(|target| {
-        let (label, attributes) = (target.label.clone(), target.attributes.clone());
-        (target.id, About { label, attributes })
-    });
+    let about = project.targets.iter().map(|target| (target.id, about(project, target)));
     let about: BTreeMap<u64, About> = about.collect();
+    let declared = project.labels.iter();
+    let declared = declared.map(|label| (label.name.clone(), label.attributes.clone())).collect();
     let (width, height) = (project.video.width, project.video.height);
-    Ok(Track::new(entries.collect())?.with_targets(about).sized(width, height))
+    let track = Track::new(entries.collect())?;
+    Ok(track.with_targets(about).with_declared(declared).sized(width, height))
+}
+
+/// The label and the attributes of a target: those that its label declares, with their defaults, and
+/// others that it has.
+fn about(project: &Project, target: &Target) -> About {
+    let (mut attributes, mut changes) = (target.attributes.clone(), BTreeMap::new());
+    for attribute in project.declared(&target.label) {
+        let name = &attribute.name;
+        if !attribute.mutable {
+            attributes.insert(name.clone(), target.value(attribute, 0).to_owned());
+            continue;
+        }
+        attributes.remove(name);
+        let later = target.changes.get(name).into_iter().flat_map(|Changes(values)| values.keys());
+        let frames = [0].into_iter().chain(later.copied());
+        let values = frames.map(|frame| (frame, target.value(attribute, frame).to_owned()));
+        changes.insert(name.clone(), values.collect());
+    }
+    About { label: target.label.clone(), attributes, changes }
 }
 
 /// What is known of a target in a frame.
@@ -431,17 +450,51 @@ struct Line<'a> {
     frame_h: usize,
 }
 
+/// The columns of a [`Line`].
+const COLUMNS: [&str; 17] = [
+    "frame",
+    "id",
+    "label",
+    "x",
+    "y",
+    "w",
+    "h",
+    "score",
+    "status",
+    "key",
+    "occluded",
+    "truncated",
+    "hidden",
+    "visible",
+    "agreement",
+    "frame_w",
+    "frame_h",
+];
+
+/// What the names of columns with attributes begin with.
+pub(crate) const ATTRIBUTE: &str = "attribute:";
+
 /// The table of a project, ordered by target and frame: CSV with the columns that
-/// [`Format::Csv`](crate::import::Format::Csv) lists.
+/// [`Format::Csv`](crate::import::Format::Csv) lists, and one for each attribute.
 ///
 /// # Errors
 /// As [`track`].
 pub fn table(project: &Project) -> Result<String, Error> {
     check_rows(project)?;
-    let mut out = csv::Writer::from_writer(Vec::new());
+    let about: Vec<About> = project.targets.iter().map(|it| about(project, it)).collect();
+    let names = about.iter().flat_map(|it| it.attributes.keys().chain(it.changes.keys()));
+    let names: BTreeSet<&String> = names.collect();
+    let mut out = csv::WriterBuilder::new().has_headers(false).from_writer(Vec::new());
+    let of_attributes = names.iter().map(|name| format!("{ATTRIBUTE}{name}"));
+    let header = COLUMNS.iter().map(|&name| name.to_owned()).chain(of_attributes);
+    out.write_record(header).map_err(|error| refused(error.to_string()))?;
     let mut count = 0;
-    for target in &project.targets {
+    for (target, about) in project.targets.iter().zip(&about) {
         for row in rows(target) {
+            let values = about.at(row.frame);
+            let values = names.iter().map(|name| values.get(name.as_str()).copied());
+            let values: Vec<Cow<'_, str>> =
+                values.map(|value| as_cell(value.unwrap_or_default())).collect();
             count += usize::from(row.bbox.is_some());
             let said = row.said.unwrap_or_default();
             let side = |of: fn(BoundingBox) -> f64| row.bbox.map(of);
@@ -464,7 +517,7 @@ pub fn table(project: &Project) -> Result<String, Error> {
                 frame_w: project.video.width,
                 frame_h: project.video.height,
             };
-            out.serialize(line).map_err(|error| refused(error.to_string()))?;
+            out.serialize((line, values)).map_err(|error| refused(error.to_string()))?;
         }
     }
     if count == 0 {

@@ -2,10 +2,12 @@
 //!
 //! A [`session`] is a tracker with its threads and a clock; [`many_targets`] tracks targets by the
 //! caller's ids. [`settings`] resolves presets and settings files, [`models`] loads networks,
-//! [`start_box`] checks first boxes, [`text`] reads tables of boxes, and [`export`] writes tracks for other tools.
+//! [`start_box`] checks first boxes, [`text`] reads tables of boxes, [`attributes`] are what labels
+//! declare, and [`export`] writes tracks for other tools.
 //!
 //! Boxes are [`patchlock::BoundingBox`], in pixels counted from 0.
 
+pub mod attributes;
 pub mod error;
 pub mod export;
 pub mod files;

@@ -69,6 +69,32 @@ test('all buttons are reached with Tab, and the focus is seen', async ({ work, p
     }
 });
 
+const KINDS = ['checkbox', 'select', 'number', 'text'];
+
+/** Opens the attributes of the first label, and adds one of each kind. */
+async function declareAttributes(page) {
+    await page.locator('#stage').focus();
+    await page.keyboard.press('l');
+    await page
+        .getByRole('button', { name: /^Attributes of / })
+        .first()
+        .click();
+    const dialog = page.getByRole('dialog').last();
+    for (const kind of KINDS) {
+        await dialog.getByRole('button', { name: 'Add attribute' }).click();
+        const row = dialog.locator('.schema-rows > li').last();
+        await row.getByLabel('Name').fill(`an attribute that is a ${kind}`);
+        await row.getByLabel('Kind').selectOption(kind);
+        if (kind === 'select') await row.getByLabel('Values, one a line').fill('first of all\nsecond');
+    }
+}
+
+/** Saves them, and waits until the labels are in front again. */
+async function saveAttributes(page) {
+    await page.getByRole('dialog').last().getByRole('button', { name: 'Save' }).click();
+    await expect(page.getByRole('dialog')).toHaveCount(1);
+}
+
 async function axeFindsNothing(page, where) {
     const { violations } = await new AxeBuilder({ page }).analyze();
     const found = violations.map(({ id, nodes }) => [id, nodes.map(({ html }) => html)]);
@@ -97,6 +123,12 @@ for (const colorScheme of /** @type {const} */ (['light', 'dark'])) {
                 await work.press('Escape');
                 await expect(page.getByRole('dialog')).toHaveCount(0);
             }
+            await declareAttributes(page);
+            await check('attributes');
+            await saveAttributes(page);
+            await work.closeDialog();
+            await expect(page.locator('.value-row')).toHaveCount(KINDS.length);
+            await check('values of attributes');
             await work.press('Shift+C');
             await expect(page.locator('#camera-status')).toBeVisible();
             await check('camera');
@@ -194,6 +226,12 @@ test.describe('on a telephone', () => {
         await expect(page.getByRole('dialog')).toBeVisible();
         expect(await beyond()).toEqual([]);
         await work.closeDialog();
+        await declareAttributes(page);
+        expect(await beyond()).toEqual([]);
+        await saveAttributes(page);
+        await work.closeDialog();
+        await expect(page.locator('.value-row')).toHaveCount(KINDS.length);
+        expect(await beyond()).toEqual([]);
         await work.press('Shift+C');
         await expect(page.locator('#camera')).toBeVisible();
         expect(await beyond()).toEqual([]);

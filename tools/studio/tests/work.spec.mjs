@@ -264,6 +264,83 @@ test('labels, their colours and attributes', async ({ work, folder }) => {
     await expect.poll(() => folder.project().targets[0].attributes).toEqual({ motif: 'a boat' });
 });
 
+test('attributes of a label are declared, and change from frame to frame', async ({ work, folder }) => {
+    const { page } = work;
+    await work.afterDrawing('none');
+    await work.draw(truth[0]);
+    await expect(work.targets()).toHaveCount(1);
+    await page.locator('#stage').focus();
+
+    // Everything with keys.
+    await work.press('l');
+    await page.getByRole('button', { name: 'Attributes of target' }).focus();
+    await work.press('Enter');
+    const dialog = page.getByRole('dialog').last();
+    const add = dialog.getByRole('button', { name: 'Add attribute' });
+    await add.focus();
+    await work.press('Enter');
+    await page.keyboard.type('parked');
+    await add.focus();
+    await work.press('Enter');
+    await page.keyboard.type('light');
+    const row = dialog.locator('.schema-rows > li').last();
+    await row.getByLabel('Kind').selectOption('select');
+    await row.getByLabel('Values, one a line').fill('off\non\n');
+    await row.getByLabel('Default').fill('green');
+    await dialog.getByRole('button', { name: 'Save' }).click();
+    // What is refused says why, and stays to be corrected.
+    await expect(page.locator('#errors')).toContainText('"light" is "green"; allowed: off, on');
+    await row.getByLabel('Default').fill('');
+    await row.getByLabel('Default').press('Enter');
+    await expect(page.getByRole('dialog')).toHaveCount(1);
+    await expect
+        .poll(() => folder.project().labels[0].attributes)
+        .toEqual([
+            { name: 'parked', kind: 'checkbox', default: 'false', mutable: true },
+            { name: 'light', kind: 'select', values: ['off', 'on'], default: 'off', mutable: true },
+        ]);
+    await work.closeDialog();
+
+    // A value holds until the next change.
+    const parked = page.getByLabel('parked', { exact: true });
+    const light = page.getByLabel('light', { exact: true });
+    const changes = () => folder.project().targets[0].changes ?? {};
+    await expect(parked).not.toBeChecked();
+    await work.goTo(20);
+    await parked.focus();
+    await work.press('Space');
+    await expect.poll(changes).toEqual({ parked: { 20: 'true' } });
+    await expect(parked).toBeFocused();
+    await light.selectOption('on');
+    await expect.poll(changes).toEqual({ parked: { 20: 'true' }, light: { 20: 'on' } });
+    await work.goTo(19);
+    await expect(parked).not.toBeChecked();
+    await expect(light).toHaveValue('off');
+    await work.goTo(60);
+    await expect(parked).toBeChecked();
+    await expect(page.locator('.value-row').first()).toContainText('from 20');
+    await parked.uncheck();
+    await expect.poll(() => changes().parked).toEqual({ 20: 'true', 60: 'false' });
+    await page.getByRole('button', { name: 'Take back the change of parked' }).click();
+    await expect.poll(() => changes().parked).toEqual({ 20: 'true' });
+    await expect(parked).toBeChecked();
+    await page.locator('#stage').focus();
+    await work.press('Control+z', 'Control+z');
+    await expect.poll(() => changes().parked).toEqual({ 20: 'true' });
+    await expect(page.locator('#notices')).toContainText(
+        'Undone: set parked of target 1 to "false" from frame 60',
+    );
+
+    // Other attributes of the target leave those alone.
+    await page.locator('#attributes').click();
+    await page.getByLabel('Name').fill('motif');
+    await page.getByLabel('Value').fill('a boat');
+    await page.getByRole('button', { name: 'Save' }).click();
+    await expect.poll(() => folder.project().targets[0].attributes).toEqual({ motif: 'a boat' });
+    expect(changes()).toEqual({ parked: { 20: 'true' }, light: { 20: 'on' } });
+    expect(folder.project().version).toBe(3);
+});
+
 test('frames are exact, and the newest counts when steps come fast', async ({ work, studio }) => {
     const { page } = work;
     await work.goTo(40);

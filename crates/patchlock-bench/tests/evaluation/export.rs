@@ -327,6 +327,43 @@ fn rotated_boxes_of_yolo_are_the_outlines() {
     assert!(text(out.join("data.yaml")).contains("train: images/train"));
 }
 
+/// A square that stands on a corner, one that is turned by a right angle, and an upright one.
+#[test]
+fn rotated_boxes_of_cvat_have_the_sides_before_they_are_turned() {
+    let workspace = Workspace::new();
+    let error = workspace.export(&options(Format::CvatObb)).unwrap_err().to_string();
+    assert!(error.contains("target 1 of film has no outline in frame 2"), "{error}");
+    let entry = |frame, corners, status| Entry {
+        frame,
+        id: 1,
+        bbox: Some(BoundingBox { x: 10.0, y: 5.0, w: 20.0, h: 20.0 }),
+        score: None,
+        corners,
+        status: Some(status),
+        said: None,
+    };
+    let diamond = [[19.5, 4.5], [29.5, 14.5], [19.5, 24.5], [9.5, 14.5]];
+    let right = [[29.5, 4.5], [29.5, 24.5], [9.5, 24.5], [9.5, 4.5]];
+    let upright = [[9.5, 4.5], [29.5, 4.5], [29.5, 24.5], [9.5, 24.5]];
+    let track = Track::new(vec![
+        entry(0, Some(diamond), Status::Tracked),
+        entry(1, Some(right), Status::Tracked),
+        entry(2, Some(upright), Status::Tracked),
+        entry(3, None, Status::Lost),
+    ]);
+    let out = workspace.path("rotated.xml");
+    export::write(&track.unwrap(), &options(Format::CvatObb), &out, false).unwrap();
+    let boxes = text(&out);
+    let boxes: Vec<&str> = boxes.lines().filter(|line| line.contains("<box ")).collect();
+    let has = |k: usize, words: &str| assert!(boxes[k].contains(words), "{words}: {}", boxes[k]);
+    has(0, "xtl=\"10\" ytl=\"5\" xbr=\"30\" ybr=\"25\"");
+    has(0, " rotation=\"45\"");
+    has(1, "xtl=\"10\" ytl=\"5\" xbr=\"30\" ybr=\"25\"");
+    has(1, " rotation=\"90\"");
+    has(2, "ybr=\"25\" z_order=\"0\">");
+    has(3, "frame=\"3\" keyframe=\"1\" outside=\"1\"");
+}
+
 #[test]
 fn yolo_is_relative_and_clipped() {
     let workspace = Workspace::new();
@@ -447,7 +484,7 @@ fn inconsistent_options_are_errors_and_nothing_is_written() {
         Format::named("vot")
             .unwrap_err()
             .to_string()
-            .contains("mot, coco, cvat, yolo, yolo-obb, voc")
+            .contains("mot, coco, cvat, cvat-obb, yolo, yolo-obb, voc")
     );
 }
 
@@ -684,7 +721,7 @@ fn many_targets_are_written_in_a_time_that_follows_their_number() {
     };
     let about = |id: u64| {
         let attributes = [(format!("a{id}"), "b".to_owned())].into();
-        (id, About { label: format!("label {id}"), attributes })
+        (id, About { label: format!("label {id}"), attributes, ..About::default() })
     };
     let track = Track::new((0..TARGETS).map(entry).collect()).unwrap();
     let track = track.with_targets((0..TARGETS).map(about).collect());

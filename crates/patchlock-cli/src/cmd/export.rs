@@ -35,6 +35,8 @@ FORMATS:
           outline is the segmentation
   cvat    an XML file: CVAT for video 1.1; targets with a score below 0.5 are
           marked as occluded
+  cvat-obb  the same with the rotated outline: the box and its rotation; only
+          for tables of patchlock track
   yolo    a folder: data.yaml and labels/train; boxes are clipped to the frame,
           ids are lost
   yolo-obb  the same with the corners of the rotated outline in place of the
@@ -84,11 +86,12 @@ pub struct ExportArgs {
     #[arg(long, requires = "all")]
     no_frames: bool,
 
-    /// mot, coco, cvat, yolo, yolo-obb, voc, label-studio, lasot or got10k; for projects also csv
+    /// mot, coco, cvat, cvat-obb, yolo, yolo-obb, voc, label-studio, lasot or got10k; for projects
+    /// also csv
     #[arg(long, value_name = "NAME")]
     format: String,
 
-    /// The file to write for mot, coco, cvat and label-studio; the folder to create for the others
+    /// The file to write for mot, coco, cvat, cvat-obb and label-studio; the folder to create for the others
     #[arg(long, value_name = "PATH")]
     out: PathBuf,
 

@@ -1,6 +1,7 @@
 //! Draws the track on a frame: box and rotated outline, and the panels with score and patches.
 //! Lines are solid when the target is tracked, dashed when that is uncertain; of a lost target only
-//! the last known box is drawn, thin and grey, with the word LOST.
+//! the box is drawn, which is what is still followed or the last known one, thin and grey, with the
+//! word LOST.
 
 use patchlock::{Estimate, Status};
 use patchlock_studio::drawing::canvas::{Canvas, Line};

@@ -9,7 +9,7 @@ use super::{Seen, Tracked};
 /// What a table has as the position of a lost target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Lost {
-    /// The last known box and outline
+    /// What is still followed, or the last known box and outline
     Keep,
     /// No position: empty cells in .csv, null in .jsonl, NaN in .txt
     Blank,

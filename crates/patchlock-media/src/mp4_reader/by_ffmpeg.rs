@@ -22,8 +22,8 @@ pub struct External {
 
 impl Mp4 {
     /// Starts ffmpeg at a frame; `None` if that is not sure to give the frames of the decoder.
-    pub(super) fn start_ffmpeg(&self, first: usize) -> Option<External> {
-        let program = self.program.as_ref()?;
+    pub(super) fn start_ffmpeg(&mut self, first: usize) -> Option<External> {
+        let program = self.program.clone()?;
         // ffmpeg rounds a crop at the left.
         if (self.info.crop_left, self.info.crop_top) != (0, 0) {
             return None;
@@ -35,13 +35,13 @@ impl Mp4 {
             return None;
         }
         let first = self.frames.get(first)?.picture;
-        let entrance = self.pictures.entrance(first);
+        let entrance = self.entrance(first);
         let from = first.checked_sub(1).map(|before| {
             let cut = times[before] + (times[first] - times[before]) / 2;
             (times[self.pictures.shown[entrance]], cut)
         });
         let wanted = Wanted { path: &self.path, first, from, size: self.info.shown() };
-        let decoder = ExternalDecoder::start(program, &wanted, self.limits)?;
+        let decoder = ExternalDecoder::start(&program, &wanted, self.limits)?;
         Some(External { decoder, times, checked: entrance, info: self.info })
     }
 

@@ -12,7 +12,7 @@ from patchlock._patchlock import Estimate, _export
 
 def export(
     track: str | os.PathLike[str] | Iterable[Estimate] | Iterable[Mapping[int, Estimate]],
-    format: Literal["mot", "coco", "cvat", "yolo", "yolo-obb", "voc", "label-studio", "lasot", "got10k"],
+    format: Literal["mot", "coco", "cvat", "cvat-obb", "yolo", "yolo-obb", "voc", "label-studio", "lasot", "got10k"],
     out: str | os.PathLike[str],
     *,
     size: tuple[int, int] | None = None,
@@ -31,6 +31,7 @@ def export(
     | `"mot"` | a text file: frame, id, left, top, width, height, confidence | motmetrics, TrackEval |
     | `"coco"` | a JSON file: COCO with videos, tracks and rotated outlines | pycocotools |
     | `"cvat"` | an XML file: CVAT for video 1.1, to correct a track by hand | CVAT |
+    | `"cvat-obb"` | the same with the rotated outline: the box and its rotation | CVAT |
     | `"yolo"` | a folder: `data.yaml`, `labels/train`; target ids are lost | detectors |
     | `"yolo-obb"` | the same with the corners of the rotated outline | detectors |
     | `"voc"` | a folder: Pascal VOC, `Annotations` and `JPEGImages`; target ids are lost | detectors |

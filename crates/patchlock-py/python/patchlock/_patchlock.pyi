@@ -999,7 +999,7 @@ class Estimate:
 
         The columns are frame, x, y, w, h, score, visible_large, visible_small, x1, y1 to x4, y4, ms and
         status. The visible shares are `None` if the method does not know them. The position of a lost target
-        is the last one that was known, as with `--lost keep`.
+        is what is still followed, or the last known one, as with `--lost keep`.
         """
 
     def numbered(self, frame: int) -> Estimate:
@@ -1012,7 +1012,7 @@ class Estimate:
 
         The lines are those of the command `patchlock track --video`: the upright box is white, the outline
         goes from orange to teal with the score, both are dashed while the target is uncertain. Of a lost target
-        the last known box is drawn in grey.
+        only the box is drawn, in grey: what is still followed, or the last known one.
 
         Args:
             frame: The frame, as for `Tracker`. uint16 samples are divided by 256, float32 samples are from 0
@@ -1297,8 +1297,12 @@ class Project:
     def label(self, target: int) -> str:
         """The label of a target."""
 
-    def attributes(self, target: int) -> dict[str, str]:
-        """The attributes of a target."""
+    def attributes(self, target: int, frame: int | None = None) -> dict[str, str]:
+        """The attributes of a target.
+
+        Without `frame`, those that were set for the whole target. With it, all that hold in the frame, also
+        those that change and the defaults of its label.
+        """
 
     def keys(self, target: int) -> dict[int, dict[str, Any]]:
         """The boxes that a person has drawn, by frame.

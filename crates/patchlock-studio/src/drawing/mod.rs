@@ -27,7 +27,7 @@ pub fn upright(bbox: BoundingBox) -> [[f32; 2]; 4] {
     [[x, y], [x + w, y], [x + w, y + h], [x, y + h]].map(|corner| corner.map(|value| value as f32))
 }
 
-/// Draws the last known box of a lost target.
+/// Draws the box of a lost target: what is still followed, or the last known one.
 pub fn lost_box(canvas: &mut Canvas, bbox: BoundingBox) {
     let line = Line { width: 0.8 * scale(canvas), colour: LOST, dashed: false };
     canvas.outline(&upright(bbox), line);

@@ -288,6 +288,7 @@ mod tests {
             id: 1,
             label: "target".into(),
             attributes: std::collections::BTreeMap::new(),
+            changes: std::collections::BTreeMap::new(),
             keys: keys.iter().map(key).collect(),
             tracked: tracked.iter().map(found).collect(),
             hidden: hidden.to_vec(),

@@ -1,9 +1,11 @@
 //! "CVAT for video 1.1": tracks with boxes.
 
 use patchlock::BoundingBox;
+use patchlock_track::attributes::RESERVED;
 
 use super::xml::{Element, Xml};
 use super::{Found, Outcome, Row};
+use crate::project::{Attribute, Kind, check, limits};
 
 /// Reads all tracks.
 pub fn read(text: &str, found: &mut Found<'_>) -> Outcome {
@@ -21,7 +23,7 @@ pub fn read(text: &str, found: &mut Found<'_>) -> Outcome {
                     .to_owned());
             }
             _ if size.is_none() => {
-                size = original_size(&mut xml)?;
+                size = read_meta(&mut xml, found)?;
                 found.check_size(size)?;
             }
             _ => xml.close_to(1)?,
@@ -31,10 +33,15 @@ pub fn read(text: &str, found: &mut Found<'_>) -> Outcome {
     xml.child().map(|_| ())
 }
 
-/// The size of the frames, if the open element, which is read to its end, has it.
-fn original_size(xml: &mut Xml<'_>) -> Outcome<Option<(usize, usize)>> {
-    let (outer, mut sides) = (xml.depth() - 1, [None; 2]);
-    if xml.skip_to("original_size")? {
+/// The size of the frames, and the attributes of labels, if the open element, which is read to its
+/// end, has them.
+fn read_meta(xml: &mut Xml<'_>, found: &mut Found<'_>) -> Outcome<Option<(usize, usize)>> {
+    let (depth, mut sides) = (xml.depth(), [None; 2]);
+    while let Some(name) = xml.find(depth, &["original_size", "label"])? {
+        if name == "label" {
+            read_label(xml, found)?;
+            continue;
+        }
         while let Some(child) = xml.child()? {
             let side = ["width", "height"].iter().position(|name| *name == child.name);
             let text = xml.text()?;
@@ -43,8 +50,76 @@ fn original_size(xml: &mut Xml<'_>) -> Outcome<Option<(usize, usize)>> {
             }
         }
     }
-    xml.close_to(outer)?;
     Ok(sides[0].zip(sides[1]))
+}
+
+/// Reads a label with the definitions of its attributes.
+fn read_label(xml: &mut Xml<'_>, found: &mut Found<'_>) -> Outcome {
+    let (mut label, mut attributes) = (None, Vec::new());
+    while let Some(child) = xml.child()? {
+        match child.name.as_str() {
+            "name" => label = Some(xml.text()?),
+            "attributes" => {
+                while let Some(attribute) = xml.child()? {
+                    let read = definition(xml)?;
+                    check::at_most("attributes of a label", attributes.len(), limits::ATTRIBUTES)?;
+                    let is_other = |known: &Attribute| known.name != read.name;
+                    // Boxes have what is said under these names in other places.
+                    if attribute.name == "attribute"
+                        && !RESERVED.contains(&read.name.as_str())
+                        && attributes.iter().all(is_other)
+                    {
+                        attributes.push(read);
+                    }
+                }
+            }
+            _ => drop(xml.text()?),
+        }
+    }
+    if let Some(label) = label.filter(|_| !attributes.is_empty()) {
+        patchlock_track::attributes::check(&attributes)
+            .map_err(|reason| format!("the label {label:?}: {reason}"))?;
+        found.declared.insert(label, attributes);
+    }
+    Ok(())
+}
+
+/// The definition of an attribute. One that a project cannot have, such as a choice without its
+/// default, is that of a text, so that no value is lost.
+fn definition(xml: &mut Xml<'_>) -> Outcome<Attribute> {
+    let mut parts: [String; 5] = Default::default();
+    while let Some(child) = xml.child()? {
+        let names = ["name", "mutable", "input_type", "default_value", "values"];
+        let part = names.iter().position(|name| *name == child.name);
+        let text = xml.text()?;
+        if let Some(part) = part {
+            parts[part] = text;
+        }
+    }
+    let [name, mutable, kind, default, values] = parts;
+    let values: Vec<String> = values.lines().map(|value| value.trim().to_owned()).collect();
+    let number = |k: usize| values.get(k).and_then(|text| text.parse::<f64>().ok());
+    let kind = match kind.as_str() {
+        "checkbox" => Some(Kind::Checkbox),
+        "select" | "radio" => Some(Kind::Select { values: values.clone() }),
+        "number" => number(0).zip(number(1)).map(|(min, max)| Kind::Number {
+            min,
+            max,
+            step: number(2).unwrap_or(1.0),
+        }),
+        _ => None,
+    };
+    let mutable = mutable.eq_ignore_ascii_case("true");
+    let of = |kind: Kind, default| Attribute { name: name.clone(), kind, default, mutable };
+    let read = kind.map(|kind| {
+        let default = match kind {
+            Kind::Checkbox => default.to_lowercase(),
+            _ => default.clone(),
+        };
+        of(kind, default)
+    });
+    let text = || of(Kind::Text { length: limits::VALUE }, default.clone());
+    Ok(read.filter(|read| read.check().is_ok()).unwrap_or_else(text))
 }
 
 fn add_track(xml: &mut Xml<'_>, track: &Element, found: &mut Found<'_>) -> Outcome {
@@ -61,14 +136,11 @@ fn add_track(xml: &mut Xml<'_>, track: &Element, found: &mut Found<'_>) -> Outco
                 let read = Outlined::read(&element, id, label);
                 let mut shape =
                     read.map_err(|reason| format!("line {}: {reason}", xml.line_of(&element)))?;
-                let target = found.target(Some(id), Some(label));
                 while let Some(child) = xml.child()? {
                     let value = xml.text()?;
                     match child.attribute("name").filter(|_| child.name == "attribute") {
                         Some(TRUNCATED) => shape.row.truncated |= value == "true",
-                        Some(name) => {
-                            target.attributes.entry(name.to_owned()).or_insert(value);
-                        }
+                        Some(name) => shape.row.values.push((name.to_owned(), value)),
                         None => {}
                     }
                 }
@@ -116,11 +188,13 @@ impl Outlined {
         };
         let (x, y) = (number("xtl")?, number("ytl")?);
         let bbox = BoundingBox { x, y, w: number("xbr")? - x, h: number("ybr")? - y };
+        let rotation = element.attribute("rotation").map_or(Ok(0.0), |_| number("rotation"))?;
+        if !rotation.is_finite() {
+            return Err(format!("rotation is {rotation}; allowed: a number of degrees"));
+        }
+        let bbox = if rotation == 0.0 { bbox } else { around(bbox, rotation.to_radians()) };
         let is = |name: &str| element.attribute(name) == Some("1");
         let outside = is("outside");
-        if !outside && element.attribute("rotation").is_some_and(|turn| turn.parse() != Ok(0.0)) {
-            return Err("the box is rotated; only upright boxes are read".to_owned());
-        }
         let row = Row {
             frame,
             track: Some(id.to_owned()),
@@ -133,6 +207,15 @@ impl Outlined {
         };
         Ok(Self { row, outside })
     }
+}
+
+/// The upright box around a box that is turned around its centre.
+fn around(bbox: BoundingBox, angle: f64) -> BoundingBox {
+    // Sides are edges of pixels here, not their centres.
+    let (x, y) = (bbox.x + bbox.w / 2.0, bbox.y + bbox.h / 2.0);
+    let (sin, cos) = (angle.sin().abs(), angle.cos().abs());
+    let (w, h) = (bbox.w * cos + bbox.h * sin, bbox.w * sin + bbox.h * cos);
+    BoundingBox { x: x - w / 2.0, y: y - h / 2.0, w, h }
 }
 
 /// The attribute of a box of which a part is outside the frame.

@@ -15,21 +15,23 @@ use std::collections::{BTreeMap, HashMap};
 use patchlock::{BoundingBox, Status};
 
 use self::spans::Spans;
-use crate::project::{Error, Key, Project, Target, Tracked, Video, check};
+use crate::project::{Attribute, Edit, Error, Key, Label, Project, Target, Tracked, Video, check};
 
 /// A format that can be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// A table of `patchlock track` or of a project, as CSV or as JSON lines: the columns `frame`,
     /// `x`, `y`, `w` and `h`, counted from 0, and, if there are, `id`, `label`, `score`, `status`,
-    /// `key`, `occluded`, `truncated`, `hidden`, `visible`, `agreement`, `frame_w` and `frame_h`.
+    /// `key`, `occluded`, `truncated`, `hidden`, `visible`, `agreement`, `frame_w` and `frame_h`; of
+    /// CSV also `attribute:NAME`, with the value of an attribute in the frame.
     Csv,
     /// MOTChallenge, results or ground truth: `frame,id,left,top,width,height,confidence,...`,
     /// counted from one. Confidence 0 means lost. Ground truth has a class, which becomes the label
     /// `class N`, and the visible share.
     Mot,
     /// "CVAT for video 1.1": an XML file. From a box that is outside to the next one that is not,
-    /// the target is hidden.
+    /// the target is hidden. Of a rotated box, the upright one around it is read. Attributes are
+    /// read with their declarations.
     Cvat,
     /// A JSON file in the format of COCO. The frame of an image is its `frame_id`, or the number at
     /// the end of its name, counted from 0. Annotations of one target have the same `track_id`,
@@ -63,13 +65,47 @@ impl Format {
     }
 }
 
-/// Reads the targets of a file, for [`Edit::Import`](crate::project::Edit::Import). Targets without
-/// a label in the file get the first of the project. The ids are those of this list, from 1.
+/// What a file has.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Imported {
+    /// Its targets; the ids are those of this list, from 1.
+    pub targets: Vec<Target>,
+    /// The attributes that it declares for labels of its targets.
+    pub declared: BTreeMap<String, Vec<Attribute>>,
+}
+
+impl Imported {
+    /// The edits that add it to a project with these labels, to be applied as one step. An attribute
+    /// that a label declares already stays as it is.
+    pub fn edits(self, labels: &[Label]) -> Vec<Edit> {
+        let mut edits = Vec::new();
+        for (name, declared) in self.declared {
+            let known = labels.iter().find(|label| label.name == name);
+            if known.is_none() {
+                edits.push(Edit::AddLabel { name: name.clone(), colour: None, at: None });
+            }
+            let mut attributes = known.map(|label| label.attributes.clone()).unwrap_or_default();
+            let before = attributes.len();
+            for attribute in declared {
+                if attributes.iter().all(|known| known.name != attribute.name) {
+                    attributes.push(attribute);
+                }
+            }
+            if attributes.len() > before {
+                edits.push(Edit::Declare { label: name, attributes });
+            }
+        }
+        edits.push(Edit::Import { targets: self.targets });
+        edits
+    }
+}
+
+/// Reads the targets of a file. Those without a label in the file get the first of the project.
 ///
 /// # Errors
 /// [`Error::Import`] if the text is not in this format, or has boxes that the project cannot have;
 /// it names the place.
-pub fn read(format: Format, text: &[u8], project: &Project) -> Result<Vec<Target>, Error> {
+pub fn read(format: Format, text: &[u8], project: &Project) -> Result<Imported, Error> {
     let text = std::str::from_utf8(text)
         .map_err(|error| Error::Import(format!("the file is not text in UTF-8: {error}")))?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
@@ -82,7 +118,7 @@ pub fn read(format: Format, text: &[u8], project: &Project) -> Result<Vec<Target
         Format::Coco => coco::read,
     };
     read(text, &mut found).map_err(Error::Import)?;
-    found.targets().map_err(Error::Import)
+    found.finish().map_err(Error::Import)
 }
 
 type Outcome<T = ()> = Result<T, String>;
@@ -105,6 +141,8 @@ struct Row {
     status: Option<Status>,
     visible: Option<f64>,
     agreement: Option<f64>,
+    /// Values of attributes, by name.
+    values: Vec<(String, String)>,
 }
 
 /// The targets that were found so far.
@@ -116,11 +154,20 @@ struct Found<'a> {
     hidden: Vec<Spans>,
     /// Places in `targets`, by what the file calls them.
     places: HashMap<String, usize>,
+    /// The attributes that the file declares, by label.
+    declared: BTreeMap<String, Vec<Attribute>>,
 }
 
 impl<'a> Found<'a> {
     fn new(video: &'a Video, label: &'a str) -> Self {
-        Self { video, label, targets: Vec::new(), hidden: Vec::new(), places: HashMap::new() }
+        Self {
+            video,
+            label,
+            targets: Vec::new(),
+            hidden: Vec::new(),
+            places: HashMap::new(),
+            declared: BTreeMap::new(),
+        }
     }
 
     /// The target with this name; a new one without.
@@ -141,6 +188,7 @@ impl<'a> Found<'a> {
                 id: place as u64 + 1,
                 label: label.unwrap_or(self.label).to_owned(),
                 attributes: BTreeMap::new(),
+                changes: BTreeMap::new(),
                 keys: BTreeMap::new(),
                 tracked: BTreeMap::new(),
                 hidden: Vec::new(),
@@ -183,6 +231,14 @@ impl<'a> Found<'a> {
             None if row.hidden => hidden.add([frame; 2]),
             None => {}
         }
+        let declared = self.declared.get(&target.label).map_or(&[][..], Vec::as_slice);
+        for (name, value) in &row.values {
+            let known = declared.iter().find(|attribute| attribute.name == *name);
+            let is_fixed = known.is_some_and(|attribute| !attribute.mutable);
+            if !is_fixed || !target.attributes.contains_key(name) {
+                set_value(target, frame, name, value);
+            }
+        }
         Ok(())
     }
 
@@ -198,16 +254,41 @@ impl<'a> Found<'a> {
         }
     }
 
-    /// All targets that have a box.
-    fn targets(self) -> Outcome<Vec<Target>> {
-        let mut targets = self.targets;
+    /// Forgets attributes without a value: a table has a cell of each attribute in each row.
+    fn forget_empty(&mut self) {
+        for Target { attributes, changes, .. } in &mut self.targets {
+            attributes.retain(|name, value| !value.is_empty() || changes.contains_key(name));
+        }
+    }
+
+    /// All targets that have a box, and what is declared of their labels.
+    fn finish(self) -> Outcome<Imported> {
+        let Self { mut targets, mut declared, .. } = self;
         for (target, hidden) in targets.iter_mut().zip(self.hidden) {
             target.hidden = hidden.into_stretches();
         }
         targets.retain(|target| !target.keys.is_empty() || !target.tracked.is_empty());
         match targets.is_empty() {
             true => Err("there are no boxes in the file".to_owned()),
-            false => Ok(targets),
+            false => {
+                declared.retain(|label, _| targets.iter().any(|target| target.label == *label));
+                Ok(Imported { targets, declared })
+            }
+        }
+    }
+}
+
+/// Says the value of an attribute in a frame, in the order of the frames: the first is that of all
+/// frames, and each other one a change.
+fn set_value(target: &mut Target, frame: usize, name: &str, value: &str) {
+    let changed = target.changes.get(name).and_then(|changes| changes.at(frame));
+    let now = changed.or_else(|| target.attributes.get(name).map(String::as_str));
+    match now {
+        None => drop(target.attributes.insert(name.to_owned(), value.to_owned())),
+        Some(now) if now == value => {}
+        Some(_) => {
+            let changes = target.changes.entry(name.to_owned()).or_default();
+            changes.0.insert(frame, value.to_owned());
         }
     }
 }

@@ -7,6 +7,7 @@ use patchlock_track::text::of_cell;
 use serde::Deserialize;
 
 use super::{Found, Outcome, Row};
+use crate::export::ATTRIBUTE;
 
 /// The columns that are read. Cells may be empty.
 #[derive(Deserialize)]
@@ -33,19 +34,19 @@ struct Line {
 /// Reads CSV, or JSON lines if the text begins with a brace.
 pub fn read(text: &str, found: &mut Found<'_>) -> Outcome {
     let mut begun = HashSet::new();
-    let mut add = |number: usize, line: Line| {
+    let mut add = |number: usize, line: Line, values: Vec<(String, String)>| {
         let size = line.frame_w.zip(line.frame_h);
         found
             .check_size(size)
             .and_then(|()| line.row(&mut begun))
-            .and_then(|row| found.add(&row))
+            .and_then(|row| found.add(&Row { values, ..row }))
             .map_err(|reason| format!("line {number}: {reason}"))
     };
     if text.trim_start().starts_with('{') {
         let lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
         for (k, line) in lines {
             let line = serde_json::from_str(line);
-            add(k + 1, line.map_err(|error| format!("line {}: {error}", k + 1))?)?;
+            add(k + 1, line.map_err(|error| format!("line {}: {error}", k + 1))?, Vec::new())?;
         }
         return Ok(());
     }
@@ -64,8 +65,13 @@ pub fn read(text: &str, found: &mut Found<'_>) -> Outcome {
         let line = record.deserialize(Some(&columns));
         let mut line: Line = line.map_err(|error| format!("line {number}: {}", reason(&error)))?;
         line.label = line.label.map(|label| of_cell(&label).to_owned());
-        add(number, line)?;
+        let of_column = |(column, cell): (&str, &str)| {
+            Some((column.strip_prefix(ATTRIBUTE)?.to_owned(), of_cell(cell).to_owned()))
+        };
+        let values = columns.iter().zip(&record).filter_map(of_column).collect();
+        add(number, line, values)?;
     }
+    found.forget_empty();
     Ok(())
 }
 
@@ -106,6 +112,7 @@ impl Line {
             status: self.status,
             visible: self.visible,
             agreement: self.agreement,
+            values: Vec::new(),
         })
     }
 }

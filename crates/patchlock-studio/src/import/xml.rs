@@ -85,18 +85,17 @@ impl<'a> Xml<'a> {
         Ok(text.trim().to_owned())
     }
 
-    /// Reads the open element to its end, or to the beginning of the first element of this name in
-    /// it. Returns whether that was found.
-    pub fn skip_to(&mut self, name: &str) -> Outcome<bool> {
-        let outer = self.depth;
-        while self.depth >= outer {
+    /// Reads on to the end of the outermost of this many open elements, or to the beginning of the
+    /// next element in it with one of these names, which is returned.
+    pub fn find(&mut self, depth: usize, names: &[&'static str]) -> Outcome<Option<&'static str>> {
+        while self.depth >= depth {
             if let Piece::Begin(start, _) = self.next()?
-                && start.local_name().as_ref() == name
+                && let Some(name) = names.iter().find(|name| **name == start.local_name().as_ref())
             {
-                return Ok(true);
+                return Ok(Some(name));
             }
         }
-        Ok(false)
+        Ok(None)
     }
 
     /// Reads on to the end of the outermost of this many open elements.

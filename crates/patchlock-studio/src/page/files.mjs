@@ -263,7 +263,7 @@ async function guess(file) {
  * @param {File} file
  * @param {import('./types').Preview} found
  */
-function whatIsAdded(clip, file, { targets, keys, boxes, first, last, labels, there }) {
+function whatIsAdded(clip, file, { targets, keys, boxes, first, last, labels, attributes, there }) {
     const names = labels.map(
         ({ name, targets, new: isNew }) => `${name}${isNew ? ' (a new label)' : ''}: ${targets}`,
     );
@@ -272,6 +272,9 @@ function whatIsAdded(clip, file, { targets, keys, boxes, first, last, labels, th
         ` (${names.join(', ')}), with ${boxes === 1 ? '1 box' : `${boxes} boxes`}`,
         ` in frames ${first} to ${last}; ${keys === 0 ? 'none' : keys} of them ${keys === 1 ? 'is a key frame' : 'are key frames'}. `,
         'What is there stays as it is. ',
+        ...Object.entries(attributes).map(
+            ([label, names]) => `The label ${label} declares ${names.join(', ')} from then on. `,
+        ),
         there
             ? `${counted(there, 'target')} of the file ${there === 1 ? 'begins' : 'begin'} with a box that is here already. `
             : '',

@@ -28,6 +28,7 @@ pub const FILES: &[PageFile] = &[
     file!("index.html", HTML),
     file!("style.css", STYLE),
     file!("icon.svg", SVG),
+    file!("attributes.mjs", SCRIPT),
     file!("camera.mjs", SCRIPT),
     file!("clip.mjs", SCRIPT),
     file!("clips.mjs", SCRIPT),

@@ -2,7 +2,8 @@
 
 import * as edits from './edits.mjs';
 import * as stretches from './stretches.mjs';
-import { byId, counted, element, icon, iconButton, openDialog } from './dom.mjs';
+import { Values, openAttributes, openSchema } from './attributes.mjs';
+import { byId, counted, element, iconButton, openDialog } from './dom.mjs';
 import { drawHidden } from './drawing.mjs';
 import { inNumbers, inWords } from './editor.mjs';
 import { copy, thumbnails } from './frames.mjs';
@@ -20,6 +21,7 @@ export class Panel {
         this.editor = editor;
         /** What each part showed last, to leave alone what is the same: @type {Map<string, string>} */
         this.shown = new Map();
+        this.values = new Values(editor);
         /** @type {HTMLSelectElement} */ (byId('after-drawing')).addEventListener('change', (event) => {
             const { value } = /** @type {HTMLSelectElement} */ (event.target);
             editor.setAfterDrawing(/** @type {import('./types').Direction} */ (value));
@@ -151,6 +153,7 @@ export class Panel {
         const seen = track?.at(editor.frame) ?? null;
         const stretch = track?.hiddenAt(editor.frame) ?? null;
         byId('target-part').hidden = !track;
+        this.values.render();
         byId('target-title').textContent = track ? `${track.target.label} ${track.target.id}` : '';
         if (track && seen) {
             const covered =
@@ -318,67 +321,6 @@ function withHidden(picture, box, scale) {
 }
 
 /**
- * Names and values that belong to the whole target.
- * @param {Editor} editor
- */
-function openAttributes(editor) {
-    const { track, clip } = editor;
-    if (!track || !clip) return;
-    const rows = element('div', { class: 'attribute-rows' });
-    const add = (/** @type {string} */ name, /** @type {string} */ value) => {
-        const row = element(
-            'div',
-            { class: 'attribute-row' },
-            element('input', {
-                attributes: { value: name, placeholder: 'name', 'aria-label': 'Name', maxlength: 100 },
-            }),
-            element('input', {
-                attributes: { value, placeholder: 'value', 'aria-label': 'Value', maxlength: 1000 },
-            }),
-            iconButton('delete', 'Remove', () => row.remove()),
-        );
-        rows.append(row);
-        return row;
-    };
-    for (const [name, value] of Object.entries(track.target.attributes)) add(name, value);
-    const more = element(
-        'button',
-        {
-            attributes: { type: 'button' },
-            on: {
-                click: () => add('', '').querySelector('input')?.focus(),
-            },
-        },
-        icon('add'),
-        'Add',
-    );
-    const done = element('button', { class: 'primary', text: 'Save', attributes: { type: 'submit' } });
-    const form = element(
-        'form',
-        {
-            on: {
-                submit: (event) => {
-                    event.preventDefault();
-                    const inputs = [...rows.querySelectorAll('.attribute-row')].map((row) =>
-                        [...row.querySelectorAll('input')].map(({ value }) => value.trim()),
-                    );
-                    const attributes = Object.fromEntries(
-                        inputs.filter(([name]) => name).map(([name, value]) => [name, value]),
-                    );
-                    dialog.close();
-                    void clip.edit([{ edit: 'set_target', target: track.target.id, attributes }]);
-                },
-            },
-        },
-        element('p', { class: 'hint', text: 'Of the whole target, in every frame; such as colour: red.' }),
-        rows,
-        element('div', { class: 'dialog-buttons' }, more, done),
-    );
-    if (rows.children.length === 0) add('', '');
-    const dialog = openDialog(`Attributes of ${track.target.label} ${track.target.id}`, [form]);
-}
-
-/**
  * The list of labels: names, colours, new ones.
  * @param {Editor} editor
  */
@@ -403,6 +345,9 @@ export function openLabels(editor) {
                     if (text.value.trim())
                         void clip.edit([{ edit: 'set_label', name, new_name: text.value.trim() }]);
                 });
+                const schema = iconButton('attributes', `Attributes of ${name}`, () =>
+                    openSchema(editor, name),
+                );
                 const remove = iconButton(
                     'delete',
                     `Remove ${name}`,
@@ -414,6 +359,7 @@ export function openLabels(editor) {
                     element('kbd', { text: at < 9 ? String(at + 1) : '' }),
                     pick,
                     text,
+                    schema,
                     remove,
                 );
             }),

@@ -22,11 +22,24 @@ export interface Tracked {
 export interface Label {
     name: string;
     colour: string;
+    attributes?: Attribute[];
+}
+export interface Attribute {
+    name: string;
+    kind: 'checkbox' | 'select' | 'number' | 'text';
+    values?: string[];
+    min?: number;
+    max?: number;
+    step?: number;
+    length?: number;
+    default: string;
+    mutable: boolean;
 }
 export interface Target {
     id: number;
     label: string;
     attributes: Record<string, string>;
+    changes?: Record<string, Record<string, string>>;
     keys: Record<string, Key>;
     tracked: Record<string, Tracked>;
     hidden: [number, number][];
@@ -88,6 +101,7 @@ export interface Preview {
     first: number;
     last: number;
     labels: { name: string; targets: number; new: boolean }[];
+    attributes: Record<string, string[]>;
     there: number;
 }
 export interface Look {

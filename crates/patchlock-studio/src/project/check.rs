@@ -3,17 +3,20 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use patchlock::BoundingBox;
+use patchlock_track::attributes::{Attribute, check as declared};
 
-use super::{Frames, Key, Label, Project, Remark, Target, Tracked, Video};
+use super::{Changes, Frames, Key, Label, Project, Remark, Target, Tracked, Video, changes};
 
 /// The limits of a project.
 pub mod limits {
     /// Longest name of a label or an attribute, in characters.
-    pub const NAME: usize = 100;
+    pub const NAME: usize = patchlock_track::attributes::NAME;
     /// Longest value of an attribute, in characters.
-    pub const VALUE: usize = 1000;
-    /// Most attributes of a target.
-    pub const ATTRIBUTES: usize = 100;
+    pub const VALUE: usize = patchlock_track::attributes::VALUE;
+    /// Most attributes of a target or a label.
+    pub const ATTRIBUTES: usize = patchlock_track::attributes::ATTRIBUTES;
+    /// Most changes of attributes of a target, in all frames together.
+    pub const CHANGES: usize = 100_000;
     /// Longest text of a remark, in characters.
     pub const REMARK: usize = 2000;
     /// Most remarks.
@@ -136,7 +139,8 @@ pub fn label(label: &Label) -> Result {
             shortened(&label.colour)
         ));
     }
-    Ok(())
+    let of_label = |reason| format!("the label {:?}: {reason}", shortened(&label.name));
+    declared(&label.attributes).map_err(of_label)
 }
 
 /// Checks a target with all its frames.
@@ -146,6 +150,7 @@ pub fn target(target: &Target, labels: &[Label], video: &Video) -> Result {
     }
     known_label(&target.label, labels)?;
     attributes(&target.attributes)?;
+    changes(&target.changes, video)?;
     frames(&target.keys, &target.tracked, &target.hidden, [0, video.frames - 1], video)
 }
 
@@ -288,14 +293,49 @@ pub fn attributes(attributes: &BTreeMap<String, String>) -> Result {
     at_most("attributes", attributes.len(), limits::ATTRIBUTES)?;
     for (attribute, value) in attributes {
         name("name of the attribute", attribute)?;
-        let length = value.chars().count();
-        if length > limits::VALUE || value.chars().any(char::is_control) {
-            return Err(format!(
-                "the value {:?} of the attribute {attribute:?} has {length} characters; allowed: at most {}, \
-                 no control characters",
-                shortened(value),
-                limits::VALUE
-            ));
+        self::value(attribute, value)?;
+    }
+    Ok(())
+}
+
+/// Checks the values of attributes by frame. Those that the label does not allow are no error: it
+/// may have been changed while the project was closed.
+pub fn changes(changes: &BTreeMap<String, Changes>, video: &Video) -> Result {
+    at_most("attributes that change", changes.len(), limits::ATTRIBUTES)?;
+    at_most("changes of attributes", changes::count(changes), limits::CHANGES)?;
+    for (attribute, Changes(values)) in changes {
+        name("name of the attribute", attribute)?;
+        for (&at, value) in values {
+            frame(at, video).map_err(|reason| format!("the attribute {attribute:?}: {reason}"))?;
+            self::value(attribute, value)?;
+        }
+    }
+    Ok(())
+}
+
+fn value(attribute: &str, value: &str) -> Result {
+    let length = value.chars().count();
+    match length > limits::VALUE || value.chars().any(char::is_control) {
+        true => Err(format!(
+            "the value {:?} of the attribute {attribute:?} has {length} characters; allowed: at most {}, \
+             no control characters",
+            shortened(value),
+            limits::VALUE
+        )),
+        false => Ok(()),
+    }
+}
+
+/// Checks that all values of a target's attributes are such as its label declares.
+pub fn fits(target: &Target, declared: &[Attribute]) -> Result {
+    for attribute in declared {
+        let name = &attribute.name;
+        let changes = target.changes.get(name).into_iter().flat_map(|Changes(values)| values);
+        if let Some(value) = target.attributes.get(name) {
+            attribute.allows(value)?;
+        }
+        for (frame, value) in changes {
+            attribute.allows(value).map_err(|reason| format!("frame {frame}: {reason}"))?;
         }
     }
     Ok(())

@@ -6,11 +6,12 @@ use std::io::{self, Write as _};
 use patchlock::{BoundingBox, Status};
 use serde::{Deserialize, Serialize};
 
-use super::{Key, Label, Project, Remark, Target, Tracked, Video, by_frame, check};
+use super::{Changes, Key, Label, Project, Remark, Target, Tracked, Video, by_frame, check};
 
-/// The newest version that is read. It is written of projects with remarks, which older programs do
-/// not know; others are of version 1.
-pub const VERSION: u64 = 2;
+/// The newest version that is read. It is written of projects with attributes that labels declare,
+/// or that change from frame to frame. Those with remarks are of version 2, others of version 1:
+/// older programs read what they know.
+pub const VERSION: u64 = 3;
 /// The first member of every project file.
 const FORMAT: &str = "patchlock-project";
 
@@ -57,6 +58,8 @@ struct TargetForm {
     label: String,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     attributes: BTreeMap<String, String>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    changes: BTreeMap<String, Changes>,
     #[serde(default, with = "by_frame")]
     keys: BTreeMap<usize, Key>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -91,7 +94,7 @@ pub fn write(project: &Project, revision: u64) -> serde_json::Result<Vec<u8>> {
         value(out)
     };
     let end = |out: &mut Vec<u8>| out.extend_from_slice(b",\n");
-    let version = if project.remarks.is_empty() { 1 } else { VERSION };
+    let version = version_of(project);
     out.extend_from_slice(
         format!("{{\n  \"format\": \"{FORMAT}\",\n  \"version\": {version},\n").as_bytes(),
     );
@@ -118,6 +121,18 @@ pub fn write(project: &Project, revision: u64) -> serde_json::Result<Vec<u8>> {
     }
     out.extend_from_slice(b"\n}\n");
     Ok(out)
+}
+
+/// The oldest version that has all of a project.
+fn version_of(project: &Project) -> u64 {
+    let declares = project.labels.iter().any(|label| !label.attributes.is_empty());
+    if declares || project.targets.iter().any(|target| !target.changes.is_empty()) {
+        VERSION
+    } else if project.remarks.is_empty() {
+        1
+    } else {
+        2
+    }
 }
 
 /// The project and revision of a text, checked.
@@ -162,6 +177,7 @@ impl From<&Target> for TargetForm {
             id: target.id,
             label: target.label.clone(),
             attributes: target.attributes.clone(),
+            changes: target.changes.clone(),
             keys: target.keys.clone(),
             hidden: target.hidden.clone(),
             tracked,
@@ -171,14 +187,14 @@ impl From<&Target> for TargetForm {
 
 impl TargetForm {
     fn read(self, frames: usize) -> Result<Target, String> {
-        let Self { id, label, attributes, keys, hidden, tracked: runs } = self;
+        let Self { id, label, attributes, changes, keys, hidden, tracked: runs } = self;
         let mut tracked = BTreeMap::new();
         for run in runs {
             let from = run.from;
             let wrong = |reason| format!("target {id}: tracked boxes from frame {from}: {reason}");
             run.read(frames, &mut tracked).map_err(wrong)?;
         }
-        Ok(Target { id, label, attributes, keys, tracked, hidden })
+        Ok(Target { id, label, attributes, changes, keys, tracked, hidden })
     }
 }
 

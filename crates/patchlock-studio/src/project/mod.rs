@@ -4,6 +4,7 @@
 //! which the store can undo and redo. The file is described in `docs/project-file.md`.
 
 mod by_frame;
+mod changes;
 pub(crate) mod check;
 mod edit;
 mod error;
@@ -20,8 +21,10 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use patchlock::{BoundingBox, Status};
+pub use patchlock_track::attributes::{Attribute, Kind};
 use serde::{Deserialize, Serialize};
 
+pub use changes::Changes;
 pub use check::limits;
 pub use edit::Edit;
 pub use error::Error;
@@ -53,6 +56,7 @@ pub struct Project {
 
 impl Project {
     /// A copy without the targets.
+    #[cfg(feature = "server")]
     pub(crate) fn without_targets(&self) -> Self {
         let Self { video, labels, targets: _, next_id, done, remarks: _ } = self;
         let (video, labels) = (video.clone(), labels.clone());
@@ -63,6 +67,22 @@ impl Project {
     /// The target with this id.
     pub fn target(&self, id: u64) -> Option<&Target> {
         self.targets.iter().find(|target| target.id == id)
+    }
+
+    /// The values of all attributes of a target in a frame: of those that its label declares, and of
+    /// others that it has.
+    pub fn values(&self, target: &Target, frame: usize) -> BTreeMap<String, String> {
+        let mut values = target.attributes.clone();
+        for attribute in self.declared(&target.label) {
+            values.insert(attribute.name.clone(), target.value(attribute, frame).to_owned());
+        }
+        values
+    }
+
+    /// The attributes that a label declares.
+    pub fn declared(&self, label: &str) -> &[Attribute] {
+        let label = self.labels.iter().find(|known| known.name == label);
+        label.map_or(&[], |label| &label.attributes)
     }
 }
 
@@ -124,6 +144,9 @@ pub struct Label {
     pub name: String,
     /// The colour of its boxes, `#rrggbb`.
     pub colour: String,
+    /// The attributes that its targets have, in the order in which they are shown.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub attributes: Vec<Attribute>,
 }
 
 /// The label with which each project begins.
@@ -144,7 +167,8 @@ const TARGET_COLOURS: [&str; 12] = [
 impl Label {
     /// The `index`-th label of a project, with a colour of its own if it is one of the first seven.
     pub fn new(name: impl Into<String>, index: usize) -> Self {
-        Self { name: name.into(), colour: COLOURS[index % COLOURS.len()].to_owned() }
+        let colour = COLOURS[index % COLOURS.len()].to_owned();
+        Self { name: name.into(), colour, attributes: Vec::new() }
     }
 }
 
@@ -156,8 +180,11 @@ pub struct Target {
     pub id: u64,
     /// Name of its label.
     pub label: String,
-    /// Values of attributes of the whole target, by name.
+    /// Values of attributes, by name: in all frames, or up to the first change.
     pub attributes: BTreeMap<String, String>,
+    /// Values from a frame on, by name. [`Target::value`] says which counts.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub changes: BTreeMap<String, Changes>,
     /// What a person has said, by frame.
     #[serde(with = "by_frame")]
     pub keys: BTreeMap<usize, Key>,
@@ -214,7 +241,8 @@ pub struct Tracked {
     pub bbox: BoundingBox,
     /// The probability that the box overlaps the target by at least half, 0 to 1.
     pub score: f64,
-    /// Whether the target is followed. The box of a lost target is the last one that was known.
+    /// Whether the target is followed. The box of a lost target is what is still followed, or the
+    /// last known one.
     pub status: Status,
     /// The visible share of the target, 0 to 1, if known.
     #[serde(default, skip_serializing_if = "Option::is_none")]

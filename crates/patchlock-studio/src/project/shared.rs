@@ -11,14 +11,15 @@ use serde::{Deserialize, Serialize};
 
 use super::file::replace;
 use super::lock::Lock;
-use super::{Edit, Error, Label, PLACEHOLDER, Project, check, limits};
+use super::{Attribute, Edit, Error, Label, PLACEHOLDER, Project, check, limits};
 
 /// The name of the file.
 pub const FILE: &str = "patchlock-labels.json";
 /// The first member of every such file.
 const FORMAT: &str = "patchlock-labels";
-/// The version that is written.
-const VERSION: u64 = 1;
+/// The newest version that is read. It is written of labels with attributes, which older programs do
+/// not know; others are of version 1.
+const VERSION: u64 = 2;
 /// Times to wait for another program that changes the labels, and how long each time.
 const WAITS: (u32, Duration) = (100, Duration::from_millis(20));
 
@@ -28,6 +29,8 @@ const WAITS: (u32, Duration) = (100, Duration::from_millis(20));
 struct Entry {
     name: String,
     colour: String,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    attributes: Vec<Attribute>,
     /// Names that it had before: projects that were not open then still have them.
     #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
     was: BTreeSet<String>,
@@ -122,19 +125,19 @@ impl Vocabulary {
         if format != FORMAT {
             return Err(format!("its member `format` is not {FORMAT:?}"));
         }
-        if version != VERSION {
+        if !(1..=VERSION).contains(&version) {
             return Err(format!(
-                "it is of version {version}; this program reads version {VERSION}"
+                "it is of version {version}; this program reads versions up to {VERSION}"
             ));
         }
         check::at_most("labels", entries.len(), limits::LABELS)?;
         check::at_most("removed labels", removed.len(), limits::LABELS)?;
         let mut names = BTreeSet::new();
-        for Entry { name, colour, was } in &entries {
-            check::label(&Label { name: name.clone(), colour: colour.clone() })?;
-            check::at_most("former names", was.len(), limits::LABELS)?;
-            if !names.insert(name) {
-                return Err(format!("the label {name:?} appears twice"));
+        for entry in &entries {
+            check::label(&entry.label())?;
+            check::at_most("former names", entry.was.len(), limits::LABELS)?;
+            if !names.insert(&entry.name) {
+                return Err(format!("the label {:?} appears twice", entry.name));
             }
         }
         Ok(Self { entries, removed, is_new: false })
@@ -143,7 +146,9 @@ impl Vocabulary {
     fn text(&self) -> serde_json::Result<Vec<u8>> {
         let (labels, removed) = (self.entries.clone(), self.removed.clone());
         let format = FORMAT.to_owned();
-        let document = Document { format, version: VERSION, labels, removed };
+        let declares = labels.iter().any(|label| !label.attributes.is_empty());
+        let version = if declares { VERSION } else { 1 };
+        let document = Document { format, version, labels, removed };
         let mut text = serde_json::to_vec_pretty(&document)?;
         text.push(b'\n');
         Ok(text)
@@ -193,12 +198,12 @@ impl Vocabulary {
 
     fn add(&mut self, label: Label) -> Result<(), Error> {
         check::at_most("labels", self.entries.len() + 1, limits::LABELS).map_err(Error::Edit)?;
-        let Label { name, colour } = label;
+        let Label { name, colour, attributes } = label;
         for entry in &mut self.entries {
             entry.was.remove(&name);
         }
         self.removed.remove(&name);
-        self.entries.push(Entry { name, colour, was: BTreeSet::new() });
+        self.entries.push(Entry { name, colour, attributes, was: BTreeSet::new() });
         Ok(())
     }
 
@@ -221,12 +226,12 @@ impl Vocabulary {
         }
         let labels = super::edit::labels_after(self.labels(), edit)?;
         let mut entries: Vec<Entry> = Vec::new();
-        for (k, Label { name, colour }) in labels.into_iter().enumerate() {
+        for (k, Label { name, colour, attributes }) in labels.into_iter().enumerate() {
             let place = self.entries.iter().position(|entry| entry.name == name);
             // A label with another name keeps its place.
             let was = place.or_else(|| matches!(edit, Edit::SetLabel { .. }).then_some(k));
             let was = was.map(|at| self.entries[at].was.clone()).unwrap_or_default();
-            entries.push(Entry { name, colour, was });
+            entries.push(Entry { name, colour, attributes, was });
         }
         let renamed = match edit {
             Edit::SetLabel { name, new_name: Some(new), .. } if name != new => {
@@ -255,6 +260,7 @@ impl Vocabulary {
 
 impl Entry {
     fn label(&self) -> Label {
-        Label { name: self.name.clone(), colour: self.colour.clone() }
+        let (name, colour) = (self.name.clone(), self.colour.clone());
+        Label { name, colour, attributes: self.attributes.clone() }
     }
 }

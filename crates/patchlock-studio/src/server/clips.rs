@@ -21,6 +21,7 @@ use super::jobs::Jobs;
 use super::{App, Settings};
 use crate::engine::Engine;
 use crate::engine::plan::Wish;
+use crate::import::Imported;
 use crate::project::{self, Edit, Error, Label, Shared, Store, beside};
 use crate::tracking::doubt::{Left, doubts, left};
 
@@ -223,19 +224,19 @@ impl Clips {
         if others.is_empty() { Ok(revision) } else { clip.edit(revision, others) }
     }
 
-    /// Adds targets to a clip, and labels that they need to all clips. Returns the revision and the
+    /// Adds targets to a clip, and labels and attributes that they need to all clips. Returns the revision and the
     /// ids.
-    pub fn import(
-        &self,
-        clip: &Opened,
-        targets: Vec<project::Target>,
-    ) -> Result<(u64, Vec<u64>), Refusal> {
-        let import = Edit::Import { targets };
-        let names: Vec<String> = import.labels().into_iter().map(ToOwned::to_owned).collect();
+    pub fn import(&self, clip: &Opened, imported: Imported) -> Result<(u64, Vec<u64>), Refusal> {
+        let names = imported.targets.iter().map(|target| target.label.clone()).collect::<Vec<_>>();
+        let edits = imported.edits(&self.labels()?);
+        let (of_labels, import): (Vec<_>, Vec<_>) = edits.into_iter().partition(Edit::is_of_labels);
+        if !of_labels.is_empty() {
+            self.label(&of_labels)?;
+        }
         self.need(&names)?;
         let mut held = clip.hold();
         let before = held.store.project().next_id;
-        held.store.apply(vec![import])?;
+        held.store.apply(import)?;
         let ids = (before..held.store.project().next_id).collect();
         Ok((clip.announce_and_save(&mut held)?, ids))
     }

@@ -23,7 +23,8 @@ use zip::{CompressionMethod, ZipWriter};
 use super::App;
 use super::answer::{Arriving, Asked, At, Refusal, aside};
 use super::clips::{Clips, Opened};
-use crate::project::{Project, Target};
+use crate::import::Imported;
+use crate::project::{Attribute, Project, Target};
 use crate::{export, import, project};
 
 /// Longest name of a file, in characters.
@@ -148,10 +149,10 @@ pub async fn import_boxes(
 /// Says what an import would add, without adding it.
 fn preview_of(
     clip: &Opened,
-    read: impl FnOnce(&Project) -> Result<Vec<Target>, project::Error>,
+    read: impl FnOnce(&Project) -> Result<Imported, project::Error>,
 ) -> Result<Value, Refusal> {
     let known = clip.hold().store.project().clone();
-    let found = read(&known.without_targets())?;
+    let Imported { targets: found, declared } = read(&known.without_targets())?;
     let frames = |target: &Target| target.keys.len() + target.tracked.len();
     let mut labels: BTreeMap<&str, usize> = BTreeMap::new();
     found.iter().for_each(|target| *labels.entry(&target.label).or_default() += 1);
@@ -177,8 +178,22 @@ fn preview_of(
         "first": span.clone().min(),
         "last": span.max(),
         "labels": labels,
+        "attributes": new_attributes(&known, &declared),
         "there": found.iter().filter(is_there).count(),
     }))
+}
+
+/// The names of attributes that labels would declare from then on.
+fn new_attributes(
+    known: &Project,
+    declared: &BTreeMap<String, Vec<Attribute>>,
+) -> BTreeMap<String, Vec<String>> {
+    let of_label = |(label, attributes): (&String, &Vec<Attribute>)| {
+        let is_new = |it: &&Attribute| known.declared(label).iter().all(|old| old.name != it.name);
+        let new: Vec<String> = attributes.iter().filter(is_new).map(|it| it.name.clone()).collect();
+        (!new.is_empty()).then(|| (label.clone(), new))
+    };
+    declared.iter().filter_map(of_label).collect()
 }
 
 /// Adds the targets that `read` finds. It may take long, so it sees a copy of the project, and the
@@ -186,7 +201,7 @@ fn preview_of(
 fn add(
     clips: &Clips,
     clip: &Opened,
-    read: impl FnOnce(&Project) -> Result<Vec<Target>, project::Error>,
+    read: impl FnOnce(&Project) -> Result<Imported, project::Error>,
 ) -> Result<Value, Refusal> {
     let known = clip.hold().store.project().without_targets();
     let (revision, ids) = clips.import(clip, read(&known)?)?;
@@ -432,8 +447,9 @@ mod tests {
                 let key = Key { bbox, occluded: false, truncated: false };
                 let label = project.labels[0].name.clone();
                 let keys = [(0, key)].into();
-                let (attributes, tracked, hidden) = Default::default();
-                Ok(vec![Target { id: 1, label, attributes, keys, tracked, hidden }])
+                let (attributes, changes, tracked, hidden) = Default::default();
+                let target = Target { id: 1, label, attributes, changes, keys, tracked, hidden };
+                Ok(Imported { targets: vec![target], ..Imported::default() })
             })
         }));
         has_begun.recv_timeout(LONG).expect("begins");

@@ -184,6 +184,7 @@ mod tests {
             id: 1,
             label: "car".into(),
             attributes: BTreeMap::new(),
+            changes: BTreeMap::new(),
             keys: BTreeMap::from([(0, key), (100, key)]),
             tracked: (1..160).filter(|&frame| frame != 100).map(|frame| (frame, sure())).collect(),
             hidden: Vec::new(),

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use crate::support::{FRAMES, Place, add, bbox};
 use patchlock::Status;
 use patchlock_studio::project::{
-    Edit, Frames, Key, Label, MAX_BOXES, MAX_STEPS, Project, Store, Target, Tracked,
+    Attribute, Edit, Frames, Key, Kind, Label, MAX_BOXES, MAX_STEPS, Project, Store, Target,
+    Tracked,
 };
 use proptest::prelude::*;
 
@@ -151,7 +152,7 @@ fn labels_are_added_renamed_and_removed() {
     };
     store.apply(vec![rename("target", Some("bus"), Some("#123456"))]).unwrap();
     assert_eq!(only(&store).label, "bus");
-    let first = Label { name: "bus".into(), colour: "#123456".into() };
+    let first = Label { name: "bus".into(), colour: "#123456".into(), attributes: vec![] };
     assert_eq!(store.project().labels[0], first);
     let cases = [
         (new("car"), "there is a label \"car\" already"),
@@ -448,9 +449,30 @@ fn any_edit() -> impl Strategy<Value = Edit> {
         1 => (label.clone(), prop::option::of(label.clone())).prop_map(|(name, new_name)| {
             Edit::SetLabel { name, new_name, colour: Some("#010203".to_owned()) }
         }),
+        1 => (label.clone(), 0..3usize).prop_map(|(label, count)| Edit::Declare {
+            label,
+            attributes: ["a", "c"][..count.min(2)].iter().map(|name| declared(name)).collect(),
+        }),
+        3 => any_value(),
         1 => label.prop_map(|name| Edit::RemoveLabel { name }),
         1 => any::<bool>().prop_map(|done| Edit::SetDone { done }),
     ]
+}
+
+fn declared(name: &str) -> Attribute {
+    let values = vec!["b".to_owned(), "d".to_owned()];
+    let kind = Kind::Select { values };
+    Attribute { name: name.to_owned(), kind, default: "b".to_owned(), mutable: true }
+}
+
+fn any_value() -> impl Strategy<Value = Edit> {
+    let text = |texts: [&'static str; 2]| prop::sample::select(texts.to_vec());
+    let value = prop::option::of(text(["b", "d"]));
+    let frame = prop::option::weighted(0.8, 0..FRAMES);
+    (1..5u64, text(["a", "c"]), frame, value).prop_map(|(target, name, frame, value)| {
+        let value = value.map(ToOwned::to_owned);
+        Edit::SetValue { target, name: name.to_owned(), frame, value }
+    })
 }
 
 fn same(a: &Project, b: &Project) -> bool {

@@ -1,5 +1,6 @@
 //! Projects: edits, the file, what is read and written.
 
+mod attributes;
 mod edits;
 mod exchange;
 mod shared;

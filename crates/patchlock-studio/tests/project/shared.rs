@@ -6,7 +6,8 @@ use std::path::Path;
 
 use patchlock_media::Limits;
 use patchlock_studio::export::{self, Format, Options, Val, Written, of_folder, write_all};
-use patchlock_studio::project::{Edit, Error, LABELS_FILE, Shared, Store};
+use patchlock_studio::import;
+use patchlock_studio::project::{Attribute, Edit, Error, Kind, LABELS_FILE, Shared, Store};
 use patchlock_track::export as formats;
 use serde_json::Value;
 
@@ -221,6 +222,39 @@ fn every_format_writes_all_clips_in_two_parts() {
     let (out, _) = exported(folder.path(), formats::Format::Voc, Some(&val));
     assert_eq!(text(&out, "ImageSets/Main/val.txt"), "b_0000\nb_0001\n");
     assert_eq!(text(&out, "ImageSets/Main/trainval.txt").lines().count(), 6);
+}
+
+/// The attributes of a label are in the file of each clip, and boxes, labels and values come back.
+#[test]
+fn all_clips_in_cvat_can_be_imported() {
+    let folder = clips(&[("a", &["car"]), ("b", &["person", "car"]), ("c", &["person"])]);
+    let (all, _) = of_folder(folder.path()).unwrap();
+    let mut a = Store::open(&file(folder.path(), "a"), None).unwrap();
+    let kind = Kind::Select { values: vec!["off".into(), "on".into()] };
+    let light = Attribute { name: "light".into(), kind, default: "off".into(), mutable: true };
+    let (name, value) = ("light".to_owned(), Some("on".to_owned()));
+    a.apply(vec![
+        Edit::Declare { label: "car".into(), attributes: vec![light.clone()] },
+        Edit::SetValue { target: 1, name, frame: Some(1), value },
+    ])
+    .unwrap();
+    a.save().unwrap();
+    drop(a);
+    let (out, _) = exported(folder.path(), formats::Format::Cvat, None);
+    for clip in all {
+        let xml = text(&out, &format!("{}.xml", clip.name));
+        let imported = import::read(import::Format::Cvat, xml.as_bytes(), &clip.project).unwrap();
+        let has_car = clip.name != "c";
+        let declared = imported.declared.get("car").map(Vec::as_slice);
+        assert_eq!(declared, has_car.then_some(&[light.clone()][..]), "{}", clip.name);
+        assert_eq!(imported.targets.len(), clip.project.targets.len());
+        for (read, target) in imported.targets.iter().zip(&clip.project.targets) {
+            assert_eq!((&read.label, &read.keys), (&target.label, &target.keys));
+        }
+        let values = [0, 1].map(|frame| imported.targets[0].value(&light, frame).to_owned());
+        let last = if clip.name == "a" { "on" } else { "off" };
+        assert_eq!(values, ["off", last], "{}", clip.name);
+    }
 }
 
 #[test]

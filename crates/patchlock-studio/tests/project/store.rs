@@ -315,7 +315,7 @@ fn files_that_are_wrong_give_clear_errors() {
     );
     let cases = [
         ("{\"format\"", "{{", "key must be a string at line 1"),
-        ("\"version\": 1", "\"version\": 3", "version 3; this program reads versions up to 2"),
+        ("\"version\": 1", "\"version\": 4", "version 4; this program reads versions up to 3"),
         ("\"version\": 1,", "", "no member `version`"),
         ("patchlock-project", "coco", "`format` is not \"patchlock-project\""),
         ("\"labels\"", "\"colours\"", "unknown field `colours`"),
@@ -441,12 +441,24 @@ fn the_example_of_the_guide_is_read_and_says_the_same_when_written() {
     store.apply(vec![label("#000000"), label("#e69f00")]).unwrap();
     store.save().unwrap();
     assert_eq!(*Store::open_shared(&place.file(), None).unwrap().project(), before);
-    let labels = page.split("```").nth(3).unwrap().strip_prefix("json\n").unwrap();
+    let block = |k: usize| page.split("```").nth(k).unwrap().strip_prefix("json\n").unwrap();
+    let with_attributes = format!(
+        "{{\"format\": \"patchlock-project\", \"version\": 3, \"video\": {}, \"labels\": [{}], \"targets\": [{}]}}",
+        serde_json::to_string(&before.video).unwrap(),
+        block(3),
+        block(5)
+    );
+    let other = place.folder().join("other.json");
+    fs::write(&other, with_attributes).unwrap();
+    let other = Store::open_shared(&other, None).unwrap();
+    let values = other.project().values(&other.project().targets[0], 20);
+    let values: Vec<&str> = values.values().map(String::as_str).collect();
+    assert_eq!(values, ["2", "left", "false", ""], "doors, light, parked, plate");
+    let labels = block(7);
     fs::write(place.folder().join(LABELS_FILE), labels).unwrap();
     let labels = Shared::new(place.folder()).read().unwrap().labels();
     assert_eq!(labels, store.project().labels);
-    let edit = page.split("```").nth(5).unwrap().strip_prefix("json\n").unwrap();
-    store.apply(vec![serde_json::from_str(edit).unwrap()]).unwrap();
+    store.apply(vec![serde_json::from_str(block(9)).unwrap()]).unwrap();
     store.undo().unwrap();
     let json = |text: &str| serde_json::from_str::<serde_json::Value>(text).unwrap();
     let numbers = |value: &serde_json::Value| value["targets"][0]["tracked"][0]["x"].clone();

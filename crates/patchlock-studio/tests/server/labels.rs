@@ -78,7 +78,7 @@ fn labels_of_an_import_are_those_of_all_clips() {
     let found = server.send("POST", preview, table.as_bytes()).json();
     let expected = json!({
         "targets": 1, "keys": 2, "boxes": 2, "first": 0, "last": 1, "there": 0,
-        "labels": [{ "name": "boat", "targets": 1, "new": true }],
+        "labels": [{ "name": "boat", "targets": 1, "new": true }], "attributes": {},
     });
     assert_eq!(found, expected);
     assert_eq!(project(&server, 1)["targets"], json!([]));
@@ -87,6 +87,41 @@ fn labels_of_an_import_are_those_of_all_clips() {
     assert_eq!(labels(&server, 2), ["target", "boat"]);
     let again = server.send("POST", preview, table.as_bytes()).json();
     assert_eq!((&again["there"], &again["labels"][0]["new"]), (&json!(1), &json!(false)));
+}
+
+#[test]
+fn attributes_of_an_import_are_those_of_all_clips() {
+    let server = two_clips();
+    let xml = r#"<annotations><meta><task><labels><label><name>boat</name><attributes><attribute>
+        <name>sail</name><mutable>True</mutable><input_type>select</input_type>
+        <default_value>up</default_value><values>up
+            down</values></attribute></attributes></label></labels></task></meta>
+        <track id="0" label="boat">
+        <box frame="0" xtl="1" ytl="1" xbr="9" ybr="9" keyframe="1"><attribute name="sail">up</attribute></box>
+        <box frame="1" xtl="1" ytl="1" xbr="9" ybr="9" keyframe="1"><attribute name="sail">down</attribute></box>
+        </track></annotations>"#;
+    let preview = "/api/clips/1/import?format=cvat&preview=true";
+    let found = server.send("POST", preview, xml.as_bytes()).json();
+    assert_eq!(found["attributes"], json!({ "boat": ["sail"] }));
+    assert_eq!(labels(&server, 1), ["target"]);
+    let answer = server.send("POST", "/api/clips/1/import?format=cvat", xml.as_bytes());
+    assert_eq!(answer.status, 200, "{}", answer.text());
+    let sail = json!({
+        "name": "sail", "kind": "select", "values": ["up", "down"], "default": "up", "mutable": true,
+    });
+    assert_eq!(project(&server, 2)["labels"][1]["attributes"], json!([sail]));
+    assert_eq!(project(&server, 1)["targets"][0]["changes"], json!({ "sail": { "1": "down" } }));
+    let again = server.send("POST", preview, xml.as_bytes()).json();
+    assert_eq!(again["attributes"], json!({}));
+    let value = |value: &str| {
+        json!({
+            "edit": "set_value", "target": 1, "name": "sail", "frame": 1, "value": value,
+        })
+    };
+    let error = edit(&server, 1, &json!([value("torn")])).error(400);
+    assert!(error.contains("allowed: up, down"), "{error}");
+    made(&server, 1, &json!([value("up")]));
+    assert_eq!(project(&server, 1)["targets"][0].get("changes"), None);
 }
 
 #[test]

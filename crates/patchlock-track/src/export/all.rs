@@ -204,7 +204,9 @@ fn files(jobs: &[Job<'_>], own: &[Options], options: &Options) -> Result<Parts, 
         };
         let items = match options.format {
             Format::Mot => file("txt", mot::text(job)),
-            Format::Cvat => file("xml", cvat::text(job)),
+            Format::Cvat | Format::CvatObb => {
+                file("xml", cvat::text(job, options.format.is_rotated())?)
+            }
             Format::LabelStudio => file("json", label_studio::text(job)),
             Format::Lasot => below(folder, lasot::items(job)?),
             Format::Got10k => below(folder, got10k::items(job)?),

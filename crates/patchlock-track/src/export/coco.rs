@@ -2,13 +2,15 @@
 //! file, plus `videos` and `tracks`. An annotation refers to its target as `track_id` (TAO),
 //! `instance_id` (CocoVID) and the attribute `track_id` (CVAT, Datumaro). The status, if known, is
 //! the attribute `status`. A box that a person has drawn has the attributes `keyframe`, `occluded`
-//! and `truncated`.
+//! and `truncated`. The attributes of the target have the values of the frame; those of a checkbox
+//! are truth values, and numbers are numbers.
 
 use patchlock::BoundingBox;
 use serde_json::{Value, json};
 
 use super::track::Entry;
 use super::{Job, round};
+use crate::attributes::RESERVED;
 
 /// The contents of the file, for these clips, which have the same labels.
 pub fn text(name: &str, jobs: &[&Job<'_>]) -> String {
@@ -62,7 +64,9 @@ impl Lists {
                 category: job.class(entry.id) + 1,
                 track: tracks_before + entry.id,
             };
-            self.annotations.push(annotation(&ids, entry, bbox));
+            let mut one = annotation(&ids, entry, bbox);
+            add_values(&mut one["attributes"], job, entry);
+            self.annotations.push(one);
         }
         for id in job.track.ids() {
             let (track, category) = (tracks_before + id, job.class(id) + 1);
@@ -109,6 +113,17 @@ fn annotation(ids: &Ids, entry: &Entry, bbox: BoundingBox) -> Value {
         all["score"] = json!(round(score));
     }
     all
+}
+
+/// Adds the attributes of the target, except those with names that say something else here.
+fn add_values(attributes: &mut Value, job: &Job<'_>, entry: &Entry) {
+    let declared = job.declared(entry.id);
+    for (name, value) in job.values(entry.id, entry.frame) {
+        if !RESERVED.contains(&name) {
+            let known = declared.iter().find(|attribute| attribute.name == name);
+            attributes[name] = known.map_or_else(|| json!(value), |known| known.json(value));
+        }
+    }
 }
 
 /// The area of a quadrilateral, by the shoelace formula.

@@ -1,6 +1,7 @@
 //! "CVAT for video 1.1": one track per target, and one box per key frame. A box with `outside="1"`
 //! ends a stretch where the target leaves or is lost; the next box starts a new one. A target of
-//! which less than half is visible, or whose position is uncertain, is marked as occluded.
+//! which less than half is visible, or whose position is uncertain, is marked as occluded. A rotated
+//! box has the sides before it is turned, and the attribute `rotation`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,12 +10,18 @@ use patchlock::{BoundingBox, Status};
 use super::track::Entry;
 use super::xml::{Document, digit};
 use super::{Job, round};
+use crate::Error;
+use crate::attributes::{Attribute, Kind};
 
 /// Name of the attribute of a box of which a part is outside the frame.
 const TRUNCATED: &str = "truncated";
 
-/// The contents of the file.
-pub fn text(job: &Job<'_>) -> String {
+/// The contents of the file. With `rotated`, boxes are those of the outlines.
+pub fn text(job: &Job<'_>, rotated: bool) -> Result<String, Error> {
+    if rotated {
+        let mut found = job.track.entries().iter().filter(|entry| entry.found().is_some());
+        found.try_for_each(|entry| job.outline(entry).map(drop))?;
+    }
     let frames: Vec<usize> = job.track.frames().into_iter().collect();
     let mut xml = Document::new();
     xml.declare();
@@ -27,11 +34,11 @@ pub fn text(job: &Job<'_>) -> String {
             let (id_text, label) = (id.to_string(), job.label(id));
             let attributes = [("id", id_text.as_str()), ("label", label), ("source", "auto")];
             xml.element("track", &attributes, |xml| {
-                write_boxes(xml, job, &frames, entries.into_iter());
+                write_boxes(xml, job, rotated, &frames, entries.into_iter());
             });
         }
     });
-    xml.into_text()
+    Ok(xml.into_text())
 }
 
 /// Writes the name, the number of frames, the labels and the size of the frames.
@@ -47,48 +54,66 @@ fn write_task(xml: &mut Document, job: &Job<'_>, frames: usize) {
     });
 }
 
-/// Writes the definitions of all labels, each with the attributes that its targets have.
+/// Writes the definitions of all labels, each with the attributes that it declares, and others that
+/// its targets have.
 fn write_labels(xml: &mut Document, job: &Job<'_>) {
-    let mut attributes: BTreeMap<&str, BTreeSet<&String>> = BTreeMap::new();
+    let mut others: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     for id in job.track.ids() {
-        let of_target = job.attributes(id).map(|(name, _)| name);
-        attributes.entry(job.label(id)).or_default().extend(of_target);
+        let of_target = job.track.about(id).into_iter().flat_map(|about| about.attributes.keys());
+        let is_declared =
+            |name: &str| job.declared(id).iter().any(|attribute| attribute.name == name);
+        let of_target = of_target.map(String::as_str).filter(|name| !is_declared(name));
+        others.entry(job.label(id)).or_default().extend(of_target);
     }
     let truncated = job.track.entries().iter().any(|entry| entry.said.is_some());
     for label in &job.labels {
         xml.element("label", &[], |xml| {
             xml.leaf("name", &[], label);
             xml.element("attributes", &[], |xml| {
+                job.track.declared(label).iter().for_each(|it| write_declared(xml, it));
                 // A label of the project may have no target in this clip.
-                for name in attributes.get(label).into_iter().flatten() {
-                    write_definition(xml, name, ["False", "text", ""]);
+                for name in others.get(label).into_iter().flatten() {
+                    write_definition(xml, name, ["False", "text", "", ""]);
                 }
                 if truncated {
-                    write_definition(xml, TRUNCATED, ["True", "checkbox", "false"]);
+                    write_definition(xml, TRUNCATED, ["True", "checkbox", "false", "false"]);
                 }
             });
         });
     }
 }
 
+fn write_declared(xml: &mut Document, attribute: &Attribute) {
+    let Attribute { name, kind, default, mutable } = attribute;
+    let values = match kind {
+        Kind::Select { values } => values.join("\n"),
+        Kind::Number { min, max, step } => format!("{min}\n{max}\n{step}"),
+        Kind::Checkbox | Kind::Text { .. } => default.clone(),
+    };
+    let mutable = if *mutable { "True" } else { "False" };
+    write_definition(xml, name, [mutable, kind.name(), default, &values]);
+}
+
 /// Writes the definition of an attribute: its name, whether it may change from frame to frame, how
-/// it is entered, and its first value.
-fn write_definition(xml: &mut Document, name: &str, [mutable, kind, default]: [&str; 3]) {
+/// it is entered, its first value, and all values.
+fn write_definition(xml: &mut Document, name: &str, [mutable, kind, default, values]: [&str; 4]) {
     xml.element("attribute", &[], |xml| {
         xml.leaf("name", &[], name);
         xml.leaf("mutable", &[], mutable);
         xml.leaf("input_type", &[], kind);
         xml.leaf("default_value", &[], default);
-        xml.leaf("values", &[], default);
+        xml.leaf("values", &[], values);
     });
 }
 
 /// Writes the boxes of a target: the first and the last of each stretch, every
-/// `key_frames`-th between them, and those where it begins or ceases to be occluded. If it is not
-/// found in the next tracked frame, the last box is repeated there as outside.
+/// `key_frames`-th between them, and those where it begins or ceases to be occluded, or another
+/// attribute changes. If it is not found in the next tracked frame, the last box is repeated there
+/// as outside.
 fn write_boxes<'a>(
     xml: &mut Document,
     job: &Job<'_>,
+    rotated: bool,
     frames: &[usize],
     entries: impl Iterator<Item = &'a Entry>,
 ) {
@@ -96,20 +121,23 @@ fn write_boxes<'a>(
     let (mut since, mut before) = (0, None);
     while let Some((entry, bbox)) = found.next() {
         let occluded = entry.status == Some(Status::Uncertain) || entry.is_occluded();
+        let values = job.values(entry.id, entry.frame);
         let after = frames.get(frames.partition_point(|&frame| frame <= entry.frame));
         let next = found.peek().map(|(entry, _)| entry.frame);
         let outside = after.filter(|after| next.is_none_or(|next| next > **after));
-        let of_frame = Shape { frame: entry.frame, bbox, outside: false, occluded };
+        let rotation = entry.corners.as_ref().filter(|_| rotated).map_or(0.0, rotation);
+        let of_frame = Shape { frame: entry.frame, bbox, rotation, outside: false, occluded };
+        let now = Some((occluded, values));
         if since % job.key_frames == 0
             || entry.said.is_some()
-            || before != Some(occluded)
+            || before != now
             || outside.is_some()
             || next.is_none()
         {
             of_frame.write(xml, job, entry);
             since = 0;
         }
-        (since, before) = (since + 1, Some(occluded));
+        (since, before) = (since + 1, now);
         if let Some(&after) = outside {
             Shape { frame: after, outside: true, ..of_frame }.write(xml, job, entry);
             (since, before) = (0, None);
@@ -117,10 +145,21 @@ fn write_boxes<'a>(
     }
 }
 
+/// By how many degrees an outline is turned clockwise, from 0 to 360. The box has the width and the
+/// height of the target before it is turned, around the same centre.
+fn rotation(corners: &[[f64; 2]; 4]) -> f64 {
+    let [a, b, c, d] = *corners;
+    // The mean of the upper and the lower side: the outline may be not quite a rectangle.
+    let [x, y] = [0, 1].map(|k| b[k] - a[k] + c[k] - d[k]);
+    round(y.atan2(x).to_degrees().rem_euclid(360.0)) % 360.0
+}
+
 /// A box of a track.
 struct Shape {
     frame: usize,
     bbox: BoundingBox,
+    /// Degrees by which the box is turned clockwise around its centre.
+    rotation: f64,
     outside: bool,
     occluded: bool,
 }
@@ -131,7 +170,8 @@ impl Shape {
         let BoundingBox { x, y, w, h } = self.bbox;
         let sides = [x, y, x + w, y + h].map(|side| round(side).to_string());
         let frame = self.frame.to_string();
-        let of_box = [
+        let rotation = self.rotation.to_string();
+        let mut of_box = vec![
             ("frame", frame.as_str()),
             ("keyframe", "1"),
             ("outside", digit(self.outside)),
@@ -142,8 +182,11 @@ impl Shape {
             ("ybr", &sides[3]),
             ("z_order", "0"),
         ];
+        if rotation != "0" {
+            of_box.push(("rotation", &rotation));
+        }
         let truncated = entry.said.map(|said| if said.truncated { "true" } else { "false" });
-        let own = job.attributes(entry.id).map(|(name, value)| (name.as_str(), value.as_str()));
+        let own = job.values(entry.id, self.frame).into_iter();
         let inside: Vec<_> = own.chain(truncated.map(|value| (TRUNCATED, value))).collect();
         if inside.is_empty() {
             return xml.leaf("box", &of_box, "");

@@ -21,12 +21,13 @@ mod voc;
 mod xml;
 mod yolo;
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
 use patchlock_media::Limits;
 
 use crate::Error;
+use crate::attributes::Attribute;
 use frames::Frames;
 
 pub use all::{Clip, Part, SplitError, split, write_all, write_texts};
@@ -40,11 +41,14 @@ pub enum Format {
     /// from 1. The confidence is 0 while the target is lost.
     Mot,
     /// A JSON file in the format of COCO, with `videos` and `tracks`. Each annotation has
-    /// `track_id`, and the rotated outline as `segmentation`, the score and the attribute `status`
-    /// if they are known.
+    /// `track_id`, and the rotated outline as `segmentation`, the score, the attribute `status` and
+    /// those of the target if they are known.
     Coco,
     /// "CVAT for video 1.1": an XML file with one track per target. A lost target is outside.
     Cvat,
+    /// As [`Format::Cvat`], with the rotated outline in place of the upright box: the box before it
+    /// is turned, and the attribute `rotation`. All boxes need an outline.
+    CvatObb,
     /// A folder with `data.yaml` and `labels/train`, one text file per frame with `class centre-x
     /// centre-y width height`, relative to the frame and clipped to it. Targets are not told apart.
     /// Frames in which one is lost are left out.
@@ -67,10 +71,11 @@ pub enum Format {
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Mot,
         Self::Coco,
         Self::Cvat,
+        Self::CvatObb,
         Self::Yolo,
         Self::YoloObb,
         Self::Voc,
@@ -85,6 +90,7 @@ impl Format {
             Self::Mot => "mot",
             Self::Coco => "coco",
             Self::Cvat => "cvat",
+            Self::CvatObb => "cvat-obb",
             Self::Yolo => "yolo",
             Self::YoloObb => "yolo-obb",
             Self::Voc => "voc",
@@ -125,14 +131,19 @@ impl Format {
         self.holds_frames() || self == Self::Coco
     }
 
+    /// Whether its boxes are rotated, for which each needs an outline.
+    pub fn is_rotated(self) -> bool {
+        matches!(self, Self::CvatObb | Self::YoloObb)
+    }
+
     /// Whether the format is a single file, as opposed to a folder.
     pub fn is_file(self) -> bool {
-        matches!(self, Self::Mot | Self::Coco | Self::Cvat | Self::LabelStudio)
+        matches!(self, Self::Mot | Self::Coco | Self::Cvat | Self::CvatObb | Self::LabelStudio)
     }
 
     /// Whether the format has key frames, between which the tool interpolates.
     pub fn has_key_frames(self) -> bool {
-        matches!(self, Self::Cvat | Self::LabelStudio)
+        matches!(self, Self::Cvat | Self::CvatObb | Self::LabelStudio)
     }
 }
 
@@ -251,6 +262,17 @@ impl<'a> Job<'a> {
         format!("{}{}", self.prefix, self.frames.name(frame))
     }
 
+    /// The outline of an entry, for a format with rotated boxes.
+    fn outline(&self, entry: &Entry) -> Result<[[f64; 2]; 4], Error> {
+        entry.corners.ok_or_else(|| {
+            Error::Export(format!(
+                "target {} of {} has no outline in frame {}; yolo-obb and cvat-obb need one of each box, as in \
+                 a table of patchlock track. Projects have upright boxes: use yolo or cvat",
+                entry.id, self.name, entry.frame
+            ))
+        })
+    }
+
     /// The label of a target.
     fn label(&self, id: u64) -> &'a str {
         self.track.about(id).map_or(self.label, |about| &about.label)
@@ -261,9 +283,14 @@ impl<'a> Job<'a> {
         self.classes.get(self.label(id)).copied().unwrap_or(0)
     }
 
-    /// The attributes of a target.
-    fn attributes(&self, id: u64) -> impl Iterator<Item = (&String, &String)> {
-        self.track.about(id).into_iter().flat_map(|about| &about.attributes)
+    /// The values of a target's attributes in a frame, by name.
+    fn values(&self, id: u64, frame: usize) -> BTreeMap<&str, &str> {
+        self.track.about(id).map(|about| about.at(frame)).unwrap_or_default()
+    }
+
+    /// The attributes that the label of a target declares.
+    fn declared(&self, id: u64) -> &[Attribute] {
+        self.track.declared(self.label(id))
     }
 }
 
@@ -307,7 +334,7 @@ pub fn write_unless(
     let files = match options.format {
         Format::Mot => Files::One(mot::text(&job)),
         Format::Coco => Files::One(coco::text(&options.name, &[&job])),
-        Format::Cvat => Files::One(cvat::text(&job)),
+        Format::Cvat | Format::CvatObb => Files::One(cvat::text(&job, format.is_rotated())?),
         Format::Yolo | Format::YoloObb => Files::Folder({
             let mut items = yolo::of_clip(&job, yolo::Shape::of(options.format))?;
             items.push(yolo::about(&options.name, &[&job]));
@@ -339,8 +366,8 @@ fn check_key_frames(Options { format, key_frames, .. }: &Options) -> Result<(), 
     match *key_frames == 0 || (*key_frames > 1 && !format.has_key_frames()) {
         false => Ok(()),
         true => Err(Error::Export(format!(
-            "every {key_frames}th frame cannot be a key frame of {}: cvat and label-studio take a number \
-             from 1, the other formats have no key frames",
+            "every {key_frames}th frame cannot be a key frame of {}: cvat, cvat-obb and label-studio take \
+             a number from 1, the other formats have no key frames",
             format.name()
         ))),
     }

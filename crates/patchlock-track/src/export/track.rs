@@ -7,6 +7,7 @@ use std::path::Path;
 use patchlock::{BoundingBox, Status};
 use serde::{Deserialize, Deserializer};
 
+use crate::attributes::Attribute;
 use crate::files::{self, ends_with};
 use crate::{Error, text};
 
@@ -24,8 +25,8 @@ pub struct Entry {
     pub score: Option<f64>,
     /// Corners of the rotated outline, if known, with pixel centres at integer coordinates.
     pub corners: Option<[[f64; 2]; 4]>,
-    /// Whether the target is followed, if known. The box of a lost target is the last one that was
-    /// known.
+    /// Whether the target is followed, if known. The box of a lost target is what is still followed,
+    /// or the last known one.
     pub status: Option<Status>,
     /// What a person has said of this frame; `None` if nobody has.
     pub said: Option<Said>,
@@ -66,13 +67,27 @@ const OCCLUDED: f64 = 0.5;
 /// Frames per second of a source that has no times, as in videos of its track.
 const DEFAULT_RATE: f64 = 30.0;
 
-/// What is true of a target in all frames.
+/// What is known of a target besides its boxes.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct About {
     /// Its class, such as `car`.
     pub label: String,
-    /// Values of attributes, by name.
+    /// Values of attributes that are the same in all frames, by name.
     pub attributes: BTreeMap<String, String>,
+    /// Values of the others, by name and by the frame from which they hold until the next one.
+    pub changes: BTreeMap<String, BTreeMap<usize, String>>,
+}
+
+impl About {
+    /// The values of all attributes in a frame, by name.
+    pub fn at(&self, frame: usize) -> BTreeMap<&str, &str> {
+        let fixed = self.attributes.iter().map(|(name, value)| (name.as_str(), value.as_str()));
+        let changing = self.changes.iter().filter_map(|(name, values)| {
+            let (_, value) = values.range(..=frame).next_back()?;
+            Some((name.as_str(), value.as_str()))
+        });
+        fixed.chain(changing).collect()
+    }
 }
 
 /// Entries ordered by frame, then by target.
@@ -83,6 +98,7 @@ pub struct Track {
     /// Seconds from the first frame of the source, by frame.
     times: BTreeMap<usize, f64>,
     about: BTreeMap<u64, About>,
+    declared: BTreeMap<String, Vec<Attribute>>,
 }
 
 /// A row of a table, read by column names. Other columns are ignored. Position cells may be empty,
@@ -188,7 +204,13 @@ impl Track {
                 "target {} appears twice in frame {}",
                 entry.id, entry.frame
             ))),
-            _ => Ok(Self { entries, size: None, times: BTreeMap::new(), about: BTreeMap::new() }),
+            _ => Ok(Self {
+                entries,
+                size: None,
+                times: BTreeMap::new(),
+                about: BTreeMap::new(),
+                declared: BTreeMap::new(),
+            }),
         }
     }
 
@@ -242,7 +264,18 @@ impl Track {
         Self { about, ..self }
     }
 
-    /// What is known of a target in all frames.
+    /// The same track with the attributes that labels declare, by label.
+    #[must_use]
+    pub fn with_declared(self, declared: BTreeMap<String, Vec<Attribute>>) -> Self {
+        Self { declared, ..self }
+    }
+
+    /// The attributes that a label declares.
+    pub fn declared(&self, label: &str) -> &[Attribute] {
+        self.declared.get(label).map_or(&[], Vec::as_slice)
+    }
+
+    /// What is known of a target besides its boxes.
     pub fn about(&self, id: u64) -> Option<&About> {
         self.about.get(&id)
     }

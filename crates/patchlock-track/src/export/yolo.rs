@@ -79,7 +79,7 @@ fn labels(job: &Job<'_>, entries: &[Entry], shape: Shape) -> Result<Option<Strin
                 (bottom - top) / height,
             ],
             Shape::Outline => {
-                let corners = entry.corners.ok_or_else(|| without_outline(job, entry))?;
+                let corners = job.outline(entry)?;
                 // A corner is a point, and the centres of pixels are at whole numbers.
                 let inside = |at: f64, side: f64| ((at + 0.5) / side).clamp(0.0, 1.0);
                 corners.iter().flat_map(|[x, y]| [inside(*x, width), inside(*y, height)]).collect()
@@ -89,14 +89,6 @@ fn labels(job: &Job<'_>, entries: &[Entry], shape: Shape) -> Result<Option<Strin
         let _ = writeln!(lines, "{} {}", job.class(entry.id), numbers.join(" "));
     }
     Ok(Some(lines))
-}
-
-fn without_outline(job: &Job<'_>, entry: &Entry) -> Error {
-    Error::Export(format!(
-        "target {} of {} has no outline in frame {}; yolo-obb needs one of each box, as in a table of patchlock \
-         track. Projects have upright boxes: use yolo",
-        entry.id, job.name, entry.frame
-    ))
 }
 
 /// Left, top, right and bottom of the part inside the frame; `None` if nothing is inside.

@@ -1,6 +1,6 @@
 //! Edits of labels.
 
-use super::{Edit, Label, Project, Result, check, limits, refused};
+use super::{Edit, Label, Project, Result, attributes, check, limits, refused};
 
 /// The list of labels after an edit of it, whichever targets there are.
 pub fn after(mut labels: Vec<Label>, edit: &Edit) -> Result<Vec<Label>> {
@@ -8,6 +8,9 @@ pub fn after(mut labels: Vec<Label>, edit: &Edit) -> Result<Vec<Label>> {
         Edit::AddLabel { name, colour, at } => drop(add(&mut labels, name, colour, at)?),
         Edit::SetLabel { name, new_name, colour } => {
             drop(set(&mut labels, &name, new_name, colour)?);
+        }
+        Edit::Declare { label, attributes } => {
+            drop(attributes::declare(&mut labels, &label, attributes)?);
         }
         Edit::RemoveLabel { name } => {
             let index = label_index(&labels, &name)?;
@@ -79,6 +82,7 @@ fn set(
     let new = Label {
         name: new_name.unwrap_or_else(|| name.to_owned()),
         colour: colour.unwrap_or_else(|| old.colour.clone()),
+        attributes: old.attributes.clone(),
     };
     check::label(&new).map_err(refused)?;
     if new.name != name {
@@ -96,8 +100,9 @@ pub fn remove_label(project: &mut Project, name: &str) -> Result<Vec<Edit>> {
             "the label {name:?} cannot be removed: {users} targets have it"
         )));
     }
-    let Label { name, colour } = project.labels.remove(index);
-    Ok(vec![Edit::AddLabel { name, colour: Some(colour), at: Some(index) }])
+    let Label { name, colour, attributes } = project.labels.remove(index);
+    let declare = Edit::Declare { label: name.clone(), attributes };
+    Ok(vec![Edit::AddLabel { name, colour: Some(colour), at: Some(index) }, declare])
 }
 
 fn label_index(labels: &[Label], name: &str) -> Result<usize> {

@@ -1,6 +1,7 @@
 //! Everything that can be done to a project: [`Edit`] is the list. Each of the modules makes the
 //! edits of one kind.
 
+mod attributes;
 mod keys;
 mod labels;
 mod remarks;
@@ -14,8 +15,8 @@ use patchlock::BoundingBox;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    Error, Frames, Key, Label, Project, Remark, Target, Tracked, Verdict, by_frame, check, limits,
-    stretches,
+    Attribute, Changes, Error, Frames, Key, Label, Project, Remark, Target, Tracked, Verdict,
+    by_frame, changes, check, limits, stretches,
 };
 
 /// A change to a project. In JSON, the member `edit` has its name: `{"edit": "hide", "target": 1,
@@ -98,6 +99,30 @@ pub enum Edit {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         attributes: Option<BTreeMap<String, String>>,
     },
+    /// Gives an attribute of the target's label a value, or takes it back.
+    SetValue {
+        /// The target.
+        target: u64,
+        /// Name of the attribute.
+        name: String,
+        /// The frame from which the value holds, until the next change; without one, the value is
+        /// that of all frames up to the first change.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        frame: Option<usize>,
+        /// The value; without one, that before the change, or the default, holds again.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        value: Option<String>,
+    },
+    /// Replaces all values of attributes. Those that the label does not allow do not count.
+    SetValues {
+        /// The target.
+        target: u64,
+        /// Those of all frames up to the first change.
+        attributes: BTreeMap<String, String>,
+        /// Those from a frame on.
+        #[serde(default)]
+        changes: BTreeMap<String, Changes>,
+    },
     /// Deletes a target.
     DeleteTarget {
         /// The target.
@@ -141,6 +166,14 @@ pub enum Edit {
         /// Its new colour, `#rrggbb`.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         colour: Option<String>,
+    },
+    /// Replaces the attributes that a label declares. Values that they do not allow stay, and do not
+    /// count.
+    Declare {
+        /// Name of the label.
+        label: String,
+        /// All its attributes.
+        attributes: Vec<Attribute>,
     },
     /// Removes a label that no target has.
     RemoveLabel {
@@ -240,12 +273,21 @@ impl Edit {
             Self::SetTarget { target, label, attributes } => {
                 targets::set_target(project, target, label, attributes)
             }
+            Self::SetValue { target, name, frame, value } => {
+                attributes::set_value(project, target, name, frame, value)
+            }
+            Self::SetValues { target, attributes, changes } => {
+                attributes::set_values(project, target, attributes, changes)
+            }
             Self::DeleteTarget { target } => targets::delete_target(project, target),
             Self::Split { target, frame } => split_join::split(project, target, frame),
             Self::Join { first, second } => split_join::join(project, first, second),
             Self::AddLabel { name, colour, at } => labels::add_label(project, name, colour, at),
             Self::SetLabel { name, new_name, colour } => {
                 labels::set_label(project, name, new_name, colour)
+            }
+            Self::Declare { label, attributes } => {
+                attributes::declare(&mut project.labels, &label, attributes)
             }
             Self::RemoveLabel { name } => labels::remove_label(project, &name),
             Self::SetDone { done } => {
@@ -267,7 +309,13 @@ impl Edit {
 
     /// Whether it changes the list of labels and nothing else.
     pub fn is_of_labels(&self) -> bool {
-        matches!(self, Self::AddLabel { .. } | Self::SetLabel { .. } | Self::RemoveLabel { .. })
+        matches!(
+            self,
+            Self::AddLabel { .. }
+                | Self::SetLabel { .. }
+                | Self::Declare { .. }
+                | Self::RemoveLabel { .. }
+        )
     }
 
     /// The labels of targets that the edit needs.
@@ -285,9 +333,9 @@ impl Edit {
     /// Gives a label another name, if the edit has it.
     pub(super) fn rename_label(&mut self, from: &str, to: &str) {
         let names: Vec<&mut String> = match self {
-            Self::AddTarget { label, .. } | Self::SetTarget { label: Some(label), .. } => {
-                vec![label]
-            }
+            Self::AddTarget { label, .. }
+            | Self::Declare { label, .. }
+            | Self::SetTarget { label: Some(label), .. } => vec![label],
             Self::Restore { target, .. } => vec![&mut target.label],
             Self::Import { targets } => {
                 targets.iter_mut().map(|target| &mut target.label).collect()
@@ -322,11 +370,20 @@ impl Edit {
                 format!("label target {target} as {label}")
             }
             Self::SetTarget { target, .. } => format!("change the attributes of target {target}"),
+            Self::SetValue { target, name, frame, value } => {
+                let from = frame.map(|frame| format!(" from frame {frame} on")).unwrap_or_default();
+                match value {
+                    Some(value) => format!("set {name} of target {target} to {value:?}{from}"),
+                    None => format!("take back {name} of target {target}{from}"),
+                }
+            }
+            Self::SetValues { target, .. } => format!("change the attributes of target {target}"),
             Self::DeleteTarget { target } => format!("delete target {target}"),
             Self::Split { target, frame } => format!("split target {target} at frame {frame}"),
             Self::Join { first, second } => format!("join targets {first} and {second}"),
             Self::AddLabel { name, .. } => format!("add the label {name}"),
             Self::SetLabel { name, .. } => format!("change the label {name}"),
+            Self::Declare { label, .. } => format!("change the attributes of the label {label}"),
             Self::RemoveLabel { name } => format!("remove the label {name}"),
             Self::SetDone { done: true } => "mark the clip as done".to_owned(),
             Self::SetDone { done: false } => "mark the clip as not done".to_owned(),
@@ -362,10 +419,13 @@ impl Edit {
         }
     }
 
-    /// The number of boxes in the edit, which is what its memory grows with.
+    /// The number of boxes and changes in the edit, which is what its memory grows with.
     pub(super) fn boxes(&self) -> usize {
-        let of = |target: &Target| target.keys.len() + target.tracked.len();
+        let of = |target: &Target| {
+            target.keys.len() + target.tracked.len() + changes::count(&target.changes)
+        };
         match self {
+            Self::SetValues { changes, .. } => changes::count(changes),
             Self::SetTracked { tracked, .. } => tracked.len(),
             Self::Import { targets } => targets.iter().map(of).sum(),
             Self::Restore { target, .. } => of(target),

@@ -4,10 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use patchlock::Status;
 
-use super::targets::{empty, index_of, new_id, target_mut};
+use super::attributes::without_boxes;
+use super::targets::{index_of, new_id, target_mut};
 use super::tracks::change_frames;
 use super::{
-    Edit, Frames, Key, Project, Result, Target, Tracked, check, refused, remarks, stretches,
+    Changes, Edit, Frames, Key, Project, Result, Target, Tracked, check, refused, remarks,
+    stretches,
 };
 
 pub fn split(project: &mut Project, id: u64, frame: usize) -> Result<Vec<Edit>> {
@@ -20,15 +22,28 @@ pub fn split(project: &mut Project, id: u64, frame: usize) -> Result<Vec<Edit>> 
             "target {id} cannot be split at frame {frame}: it must have a box before it, and one from it on"
         )));
     }
-    let (label, attributes) = (target.label.clone(), target.attributes.clone());
-    let new_id = new_id(project)?;
-    let rest = target_mut(project, id)?.cut(range);
-    let mut new = Target { attributes, ..empty(new_id, label) };
+    let mut new = without_boxes(target);
+    for (name, changes) in &mut new.changes {
+        // What holds in the first frame of the new target holds from its beginning.
+        let value = changes.at(frame).map(ToOwned::to_owned);
+        *changes = changes.split_off(frame);
+        changes.0.remove(&frame);
+        new.attributes.extend(value.map(|value| (name.clone(), value)));
+    }
+    new.changes.retain(|_, changes| !changes.0.is_empty());
+    new.id = new_id(project)?;
+    let new_id = new.id;
+    let target = target_mut(project, id)?;
+    let before = without_boxes(target);
+    let rest = target.cut(range);
+    target.changes.values_mut().for_each(|changes| drop(changes.split_off(frame)));
+    target.changes.retain(|_, changes| !changes.0.is_empty());
     new.put(rest.clone());
     project.targets.push(new);
     Ok(vec![
         Edit::DeleteTarget { target: new_id },
         Edit::SetFrames { target: id, from: range[0], to: range[1], frames: rest },
+        Edit::SetValues { target: id, attributes: before.attributes, changes: before.changes },
     ])
 }
 
@@ -44,6 +59,7 @@ pub fn join(project: &mut Project, first: u64, second: u64) -> Result<Vec<Edit>>
             "targets {first} and {second} both have a box in frame {frame}{others}; remove one of them first"
         )));
     }
+    let changes = joined(project, one, at);
     let mut removed = project.targets.remove(at);
     let restore = Edit::Restore { target: removed.clone(), at };
     let remarks = remarks::without(project, second);
@@ -51,6 +67,11 @@ pub fn join(project: &mut Project, first: u64, second: u64) -> Result<Vec<Edit>>
     let range = added.span().unwrap_or([0, 0]);
     let target = target_mut(project, first)?;
     let mut undo = change_frames(target, range, |old| merged(old, added));
+    if changes != target.changes {
+        let before = std::mem::replace(&mut target.changes, changes);
+        let attributes = target.attributes.clone();
+        undo.push(Edit::SetValues { target: first, attributes, changes: before });
+    }
     undo.push(restore);
     undo.extend(remarks);
     Ok(undo)
@@ -68,6 +89,44 @@ fn clash(first: &Target, second: &Target) -> Option<(usize, usize)> {
     let mut both = first.intersection(&second);
     let frame = *both.next()?;
     Some((frame, both.count() + 1))
+}
+
+/// The changes of attributes of two targets that become one: in each frame the value of the target
+/// that has a box there, so that the frames of the second keep theirs.
+fn joined(project: &Project, first: usize, second: usize) -> BTreeMap<String, Changes> {
+    let (first, second) = (&project.targets[first], &project.targets[second]);
+    let mut changes = first.changes.clone();
+    let of_first = sure_frames(first);
+    let of_second = sure_frames(second);
+    for attribute in project.declared(&first.label).iter().filter(|it| it.mutable) {
+        let starts = |target: &Target| {
+            let changes = target.changes.get(&attribute.name);
+            changes.map(|changes| changes.0.clone()).unwrap_or_default().into_keys()
+        };
+        // The value can only change where one of them changes, or the other one begins.
+        let mut now = first.value(attribute, 0);
+        let mut all = Changes::default();
+        let boxes = of_first.iter().chain(&of_second).copied();
+        let frames: BTreeSet<usize> = boxes.chain(starts(first)).chain(starts(second)).collect();
+        let mut owner = first;
+        for frame in frames {
+            if of_second.contains(&frame) {
+                owner = second;
+            } else if of_first.contains(&frame) {
+                owner = first;
+            }
+            let value = owner.value(attribute, frame);
+            if value != now {
+                all.0.insert(frame, value.to_owned());
+                now = value;
+            }
+        }
+        match all.0.is_empty() {
+            true => drop(changes.remove(&attribute.name)),
+            false => drop(changes.insert(attribute.name.clone(), all)),
+        }
+    }
+    changes
 }
 
 /// The frames of both, which have no sure boxes in common.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use patchlock::BoundingBox;
 
+use super::attributes::{set_values, without_boxes};
 use super::{Edit, Key, Label, Project, Result, Target, check, limits, refused, remarks};
 
 pub fn add_target(
@@ -30,13 +31,26 @@ pub fn set_target(
     if let Some(label) = &label {
         check::known_label(label, &project.labels).map_err(refused)?;
     }
+    let mut new = without_boxes(&project.targets[index_of(project, id)?]);
+    new.label = label.clone().unwrap_or(new.label);
     if let Some(attributes) = &attributes {
         check::attributes(attributes).map_err(refused)?;
+        // Changes that another label does not allow stay, and do not count.
+        let fixed = Target { attributes: attributes.clone(), ..empty(id, new.label.clone()) };
+        check::fits(&fixed, project.declared(&new.label)).map_err(refused)?;
     }
     let target = target_mut(project, id)?;
-    let label = label.map(|label| std::mem::replace(&mut target.label, label));
-    let attributes = attributes.map(|new| std::mem::replace(&mut target.attributes, new));
-    Ok(vec![Edit::SetTarget { target: id, label, attributes }])
+    let before = std::mem::replace(&mut target.label, new.label);
+    let mut undo = Vec::new();
+    if let Some(attributes) = attributes {
+        undo.extend(set_values(project, id, attributes, new.changes)?);
+    }
+    undo.extend(label.map(|_| Edit::SetTarget {
+        target: id,
+        label: Some(before),
+        attributes: None,
+    }));
+    Ok(undo)
 }
 
 pub fn delete_target(project: &mut Project, id: u64) -> Result<Vec<Edit>> {
@@ -73,7 +87,10 @@ pub fn import(project: &mut Project, targets: Vec<Target>) -> Result<Vec<Edit>> 
     for (k, target) in targets.iter().enumerate() {
         // The id is a new one, so that of the file may be any.
         let target = Target { id: 1, ..target.clone() };
+        let declared = labels.iter().find(|label| label.name == target.label);
+        let declared = declared.map_or(&[][..], |label| &label.attributes);
         check::target(&target, &labels, &project.video)
+            .and_then(|()| check::fits(&target, declared))
             .map_err(|reason| refused(format!("target {} of those to import: {reason}", k + 1)))?;
     }
     labels[project.labels.len()..].iter().try_for_each(check::label).map_err(refused)?;
@@ -131,6 +148,7 @@ pub fn empty(id: u64, label: String) -> Target {
         id,
         label,
         attributes: BTreeMap::new(),
+        changes: BTreeMap::new(),
         keys: BTreeMap::new(),
         tracked: BTreeMap::new(),
         hidden: Vec::new(),
