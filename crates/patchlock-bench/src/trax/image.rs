@@ -157,9 +157,12 @@ mod tests {
 
     #[test]
     fn an_address_with_a_drive_is_a_path() {
-        for (path, on_windows) in
-            [("/C:/a/1.jpg", "C:/a/1.jpg"), (r"C:\1.jpg", r"C:\1.jpg"), ("/a/b:c", "/a/b:c"), ("/", "/")]
-        {
+        for (path, on_windows) in [
+            ("/C:/a/1.jpg", "C:/a/1.jpg"),
+            (r"C:\1.jpg", r"C:\1.jpg"),
+            ("/a/b:c", "/a/b:c"),
+            ("/", "/"),
+        ] {
             assert_eq!(of_address(path, true), on_windows);
             assert_eq!(of_address(path, false), path);
         }
