@@ -28,6 +28,11 @@ case $target in
     *-linux-gnu) zig_target=$target.2.17 ;;
     # The C library and its start come from zig.
     *-linux-musl) last=(-- -Clink-self-contained=no) ;;
+    # Linked by GCC (package gcc-mingw-w64-x86-64): zig has not all libraries that Rust names.
+    *-windows-gnu)
+        build=("${build[@]/cargo-zigbuild/cargo}")
+        last=(-- -Ctarget-feature=+crt-static)
+        ;;
 esac
 case $target in
     "$(uname -m)"-*-linux-*) ;;
