@@ -7,6 +7,7 @@ mod setup;
 
 use patchlock::patch_model::buffer;
 use patchlock::patch_model::scale::{CodingScratch, Scale, ScaleParams};
+use patchlock::patch_model::sparse::dictionary::DictionaryScratch;
 use patchlock::patch_model::sparse::somp::batched::BLOCK;
 use patchlock::vision::patches::{PatchGrid, normalise};
 use patchlock::vision::warp::warp;
@@ -103,7 +104,8 @@ fn codes_of_a_location() {
 fn small_dictionary() {
     let bench = Bench::new();
     let (mut scale, buffer) = (scale(&bench), buffer::begin(&bench.templates, 4));
-    counted(&mut || scale.learn(Some(&bench.templates), Some(&buffer)));
+    let mut scratch = DictionaryScratch::default();
+    counted(&mut || scale.learn(Some(&bench.templates), Some(&buffer), &mut scratch));
 }
 
 /// An update without learning: frame 2.

@@ -107,6 +107,20 @@ pub enum Error {
         /// The frame's height in pixels.
         height: usize,
     },
+    /// The box is too small for the method `paper`.
+    #[error(
+        "the box of {w}x{h} pixels is too small for the method `paper`, which compares patches of \
+         it and would take seconds for a frame; its area must be at least {least} pixels. Take \
+         another preset"
+    )]
+    BoxTooSmall {
+        /// Width in pixels.
+        w: f64,
+        /// Height in pixels.
+        h: f64,
+        /// The smallest area, in pixels.
+        least: f64,
+    },
     /// The size of a frame differs from that of the frame on which tracking began.
     #[error(
         "the frame is {width}x{height} pixels, but tracking began on {expected_width}x{expected_height}; \

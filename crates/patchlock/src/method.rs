@@ -60,7 +60,7 @@ impl Target {
     /// Begins on the target in this box of the frame.
     ///
     /// # Errors
-    /// [`Error::Network`] if a network is missing or fails.
+    /// [`Error::Network`] if a network is missing or fails; [`Error::BoxTooSmall`].
     pub fn begin(
         (frame, images): (&Frame<'_>, &Images),
         bbox: BoundingBox,
@@ -69,6 +69,7 @@ impl Target {
     ) -> Result<(Self, Estimate), Error> {
         match &config.method {
             Method::Paper(settings) => {
+                paper::check_box(bbox)?;
                 let (settings, scratch) = ((config.seed, settings), &mut scratch.paper);
                 let (target, estimate) =
                     paper::PaperTarget::begin(&images.grey, bbox, settings, scratch);

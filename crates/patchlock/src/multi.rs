@@ -112,7 +112,7 @@ impl MultiTracker {
     /// [`Tracker`](crate::Tracker) says of the frame.
     ///
     /// # Errors
-    /// [`Error::BoxShape`], [`Error::BoxOutside`] or [`Error::Frame`]; [`Error::FrameSize`] if the
+    /// [`Error::BoxShape`], [`Error::BoxTooSmall`], [`Error::BoxOutside`] or [`Error::Frame`]; [`Error::FrameSize`] if the
     /// other targets are tracked on frames of another size. Then nothing has changed.
     pub fn add(&mut self, frame: &Frame<'_>, bbox: BoundingBox) -> Result<&Tracked, Error> {
         let (target, estimate) = self.begin(frame, bbox)?;

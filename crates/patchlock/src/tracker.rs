@@ -44,7 +44,7 @@ impl Tracker {
     ///
     /// # Errors
     /// [`Error::Config`] names the setting that is wrong, its value and what is allowed.
-    /// [`Error::BoxShape`], [`Error::BoxOutside`] or [`Error::Frame`]. [`Error::Instructions`] if
+    /// [`Error::BoxShape`], [`Error::BoxTooSmall`], [`Error::BoxOutside`] or [`Error::Frame`]. [`Error::Instructions`] if
     /// the environment asks for instructions that the processor does not have. [`Error::Network`] if
     /// the method needs a network and there is none.
     pub fn start(
@@ -67,7 +67,7 @@ impl Tracker {
     /// configuration. The result is that of a new tracker, without allocating its buffers again.
     ///
     /// # Errors
-    /// [`Error::BoxShape`], [`Error::BoxOutside`] or [`Error::Frame`]; then the tracker is
+    /// [`Error::BoxShape`], [`Error::BoxTooSmall`], [`Error::BoxOutside`] or [`Error::Frame`]; then the tracker is
     /// unchanged.
     pub fn restart(&mut self, frame: &Frame<'_>, bbox: BoundingBox) -> Result<&Estimate, Error> {
         let Self { config, images, scratch, .. } = self;

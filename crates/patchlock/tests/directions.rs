@@ -21,7 +21,7 @@ const MAY_USE: &[Rule] = &[
     ("network", &["network_error", "numeric", "vision"]),
     ("config", &["error", "network", "network_error", "patch_model", "value", "vision"]),
     ("estimate", &["error", "patch_model", "vision"]),
-    ("paper", &["config", "estimate", "numeric", "patch_model", "vision"]),
+    ("paper", &["config", "error", "estimate", "numeric", "patch_model", "vision"]),
     (
         "robust",
         &[
@@ -31,6 +31,7 @@ const MAY_USE: &[Rule] = &[
             "estimate",
             "network",
             "network_error",
+            "numeric",
             "patch_model",
             "vision",
         ],

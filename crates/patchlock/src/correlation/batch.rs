@@ -37,13 +37,48 @@ pub struct BatchScratch {
     columns: Vec<Octet>,
 }
 
-/// Cells that may be other than zero: a rectangle.
-#[derive(Debug, Clone)]
+/// Cells that may be other than zero: a rectangle. What is inside it is held row by row, the
+/// channels of a cell side by side.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Mask {
     /// The columns.
     pub x: Range<usize>,
     /// The rows.
     pub y: Range<usize>,
+}
+
+impl Mask {
+    /// The cells of a rectangle of this size in the middle of a plane with side `n`.
+    pub fn middle(n: usize, size: [f64; 2]) -> Self {
+        let [x, y] = size.map(|size| {
+            let (middle, reach) = ((n as f64 - 1.0) / 2.0, (size / 2.0).max(1.0));
+            let first = (middle - reach).ceil().max(0.0) as usize;
+            first..n - first
+        });
+        Self { x, y }
+    }
+
+    /// Number of cells.
+    pub fn len(&self) -> usize {
+        self.x.len() * self.y.len()
+    }
+
+    /// Whether there is no cell.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Sets the cells to zero that are inside this mask, which is what is held, but not inside
+    /// another.
+    pub fn keep(&self, inside: &Self, cells: &mut [f32]) {
+        let places = self.y.clone().flat_map(|y| self.x.clone().map(move |x| (x, y)));
+        let channels = cells.len() / self.len().max(1);
+        for ((x, y), cell) in places.zip(cells.chunks_exact_mut(channels.max(1))) {
+            if !(inside.x.contains(&x) && inside.y.contains(&y)) {
+                cell.fill(0.0);
+            }
+        }
+    }
 }
 
 impl Batch {
@@ -72,16 +107,28 @@ impl Batch {
         Instructions::of_eight().dispatch(Forward { batch: self, planes, window, out, scratch });
     }
 
-    /// The spectra of planes with these spectra that are set to zero outside the mask.
-    pub fn mask(
+    /// The cells inside the mask of the planes with these spectra.
+    pub fn cells(
         &self,
         spectra: &[Complex32],
+        mask: &Mask,
+        out: &mut [f32],
+        scratch: &mut BatchScratch,
+    ) {
+        scratch.fit(self.n);
+        Instructions::of_eight().dispatch(Cells { batch: self, spectra, mask, out, scratch });
+    }
+
+    /// The spectra of planes that have these cells inside the mask, and zeros elsewhere.
+    pub fn spectra(
+        &self,
+        cells: &[f32],
         mask: &Mask,
         out: &mut [Complex32],
         scratch: &mut BatchScratch,
     ) {
         scratch.fit(self.n);
-        Instructions::of_eight().dispatch(Masked { batch: self, spectra, mask, out, scratch });
+        Instructions::of_eight().dispatch(Spectra { batch: self, cells, mask, out, scratch });
     }
 }
 
@@ -114,9 +161,7 @@ impl WithSimd for Forward<'_> {
                 let cells = planes[y * n * channels..].chunks_exact(channels);
                 let cells = cells.zip(&window[y * n..]);
                 for (line, (cell, &weight)) in scratch.line.iter_mut().zip(cells) {
-                    // Half of it, as the parts are sums of two.
-                    let part = |start: usize| Vector::load(&cell[group + start..]) * (0.5 * weight);
-                    *line = Octet { re: part(0), im: part(LANES) };
+                    *line = halves(&cell[group..], weight);
                 }
                 batch.transform(simd, scratch);
                 separate(y, scratch);
@@ -126,15 +171,15 @@ impl WithSimd for Forward<'_> {
     }
 }
 
-struct Masked<'a> {
+struct Cells<'a> {
     batch: &'a Batch,
     spectra: &'a [Complex32],
     mask: &'a Mask,
-    out: &'a mut [Complex32],
+    out: &'a mut [f32],
     scratch: &'a mut BatchScratch,
 }
 
-impl WithSimd for Masked<'_> {
+impl WithSimd for Cells<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -142,7 +187,7 @@ impl WithSimd for Masked<'_> {
         let Self { batch, spectra, mask, out, scratch } = self;
         let n = batch.n;
         let channels = spectra.len() / (n * (n / 2 + 1));
-        let scale = 0.5 / (n * n) as f32;
+        let scale = 1.0 / (n * n) as f32;
         for group in (0..channels).step_by(GROUP) {
             // The inverse transform of v is the conjugate of the transform of its conjugate.
             for (column, half) in (0..=n / 2).flat_map(|column| [(column, 0), (column, LANES)]) {
@@ -155,12 +200,44 @@ impl WithSimd for Masked<'_> {
                 scratch.columns[start..][mask.y.clone()]
                     .copy_from_slice(&scratch.line[mask.y.clone()]);
             }
-            for y in mask.y.clone() {
+            let rows = out.chunks_exact_mut((mask.x.len() * channels).max(1));
+            for (y, row) in mask.y.clone().zip(rows) {
                 join(y, scratch);
                 batch.transform(simd, scratch);
-                for (x, line) in scratch.line.iter_mut().enumerate() {
-                    let inside = mask.x.contains(&x);
-                    *line = if inside { line.conj() * scale } else { Octet::ZERO };
+                let line = &scratch.line[mask.x.clone()];
+                for (cell, line) in row.chunks_exact_mut(channels).zip(line) {
+                    let values = line.conj() * scale;
+                    values.re.store(&mut cell[group..]);
+                    values.im.store(&mut cell[group + LANES..]);
+                }
+            }
+        }
+    }
+}
+
+struct Spectra<'a> {
+    batch: &'a Batch,
+    cells: &'a [f32],
+    mask: &'a Mask,
+    out: &'a mut [Complex32],
+    scratch: &'a mut BatchScratch,
+}
+
+impl WithSimd for Spectra<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { batch, cells, mask, out, scratch } = self;
+        let n = batch.n;
+        let channels = out.len() / (n * (n / 2 + 1));
+        for group in (0..channels).step_by(GROUP) {
+            let rows = cells.chunks_exact((mask.x.len() * channels).max(1));
+            for (y, row) in mask.y.clone().zip(rows) {
+                scratch.line.fill(Octet::ZERO);
+                let line = &mut scratch.line[mask.x.clone()];
+                for (line, cell) in line.iter_mut().zip(row.chunks_exact(channels)) {
+                    *line = halves(&cell[group..], 1.0);
                 }
                 batch.transform(simd, scratch);
                 separate(y, scratch);
@@ -168,6 +245,14 @@ impl WithSimd for Masked<'_> {
             batch.finish(simd, mask.y.clone(), (group, channels), scratch, out);
         }
     }
+}
+
+/// The channels of a cell in pairs, with this weight, and half of it, as the parts of a spectrum
+/// are sums of two.
+#[inline(always)]
+fn halves(cell: &[f32], weight: f32) -> Octet {
+    let part = |start: usize| Vector::load(&cell[start..]) * (0.5 * weight);
+    Octet { re: part(0), im: part(LANES) }
 }
 
 /// Separates the spectrum of a row of complex cells into twice those of their real and imaginary
@@ -392,26 +477,46 @@ mod tests {
     }
 
     #[test]
-    fn masked_planes_are_those_of_each_spectrum() {
+    fn cells_inside_a_mask_are_those_of_each_plane_and_give_its_spectrum() {
         for n in [4, 14, 50] {
             let (fourier, scratch) = (Fourier::new(n), &mut BatchScratch::default());
             let planes = noise(n * n * CHANNELS);
             let mut spectra = vec![Complex32::ZERO; fourier.bins() * CHANNELS];
-            let mut masked = spectra.clone();
             let batch = Batch::new(n);
             batch.forward(&planes, &vec![1.0; n * n], &mut spectra, scratch);
             let mask = Mask { x: 1..3, y: n / 4..n / 2 + 1 };
-            batch.mask(&spectra, &mask, &mut masked, scratch);
+            let mut cells = vec![9.0; mask.len() * CHANNELS];
+            batch.cells(&spectra, &mask, &mut cells, scratch);
+            let mut masked = vec![Complex32::ZERO; spectra.len()];
+            batch.spectra(&cells, &mask, &mut masked, scratch);
             let mut back = vec![0.0; n * n];
             for k in 0..CHANNELS {
                 let spectrum = channel(&masked, k);
                 fourier.inverse(&spectrum, &mut back, &mut FourierScratch::default());
+                let mut inside = channel(&cells, k).into_iter();
                 for (cell, (a, b)) in back.iter().zip(channel(&planes, k)).enumerate() {
-                    let inside = mask.x.contains(&(cell % n)) && mask.y.contains(&(cell / n));
-                    let expected = if inside { b } else { 0.0 };
+                    let is_inside = mask.x.contains(&(cell % n)) && mask.y.contains(&(cell / n));
+                    let expected = if is_inside { b } else { 0.0 };
                     assert!((a - expected).abs() < 1e-5, "{n} {k} {cell}: {a} {expected}");
+                    if is_inside {
+                        assert!((inside.next().unwrap() - b).abs() < 1e-5, "{n} {k} {cell}");
+                    }
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_mask_keeps_what_is_inside_another() {
+        let (held, inside) = (Mask::middle(8, [6.0, 4.0]), Mask::middle(8, [2.0, 9.0]));
+        assert_eq!(held, Mask { x: 1..7, y: 2..6 });
+        assert_eq!(inside, Mask { x: 3..5, y: 0..8 });
+        let mut cells = vec![1.0; held.len() * 2];
+        held.keep(&inside, &mut cells);
+        assert!(
+            cells.chunks(12).all(|row| row == [0., 0., 0., 0., 1., 1., 1., 1., 0., 0., 0., 0.])
+        );
+        // However small the target is, there are two cells.
+        assert_eq!(Mask::middle(8, [0.1; 2]), Mask { x: 3..5, y: 3..5 });
     }
 }

@@ -3,71 +3,31 @@
 //! n`.
 
 use super::batch::Batch;
+use crate::numeric::saved_numbers::SavedNumbers;
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::{Fft, FftPlanner};
-use serde::de::{self, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::sync::Arc;
 
 pub use rustfft::num_complex::Complex32;
 
-/// A spectrum as a snapshot holds it: pairs of real and imaginary parts. In a binary format they are
-/// bytes, little-endian, because a snapshot is little else.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SavedSpectrum(Vec<[f32; 2]>);
-
-impl Serialize for SavedSpectrum {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        if serializer.is_human_readable() {
-            return self.0.serialize(serializer);
-        }
-        let bytes: Vec<u8> =
-            self.0.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
-        serializer.serialize_bytes(&bytes)
-    }
-}
-
-impl<'de> Deserialize<'de> for SavedSpectrum {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        if deserializer.is_human_readable() {
-            return Vec::deserialize(deserializer).map(Self);
-        }
-        deserializer.deserialize_bytes(SpectrumBytes)
-    }
-}
-
-struct SpectrumBytes;
-
-impl Visitor<'_> for SpectrumBytes {
-    type Value = SavedSpectrum;
-
-    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str("pairs of numbers of four bytes")
-    }
-
-    fn visit_bytes<E: de::Error>(self, bytes: &[u8]) -> Result<SavedSpectrum, E> {
-        let (numbers, rest) = bytes.as_chunks();
-        let (pairs, single) = numbers.as_chunks();
-        if !(rest.is_empty() && single.is_empty()) {
-            return Err(E::invalid_length(bytes.len(), &self));
-        }
-        let pairs = pairs.iter().map(|pair| pair.map(f32::from_le_bytes));
-        Ok(SavedSpectrum(pairs.collect()))
-    }
-}
+/// A spectrum as a snapshot holds it: real and imaginary parts in turn.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct SavedSpectrum(SavedNumbers);
 
 impl SavedSpectrum {
-    /// The pairs of a spectrum.
+    /// The numbers of a spectrum.
     pub fn of(spectrum: &[Complex32]) -> Self {
-        Self(spectrum.iter().map(|value| [value.re, value.im]).collect())
+        Self(spectrum.iter().flat_map(|value| [value.re, value.im]).collect())
     }
 
     /// The spectrum, if it has this length and all numbers are finite.
     pub fn restore(self, length: usize) -> Option<Vec<Complex32>> {
-        let Self(pairs) = self;
-        let sound = pairs.len() == length && pairs.iter().flatten().all(|v| v.is_finite());
-        sound.then(|| pairs.into_iter().map(|[re, im]| Complex32::new(re, im)).collect())
+        let numbers = self.0.restore(2 * length)?;
+        let (pairs, _) = numbers.as_chunks();
+        Some(pairs.iter().map(|&[re, im]| Complex32::new(re, im)).collect())
     }
 }
 
@@ -205,31 +165,6 @@ mod tests {
         assert_eq!(saved.restore(3), None);
         let damaged = SavedSpectrum::of(&[Complex32::new(1.0, f32::NAN)]);
         assert_eq!(damaged.restore(1), None);
-    }
-
-    #[test]
-    fn a_saved_spectrum_has_the_same_bits_in_text_and_in_bytes() {
-        let values = [f32::MIN_POSITIVE, -0.1, 1e-45, f32::MAX, 0.0, -0.0];
-        let saved = SavedSpectrum(values.map(|value| [value, 1.0 / 3.0]).to_vec());
-        let bits =
-            |saved: &SavedSpectrum| saved.0.as_flattened().iter().map(|v| v.to_bits()).collect();
-        let expected: Vec<u32> = bits(&saved);
-        let text = serde_json::to_string(&saved).unwrap();
-        assert_eq!(bits(&serde_json::from_str(&text).unwrap()), expected);
-        let bytes = rmp_serde::to_vec(&saved).unwrap();
-        assert!(bytes.len() < 8 * values.len() + 8);
-        assert_eq!(bits(&rmp_serde::from_slice(&bytes).unwrap()), expected);
-        // One number is missing.
-        let half = rmp_serde::to_vec(&HalfPair).unwrap();
-        assert!(rmp_serde::from_slice::<SavedSpectrum>(&half).is_err());
-    }
-
-    struct HalfPair;
-
-    impl Serialize for HalfPair {
-        fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-            serializer.serialize_bytes(&[0; 12])
-        }
     }
 
     #[test]

@@ -42,6 +42,13 @@ impl Vector {
         let Some(values) = values.first_chunk::<LANES>() else { return Self::ZERO };
         Self(from_fn(|k| values[ORDER[k]]))
     }
+
+    /// Writes them to the first places.
+    #[inline(always)]
+    pub fn store(self, out: &mut [f32]) {
+        let Some(out) = out.first_chunk_mut::<LANES>() else { return };
+        ORDER.into_iter().zip(self.0).for_each(|(place, value)| out[place] = value);
+    }
 }
 
 impl Add for Vector {

@@ -3,6 +3,7 @@
 //! With AVX2 the sum over the channels takes 7 % of the plain instructions, the rest 79 %
 //! (`benchmarks/record/2026-11-25-vectors.md`).
 
+use super::batch::{BatchScratch, Mask};
 use super::fourier::{Complex32, Fourier, FourierScratch};
 use super::lanes::inner;
 use crate::numeric::instructions::Instructions;
@@ -28,6 +29,9 @@ pub struct ResponseBuffers {
     spectrum: Vec<Complex32>,
     cells: Vec<f32>,
     scratch: FourierScratch,
+    /// The spectra of a filter.
+    filter: Vec<Complex32>,
+    batch: BatchScratch,
 }
 
 /// A place in a response.
@@ -69,7 +73,30 @@ impl<'a> Response<'a> {
         sample: &[Complex32],
         buffers: &'a mut ResponseBuffers,
     ) -> Self {
-        let ResponseBuffers { spectrum, cells, scratch } = buffers;
+        let ResponseBuffers { spectrum, cells, scratch, .. } = buffers;
+        Self::of(fourier, filter, sample, (spectrum, cells, scratch))
+    }
+
+    /// The response of a filter that is held as its cells inside a mask.
+    pub fn of_cells(
+        fourier: &'a Fourier,
+        (filter, mask): (&[f32], &Mask),
+        sample: &[Complex32],
+        buffers: &'a mut ResponseBuffers,
+    ) -> Self {
+        let ResponseBuffers { spectrum, cells, scratch, filter: spectra, batch } = buffers;
+        spectra.resize(sample.len(), Complex32::ZERO);
+        fourier.batch().spectra(filter, mask, spectra, batch);
+        Self::of(fourier, spectra, sample, (spectrum, cells, scratch))
+    }
+
+    fn of(
+        fourier: &'a Fourier,
+        filter: &[Complex32],
+        sample: &[Complex32],
+        buffers: (&'a mut Vec<Complex32>, &'a mut Vec<f32>, &mut FourierScratch),
+    ) -> Self {
+        let (spectrum, cells, scratch) = buffers;
         let channels = filter.len() / fourier.bins();
         Instructions::default().dispatch(Sum { filter, sample, channels, spectrum });
         cells.resize(fourier.side() * fourier.side(), 0.0);

@@ -6,6 +6,7 @@ pub mod aligned;
 mod dot;
 pub mod instructions;
 pub mod parallel;
+pub mod saved_numbers;
 pub mod singular;
 pub mod thread_team;
 

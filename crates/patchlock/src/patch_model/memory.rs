@@ -3,6 +3,7 @@
 
 use super::buffer;
 use super::params::PatchParams;
+use super::sparse::dictionary::DictionaryScratch;
 use super::subspace::{self, Subspace};
 use super::templates;
 use super::update::NewTemplate;
@@ -56,6 +57,8 @@ pub struct LearningScratch {
     spare: Vec<Vec<f32>>,
     subspace: subspace::SubspaceScratch,
     new: NewTemplate,
+    /// For the dictionaries.
+    pub dictionary: DictionaryScratch,
 }
 
 impl LearningScratch {

@@ -166,10 +166,12 @@ impl PatchModel {
         self.large.learn(
             learned.replaced.map(|_| memory.templates.as_slice()),
             learned.large_buffer.then_some(memory.large_buffer.as_slice()),
+            &mut scratch.dictionary,
         );
         self.small.learn(
             learned.small_dictionary.then_some(memory.small_templates.as_slice()),
             learned.small_buffer.then_some(memory.small_buffer.as_slice()),
+            &mut scratch.dictionary,
         );
         learned
     }

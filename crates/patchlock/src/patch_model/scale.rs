@@ -10,7 +10,7 @@ use super::weights::{masked_error, position_weights};
 use crate::numeric::instructions::Instructions;
 use crate::numeric::parallel::*;
 use crate::patch_model::sparse::codes::{Code, CodeParams};
-use crate::patch_model::sparse::dictionary::Dictionary;
+use crate::patch_model::sparse::dictionary::{Dictionary, DictionaryScratch};
 use crate::patch_model::sparse::somp::batched;
 use crate::vision::patches::PatchGrid;
 use pulp::{Simd, WithSimd};
@@ -73,14 +73,19 @@ impl Scale {
             shared: Vec::new(),
             locations: Vec::new(),
         };
-        scale.learn(Some(templates), Some(buffer));
+        scale.learn(Some(templates), Some(buffer), &mut DictionaryScratch::default());
         scale
     }
 
     /// Replaces the dictionary by that of these templates, the buffer by this one, or both.
-    pub fn learn(&mut self, templates: Option<&[Vec<f32>]>, buffer: Option<&[Vec<f32>]>) {
+    pub fn learn(
+        &mut self,
+        templates: Option<&[Vec<f32>]>,
+        buffer: Option<&[Vec<f32>]>,
+        scratch: &mut DictionaryScratch,
+    ) {
         if let Some(templates) = templates {
-            self.set_dictionary(templates);
+            self.set_dictionary(templates, scratch);
         }
         if let Some(buffer) = buffer {
             self.set_buffer(buffer);
@@ -97,16 +102,17 @@ impl Scale {
         });
     }
 
-    fn set_dictionary(&mut self, templates: &[Vec<f32>]) {
+    fn set_dictionary(&mut self, templates: &[Vec<f32>], scratch: &mut DictionaryScratch) {
         let grid = self.grid;
-        self.dictionary.fill(grid.dim(), grid.locations(), |atoms| {
+        let cut = |atoms: &mut Vec<f32>| {
             atoms.resize(templates.len() * grid.locations() * grid.dim(), 0.0);
             let patches = atoms.chunks_exact_mut(grid.dim());
             let places = templates.iter().flat_map(|t| (0..grid.locations()).map(move |i| (t, i)));
             for ((template, location), patch) in places.zip(patches) {
                 grid.cut(template, location, patch);
             }
-        });
+        };
+        self.dictionary.fill(grid.dim(), grid.locations(), cut, scratch);
     }
 
     fn set_buffer(&mut self, buffer: &[Vec<f32>]) {

@@ -6,21 +6,22 @@ use super::colours::ColourMap;
 use super::window::{Sample, Window};
 use crate::config::RobustConfig;
 use crate::correlation::filter::{FilterLearner, FilterParams, FilterScratch};
-use crate::correlation::fourier::{Complex32, SavedSpectrum};
 use crate::correlation::response::{Response, ResponseBuffers};
+use crate::numeric::saved_numbers::SavedNumbers;
 
-/// The filters, and their mean, which follows the target.
+/// The filters, and their mean, which follows the target. They are held as their cells inside the
+/// window's mask, a tenth of their spectra.
 #[derive(Debug)]
 pub(crate) struct Follower {
     filters: Vec<Filter>,
-    mean: Vec<Complex32>,
+    mean: Vec<f32>,
 }
 
 /// One of the filters.
 #[derive(Debug)]
 struct Filter {
     learner: FilterLearner,
-    spectra: Vec<Complex32>,
+    cells: Vec<f32>,
 }
 
 impl Follower {
@@ -28,16 +29,15 @@ impl Follower {
     pub fn begin(sample: &Sample<'_>, config: &RobustConfig, scratch: &mut FilterScratch) -> Self {
         let fourier = sample.window.fourier();
         let begin = |learner: FilterLearner| {
-            let mut spectra = vec![Complex32::ZERO; sample.spectra.len()];
-            learner.begin(fourier, sample.spectra, &mut spectra, scratch);
-            Filter { learner, spectra }
+            let cells = learner.begin(fourier, sample.spectra, scratch);
+            Filter { learner, cells }
         };
         Self::of(learners(sample.window, config).into_iter().map(begin).collect())
     }
 
-    /// The spectra of each filter, as a snapshot holds them.
-    pub fn saved(&self) -> Vec<SavedSpectrum> {
-        self.filters.iter().map(|filter| SavedSpectrum::of(&filter.spectra)).collect()
+    /// Each filter, as a snapshot holds it.
+    pub fn saved(&self) -> Vec<SavedNumbers> {
+        self.filters.iter().map(|filter| SavedNumbers::of(&filter.cells)).collect()
     }
 
     /// From a snapshot.
@@ -45,7 +45,7 @@ impl Follower {
     /// # Errors
     /// What does not fit the configuration.
     pub fn restore(
-        saved: Vec<SavedSpectrum>,
+        saved: Vec<SavedNumbers>,
         window: &Window,
         config: &RobustConfig,
     ) -> Result<Self, &'static str> {
@@ -53,30 +53,30 @@ impl Follower {
             return Err("the number of filters is not that of the configuration");
         }
         let filters = learners(window, config).into_iter().zip(saved);
-        let restore = |(learner, saved): (_, SavedSpectrum)| {
-            saved.restore(window.spectra()).map(|spectra| Filter { learner, spectra })
+        let restore = |(learner, saved): (_, SavedNumbers)| {
+            saved.restore(window.filter()).map(|cells| Filter { learner, cells })
         };
         let filters: Option<_> = filters.map(restore).collect();
         Ok(Self::of(filters.ok_or("a filter is damaged")?))
     }
 
     fn of(filters: Vec<Filter>) -> Self {
-        let length = filters.first().map_or(0, |filter| filter.spectra.len());
-        let mut follower = Self { filters, mean: vec![Complex32::ZERO; length] };
+        let length = filters.first().map_or(0, |filter| filter.cells.len());
+        let mut follower = Self { filters, mean: vec![0.0; length] };
         follower.average();
         follower
     }
 
     fn average(&mut self) {
-        self.mean.fill(Complex32::ZERO);
+        self.mean.fill(0.0);
         let share = 1.0 / self.filters.len() as f32;
-        for Filter { spectra, .. } in &self.filters {
-            self.mean.iter_mut().zip(spectra).for_each(|(sum, value)| *sum += value * share);
+        for Filter { cells, .. } in &self.filters {
+            self.mean.iter_mut().zip(cells).for_each(|(sum, value)| *sum += value * share);
         }
     }
 
     /// The filter that follows.
-    pub fn filter(&self) -> &[Complex32] {
+    pub fn filter(&self) -> &[f32] {
         &self.mean
     }
 
@@ -103,15 +103,15 @@ impl Follower {
     }
 
     /// Follows with this filter from now on.
-    pub fn restart(&mut self, filter: &[Complex32]) {
-        let filters = self.filters.iter_mut().map(|filter| &mut filter.spectra);
-        filters.chain([&mut self.mean]).for_each(|spectra| spectra.copy_from_slice(filter));
+    pub fn restart(&mut self, filter: &[f32]) {
+        let filters = self.filters.iter_mut().map(|filter| &mut filter.cells);
+        filters.chain([&mut self.mean]).for_each(|cells| cells.copy_from_slice(filter));
     }
 
     /// Learns the target in the middle of a sample.
     pub fn learn(&mut self, sample: &Sample<'_>, scratch: &mut FilterScratch) {
-        for Filter { learner, spectra } in &mut self.filters {
-            learner.learn(sample.window.fourier(), sample.spectra, spectra, scratch);
+        for Filter { learner, cells } in &mut self.filters {
+            learner.learn(sample.window.fourier(), sample.spectra, cells, scratch);
         }
         self.average();
     }
@@ -130,7 +130,8 @@ fn learners(window: &Window, config: &RobustConfig) -> Vec<FilterLearner> {
         params(config.wide_mask, config.wide_penalty, config.wide_temporal),
         params(1.0, config.slow_penalty, config.slow_temporal),
     ];
-    let learner = |params| FilterLearner::new(window.fourier(), window.cells(), params);
+    let learner =
+        |params| FilterLearner::new(window.fourier(), window.cells(), window.mask(), params);
     all.into_iter().take(config.filters).map(learner).collect()
 }
 
@@ -138,7 +139,7 @@ fn learners(window: &Window, config: &RobustConfig) -> Vec<FilterLearner> {
 mod tests {
     use super::*;
     use crate::robust::place::Place;
-    use crate::robust::window::tests::{SIDE, plane, spectra, window};
+    use crate::robust::window::tests::{SIDE, impulse, plane, spectra, window};
     use crate::vision::crop::Planes;
 
     const PLACE: Place = Place { centre: [100.0, 100.0], scale: 1.0, stretch: 1.0, rotation: 0.0 };
@@ -146,10 +147,11 @@ mod tests {
     /// The response of a filter that has learnt an impulse to samples with these cells.
     fn propose(cells: &[(usize, f32)], map: Option<(usize, f32)>) -> Hypothesis {
         let (window, patch, config) = (window(), Planes::default(), RobustConfig::default());
-        let impulse = spectra(&window, &plane(&[(0, 1.0)]));
+        let learnt = spectra(&window, &plane(&[(0, 1.0)]));
         let sample = |spectra| Sample { place: PLACE, window: &window, patch: &patch, spectra };
         let mut follower =
-            Follower::begin(&sample(&impulse), &config, &mut FilterScratch::default());
+            Follower::begin(&sample(&learnt), &config, &mut FilterScratch::default());
+        let impulse = impulse(&window);
         follower.restart(&impulse);
         let seen = spectra(&window, &plane(cells));
         let (sample, mut buffers) =
@@ -182,8 +184,8 @@ mod tests {
     #[test]
     fn a_saved_follower_is_restored_or_refused() {
         let (window, patch, config) = (window(), Planes::default(), RobustConfig::default());
-        let impulse = spectra(&window, &plane(&[(0, 1.0)]));
-        let sample = Sample { place: PLACE, window: &window, patch: &patch, spectra: &impulse };
+        let learnt = spectra(&window, &plane(&[(0, 1.0)]));
+        let sample = Sample { place: PLACE, window: &window, patch: &patch, spectra: &learnt };
         let follower = Follower::begin(&sample, &config, &mut FilterScratch::default());
         let restored = Follower::restore(follower.saved(), &window, &config).unwrap();
         assert_eq!(restored.filter(), follower.filter());
@@ -191,7 +193,7 @@ mod tests {
         fewer.pop();
         assert!(Follower::restore(fewer, &window, &config).is_err());
         let mut damaged = follower.saved();
-        damaged[1] = SavedSpectrum::of(&impulse[1..]);
+        damaged[1] = SavedNumbers::of(&follower.filter()[1..]);
         assert!(Follower::restore(damaged, &window, &config).is_err());
     }
 }

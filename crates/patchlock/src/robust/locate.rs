@@ -11,11 +11,11 @@ use super::turn::{Rotation, SavedTurning};
 use super::window::{Sample, SampleBuffers, Window};
 use crate::config::RobustConfig;
 use crate::correlation::filter::FilterScratch;
-use crate::correlation::fourier::{Complex32, SavedSpectrum};
 use crate::correlation::histogram::{Histograms, MapScratch};
 use crate::correlation::response::{Response, ResponseBuffers};
 use crate::correlation::rotation::RotationScratch;
 use crate::correlation::scale::{SavedScale, ScaleScratch};
+use crate::numeric::saved_numbers::SavedNumbers;
 use crate::vision::frame::Frame;
 use serde::{Deserialize, Serialize};
 
@@ -34,7 +34,7 @@ pub(crate) struct Locator {
 /// A locator as a snapshot holds it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SavedLocator {
-    follower: Vec<SavedSpectrum>,
+    follower: Vec<SavedNumbers>,
     colours: Histograms,
     rotation: SavedTurning,
     size: SavedScale,
@@ -118,7 +118,7 @@ impl Locator {
     }
 
     /// The filter that follows.
-    pub fn filter(&self) -> &[Complex32] {
+    pub fn filter(&self) -> &[f32] {
         self.follower.filter()
     }
 

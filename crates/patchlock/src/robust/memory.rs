@@ -4,8 +4,8 @@
 use super::choose::{Hypothesis, Source};
 use super::window::{Sample, Window};
 use crate::config::RobustConfig;
-use crate::correlation::fourier::{Complex32, SavedSpectrum};
 use crate::correlation::response::{Response, ResponseBuffers};
+use crate::numeric::saved_numbers::SavedNumbers;
 use serde::{Deserialize, Serialize};
 
 /// The smallest mean response: frames without texture give no response at all.
@@ -17,7 +17,8 @@ const MAX_FRAMES: u64 = 1 << 53;
 /// A filter that remembers the target.
 #[derive(Debug)]
 pub(crate) struct Memory {
-    filter: Vec<Complex32>,
+    /// Its cells inside the window's mask.
+    filter: Vec<f32>,
     /// The mean of its response at the target over sure frames.
     mean: f64,
     /// Sure frames since the first.
@@ -31,7 +32,7 @@ pub(crate) struct Memory {
 /// A memory as a snapshot holds it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct SavedMemory {
-    filter: SavedSpectrum,
+    filter: SavedNumbers,
     mean: f64,
     sure: u64,
 }
@@ -50,7 +51,7 @@ impl Memory {
     /// A memory of this filter, which was learnt from this sample.
     pub fn begin(
         sample: &Sample<'_>,
-        filter: &[Complex32],
+        filter: &[f32],
         config: &RobustConfig,
         buffers: &mut ResponseBuffers,
     ) -> Self {
@@ -62,7 +63,7 @@ impl Memory {
     /// As a snapshot holds it.
     pub fn saved(&self) -> SavedMemory {
         let Self { filter, mean, sure, .. } = self;
-        SavedMemory { filter: SavedSpectrum::of(filter), mean: *mean, sure: *sure }
+        SavedMemory { filter: SavedNumbers::of(filter), mean: *mean, sure: *sure }
     }
 
     /// From a snapshot.
@@ -81,13 +82,13 @@ impl Memory {
         if sure > MAX_FRAMES {
             return Err("the memory has counted more frames than a video has");
         }
-        let filter = filter.restore(window.spectra()).ok_or("the memory is damaged")?;
+        let filter = filter.restore(window.filter()).ok_or("the memory is damaged")?;
         let (rate, elsewhere_most) = (config.memory_rate, config.elsewhere_most);
         Ok(Self { filter, mean, sure, rate, elsewhere_most })
     }
 
     /// The filter that remembers.
-    pub fn filter(&self) -> &[Complex32] {
+    pub fn filter(&self) -> &[f32] {
         &self.filter
     }
 
@@ -139,7 +140,7 @@ impl Memory {
     }
 
     /// Learns the follower's filter on a sure frame, on which it was this sure of the place.
-    pub fn learn(&mut self, filter: &[Complex32], certainty: f64) {
+    pub fn learn(&mut self, filter: &[f32], certainty: f64) {
         self.sure += 1;
         let rate = self.rate.max(1.0 / (self.sure + 1) as f64) as f32;
         let pairs = self.filter.iter_mut().zip(filter);
@@ -154,13 +155,13 @@ impl Memory {
 mod tests {
     use super::*;
     use crate::robust::place::Place;
-    use crate::robust::window::tests::{SIDE, plane, spectra, window};
+    use crate::robust::window::tests::{SIDE, impulse, plane, spectra, window};
     use crate::vision::crop::Planes;
 
     /// A memory of an impulse, with this mean response and a learning rate of 0.25: it responds to
     /// a sample with the sample's own plane.
     fn memory(window: &Window, mean: f64) -> Memory {
-        let filter = spectra(window, &plane(&[(0, 1.0)]));
+        let filter = impulse(window);
         Memory { filter, mean, sure: 0, rate: 0.25, elsewhere_most: 2.0 }
     }
 
@@ -215,12 +216,13 @@ mod tests {
     fn the_first_sure_frames_count_alike_and_later_ones_with_the_rate() {
         let window = window();
         let mut memory = memory(&window, 1.0);
-        let other = vec![Complex32::ZERO; memory.filter.len()];
+        let other = vec![0.0; memory.filter.len()];
+        let at = memory.filter.iter().position(|value| *value == 1.0).unwrap();
         // The share of the first frame in the mean: a half, a third, a quarter, and then falling by
         // a quarter.
         for share in [0.5, 1.0 / 3.0, 0.25, 0.1875] {
             memory.learn(&other, 1.0);
-            assert!((memory.filter[0].re - share).abs() < 1e-6, "{} {share}", memory.filter[0]);
+            assert!((memory.filter[at] - share).abs() < 1e-6, "{} {share}", memory.filter[at]);
         }
         assert_eq!((memory.sure(), memory.mean()), (4, 1.0));
     }
@@ -248,7 +250,7 @@ mod tests {
             SavedMemory { mean: 0.0, ..good.clone() },
             SavedMemory { mean: f64::NAN, ..good.clone() },
             SavedMemory { sure: u64::MAX, ..good.clone() },
-            SavedMemory { filter: SavedSpectrum::of(&[]), ..good.clone() },
+            SavedMemory { filter: SavedNumbers::of(&[]), ..good.clone() },
         ] {
             assert!(Memory::restore(damaged, &window, &config).is_err());
         }

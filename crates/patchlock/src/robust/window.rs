@@ -3,6 +3,7 @@
 
 use super::place::Place;
 use crate::config::RobustConfig;
+use crate::correlation::batch::Mask;
 use crate::correlation::features::{FeatureScratch, Features};
 use crate::correlation::fhog::CELL;
 use crate::correlation::fourier::{Complex32, Fourier, smooth_side};
@@ -25,6 +26,8 @@ pub(crate) struct Window {
     /// Shortest side to which the target may shrink, in pixels.
     least_side: f64,
     features: Features,
+    /// The cells inside which filters may be other than zero: the largest mask of a filter.
+    mask: Mask,
 }
 
 /// A window as a snapshot holds it.
@@ -83,8 +86,16 @@ impl Window {
             let [red, green, blue] = buffers.patch.rgb();
             colour = red != green || green != blue;
         }
-        let least_side = config.least_side;
-        Self { base, pixel, colour, least_side, features: Features::new(n) }
+        Self::of((base, pixel), n, colour, config)
+    }
+
+    /// The window for a target of this size, with this many frame pixels per pixel of a patch with
+    /// `n` cells on a side.
+    fn of((base, pixel): ([f64; 2], f64), n: usize, colour: bool, config: &RobustConfig) -> Self {
+        let widest = if config.filters > 1 { config.wide_mask.max(1.0) } else { 1.0 };
+        let mask = Mask::middle(n, base.map(|side| widest * side / (pixel * CELL as f64)));
+        let (least_side, features) = (config.least_side, Features::new(n));
+        Self { base, pixel, colour, least_side, features, mask }
     }
 
     /// The place, moved into the frame and limited in size.
@@ -112,8 +123,7 @@ impl Window {
         if cells > MAX_CELLS || smooth_side(cells as f64) != cells {
             return Err("the number of cells is not one that the tracker uses");
         }
-        let (least_side, features) = (config.least_side, Features::new(cells));
-        Ok(Self { base, pixel, colour, least_side, features })
+        Ok(Self::of((base, pixel), cells, colour, config))
     }
 
     /// Width and height of the target in the first frame.
@@ -151,9 +161,14 @@ impl Window {
         self.features.fourier()
     }
 
-    /// Length of the spectra of a sample.
-    pub fn spectra(&self) -> usize {
-        self.features.channels() * self.fourier().bins()
+    /// The cells of a filter that are held.
+    pub fn mask(&self) -> &Mask {
+        &self.mask
+    }
+
+    /// Length of what is held of a filter.
+    pub fn filter(&self) -> usize {
+        self.features.channels() * self.mask.len()
     }
 
     /// What the window around a place shows.
@@ -185,16 +200,13 @@ impl<'a> Sample<'a> {
         self.place.shifted(shift.map(|cells| cells * cell))
     }
 
-    /// The response of a filter.
-    pub fn respond<'b>(
-        &self,
-        filter: &[Complex32],
-        buffers: &'b mut ResponseBuffers,
-    ) -> Response<'b>
+    /// The response of a filter, of which these cells are held.
+    pub fn respond<'b>(&self, filter: &[f32], buffers: &'b mut ResponseBuffers) -> Response<'b>
     where
         'a: 'b,
     {
-        Response::new(self.window.fourier(), filter, self.spectra, buffers)
+        let filter = (filter, self.window.mask());
+        Response::of_cells(self.window.fourier(), filter, self.spectra, buffers)
     }
 }
 
@@ -209,16 +221,30 @@ pub(super) mod tests {
     pub fn window() -> Window {
         let (cell, pixel) = (CELL as f64, 2.0);
         let base = [2.0 * cell * pixel, 3.0 * cell * pixel];
-        Window { base, pixel, colour: false, least_side: 5.0, features: Features::new(SIDE) }
+        Window::of((base, pixel), SIDE, false, &RobustConfig::default())
     }
 
-    /// Spectra whose first channel is that of a plane; all others are 0.
+    /// The cell in the middle, where [`impulse`] is.
+    const MIDDLE: usize = SIDE / 2;
+
+    /// A filter whose first channel is 1 in the middle, and 0 elsewhere as all others.
+    pub fn impulse(window: &Window) -> Vec<f32> {
+        let Mask { x, y } = window.mask();
+        let cell = (MIDDLE - y.start) * x.len() + MIDDLE - x.start;
+        let mut filter = vec![0.0; window.filter()];
+        filter[cell * window.features.channels()] = 1.0;
+        filter
+    }
+
+    /// Spectra whose first channel is that of a plane, displaced so that [`impulse`] responds with
+    /// the plane; all others are 0.
     pub fn spectra(window: &Window, plane: &[f32]) -> Vec<Complex32> {
-        let (fourier, length) = (window.fourier(), window.spectra());
+        let (fourier, channels) = (window.fourier(), window.features.channels());
+        let from = |k: usize| (k % SIDE + MIDDLE) % SIDE + (k / SIDE + MIDDLE) % SIDE * SIDE;
+        let plane: Vec<f32> = (0..plane.len()).map(|k| plane[from(k)]).collect();
         let mut first = vec![Complex32::ZERO; fourier.bins()];
-        fourier.forward(plane, &mut first, &mut Default::default());
-        let channels = length / first.len();
-        let mut all = vec![Complex32::ZERO; length];
+        fourier.forward(&plane, &mut first, &mut Default::default());
+        let mut all = vec![Complex32::ZERO; channels * first.len()];
         all.chunks_exact_mut(channels).zip(&first).for_each(|(bin, value)| bin[0] = *value);
         all
     }
@@ -257,7 +283,7 @@ pub(super) mod tests {
         let place = Place { centre: [0.0; 2], scale: 1.0, stretch: 1.0, rotation: 0.0 };
         let sample = Sample { place, window: &window, patch: &patch, spectra: &sample };
         let mut buffers = ResponseBuffers::default();
-        let filter = spectra(&window, &plane(&[(0, 1.0)]));
+        let filter = impulse(&window);
         let response = sample.respond(&filter, &mut buffers);
         assert!((response.cells()[10] - 2.0).abs() < 1e-6);
         assert!((response.cells()[0] + 1.0).abs() < 1e-6);

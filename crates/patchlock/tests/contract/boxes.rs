@@ -52,9 +52,30 @@ fn refuse_boxes(config: &TrackerConfig) {
 }
 
 #[test]
+fn a_box_of_a_few_pixels_is_tracked_or_refused_with_a_reason() {
+    for config in all() {
+        for (w, h) in [(1.0, 1.0), (3.9, 4.0), (1.0, 15.9)] {
+            let given = bbox([80.0, 80.0, w, h]);
+            match Tracker::start(config.clone(), &SIMPLE.frame(0), given) {
+                Ok(mut tracker) => {
+                    assert_ne!(config.method.name(), "paper");
+                    let found = tracker.update(&SIMPLE.frame(1)).unwrap().bbox;
+                    assert!([found.x, found.y, found.w, found.h].iter().all(|v| v.is_finite()));
+                }
+                Err(error) => {
+                    assert!(matches!(error, Error::BoxTooSmall { .. }), "{error}");
+                    assert_eq!(config.method.name(), "paper");
+                    assert!(error.to_string().contains("at least 16 pixels"), "{error}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
 fn boxes_of_any_shape_and_position_can_be_tracked() {
     let boxes = [
-        [80.0, 80.0, 1.0, 1.0],
+        [80.0, 80.0, 4.0, 4.0],
         [80.0, 60.0, 2.0, 80.0],
         [40.0, 80.0, 80.0, 2.0],
         [70.375, 58.125, 48.7, 39.1],

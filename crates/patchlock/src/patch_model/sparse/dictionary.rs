@@ -21,12 +21,17 @@ pub struct Dictionary {
     sorted: Vec<u32>,
     repeats: Vec<bool>,
     panels: Aligned,
-    /// The panels in `f64`, for the inner products.
-    wide: Vec<f64>,
     gram: Aligned,
     /// 1 for a nonzero atom, else 0.
     nonzero: Vec<f32>,
     spread: f64,
+}
+
+/// Buffers of [`Dictionary::fill`].
+#[derive(Debug, Default)]
+pub struct DictionaryScratch {
+    /// The panels in `f64`, for the inner products.
+    wide: Vec<f64>,
 }
 
 /// The largest dictionary, in atoms; its Gram matrix then takes 512 MiB.
@@ -39,12 +44,18 @@ impl Dictionary {
     /// A dictionary of the atoms in `atoms`, stored one after the other, `dim` samples each.
     pub fn new(dim: usize, locations: usize, atoms: Vec<f32>) -> Self {
         let mut dictionary = Self::default();
-        dictionary.fill(dim, locations, |out| *out = atoms);
+        dictionary.fill(dim, locations, |out| *out = atoms, &mut DictionaryScratch::default());
         dictionary
     }
 
     /// Replaces the atoms by those that the function `atoms` writes, one after the other.
-    pub fn fill(&mut self, dim: usize, locations: usize, atoms: impl FnOnce(&mut Vec<f32>)) {
+    pub fn fill(
+        &mut self,
+        dim: usize,
+        locations: usize,
+        atoms: impl FnOnce(&mut Vec<f32>),
+        scratch: &mut DictionaryScratch,
+    ) {
         self.atoms.clear();
         atoms(&mut self.atoms);
         (self.dim, self.locations) = (dim, locations);
@@ -55,7 +66,7 @@ impl Dictionary {
         self.squared_norms.extend(self.atoms.chunks_exact(dim).map(square));
         self.find_repeats();
         self.fill_panels();
-        self.fill_gram();
+        self.fill_gram(scratch);
     }
 
     fn find_repeats(&mut self) {
@@ -145,8 +156,8 @@ impl Dictionary {
     }
 
     /// Fills the Gram matrix: `count` rows of `stride` entries.
-    fn fill_gram(&mut self) {
-        let Self { dim, count, stride, panels, wide, gram, .. } = self;
+    fn fill_gram(&mut self, DictionaryScratch { wide }: &mut DictionaryScratch) {
+        let Self { dim, count, stride, panels, gram, .. } = self;
         wide.clear();
         wide.extend(panels.iter().map(|&v| f64::from(v)));
         gram.reset(*count * *stride);
