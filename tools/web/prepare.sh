@@ -7,7 +7,6 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 triple=wasm32-unknown-unknown
 rust=$PWD/target/web/rust
-packages=(rustc-web rust-web-src libstd-rust-web-1.96 libstd-rust-web-dev libllvm22)
 
 skip() {
     rm -rf "$rust"
@@ -19,25 +18,13 @@ skip() {
     exit 0
 }
 
-download() {
-    (cd "$rust/packages" && apt-get -qq download "${packages[@]}" >/dev/null 2>&1)
-}
-
 if ! command -v firefox-esr firefox >/dev/null && [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
     DEBIAN_FRONTEND=noninteractive apt-get -qq install -y --no-install-recommends firefox-esr \
         >/dev/null 2>&1 || echo "SKIPPED, nothing is tested in Firefox: it could not be installed"
 fi
 [ ! -d "$(rustc --print target-libdir --target "$triple" 2>/dev/null)" ] || exit 0
 [ ! -e "$rust/complete" ] || exit 0
-[ "$(uname -m)" = x86_64 ] && command -v apt-get dpkg >/dev/null ||
-    skip "there is no compiler for $triple; rustup target add $triple installs one"
 find "$(rustc --print sysroot)" -name rust-lld | grep -q . || skip "there is no rust-lld"
-rm -rf "$rust" && mkdir -p "$rust/packages"
-download || { [ "$(id -u)" = 0 ] && apt-get -qq update >/dev/null 2>&1 && download; } ||
+tools/release/debian-rust.sh "$rust" ||
     skip "there is no compiler for $triple: rustup target add $triple installs one, and that of Debian" \
-        "(rustc-web) could not be downloaded"
-for package in "$rust"/packages/*.deb; do
-    dpkg -x "$package" "$rust" || skip "the compiler of Debian could not be unpacked"
-done
-rm -r "$rust/packages"
-touch "$rust/complete"
+        "(rustc-web) could not be had"

@@ -159,7 +159,7 @@ pub fn read(path: &Path, truth: &Dataset) -> Result<Vec<Results>, Error> {
         });
     }
     // Paths such as `out/.` have no last component to name the tracker by.
-    let path = &path.canonicalize().map_err(|error| Error::read(path, error))?;
+    let path = &dunce::canonicalize(path).map_err(|error| Error::read(path, error))?;
     let found = below(path, truth, DEPTH)?;
     if found.is_empty() {
         return Err(Error::NoResults {
@@ -175,7 +175,7 @@ fn below(folder: &Path, truth: &Dataset, depth: usize) -> Result<Vec<Results>, E
     if !found.is_empty() || depth == 0 {
         return Ok(found);
     }
-    let is_truth = |path: &Path| truth.root.canonicalize().is_ok_and(|root| root == path);
+    let is_truth = |path: &Path| dunce::canonicalize(&truth.root).is_ok_and(|root| root == path);
     let mut all = Vec::new();
     for inner in entries(folder)?.into_iter().filter(|path| path.is_dir() && !is_truth(path)) {
         all.extend(below(&inner, truth, depth - 1)?);

@@ -32,7 +32,7 @@ impl Image {
     /// What is wrong with the argument.
     pub fn parse(text: &str) -> Result<Self, String> {
         if let Some(path) = text.strip_prefix("file://").or_else(|| text.strip_prefix("file:")) {
-            return Ok(Self::Path(path.into()));
+            return Ok(Self::Path(of_address(path, cfg!(windows)).into()));
         }
         if let Some(rest) = text.strip_prefix("image:") {
             return memory(rest).map(Self::Memory);
@@ -72,6 +72,14 @@ impl Image {
     /// another folder.
     pub fn of_path(file: &Path) -> String {
         format!("file://{}", file.display())
+    }
+}
+
+/// The path in the address of a file: `C:/1.jpg` in `file:///C:/1.jpg`, where there are drives.
+fn of_address(path: &str, has_drives: bool) -> &str {
+    match path.strip_prefix('/') {
+        Some(rest) if has_drives && rest.as_bytes().get(1) == Some(&b':') => rest,
+        _ => path,
     }
 }
 
@@ -144,6 +152,19 @@ mod tests {
         if cfg!(unix) {
             let endless = Image::Path("/dev/zero".into()).picture().unwrap_err();
             assert!(endless.ends_with("it is a pipe or a device, not a file"), "{endless}");
+        }
+    }
+
+    #[test]
+    fn an_address_with_a_drive_is_a_path() {
+        for (path, on_windows) in [
+            ("/C:/a/1.jpg", "C:/a/1.jpg"),
+            (r"C:\1.jpg", r"C:\1.jpg"),
+            ("/a/b:c", "/a/b:c"),
+            ("/", "/"),
+        ] {
+            assert_eq!(of_address(path, true), on_windows);
+            assert_eq!(of_address(path, false), path);
         }
     }
 

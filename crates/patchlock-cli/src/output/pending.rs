@@ -65,7 +65,7 @@ impl PendingFile {
     pub fn create(target: &Path, overwrite: bool) -> Result<Self, Failure> {
         check(target, overwrite)?;
         // Follow links: the target gets the new content, the link stays.
-        let target = fs::canonicalize(target).unwrap_or_else(|_| target.to_path_buf());
+        let target = dunce::canonicalize(target).unwrap_or_else(|_| target.to_path_buf());
         let writer = if target.exists() && !target.is_file() {
             fs::OpenOptions::new()
                 .write(true)

@@ -420,10 +420,10 @@ impl Store {
 /// The path of a project file with links resolved, so that the file is replaced and not a link to
 /// it.
 fn real(path: &Path) -> Result<PathBuf, Error> {
-    match path.canonicalize() {
+    match dunce::canonicalize(path) {
         Ok(real) => Ok(real),
         Err(error) if error.kind() == io::ErrorKind::NotFound => {
-            let folder = folder_of(path).canonicalize();
+            let folder = dunce::canonicalize(folder_of(path));
             let folder = folder.map_err(|error| Error::read(folder_of(path), error))?;
             Ok(folder.join(path.file_name().unwrap_or_default()))
         }

@@ -145,7 +145,7 @@ pub fn relative(file: &Path, folder: &Path) -> io::Result<PathBuf> {
     let same = file_parts.iter().zip(&folder_parts).take_while(|(a, b)| a == b).count();
     // Nothing leads from one drive to another.
     if file_parts[..same].iter().all(|part| matches!(part, Component::Prefix(_))) {
-        return Ok(file);
+        return Ok(dunce::simplified(&file).to_path_buf());
     }
     let not_text = || {
         let reason = "its path is not text in UTF-8, which a project needs: rename it";

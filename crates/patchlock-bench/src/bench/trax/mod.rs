@@ -156,7 +156,7 @@ fn capabilities(hello: &Message) -> Result<Capabilities, String> {
 
 /// The argument for an image file.
 fn url(file: &Path) -> Result<String, Error> {
-    let whole = file.canonicalize().map_err(|error| Error::read(file, error))?;
+    let whole = dunce::canonicalize(file).map_err(|error| Error::read(file, error))?;
     Ok(Image::of_path(&whole))
 }
 
