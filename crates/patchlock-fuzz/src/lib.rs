@@ -10,6 +10,7 @@
 use std::sync::LazyLock;
 
 pub mod check;
+mod labels;
 mod library;
 mod media;
 mod model;
@@ -24,13 +25,16 @@ mod snapshots;
 mod tables;
 mod trax;
 
+pub use labels::labels;
 pub use library::{UPDATES, library};
 pub use media::{h264, images, mp4, y4m};
 pub use model::model;
 pub use project::project;
 pub use server::{Studio, server};
 pub use settings::settings;
-pub use snapshots::{snapshot_fast, snapshot_network, snapshot_paper, snapshot_robust};
+pub use snapshots::{
+    snapshot_fast, snapshot_network, snapshot_packed, snapshot_paper, snapshot_robust,
+};
 pub use tables::{boxes, imports, results, tracks, truth};
 pub use trax::trax;
 
@@ -53,9 +57,11 @@ pub const SURFACES: &[(&str, Surface)] = &[
     ("snapshot_fast", snapshot_fast),
     ("snapshot_paper", snapshot_paper),
     ("snapshot_network", snapshot_network),
+    ("snapshot_packed", snapshot_packed),
     ("model", model),
     ("trax", trax),
     ("project", project),
+    ("labels", labels),
     ("server", server),
     ("library", library),
 ];

@@ -2,17 +2,19 @@
 
 use std::fs;
 use std::io::Cursor;
+use std::iter;
 
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use image::{DynamicImage, ImageFormat};
 use patchlock::{
-    BoundingBox, Frame, Method, MultiTracker, PatchModelConfig, Preset, Status, Tracker,
-    TrackerConfig,
+    BoundingBox, Frame, Method, MultiSnapshot, MultiTracker, PatchModelConfig, Preset, Snapshot,
+    Status, Tracker, TrackerConfig,
 };
 use patchlock_media::{FrameRate, Limits, Mp4Writer};
 use patchlock_studio::project::{Edit, Store};
 use patchlock_track::export::{self, Entry, Track};
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use crate::library::{pattern, small};
@@ -34,13 +36,17 @@ pub fn seeds(surface: &str) -> Vec<Vec<u8>> {
         "tracks" => tracks(),
         "imports" => [imports(), deep(&[0, 2, 3])].concat(),
         "settings" => [settings(), deep(&[0, 3])].concat(),
-        "snapshot_robust" => snapshots(Preset::Robust),
-        "snapshot_fast" => snapshots(Preset::Fast),
-        "snapshot_paper" => snapshots(Preset::Paper),
-        "snapshot_network" => snapshots(Preset::Network),
+        "snapshot_robust" => snapshots(Preset::Robust, &text),
+        "snapshot_fast" => snapshots(Preset::Fast, &text),
+        "snapshot_paper" => snapshots(Preset::Paper, &text),
+        "snapshot_network" => snapshots(Preset::Network, &text),
+        "snapshot_packed" => {
+            Preset::ALL.into_iter().flat_map(|preset| snapshots(preset, &packed)).collect()
+        }
         "model" => models(),
         "trax" => trax(),
         "project" => projects(),
+        "labels" => labels(),
         "server" => requests(),
         "library" => plans(),
         _ => Vec::new(),
@@ -345,22 +351,35 @@ fn shrink(patches: &mut PatchModelConfig) {
 
 const TARGET: BoundingBox = BoundingBox { x: 4.0, y: 2.0, w: 14.0, h: 11.0 };
 
-fn snapshots(preset: Preset) -> Vec<Vec<u8>> {
-    // Text, since `serde_json::Value` has no whole numbers of 128 bits.
-    let text = |tracker: &Tracker| {
-        serde_json::to_string(&tracker.snapshot()).expect("a snapshot can be written")
-    };
-    let many = |tracker: &MultiTracker| {
-        serde_json::to_string(&tracker.snapshot()).expect("a snapshot can be written")
-    };
+/// A snapshot of one target, or of many.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Saved {
+    One(Box<Snapshot>),
+    Many(Box<MultiSnapshot>),
+}
+
+/// A snapshot as text.
+fn text(saved: &Saved) -> Vec<u8> {
+    // Not by `serde_json::Value`, which has no whole numbers of 128 bits.
+    serde_json::to_vec(saved).expect("a snapshot can be written")
+}
+
+/// A snapshot as bytes.
+fn packed(saved: &Saved) -> Vec<u8> {
+    rmp_serde::to_vec_named(saved).expect("a snapshot can be written")
+}
+
+fn snapshots(preset: Preset, write: &dyn Fn(&Saved) -> Vec<u8>) -> Vec<Vec<u8>> {
+    let one = |tracker: &Tracker| write(&Saved::One(Box::new(tracker.snapshot())));
+    let many = |tracker: &MultiTracker| write(&Saved::Many(Box::new(tracker.snapshot())));
     let (begun, after_four) = (tracker(preset, 0), tracker(preset, 4));
     let mut several = MultiTracker::new(begun.config().clone()).expect("is valid");
     let none = many(&several);
     let pixels = pattern(40, 32, 3);
     let frame = Frame::grey8(&pixels, 40, 32).expect("is a frame");
     several.add(&frame, TARGET).expect("begins");
-    let all = [text(&after_four), text(&begun), many(&several), none];
-    all.map(String::into_bytes).into()
+    vec![one(&after_four), one(&begun), many(&several), none]
 }
 
 /// The made-up files, and changes of them.
@@ -411,12 +430,36 @@ fn edits() -> Vec<Value> {
         json!({ "edit": "hide", "target": 1, "from": 4, "to": 5 }),
         json!({ "edit": "add_label", "name": "car", "colour": "#ff0000" }),
         json!({ "edit": "set_target", "target": 1, "label": "car", "attributes": { "a": "b" } }),
+        json!({ "edit": "declare", "label": "car", "attributes": [
+                { "name": "seen", "kind": "checkbox", "mutable": true },
+                { "name": "doors", "kind": "number", "min": 2, "max": 5 } ] }),
+        json!({ "edit": "set_value", "target": 1, "name": "seen", "frame": 2, "value": "true" }),
         json!({ "edit": "split", "target": 1, "frame": 3 }),
         json!({ "edit": "join", "first": 1, "second": 2 }),
         json!({ "edit": "show", "target": 1, "from": 5, "to": 5 }),
         json!({ "edit": "remove_key", "target": 1, "frame": 3 }),
         json!({ "edit": "delete_target", "target": 1 }),
     ]
+}
+
+/// Files of labels without and with attributes, and edits of them.
+fn labels() -> Vec<Vec<u8>> {
+    let plain = r##"{"format":"patchlock-labels","version":1,"labels":[
+        {"name":"target","colour":"#ff0000","was":["thing"]},{"name":"car","colour":"#00ff00"}],
+        "removed":["dog"]}"##;
+    let with = r##"{"format":"patchlock-labels","version":2,"labels":[{"name":"target","colour":
+        "#ff0000","attributes":[{"name":"seen","kind":"checkbox","mutable":true}]}]}"##;
+    let edits = [
+        json!({ "edit": "add_label", "name": "cat", "colour": "#0000ff" }).to_string(),
+        json!({ "edit": "set_label", "name": "car", "new_name": "van" }).to_string(),
+        json!({ "edit": "declare", "label": "cat", "attributes": [
+                { "name": "fur", "kind": "select", "values": ["long", "short"] } ] })
+        .to_string(),
+        json!({ "edit": "remove_label", "name": "van" }).to_string(),
+    ];
+    let steps = edits.iter().map(String::as_str);
+    let of = |file| joined(None, &iter::once(file).chain(steps.clone()).collect::<Vec<_>>());
+    vec![of(plain), of(with)]
 }
 
 fn projects() -> Vec<Vec<u8>> {
@@ -430,7 +473,7 @@ fn projects() -> Vec<Vec<u8>> {
     store.save().expect("can be written");
     let empty = fs::read_to_string(&file).expect("is text");
     let all = edits();
-    for edit in &all[..6] {
+    for edit in &all[..8] {
         let edit: Edit = serde_json::from_value(edit.clone()).expect("is an edit");
         store.apply(vec![edit]).expect("fits");
     }

@@ -1,4 +1,4 @@
-//! Saved trackers as text.
+//! Saved trackers, as text and as bytes.
 
 use patchlock::{
     Error, Frame, MultiSnapshot, MultiTracker, Preset, Snapshot, Tracker, TrackerConfig,
@@ -32,6 +32,18 @@ pub fn snapshot_paper(data: &[u8]) {
 /// A snapshot of the preset `network`, whose network is the made-up one.
 pub fn snapshot_network(data: &[u8]) {
     restored(data, Preset::Network);
+}
+
+/// A snapshot of any preset in MessagePack, as pickles of the Python package have it.
+pub fn snapshot_packed(data: &[u8]) {
+    if let Some(snapshot) = accepted(rmp_serde::from_slice::<Snapshot>(data)) {
+        let tracker = accepted(one_restored(snapshot));
+        tracker.filter(|tracker| is_quick(tracker.config())).into_iter().for_each(one);
+    }
+    if let Some(snapshot) = accepted(rmp_serde::from_slice::<MultiSnapshot>(data)) {
+        let tracker = accepted(many_restored(snapshot));
+        tracker.filter(|tracker| is_quick(tracker.config())).into_iter().for_each(many);
+    }
 }
 
 /// A tracker that continues from a snapshot, with a network if it needs one.
