@@ -661,10 +661,12 @@ test.describe('many clips are one project', () => {
         await expect(work.targets()).toHaveCount(1);
         await work.drawAnother({ x: 300, y: 200, w: 60, h: 40 });
         await expect(work.targets()).toHaveCount(2);
-        const colours = await page
-            .locator('#targets .swatch')
-            .evaluateAll((all) => all.map((each) => getComputedStyle(each).backgroundColor));
-        expect(new Set(colours).size).toBe(2);
+        // The list may be drawn before all that is known of the new target is here.
+        const colours = () =>
+            page
+                .locator('#targets .swatch')
+                .evaluateAll((all) => all.map((each) => getComputedStyle(each).backgroundColor));
+        await expect.poll(async () => new Set(await colours()).size).toBe(2);
         expect(folder.project().targets.map(({ label }) => label)).toEqual(['target', 'target']);
     });
 });
