@@ -58,7 +58,7 @@ test('what is wrong is thrown with its name, value and what is allowed', async (
         'unknown setting `colour`',
         'the setting `rotate` is often; it takes true or false',
         'the setting `rotate` is of the type object; it takes a boolean, number or string',
-        'the setting `filters` is 2.5; it takes a whole number',
+        'the setting `scale_count` is 2.5; it takes a whole number',
         'the field `w` of the box is 20; it takes a number',
         'width 0, height 20; all must be finite, width and height at least 1 pixel',
         'the box is of the type undefined, not an object',
