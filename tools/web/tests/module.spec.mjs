@@ -37,7 +37,7 @@ test('what is wrong is thrown with its name, value and what is allowed', async (
             thrown(() => config.set('colour', 1)),
             thrown(() => config.set('rotate', 'often')),
             thrown(() => config.set('rotate', {})),
-            thrown(() => config.set('filters', 2.5)),
+            thrown(() => config.set('scale_count', 2.5)),
             thrown(() => Tracker.start(config, frame, { ...box, w: '20' })),
             thrown(() => Tracker.start(config, frame, { ...box, w: 0 })),
             thrown(() => Tracker.start(config, frame, undefined)),
