@@ -24,7 +24,8 @@ impl Fake {
         let here = folder.path().display();
         fs::write(&name, format!("#!/bin/sh\ncd '{here}'\n{script}\n")).unwrap();
         fs::set_permissions(&name, fs::Permissions::from_mode(0o755)).unwrap();
-        Self { folder, program: Program { name, patience: Duration::from_millis(500) } }
+        let (patience, own) = (Duration::from_millis(500), Some(folder.path().to_path_buf()));
+        Self { folder, program: Program { name, patience, folder: own } }
     }
 
     /// A file in the folder of the test.

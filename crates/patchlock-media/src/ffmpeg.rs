@@ -6,7 +6,7 @@ use std::ffi::OsString;
 use std::fs::File;
 use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{self, Receiver};
 use std::thread;
 use std::time::Duration;
@@ -15,6 +15,7 @@ use tempfile::TempDir;
 
 use crate::child::{Running, Watched, silent};
 use crate::colour::Matrix;
+use crate::confine::{self, Allowed};
 use crate::limits::{self, Limits};
 use crate::source::count_by_reading;
 use crate::{Container, Error, FrameRate, FrameSource, Picture, y4m};
@@ -44,11 +45,13 @@ pub(crate) const TIMES_FILE: &str = "times.txt";
 pub struct Program {
     pub(crate) name: PathBuf,
     pub(crate) patience: Duration,
+    /// A folder that it may change besides that of the times. Tests have one.
+    pub(crate) folder: Option<PathBuf>,
 }
 
 impl Default for Program {
     fn default() -> Self {
-        Self { name: "ffmpeg".into(), patience: limits::SILENCE }
+        Self { name: "ffmpeg".into(), patience: limits::SILENCE, folder: None }
     }
 }
 
@@ -104,7 +107,7 @@ impl Task {
         for sync in EVERY_FRAME_ONCE {
             let mut command = self.decoding(from, sync)?;
             command.current_dir(folder.path());
-            let pipe = Pipe::start(&mut command, self)?;
+            let pipe = Pipe::start(&mut command, self, Some(folder.path()))?;
             match y4m::open_stream(pipe, &name, whole, self.limits, self.matrix, first) {
                 Ok(frames) => {
                     let times = Times::new(folder, first);
@@ -146,7 +149,7 @@ impl Task {
         let most = limits::frames(self.path.metadata().ok()?.len()) as usize;
         let mut command = self.program.command(&self.path, "error", None, self.limits).ok()?;
         command.args(["-c", "copy", "-f", "framecrc", "-"]);
-        let mut lines = BufReader::new(Pipe::start(&mut command, self).ok()?);
+        let mut lines = BufReader::new(Pipe::start(&mut command, self, None).ok()?);
         let (mut unit, mut times) = (None, Vec::new());
         while let Some(line) = y4m::piece_of_line(&mut lines).ok()? {
             if let Some(text) = line.strip_prefix("#tb 0: ") {
@@ -238,6 +241,18 @@ impl Program {
         command.arg("-i").arg(input).args(["-map", "0:v:0"]).stdin(Stdio::null());
         Ok(())
     }
+
+    /// Starts a command that reads this file, and may write in this folder.
+    pub(crate) fn spawn(
+        &self,
+        command: &mut Command,
+        reads: &Path,
+        folder: Option<&Path>,
+        limits: Limits,
+    ) -> io::Result<Child> {
+        let changes = folder.into_iter().chain(self.folder.as_deref()).collect();
+        confine::spawn(command, &Allowed { reads, changes, pixels: limits.pixels })
+    }
 }
 
 /// What the frames of Y4M do not tell of a video.
@@ -259,7 +274,8 @@ impl About {
             .args(["-frames:v", "1", "-vf", "showinfo", "-f", "null", "-"])
             .stdout(Stdio::null())
             .stderr(Stdio::piped());
-        let mut child = command.spawn().map_err(|error| cannot_start(error, path, reason))?;
+        let started = program.spawn(&mut command, path, None, limits);
+        let mut child = started.map_err(|error| cannot_start(error, path, reason))?;
         let errors = child.stderr.take();
         // What it prints is all that matters; it is killed in the end.
         let _running = Running::new(child);
@@ -573,8 +589,10 @@ struct Pipe {
 }
 
 impl Pipe {
-    fn start(command: &mut Command, task: &Task) -> Result<Self, Error> {
-        let started = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+    /// Starts ffmpeg, which may write in this folder.
+    fn start(command: &mut Command, task: &Task, folder: Option<&Path>) -> Result<Self, Error> {
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let started = task.program.spawn(command, &task.path, folder, task.limits);
         let mut child = started.map_err(|error| cannot_start(error, &task.path, &task.reason))?;
         let (Some(output), Some(errors)) = (child.stdout.take(), child.stderr.take()) else {
             return Err(Error::unreadable(
@@ -624,6 +642,7 @@ impl Read for Pipe {
 #[cfg(all(test, target_os = "linux"))]
 mod tests {
     use super::*;
+    use crate::confine::tests::files_are_kept;
     use crate::fake_ffmpeg::Fake;
     use std::fs;
 
@@ -671,6 +690,21 @@ mod tests {
                 assert!(!list.contains(&other), "{other}");
             }
         }
+    }
+
+    #[test]
+    fn no_run_of_ffmpeg_changes_a_file_elsewhere() {
+        if !files_are_kept() {
+            return;
+        }
+        let elsewhere = tempfile::tempdir().unwrap();
+        let file = elsewhere.path().join("file");
+        let tries = format!("(echo x > '{}') 2> /dev/null\necho x >> runs", file.display());
+        let fake = Fake::new(&format!("{tries}\n{FRAMES}"));
+        let mut video = open_with(&fake, false).unwrap();
+        assert_eq!(video.count().unwrap(), 2);
+        assert!(fs::read_to_string(fake.file("runs")).unwrap().lines().count() >= 2);
+        assert!(!file.exists());
     }
 
     #[test]

@@ -19,6 +19,7 @@
 mod ahead;
 mod child;
 pub mod colour;
+mod confine;
 mod error;
 mod external_decoder;
 mod external_encoder;

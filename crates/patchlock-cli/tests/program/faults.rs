@@ -290,25 +290,31 @@ fn no_ffmpeg_outlives_a_program_that_was_told_to_end() {
     let bench = Bench::new();
     fs::write(bench.path("real.y4m"), crate::support::y4m(3)).unwrap();
     fs::write(bench.path("v.webm"), "something").unwrap();
-    let script =
-        "case \"$*\" in *showinfo*) exit 0;; esac\necho $$ > id\ncat real.y4m\nexec sleep 1000";
+    // It may write in the folder in which it was started, and nowhere else.
+    let script = "case \"$*\" in *showinfo*) exit 0;; esac\necho $$ > \"$OLDPWD/id\"\n\
+                  cat real.y4m\nexec sleep 1000";
     drop(bench.track_with_ffmpeg("v.webm", script));
     for signal in ["-TERM", "-HUP", "-INT"] {
-        let _ = fs::remove_file(bench.path("id"));
+        let folders = bench.path("temporary");
+        let _ = fs::remove_dir_all(&folders);
+        fs::create_dir(&folders).unwrap();
         let mut child = Command::new(program())
             .current_dir(bench.folder.path())
             .args(["track", "v.webm", "--box", BOX, "--config", "quick.toml", "--save", "a.csv"])
             .arg("--overwrite")
             .env("PATH", format!("{}:/usr/bin:/bin", bench.path("bin").display()))
+            .env("TMPDIR", &folders)
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
         let lines = |path: &PathBuf| fs::read_to_string(path).is_ok_and(|t| t.lines().count() == 4);
         until(|| bench.leftovers().iter().any(lines));
+        let written = fs::read_dir(&folders).unwrap().map(|entry| entry.unwrap().path().join("id"));
+        let written = { written }.find_map(|file| fs::read_to_string(file).ok());
+        let ffmpeg = written.expect("ffmpeg has said which process it is");
         let id = child.id().to_string();
         assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());
         assert_eq!(child.wait().unwrap().code(), Some(130), "{signal}");
-        let ffmpeg = fs::read_to_string(bench.path("id")).unwrap();
         assert!(!Path::new("/proc").join(ffmpeg.trim()).exists(), "{signal}: ffmpeg runs on");
         assert_eq!(bench.lines("a.csv").len(), 4);
     }

@@ -73,6 +73,7 @@ mod tests {
     use std::time::Duration;
 
     use super::*;
+    use crate::confine::tests::files_are_kept;
     use crate::fake_ffmpeg::Fake;
     use crate::ffmpeg::Program;
     use crate::{Error, FrameSource, Limits, Picture};
@@ -199,12 +200,25 @@ mod tests {
             let real = "cd \"$OLDPWD\"\nreal() { ffmpeg \"$@\"; }";
             let fake = Fake::new(&format!("{real}\n{script}"));
             let patience =
-                Duration::from_millis(if script.contains("sleep") { 500 } else { 20_000 });
+                Duration::from_millis(if script.contains("sleep") { 3000 } else { 20_000 });
             let program = Program { patience, ..fake.program.clone() };
             let (read, count) = by(&program, &file, 0..FRAMES + 1);
             assert_same(&read, &expected, 0..FRAMES + 1);
             assert_eq!(count, by_program, "{script}");
         }
+    }
+
+    #[test]
+    fn ffmpeg_in_place_of_the_decoder_changes_no_file_elsewhere() {
+        let folder = tempfile::tempdir().unwrap();
+        let Some(file) = encoded(folder.path(), "v.mp4", "96x80", &[]) else { return };
+        let elsewhere = folder.path().join("file");
+        let tries = format!("(echo x > '{}') 2> /dev/null", elsewhere.display());
+        let fake = Fake::new(&format!("cd \"$OLDPWD\"\n{tries}\nexec ffmpeg \"$@\""));
+        let program = Program { patience: Duration::from_secs(20), ..fake.program.clone() };
+        let (_, count) = by(&program, &file, 0..FRAMES);
+        assert_eq!(count, FRAMES);
+        assert!(!elsewhere.exists() || !files_are_kept());
     }
 
     #[test]
