@@ -3,8 +3,8 @@
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
-use std::io;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 use patchlock::{BoundingBox, Status};
 use patchlock_media::Limits;
@@ -286,7 +286,8 @@ pub fn write_all(
 /// videos in the folder may be read.
 ///
 /// # Errors
-/// As [`Store::open_shared`] and [`Shared::read`]; [`Error::Export`] if there are no projects.
+/// As [`Store::open_shared`] and [`Shared::read`]; [`Error::Export`] if there are no projects, or
+/// one of them is a link out of the folder.
 pub fn of_folder(folder: &Path) -> Result<(Vec<OfFolder>, Vec<Label>), Error> {
     const ENDING: &str = ".patchlock.json";
     let mut vocabulary = Shared::new(folder).read()?;
@@ -295,6 +296,7 @@ pub fn of_folder(folder: &Path) -> Result<(Vec<OfFolder>, Vec<Label>), Error> {
     for file in files {
         let name = patchlock_track::files::name_of(&file);
         let Some(name) = name.strip_suffix(ENDING) else { continue };
+        check_place(&file, folder)?;
         let store = Store::open_shared(&file, None)?;
         let renamed = vocabulary.absorb(store.project())?;
         clips.push((name.to_owned(), store, renamed));
@@ -312,6 +314,22 @@ pub fn of_folder(folder: &Path) -> Result<(Vec<OfFolder>, Vec<Label>), Error> {
         OfFolder { name, project: store.project().clone(), video }
     });
     Ok((clips.collect(), labels))
+}
+
+/// A project of this folder must be in it. A link of a stranger would make the boxes and the frames
+/// of another folder part of what is given away.
+fn check_place(file: &Path, folder: &Path) -> Result<(), Error> {
+    let real = |path: &Path| fs::canonicalize(path).map_err(|error| Error::read(path, error));
+    let target = real(file)?;
+    match target.starts_with(real(folder)?) {
+        true => Ok(()),
+        false => Err(refused(format!(
+            "the project {} is a link to {}, which is in another folder. Copy that project and its \
+             video to the folder, or remove the link",
+            file.display(),
+            target.display()
+        ))),
+    }
 }
 
 fn write_table(project: &Project, out: &Path, overwrite: bool) -> Result<usize, Error> {

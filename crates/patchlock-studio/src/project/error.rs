@@ -109,7 +109,7 @@ pub enum Error {
 
 impl Error {
     /// Shorthand that copies the path.
-    pub(super) fn read(path: &Path, source: io::Error) -> Self {
+    pub(crate) fn read(path: &Path, source: io::Error) -> Self {
         Self::Read { path: path.to_path_buf(), source }
     }
 

@@ -340,6 +340,22 @@ fn what_cannot_be_one_data_set_is_refused() {
     assert_eq!(export::Val::named(" "), None);
 }
 
+#[cfg(unix)]
+#[test]
+fn a_project_outside_the_folder_is_not_read() {
+    use std::os::unix::fs::symlink;
+    let (folder, elsewhere) = (clips(&[("a", &["car"])]), clips(&[("b", &["cat"])]));
+    let (link, target) = (file(folder.path(), "b"), file(elsewhere.path(), "b"));
+    symlink(&target, &link).unwrap();
+    let error = of_folder(folder.path()).err().expect("is refused").to_string();
+    let named = [link.display().to_string(), target.canonicalize().unwrap().display().to_string()];
+    assert!(named.iter().all(|path| error.contains(path)), "{error}");
+    // One within the folder is the same project under another name.
+    fs::remove_file(&link).unwrap();
+    symlink("a.patchlock.json", &link).unwrap();
+    assert_eq!(of_folder(folder.path()).unwrap().0.len(), 2);
+}
+
 #[test]
 fn a_video_outside_the_folder_is_not_read() {
     let folder = clips(&[("a", &["car"])]);
