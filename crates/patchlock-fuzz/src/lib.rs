@@ -10,6 +10,7 @@
 use std::sync::LazyLock;
 
 pub mod check;
+mod folder;
 mod labels;
 mod library;
 mod media;
@@ -25,6 +26,7 @@ mod snapshots;
 mod tables;
 mod trax;
 
+pub use folder::folder;
 pub use labels::labels;
 pub use library::{UPDATES, library};
 pub use media::{h264, images, mp4, y4m};
@@ -64,6 +66,7 @@ pub const SURFACES: &[(&str, Surface)] = &[
     ("labels", labels),
     ("server", server),
     ("library", library),
+    ("folder", folder),
 ];
 
 /// The ONNX files of small networks with made-up weights: the backbone and the head of a NanoTrack,

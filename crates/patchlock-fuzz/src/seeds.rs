@@ -48,7 +48,7 @@ pub fn seeds(surface: &str) -> Vec<Vec<u8>> {
         "project" => projects(),
         "labels" => labels(),
         "server" => requests(),
-        "library" => plans(),
+        "library" | "folder" => plans(),
         _ => Vec::new(),
     }
 }
@@ -91,7 +91,7 @@ fn of_rgb(width: usize, height: usize, variant: u8) -> DynamicImage {
     image.expect("has the right length").into()
 }
 
-fn encoded(format: ImageFormat, image: &DynamicImage) -> Vec<u8> {
+pub fn encoded(format: ImageFormat, image: &DynamicImage) -> Vec<u8> {
     let mut out = Cursor::new(Vec::new());
     image.write_to(&mut out, format).expect("can be encoded");
     out.into_inner()
@@ -542,7 +542,7 @@ fn requests() -> Vec<Vec<u8>> {
     ]
 }
 
-/// Bytes that stand for plans of the surface `library`.
+/// Bytes that stand for plans of calls, or of a folder.
 fn plans() -> Vec<Vec<u8>> {
     let mut draws = fastrand::Rng::with_seed(11);
     let plan = |_| {

@@ -93,7 +93,7 @@ macro_rules! surfaces {
 
 surfaces! {
     mp4 h264 y4m images truth results boxes tracks imports settings snapshot_robust snapshot_fast
-    snapshot_paper snapshot_network snapshot_packed model trax project labels server library
+    snapshot_paper snapshot_network snapshot_packed model trax project labels server library folder
 }
 
 /// Inputs that fuzzing found are small files in `fuzz/found/SURFACE`.
