@@ -91,7 +91,7 @@ fn of_rgb(width: usize, height: usize, variant: u8) -> DynamicImage {
     image.expect("has the right length").into()
 }
 
-pub fn encoded(format: ImageFormat, image: &DynamicImage) -> Vec<u8> {
+pub(crate) fn encoded(format: ImageFormat, image: &DynamicImage) -> Vec<u8> {
     let mut out = Cursor::new(Vec::new());
     image.write_to(&mut out, format).expect("can be encoded");
     out.into_inner()
