@@ -169,7 +169,8 @@ import { initSync, Tracker, TrackerConfig } from "patchlock";
 initSync({ module: readFileSync(fileURLToPath(import.meta.resolve("patchlock/patchlock_bg.wasm"))) });
 const [width, height, count] = [320, 240, 40];
 // A noise of squares; the target is of another noise, and moves by 3 and 2 pixels a frame.
-const noise = (x, y, seed) => Math.imul((x >> 2) * 73 + (y >> 2) * 179 + seed, 2654435761) >>> 24;
+const mix = (n) => Math.imul(n ^ (n >>> 16), 0x45d9f3b);
+const noise = (x, y, seed) => mix(mix((x >> 3) * 997 + (y >> 3) * 31 + seed)) >>> 24;
 const place = (k) => ({ x: 40 + 3 * k, y: 30 + 2 * k, w: 48, h: 40 });
 const frame = (k) => {
     const { x: left, y: top, w, h } = place(k);
@@ -177,7 +178,7 @@ const frame = (k) => {
     for (let y = 0; y < height; y += 1)
         for (let x = 0; x < width; x += 1) {
             const inside = x >= left && x < left + w && y >= top && y < top + h;
-            const value = inside ? noise(x - left, y - top, 9) : noise(x, y, 1) >> 1;
+            const value = inside ? noise(x - left, y - top, 90001) : noise(x, y, 1) >> 1;
             data.set([value, inside ? value >> 1 : value, value, 255], 4 * (y * width + x));
         }
     return { data, width, height };
@@ -207,6 +208,7 @@ image() {
 }
 
 status=0
+touch "$work/log"
 echo "| file | MB | what it did |"
 echo "| ---- | -- | ----------- |"
 for given in "$@"; do
@@ -224,7 +226,7 @@ for given in "$@"; do
     esac
     code=$?
     set -e
-    ((code == 0)) || { status=1 && did="FAILED: $did $(tail -n 3 "$work/log" 2>/dev/null)"; }
+    ((code == 0)) || { status=1 && did="FAILED: ${did//$'\n'/ } $(tail -n 3 "$work/log" | tr '\n' ' ')"; }
     echo "| $(basename "$file") | $(awk "BEGIN { printf \"%.1f\", $(stat -c %s "$file") / 1e6 }") | $did |"
 done
 exit $status
