@@ -201,10 +201,12 @@ image() {
         return
     fi
     local container root
-    container=$(buildah from "oci-archive:$1")
+    container=$(buildah from --quiet "oci-archive:$1")
     root=$(buildah mount "$container")
     unshare --net chroot "$root" /bin/patchlock demo --out /demo >/dev/null && judge "$root/demo"
+    root=$(buildah inspect --format '{{.FromImageID}}' "$container")
     buildah rm "$container" >/dev/null
+    buildah rmi "$root" >/dev/null
 }
 
 status=0
