@@ -4,6 +4,7 @@
 # wheel, the source distribution (compiles for minutes), the npm package, the container image (needs root and
 # buildah). What they depend on is downloaded before.
 # Prints a row for each file: its size and how well the target was tracked, which must be well.
+# MATURIN_PEP517_ARGS="--profile checks" compiles the source distribution in half of the time.
 #   tools/release/installs.sh target/release-files/* target/wheels/* target/web/*.tgz
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -118,7 +119,8 @@ environment() {
     "$work/venv/bin/pip" download --quiet --disable-pip-version-check --only-binary :all: --dest "$work/house" "$@"
 }
 pip_alone() {
-    alone PATH="$work/venv/bin:$(rustc --print sysroot)/bin:/usr/bin:/bin" pip "$@" --quiet \
+    alone PATH="$work/venv/bin:$(rustc --print sysroot)/bin:/usr/bin:/bin" \
+        MATURIN_PEP517_ARGS="${MATURIN_PEP517_ARGS:-}" pip "$@" --quiet \
         --disable-pip-version-check --no-index --find-links "$work/house"
 }
 
@@ -149,7 +151,7 @@ assert len(overlaps) > len(estimates) / 2 and mean > 0.9
 
 source_distribution() {
     local needs
-    mapfile -t needs < <(tar -xzOf "$1" --wildcards '*/pyproject.toml' | "$python" -c '
+    mapfile -t needs < <(tar -xzOf "$1" "$(basename "$1" .tar.gz)/pyproject.toml" | "$python" -c '
 import sys, tomllib; print(*tomllib.load(sys.stdin.buffer)["build-system"]["requires"], sep="\n")')
     environment "${needs[@]}"
     # CARGO_HOME is empty: the sources can only come from the file.
