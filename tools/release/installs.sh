@@ -84,7 +84,8 @@ archive() {
     pages "$work"/archive/*/man
     if alone "${program[0]}" --version >/dev/null 2>&1; then
         alone "${program[0]}" demo --out demo >/dev/null
-        printf ', names for binstall, ' && judge "$work/alone/demo"
+        printf ', names for binstall, '
+        judge "$work/alone/demo"
     else
         printf ', names for binstall; does not run here'
     fi
@@ -128,7 +129,8 @@ wheel() {
     environment "$1"
     pip_alone install "$1"
     alone "$work/venv/bin/patchlock" demo --out demo >/dev/null
-    printf 'the program: ' && judge "$work/alone/demo"
+    printf 'the program: '
+    judge "$work/alone/demo"
     alone "$work/venv/bin/python" -I -c '
 import patchlock
 
@@ -205,7 +207,8 @@ image() {
     local container root
     container=$(buildah from --quiet "oci-archive:$1")
     root=$(buildah mount "$container")
-    unshare --net chroot "$root" /bin/patchlock demo --out /demo >/dev/null && judge "$root/demo"
+    unshare --net chroot "$root" /bin/patchlock demo --out /demo >/dev/null
+    judge "$root/demo"
     root=$(buildah inspect --format '{{.FromImageID}}' "$container")
     buildah rm "$container" >/dev/null
     buildah rmi "$root" >/dev/null
