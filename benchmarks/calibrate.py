@@ -1,101 +1,89 @@
 #!/usr/bin/env python3
-"""Fits the score of the method `robust`, and says what it is worth elsewhere.
+"""Fits the score of the method `robust`, and says what it is worth on targets that the fit did not see.
 
     tools/python/setup.sh
-    target/python-venv/bin/python benchmarks/calibrate.py FIRST SECOND
+    python3 benchmarks/segments.py OTB --out starts/OTB --whole
+    target/python-venv/bin/python benchmarks/calibrate.py starts/OTB starts/MINE [--model FOLDER]
 
-Each argument is a dataset in the OTB layout. The preset `robust` tracks all its targets, and says of each
-frame how much of the target is visible (0 while it is lost), how strongly the memory responds elsewhere, and
-how well colours tell the target from what is around it, relative to the first frame that is known of. The
-score is the logistic function of a weighted sum of the three. The defaults count each target by the square
-root of its frames; this script counts all frames alike. The fit is the logistic regression of whether
-the box overlaps the truth by at least half; a frame without truth is a miss, and the first frame does not
-count, as in `patchlock score`. Every fit is tried on every dataset: expected calibration error (ECE, ten
-bins) and area under the ROC curve (AUROC), over all frames of a dataset, where `patchlock score` has the mean
-over targets. The first rows are those of the settings as they are.
+Each argument is a dataset in the OTB layout. The preset `robust` tracks all its sequences and says of each
+frame what the score counts: the mean visible share, the memory's response elsewhere, and the contrast of
+colours relative to the first frame; with a network, its odds and whether it agrees, in place of the response
+elsewhere. The score is the logistic function of a weighted sum of these. The fit is the logistic regression
+of whether the box overlaps the truth by at least half; a frame without truth is a miss. Frames of a target
+that is given up take part: nothing is visible of it. Each target counts by the square root of its frames.
+
+The table has the score as it is set, the fit on all targets, and two rows in which each target is scored by a
+fit that has not seen it: on the other half of the targets, and on the other datasets.
 """
 
 import argparse
+import math
 import re
 import sys
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+import paired
 import patchlock
 
-HIT_OVERLAP = 0.5
-BINS = 10
 STEPS = 50
-# The settings of the score, in the order of the columns below.
-NAMES = ("score_bias", "score_visible", "score_elsewhere", "score_contrast")
-# As in the tracker: the least contrast of the first frame, and the most that a later one is relative to it.
+# The settings of the score, in the order of the columns.
+ALONE = ("score_bias", "score_visible", "score_elsewhere", "score_contrast")
+WITH_NETWORK = tuple(f"network_score_{name}" for name in ("bias", "visible", "contrast", "odds", "agrees"))
+# As in the tracker: the least contrast of the first frame, the most that a later one is relative to it, and
+# the range of the odds.
 LEAST_CONTRAST, MOST_CONTRAST = 0.05, 1.2
+LEAST_ODDS, MOST_ODDS = -4.0, 4.2
 
 Array = npt.NDArray[np.float64]
-# What is known of each frame, one row each after a column of ones; and whether the box is on the target.
-Frames = tuple[Array, Array]
 
 
-def overlap(a: Array, b: Array) -> float:
-    sides = np.minimum(a[:2] + a[2:], b[:2] + b[2:]) - np.maximum(a[:2], b[:2])
-    shared = float(np.prod(np.maximum(sides, 0)))
-    return shared / (a[2] * a[3] + b[2] * b[3] - shared)
+class Frames(NamedTuple):
+    """What is known of some frames, one row each."""
+
+    columns: Array
+    overlap: Array  # -1 without truth
+    visible: Array  # the share on this frame
+    weight: Array
+
+    @property
+    def on(self) -> Array:
+        return (self.overlap >= paired.ON).astype(float)
+
+    def only(self, which: npt.NDArray[np.bool_]) -> "Frames":
+        return Frames(*(part[which] for part in self))
 
 
-def truth(file: Path) -> Array:
-    """Rows of four numbers, divided by commas or white space. Pixels count from 1 in the file."""
-    rows = []
-    for number, line in enumerate(file.read_text().splitlines(), 1):
-        words = re.split(r"[,\s]+", line.strip())
-        try:
-            rows.append([float(word) for word in words])
-        except ValueError:
-            rows.append([])
-        if len(rows[-1]) != 4:
-            sys.exit(f"error: {file}, line {number}: '{line}' is not x, y, width and height")
-    return np.array(rows) - [1, 1, 0, 0]
-
-
-def has_box(row: Array) -> bool:
-    return bool(np.isfinite(row).all() and row[2] > 0 and row[3] > 0)
-
-
-def track(sequence: Path, file: Path, settings: dict[str, float]) -> list[list[float]]:
-    """The columns of each frame after the first, and whether the box is on the target."""
-    true, rows = truth(file), []
-    first = None
+def track(sequence: Path, model: Path | None, settings: dict[str, float]) -> list[list[float]]:
+    """The rows of a sequence after its first frame."""
+    true = paired.boxes(sequence / "groundtruth_rect.txt")
     config = patchlock.Config()
     for name, value in settings.items():
         setattr(config.robust, name, value)
+    rows: list[list[float]] = []
+    first = 0.0
     for k, image in patchlock.Frames(str(sequence / "img")):
         if k == 0:
-            tracker = patchlock.Tracker(image, tuple(true[0]), config)
+            tracker = patchlock.Tracker(image, true[0], config, model=model)
         elif k < len(true):
             estimate, seen = tracker.update_observed(image)
-            parts = estimate.visibility
-            visible = 0.0 if parts is None else sum(parts.shares) / 2
-            on = has_box(true[k]) and overlap(np.array(estimate.box), true[k]) >= HIT_OVERLAP
-            first = seen.contrast if first is None else first
-            contrast = min(seen.contrast / max(first, LEAST_CONTRAST), MOST_CONTRAST)
-            rows.append([1.0, visible, seen.elsewhere, contrast, float(on)])
+            first = first or max(seen.contrast, LEAST_CONTRAST)
+            contrast = min(seen.contrast / first, MOST_CONTRAST)
+            own = [1.0, seen.mean_visible, contrast if model else seen.elsewhere]
+            if not model:
+                own.append(contrast)
+            elif seen.odds is None:
+                own += [LEAST_ODDS, 0.0]
+            else:
+                own += [min(max(seen.odds, LEAST_ODDS), MOST_ODDS), float(seen.agrees)]
+            overlap = paired.overlap(tuple(estimate.box), true[k]) if true[k] else -1.0
+            rows.append([*own, overlap, seen.visible])
     return rows
-
-
-def read(dataset: Path, settings: dict[str, float]) -> Frames:
-    files = sorted(dataset.glob("*/groundtruth_rect*.txt"))
-    if not files:
-        sys.exit(f"error: {dataset} has no SEQUENCE/groundtruth_rect.txt")
-    rows = []
-    for number, file in enumerate(files, 1):
-        print(f"\r{dataset.name}: target {number} of {len(files)}", end="", file=sys.stderr)
-        rows += track(file.parent, file, settings)
-    print(file=sys.stderr)
-    table = np.array(rows)
-    if len(set(table[:, -1])) < 2:
-        sys.exit(f"error: the boxes in {dataset} are all on the target, or all off: nothing to fit")
-    return table[:, :-1], table[:, -1]
 
 
 def logistic(sums: Array) -> Array:
@@ -104,16 +92,16 @@ def logistic(sums: Array) -> Array:
 
 def fit(frames: Frames) -> Array:
     """Maximum likelihood by Newton's method, with a step halved until it improves."""
-    columns, on = frames
+    columns, on, weight = frames.columns, frames.on, frames.weight
     weights = np.zeros(columns.shape[1])
 
     def likelihood(weights: Array) -> float:
-        return -float(np.logaddexp(0, (1 - 2 * on) * (columns @ weights)).sum())
+        return -float((weight * np.logaddexp(0, (1 - 2 * on) * (columns @ weights))).sum())
 
     for _ in range(STEPS):
         score = logistic(columns @ weights)
-        hessian = (columns.T * (score * (1 - score))) @ columns
-        step = np.linalg.lstsq(hessian, columns.T @ (on - score), rcond=None)[0]
+        hessian = (columns.T * (weight * score * (1 - score))) @ columns
+        step = np.linalg.lstsq(hessian, columns.T @ (weight * (on - score)), rcond=None)[0]
         while likelihood(weights + step) < likelihood(weights) and np.abs(step).max() > 1e-9:
             step = step / 2
         weights = weights + step
@@ -122,21 +110,62 @@ def fit(frames: Frames) -> Array:
     return weights
 
 
-def ece(frames: Frames, weights: Array) -> float:
-    """The mean distance between mean score and share on the target, over bins of equal width."""
-    columns, on = frames
-    score = logistic(columns @ weights)
-    bins = np.minimum((score * BINS).astype(int), BINS - 1)
-    return sum(abs(float((score - on)[bins == k].sum())) for k in range(BINS)) / len(on)
+def unseen(frames: Frames, groups: npt.NDArray[np.str_]) -> Array:
+    """The score of each frame by a fit on the other groups of targets."""
+    score = np.zeros(len(groups))
+    for group in np.unique(groups):
+        own = groups == group
+        score[own] = logistic(frames.columns[own] @ fit(frames.only(~own)))
+    return score
 
 
-def auroc(frames: Frames, weights: Array) -> float:
-    """The share of pairs of a hit and a miss in which the hit has the larger score; equal ones count half."""
-    columns, on = frames
-    _, place, counts = np.unique(columns @ weights, return_inverse=True, return_counts=True)
-    rank = (np.cumsum(counts) - (counts - 1) / 2)[place]
-    hits, misses = on.sum(), (1 - on).sum()
-    return float((rank[on == 1].sum() - hits * (hits + 1) / 2) / (hits * misses))
+def worth(frames: Frames, score: Array, limits: dict[str, float]) -> list[str]:
+    """What a score is worth: the columns of the table."""
+    off, on = frames.overlap < paired.OFF, frames.on > 0
+    tracked = (score >= limits["score_tracked"]) & (frames.visible >= limits["visible_tracked"])
+    lost, sure = score < limits["score_lost"], score >= paired.SURE
+    pairs = list(zip(score.tolist(), on.tolist()))
+
+    def share(part: npt.NDArray[np.bool_], whole: npt.NDArray[np.bool_]) -> str:
+        return f"{100 * (part & whole).sum() / max(whole.sum(), 1):.1f} %"
+
+    shares = [share(off, tracked), share(tracked, off), share(lost, off), share(lost, on), share(~on, sure)]
+    every = np.ones(len(on), bool)
+    return [*shares, f"{paired.ece(pairs):.3f}", f"{paired.auroc(pairs):.3f}", share(tracked, every)]
+
+
+def read(
+    datasets: list[Path], one: Callable[[Path], list[list[float]]]
+) -> tuple[Frames, list[npt.NDArray[np.str_]]]:
+    """All frames, and for each its half and its dataset."""
+    sequences = [file.parent for dataset in datasets for file in sorted(dataset.glob("*/groundtruth_rect.txt"))]
+    if not sequences:
+        sys.exit(f"error: {datasets[0]} has no SEQUENCE/groundtruth_rect.txt")
+    names = [re.sub(r"-[frs]\d$", "", folder.name) for folder in sequences]
+    tables = []
+    with ProcessPoolExecutor() as pool:
+        for number, rows in enumerate(pool.map(one, sequences), 1):
+            print(f"\rsequence {number} of {len(sequences)}", end="", file=sys.stderr)
+            tables.append(np.array(rows))
+    print(file=sys.stderr)
+    weight = [np.full(len(table), 1 / math.sqrt(len(table))) for table in tables]
+    table = np.concatenate(tables)
+    frames = Frames(table[:, :-2], table[:, -2], table[:, -1], np.concatenate(weight))
+    if len(set(frames.on)) < 2:
+        sys.exit("error: all boxes are on the target, or all are off: nothing to fit")
+    counts = [len(table) for table in tables]
+    halves = np.repeat([paired.half(name) for name in names], counts)
+    return frames, [halves, np.repeat([folder.parent.name for folder in sequences], counts)]
+
+
+class One(NamedTuple):
+    """Tracks a sequence in another process."""
+
+    model: Path | None
+    settings: dict[str, float]
+
+    def __call__(self, sequence: Path) -> list[list[float]]:
+        return track(sequence, self.model, self.settings)
 
 
 def setting(text: str) -> tuple[str, float]:
@@ -149,30 +178,29 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("datasets", nargs="+", type=Path, metavar="DATASET", help="in the OTB layout")
+    parser.add_argument("--model", type=Path, metavar="FOLDER", help="with this network")
     parser.add_argument(
         "--set", action="append", default=[], type=setting, metavar="NAME=NUMBER", help="another setting"
     )
     args = parser.parse_args()
     settings = dict(args.set)
-    sets = {dataset.name: read(dataset, settings) for dataset in args.datasets}
-    if len(sets) < len(args.datasets):
-        parser.error("each dataset may be given once")
-    defaults = {row.name: row.default for row in patchlock.parameters()}
-    fits = {"settings": np.array([float(settings.get(name, defaults[name])) for name in NAMES])}
-    fits |= {f"fitted on {name}": fit(frames) for name, frames in sets.items()}
-    if len(sets) > 1:
-        together = [np.concatenate(parts) for parts in zip(*sets.values())]
-        fits["fitted on all"] = fit((together[0], together[1]))
-    titles = [name.removeprefix("score_") for name in NAMES]
-    print(f"| score | {' | '.join(titles)} | tried on | frames | on | ECE | AUROC |")
-    print("|---" * (len(titles) + 6) + "|")
-    for fitted_on, weights in fits.items():
-        numbers = " | ".join(f"{weight:.2f}" for weight in weights)
-        for name, frames in sets.items():
-            print(
-                f"| {fitted_on} | {numbers} | {name} | {len(frames[1])} | {frames[1].mean():.3f} "
-                f"| {ece(frames, weights):.4f} | {auroc(frames, weights):.4f} |"
-            )
+    frames, groups = read(args.datasets, One(args.model, settings))
+    limits = {row.name: row.default for row in patchlock.parameters()} | settings
+    names = WITH_NETWORK if args.model else ALONE
+    fitted = fit(frames)
+    rows = {
+        "as it is set": logistic(frames.columns @ np.array([float(limits[name]) for name in names])),
+        "fitted on all": logistic(frames.columns @ fitted),
+        "fitted on the other half": unseen(frames, groups[0]),
+    }
+    if len(args.datasets) > 1:
+        rows["fitted on the other sets"] = unseen(frames, groups[1])
+    print(" ".join(f"{name}={value:.2f}" for name, value in zip(names, fitted)) + "\n")
+    titles = "tracked that are off, off called tracked, off called lost, on called lost, >= .9 missed, ECE, AUROC, called tracked"
+    print(f"| score | {titles.replace(', ', ' | ')} |")
+    print("|---" * 9 + "|")
+    for name, score in rows.items():
+        print(f"| {name} | {' | '.join(worth(frames, score, limits))} |")
 
 
 if __name__ == "__main__":

@@ -26,7 +26,16 @@ rm "$work"/patchlock-*.tar.gz
 name=$(basename "$work"/patchlock-*)
 # Cargo.lock loses the crates that are not in it; the versions stay.
 mkdir "$work/$name/.cargo"
-(cd "$work/$name" && cargo vendor --quiet --versioned-dirs vendor >.cargo/config.toml)
+(cd "$work/$name" && cargo vendor --quiet --versioned-dirs vendor >/dev/null)
+cat >"$work/$name/.cargo/config.toml" <<'TOML'
+[source.crates-io]
+replace-with = "vendored-sources"
+
+[source.vendored-sources]
+directory = "vendor"
+TOML
+# With no other source: all that Cargo.lock names must be there.
+(cd "$work/$name" && CARGO_HOME=$work/home cargo metadata --offline --locked --format-version 1 >/dev/null)
 if diff <(grep -A 2 '^name' Cargo.lock) <(grep -A 2 '^name' "$work/$name/Cargo.lock") | grep '^>' >&2; then
     echo "Cargo.lock was changed: run cargo check, and commit Cargo.lock" >&2
     exit 1

@@ -28,6 +28,8 @@ pub struct RobustObservation {
     certainty: f64,
     elsewhere: f64,
     contrast: f64,
+    visible: f64,
+    mean_visible: f64,
     odds: Option<f64>,
     agrees: Option<bool>,
     side: usize,
@@ -96,6 +98,8 @@ impl RobustObservation {
             certainty: view.certainty,
             elsewhere: view.elsewhere,
             contrast: view.contrast,
+            visible: view.visible,
+            mean_visible: view.mean_visible,
             odds: view.odds,
             agrees: view.agrees,
             side: view.side,
@@ -202,6 +206,18 @@ impl RobustObservation {
     #[getter]
     fn contrast(&self) -> f64 {
         self.contrast
+    }
+
+    /// The visible share of the target, 0 to 1; 0 once the target is given up.
+    #[getter]
+    fn visible(&self) -> f64 {
+        self.visible
+    }
+
+    /// The running mean of the visible share over all frames, which the score counts.
+    #[getter]
+    fn mean_visible(&self) -> f64 {
+        self.mean_visible
     }
 
     /// The logarithm of the odds that the target is at the estimate, as the network says.

@@ -105,6 +105,11 @@ pub const BUILD: &str = env!("PATCHLOCK_BUILD");
 #[doc = include_str!("../../../README.md")]
 struct Readme;
 
+/// Compiles and runs the example of the README of this crate.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct CrateReadme;
+
 /// Compiles and runs the examples of the page on embedding.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/embedding.md")]

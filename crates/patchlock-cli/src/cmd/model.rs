@@ -20,9 +20,9 @@ EXAMPLES:
       says what each file in the folder is, and whether they make a network
   patchlock model vitTracker.onnx
       the same for the only file of a network
-  patchlock track video.mp4 --box 120,80,64,48 --preset network \\
+  patchlock track video.mp4 --box 120,80,64,48 \\
     --model nanotrack-v3/ --save boxes.csv
-      follows a target with the network
+      follows a target with the help of the network
 
 A network is recognised by its inputs and outputs, so other weights for the same
 structure can be used, too. Published files are recognised by their SHA-256.
@@ -116,7 +116,7 @@ fn of_network(path: &Path, network: &Network) -> String {
         "{}\n{}{}",
         network.name(),
         row("SHA-256", network.hash()),
-        row("use", &format!("--preset network --model {}", quoted(path))),
+        row("use", &format!("--model {}", quoted(path))),
     )
 }
 

@@ -83,6 +83,8 @@ group! {
         /// A frame is sure while the memory's response is above this share of its recent value,
         /// or of its mean if that is lower.
         sure: f64 = 0.7, number(0.0, 10.0);
+        /// No frame is sure below this part of the visible share on sure frames.
+        sure_visible: f64 = 0.1, number(0.0, 10.0);
         /// Number of first frames that count as sure whatever the memory responds.
         first_frames: usize = 10, number(0.0, 10_000.0);
         /// Rate of the running means of the memory's response, the visible share and the contrast.
@@ -90,33 +92,15 @@ group! {
         /// Upper limit of the memory's response away from the box, relative to its response at the
         /// box.
         elsewhere_most: f64 = 2.0, number(0.0, 1e6);
-        /// The memory overrides the tracking filters where it responds this many times stronger
-        /// elsewhere.
-        jump_ratio: f64 = 2.5, number(1.0, 1e6);
-        /// The memory overrides the tracking filters only if its response is at least this share
-        /// of its mean.
-        jump_least: f64 = 0.33, number(0.0, 10.0);
-        /// The memory overrides the tracking filters after this many consecutive frames.
-        jump_after: usize = 2, number(1.0, 10_000.0);
         /// A frame is doubtful if the memory's response is below this share of its mean and
-        /// `lost_drop` or `lost_hidden` holds.
+        /// `lost_drop` holds.
         lost_below: f64 = 0.4, number(0.0, 10.0);
-        /// A doubtful frame has a memory response below this share of its recent value, unless
-        /// `lost_hidden` holds.
+        /// A doubtful frame has a memory response below this share of its recent value.
         lost_drop: f64 = 0.6, number(0.0, 10.0);
-        /// A doubtful frame has a visible share below this part of the share on sure frames,
-        /// unless `lost_drop` holds.
-        lost_hidden: f64 = 0.3, number(0.0, 10.0);
         /// The target is lost after this many consecutive doubtful frames.
         lost_after: usize = 5, number(1.0, 10_000.0);
-        /// No frame is sure below this part of the visible share on sure frames, and the target
-        /// counts as covered if `covered_alone` holds too.
-        covered_share: f64 = 0.1, number(0.0, 10.0);
-        /// The target counts as covered if the memory's strongest response away from the box,
-        /// relative to its response at the box, exceeds the visible share by more than this.
-        covered_alone: f64 = 0.69, number(-1.0, 10.0);
         /// The target may be covered below this part of the visible share on sure frames, if
-        /// `covered_elsewhere` and `covered_contrast` hold too.
+        /// `covered_elsewhere`, `covered_contrast` and `covered_below` hold too.
         covered_visible: f64 = 0.3, number(0.0, 10.0);
         /// The target may be covered if the memory responds away from the box with more than this
         /// share of its response at the box.
@@ -124,7 +108,7 @@ group! {
         /// The target may be covered if the contrast of its colours is below this share of the
         /// contrast on sure frames.
         covered_contrast: f64 = 0.75, number(0.0, 10.0);
-        /// A covered frame counts only if the memory's response is below this share of its mean.
+        /// The target may be covered if the memory's response is below this share of its mean.
         covered_below: f64 = 0.55, number(0.0, 10.0);
         /// The target is lost after this many consecutive covered frames.
         covered_after: usize = 10, number(1.0, 10_000.0);
@@ -153,15 +137,17 @@ group! {
         /// relative to its response at the box, exceeds the visible share by less than this.
         scale_below: f64 = 0.89, number(-1.0, 10.0);
         /// Constant term of the score, a logistic function of a weighted sum.
-        score_bias: f64 = -1.6, number(-100.0, 100.0);
-        /// Weight of the visible share in the score; the share is 0 while the target is lost.
-        score_visible: f64 = 3.0, number(-100.0, 100.0);
+        score_bias: f64 = -1.5, number(-100.0, 100.0);
+        /// Rate of the mean visible share in the score; the share is 0 while the target is lost.
+        score_rate: f64 = 0.02, number(0.0, 1.0);
+        /// Weight of the mean visible share in the score.
+        score_visible: f64 = 4.0, number(-100.0, 100.0);
         /// Weight in the score of the memory's strongest response away from the box, relative to
         /// its response at the box.
-        score_elsewhere: f64 = -3.5, number(-100.0, 100.0);
+        score_elsewhere: f64 = -4.2, number(-100.0, 100.0);
         /// Weight in the score of how well colours tell the target from what is around it, relative
         /// to the first frame.
-        score_contrast: f64 = 4.2, number(-100.0, 100.0);
+        score_contrast: f64 = 3.0, number(-100.0, 100.0);
         /// The target counts as tracked from this score on.
         score_tracked: f64 = 0.7, number(0.0, 1.0);
         /// The target counts as tracked only if at least this share of it is visible.
@@ -212,13 +198,16 @@ group! {
         /// logarithm.
         found_alone: f64 = 1.2, number(-100.0, 100.0);
         /// Constant term of the score if there is a network.
-        network_score_bias: f64 = -2.4, number(-100.0, 100.0);
-        /// Weight of the visible share in the score if there is a network.
-        network_score_visible: f64 = 3.1, number(-100.0, 100.0);
+        network_score_bias: f64 = -3.3, number(-100.0, 100.0);
+        /// Weight of the mean visible share in the score if there is a network.
+        network_score_visible: f64 = 1.8, number(-100.0, 100.0);
+        /// Weight in the score of how well colours tell the target from what is around it, relative
+        /// to the first frame, if there is a network.
+        network_score_contrast: f64 = 2.6, number(-100.0, 100.0);
         /// Weight of the logarithm of the network's odds in the score.
-        network_score_odds: f64 = 0.85, number(-100.0, 100.0);
+        network_score_odds: f64 = 0.67, number(-100.0, 100.0);
         /// Added to the score's sum if filters and network agree.
-        network_score_agrees: f64 = 2.1, number(-100.0, 100.0);
+        network_score_agrees: f64 = 1.3, number(-100.0, 100.0);
     }
 }
 

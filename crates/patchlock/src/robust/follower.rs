@@ -1,7 +1,7 @@
 //! The follower: a correlation filter that learns on every frame.
 
-use super::choose::{Hypothesis, Source};
 use super::colours::ColourMap;
+use super::hypothesis::Hypothesis;
 use super::window::{Sample, Window};
 use crate::config::RobustConfig;
 use crate::correlation::filter::{FilterLearner, FilterParams, FilterScratch};
@@ -63,7 +63,6 @@ impl Follower {
         };
         Hypothesis {
             place: sample.place_at(peak.shift),
-            source: Source::Follower,
             response: peak.value,
             memory: memory.at(peak.shift),
         }
@@ -125,7 +124,6 @@ mod tests {
         let cell = window().cell(1.0);
         let strongest = propose(&cells, None);
         assert!((strongest.place.centre[0] - 100.0 - 3.0 * cell).abs() < 0.1 * cell);
-        assert_eq!(strongest.source, Source::Follower);
         assert!((strongest.response - 1.0).abs() < 0.05, "{strongest:?}");
         assert!((strongest.memory - strongest.response).abs() < 1e-4, "{strongest:?}");
         let coloured = propose(&cells, Some((down, 0.2)));

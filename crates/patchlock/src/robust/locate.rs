@@ -1,9 +1,9 @@
-//! Tracking filters: from the place on the last frame to the one on this frame. Follower and memory
-//! propose places, one is chosen, and its rotation and size are measured.
+//! The filter that tracks: from the place on the last frame to the one on this frame, whose rotation
+//! and size are then measured.
 
-use super::choose::{Choice, Hypothesis, JumpParams, choose};
 use super::colours::Colours;
 use super::follower::Follower;
+use super::hypothesis::Hypothesis;
 use super::memory::Memory;
 use super::place::Place;
 use super::size::Size;
@@ -12,7 +12,7 @@ use super::window::{Sample, SampleBuffers, Window};
 use crate::config::RobustConfig;
 use crate::correlation::filter::FilterScratch;
 use crate::correlation::histogram::{Histograms, MapScratch};
-use crate::correlation::response::{Response, ResponseBuffers};
+use crate::correlation::response::ResponseBuffers;
 use crate::correlation::rotation::RotationScratch;
 use crate::correlation::scale::{SavedScale, ScaleScratch};
 use crate::numeric::saved_numbers::SavedNumbers;
@@ -26,9 +26,6 @@ pub(crate) struct Locator {
     colours: Colours,
     rotation: Rotation,
     size: Size,
-    /// Consecutive frames on which the memory's place was much better than the follower's.
-    streak: u32,
-    jump: JumpParams,
 }
 
 /// A locator as a snapshot holds it.
@@ -38,7 +35,6 @@ pub(crate) struct SavedLocator {
     colours: Histograms,
     rotation: SavedTurning,
     size: SavedScale,
-    streak: u32,
 }
 
 /// The buffers of a locator.
@@ -60,13 +56,6 @@ pub(crate) struct Setting<'a> {
     pub memory: &'a Memory,
 }
 
-/// The follower's hypothesis, with the sample that it comes from and the memory's response to it.
-struct Followed<'a> {
-    hypothesis: Hypothesis,
-    sample: Sample<'a>,
-    known: Response<'a>,
-}
-
 impl Locator {
     /// Filters and colours that have learnt the target in the middle of a sample of this frame.
     pub fn begin(
@@ -81,8 +70,6 @@ impl Locator {
             colours: Colours::begin(sample, config, &mut scratch.map),
             rotation: Rotation::begin(frame, region, config, &mut scratch.rotation),
             size: Size::begin(frame, region, window, config, &mut scratch.size),
-            streak: 0,
-            jump: JumpParams::new(config),
         }
     }
 
@@ -93,7 +80,6 @@ impl Locator {
             colours: self.colours.saved(),
             rotation: self.rotation.saved(),
             size: self.size.saved(),
-            streak: self.streak,
         }
     }
 
@@ -106,14 +92,12 @@ impl Locator {
         window: &Window,
         config: &RobustConfig,
     ) -> Result<Self, &'static str> {
-        let SavedLocator { follower, colours, rotation, size, streak } = saved;
+        let SavedLocator { follower, colours, rotation, size } = saved;
         Ok(Self {
             follower: Follower::restore(follower, window, config)?,
             colours: Colours::restore(colours, config)?,
             rotation: Rotation::restore(rotation, config)?,
             size: Size::restore(size, window, config)?,
-            streak,
-            jump: JumpParams::new(config),
         })
     }
 
@@ -136,73 +120,51 @@ impl Locator {
         sample: &mut SampleBuffers,
         scratch: &mut LocatorScratch,
     ) -> Place {
-        let choice = self.choose(setting, last, sample, scratch);
-        let place = self.turned(setting, choice, sample, scratch);
+        let followed = self.follow(setting, last, sample, scratch);
+        let place = self.turned(setting, followed, sample, scratch);
         let place = self.size.measured(setting.frame, place, &mut scratch.size);
         setting.window.keep(place, setting.frame)
     }
 
-    /// Chooses among the places that follower and memory propose in the window around the last
-    /// place.
-    fn choose(
-        &mut self,
-        setting: Setting<'_>,
-        last: Place,
-        sample: &mut SampleBuffers,
-        scratch: &mut LocatorScratch,
-    ) -> Choice {
-        let memory = setting.memory;
-        let followed = self.follow(setting, last, sample, scratch);
-        let others = [memory.propose(&followed.sample, followed.known)];
-        let choice = choose(followed.hypothesis, &others, self.streak, memory.mean(), &self.jump);
-        self.streak = choice.streak;
-        if choice.is_jump {
-            self.follower.restart(memory.filter());
-        }
-        choice
-    }
-
-    /// The chosen place, with another rotation if one is measured to which follower and memory
-    /// respond clearly stronger.
+    /// The place that was followed, with another rotation if one is measured to which follower and
+    /// memory respond clearly stronger.
     fn turned(
         &mut self,
         setting: Setting<'_>,
-        Choice { follower, place, .. }: Choice,
+        followed: Hypothesis,
         sample: &mut SampleBuffers,
         scratch: &mut LocatorScratch,
     ) -> Place {
+        let place = followed.place;
         let (region, mean) = (place.region(setting.window.base()), setting.memory.mean());
-        let measured = (&follower, mean);
-        let rotation = &mut scratch.rotation;
+        let (measured, rotation) = ((&followed, mean), &mut scratch.rotation);
         let suggestion = self.rotation.suggest(setting.frame, region, measured, rotation);
         let Some(suggestion) = suggestion else { return place };
-        let turned = suggestion.places(place);
-        let turned = turned.map(|place| self.follow(setting, place, sample, scratch).hypothesis);
-        let Some(accepted) = suggestion.accept(&follower, turned) else { return place };
+        let turned =
+            suggestion.places(place).map(|place| self.follow(setting, place, sample, scratch));
+        let Some(accepted) = suggestion.accept(&followed, turned) else { return place };
         self.rotation.begin_turning();
         accepted.place
     }
 
     /// Where the follower responds strongest in the window around a place.
-    fn follow<'a>(
+    fn follow(
         &self,
-        setting: Setting<'a>,
+        setting: Setting<'_>,
         around: Place,
-        sample: &'a mut SampleBuffers,
-        scratch: &'a mut LocatorScratch,
-    ) -> Followed<'a> {
+        sample: &mut SampleBuffers,
+        scratch: &mut LocatorScratch,
+    ) -> Hypothesis {
         let LocatorScratch { follower, memory, map, .. } = scratch;
         let sample = setting.window.sample(setting.frame, around, sample);
         let known = setting.memory.respond(&sample, memory);
         let map = self.colours.map(&sample, setting.memory.mean(), map);
-        let hypothesis = self.follower.propose(&sample, map, known, follower);
-        Followed { hypothesis, sample, known }
+        self.follower.propose(&sample, map, known, follower)
     }
 
     /// Begins again with what the memory knows.
     pub fn restart(&mut self, memory: &Memory) {
         self.follower.restart(memory.filter());
-        self.streak = 0;
     }
 
     /// Learns the target in the middle of a sample of this frame; its size only where that is

@@ -1,7 +1,7 @@
 //! The memory: the mean of the follower's filter over sure frames. It says how sure a place is, and
 //! where else the target could be.
 
-use super::choose::{Hypothesis, Source};
+use super::hypothesis::Hypothesis;
 use super::window::{Sample, Window};
 use crate::config::RobustConfig;
 use crate::correlation::response::{Response, ResponseBuffers};
@@ -114,12 +114,7 @@ impl Memory {
     /// The place in a sample where it responds strongest.
     pub fn propose(&self, sample: &Sample<'_>, response: Response<'_>) -> Hypothesis {
         let peak = response.peak();
-        Hypothesis {
-            place: sample.place_at(peak.shift),
-            source: Source::Memory,
-            response: peak.value,
-            memory: peak.value,
-        }
+        Hypothesis { place: sample.place_at(peak.shift), response: peak.value, memory: peak.value }
     }
 
     /// How sure it is that the target is in the middle of a sample: its response there, relative to
@@ -209,7 +204,6 @@ mod tests {
         assert!((hypothesis.place.centre[0] - 100.0 - 3.0 * cell).abs() < 0.2 * cell);
         assert!((hypothesis.response - 0.9).abs() < 0.05, "{hypothesis:?}");
         assert_eq!(hypothesis.memory, hypothesis.response);
-        assert_eq!(hypothesis.source, Source::Memory);
     }
 
     #[test]

@@ -4,10 +4,10 @@
 //! loss. The paper's patch model says which parts are visible. A network of the user, if there is
 //! one, follows the target beside the filters.
 
-mod choose;
 mod colours;
 mod estimate;
 mod follower;
+mod hypothesis;
 mod locate;
 mod memory;
 mod place;

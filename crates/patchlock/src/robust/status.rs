@@ -73,6 +73,9 @@ pub(crate) struct Belief {
     contrast: f64,
     /// The contrast of colours in the first frame.
     first_contrast: f64,
+    /// The running mean of the visible share over all frames, 0 while the target is lost: what is
+    /// off the target for long, or was until now, is less certain.
+    shown: f64,
 }
 
 /// What follows from the evidence of a frame.
@@ -108,13 +111,15 @@ pub(crate) struct Lessons {
 /// The thresholds of the state machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StatusParams {
-    /// The first frames are sure, whatever the memory says, unless the target is covered.
+    /// The first frames are sure, whatever the memory says, unless the target is hidden.
     first_frames: u64,
-    /// A frame is sure above this share of the recent certainty, or of 1 if that is less.
+    /// A frame is sure above this share of the recent certainty, or of 1 if that is less,
     sure: f64,
+    /// and if at least this share is visible of what was visible on sure frames.
+    sure_visible: f64,
     /// The size learns if the response elsewhere exceeds the visible share by less than this.
     size_below: f64,
-    /// Rate of the running means of certainty, visible share and contrast.
+    /// Rate of the running means of certainty, and of visible share and contrast on sure frames.
     recent_rate: f64,
     strange: StrangeParams,
     covered: CoveredParams,
@@ -141,30 +146,22 @@ struct DeniedParams {
     after: u32,
 }
 
-/// When the memory does not know a place: its certainty is low, and either has fallen or little of
-/// the target is visible.
+/// When the memory does not know a place: its certainty is low, and has fallen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct StrangeParams {
-    /// The certainty is below this.
+    /// The certainty is below this,
     below: f64,
-    /// It has fallen below this share of the recent certainty.
+    /// and below this share of the recent certainty.
     drop: f64,
-    /// Less than this share is visible of what was visible on sure frames.
-    hidden: f64,
     /// The target is lost after this many consecutive frames.
     after: u32,
 }
 
-/// When something covers the target: the certainty is low, and either next to nothing is visible
-/// and the memory responds elsewhere, or little is visible, the memory responds elsewhere as well,
-/// and the colours stand out less.
+/// When something covers the target that the patch model half recognises: the certainty is low,
+/// little is visible, the memory responds elsewhere as well, and the colours stand out less.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct CoveredParams {
-    /// Next to nothing: less than this share of what was visible on sure frames,
-    share: f64,
-    /// if the response elsewhere exceeds the visible share by more than this.
-    alone: f64,
-    /// Little: less than this share of what was visible on sure frames.
+    /// Less than this share is visible of what was visible on sure frames.
     visible: f64,
     /// The response elsewhere is above this.
     elsewhere: f64,
@@ -180,12 +177,14 @@ struct CoveredParams {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct ScoreParams {
     bias: f64,
-    /// Times the visible share.
+    /// Times the mean visible share.
     visible: f64,
     /// Times the response elsewhere.
     elsewhere: f64,
     /// Times the contrast of colours, relative to the first frame.
     contrast: f64,
+    /// Rate of the mean visible share.
+    rate: f64,
     with_network: NetworkScoreParams,
 }
 
@@ -193,8 +192,10 @@ struct ScoreParams {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct NetworkScoreParams {
     bias: f64,
-    /// Times the visible share.
+    /// Times the mean visible share.
     visible: f64,
+    /// Times the contrast of colours, relative to the first frame.
+    contrast: f64,
     /// Times the network's odds.
     odds: f64,
     /// Added if filters and network agree.
@@ -215,17 +216,15 @@ impl StatusParams {
         Self {
             first_frames: config.first_frames as u64,
             sure: config.sure,
+            sure_visible: config.sure_visible,
             size_below: config.scale_below,
             recent_rate: config.recent_rate,
             strange: StrangeParams {
                 below: config.lost_below,
                 drop: config.lost_drop,
-                hidden: config.lost_hidden,
                 after: config.lost_after as u32,
             },
             covered: CoveredParams {
-                share: config.covered_share,
-                alone: config.covered_alone,
                 visible: config.covered_visible,
                 elsewhere: config.covered_elsewhere,
                 contrast: config.covered_contrast,
@@ -246,9 +245,11 @@ impl StatusParams {
                 visible: config.score_visible,
                 elsewhere: config.score_elsewhere,
                 contrast: config.score_contrast,
+                rate: config.score_rate,
                 with_network: NetworkScoreParams {
                     bias: config.network_score_bias,
                     visible: config.network_score_visible,
+                    contrast: config.network_score_contrast,
                     odds: config.network_score_odds,
                     agrees: config.network_score_agrees,
                 },
@@ -259,21 +260,22 @@ impl StatusParams {
 
 impl ScoreParams {
     /// The probability that the box overlaps the target by at least half.
-    fn score(&self, evidence: &Evidence, first_contrast: f64) -> f64 {
-        let Evidence { visible, elsewhere, contrast, .. } = *evidence;
+    fn score(&self, evidence: &Evidence, belief: &Belief) -> f64 {
+        let visible = belief.shown;
+        let first = belief.first_contrast.max(LEAST_CONTRAST);
+        let contrast = (evidence.contrast / first).min(MOST_CONTRAST);
         let sum = match evidence.opinion {
             None => {
-                let contrast = (contrast / first_contrast.max(LEAST_CONTRAST)).min(MOST_CONTRAST);
                 self.bias
                     + self.visible * visible
-                    + self.elsewhere * elsewhere
+                    + self.elsewhere * evidence.elsewhere
                     + self.contrast * contrast
             }
             Some(Opinion { odds, agrees }) => {
-                let Self { with_network: params, .. } = self;
+                let params = &self.with_network;
                 let agrees = if agrees { params.agrees } else { 0.0 };
                 let odds = params.odds * odds.clamp(ODDS[0], ODDS[1]);
-                params.bias + params.visible * visible + odds + agrees
+                params.bias + params.visible * visible + params.contrast * contrast + odds + agrees
             }
         };
         1.0 / (1.0 + (-sum).exp())
@@ -298,12 +300,7 @@ impl Belief {
     pub fn first(evidence: &Evidence) -> Self {
         let Evidence { visible: seen, contrast, .. } = *evidence;
         let phase = Phase::Following { doubtful: 0 };
-        Self { phase, recent: 1.0, seen, contrast, first_contrast: contrast }
-    }
-
-    /// The probability that the box overlaps the target by at least half.
-    fn score(&self, evidence: &Evidence, params: &StatusParams) -> f64 {
-        params.score.score(evidence, self.first_contrast)
+        Self { phase, recent: 1.0, seen, contrast, first_contrast: contrast, shown: seen }
     }
 
     /// Whether all numbers are ones that evidence can lead to.
@@ -314,9 +311,14 @@ impl Belief {
             Phase::Trial { back, .. } => back.is_sound(),
         };
         phase
-            && [self.recent, self.seen, self.contrast, self.first_contrast]
+            && [self.recent, self.seen, self.contrast, self.first_contrast, self.shown]
                 .iter()
                 .all(|mean| mean.is_finite())
+    }
+
+    /// The running mean of the visible share.
+    pub fn shown(&self) -> f64 {
+        self.shown
     }
 
     /// Whether the target is lost.
@@ -337,8 +339,9 @@ impl Belief {
     }
 
     /// What follows from the evidence of the frame with this number; the first has number 0. While
-    /// the target is lost, no belief changes.
-    pub fn advance(self, evidence: &Evidence, frame: u64, params: &StatusParams) -> Decision {
+    /// the target is lost, nothing but the mean visible share changes.
+    pub fn advance(mut self, evidence: &Evidence, frame: u64, params: &StatusParams) -> Decision {
+        self.shown += params.score.rate * (evidence.visible - self.shown);
         if self.is_lost() {
             let verdict = self.verdict(evidence, params);
             return Decision { belief: self, verdict, lessons: None, back: None };
@@ -357,7 +360,7 @@ impl Belief {
 
     /// Status and score.
     pub fn verdict(&self, evidence: &Evidence, params: &StatusParams) -> Verdict {
-        let score = self.score(evidence, params);
+        let score = params.score.score(evidence, self);
         let status = match self.phase {
             Phase::Lost { .. } => Status::Lost,
             // The score calls a target lost before it is given up.
@@ -373,51 +376,47 @@ impl Belief {
         Verdict { status, score }
     }
 
-    /// Whether the memory knows the place, and whether the target is covered.
+    /// Whether the place is known, and whether the target is covered.
     fn doubt(&self, evidence: &Evidence, params: &StatusParams) -> Doubt {
-        let Evidence { certainty, visible, .. } = *evidence;
-        let StatusParams { strange, covered, .. } = params;
-        if let Some(Opinion { odds, .. }) = evidence.opinion {
-            if odds >= params.denied.odds {
-                return Doubt::None;
-            }
-            if certainty < params.denied.below {
-                return Doubt::Denied;
-            }
+        let StatusParams { strange, denied, .. } = params;
+        let certainty = evidence.certainty;
+        let is_strange = match evidence.opinion {
+            Some(Opinion { odds, .. }) if odds >= denied.odds => return Doubt::None,
+            Some(_) if certainty < denied.below => return Doubt::Denied,
+            Some(_) => false,
+            // Appearance that changes slowly makes the memory less sure, too, but never suddenly.
+            None => certainty < strange.below && certainty < strange.drop * self.recent,
+        };
+        if is_strange {
+            Doubt::Strange
+        } else if self.is_covered(evidence, params) {
+            Doubt::Covered
+        } else {
+            Doubt::None
         }
-        // Appearance that changes slowly makes the memory less sure, too, but never suddenly.
-        let sudden = certainty < strange.drop * self.recent;
-        let hidden = visible < strange.hidden * self.seen;
-        if certainty < strange.below && (sudden || hidden) {
-            return Doubt::Strange;
-        }
-        // What covers the target slowly may look more like it than what comes suddenly.
-        let is_covered = self.is_covered(evidence, params)
-            && evidence.distraction() > covered.alone
-            || self.may_be_covered(evidence, params);
-        if is_covered && certainty < covered.below { Doubt::Covered } else { Doubt::None }
     }
 
     /// Whether the memory is so sure of a place that it can learn from it. Appearance that changes
-    /// slowly makes it less sure; it then learns the change, but not what covers the target slowly.
+    /// slowly makes it less sure; it then learns the change, but not what hides the target slowly.
     fn is_sure(&self, evidence: &Evidence, params: &StatusParams) -> bool {
         evidence.certainty > params.sure * self.recent.min(1.0)
-            && !self.is_covered(evidence, params)
+            && !self.is_hidden(evidence, params)
             && evidence.is_undisputed()
     }
 
     /// Whether next to nothing of the target is visible.
-    fn is_covered(&self, evidence: &Evidence, params: &StatusParams) -> bool {
-        evidence.visible < params.covered.share * self.seen
+    fn is_hidden(&self, evidence: &Evidence, params: &StatusParams) -> bool {
+        evidence.visible < params.sure_visible * self.seen
     }
 
-    /// Whether something that the patch model half recognises may cover the target: little of it is
+    /// Whether something that the patch model half recognises covers the target: little of it is
     /// visible, the memory responds elsewhere as well, and its colours stand out less from those
     /// around it, as where what covers it is larger. Similar things nearby do the first two, but
     /// not the third.
-    fn may_be_covered(&self, evidence: &Evidence, params: &StatusParams) -> bool {
+    fn is_covered(&self, evidence: &Evidence, params: &StatusParams) -> bool {
         let covered = &params.covered;
-        evidence.visible < covered.visible * self.seen
+        evidence.certainty < covered.below
+            && evidence.visible < covered.visible * self.seen
             && evidence.elsewhere > covered.elsewhere
             && evidence.contrast < covered.contrast * self.contrast
     }
@@ -461,7 +460,7 @@ impl Belief {
     fn lessons(&self, evidence: &Evidence, frame: u64, params: &StatusParams) -> Lessons {
         let first = frame <= params.first_frames;
         let known = self.is_sure(evidence, params)
-            || first && !self.is_covered(evidence, params) && evidence.is_undisputed();
+            || first && !self.is_hidden(evidence, params) && evidence.is_undisputed();
         Lessons {
             sure: known && matches!(self.phase, Phase::Following { .. }),
             size: evidence.distraction() < params.size_below,
@@ -477,12 +476,11 @@ mod tests {
     const PARAMS: StatusParams = StatusParams {
         first_frames: 10,
         sure: 0.7,
+        sure_visible: 0.1,
         size_below: 0.2,
         recent_rate: 0.05,
-        strange: StrangeParams { below: 0.4, drop: 0.6, hidden: 0.3, after: 3 },
+        strange: StrangeParams { below: 0.4, drop: 0.6, after: 3 },
         covered: CoveredParams {
-            share: 0.1,
-            alone: 0.0,
             visible: 0.35,
             elsewhere: 0.6,
             contrast: 0.75,
@@ -495,7 +493,14 @@ mod tests {
             visible: 4.0,
             elsewhere: -4.0,
             contrast: 0.0,
-            with_network: NetworkScoreParams { bias: -2.0, visible: 2.0, odds: 1.0, agrees: 1.0 },
+            rate: 0.1,
+            with_network: NetworkScoreParams {
+                bias: -2.0,
+                visible: 2.0,
+                contrast: 0.0,
+                odds: 1.0,
+                agrees: 1.0,
+            },
         },
         denied: DeniedParams { odds: 0.0, below: 0.45, after: 2 },
         tracked: 0.5,
@@ -510,8 +515,10 @@ mod tests {
     /// A place that the memory does not know.
     const STRANGE: Evidence = Evidence { certainty: 0.1, ..KNOWN };
 
-    /// A place at which next to nothing is visible, and the memory responds elsewhere.
-    const COVERED: Evidence = Evidence { certainty: 0.5, visible: 0.0, elsewhere: 0.5, ..KNOWN };
+    /// A place at which little is visible, the memory responds elsewhere, and the colours stand out
+    /// less.
+    const COVERED: Evidence =
+        Evidence { certainty: 0.5, visible: 0.27, elsewhere: 0.61, contrast: 0.37, opinion: None };
 
     const BELIEF: Belief = Belief {
         phase: Phase::Following { doubtful: 0 },
@@ -519,6 +526,7 @@ mod tests {
         seen: 0.8,
         contrast: 0.5,
         first_contrast: 0.5,
+        shown: 0.8,
     };
 
     const BACK: Place = Place { centre: [3.0, 4.0], scale: 1.2, stretch: 1.0, rotation: 0.1 };
@@ -570,50 +578,32 @@ mod tests {
     }
 
     #[test]
-    fn a_place_is_strange_if_the_memory_is_unsure_and_that_is_sudden_or_the_target_hidden() {
+    fn a_place_is_strange_if_the_memory_is_unsure_and_that_is_sudden() {
         let sudden = Belief { recent: 0.9, ..BELIEF };
         let slow = Belief { recent: 0.4, ..BELIEF };
-        // The belief, the certainty and the visible share; whether the place is strange.
-        for (belief, certainty, visible, strange) in [
-            (sudden, 0.39, 0.8, true),
-            (sudden, 0.4, 0.8, false),
-            (sudden, 0.4, 0.0, false),
+        // The belief, the certainty, and whether the place is strange.
+        for (belief, certainty, strange) in [
+            (sudden, 0.39, true),
+            (sudden, 0.4, false),
             // Below 0.6 times 0.4.
-            (slow, 0.25, 0.8, false),
-            (slow, 0.23, 0.8, true),
-            // Less than 0.3 times 0.8 is visible.
-            (slow, 0.25, 0.23, true),
-            (slow, 0.25, 0.25, false),
+            (slow, 0.25, false),
+            (slow, 0.23, true),
         ] {
-            // Without a response elsewhere nothing covers the target.
-            let evidence = Evidence { certainty, visible, elsewhere: 0.0, ..KNOWN };
+            let evidence = Evidence { certainty, ..KNOWN };
             let doubt = belief.doubt(&evidence, &PARAMS);
             assert_eq!(doubt == Doubt::Strange, strange, "{evidence:?} {doubt:?}");
         }
     }
 
     #[test]
-    fn a_target_is_covered_by_either_rule_if_the_memory_is_unsure() {
+    fn a_target_is_covered_if_the_memory_is_unsure_and_all_else_says_so() {
         let doubt = |evidence: Evidence| BELIEF.doubt(&evidence, &PARAMS);
-        // Next to nothing is visible, and the memory responds elsewhere.
         assert_eq!(doubt(COVERED), Doubt::Covered);
         for spared in [
             Evidence { certainty: 0.55, ..COVERED },
-            Evidence { visible: 0.09, ..COVERED },
-            Evidence { elsewhere: 0.0, ..COVERED },
-        ] {
-            assert_eq!(doubt(spared), Doubt::None, "{spared:?}");
-        }
-        assert_eq!(doubt(Evidence { visible: 0.07, ..COVERED }), Doubt::Covered);
-        // Little is visible, the memory responds elsewhere as well, and the colours stand out less.
-        let half =
-            Evidence { certainty: 0.5, visible: 0.27, elsewhere: 0.61, contrast: 0.37, ..KNOWN };
-        assert_eq!(doubt(half), Doubt::Covered);
-        for spared in [
-            Evidence { certainty: 0.55, ..half },
-            Evidence { visible: 0.29, ..half },
-            Evidence { elsewhere: 0.6, ..half },
-            Evidence { contrast: 0.38, ..half },
+            Evidence { visible: 0.29, ..COVERED },
+            Evidence { elsewhere: 0.6, ..COVERED },
+            Evidence { contrast: 0.38, ..COVERED },
         ] {
             assert_eq!(doubt(spared), Doubt::None, "{spared:?}");
         }
@@ -688,10 +678,22 @@ mod tests {
         assert_eq!((known.seen, known.contrast), (BELIEF.seen, BELIEF.contrast));
         // Neither in doubt nor while lost.
         for unchanged in [after(STRANGE), after(COVERED)] {
-            assert_eq!(Belief { phase: BELIEF.phase, ..unchanged }, BELIEF);
+            let unchanged = Belief { phase: BELIEF.phase, shown: BELIEF.shown, ..unchanged };
+            assert_eq!(unchanged, BELIEF);
         }
         let lost = in_phase(Phase::Lost { next: 3 });
-        assert_eq!(lost.advance(&evidence, LATER, &PARAMS).belief, lost);
+        let after = lost.advance(&evidence, LATER, &PARAMS).belief;
+        assert_eq!(Belief { shown: BELIEF.shown, ..after }, lost);
+    }
+
+    #[test]
+    fn the_mean_visible_share_follows_every_frame() {
+        let lost = in_phase(Phase::Lost { next: 3 });
+        for (belief, evidence) in [(BELIEF, KNOWN), (BELIEF, STRANGE), (lost, KNOWN)] {
+            let evidence = Evidence { visible: 0.3, ..evidence };
+            let shown = belief.advance(&evidence, LATER, &PARAMS).belief.shown;
+            assert!((shown - 0.75).abs() < 1e-12, "{shown}");
+        }
     }
 
     #[test]
@@ -714,12 +716,12 @@ mod tests {
     fn status_and_score() {
         let trial = in_phase(Phase::Trial { left: 2, back: BACK });
         let lost = in_phase(Phase::Lost { next: 0 });
-        let with = |visible, elsewhere| Evidence { visible, elsewhere, ..KNOWN };
+        let with = |shown, elsewhere| (shown, Evidence { elsewhere, ..KNOWN });
         // A sum of 0, of 2, of -2 and of -1.
         let (even, high, low) = (with(0.5, 0.5), with(0.5, 0.0), with(0.0, 0.5));
         let (middle, little) = (with(0.25, 0.5), 1.0 / (1.0 + 1.0f64.exp()));
         let (most, least) = (1.0 / (1.0 + (-2.0f64).exp()), 1.0 / (1.0 + 2.0f64.exp()));
-        for (belief, evidence, status, score) in [
+        for (belief, (shown, evidence), status, score) in [
             (BELIEF, even, Status::Tracked, 0.5),
             (BELIEF, high, Status::Tracked, most),
             (BELIEF, middle, Status::Uncertain, little),
@@ -730,8 +732,9 @@ mod tests {
             (lost, high, Status::Lost, 0.25),
             (lost, low, Status::Lost, least),
         ] {
+            let belief = Belief { shown, ..belief };
             let verdict = belief.verdict(&evidence, &PARAMS);
-            assert_eq!(verdict, Verdict { status, score }, "{:?} {evidence:?}", belief.phase);
+            assert_eq!(verdict, Verdict { status, score }, "{belief:?} {evidence:?}");
         }
     }
 
@@ -747,7 +750,8 @@ mod tests {
             (0.0, 0.025, 0.0),
             (0.5, -0.5, -3.0),
         ] {
-            let score = params.score(&Evidence { contrast, ..KNOWN }, first);
+            let belief = Belief { first_contrast: first, ..BELIEF };
+            let score = params.score(&Evidence { contrast, ..KNOWN }, &belief);
             assert!((score - 1.0 / (1.0 + f64::exp(-sum))).abs() < 1e-12, "{first} {contrast}");
         }
     }
@@ -768,7 +772,6 @@ mod tests {
         ] {
             assert_eq!(BELIEF.doubt(&told(certainty, odds, true), &PARAMS), doubt, "{certainty}");
         }
-        // Covered, by either rule.
         let covered = Evidence { opinion: told(0.5, -0.1, true).opinion, ..COVERED };
         assert_eq!(BELIEF.doubt(&covered, &PARAMS), Doubt::Covered);
         // The target is lost on the second frame.
@@ -789,7 +792,7 @@ mod tests {
 
     #[test]
     fn with_a_network_status_and_score_follow_from_its_odds() {
-        // The sum: 2 times the visible share, less 2, the odds, and 1 for agreement.
+        // The sum: 2 times the mean visible share, less 2, the odds, and 1 for agreement.
         let logistic = |sum: f64| 1.0 / (1.0 + (-sum).exp());
         for (visible, odds, agrees, status, sum) in [
             (0.5, 0.0, true, Status::Tracked, 0.0),
@@ -803,7 +806,7 @@ mod tests {
             (1.0, -99.0, true, Status::Lost, -3.0),
         ] {
             let evidence = Evidence { visible, ..told(0.9, odds, agrees) };
-            let verdict = BELIEF.verdict(&evidence, &PARAMS);
+            let verdict = Belief { shown: visible, ..BELIEF }.verdict(&evidence, &PARAMS);
             assert_eq!(verdict.status, status, "{evidence:?}");
             assert!((verdict.score - logistic(sum)).abs() < 1e-12, "{evidence:?} {verdict:?}");
         }

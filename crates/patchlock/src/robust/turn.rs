@@ -1,7 +1,7 @@
 //! The target's rotation in the frame: measured on a log-polar grid, and checked by follower and
 //! memory.
 
-use super::choose::Hypothesis;
+use super::hypothesis::Hypothesis;
 use super::place::Place;
 use crate::config::RobustConfig;
 use crate::correlation::rotation::{RotationFilter, RotationScratch, SavedRotation, Turn};
@@ -223,7 +223,6 @@ impl ClearParams {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robust::choose::Source;
 
     const PLACE: Place = Place { centre: [40.0, 30.0], scale: 1.0, stretch: 1.0, rotation: 0.2 };
     const PARAMS: TurnParams = TurnParams {
@@ -239,7 +238,7 @@ mod tests {
     fn hypothesis(rotation: f64, support: f64) -> Hypothesis {
         let place = Place { rotation, ..PLACE };
         let half = support / 2.0;
-        Hypothesis { place, source: Source::Follower, response: half, memory: half }
+        Hypothesis { place, response: half, memory: half }
     }
 
     #[test]

@@ -20,6 +20,10 @@ pub struct RobustView<'a> {
     /// How well colour tells the target from what is around it, from -1 through 0, not at all, to
     /// 1.
     pub contrast: f64,
+    /// The visible share of the target, from 0 to 1; 0 while the target is given up.
+    pub visible: f64,
+    /// Its running mean over all frames, which the score counts.
+    pub mean_visible: f64,
     /// Cells on a side of the window around the estimate.
     pub side: usize,
     /// Frame pixels on a side of a cell.
@@ -55,6 +59,8 @@ impl RobustTarget {
             certainty: evidence.certainty,
             elsewhere: evidence.elsewhere,
             contrast: locator.contrast(),
+            visible: evidence.visible,
+            mean_visible: self.belief.shown(),
             side: window.fourier().side(),
             cell: window.cell(place.scale),
             follower: sample.respond(locator.filter(), &mut buffers.follower).cells(),

@@ -54,11 +54,9 @@ fn base(method: &Method, group: &str) -> TrackerConfig {
         // believed.
         let easily_lost = [
             ("search", 4.0),
-            ("jump_ratio", 1.0),
             ("sure", 0.95),
             ("lost_below", 0.7),
             ("lost_drop", 0.7),
-            ("lost_hidden", 0.4),
             ("lost_after", 2.0),
             ("found_above", 0.3),
             ("trial", 2.0),
@@ -97,8 +95,9 @@ fn base_of(method: &Method, row: &Parameter) -> TrackerConfig {
     if row.name.starts_with("covered_") {
         // The target counts as covered, with a low score, from the first frame on.
         let covered = [
-            ("covered_share", 9.0),
-            ("covered_alone", -1.0),
+            ("covered_visible", 9.0),
+            ("covered_elsewhere", 0.0),
+            ("covered_contrast", 9.0),
             ("covered_below", 9.0),
             ("covered_after", 2.0),
             ("lost_below", 0.0),
@@ -136,16 +135,6 @@ fn base_of(method: &Method, row: &Parameter) -> TrackerConfig {
         _ => &[],
     };
     set(&mut config, special);
-    if ["covered_visible", "covered_elsewhere", "covered_contrast"].contains(&row.name) {
-        // Covered by what the patch model half recognises.
-        let half = [
-            ("covered_share", 0.0),
-            ("covered_visible", 9.0),
-            ("covered_elsewhere", 0.0),
-            ("covered_contrast", 9.0),
-        ];
-        set(&mut config, &half);
-    }
     config
 }
 
@@ -220,15 +209,11 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("around_rate", Value::from(0.0)),
         ("memory_rate", Value::from(0.1)),
         ("sure", Value::from(2.0)),
-        ("jump_ratio", Value::from(2.5)),
-        ("jump_least", Value::from(5.0)),
+        ("sure_visible", Value::from(9.0)),
         ("lost_below", Value::from(0.5)),
         ("lost_drop", Value::from(9.0)),
-        ("lost_hidden", Value::from(9.0)),
         ("first_frames", Value::from(0)),
         ("lost_after", Value::from(4)),
-        ("covered_share", Value::from(0.0)),
-        ("covered_alone", Value::from(9.0)),
         ("covered_visible", Value::from(0.0)),
         ("covered_elsewhere", Value::from(9.0)),
         ("covered_contrast", Value::from(0.0)),
@@ -249,7 +234,6 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("turning_frames", Value::from(0)),
         ("recent_rate", Value::from(0.5)),
         ("elsewhere_most", Value::from(0.1)),
-        ("jump_after", Value::from(1)),
         ("search_overlap", Value::from(0.8)),
         ("search_larger", Value::from(1.02)),
         ("search_smaller", Value::from(1.02)),
@@ -257,6 +241,7 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("found_larger", Value::from(1.05)),
         ("found_smaller", Value::from(0.95)),
         ("score_bias", Value::from(0.5)),
+        ("score_rate", Value::from(0.5)),
         ("score_visible", Value::from(1.0)),
         ("score_elsewhere", Value::from(-1.0)),
         ("score_contrast", Value::from(1.0)),
@@ -284,6 +269,7 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("found_alone", Value::from(-50.0)),
         ("network_score_bias", Value::from(1.0)),
         ("network_score_visible", Value::from(1.0)),
+        ("network_score_contrast", Value::from(1.0)),
         ("network_score_odds", Value::from(0.1)),
         ("network_score_agrees", Value::from(0.1)),
     ]

@@ -39,8 +39,9 @@ fn it_follows_a_target_behind_a_thin_tree() {
     }
 }
 
-/// Half of the target is hidden, and the box stays on it: as a probability, the score falls a
-/// little; the visible share falls as far as the target is hidden.
+/// Half of the target is hidden, and the box stays on it: as a probability, and counting the visible
+/// share as a mean over many frames, the score falls a little; the visible share falls as far as the
+/// target is hidden.
 #[test]
 fn score_and_visible_share_fall_while_the_target_is_hidden() {
     for config in all_that_follow().into_iter().map(following) {
@@ -50,7 +51,7 @@ fn score_and_visible_share_fall_while_the_target_is_hidden() {
         };
         let fall = |of| (mean(&estimates[..8], of), mean(&estimates[26..34], of));
         let (free, hidden) = fall(|estimate| estimate.score);
-        assert!(hidden < free - 0.03, "score {free} while free, {hidden} while half hidden");
+        assert!(hidden < free - 0.005, "score {free} while free, {hidden} while half hidden");
         let (free, hidden) =
             fall(|estimate| estimate.visibility.as_ref().map_or(0.0, Visibility::share));
         assert!(hidden < 0.7 * free, "share {free} while free, {hidden} while half hidden");
