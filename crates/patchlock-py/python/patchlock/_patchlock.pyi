@@ -204,6 +204,8 @@ class RobustConfig:
     """A frame is sure while the memory's response is above this share of its recent value, or of
     its mean if that is lower. Allowed: 0 to 10.
     """
+    sure_visible: float
+    """No frame is sure below this part of the visible share on sure frames. Allowed: 0 to 10."""
     first_frames: int
     """Number of first frames that count as sure whatever the memory responds. Allowed: 0 to 10000.
     """
@@ -215,43 +217,19 @@ class RobustConfig:
     """Upper limit of the memory's response away from the box, relative to its response at the box.
     Allowed: 0 to 1000000.
     """
-    jump_ratio: float
-    """The memory overrides the tracking filters where it responds this many times stronger
-    elsewhere. Allowed: 1 to 1000000.
-    """
-    jump_least: float
-    """The memory overrides the tracking filters only if its response is at least this share of its
-    mean. Allowed: 0 to 10.
-    """
-    jump_after: int
-    """The memory overrides the tracking filters after this many consecutive frames. Allowed: 1 to
-    10000.
-    """
     lost_below: float
     """A frame is doubtful if the memory's response is below this share of its mean and `lost_drop`
-    or `lost_hidden` holds. Allowed: 0 to 10.
+    holds. Allowed: 0 to 10.
     """
     lost_drop: float
-    """A doubtful frame has a memory response below this share of its recent value, unless
-    `lost_hidden` holds. Allowed: 0 to 10.
-    """
-    lost_hidden: float
-    """A doubtful frame has a visible share below this part of the share on sure frames, unless
-    `lost_drop` holds. Allowed: 0 to 10.
+    """A doubtful frame has a memory response below this share of its recent value. Allowed: 0 to
+    10.
     """
     lost_after: int
     """The target is lost after this many consecutive doubtful frames. Allowed: 1 to 10000."""
-    covered_share: float
-    """No frame is sure below this part of the visible share on sure frames, and the target counts
-    as covered if `covered_alone` holds too. Allowed: 0 to 10.
-    """
-    covered_alone: float
-    """The target counts as covered if the memory's strongest response away from the box, relative
-    to its response at the box, exceeds the visible share by more than this. Allowed: -1 to 10.
-    """
     covered_visible: float
     """The target may be covered below this part of the visible share on sure frames, if
-    `covered_elsewhere` and `covered_contrast` hold too. Allowed: 0 to 10.
+    `covered_elsewhere`, `covered_contrast` and `covered_below` hold too. Allowed: 0 to 10.
     """
     covered_elsewhere: float
     """The target may be covered if the memory responds away from the box with more than this share
@@ -262,8 +240,8 @@ class RobustConfig:
     on sure frames. Allowed: 0 to 10.
     """
     covered_below: float
-    """A covered frame counts only if the memory's response is below this share of its mean.
-    Allowed: 0 to 10.
+    """The target may be covered if the memory's response is below this share of its mean. Allowed:
+    0 to 10.
     """
     covered_after: int
     """The target is lost after this many consecutive covered frames. Allowed: 1 to 10000."""
@@ -307,10 +285,12 @@ class RobustConfig:
     """
     score_bias: float
     """Constant term of the score, a logistic function of a weighted sum. Allowed: -100 to 100."""
-    score_visible: float
-    """Weight of the visible share in the score; the share is 0 while the target is lost. Allowed:
-    -100 to 100.
+    score_rate: float
+    """Rate of the mean visible share in the score; the share is 0 while the target is lost.
+    Allowed: 0 to 1.
     """
+    score_visible: float
+    """Weight of the mean visible share in the score. Allowed: -100 to 100."""
     score_elsewhere: float
     """Weight in the score of the memory's strongest response away from the box, relative to its
     response at the box. Allowed: -100 to 100.
@@ -390,7 +370,11 @@ class RobustConfig:
     network_score_bias: float
     """Constant term of the score if there is a network. Allowed: -100 to 100."""
     network_score_visible: float
-    """Weight of the visible share in the score if there is a network. Allowed: -100 to 100."""
+    """Weight of the mean visible share in the score if there is a network. Allowed: -100 to 100."""
+    network_score_contrast: float
+    """Weight in the score of how well colours tell the target from what is around it, relative to
+    the first frame, if there is a network. Allowed: -100 to 100.
+    """
     network_score_odds: float
     """Weight of the logarithm of the network's odds in the score. Allowed: -100 to 100."""
     network_score_agrees: float
