@@ -347,7 +347,8 @@ fn a_project_outside_the_folder_is_not_read() {
     let (folder, elsewhere) = (clips(&[("a", &["car"])]), clips(&[("b", &["cat"])]));
     let (link, target) = (file(folder.path(), "b"), file(elsewhere.path(), "b"));
     symlink(&target, &link).unwrap();
-    let error = of_folder(folder.path()).err().expect("is refused").to_string();
+    let Err(error) = of_folder(folder.path()) else { panic!("is refused") };
+    let error = error.to_string();
     let named = [link.display().to_string(), target.canonicalize().unwrap().display().to_string()];
     assert!(named.iter().all(|path| error.contains(path)), "{error}");
     // One within the folder is the same project under another name.
