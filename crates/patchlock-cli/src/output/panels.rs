@@ -137,12 +137,13 @@ fn score(canvas: &mut Canvas, panel: Area, words: &[String; 2], estimate: Option
     }
 }
 
-/// What the colours of the maps mean, in these colours.
+/// What the colours of the maps mean, in these colours. A patch that is not explained is hidden, or
+/// its looks have changed: the model cannot tell.
 fn explain(canvas: &mut Canvas, area: Area) {
     let (middle, size) = (area.y + area.h / 2.0, area.h);
     canvas.text("visible", area.x, middle, size, VISIBLE);
-    let right = area.x + area.w - text::width("hidden", size);
-    canvas.text("hidden", right, middle, size, HIDDEN);
+    let right = area.x + area.w - text::width("changed", size);
+    canvas.text("changed", right, middle, size, HIDDEN);
 }
 
 /// One map of patches. Cells start at whole pixels, so that the gaps between them look even.
@@ -197,7 +198,7 @@ mod tests {
         for scale in [1.0, 2.0, 4.0] {
             let area = 2.0 * 13.0 * (2.6f32 * scale).round() + 6.0 * scale;
             let legend = (0.8 * size * scale).round();
-            let words = text::width("visible", legend) + text::width("hidden", legend);
+            let words = text::width("visible", legend) + text::width("changed", legend);
             assert!(words + 0.5 * legend < area, "{words} of {area}");
         }
     }
