@@ -68,8 +68,10 @@ fn base(method: &Method, group: &str) -> TrackerConfig {
         ];
         set(&mut config, &easily_lost);
     } else if let Method::Robust(robust) = &mut config.method {
-        // The patch model learns on all frames, so also while the target is half hidden.
+        // The patch model learns on all frames, so also while the target is half hidden, and as much
+        // is hidden as with `paper`.
         (robust.first_frames, robust.lost_below, robust.rotate) = (100, 0.0, false);
+        robust.patches.epsilon = 0.08;
     }
     config
 }
