@@ -142,8 +142,8 @@ fn score(canvas: &mut Canvas, panel: Area, words: &[String; 2], estimate: Option
 fn explain(canvas: &mut Canvas, area: Area) {
     let (middle, size) = (area.y + area.h / 2.0, area.h);
     canvas.text("visible", area.x, middle, size, VISIBLE);
-    let right = area.x + area.w - text::width("changed", size);
-    canvas.text("changed", right, middle, size, HIDDEN);
+    let right = area.x + area.w - text::width("hidden", size);
+    canvas.text("hidden", right, middle, size, HIDDEN);
 }
 
 /// One map of patches. Cells start at whole pixels, so that the gaps between them look even.
@@ -198,7 +198,7 @@ mod tests {
         for scale in [1.0, 2.0, 4.0] {
             let area = 2.0 * 13.0 * (2.6f32 * scale).round() + 6.0 * scale;
             let legend = (0.8 * size * scale).round();
-            let words = text::width("visible", legend) + text::width("changed", legend);
+            let words = text::width("visible", legend) + text::width("hidden", legend);
             assert!(words + 0.5 * legend < area, "{words} of {area}");
         }
     }
