@@ -1079,6 +1079,14 @@ class RobustObservation:
         """
 
     @property
+    def visible(self) -> float:
+        """The visible share of the target, 0 to 1; 0 once the target is given up."""
+
+    @property
+    def mean_visible(self) -> float:
+        """The running mean of the visible share over all frames, which the score counts."""
+
+    @property
     def odds(self) -> float | None:
         """The logarithm of the odds that the target is at the estimate, as the network says.
 
