@@ -74,7 +74,7 @@ fn model_says_what_files_are() {
         "  family     NanoTrack, head\n",
         "licence    unknown to Patchlock",
         "training   unknown to Patchlock",
-        "--preset network --model nano\n",
+        "  use        --model nano\n",
     ] {
         assert!(text.contains(said), "{said}: {text}");
     }
