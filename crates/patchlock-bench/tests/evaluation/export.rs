@@ -731,7 +731,7 @@ fn many_targets_are_written_in_a_time_that_follows_their_number() {
         let workspace = Workspace::new();
         let begun = std::time::Instant::now();
         export::write(&track, &options(format), &workspace.path("out"), false).unwrap();
-        assert!(begun.elapsed().as_secs() < 10, "{format:?} took {:?}", begun.elapsed());
+        assert!(begun.elapsed().as_secs() < 60, "{format:?} took {:?}", begun.elapsed());
     }
 }
 
