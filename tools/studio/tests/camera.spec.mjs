@@ -24,7 +24,8 @@ test('what is in the box is followed, and recorded', async ({ work, page, folder
     await expect(page.locator('#camera-fps')).toHaveText(/^([3-9]|\d\d) frames/);
 
     await page.getByRole('button', { name: 'Record' }).click();
-    await page.waitForTimeout(1500);
+    // A busy machine gives few frames in a second.
+    await page.waitForTimeout(4000);
     await page.getByRole('button', { name: 'Stop recording' }).click();
     const dialog = page.getByRole('dialog');
     // It says where the recording is.
@@ -41,8 +42,7 @@ test('what is in the box is followed, and recorded', async ({ work, page, folder
     expect((await read(/video/)).subarray(4, 8).toString()).toBe('ftyp');
     const [head, ...rows] = (await read(/table/)).toString().trim().split('\n');
     expect(head).toContain('score,status,time');
-    // How many frames a busy machine gives in this time is not told.
-    expect(rows.length).toBeGreaterThan(1);
+    expect(rows.length).toBeGreaterThan(5);
     await work.closeDialog();
 
     await page.getByRole('button', { name: 'Stop following' }).click();
