@@ -80,7 +80,10 @@ fn look(bencher: Bencher<'_, '_>, small_step: usize) {
     let near = State { x: state.x + 0.4, y: state.y - 0.3, ..state };
     let candidate = setup::candidate(&bench.image, &near);
     let (mut scratch, mut visibility) = (LookScratch::default(), Visibility::default());
-    bencher.bench_local(|| model.look(black_box(&candidate), &mut scratch, &mut visibility));
+    bencher.bench_local(|| {
+        let errors = model.look(black_box(&candidate), &mut scratch);
+        errors.visibility(params.likelihood.epsilon, &mut visibility);
+    });
 }
 
 /// Updates on successive frames of the scene, with the paper's settings, on all threads.

@@ -79,10 +79,9 @@ group! {
 }
 
 impl PatchModelConfig {
-    /// Half as many small patches along each side: enough to see what is visible. On real footage,
-    /// patches of a visible target are often off by more than the paper's 0.08.
+    /// Half as many small patches along each side: enough to see what is visible.
     pub(super) fn coarse() -> Self {
-        Self { small_step: 4, epsilon: 0.12, ..Self::default() }
+        Self { small_step: 4, ..Self::default() }
     }
 
     /// The parameters of the patch model with this likelihood and these position weights.

@@ -81,7 +81,8 @@ impl PaperTarget {
         cut_candidate(image, &state.matrix(), &params, &mut candidate);
         let mut estimate = Estimate::empty();
         let visibility = estimate.visibility.get_or_insert_default();
-        target.model.look(&candidate, &mut scratch.look, visibility);
+        let errors = target.model.look(&candidate, &mut scratch.look);
+        errors.visibility(config.patches.epsilon, visibility);
         target.finish_estimate(config, &mut estimate);
         (target, estimate)
     }

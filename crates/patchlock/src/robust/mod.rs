@@ -99,7 +99,7 @@ impl RobustTarget {
         let visibility = estimate.visibility.get_or_insert_default();
         let seen = visible.look(frame, sample.region(), seen, visibility);
         let known = memory.recognise(&sample, &mut buffers.memory);
-        let evidence = Evidence::new(known, seen.share(), locator.contrast(), None);
+        let evidence = Evidence::new(known, seen.shares(), locator.contrast(), None);
         let (search, regain) = (SearchParams::new(config), RegainParams::new(config));
         let (belief, frames, status) = (Belief::first(&evidence), 0, StatusParams::new(config));
         estimate::fill(place, window.base(), belief.verdict(&evidence, &status), &mut estimate);
@@ -145,8 +145,9 @@ impl RobustTarget {
             let visibility = estimate.visibility.get_or_insert_default();
             self.visible.look(frame, sample.region(), seen, visibility)
         });
-        let (visible, contrast) = (seen.map_or(0.0, Seen::share), self.locator.contrast());
-        let evidence = Evidence::new(known, visible, contrast, followed.opinion);
+        let (shares, contrast) =
+            (seen.map(Seen::shares).unwrap_or_default(), self.locator.contrast());
+        let evidence = Evidence::new(known, shares, contrast, followed.opinion);
         if let Some(rival) = &mut self.rival {
             rival.note(evidence.certainty);
         }

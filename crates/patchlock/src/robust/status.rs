@@ -3,6 +3,7 @@
 use super::memory::Recognition;
 use super::place::Place;
 use super::rivals::Opinion;
+use super::visible::Shares;
 use crate::config::RobustConfig;
 use crate::estimate::Status;
 use serde::{Deserialize, Serialize};
@@ -18,8 +19,10 @@ pub(crate) struct Evidence {
     /// The memory's strongest response outside half the target's size around the place, relative to
     /// that at the place, at least 0 and at most `elsewhere_most`.
     pub elsewhere: f64,
-    /// The visible share of the target, from 0 to 1; 0 where that is unknown.
+    /// The visible share of the target by the strict limit, from 0 to 1; 0 where that is unknown.
     pub visible: f64,
+    /// The visible share as it is reported, by the milder limit.
+    pub shown: f64,
     /// How well colour tells the target from what is around it: from -1, through 0, not at all, to
     /// 1.
     pub contrast: f64,
@@ -30,11 +33,11 @@ pub(crate) struct Evidence {
 impl Evidence {
     pub fn new(
         Recognition { certainty, elsewhere }: Recognition,
-        visible: f64,
+        Shares { visible, shown }: Shares,
         contrast: f64,
         opinion: Option<Opinion>,
     ) -> Self {
-        Self { certainty, elsewhere, visible, contrast, opinion }
+        Self { certainty, elsewhere, visible, shown, contrast, opinion }
     }
 
     /// How much the memory's response elsewhere exceeds what the patch model sees here.
@@ -73,7 +76,7 @@ pub(crate) struct Belief {
     contrast: f64,
     /// The contrast of colours in the first frame.
     first_contrast: f64,
-    /// The running mean of the visible share over all frames, 0 while the target is lost: what is
+    /// The running mean of the reported share over all frames, 0 while the target is lost: what is
     /// off the target for long, or was until now, is less certain.
     shown: f64,
 }
@@ -298,9 +301,9 @@ enum Doubt {
 impl Belief {
     /// What is believed of the target in the first frame.
     pub fn first(evidence: &Evidence) -> Self {
-        let Evidence { visible: seen, contrast, .. } = *evidence;
+        let Evidence { visible: seen, shown, contrast, .. } = *evidence;
         let phase = Phase::Following { doubtful: 0 };
-        Self { phase, recent: 1.0, seen, contrast, first_contrast: contrast, shown: seen }
+        Self { phase, recent: 1.0, seen, contrast, first_contrast: contrast, shown }
     }
 
     /// Whether all numbers are ones that evidence can lead to.
@@ -316,7 +319,7 @@ impl Belief {
                 .all(|mean| mean.is_finite())
     }
 
-    /// The running mean of the visible share.
+    /// The running mean of the reported share.
     pub fn shown(&self) -> f64 {
         self.shown
     }
@@ -341,7 +344,7 @@ impl Belief {
     /// What follows from the evidence of the frame with this number; the first has number 0. While
     /// the target is lost, nothing but the mean visible share changes.
     pub fn advance(mut self, evidence: &Evidence, frame: u64, params: &StatusParams) -> Decision {
-        self.shown += params.score.rate * (evidence.visible - self.shown);
+        self.shown += params.score.rate * (evidence.shown - self.shown);
         if self.is_lost() {
             let verdict = self.verdict(evidence, params);
             return Decision { belief: self, verdict, lessons: None, back: None };
@@ -366,7 +369,7 @@ impl Belief {
             // The score calls a target lost before it is given up.
             _ if score < params.lost => Status::Lost,
             Phase::Following { .. }
-                if score >= params.tracked && evidence.visible >= params.visible =>
+                if score >= params.tracked && evidence.shown >= params.visible =>
             {
                 Status::Tracked
             }
@@ -509,16 +512,28 @@ mod tests {
     };
 
     /// A place that the memory knows, with all of the target visible.
-    const KNOWN: Evidence =
-        Evidence { certainty: 0.9, elsewhere: 0.2, visible: 0.8, contrast: 0.5, opinion: None };
+    const KNOWN: Evidence = Evidence {
+        certainty: 0.9,
+        elsewhere: 0.2,
+        visible: 0.8,
+        shown: 0.8,
+        contrast: 0.5,
+        opinion: None,
+    };
 
     /// A place that the memory does not know.
     const STRANGE: Evidence = Evidence { certainty: 0.1, ..KNOWN };
 
     /// A place at which little is visible, the memory responds elsewhere, and the colours stand out
     /// less.
-    const COVERED: Evidence =
-        Evidence { certainty: 0.5, visible: 0.27, elsewhere: 0.61, contrast: 0.37, opinion: None };
+    const COVERED: Evidence = Evidence {
+        certainty: 0.5,
+        visible: 0.27,
+        shown: 0.27,
+        elsewhere: 0.61,
+        contrast: 0.37,
+        opinion: None,
+    };
 
     const BELIEF: Belief = Belief {
         phase: Phase::Following { doubtful: 0 },
@@ -687,10 +702,10 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_visible_share_follows_every_frame() {
+    fn the_mean_reported_share_follows_every_frame() {
         let lost = in_phase(Phase::Lost { next: 3 });
         for (belief, evidence) in [(BELIEF, KNOWN), (BELIEF, STRANGE), (lost, KNOWN)] {
-            let evidence = Evidence { visible: 0.3, ..evidence };
+            let evidence = Evidence { shown: 0.3, ..evidence };
             let shown = belief.advance(&evidence, LATER, &PARAMS).belief.shown;
             assert!((shown - 0.75).abs() < 1e-12, "{shown}");
         }
@@ -805,7 +820,7 @@ mod tests {
             (1.0, 99.0, true, Status::Tracked, 5.2),
             (1.0, -99.0, true, Status::Lost, -3.0),
         ] {
-            let evidence = Evidence { visible, ..told(0.9, odds, agrees) };
+            let evidence = Evidence { shown: visible, ..told(0.9, odds, agrees) };
             let verdict = Belief { shown: visible, ..BELIEF }.verdict(&evidence, &PARAMS);
             assert_eq!(verdict.status, status, "{evidence:?}");
             assert!((verdict.score - logistic(sum)).abs() < 1e-12, "{evidence:?} {verdict:?}");

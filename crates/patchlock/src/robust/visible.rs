@@ -38,6 +38,10 @@ struct VisibleParams {
     update_interval: usize,
     /// Sure frames between updates of the small dictionary and the small buffer.
     small_update_interval: usize,
+    /// Patches with an error below this are visible: what is learned.
+    epsilon: f64,
+    /// Patches with an error below this are reported as visible.
+    shown_epsilon: f64,
 }
 
 /// What was seen of the target in a region.
@@ -45,8 +49,18 @@ struct VisibleParams {
 pub(crate) struct Seen<'a> {
     /// The region's luma, resampled to the template's side, with norm 1.
     candidate: &'a [f32],
-    /// Which parts are visible.
+    /// Which parts are visible by the strict limit.
     visibility: &'a Visibility,
+    shares: Shares,
+}
+
+/// The visible share of the target, from 0 to 1, by two limits; both 0 where it is unknown.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Shares {
+    /// By the strict limit: next to nothing counts as visible of what covers the target.
+    pub visible: f64,
+    /// By the milder limit, as it is reported: changed looks of the target count as visible, too.
+    pub shown: f64,
 }
 
 /// The buffers of what was [`Seen`].
@@ -55,6 +69,7 @@ pub(crate) struct SeenBuffers {
     crop: CropScratch,
     candidate: Planes,
     look: LookScratch,
+    visibility: Visibility,
 }
 
 impl VisibleParams {
@@ -63,6 +78,8 @@ impl VisibleParams {
             side: config.patches.template_side,
             update_interval: config.patches.update_interval,
             small_update_interval: config.patches.small_update_interval,
+            epsilon: config.patches.epsilon,
+            shown_epsilon: config.shown_epsilon,
         }
     }
 
@@ -106,23 +123,26 @@ impl Visible {
         Ok(Self { model: PatchModel::restore(patches, patch_params), rng, params })
     }
 
-    /// Which parts of the target are visible in this region.
+    /// Which parts of the target are visible in this region; `shown` becomes what is reported.
     pub fn look<'a>(
         &self,
         frame: &Frame<'_>,
         region: Region,
         buffers: &'a mut SeenBuffers,
-        visibility: &'a mut Visibility,
+        shown: &mut Visibility,
     ) -> Seen<'a> {
         buffers.cut(frame, region, self.params.side);
-        let candidate = &buffers.candidate.samples;
-        self.model.look(candidate, &mut buffers.look, visibility);
-        Seen { candidate, visibility }
+        let SeenBuffers { candidate, look, visibility, .. } = buffers;
+        let errors = self.model.look(&candidate.samples, look);
+        errors.visibility(self.params.shown_epsilon, shown);
+        errors.visibility(self.params.epsilon, visibility);
+        let shares = Shares { visible: visibility.share(), shown: shown.share() };
+        Seen { candidate: &candidate.samples, visibility, shares }
     }
 
     /// Learns what was seen on a sure frame; `sure` is the number of these.
     pub fn learn(&mut self, seen: Seen<'_>, sure: u64, scratch: &mut LearningScratch) {
-        let Seen { candidate, visibility } = seen;
+        let Seen { candidate, visibility, .. } = seen;
         let step = self.params.step(sure);
         self.model.collect(candidate, scratch);
         self.model.learn((candidate, visibility), step, &mut self.rng, scratch);
@@ -130,9 +150,9 @@ impl Visible {
 }
 
 impl Seen<'_> {
-    /// The visible share of the target, from 0 to 1.
-    pub fn share(self) -> f64 {
-        self.visibility.share()
+    /// The visible share of the target.
+    pub fn shares(self) -> Shares {
+        self.shares
     }
 }
 
@@ -150,7 +170,8 @@ mod tests {
 
     #[test]
     fn templates_and_small_dictionary_learn_at_their_own_intervals() {
-        let params = VisibleParams { side: 32, update_interval: 5, small_update_interval: 20 };
+        let config = RobustConfig::default();
+        let params = VisibleParams::new(&config);
         for (sure, templates, small_dictionary) in
             [(1, false, false), (5, true, false), (19, false, false), (20, true, true)]
         {

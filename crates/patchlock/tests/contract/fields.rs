@@ -68,10 +68,8 @@ fn base(method: &Method, group: &str) -> TrackerConfig {
         ];
         set(&mut config, &easily_lost);
     } else if let Method::Robust(robust) = &mut config.method {
-        // The patch model learns on all frames, so also while the target is half hidden, and as much
-        // is hidden as with `paper`.
+        // The patch model learns on all frames, so also while the target is half hidden.
         (robust.first_frames, robust.lost_below, robust.rotate) = (100, 0.0, false);
-        robust.patches.epsilon = 0.08;
     }
     config
 }
@@ -249,6 +247,7 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("score_contrast", Value::from(1.0)),
         ("tracked_score", Value::from(0.01)),
         ("lost_score", Value::from(1.0)),
+        ("shown_epsilon", Value::from(0.1)),
         ("score_tracked", Value::from(1.0)),
         ("score_lost", Value::from(0.0)),
         ("visible_tracked", Value::from(1.0)),

@@ -57,3 +57,23 @@ fn score_and_visible_share_fall_while_the_target_is_hidden() {
         assert!(hidden < 0.7 * free, "share {free} while free, {hidden} while half hidden");
     }
 }
+
+/// What is reported as visible has a limit of its own, by which score and status count; the other
+/// one decides what is learned, so boxes do not change.
+#[test]
+fn what_is_reported_as_visible_has_a_limit_of_its_own() {
+    let track = |shown_epsilon: f64| -> Vec<Estimate> {
+        let mut config = TrackerConfig::default();
+        config.set("shown_epsilon", shown_epsilon).unwrap();
+        OCCLUDED.track(&config, 0..36)
+    };
+    let share = |estimate: &Estimate| estimate.visibility.as_ref().map_or(0.0, Visibility::share);
+    let (strict, mild) = (track(0.08), track(0.3));
+    let mut more = 0;
+    for (strict, mild) in strict.iter().zip(&mild) {
+        assert_eq!(strict.bbox, mild.bbox);
+        assert!(share(strict) <= share(mild) && strict.score <= mild.score, "{strict:?} {mild:?}");
+        more += usize::from(share(strict) < share(mild) && strict.score < mild.score);
+    }
+    assert!(more > strict.len() / 2, "{more} of {} frames", strict.len());
+}

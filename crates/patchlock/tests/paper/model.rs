@@ -61,7 +61,7 @@ fn a_look_is_the_visibility_of_the_weighed_candidate() {
             let before = model.memory().clone();
             for (n, candidate) in samples.chunks_exact(1024).enumerate() {
                 let (mut seen, mut expected) = (Visibility::default(), Visibility::default());
-                model.look(candidate, &mut look, &mut seen);
+                model.look(candidate, &mut look).visibility(params.likelihood.epsilon, &mut seen);
                 model.visibility(&weighed, n, &mut expected);
                 assert_eq!(seen, expected, "step {small_step}, frame {k}, candidate {n}");
                 hidden += seen.small.visible.iter().filter(|visible| !**visible).count();
@@ -69,7 +69,9 @@ fn a_look_is_the_visibility_of_the_weighed_candidate() {
             assert_eq!(*model.memory(), before);
             // Learning happens only on request.
             let mut seen = Visibility::default();
-            model.look(&samples[..1024], &mut look, &mut seen);
+            model
+                .look(&samples[..1024], &mut look)
+                .visibility(params.likelihood.epsilon, &mut seen);
             model.collect(&samples[..1024], &mut learning);
             let step = LearningStep { templates: true, small_dictionary: true };
             let learned = model.learn((&samples[..1024], &seen), step, &mut rng, &mut learning);
@@ -86,7 +88,7 @@ fn the_model_learns_only_when_the_caller_asks() {
     let before = model.memory().clone();
     let candidate = candidates(1, 1, &params);
     let (mut look, mut seen) = (LookScratch::default(), Visibility::default());
-    model.look(&candidate, &mut look, &mut seen);
+    model.look(&candidate, &mut look).visibility(params.likelihood.epsilon, &mut seen);
     let mut rng = Pcg64::new(1, 1);
     let nothing = LearningStep::default();
     let learned = model.learn((&candidate, &seen), nothing, &mut rng, &mut learning);
