@@ -2,8 +2,8 @@
 # Fuzzes the surfaces of crates/patchlock-fuzz, one after the other: run.sh [SECONDS] [TARGET...], by default
 # 30 seconds each. Needs cargo-fuzz and a nightly compiler, or PATCHLOCK_FUZZ_STABLE=1 to use the usual one.
 # PATCHLOCK_FUZZ_SANITIZER (address, or none) is the sanitizer. Inputs that were found stay in fuzz/corpus;
-# those that fail are in fuzz/artifacts, and the script ends with 1. Without the tools it prints why and ends
-# with 3.
+# those that fail are in fuzz/artifacts, and the script ends with 1. At the end it prints how many inputs
+# were tried of each surface. Without the tools it prints why and ends with 3.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -37,10 +37,12 @@ fi
 parent=/tmp
 [[ -w /dev/shm ]] && parent=/dev/shm
 scratch=$(mktemp -d "$parent/patchlock-fuzz.XXXXXX")
-trap 'rm -rf "$scratch"' EXIT
+trap 'rm -rf "$scratch" "$scratch.log"' EXIT
 
 host=$(rustc -vV | sed -n 's/^host: //p')
 failed=0
+tried=0
+summary=
 for target in "${targets[@]}"; do
     mkdir -p "fuzz/corpus/$target" "fuzz/artifacts/$target"
     longest=16384
@@ -55,8 +57,12 @@ for target in "${targets[@]}"; do
         -max_total_time="$seconds" -max_len="$longest" -timeout=10 -rss_limit_mb=1024 \
         -malloc_limit_mb=1024 -print_final_stats=1 -verbosity=0 \
         -artifact_prefix="fuzz/artifacts/$target/" \
-        "fuzz/corpus/$target" "$folder/seeds/$target"; then
+        "fuzz/corpus/$target" "$folder/seeds/$target" 2>&1 | tee "$scratch.log"; then
         failed=1
     fi
+    inputs=$(sed -n 's/^stat::number_of_executed_units: *//p' "$scratch.log")
+    tried=$((tried + ${inputs:-0}))
+    summary+=$(printf '%-20s%s' "$target" "${inputs:-ended}")$'\n'
 done
+printf '\n%s%-20s%s\n' "$summary" "all" "$tried"
 exit $failed
