@@ -9,6 +9,7 @@ pub mod advice;
 pub mod browser;
 pub mod cmd;
 pub mod failure;
+mod helper;
 pub mod interrupt;
 pub mod output;
 pub mod preview;
@@ -24,16 +25,34 @@ use std::io::{self, Write};
 
 use clap::Parser;
 
+use patchlock_media::Helper;
+
 /// Runs the whole program with this command line (program name first) and returns the exit code.
 ///
 /// It does not exit the process, so that the Python package can call it. The only exception is a
 /// second Ctrl-C; see [`interrupt`].
 pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
-    patchlock_media::silence_decoders();
+    run_with(args.into_iter().collect(), None)
+}
+
+/// Does the same for a process that has no other task. Another process of the same program may
+/// then decode the files of strangers.
+pub fn run_as_program(args: impl IntoIterator<Item = OsString>) -> u8 {
     let args: Vec<OsString> = args.into_iter().collect();
+    match helper::is_wanted(&args) {
+        true => helper::run(),
+        false => run_with(args, helper::itself()),
+    }
+}
+
+fn run_with(args: Vec<OsString>, helper: Option<Helper>) -> u8 {
+    patchlock_media::silence_decoders();
     let program = args.first().map_or("patchlock".into(), |name| name.to_string_lossy());
     let code = match cmd::Cli::try_parse_from(&args) {
-        Ok(cli) => cli.run(&program).map_or_else(|error| failure::report(&error) as u8, |()| 0),
+        Ok(cli) => {
+            let done = cli.run(&program, helper);
+            done.map_or_else(|error| failure::report(&error) as u8, |()| 0)
+        }
         Err(message) => {
             // If even this can't be printed, there is no way to report it.
             let _ = message.print();

@@ -17,22 +17,39 @@ const PAUSE: Duration = Duration::from_millis(5);
 
 /// All running processes. The thread that reads from one may still wait for it when the program
 /// ends, and then drops nothing.
-static RUNNING: Mutex<Vec<Arc<Mutex<Child>>>> = Mutex::new(Vec::new());
+static RUNNING: Mutex<Vec<Arc<Mutex<Process>>>> = Mutex::new(Vec::new());
+
+/// A process that was started.
+struct Process {
+    child: Child,
+    /// Whether it leads a group of processes, which end with it.
+    leads: bool,
+}
 
 /// A running process; it is killed when this is dropped.
-pub struct Running(Arc<Mutex<Child>>);
+pub struct Running(Arc<Mutex<Process>>);
 
 impl Running {
     pub fn new(child: Child) -> Self {
-        let child = Arc::new(Mutex::new(child));
-        locked(&RUNNING).push(Arc::clone(&child));
-        Self(child)
+        Self::of(Process { child, leads: false })
+    }
+
+    /// A process that was started [`apart`]. What it has started itself ends with it.
+    #[cfg(target_os = "linux")]
+    pub fn leader(child: Child) -> Self {
+        Self::of(Process { child, leads: true })
+    }
+
+    fn of(process: Process) -> Self {
+        let process = Arc::new(Mutex::new(process));
+        locked(&RUNNING).push(Arc::clone(&process));
+        Self(process)
     }
 
     /// Waits for the end of a process that has closed its output.
     pub fn end(&self, patience: Duration) -> io::Result<ExitStatus> {
         for _ in 0..=patience.as_millis() / PAUSE.as_millis() {
-            if let Some(status) = locked(&self.0).try_wait()? {
+            if let Some(status) = locked(&self.0).child.try_wait()? {
                 return Ok(status);
             }
             thread::sleep(PAUSE);
@@ -43,7 +60,12 @@ impl Running {
 
     /// Ends the process at once.
     pub fn kill(&self) {
-        kill(&mut locked(&self.0));
+        let _ = self.stop();
+    }
+
+    /// Ends the process at once, and says how it has ended, maybe before.
+    pub fn stop(&self) -> io::Result<ExitStatus> {
+        stop(&mut locked(&self.0))
     }
 }
 
@@ -67,15 +89,33 @@ pub fn apart(command: &mut Command) -> &mut Command {
 /// one; the videos then fail.
 pub fn stop_decoders() {
     for child in locked(&RUNNING).iter() {
-        kill(&mut locked(child));
+        let _ = stop(&mut locked(child));
     }
 }
 
-fn kill(child: &mut Child) {
-    // If it has exited already, both calls do nothing.
-    let _ = child.kill();
-    let _ = child.wait();
+fn stop(process: &mut Process) -> io::Result<ExitStatus> {
+    if process.leads {
+        kill_group(&process.child);
+    }
+    // If it has exited already, both calls change nothing.
+    let _ = process.child.kill();
+    process.child.wait()
 }
+
+/// Kills the group that a process leads. Its number is that of no other group as long as nobody has
+/// waited for the process.
+#[cfg(target_os = "linux")]
+fn kill_group(leader: &Child) {
+    use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process_group, waitid};
+    let Some(id) = i32::try_from(leader.id()).ok().and_then(Pid::from_raw) else { return };
+    let look = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
+    if waitid(WaitId::Pid(id), look).is_ok() {
+        let _ = kill_process_group(id, Signal::KILL);
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+fn kill_group(_: &Child) {}
 
 /// A panic cannot leave these values in an inconsistent state.
 fn locked<T>(value: &Mutex<T>) -> MutexGuard<'_, T> {

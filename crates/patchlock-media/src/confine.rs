@@ -13,8 +13,10 @@ const PER_PIXEL: u64 = 100;
 
 /// What a program may do.
 pub struct Allowed<'a> {
-    /// The file that it decodes.
-    pub reads: &'a Path,
+    /// Files that it reads, and folders with all that is in them.
+    pub reads: Vec<&'a Path>,
+    /// Whether it is this program, which needs no libraries but those of the system.
+    pub is_ours: bool,
     /// Folders in which it may do anything.
     pub changes: Vec<&'a Path>,
     /// The most pixels of a frame.
@@ -137,37 +139,39 @@ mod confined {
             .find(|at| at.is_file())
     }
 
-    /// Where the program and its libraries are. Nothing is known of where programs of an unusual
-    /// place have theirs.
-    fn programs(program: Option<&Path>) -> Vec<PathBuf> {
+    /// Where the program and its libraries are. Nothing is known of where other programs of an
+    /// unusual place have theirs.
+    fn programs(program: Option<&Path>, is_ours: bool) -> Vec<PathBuf> {
         let whole = program.and_then(|program| program.canonicalize().ok());
         let is_there = |whole: &PathBuf| PROGRAMS.iter().any(|folder| whole.starts_with(folder));
-        if !whole.as_ref().is_some_and(is_there) {
+        if !is_ours && !whole.as_ref().is_some_and(is_there) {
             return vec!["/".into()];
         }
         let named = ["LD_LIBRARY_PATH", "LD_PRELOAD"].map(env::var_os);
         let named = named.iter().flatten().flat_map(env::split_paths);
         let named = named.filter(|path| path.is_absolute());
-        PROGRAMS.iter().map(PathBuf::from).chain(named).collect()
+        let own = program.filter(|_| is_ours).map(Path::to_path_buf);
+        PROGRAMS.iter().map(PathBuf::from).chain(named).chain(own).collect()
     }
 
-    /// Files that may be read and changed from now on by this thread and what it starts. A program
-    /// of an unusual place may read all, and still changes nothing and connects to nothing.
+    /// Files that may be read and changed from now on by this thread and what it starts. Another
+    /// program of an unusual place may read all, and still changes nothing and connects to nothing.
     pub(super) fn keep_to_files(
         program: Option<&Path>,
         allowed: &Allowed<'_>,
     ) -> Result<RestrictionStatus, RulesetError> {
         let reading = AccessFs::from_read(RULES);
+        let looking = make_bitflags!(AccessFs::{ReadFile | ReadDir});
         let null = make_bitflags!(AccessFs::{ReadFile | WriteFile});
         Ruleset::default()
             .handle_access(AccessFs::from_all(RULES))?
             .handle_access(AccessNet::from_all(RULES))?
             .scope(Scope::from_all(RULES))?
             .create()?
-            .add_rules(path_beneath_rules(programs(program), reading))?
-            .add_rules(path_beneath_rules(LOADING, make_bitflags!(AccessFs::{ReadFile | ReadDir})))?
+            .add_rules(path_beneath_rules(programs(program, allowed.is_ours), reading))?
+            .add_rules(path_beneath_rules(LOADING, looking))?
             .add_rules(path_beneath_rules(["/dev/null"], null))?
-            .add_rules(path_beneath_rules([allowed.reads], make_bitflags!(AccessFs::{ReadFile})))?
+            .add_rules(path_beneath_rules(&allowed.reads, looking))?
             .add_rules(path_beneath_rules(&allowed.changes, AccessFs::from_all(RULES)))?
             .restrict_self()
     }
@@ -212,9 +216,13 @@ pub mod tests {
 
     use super::*;
 
+    fn of<'a>(file: &'a Path, changes: Vec<&'a Path>, pixels: usize) -> Allowed<'a> {
+        Allowed { reads: vec![file], is_ours: false, changes, pixels }
+    }
+
     /// Whether the kernel keeps all the rules for files.
     pub fn files_are_kept() -> bool {
-        let nothing = Allowed { reads: Path::new("/dev/null"), changes: Vec::new(), pixels: 1 };
+        let nothing = of(Path::new("/dev/null"), Vec::new(), 1);
         let status = std::thread::spawn(move || confined::keep_to_files(None, &nothing)).join();
         let enforced = status.unwrap().unwrap().ruleset == RulesetStatus::FullyEnforced;
         if !enforced {
@@ -244,7 +252,7 @@ pub mod tests {
         }
         std::os::unix::fs::symlink(at("secret"), at("own/link")).unwrap();
         let (video, own) = (at("video"), at("own"));
-        let allowed = Allowed { reads: &video, changes: vec![&own], pixels: 1 };
+        let allowed = of(&video, vec![&own], 1);
         let here = folder.path().display();
         let script = format!(
             "cd {here}/own; cat ../video ../secret link; echo x > new; cat new; ls ..
@@ -267,7 +275,8 @@ pub mod tests {
         let at = |name: &str| folder.path().join(name);
         fs::write(at("library"), "library").unwrap();
         fs::copy("/bin/sh", at("shell")).unwrap();
-        let allowed = Allowed { reads: &at("video"), changes: Vec::new(), pixels: 1 };
+        let video = at("video");
+        let allowed = of(&video, Vec::new(), 1);
         let script = format!("cd {}; cat library; echo x > library", folder.path().display());
         assert_eq!(said(at("shell").to_str().unwrap(), &script, &allowed), "library");
         assert_eq!(fs::read_to_string(at("library")).unwrap(), "library");
@@ -285,8 +294,7 @@ pub mod tests {
             "echo begins; (echo > /dev/tcp/127.0.0.1/{tcp}) && echo tcp
              (echo > /dev/udp/127.0.0.1/{udp}) && echo udp"
         );
-        let file = Path::new("/dev/null");
-        let allowed = Allowed { reads: file, changes: Vec::new(), pixels: 1 };
+        let allowed = of(Path::new("/dev/null"), Vec::new(), 1);
         assert_eq!(said("/bin/bash", &script, &allowed), "begins\n");
         let free = Command::new("/bin/bash").args(["-c", &script]).output().unwrap().stdout;
         assert!(String::from_utf8(free).unwrap().contains("udp"), "the script can connect");
@@ -298,8 +306,7 @@ pub mod tests {
         let script =
             "while [ $(ulimit -d) = unlimited ]; do sleep 0.01; done; ulimit -d; ulimit -c";
         let file = Path::new("/dev/null");
-        let kept =
-            |pixels| said("sh", script, &Allowed { reads: file, changes: Vec::new(), pixels });
+        let kept = |pixels| said("sh", script, &of(file, Vec::new(), pixels));
         assert_eq!(kept(10 << 20), format!("{}\n0\n", (2 << 20) + (1000 << 10)));
         assert_eq!(kept(20 << 20), format!("{}\n0\n", (2 << 20) + (2000 << 10)));
     }

@@ -3,6 +3,8 @@
 use std::io;
 use std::path::PathBuf;
 
+use serde::{Deserialize, Serialize};
+
 use crate::image_file::{EXTENSIONS, LoadError};
 use crate::limits::TooLarge;
 use crate::live;
@@ -180,7 +182,7 @@ pub enum Error {
 }
 
 /// How the data of a source are stored.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Container {
     /// Uncompressed video, with a header in text.
     Y4m,
@@ -204,7 +206,7 @@ impl Container {
 }
 
 /// Why a frame of a video cannot be read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum FrameFault {
     /// The data end early, or cannot be read from here on.
     Unreadable,

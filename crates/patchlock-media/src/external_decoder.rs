@@ -81,7 +81,9 @@ impl ExternalDecoder {
         command.args(sync).args(["-vf", &filters]);
         command.args(["-strict", "-1", "-f", "yuv4mpegpipe", "-"]);
         command.current_dir(folder.path()).stdout(Stdio::piped()).stderr(Stdio::null());
-        apart(&mut command);
+        if !program.is_of_group {
+            apart(&mut command);
+        }
         let started = program.spawn(&mut command, wanted.path, Some(folder.path()), limits);
         let mut child = started.ok()?;
         let output = child.stdout.take();

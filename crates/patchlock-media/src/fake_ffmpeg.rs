@@ -25,7 +25,7 @@ impl Fake {
         fs::write(&name, format!("#!/bin/sh\ncd '{here}'\n{script}\n")).unwrap();
         fs::set_permissions(&name, fs::Permissions::from_mode(0o755)).unwrap();
         let (patience, own) = (Duration::from_millis(500), Some(folder.path().to_path_buf()));
-        Self { folder, program: Program { name, patience, folder: own } }
+        Self { folder, program: Program { name, patience, folder: own, is_of_group: false } }
     }
 
     /// A file in the folder of the test.

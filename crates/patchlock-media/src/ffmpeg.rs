@@ -47,11 +47,13 @@ pub struct Program {
     pub(crate) patience: Duration,
     /// A folder that it may change besides that of the times. Tests have one.
     pub(crate) folder: Option<PathBuf>,
+    /// Whether it ends with the group of this process, which somebody else ends.
+    pub(crate) is_of_group: bool,
 }
 
 impl Default for Program {
     fn default() -> Self {
-        Self { name: "ffmpeg".into(), patience: limits::SILENCE, folder: None }
+        Self { name: "ffmpeg".into(), patience: limits::SILENCE, folder: None, is_of_group: false }
     }
 }
 
@@ -251,7 +253,8 @@ impl Program {
         limits: Limits,
     ) -> io::Result<Child> {
         let changes = folder.into_iter().chain(self.folder.as_deref()).collect();
-        confine::spawn(command, &Allowed { reads, changes, pixels: limits.pixels })
+        let reads = vec![reads];
+        confine::spawn(command, &Allowed { reads, is_ours: false, changes, pixels: limits.pixels })
     }
 }
 

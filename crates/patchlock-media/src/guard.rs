@@ -1,12 +1,13 @@
 //! Decoder libraries may panic on damaged data. [`decoding`] turns that into a value, so that one
 //! file does not end the program.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::panic::{self, AssertUnwindSafe, catch_unwind};
 use std::sync::Once;
 
 thread_local! {
     static DECODING: Cell<bool> = const { Cell::new(false) };
+    static AFTER_EACH: RefCell<Option<Box<dyn FnMut()>>> = const { RefCell::new(None) };
 }
 
 /// A decoder library panicked.
@@ -19,7 +20,18 @@ pub fn decoding<T>(decode: impl FnOnce() -> T) -> Result<T, Panicked> {
     let outer = DECODING.replace(true);
     let decoded = catch_unwind(AssertUnwindSafe(decode));
     DECODING.set(outer);
+    AFTER_EACH.with_borrow_mut(|call| {
+        if let Some(call) = call {
+            call();
+        }
+    });
     decoded.map_err(|_| Panicked)
+}
+
+/// Calls this from now on after each piece of work of a decoder on this thread: a picture, mostly.
+#[cfg(target_os = "linux")]
+pub fn after_each(call: impl FnMut() + 'static) {
+    AFTER_EACH.set(Some(Box::new(call)));
 }
 
 /// Keeps the panics of decoders, which become errors, from being printed; all others are printed as

@@ -13,10 +13,14 @@
 //! Files are not trusted: [`Limits`] says what they may claim, and a decoder that fails on damaged
 //! data gives an [`Error`].
 //!
+//! Where [`Limits::helper`] names a program for it, [`open_within`] leaves the decoders to that one,
+//! which the system keeps to the file of its frames.
+//!
 //! This crate does not print, read the clock, end the process or handle Ctrl-C. A caller that can
 //! be interrupted passes a check to [`Ahead::next_unless`].
 
 mod ahead;
+mod apart;
 mod child;
 pub mod colour;
 mod confine;
@@ -29,6 +33,7 @@ mod feed;
 mod ffmpeg;
 mod guard;
 mod h264;
+mod helper;
 pub mod image_file;
 mod image_parts;
 mod image_sequence;
@@ -49,10 +54,13 @@ mod source;
 mod y4m;
 
 pub use ahead::{Ahead, Next};
+#[cfg(target_os = "linux")]
+pub use apart::serve::serve;
 pub use child::stop_decoders;
 pub use error::{Container, Error, FrameFault, without_path};
 pub use feed::Feed;
 pub use guard::{Panicked, silence_decoders};
+pub use helper::Helper;
 pub use image_parts::PartsError;
 pub use limits::{Limits, MOST_FRAMES, TooLarge};
 pub use mp4_writer::Mp4Writer;

@@ -2,16 +2,23 @@
 //!
 //! Files come from strangers. A header of a few bytes can claim any number of pixels, frames or
 //! bytes, so every decoder of this crate compares such a number with the limits of this module
-//! first. The limits are far above what cameras and encoders make; only [`Limits::pixels`] can be
+//! first. The limits are far above what cameras and encoders make; only those of [`Limits`] can be
 //! changed.
 
 use std::time::Duration;
 
-/// The limits that a user may change.
+use serde::{Deserialize, Serialize};
+
+use crate::Helper;
+
+/// What a file may do, as far as a user may change it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
     /// Largest number of pixels of a frame or image, width times height.
     pub pixels: usize,
+    /// The program that decodes files of a path for [`crate::open_within`]. Without one, or on other
+    /// systems than Linux, this program does.
+    pub helper: Option<&'static Helper>,
 }
 
 impl Limits {
@@ -41,12 +48,12 @@ impl Limits {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { pixels: Self::DEFAULT_PIXELS }
+        Self { pixels: Self::DEFAULT_PIXELS, helper: None }
     }
 }
 
 /// A frame or image has more pixels than [`Limits::pixels`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, thiserror::Error)]
 #[error("{width} x {height} pixels are more than the {limit} that are accepted")]
 pub struct TooLarge {
     /// Width in pixels.
@@ -101,6 +108,10 @@ pub const PROBED_PIXELS: usize = 72_000_000;
 /// How long ffmpeg may be silent before it is stopped.
 pub const SILENCE: Duration = Duration::from_secs(60);
 
+/// How long a helper may be silent before it is stopped. It may itself wait for ffmpeg, and then
+/// decodes without it.
+pub const HELPER_SILENCE: Duration = Duration::from_secs(120);
+
 /// How long a live source may be silent before it is taken to be gone.
 pub const LIVE_SILENCE: Duration = Duration::from_secs(15);
 
@@ -137,6 +148,6 @@ mod tests {
         let limits = Limits::default();
         assert_eq!(limits.held_frames(640 * 480, 16), 16);
         assert_eq!(limits.held_frames(8192 * 4320, 16), 5);
-        assert_eq!(Limits { pixels: 1 }.held_frames(100, 16), 1);
+        assert_eq!(Limits { pixels: 1, ..limits }.held_frames(100, 16), 1);
     }
 }

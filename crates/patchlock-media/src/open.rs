@@ -8,7 +8,9 @@ use crate::limits::Limits;
 use crate::mp4_reader::{self, Mp4};
 use crate::plain_file::{self, OpenError};
 use crate::playlist::{self, is_playlist};
-use crate::{Error, FrameFault, FrameRate, FrameSource, Picture, ffmpeg, guard, image_file, y4m};
+use crate::{
+    Error, FrameFault, FrameRate, FrameSource, Picture, apart, ffmpeg, guard, image_file, y4m,
+};
 
 /// Opens a folder of images, a printf pattern, a glob, an image, a video file, or `-` for Y4M on
 /// standard input. With `reverse`, frames can be read from the last to the first.
@@ -19,7 +21,8 @@ pub fn open(name: impl AsRef<OsStr>, reverse: bool) -> Result<Box<dyn FrameSourc
     open_within(name, reverse, Limits::default())
 }
 
-/// Opens a source as [`open`] does, with other limits on what a file may claim.
+/// Opens a source as [`open`] does, with other limits on what a file may claim, or in another
+/// process, if the limits name a helper for that.
 ///
 /// # Errors
 /// As [`open`].
@@ -124,35 +127,93 @@ fn open_unguarded(
     limits: Limits,
     program: Option<ffmpeg::Program>,
 ) -> Result<Box<dyn FrameSource>, Error> {
+    let found = match apart::find(name, reverse, limits) {
+        Some(found) => found?,
+        None => find(name, reverse, limits, program.clone())?,
+    };
+    let path = Path::new(name);
+    match (found, program) {
+        (Found::Source(source), _) => Ok(source),
+        (Found::ForFfmpeg { reason, times }, Some(program)) => {
+            ffmpeg::open(path, &reason, reverse, limits, times, program)
+        }
+        (Found::ForFfmpeg { reason, .. }, None) => {
+            let reason = format!("it {reason}, which ffmpeg would read");
+            Err(Error::unreadable(path.display(), reason))
+        }
+    }
+}
+
+/// What a name leads to.
+pub enum Found {
+    /// A source that this crate reads.
+    Source(Box<dyn FrameSource>),
+    /// A file for ffmpeg.
+    ForFfmpeg {
+        /// Why it is needed, with the file as the subject.
+        reason: String,
+        /// When each frame is shown, in millionths of a second, if the file tells.
+        times: Option<Vec<i64>>,
+    },
+}
+
+impl Found {
+    fn source(source: impl FrameSource + 'static) -> Self {
+        Self::Source(Box::new(source))
+    }
+}
+
+/// Opens what this crate reads. Announced frames of it may be decoded by `program`.
+fn find(
+    name: &OsStr,
+    reverse: bool,
+    limits: Limits,
+    program: Option<ffmpeg::Program>,
+) -> Result<Found, Error> {
     if name == "-" {
-        return y4m::open_stream(std::io::stdin(), "standard input", reverse, limits, None, 0);
+        let input = std::io::stdin();
+        let stream = y4m::open_stream(input, "standard input", reverse, limits, None, 0);
+        return stream.map(Found::Source);
     }
     let path = Path::new(name);
     // An existing file or folder takes precedence over a pattern or glob of the same name.
     if path.is_dir() {
-        return Ok(Box::new(ImageSequence::folder(path)?.within(limits)));
+        return Ok(Found::source(ImageSequence::folder(path)?.within(limits)));
     }
     if path.exists() {
-        return open_file(path, reverse, limits, program);
+        return find_file(path, reverse, limits, program);
     }
     match images_of(name) {
-        Some(images) => Ok(Box::new(images?.within(limits))),
+        Some(images) => Ok(Found::source(images?.within(limits))),
         None => Err(Error::Missing { name: name.display().to_string() }),
     }
 }
 
-fn open_file(
+/// The same with decoders that may panic.
+#[cfg(target_os = "linux")]
+pub fn find_guarded(
+    name: &OsStr,
+    reverse: bool,
+    limits: Limits,
+    program: ffmpeg::Program,
+) -> Result<Found, Error> {
+    let shown = name.display().to_string();
+    let found = guard::decoding(|| find(name, reverse, limits, Some(program)));
+    match found.map_err(|panicked| Error::unreadable(&shown, panicked))?? {
+        Found::Source(source) => Ok(Found::source(Guarded { source, name: shown })),
+        found => Ok(found),
+    }
+}
+
+fn find_file(
     path: &Path,
     reverse: bool,
     limits: Limits,
     program: Option<ffmpeg::Program>,
-) -> Result<Box<dyn FrameSource>, Error> {
-    let others = |reason: &str, times| match program.clone() {
-        Some(program) => ffmpeg::open(path, reason, reverse, limits, times, program),
-        None => {
-            let reason = format!("it {reason}, which ffmpeg would read");
-            Err(Error::unreadable(path.display(), reason))
-        }
+) -> Result<Found, Error> {
+    let others = |reason: &str, times| {
+        let reason = reason.to_string();
+        Ok(Found::ForFfmpeg { reason, times })
     };
     let cannot = |error: &dyn std::fmt::Display| Error::unreadable(path.display(), error);
     let mut plain = plain_file::open(path).map_err(|error| match error {
@@ -164,10 +225,10 @@ fn open_file(
         return Err(cannot(&"the file is empty"));
     }
     if head.starts_with(y4m::MAGIC) {
-        return Ok(Box::new(y4m::Y4mFile::open(path, limits)?));
+        return Ok(Found::source(y4m::Y4mFile::open(path, limits)?));
     }
     if image_file::is_image(path) {
-        return Ok(Box::new(ImageSequence::single(path).within(limits)));
+        return Ok(Found::source(ImageSequence::single(path).within(limits)));
     }
     if is_playlist(&head) {
         return Err(Error::Playlist { path: path.to_path_buf() });
@@ -175,8 +236,8 @@ fn open_file(
     if !mp4_reader::looks_like_mp4(&head) {
         return others("is not an image, MP4 or Y4M file", None);
     }
-    match Mp4::open(path, reverse, limits, program.clone()) {
-        Ok(video) => Ok(Box::new(video)),
+    match Mp4::open(path, reverse, limits, program) {
+        Ok(video) => Ok(Found::source(video)),
         Err(mp4_reader::OpenError::Codec(codec)) => {
             let times = mp4_reader::frame_times(path);
             others(&format!("holds {codec}"), times)

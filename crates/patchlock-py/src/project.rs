@@ -46,7 +46,7 @@ impl Project {
         video: Option<PathBuf>,
         max_pixels: usize,
     ) -> PyResult<Self> {
-        let limits = Limits { pixels: max_pixels };
+        let limits = Limits { pixels: max_pixels, ..Limits::default() };
         let store = py.detach(|| Store::open_shared_within(&path, video.as_deref(), limits));
         Ok(Self { store: store.map_err(to_python)? })
     }

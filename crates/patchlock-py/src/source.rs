@@ -75,7 +75,7 @@ impl Frames {
         reconnect: f64,
     ) -> PyResult<Self> {
         let order = Order { start, end, stride, reverse };
-        let limits = Limits { pixels: max_pixels };
+        let limits = Limits { pixels: max_pixels, ..Limits::default() };
         let source = match address(source)? {
             Source::Live(address) => {
                 order.check().map_err(errors::of_media)?;

@@ -23,7 +23,7 @@ use std::sync::LazyLock;
 use anyhow::Result;
 use clap::builder::{PossibleValuesParser, RangedU64ValueParser, TypedValueParser};
 use clap::{Args, CommandFactory, Parser, Subcommand};
-use patchlock_media::Limits;
+use patchlock_media::{Helper, Limits};
 use patchlock_track::session::MOST_THREADS;
 
 /// Valid seeds. Every file format represents whole numbers up to the maximum exactly.
@@ -73,7 +73,7 @@ struct LimitArgs {
 
 impl LimitArgs {
     fn limits(&self) -> Limits {
-        Limits { pixels: self.max_pixels }
+        Limits { pixels: self.max_pixels, ..Limits::default() }
     }
 }
 
@@ -134,14 +134,15 @@ enum Command {
 }
 
 impl Cli {
-    /// Runs the subcommand. `program` is the name by which the program was called.
-    pub fn run(self, program: &str) -> Result<()> {
+    /// Runs the subcommand. `program` is the name by which the program was called; `helper` may
+    /// decode the files of strangers.
+    pub fn run(self, program: &str, helper: Option<Helper>) -> Result<()> {
         match self.command {
             Command::Track(args) => track::run(&args),
             Command::Frame(args) => frame::run(&args),
             Command::Export(args) => export::run(&args),
             Command::Demo(args) => demo::run(&args, program),
-            Command::Studio(args) => studio::run(&args),
+            Command::Studio(args) => studio::run(&args, helper),
             Command::Config(args) => config::run(&args),
             Command::Model(args) => model::run(&args),
             Command::Dataset(args) => dataset::run(&args),

@@ -7,6 +7,7 @@ use anyhow::Result;
 use clap::Args;
 use clap::builder::RangedU64ValueParser;
 use etcetera::BaseStrategy as _;
+use patchlock_media::{Helper, Limits};
 use patchlock_studio::server::{self, Options, Patience, Server};
 
 use super::settings::SettingsArgs;
@@ -84,8 +85,8 @@ pub struct StudioArgs {
     limits: LimitArgs,
 }
 
-/// Serves the page until Ctrl-C.
-pub fn run(args: &StudioArgs) -> Result<()> {
+/// Serves the page until Ctrl-C. The helper, if there is one, decodes the videos.
+pub fn run(args: &StudioArgs, helper: Option<Helper>) -> Result<()> {
     if let Some(missing) = args.videos.iter().find(|video| !video.exists()) {
         let message = format!("there is no file or folder {}", missing.display());
         return Err(usage(message).hint("name a video or a folder of images").into());
@@ -101,7 +102,11 @@ pub fn run(args: &StudioArgs) -> Result<()> {
         config,
         threads: args.threads,
         address: SocketAddr::new(args.listen, args.port),
-        limits: args.limits.limits(),
+        // There is one studio in a process.
+        limits: Limits {
+            helper: helper.map(|it| &*Box::leak(Box::new(it))),
+            ..args.limits.limits()
+        },
         patience: Patience::default(),
         strangers: server::STRANGERS,
         uploads: args.uploads.clone(),

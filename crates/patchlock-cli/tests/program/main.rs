@@ -9,6 +9,8 @@ mod export;
 mod faults;
 mod frame;
 mod help;
+#[cfg(target_os = "linux")]
+mod helper;
 mod job;
 mod live;
 mod many;

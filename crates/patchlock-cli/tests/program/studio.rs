@@ -141,6 +141,43 @@ fn a_project_is_open_in_one_program_at_a_time() {
         .stderr(contains("mine.patchlock.json is open in").and(contains(number)));
 }
 
+/// The answer for a thumbnail, around which no others are prepared.
+#[cfg(target_os = "linux")]
+fn thumbnail(studio: &Studio, number: usize) -> String {
+    let path = format!("/api/clips/1/frames/{number}?width=64");
+    let mut stream = TcpStream::connect(&studio.address).expect("connects");
+    let (host, token) = (&studio.address, &studio.token);
+    let request = format!(
+        "GET {path} HTTP/1.1\r\nHost: {host}\r\nAuthorization: Bearer {token}\r\nConnection: close\r\n\r\n"
+    );
+    stream.write_all(request.as_bytes()).expect("sends");
+    let mut answer = Vec::new();
+    stream.read_to_end(&mut answer).expect("answers");
+    String::from_utf8_lossy(&answer).into_owned()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_clip_is_decoded_in_a_process_with_walls() {
+    use crate::helper::{helpers, kill, status};
+    let bench = Bench::new();
+    bench.mp4("a.mp4", 6);
+    let studio = Studio::new(&bench, &["a.mp4"]);
+    assert!(thumbnail(&studio, 0).starts_with("HTTP/1.1 200"));
+    let started = helpers(studio.child.id());
+    assert_eq!(started.len(), 1, "one for the thumbnails");
+    assert_eq!(status(started[0], "NoNewPrivs").as_deref(), Some("1"));
+    assert!(status(started[0], "Seccomp").is_none_or(|mode| mode == "2"));
+    let limits = std::fs::read_to_string(format!("/proc/{}/limits", started[0])).unwrap();
+    let memory = limits.lines().find(|line| line.starts_with("Max data size")).unwrap();
+    assert!(!memory.contains("unlimited"), "{memory}");
+    kill(started[0]);
+    let refused = thumbnail(&studio, 1);
+    assert!(refused.starts_with("HTTP/1.1 422"), "{refused}");
+    assert!(refused.contains("the process that decodes it has ended: signal: 9"), "{refused}");
+    assert!(thumbnail(&studio, 1).starts_with("HTTP/1.1 200"));
+}
+
 #[cfg(unix)]
 #[test]
 fn control_c_ends_it_in_order() {

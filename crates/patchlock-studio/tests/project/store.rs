@@ -156,14 +156,14 @@ fn a_project_has_one_writer() {
 #[test]
 fn a_video_of_too_many_pixels_begins_no_project() {
     let place = Place::new();
-    let few = Limits { pixels: 64 * 48 - 1 };
+    let few = Limits { pixels: 64 * 48 - 1, ..Limits::default() };
     for open in [Store::open_within, Store::open_shared_within] {
         let error = open(&place.file(), Some(&place.video()), few).unwrap_err();
         assert!(error.to_string().contains("are more than the 3071"), "{error}");
     }
     assert!(!place.file().exists());
 
-    let enough = Limits { pixels: 64 * 48 };
+    let enough = Limits { pixels: 64 * 48, ..Limits::default() };
     let mut store = Store::open_within(&place.file(), Some(&place.video()), enough).unwrap();
     assert_eq!((store.project().video.width, store.limits()), (64, enough));
     fs::write(place.video().join("0000.bmp"), bmp(64, 49)).unwrap();

@@ -1,0 +1,476 @@
+//! The process that wants frames.
+
+use std::ffi::{OsStr, OsString};
+use std::fs;
+use std::io::{self, ErrorKind, Read};
+use std::path::{Path, PathBuf};
+use std::process::{ChildStdin, ChildStdout, Command, Stdio};
+use std::time::Duration;
+
+use rustix::buffer::spare_capacity;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
+use rustix::pipe::fcntl_setpipe_size;
+use tempfile::TempDir;
+
+use super::wire::{self, Kind, Reply, Request};
+use crate::child::{Running, apart};
+use crate::confine::{self, Allowed};
+use crate::image_file::is_image;
+use crate::limits::{self, Limits, MOST_FRAMES};
+use crate::open::Found;
+use crate::{Error, FrameFault, FrameRate, FrameSource, Helper, Picture, Pixels};
+
+/// What the pipe holds, if the system allows it: a frame of 640 x 480 pixels.
+const PIPE: usize = 1 << 20;
+
+/// Opens a file or a folder in a helper; `None` without one, for what is no path, and if the helper
+/// cannot be started.
+pub fn find(name: &OsStr, reverse: bool, limits: Limits) -> Option<Result<Found, Error>> {
+    let helper = limits.helper.filter(|_| Path::new(name).exists())?;
+    let asked = Asked { helper, name: name.to_os_string(), reverse, limits };
+    let mut session = Session::start(&asked).ok()?;
+    let opened = match session.open(&asked) {
+        Ok(Opened::Here(facts)) => {
+            Ok(Found::Source(Box::new(Source { asked, facts, session: Some(session) })))
+        }
+        Ok(Opened::ForFfmpeg { reason, times }) => Ok(Found::ForFfmpeg { reason, times }),
+        Err(error) => Err(error),
+    };
+    Some(opened)
+}
+
+/// What a helper is to open.
+struct Asked {
+    helper: &'static Helper,
+    name: OsString,
+    reverse: bool,
+    limits: Limits,
+}
+
+impl Asked {
+    /// What it has to read: also the images to which links in a folder lead.
+    fn files(&self) -> Vec<PathBuf> {
+        let path = PathBuf::from(&self.name);
+        let entries = fs::read_dir(&path).into_iter().flatten().flatten();
+        let links = entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_symlink()));
+        let links = links.map(|entry| entry.path());
+        let links: Vec<_> = links.filter(|link| is_image(link) && link.is_file()).collect();
+        [path].into_iter().chain(links).collect()
+    }
+
+    /// Another helper in place of one that has failed.
+    fn again(&self) -> Result<Session, Error> {
+        let unreadable = |reason| Error::unreadable(self.shown(), reason);
+        let mut session = Session::start(self).map_err(|error| {
+            unreadable(format!("the process that decodes it does not start: {error}"))
+        })?;
+        match session.open(self)? {
+            Opened::Here(_) => Ok(session),
+            Opened::ForFfmpeg { .. } => Err(unreadable("the file has changed".to_string())),
+        }
+    }
+
+    fn shown(&self) -> String {
+        self.name.display().to_string()
+    }
+}
+
+/// What is known of a source once it is open.
+#[derive(Clone, Copy)]
+struct Facts {
+    length: Option<usize>,
+    rate: Option<FrameRate>,
+    sound: bool,
+}
+
+enum Opened {
+    Here(Facts),
+    ForFfmpeg { reason: String, times: Option<Vec<i64>> },
+}
+
+/// Why there is no answer.
+enum Failure {
+    /// The reader says so.
+    Told(Error),
+    /// The helper has failed.
+    Lost(io::Error),
+}
+
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        Self::Lost(error)
+    }
+}
+
+/// A file that a helper decodes.
+struct Source {
+    asked: Asked,
+    facts: Facts,
+    /// `None` after the helper has failed. The next frame starts another one.
+    session: Option<Session>,
+}
+
+impl FrameSource for Source {
+    fn length(&self) -> Option<usize> {
+        self.facts.length
+    }
+
+    fn rate(&self) -> Option<FrameRate> {
+        self.facts.rate
+    }
+
+    fn has_sound(&self) -> bool {
+        self.facts.sound
+    }
+
+    fn announce(&mut self, first: usize, span: usize) {
+        if let Some(session) = &mut self.session {
+            // A helper that has failed is noticed at the next frame.
+            let _ = wire::send(&mut session.input, &Request::Announce { first, span }, &[]);
+        }
+    }
+
+    fn frame(&mut self, index: usize) -> Result<Option<Picture>, Error> {
+        let mut session = match self.session.take() {
+            Some(session) => session,
+            None => self.asked.again()?,
+        };
+        let frame = session.frame(index, self.asked.limits);
+        match frame {
+            Err(Failure::Lost(error)) => {
+                let (name, fault) = (self.asked.shown(), FrameFault::Unreadable);
+                Err(Error::Frame { index, name, fault, reason: session.lost(&error) })
+            }
+            Err(Failure::Told(error)) => {
+                self.session = Some(session);
+                Err(error)
+            }
+            Ok(frame) => {
+                self.session = Some(session);
+                Ok(frame)
+            }
+        }
+    }
+}
+
+/// A running helper. What it says is not trusted.
+struct Session {
+    running: Running,
+    input: ChildStdin,
+    output: Patient,
+    /// Its folder of temporary files, removed after its end.
+    _folder: TempDir,
+}
+
+impl Session {
+    /// Starts a helper that may read what is asked for.
+    fn start(asked: &Asked) -> io::Result<Self> {
+        let folder = tempfile::tempdir()?;
+        let files = asked.files();
+        let mut command = Command::new(&asked.helper.program);
+        // What it would print could command the terminal.
+        command.args(&asked.helper.arguments).env("TMPDIR", folder.path()).stderr(Stdio::null());
+        apart(command.stdin(Stdio::piped()).stdout(Stdio::piped()));
+        let allowed = Allowed {
+            reads: files.iter().map(PathBuf::as_path).collect(),
+            is_ours: true,
+            changes: vec![folder.path()],
+            pixels: asked.limits.pixels,
+        };
+        let mut child = confine::spawn(&mut command, &allowed)?;
+        let (input, output) = (child.stdin.take(), child.stdout.take());
+        let running = Running::leader(child);
+        let (Some(input), Some(output)) = (input, output) else {
+            return Err(io::Error::other("it has no pipes"));
+        };
+        // It then waits less often.
+        let _ = fcntl_setpipe_size(&output, PIPE);
+        let mut output = Patient { pipe: output, patience: asked.helper.patience };
+        let mut hello = [0; wire::HELLO.len()];
+        output.read_exact(&mut hello)?;
+        if hello != wire::HELLO {
+            return Err(ErrorKind::InvalidData.into());
+        }
+        Ok(Self { running, input, output, _folder: folder })
+    }
+
+    fn open(&mut self, asked: &Asked) -> Result<Opened, Error> {
+        self.try_open(asked).map_err(|failure| match failure {
+            Failure::Told(error) => error,
+            Failure::Lost(error) => Error::unreadable(asked.shown(), self.lost(&error)),
+        })
+    }
+
+    fn try_open(&mut self, asked: &Asked) -> Result<Opened, Failure> {
+        let (name, reverse) = (asked.name.clone(), asked.reverse);
+        let open = Request::Open { name, reverse, pixels: asked.limits.pixels };
+        match self.ask(&open)? {
+            Reply::Opened { length, rate, sound } => {
+                if length.is_some_and(|length| length > MOST_FRAMES) {
+                    return Err(nonsense());
+                }
+                let rate = rate.and_then(|(frames, seconds)| FrameRate::new(frames, seconds));
+                Ok(Opened::Here(Facts { length, rate, sound }))
+            }
+            Reply::ForFfmpeg { reason, times } => {
+                let bytes = fs::metadata(&asked.name)?.len();
+                let times = match times {
+                    Some(count) if count as u64 > limits::frames(bytes) => return Err(nonsense()),
+                    Some(count) => Some(self.output.times(count)?),
+                    None => None,
+                };
+                Ok(Opened::ForFfmpeg { reason, times })
+            }
+            Reply::Failed(told) => Err(Failure::Told(told.into())),
+            Reply::Frame { .. } | Reply::End => Err(nonsense()),
+        }
+    }
+
+    fn frame(&mut self, index: usize, limits: Limits) -> Result<Option<Picture>, Failure> {
+        let (width, height, kind, time) = match self.ask(&Request::Frame(index))? {
+            Reply::Frame { width, height, kind, time } => (width, height, kind, time),
+            Reply::End => return Ok(None),
+            Reply::Failed(told) => return Err(Failure::Told(told.into())),
+            Reply::Opened { .. } | Reply::ForFfmpeg { .. } => return Err(nonsense()),
+        };
+        if width == 0 || height == 0 || limits.check(width, height).is_err() {
+            return Err(nonsense());
+        }
+        let bytes = self.output.bytes((width * height).saturating_mul(kind.bytes()))?;
+        let pixels = match kind {
+            Kind::Grey8 => Pixels::Grey8(bytes),
+            Kind::Rgb8 => Pixels::Rgb8(bytes),
+            Kind::Grey16 => {
+                let (pairs, _) = bytes.as_chunks();
+                Pixels::Grey16(pairs.iter().map(|&pair| u16::from_ne_bytes(pair)).collect())
+            }
+        };
+        Ok(Some(Picture::new(width, height, pixels).at(time)))
+    }
+
+    fn ask(&mut self, request: &Request) -> io::Result<Reply> {
+        wire::send(&mut self.input, request, &[])?;
+        wire::receive(&mut self.output)
+    }
+
+    /// Ends a helper that has failed, and says how it did.
+    fn lost(&self, error: &io::Error) -> String {
+        let status = self.running.stop();
+        let patience = self.output.patience.as_secs_f64();
+        let what = match error.kind() {
+            ErrorKind::TimedOut => format!("wrote nothing for {patience} s and was stopped"),
+            ErrorKind::UnexpectedEof | ErrorKind::BrokenPipe => match status {
+                Ok(status) => format!("has ended: {status}"),
+                Err(error) => format!("has ended: {error}"),
+            },
+            _ => format!("gave no valid answer: {error}"),
+        };
+        format!("the process that decodes it {what}")
+    }
+}
+
+fn nonsense() -> Failure {
+    Failure::Lost(io::Error::new(ErrorKind::InvalidData, "it claims too much"))
+}
+
+/// The output of a process. A time without a byte is an error of the kind `TimedOut`.
+struct Patient {
+    pipe: ChildStdout,
+    patience: Duration,
+}
+
+impl Patient {
+    /// Reads so many bytes. Memory is taken as they come.
+    fn bytes(&mut self, count: usize) -> io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        bytes.try_reserve_exact(count)?;
+        while bytes.len() < count {
+            self.wait()?;
+            match rustix::io::read(&self.pipe, spare_capacity(&mut bytes)) {
+                Ok(0) => return Err(ErrorKind::UnexpectedEof.into()),
+                Ok(_) | Err(Errno::INTR) => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+        // Nothing may follow what was asked for.
+        if bytes.len() > count { Err(ErrorKind::InvalidData.into()) } else { Ok(bytes) }
+    }
+
+    /// Reads so many times.
+    fn times(&mut self, count: usize) -> io::Result<Vec<i64>> {
+        let bytes = self.bytes(count.saturating_mul(size_of::<i64>()))?;
+        let (times, _) = bytes.as_chunks();
+        Ok(times.iter().map(|&time| i64::from_ne_bytes(time)).collect())
+    }
+
+    /// Waits until there is something to read, or the end.
+    fn wait(&self) -> io::Result<()> {
+        let patience = Timespec::try_from(self.patience).map_err(io::Error::other)?;
+        loop {
+            let mut pipes = [PollFd::new(&self.pipe, PollFlags::IN)];
+            match poll(&mut pipes, Some(&patience)) {
+                Ok(0) => return Err(ErrorKind::TimedOut.into()),
+                Ok(_) => return Ok(()),
+                Err(Errno::INTR) => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+    }
+}
+
+impl Read for Patient {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.wait()?;
+        self.pipe.read(buffer)
+    }
+}
+
+/// Tests with scripts in place of a helper. The tests of the program have a true one.
+#[cfg(test)]
+mod tests {
+    use std::net::TcpListener;
+    use std::os::unix::fs::symlink;
+    use std::slice;
+
+    use super::*;
+    use crate::apart::told::Told;
+    use crate::confine::tests::files_are_kept;
+    use crate::open_within;
+
+    const HELLO: &str = "printf 'patchlock helper'";
+
+    /// Limits with this script as the helper.
+    fn limits(script: &str) -> Limits {
+        let helper = Helper::new("/bin/bash", ["-c", script]);
+        let helper = Box::leak(Box::new(Helper { patience: Duration::from_secs(3), ..helper }));
+        Limits { helper: Some(helper), ..Limits::default() }
+    }
+
+    /// The error of a file with this script.
+    fn error(file: &Path, script: &str) -> String {
+        match find(file.as_os_str(), false, limits(script)) {
+            Some(Ok(Found::Source(mut source))) => source.frame(0).unwrap_err().to_string(),
+            Some(Err(error)) => error.to_string(),
+            _ => panic!("the helper was not started"),
+        }
+    }
+
+    #[test]
+    fn a_helper_reads_one_file_changes_none_and_connects_to_nothing() {
+        if !files_are_kept() {
+            return;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        ["clip", "secret"].map(|name| fs::write(at(name), name).unwrap());
+        let server = TcpListener::bind("127.0.0.1:0").unwrap();
+        let script = format!(
+            "cd {}; n=0; exec 2> /dev/null
+             cat clip > /dev/null && n=1
+             cat secret > /dev/null && n=$((n + 2))
+             (echo x > new) && n=$((n + 4))
+             (echo > /dev/tcp/127.0.0.1/{}) && n=$((n + 8))
+             {HELLO}; exit $n",
+            folder.path().display(),
+            server.local_addr().unwrap().port()
+        );
+        let error = error(&at("clip"), &script);
+        assert!(
+            error.ends_with("the process that decodes it has ended: exit status: 1"),
+            "{error}"
+        );
+        let free = Command::new("/bin/bash").args(["-c", &script]).output().unwrap();
+        assert_eq!(free.status.code(), Some(15), "without walls, the script does all of it");
+    }
+
+    #[test]
+    fn a_helper_reads_a_folder_and_the_images_to_which_its_links_lead() {
+        if !files_are_kept() {
+            return;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("f")).unwrap();
+        ["f/0.png", "1.png", "key"].map(|name| fs::write(at(name), name).unwrap());
+        ["1.png", "key"].map(|name| symlink(at(name), at("f").join(name)).unwrap());
+        let script = format!(
+            "cd {}; n=0; exec 2> /dev/null
+             cat f/0.png > /dev/null && n=1
+             cat f/1.png > /dev/null && n=$((n + 2))
+             cat f/key > /dev/null && n=$((n + 4))
+             {HELLO}; exit $n",
+            at("").display()
+        );
+        let error = error(&at("f"), &script);
+        assert!(error.ends_with("exit status: 3"), "{error}");
+    }
+
+    #[test]
+    fn a_silent_helper_is_stopped_with_what_it_has_started() {
+        let folder = tempfile::tempdir().unwrap();
+        let clip = folder.path().join("clip");
+        fs::write(&clip, "clip").unwrap();
+        // The name of the clip tells the process apart from all others.
+        let started = format!("tail -f '{}'", clip.display());
+        let error = error(&clip, &format!("{HELLO}; {started} > /dev/null & wait"));
+        assert!(error.ends_with("decodes it wrote nothing for 3 s and was stopped"), "{error}");
+        let name = clip.as_os_str().as_encoded_bytes();
+        let runs = fs::read_dir("/proc").unwrap().flatten().any(|entry| {
+            let line = fs::read(entry.path().join("cmdline")).unwrap_or_default();
+            line.starts_with(b"tail") && line.windows(name.len()).any(|part| part == name)
+        });
+        assert!(!runs, "{started}");
+    }
+
+    #[test]
+    fn what_a_helper_claims_is_not_believed() {
+        let folder = tempfile::tempdir().unwrap();
+        let clip = folder.path().join("clip");
+        // The file is what the helper says.
+        let script = format!("{HELLO}; cat '{}'; exec sleep 60", clip.display());
+        let said = |replies: &[Reply], after: &[u8]| {
+            let mut bytes = Vec::new();
+            for reply in replies {
+                wire::send(&mut bytes, reply, &[]).unwrap();
+            }
+            fs::write(&clip, [&bytes, after].concat()).unwrap();
+            error(&clip, &script)
+        };
+        let opened =
+            |length| Reply::Opened { length: Some(length), rate: Some((0, 0)), sound: true };
+        let frame = |width, height| Reply::Frame { width, height, kind: Kind::Rgb8, time: None };
+        let times = Reply::ForFfmpeg { reason: "is odd".into(), times: Some(1 << 40) };
+        let path = OsString::from("a");
+        let told = Reply::Failed(Told::Endless { path });
+        assert_eq!(said(slice::from_ref(&told), &[]), "a is a pipe or a device, not a file");
+        let lies: [(&[Reply], &[u8]); 8] = [
+            (&[opened(usize::MAX)], &[]),
+            (&[times], &[]),
+            (&[Reply::End], &[]),
+            (&[], &[255; 9]),
+            (&[], b"\x02\0\0\0[]"),
+            (&[opened(9), frame(1 << 20, 1 << 20)], &[]),
+            (&[opened(9), frame(0, 7)], &[]),
+            (&[opened(9), frame(1, 1)], b"more than a pixel"),
+        ];
+        for (number, (replies, after)) in lies.into_iter().enumerate() {
+            let error = said(replies, after);
+            assert!(error.contains("decodes it gave no valid answer"), "{number}: {error}");
+        }
+    }
+
+    #[test]
+    fn without_a_helper_that_starts_files_are_decoded_here() {
+        let folder = tempfile::tempdir().unwrap();
+        let image = folder.path().join("a.png");
+        image::GrayImage::new(3, 2).save(&image).unwrap();
+        let nowhere = Box::leak(Box::new(Helper::new("/nowhere", ["a"])));
+        let nowhere = Limits { helper: Some(nowhere), ..Limits::default() };
+        for limits in [nowhere, limits("exit 1"), limits("echo something else than it should")] {
+            assert!(find(image.as_os_str(), false, limits).is_none());
+            let frame = open_within(&image, false, limits).unwrap().frame(0).unwrap().unwrap();
+            assert_eq!((frame.width, frame.height), (3, 2));
+        }
+    }
+}

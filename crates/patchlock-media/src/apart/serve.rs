@@ -1,0 +1,82 @@
+//! The process that decodes.
+
+use std::fs::File;
+use std::io::{self, Write};
+use std::os::fd::AsFd;
+
+use super::told::Told;
+use super::wire::{self, Kind, Reply, Request};
+use crate::open::{Found, find_guarded};
+use crate::{Error, FrameSource, Limits, Picture, Pixels, ffmpeg, guard};
+
+/// Pictures that are decoded between two signs of life.
+const LIFE: usize = 32;
+
+/// Decodes one file for the program that has started this one as a [`Helper`](crate::Helper), until
+/// that wants no more. Nothing else may use standard input and output.
+///
+/// # Errors
+/// An error of the two, or of a request that is none.
+pub fn serve() -> io::Result<()> {
+    let mut input = File::from(io::stdin().as_fd().try_clone_to_owned()?);
+    let mut output = File::from(io::stdout().as_fd().try_clone_to_owned()?);
+    output.write_all(&wire::HELLO)?;
+    let Request::Open { name, reverse, pixels } = wire::receive(&mut input)? else {
+        return Err(io::ErrorKind::InvalidData.into());
+    };
+    let (mut life, mut count) = (output.try_clone()?, 0_usize);
+    guard::after_each(move || {
+        count += 1;
+        if count.is_multiple_of(LIFE) {
+            // If nobody listens, the reply says so.
+            let _ = wire::send_life(&mut life);
+        }
+    });
+    let limits = Limits { pixels, helper: None };
+    let program = ffmpeg::Program { is_of_group: true, ..ffmpeg::Program::default() };
+    let mut source = match find_guarded(&name, reverse, limits, program) {
+        Ok(Found::Source(source)) => source,
+        Ok(Found::ForFfmpeg { reason, times }) => {
+            let reply = Reply::ForFfmpeg { reason, times: times.as_ref().map(Vec::len) };
+            let times = times.unwrap_or_default();
+            let times: Vec<u8> = times.into_iter().flat_map(i64::to_ne_bytes).collect();
+            return wire::send(&mut output, &reply, &times);
+        }
+        Err(error) => {
+            let told = Told::of(error, &name.to_string_lossy());
+            return wire::send(&mut output, &Reply::Failed(told), &[]);
+        }
+    };
+    let rate = source.rate().map(|rate| (rate.frames, rate.seconds));
+    let opened = Reply::Opened { length: source.length(), rate, sound: source.has_sound() };
+    wire::send(&mut output, &opened, &[])?;
+    loop {
+        match wire::receive(&mut input) {
+            Ok(Request::Announce { first, span }) => source.announce(first, span),
+            Ok(Request::Frame(index)) => {
+                let frame = source.frame(index);
+                answer(&mut output, frame, &name.to_string_lossy())?;
+            }
+            Ok(Request::Open { .. }) => return Err(io::ErrorKind::InvalidData.into()),
+            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(()),
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+fn answer(output: &mut File, frame: Result<Option<Picture>, Error>, name: &str) -> io::Result<()> {
+    let Picture { width, height, pixels, time } = match frame {
+        Ok(Some(picture)) => picture,
+        Ok(None) => return wire::send(output, &Reply::End, &[]),
+        Err(error) => return wire::send(output, &Reply::Failed(Told::of(error, name)), &[]),
+    };
+    let head = |kind| Reply::Frame { width, height, kind, time };
+    match pixels {
+        Pixels::Grey8(grey) => wire::send(output, &head(Kind::Grey8), &grey),
+        Pixels::Rgb8(rgb) => wire::send(output, &head(Kind::Rgb8), &rgb),
+        Pixels::Grey16(grey) => {
+            let bytes: Vec<u8> = grey.into_iter().flat_map(u16::to_ne_bytes).collect();
+            wire::send(output, &head(Kind::Grey16), &bytes)
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! Errors on their way from one process to another.
+
+use std::ffi::OsString;
+use std::io;
+
+use serde::{Deserialize, Serialize};
+
+use crate::image_file::LoadError;
+use crate::limits::TooLarge;
+use crate::{Container, Error, FrameFault};
+
+/// An error of a reader of this crate, with all that its message and its advice need.
+#[derive(Serialize, Deserialize)]
+pub enum Told {
+    Missing { name: String },
+    Endless { path: OsString },
+    Playlist { path: OsString },
+    NoImages { folder: OsString, inner: Option<OsString> },
+    NoVideo { name: String },
+    TooLarge { what: String, size: TooLarge },
+    Unreadable { name: String, container: Option<Container>, reason: String },
+    Image { index: usize, file: OsString, reason: String },
+    Frame { index: usize, name: String, fault: FrameFault, reason: String },
+}
+
+impl Told {
+    /// The error of a source of this name.
+    pub fn of(error: Error, source: &str) -> Self {
+        match error {
+            Error::Missing { name } => Self::Missing { name },
+            Error::Endless { path } => Self::Endless { path: path.into() },
+            Error::Playlist { path } => Self::Playlist { path: path.into() },
+            Error::NoImages { folder, inner } => {
+                Self::NoImages { folder: folder.into(), inner: inner.map(Into::into) }
+            }
+            Error::NoVideo { name } => Self::NoVideo { name },
+            Error::TooLarge { what, size } => Self::TooLarge { what, size },
+            Error::Unreadable { name, container, reason } => {
+                Self::Unreadable { name, container, reason }
+            }
+            Error::Image { index, file, reason } => {
+                Self::Image { index, file: file.into(), reason: reason.to_string() }
+            }
+            Error::Frame { index, name, fault, reason } => {
+                Self::Frame { index, name, fault, reason }
+            }
+            // The others are not of the readers of files.
+            error => Self::Unreadable {
+                name: source.to_string(),
+                container: None,
+                reason: error.to_string(),
+            },
+        }
+    }
+}
+
+impl From<Told> for Error {
+    fn from(told: Told) -> Self {
+        match told {
+            Told::Missing { name } => Self::Missing { name },
+            Told::Endless { path } => Self::Endless { path: path.into() },
+            Told::Playlist { path } => Self::Playlist { path: path.into() },
+            Told::NoImages { folder, inner } => {
+                Self::NoImages { folder: folder.into(), inner: inner.map(Into::into) }
+            }
+            Told::NoVideo { name } => Self::NoVideo { name },
+            Told::TooLarge { what, size } => Self::TooLarge { what, size },
+            Told::Unreadable { name, container, reason } => {
+                Self::Unreadable { name, container, reason }
+            }
+            Told::Image { index, file, reason } => {
+                let reason = LoadError::File(io::Error::other(reason));
+                Self::Image { index, file: file.into(), reason }
+            }
+            Told::Frame { index, name, fault, reason } => {
+                Self::Frame { index, name, fault, reason }
+            }
+        }
+    }
+}
