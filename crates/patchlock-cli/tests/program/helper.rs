@@ -96,8 +96,8 @@ fn a_helper_gives_the_frames_and_the_errors_of_the_readers() {
     fs::write(bench.path("list.webm"), "#EXTM3U\n#EXTINF:9,\na.ts\n").unwrap();
     fs::write(bench.path("odd.webm"), "neither an image nor a video").unwrap();
     let mut mp4 = fs::read(bench.path("a.mp4")).unwrap();
-    let middle = mp4.windows(4).position(|four| four == b"mdat").unwrap() + 2000;
-    mp4[middle..middle + 300].fill(0x55);
+    let middle = mp4.windows(4).position(|four| four == b"mdat").unwrap() + 300;
+    mp4[middle..middle + 60].fill(0x55);
     fs::write(bench.path("damaged.mp4"), &mp4).unwrap();
     fs::write(bench.path("cut.mp4"), &mp4[..600]).unwrap();
     let names = [
@@ -172,8 +172,9 @@ fn ffmpeg_is_within_the_walls_of_a_helper_and_ends_with_it() {
     let started = children(helper_of(&file));
     assert_eq!(started.len(), 1, "its ffmpeg");
     // Walls of its own, and those around the helper.
-    let filters = status(started[0], "Seccomp_filters");
-    assert!(filters.is_none_or(|filters| filters == "2"));
+    let filters = |number| -> Option<u32> { status(number, "Seccomp_filters")?.parse().ok() };
+    let [own, around] = [filters(started[0]), filters(helper_of(&file))];
+    assert!(own > around || own.is_none(), "{own:?} {around:?}");
     for frame in apart.by_ref().take(40) {
         let (k, picture) = frame.unwrap();
         assert!(Some(picture) == here.frame(k).unwrap(), "frame {k}");

@@ -7,7 +7,7 @@ use std::os::fd::AsFd;
 use super::told::Told;
 use super::wire::{self, Kind, Reply, Request};
 use crate::open::{Found, find_guarded};
-use crate::{Error, FrameSource, Limits, Picture, Pixels, ffmpeg, guard};
+use crate::{Error, Limits, Picture, Pixels, ffmpeg, guard};
 
 /// Pictures that are decoded between two signs of life.
 const LIFE: usize = 32;
