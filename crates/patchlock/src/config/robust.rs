@@ -137,17 +137,17 @@ group! {
         /// relative to its response at the box, exceeds the visible share by less than this.
         scale_below: f64 = 0.89, number(-1.0, 10.0);
         /// Constant term of the score, a logistic function of a weighted sum.
-        score_bias: f64 = -3.2, number(-100.0, 100.0);
+        score_bias: f64 = -2.2, number(-100.0, 100.0);
         /// Rate of the mean visible share in the score; the share is 0 while the target is lost.
         score_rate: f64 = 0.02, number(0.0, 1.0);
         /// Weight of the mean visible share in the score.
-        score_visible: f64 = 5.3, number(-100.0, 100.0);
+        score_visible: f64 = 4.4, number(-100.0, 100.0);
         /// Weight in the score of the memory's strongest response away from the box, relative to
         /// its response at the box.
-        score_elsewhere: f64 = -3.5, number(-100.0, 100.0);
+        score_elsewhere: f64 = -3.9, number(-100.0, 100.0);
         /// Weight in the score of how well colours tell the target from what is around it, relative
         /// to the first frame.
-        score_contrast: f64 = 3.0, number(-100.0, 100.0);
+        score_contrast: f64 = 3.1, number(-100.0, 100.0);
         /// A patch is reported as visible, and counts for score and status, when the squared error
         /// of its own-location code is below this. What is learned, and whether the target is
         /// covered, is decided with the stricter `epsilon`.
@@ -202,16 +202,16 @@ group! {
         /// logarithm.
         found_alone: f64 = 1.2, number(-100.0, 100.0);
         /// Constant term of the score if there is a network.
-        network_score_bias: f64 = -3.9, number(-100.0, 100.0);
+        network_score_bias: f64 = -3.7, number(-100.0, 100.0);
         /// Weight of the mean visible share in the score if there is a network.
-        network_score_visible: f64 = 2.8, number(-100.0, 100.0);
+        network_score_visible: f64 = 2.6, number(-100.0, 100.0);
         /// Weight in the score of how well colours tell the target from what is around it, relative
         /// to the first frame, if there is a network.
         network_score_contrast: f64 = 2.6, number(-100.0, 100.0);
         /// Weight of the logarithm of the network's odds in the score.
         network_score_odds: f64 = 0.7, number(-100.0, 100.0);
         /// Added to the score's sum if filters and network agree.
-        network_score_agrees: f64 = 1.1, number(-100.0, 100.0);
+        network_score_agrees: f64 = 1.2, number(-100.0, 100.0);
     }
 }
 
