@@ -76,4 +76,5 @@ if [[ $target == *-linux-gnu && $profile == release ]] && cargo deb --version >/
     deb=$(cargo deb --quiet --no-build --no-strip --locked --target "$target" -p patchlock-cli --output "$out/")
     files+=("$(basename "$deb")")
 fi
+[ "$profile" = release ] || echo "compiled with the profile $profile, not for a release" >&2
 cd "$out" && sha256sum "${files[@]}"

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # Builds the program for other systems and tries each one that can be run here: on another processor by qemu
-# (package qemu-user, and libc6-arm64-cross for glibc), as a program of Windows by wine. It renders and tracks the
-# demo, tracks the demo's video as the program of this machine does, and writes its pages, all in a folder with a
-# space in its name. Prints a row of a table for each target; the boxes are compared with those of this machine.
-# The arguments are targets, those of a release if there are none.
+# (package qemu-user, and libc6-arm64-cross for glibc), as a program of Windows by wine. That of Debian 12 is too old:
+# it lacks bcryptprimitives.dll, without which no program in Rust starts; that of Debian 13 has it. The program renders
+# and tracks the demo, tracks the demo's video as the program of this machine does, and writes its pages, all in a
+# folder with a space in its name. Prints a row of a table for each target; the boxes are compared with those of this
+# machine. The arguments are targets, those of a release if there are none.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 out=$PWD/target/release-files
