@@ -386,7 +386,7 @@ mod tests {
     }
 
     const RECONNECT: Options = Options {
-        limits: Limits { pixels: 1000, ..Limits::default() },
+        limits: Limits { pixels: 1000, helper: None },
         start: 0,
         end: None,
         reconnect: Duration::from_millis(900),
