@@ -61,8 +61,10 @@ cp -r target/man target/completions "$out/$name"
 files=()
 case $target in
     *-windows-*)
-        (cd "$out" && find "$name" -exec touch --date="@$SOURCE_DATE_EPOCH" {} + && find "$name" | sort |
-            zip --quiet -X -@ "$name.zip")
+        # The archive has the local time, and the permissions that the system gives new files.
+        (cd "$out" && rm -f "$name.zip" && find "$name" -exec chmod go=rX,u+rw {} + \
+            -exec touch --date="@$SOURCE_DATE_EPOCH" {} + && find "$name" | LC_ALL=C sort |
+            TZ=UTC zip --quiet -X -@ "$name.zip")
         files+=("$name.zip")
         ;;
     *)
