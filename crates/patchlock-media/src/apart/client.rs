@@ -363,7 +363,9 @@ mod tests {
         }
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
-        ["clip", "secret"].map(|name| fs::write(at(name), name).unwrap());
+        for name in ["clip", "secret"] {
+            fs::write(at(name), name).unwrap();
+        }
         let server = TcpListener::bind("127.0.0.1:0").unwrap();
         let script = format!(
             "cd {}; n=0; exec 2> /dev/null
@@ -392,8 +394,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         fs::create_dir(at("f")).unwrap();
-        ["f/0.png", "1.png", "key"].map(|name| fs::write(at(name), name).unwrap());
-        ["1.png", "key"].map(|name| symlink(at(name), at("f").join(name)).unwrap());
+        for name in ["f/0.png", "1.png", "key"] {
+            fs::write(at(name), name).unwrap();
+        }
+        for name in ["1.png", "key"] {
+            symlink(at(name), at("f").join(name)).unwrap();
+        }
         let script = format!(
             "cd {}; n=0; exec 2> /dev/null
              cat f/0.png > /dev/null && n=1
