@@ -12,6 +12,10 @@ const BASE: u64 = 2 << 30;
 const PER_PIXEL: u64 = 100;
 
 /// What a program may do.
+#[cfg_attr(
+    not(all(target_os = "linux", target_endian = "little")),
+    allow(dead_code, reason = "only Linux keeps a program to all of it")
+)]
 pub struct Allowed<'a> {
     /// Files that it reads, and folders with all that is in them.
     pub reads: Vec<&'a Path>,
