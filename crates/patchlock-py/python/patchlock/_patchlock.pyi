@@ -301,8 +301,8 @@ class RobustConfig:
     """
     shown_epsilon: float
     """A patch is reported as visible, and counts for score and status, when the squared error of
-    its own-location code is below this. What is learned, and whether the target is covered, is decided
-    with the stricter `epsilon`. Allowed: 0 to 4.
+    its own-location code is below this. What is learned, and whether the target is covered, is
+    decided with the stricter `epsilon`. Allowed: 0 to 4.
     """
     score_tracked: float
     """The target counts as tracked from this score on. Allowed: 0 to 1."""
