@@ -50,7 +50,10 @@ fn run(surface: Surface, input: &[u8], name: &str) {
     let (before, begun, used) = (ALLOCATOR.current_usage(), Instant::now(), processor_time());
     let outcome = std::panic::catch_unwind(|| surface(input));
     let (time, memory) = (begun.elapsed(), ALLOCATOR.peak_usage().saturating_sub(before));
-    let own = processor_time().zip(used).map_or(time, |(now, before)| now.saturating_sub(before));
+    // The other tests of this process run at the same time.
+    let own = processor_time()
+        .zip(used)
+        .map_or(time, |(now, before)| now.saturating_sub(before).min(time));
     if outcome.is_ok() && own < PATIENCE && time < 10 * PATIENCE && memory < MEMORY {
         return;
     }

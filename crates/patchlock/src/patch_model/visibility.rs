@@ -40,14 +40,9 @@ pub struct VisibilityMap {
 impl VisibilityMap {
     /// Fills in the map of a square grid, reusing the buffer.
     pub(crate) fn fill(&mut self, per_side: usize, visible: impl Iterator<Item = bool>) {
-        self.clear(per_side);
-        self.visible.extend(visible);
-    }
-
-    /// Becomes the map of a square grid, without values yet.
-    pub(crate) fn clear(&mut self, per_side: usize) {
         (self.rows, self.columns) = (per_side, per_side);
         self.visible.clear();
+        self.visible.extend(visible);
     }
 
     /// The share of visible patches, from 0 to 1.

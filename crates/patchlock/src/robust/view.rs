@@ -20,7 +20,8 @@ pub struct RobustView<'a> {
     /// How well colour tells the target from what is around it, from -1 through 0, not at all, to
     /// 1.
     pub contrast: f64,
-    /// The visible share of the target as it is reported, from 0 to 1; 0 while the target is given up.
+    /// The visible share of the target as it is reported, from 0 to 1; 0 while the target is given
+    /// up.
     pub visible: f64,
     /// Its running mean over all frames, which the score counts.
     pub mean_visible: f64,

@@ -38,7 +38,8 @@ struct VisibleParams {
     update_interval: usize,
     /// Sure frames between updates of the small dictionary and the small buffer.
     small_update_interval: usize,
-    /// Patches with an error below this are visible: what is learned.
+    /// Patches with an error below this are visible to the model that learns, and to the rules that
+    /// say what is sure and what is covered.
     epsilon: f64,
     /// Patches with an error below this are reported as visible.
     shown_epsilon: f64,
