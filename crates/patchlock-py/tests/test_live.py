@@ -11,6 +11,7 @@ import struct
 import subprocess
 import threading
 import urllib.parse
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -37,13 +38,12 @@ def test_a_stream_is_tracked_with_its_newest_frames() -> None:
     output = ["-c:v", "mpeg4", "-g", "10", "-f", "mpegts", f"udp://127.0.0.1:{port}?pkt_size=1316"]
     with subprocess.Popen(["ffmpeg", "-v", "error", "-nostdin", *source, *output]) as server:
         try:
-            estimates = list(
-                track(f"udp://127.0.0.1:{port}", (40, 30, 30, 30), config=QUICK, end=100, reconnect=0)
-            )
+            estimates = track(f"udp://127.0.0.1:{port}", (40, 30, 30, 30), config=QUICK, reconnect=0)
+            # The stream has no end, so a busy machine takes longer and misses more frames.
+            frames = [estimate.frame for estimate in islice(estimates, 5)]
         finally:
             server.kill()
-    frames = [estimate.frame for estimate in estimates]
-    assert frames == sorted(set(frames)) and frames[-1] < 100 and len(frames) > 2
+    assert frames == sorted(set(frames)) and len(frames) == 5
 
 
 @ffmpeg

@@ -30,7 +30,7 @@ test('what is in the box is followed, and recorded', async ({ work, page, folder
     const dialog = page.getByRole('dialog');
     // It says where the recording is.
     const kept = path.join(folder.path, 'patchlock-uploads', 'camera.mp4');
-    await expect(dialog).toContainText(kept, { timeout: 15_000 });
+    await expect(dialog).toContainText(kept);
     const read = async (name) => {
         const [download] = await Promise.all([
             page.waitForEvent('download'),
@@ -84,7 +84,7 @@ test('several targets are followed, and the recording is a clip', async ({ work,
     await page.getByRole('button', { name: 'Forget 1' }).click();
     await expect(page.locator('#camera-targets > li')).toHaveCount(1);
     await page.getByRole('button', { name: 'Stop recording' }).click();
-    await page.getByRole('button', { name: 'Open it among the clips' }).click({ timeout: 15_000 });
+    await page.getByRole('button', { name: 'Open it among the clips' }).click();
     await expect(page.locator('#clip-title')).toHaveText('camera.mp4');
     await expect(page.locator('#clips > li')).toHaveCount(2);
     await expect(work.targets()).toHaveCount(2);

@@ -141,14 +141,14 @@ export class Work {
 
     /** Waits until no tracking runs and everything is saved. */
     async rest() {
-        await expect(this.page.locator('#job')).toBeHidden({ timeout: 40_000 });
+        await expect(this.page.locator('#job')).toBeHidden();
         await expect(this.page.locator('#saved')).toHaveText('Saved');
         this.seen = await this.jobs();
     }
 
     /** Waits until tracking has begun and ended. */
     async tracked() {
-        await expect.poll(() => this.jobs(), { timeout: 40_000 }).toBeGreaterThan(this.seen);
+        await expect.poll(() => this.jobs()).toBeGreaterThan(this.seen);
         await this.rest();
     }
 

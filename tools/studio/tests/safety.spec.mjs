@@ -21,7 +21,7 @@ test('killed at any moment and started again, everything is there', async ({ pag
 
     // The page has waited, as it said.
     studio = await Studio.start(folder.videos, ['--port', port]);
-    await expect(page.locator('#saved')).toHaveText('Saved', { timeout: 15_000 });
+    await expect(page.locator('#saved')).toHaveText('Saved');
     await expect(page.locator('#errors')).toBeEmpty();
     await expect(work.targets()).toHaveCount(1);
     expect(folder.project()).toEqual(before);
@@ -37,7 +37,7 @@ test('a page that the program no longer knows says where to go', async ({ page }
     await new Work(page).open(studio.address);
     await studio.kill();
     studio = await Studio.start(others.videos, ['--port', port]);
-    await expect(page.locator('#errors')).toContainText('token', { timeout: 15_000 });
+    await expect(page.locator('#errors')).toContainText('token');
     await studio.kill();
 });
 

@@ -12,7 +12,7 @@ test.use({ names: ['forest.mp4', 'forest-2.mp4', 'forest-3.mp4'] });
 
 /** Saves what is on the screen. WebP keeps the text sharp in a tenth of the bytes of PNG. */
 async function shoot(page, name) {
-    await expect(page.locator('#notices')).toBeEmpty({ timeout: 15_000 });
+    await expect(page.locator('#notices')).toBeEmpty();
     const places = await page.locator('#doubts > li').count();
     await expect(page.locator('#doubts .doubt-picture canvas')).toHaveCount(places);
     const client = await page.context().newCDPSession(page);
