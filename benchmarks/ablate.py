@@ -19,8 +19,8 @@ a DATASET: `results=out/{set}/csrt`. In a file of variants, each variant is a ta
     [robust]
     [wide]
     search = 6.0
-    [fast]
-    preset = "fast"
+    [paper]
+    preset = "paper"
 
 Of each variant the tables show the mean AUC and DP (precision at 20 pixels) over targets and their paired
 differences to the baseline, as `difference ± standard error (check)`: by bootstrap over targets, and by

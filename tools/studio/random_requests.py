@@ -228,7 +228,7 @@ class Studio:
 
     def __init__(self, program: str, folder: Path, clips: list[Path], log: Path):
         self.log = log
-        command = [program, "studio", "--no-open", "--uploads", str(folder / "uploads"), "--preset", "fast", "--"]
+        command = [program, "studio", "--no-open", "--uploads", str(folder / "uploads"), "--"]
         self.errors = log.open("wb")
         self.process = subprocess.Popen(
             [*command, *map(str, clips)], stdout=subprocess.PIPE, stderr=self.errors, cwd=folder, start_new_session=True

@@ -59,7 +59,7 @@ fn main() -> ExitCode {
 fn config(preset: &str) -> Option<TrackerConfig> {
     let mut config = TrackerConfig::from(preset.parse::<Preset>().ok()?);
     match &mut config.method {
-        Method::Robust(robust) => (robust.min_patch, robust.max_patch) = (32.0, 32.0),
+        Method::Robust(robust) => robust.patch = 32.0,
         Method::Paper(paper) => (paper.particles, paper.patches.small_step) = (12, 8),
         Method::Network(_) => config.network = Some(patchlock_fuzz::made_up_network()),
     }

@@ -34,9 +34,7 @@ pub use model::model;
 pub use project::project;
 pub use server::{Studio, server};
 pub use settings::settings;
-pub use snapshots::{
-    snapshot_fast, snapshot_network, snapshot_packed, snapshot_paper, snapshot_robust,
-};
+pub use snapshots::{snapshot_network, snapshot_packed, snapshot_paper, snapshot_robust};
 pub use tables::{boxes, imports, results, tracks, truth};
 pub use trax::trax;
 
@@ -56,7 +54,6 @@ pub const SURFACES: &[(&str, Surface)] = &[
     ("imports", imports),
     ("settings", settings),
     ("snapshot_robust", snapshot_robust),
-    ("snapshot_fast", snapshot_fast),
     ("snapshot_paper", snapshot_paper),
     ("snapshot_network", snapshot_network),
     ("snapshot_packed", snapshot_packed),

@@ -22,8 +22,7 @@ const CAPS: &[(&str, f64)] = &[
     ("update_interval", 6.0),
     ("small_update_interval", 6.0),
     ("guided_radius", 8.0),
-    ("max_patch", 100.0),
-    ("min_patch", 100.0),
+    ("patch", 100.0),
     ("scale_count", 33.0),
     ("scale_area", 512.0),
     ("first_frames", 12.0),
@@ -80,7 +79,7 @@ pub fn is_quick(config: &TrackerConfig) -> bool {
 pub fn small(preset: Preset) -> TrackerConfig {
     let mut config = TrackerConfig::from(preset);
     if let Method::Robust(robust) = &mut config.method {
-        (robust.min_patch, robust.max_patch) = (32.0, 32.0);
+        robust.patch = 32.0;
     }
     config
 }
@@ -222,7 +221,7 @@ impl Plan {
         let mut config = TrackerConfig::from(preset);
         match &mut config.method {
             Method::Robust(robust) => {
-                (robust.min_patch, robust.max_patch) = (40.0, 64.0);
+                robust.patch = 64.0;
                 (robust.patches.update_interval, robust.patches.small_update_interval) = (2, 3);
                 // Every other round over the presets has a second follower.
                 if usize::from(self.preset) / Preset::ALL.len() % 2 == 1 {

@@ -29,7 +29,7 @@ pub fn model(data: &[u8]) {
         _ => vec![&file[..]],
     };
     if let Some(network) = accepted(Network::from_bytes(&files)) {
-        for preset in [Preset::Network, Preset::Fast] {
+        for preset in [Preset::Network, Preset::Robust] {
             follow(preset, network.clone());
         }
     }

@@ -37,7 +37,6 @@ pub fn seeds(surface: &str) -> Vec<Vec<u8>> {
         "imports" => [imports(), deep(&[0, 2, 3])].concat(),
         "settings" => [settings(), deep(&[0, 3])].concat(),
         "snapshot_robust" => snapshots(Preset::Robust, &text),
-        "snapshot_fast" => snapshots(Preset::Fast, &text),
         "snapshot_paper" => snapshots(Preset::Paper, &text),
         "snapshot_network" => snapshots(Preset::Network, &text),
         "snapshot_packed" => {

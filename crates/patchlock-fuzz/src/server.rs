@@ -52,7 +52,7 @@ impl Studio {
             videos: vec![scratch.folder().join("frames")],
             project: None,
             address: ([127, 0, 0, 1], 0).into(),
-            config: small(Preset::Fast),
+            config: small(Preset::Robust),
             threads: Some(1),
             limits: Limits::default(),
             patience: Patience { headers: second, body: second, answer: second, code: second },

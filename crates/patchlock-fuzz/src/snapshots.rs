@@ -19,11 +19,6 @@ pub fn snapshot_robust(data: &[u8]) {
     restored(data, Preset::Robust);
 }
 
-/// A snapshot of the preset `fast`.
-pub fn snapshot_fast(data: &[u8]) {
-    restored(data, Preset::Fast);
-}
-
 /// A snapshot of the preset `paper`.
 pub fn snapshot_paper(data: &[u8]) {
     restored(data, Preset::Paper);

@@ -49,7 +49,7 @@ fn parsed(message: &Message) -> bool {
 /// Has the server answer: every line is a message.
 fn answered(lines: &[u8], protocol: Protocol) {
     let pool = session::pool(Some(1)).expect("starts");
-    let targets = Targets::new(small(Preset::Fast), pool).expect("is valid");
+    let targets = Targets::new(small(Preset::Robust), pool).expect("is valid");
     let mut answer = Vec::new();
     let served = serve(lines, &mut answer, protocol, targets);
     let quit = served.map_err(|error| crate::check::said(format!("{error:#}"))).is_err();

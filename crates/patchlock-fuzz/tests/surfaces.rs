@@ -108,7 +108,7 @@ macro_rules! surfaces {
 }
 
 surfaces! {
-    mp4 h264 y4m images truth results boxes tracks imports settings snapshot_robust snapshot_fast
+    mp4 h264 y4m images truth results boxes tracks imports settings snapshot_robust
     snapshot_paper snapshot_network snapshot_packed model trax project labels server library folder
 }
 

@@ -149,7 +149,7 @@ def test_observing_does_not_change_the_estimate(scene, film):
 
 
 def test_many_targets_are_observed_by_id(scene, film):
-    tracker, plain = (patchlock.MultiTracker("fast") for _ in range(2))
+    tracker, plain = (patchlock.MultiTracker() for _ in range(2))
     for one in (tracker, plain):
         one.add(film[0], scene.truth(0))
         one.add(film[0], OTHER)

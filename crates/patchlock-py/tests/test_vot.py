@@ -20,11 +20,11 @@ FRAMES = 24
 
 
 def test_the_file_has_the_command() -> None:
-    words = ours.command(preset="fast", seed=3, threads=2, protocol=3)
+    words = ours.command(preset="paper", seed=3, threads=2, protocol=3)
     file = configparser.ConfigParser()
     file.read_string(ours.registry([*words, "100% of 'it'"], name="a-b", label="Patch 5%"))
     assert file["a-b"]["protocol"] == "trax" and file["a-b"]["label"] == "Patch 5%"
-    expected = [sys.executable, "-m", "patchlock", "trax", "--protocol", "3", "--preset", "fast"]
+    expected = [sys.executable, "-m", "patchlock", "trax", "--protocol", "3", "--preset", "paper"]
     expected += ["--seed", "3", "--threads", "2", "100% of 'it'"]
     assert shlex.split(file["a-b"]["command"]) == expected
 

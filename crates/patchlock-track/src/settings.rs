@@ -376,12 +376,9 @@ mod tests {
 
     #[test]
     fn the_table_of_a_method_chooses_it() {
-        let config = resolved("fast", "seed = 2\n[paper]\nparticles = 7", &[]).unwrap();
+        let config = resolved("robust", "seed = 2\n[paper]\nparticles = 7", &[]).unwrap();
         assert_eq!((config.method.name(), config.seed), ("paper", 2));
-        assert_eq!(basis("fast", &config), "paper");
-        // What the preset has changed stays, if the method is its own.
-        let config = resolved("fast", "[robust]\nsearch = 4", &[]).unwrap();
-        assert_eq!(config.get("max_patch").unwrap(), Value::Number(150.0));
+        assert_eq!(basis("robust", &config), "paper");
         let both = resolved("robust", "[robust]\n[paper]\n", &[]);
         assert!(matches!(both, Err(SettingsError::ManyMethods { .. })), "{both:?}");
     }
@@ -408,7 +405,7 @@ mod tests {
         assert!(matches!(missing, ModelError::Missing { method: "network" }), "{missing}");
         assert!(matches!(error("paper", given), ModelError::Unused { .. }));
         let library = Overrides { runtime: Some(path), ..Overrides::default() };
-        assert!(matches!(error("fast", library), ModelError::UnusedRuntime { .. }));
+        assert!(matches!(error("robust", library), ModelError::UnusedRuntime { .. }));
     }
 
     #[test]

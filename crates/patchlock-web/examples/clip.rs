@@ -23,10 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [x, y, w, h] = scene.truth(0).bbox;
     let start = BoundingBox { x, y, w, h };
 
-    let mut trackers = vec![
-        ("robust", TrackerConfig::from(Preset::Robust)),
-        ("fast", TrackerConfig::from(Preset::Fast)),
-    ];
+    let mut trackers = vec![("robust", TrackerConfig::from(Preset::Robust))];
     if !files.is_empty() {
         let network = Some(Network::from_bytes(&files)?);
         let with = |preset: Preset| {

@@ -105,7 +105,7 @@ impl TrackerConfig {
         self.0.set(name, value).map_err(|error| thrown(&error))
     }
 
-    /// Gives the tracker a network: the preset `network` needs one, `robust` and `fast` use it as a
+    /// Gives the tracker a network: the preset `network` needs one, `robust` uses it as a
     /// second follower.
     #[wasm_bindgen(js_name = useNetwork)]
     pub fn use_network(&mut self, network: &Network) {

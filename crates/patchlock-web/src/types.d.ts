@@ -14,7 +14,7 @@ export interface Box {
     readonly h: number;
 }
 
-export type Preset = 'robust' | 'fast' | 'paper' | 'network';
+export type Preset = 'robust' | 'paper' | 'network';
 
 export type Status = 'tracked' | 'uncertain' | 'lost';
 

@@ -2,7 +2,7 @@
 //! through the video, says how sure it is, and which parts are hidden. No training, no model files,
 //! no GPU.
 //!
-//! There are three methods. [`Method::Robust`] (the presets `robust`, the default, and `fast`)
+//! There are three methods. [`Method::Robust`] (the preset `robust`, the default)
 //! follows with correlation filters and a map of the target's colours, remembers what was sure, and
 //! finds the target again after a loss. [`Method::Paper`] (the preset `paper`) is an exact and fast
 //! implementation of "Patchwise object tracking via structural local sparse appearance model"

@@ -11,7 +11,7 @@ class Track {
     static start(options, source = path.join(demo, 'input.mp4'), stdin = 'ignore') {
         mkdirSync(scratch, { recursive: true });
         const cwd = mkdtempSync(path.join(scratch, 'window-'));
-        const args = ['track', source, '--no-open', '--preset', 'fast', '--save', 'boxes.csv', ...options];
+        const args = ['track', source, '--no-open', '--save', 'boxes.csv', ...options];
         const child = spawn(program, args, { cwd, stdio: [stdin, 'pipe', 'pipe'] });
         return new Promise((resolve, reject) => {
             const track = new Track(child, cwd);

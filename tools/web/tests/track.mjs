@@ -44,7 +44,6 @@ const compared = (one, other) => {
 /** The trackers that are compared: name, preset, and whether there is a network. */
 export const TRACKERS = [
     ['robust', 'robust', false],
-    ['fast', 'fast', false],
     ['network', 'network', true],
     ['robust+network', 'robust', true],
 ].filter(([name]) => native[name]);

@@ -37,9 +37,8 @@ const THREADS_SHOWN: &str = "1..=1024";
 
 /// The help of `--preset`.
 const PRESETS_SHOWN: &str = "\
-Settings to start from. robust: the most accurate; reports a loss and searches for the target. fast: \
-robust in less time, with smaller patches and without rotation. paper: the tracker of the \
-paper, for comparison. network: a tracking network that you bring; it needs --model";
+Settings to start from. robust: the most accurate; reports a loss and searches for the target. \
+paper: the tracker of the paper, for comparison. network: a tracking network that you bring; it needs --model";
 
 /// Parses on or off.
 fn on_or_off() -> impl TypedValueParser<Value = bool> {

@@ -152,7 +152,7 @@ fn a_camera_with_rtsp_is_tracked_and_opened_again() {
     frame.stderr(contains("320 x 240 pixels"));
     let mut track = Command::new(assert_cmd::cargo::cargo_bin("patchlock"));
     track.current_dir(bench.folder.path()).args(["track", &address, "--box", "140,100,40,40"]);
-    track.args(["--preset", "fast", "--save", "b.csv", "--video", "b.mp4", "--summary", "b.json"]);
+    track.args(["--save", "b.csv", "--video", "b.mp4", "--summary", "b.json"]);
     let mut track = Server(track.stderr(Stdio::piped()).spawn().unwrap());
     thread::sleep(Duration::from_secs(4));
     drop(server);

@@ -161,7 +161,7 @@ fn each_real_network_follows() {
     for name in ["nanotrack-v3", "nanotrack-v2", "vittrack"] {
         let Some(folder) = model(test, name) else { continue };
         let folder = folder.to_string_lossy();
-        for preset in ["network", "fast"] {
+        for preset in ["network", "robust"] {
             let track = |threads| {
                 let more = ["--model", &folder, "--threads", threads];
                 sequence.track(preset, &sequence.images, Some(60), &more)

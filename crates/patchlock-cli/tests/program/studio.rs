@@ -77,7 +77,7 @@ fn the_page_is_served_and_edits_are_beside_the_video() {
     drop(studio);
     let project = std::fs::read_to_string(bench.path("f.patchlock.json")).expect("is written");
     assert!(project.contains("patchlock-project"), "{project}");
-    let studio = Studio::new(&bench, &["f", "--camera", "--preset", "fast", "--threads", "1"]);
+    let studio = Studio::new(&bench, &["f", "--camera", "--threads", "1"]);
     let list = studio.ask("GET", "/api/clips", "");
     assert!(list.contains("\"keys\":1") && list.contains("\"camera\":true"), "{list}");
 }

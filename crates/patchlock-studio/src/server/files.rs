@@ -402,7 +402,7 @@ mod tests {
             videos: vec![frames],
             project: None,
             address: ([127, 0, 0, 1], 0).into(),
-            config: TrackerConfig::from(Preset::Fast),
+            config: TrackerConfig::from(Preset::Robust),
             threads: Some(1),
             limits: patchlock_media::Limits::default(),
             patience: Patience::default(),

@@ -80,7 +80,7 @@ pub fn options(videos: Vec<PathBuf>, uploads: &Path) -> Options {
         videos,
         project: None,
         address: ([127, 0, 0, 1], 0).into(),
-        config: TrackerConfig::from(Preset::Fast),
+        config: TrackerConfig::from(Preset::Robust),
         threads: Some(1),
         limits: Limits::default(),
         patience,

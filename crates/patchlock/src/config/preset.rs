@@ -12,8 +12,6 @@ pub enum Preset {
     /// The default: correlation filters follow the target, a memory finds it again after a loss.
     #[default]
     Robust,
-    /// As [`Preset::Robust`], in less time: a smaller patch, no rotation.
-    Fast,
     /// The tracker of the paper.
     Paper,
     /// A network of the user; see [`TrackerConfig::network`](crate::TrackerConfig::network).
@@ -22,13 +20,12 @@ pub enum Preset {
 
 impl Preset {
     /// All presets, the default first.
-    pub const ALL: [Self; 4] = [Self::Robust, Self::Fast, Self::Paper, Self::Network];
+    pub const ALL: [Self; 3] = [Self::Robust, Self::Paper, Self::Network];
 
     /// The name, in lower case.
     pub fn name(self) -> &'static str {
         match self {
             Self::Robust => "robust",
-            Self::Fast => "fast",
             Self::Paper => "paper",
             Self::Network => "network",
         }
@@ -36,12 +33,8 @@ impl Preset {
 
     /// The method and its settings.
     pub(super) fn method(self) -> Method {
-        let robust = RobustConfig::default();
         match self {
-            Self::Robust => Method::Robust(robust),
-            Self::Fast => {
-                Method::Robust(RobustConfig { max_patch: 150.0, rotate: false, ..robust })
-            }
+            Self::Robust => Method::Robust(RobustConfig::default()),
             Self::Paper => Method::Paper(PaperConfig::default()),
             Self::Network => Method::Network(NetworkConfig::default()),
         }

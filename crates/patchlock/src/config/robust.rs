@@ -17,10 +17,8 @@ group! {
         temporal: f64 = 10.0, number(0.0, 1e6);
         /// How closely the second iteration of learning follows the masked filter of the first.
         penalty: f64 = 0.1, number(1e-3, 10.0);
-        /// Largest side of the patch that the search window is resampled to, in pixels.
-        max_patch: f64 = 200.0, number(32.0, 512.0);
-        /// Smallest side of the patch that the search window is resampled to, in pixels.
-        min_patch: f64 = 150.0, number(32.0, 512.0);
+        /// Side of the patch that the search window is resampled to, in pixels.
+        patch: f64 = 150.0, number(32.0, 512.0);
         /// Shortest side to which the target may shrink, in pixels.
         least_side: f64 = 5.0, number(1.0, 1000.0);
     }

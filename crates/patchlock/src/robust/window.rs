@@ -75,8 +75,7 @@ impl Window {
     ) -> Self {
         let base = [bbox.w, bbox.h];
         let side = config.search * (bbox.w * bbox.h).sqrt();
-        let patch = side.clamp(config.min_patch, config.max_patch.max(config.min_patch));
-        let n = smooth_side(patch / CELL as f64);
+        let n = smooth_side(config.patch / CELL as f64);
         let pixel = side / (n * CELL) as f64;
         let size = [n * CELL; 2];
         let crop = Crop { centre: bbox.centre(), scale: [pixel; 2], size, rotation: 0.0 };

@@ -130,6 +130,10 @@ fn base_of(method: &Method, row: &Parameter) -> TrackerConfig {
         // The memory finds nothing.
         "network_windows" => &[("found_above", 9.0), ("found_alone", -50.0)],
         "found_alone" => &[("found_above", 9.0)],
+        // Templates are replaced on every frame.
+        "guided_epsilon" => {
+            &[("epsilon", 0.12), ("update_interval", 1.0), ("small_update_interval", 1.0)]
+        }
         // Sizes that the memory knows as well as that of the window.
         "found_larger" | "found_smaller" => &[("found_larger", 1.01), ("found_smaller", 0.99)],
         _ => &[],
@@ -191,8 +195,7 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("search", Value::from(5.0)),
         ("label_width", Value::from(0.1)),
         ("temporal", Value::from(5.0)),
-        ("max_patch", Value::from(160.0)),
-        ("min_patch", Value::from(196.0)),
+        ("patch", Value::from(196.0)),
         ("scale_count", Value::from(17)),
         ("scale_step", Value::from(1.03)),
         ("scale_label_width", Value::from(0.15)),
@@ -319,8 +322,10 @@ fn every_field_matters() {
 /// drawn.
 #[test]
 fn what_is_not_read_has_no_effect() {
-    let fast = ["rotation_least", "turning_rate"];
-    for (config, names) in [(Preset::Fast.into(), &fast[..]), (network(), &["seed"])] {
+    let mut upright = TrackerConfig::default();
+    upright.set("rotate", false).unwrap();
+    let names = ["rotation_least", "turning_rate"];
+    for (config, names) in [(upright, &names[..]), (network(), &["seed"])] {
         let before: Vec<Seen> = track(&config).collect();
         let unread = |row: &&Parameter| row.is_used_by(&config.method) && !config.reads(row);
         let unread: Vec<_> = PARAMETERS.iter().filter(unread).collect();
@@ -727,11 +732,7 @@ fn fields_that_do_not_fit_each_other_are_refused() {
 
 #[test]
 fn presets_have_names() {
-    let mut robust = RobustConfig::default();
-    assert_eq!(TrackerConfig::from(Preset::Robust), robust.clone().into());
-    assert_eq!((robust.max_patch, robust.rotate), (200.0, true));
-    (robust.max_patch, robust.rotate) = (150.0, false);
-    assert_eq!(TrackerConfig::from(Preset::Fast), robust.into());
+    assert_eq!(TrackerConfig::from(Preset::Robust), RobustConfig::default().into());
     assert_eq!(TrackerConfig::from(Preset::Paper), PaperConfig::default().into());
     assert_eq!(TrackerConfig::from(Preset::Network), NetworkConfig::default().into());
     assert_eq!(TrackerConfig::from(Preset::default()), TrackerConfig::default());
@@ -748,5 +749,5 @@ fn presets_have_names() {
         assert_eq!((begun, MultiTracker::new(preset).map(drop)), (wanted.clone(), wanted));
     }
     let error = "papper".parse::<Preset>().unwrap_err().to_string();
-    assert!(error.contains("papper") && error.contains("robust, fast, paper, network"), "{error}");
+    assert!(error.contains("papper") && error.contains("robust, paper, network"), "{error}");
 }

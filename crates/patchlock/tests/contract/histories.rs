@@ -20,8 +20,7 @@ const CAPS: &[(&str, f64)] = &[
     ("update_interval", 6.0),
     ("small_update_interval", 6.0),
     ("guided_radius", 8.0),
-    ("max_patch", 100.0),
-    ("min_patch", 100.0),
+    ("patch", 100.0),
     ("scale_count", 33.0),
     ("scale_area", 512.0),
     ("first_frames", 12.0),
@@ -201,7 +200,7 @@ impl History {
             config.set("small_update_interval", 3).unwrap();
         }
         if let Method::Robust(robust) = &mut config.method {
-            (robust.min_patch, robust.max_patch) = (40.0, 64.0);
+            robust.patch = 64.0;
         }
         for &(row, spread, share) in &self.changes {
             config.set(PARAMETERS[row].name, value(row, spread, share)).unwrap();
