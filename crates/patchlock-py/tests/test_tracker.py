@@ -164,7 +164,7 @@ def test_a_restart_gives_the_boxes_of_a_new_tracker(scene, film):
 @pytest.mark.parametrize(
     ("arguments", "error", "says"),
     [
-        ({"config": "best"}, ValueError, "unknown preset `best`; there are: robust, fast, paper, network"),
+        ({"config": "best"}, ValueError, "unknown preset `best`; there are: robust, paper, network"),
         ({"config": {"seed": 3}}, TypeError, "a patchlock.Config or the name of a preset, not {'seed': 3}"),
         ({"config": configured("paper", large_patch=64)}, ValueError, "at most template_side = 32"),
         ({"threads": 0}, ValueError, "1 to 1024"),

@@ -54,7 +54,7 @@ test('what is wrong is thrown with its name, value and what is allowed', async (
         return messages;
     });
     const parts = [
-        'unknown preset `best`; there are: robust, fast, paper, network',
+        'unknown preset `best`; there are: robust, paper, network',
         'unknown setting `colour`',
         'the setting `rotate` is often; it takes true or false',
         'the setting `rotate` is of the type object; it takes a boolean, number or string',

@@ -33,7 +33,7 @@ pub struct SettingsArgs {
 #[derive(Debug, Args)]
 pub struct ModelArgs {
     /// A tracking network: a folder with the ONNX files of one model, or the file of a model that
-    /// has only one. robust and fast use it beside their own models, and are right more often;
+    /// has only one. robust uses it beside its own models, and is right more often;
     /// network needs one. patchlock model --help says where to get one
     #[arg(long, value_name = "DIR|FILE")]
     pub model: Option<PathBuf>,

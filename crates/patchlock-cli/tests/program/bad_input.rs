@@ -235,7 +235,7 @@ fn unknown_presets_and_settings() {
     fails(
         bench.track("x").args(["--preset", "papre"]).assert(),
         2,
-        &["papre", "the presets are robust, fast, paper, network"],
+        &["papre", "the presets are robust, paper, network"],
     );
     let configured = |text: &str| {
         fs::write(bench.path("c.toml"), text).unwrap();
