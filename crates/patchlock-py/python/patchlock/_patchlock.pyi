@@ -128,14 +128,8 @@ class RobustConfig:
     """How closely the second iteration of learning follows the masked filter of the first. Allowed:
     0.001 to 10.
     """
-    max_patch: float
-    """Largest side of the patch that the search window is resampled to, in pixels. Allowed: 32 to
-    512.
-    """
-    min_patch: float
-    """Smallest side of the patch that the search window is resampled to, in pixels. Allowed: 32 to
-    512.
-    """
+    patch: float
+    """Side of the patch that the search window is resampled to, in pixels. Allowed: 32 to 512."""
     least_side: float
     """Shortest side to which the target may shrink, in pixels. Allowed: 1 to 1000."""
     scale_count: int
