@@ -75,6 +75,7 @@ def test_errors_name_the_setting_the_value_and_what_is_allowed(change, error, sa
 def test_settings_are_compared_copied_and_pickled():
     config = Config()
     config.seed = 4
+    config.robust.trial = 3
     config.robust.patches.templates = 8
     for again in (copy.copy, copy.deepcopy, lambda c: pickle.loads(pickle.dumps(c))):
         copied = again(config)
@@ -83,7 +84,7 @@ def test_settings_are_compared_copied_and_pickled():
         assert copied != config
     assert config.robust == config.robust
     assert config.robust != Config().robust
-    assert repr(config) == "<Config 'robust', seed=4, robust.patches.templates=8>"
+    assert repr(config) == "<Config 'robust', seed=4, robust.trial=3, robust.patches.templates=8>"
 
 
 def test_all_settings_as_a_dictionary():
