@@ -149,7 +149,7 @@ group! {
         /// A patch is reported as visible, and counts for score and status, when the squared error
         /// of its own-location code is below this. What is learned, and whether the target is
         /// covered, is decided with the stricter `epsilon`.
-        shown_epsilon: f64 = 0.16, number(0.0, 4.0);
+        shown_epsilon: f64 = 0.2, number(0.0, 4.0);
         /// The target counts as tracked from this score on.
         score_tracked: f64 = 0.7, number(0.0, 1.0);
         /// The target counts as tracked only if at least this share of it is visible.
