@@ -331,7 +331,7 @@ impl Read for Patient {
 mod tests {
     use std::net::TcpListener;
     use std::os::unix::fs::symlink;
-    use std::slice;
+    use std::{slice, thread};
 
     use super::*;
     use crate::apart::told::Told;
@@ -422,11 +422,20 @@ mod tests {
         let error = error(&clip, &format!("{HELLO}; {started} > /dev/null & wait"));
         assert!(error.ends_with("decodes it wrote nothing for 3 s and was stopped"), "{error}");
         let name = clip.as_os_str().as_encoded_bytes();
-        let runs = fs::read_dir("/proc").unwrap().flatten().any(|entry| {
-            let line = fs::read(entry.path().join("cmdline")).unwrap_or_default();
-            line.starts_with(b"tail") && line.windows(name.len()).any(|part| part == name)
-        });
-        assert!(!runs, "{started}");
+        let runs = || {
+            fs::read_dir("/proc").unwrap().flatten().any(|entry| {
+                let line = fs::read(entry.path().join("cmdline")).unwrap_or_default();
+                line.starts_with(b"tail") && line.windows(name.len()).any(|part| part == name)
+            })
+        };
+        // It ends soon after the signal, not at once.
+        for _ in 0..600 {
+            if !runs() {
+                return;
+            }
+            thread::sleep(Duration::from_millis(100));
+        }
+        panic!("{started} goes on");
     }
 
     #[test]
