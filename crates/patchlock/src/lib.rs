@@ -20,8 +20,8 @@
 //! | the whole | `robust` |
 //! | sample: window, patch, features, spectra | `robust::window`, `vision::crop`, `correlation::features` |
 //! | hypotheses of follower and memory, map of colours | `robust::{follower, memory, colours}` |
-//! | choice among them | `robust::choose` |
-//! | rotation, size | `robust::{turn, size}` |
+//! | the place on this frame, its rotation and size | `robust::{locate, turn, size}` |
+//! | a network beside the filters | `robust::{witness, rivals, regain}` |
 //! | evidence: certainty, visible parts | `robust::{memory, visible}`, `patch_model` |
 //! | decision: phase, status, score, what learns | `robust::status` |
 //! | search after a loss | `robust::search` |
