@@ -499,6 +499,7 @@ fn requests() -> Vec<Vec<u8>> {
         "GET /",
         "GET /api/clips",
         "GET /api/clips/1",
+        "HEAD /api/clips/1/edits",
         "GET /api/clips/1/frames/2?width=32",
         "GET /api/clips/1/doubts?target=1",
         "GET /api/camera",
