@@ -19,6 +19,8 @@ export default defineConfig({
     // They end what hangs; a busy machine may take many times as long as an idle one.
     timeout: 300_000,
     expect: { timeout: 60_000 },
+    globalTimeout: 1_800_000,
+    maxFailures: 5,
     fullyParallel: true,
     workers: 2,
     reporter: 'line',

@@ -9,6 +9,8 @@ export default defineConfig({
     outputDir: '../../target/web/results',
     timeout: 120_000,
     expect: { timeout: 60_000 },
+    globalTimeout: 1_800_000,
+    maxFailures: 5,
     workers: 1,
     reporter: 'line',
     use: {

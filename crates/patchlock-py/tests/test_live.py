@@ -5,11 +5,13 @@ from __future__ import annotations
 import base64
 import json
 import os
+import re
 import shutil
 import socket
 import struct
 import subprocess
 import threading
+import time
 import urllib.parse
 from itertools import islice
 from pathlib import Path
@@ -73,7 +75,7 @@ def test_what_only_files_can_do_is_refused() -> None:
 def answer(address: str, message: object) -> None:
     """Says this on the page of the address, as its script does."""
     url = urllib.parse.urlsplit(address)
-    with socket.create_connection((url.hostname, url.port), timeout=10) as stream:
+    with socket.create_connection((url.hostname, url.port), timeout=300) as stream:
         key = base64.b64encode(os.urandom(16)).decode()
         stream.sendall(
             (
@@ -102,11 +104,14 @@ def test_a_box_is_drawn_on_a_page(
 
     def person() -> None:
         said = ""
-        while "http://" not in said:
+        # What is read may end within the address.
+        while (address := re.search(r"http://\S+(?=\s)", said)) is None:
             said += capfd.readouterr().err
-        answer("http://" + said.split("http://")[1].split()[0], message)
+            time.sleep(0.01)
+        answer(address[0], message)
 
-    thread = threading.Thread(target=person)
+    # If it fails the test waits for a box that nobody draws, until its time is over.
+    thread = threading.Thread(target=person, daemon=True)
     thread.start()
     if box is None:
         with pytest.raises(RuntimeError, match="no box was drawn"):
