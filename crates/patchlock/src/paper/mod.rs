@@ -49,7 +49,7 @@ pub(crate) struct PaperScratch {
 
 /// The smallest area of a box, in pixels. Patches of fewer pixels are interpolated from the same
 /// few, so that all are nearly equal: what the solver cannot decide in `f32` it computes in `f64`,
-/// 5 s for a frame at 1 pixel and 1 s at 16 (two cores).
+/// 5 s for a frame at 1 pixel and 1 s at 16 (two cores). A target never becomes smaller.
 const LEAST_AREA: f64 = 16.0;
 
 /// Refuses a box that takes seconds for a frame.

@@ -1,5 +1,6 @@
 //! The motion model (Sec. 2): independent Gaussian noise around the last estimate.
 
+use super::LEAST_AREA;
 use super::state::State;
 use crate::config::PaperConfig;
 use rand_distr::{Distribution, StandardNormal};
@@ -23,7 +24,7 @@ pub struct Motion {
     pub limits: Limits,
 }
 
-/// The largest target, and the centre that is furthest away.
+/// The smallest and the largest target, and the centre that is furthest away.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
     template_side: usize,
@@ -39,11 +40,16 @@ impl Limits {
     /// Whether a state drawn around `last` is within the limits. What was beyond them before,
     /// because the first box was, may stay where it is or come closer.
     fn hold(&self, state: &State, last: &State) -> bool {
+        let area = |state: &State| {
+            let (width, height) = state.size(self.template_side);
+            width * height
+        };
         let sizes = |state: &State| {
             let (width, height) = state.size(self.template_side);
             [width, height, state.x.abs(), state.y.abs()]
         };
-        sizes(state).iter().zip(sizes(last)).all(|(new, old)| *new <= old.max(self.pixels))
+        area(state) >= area(last).min(LEAST_AREA)
+            && sizes(state).iter().zip(sizes(last)).all(|(new, old)| *new <= old.max(self.pixels))
     }
 }
 

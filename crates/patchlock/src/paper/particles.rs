@@ -162,6 +162,20 @@ mod tests {
     }
 
     #[test]
+    fn no_target_below_the_smallest_area_is_drawn() {
+        let area = |state: &State| state.size(32).0 * state.size(32).1;
+        let wild = motion([6.0, 6.0, 0.05, 0.002, 0.3, 0.0]);
+        let mut last = State { scale: 0.2, ..LAST };
+        for seed in 0..20 {
+            let drawn = particles(&wild, &last, 100, seed);
+            assert!(drawn.iter().all(|state| area(state) >= 16.0));
+            let smallest = drawn.iter().min_by(|a, b| area(a).total_cmp(&area(b)));
+            last = *smallest.expect("some were drawn");
+        }
+        assert!(area(&last) < 20.0 && last.scale != 0.2);
+    }
+
+    #[test]
     fn arranged_particles_are_all_there_and_near_their_neighbours() {
         for (count, parts) in [(650, 11), (650, 1), (7, 60), (1, 1), (0, 0)] {
             let (drawn, mut order) = (particles(&motion(SIGMA), &LAST, count, 5), Vec::new());

@@ -1,7 +1,7 @@
 //! A target of the paper's tracker between two frames, as a snapshot holds it.
 
-use super::PaperTarget;
 use super::state::State;
+use super::{LEAST_AREA, PaperTarget};
 use crate::config::PaperConfig;
 use crate::patch_model::memory::PatchMemory;
 use crate::patch_model::model::PatchModel;
@@ -52,6 +52,10 @@ impl PaperTarget {
         let (width, height) = state.size(config.patches.template_side);
         if width.max(height) > LARGEST_SIDE {
             return Err("its target is larger than any frame");
+        }
+        // The state of a box of just this area may be smaller by rounding.
+        if width * height < LEAST_AREA * (1.0 - 1e-9) {
+            return Err("its target is smaller than any that the method `paper` follows");
         }
         model.check(&config.patch_params(), config.patches.update_interval)?;
         let model = PatchModel::restore(model, config.patch_params());

@@ -97,6 +97,17 @@ fn a_damaged_snapshot_is_refused() {
     }
 }
 
+#[test]
+fn a_target_that_is_too_small_for_the_method_paper_is_refused() {
+    let config = all().into_iter().find(|config| config.method.name() == "paper").unwrap();
+    let good = text(&after(2, &config));
+    let begin = good.find(r#""scale":"#).unwrap() + r#""scale":"#.len();
+    let end = begin + good[begin..].find(',').unwrap();
+    let small = format!("{}0.01{}", &good[..begin], &good[end..]);
+    let message = restore(&small, &config).unwrap_err();
+    assert!(message.contains("smaller than any"), "{message}");
+}
+
 /// Estimates with a number that none has.
 fn bad_estimates(good: &Estimate) -> Vec<Estimate> {
     let with_box = |bbox| Estimate { bbox, ..good.clone() };
