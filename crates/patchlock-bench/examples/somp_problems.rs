@@ -251,6 +251,7 @@ impl Moment {
             },
             beta: config.beta,
             position_weights: config.position_weights,
+            keeps_products: true,
         }
     }
 }

@@ -79,7 +79,8 @@ fn cut_a_location() {
 }
 
 fn scale(bench: &Bench) -> Scale {
-    let params = ScaleParams { codes: PARAMS, beta: 0.8, position_weights: true };
+    let params =
+        ScaleParams { codes: PARAMS, beta: 0.8, position_weights: true, keeps_products: true };
     Scale::new(small(), params, &bench.templates, &buffer::begin(&bench.templates, 4))
 }
 

@@ -52,8 +52,7 @@ fn codes_of_a_location(bencher: Bencher<'_, '_>) {
     let (dictionary, shared, patches) = Bench::new().problems();
     let mut codes = vec![Code::default(); PARTICLES];
     let mut scratch = batched::SolverScratch::default();
-    let mut location = batched::Location::default();
-    location.fill(&dictionary, (LOCATION, &shared), &PARAMS);
+    let location = batched::Location::new(&dictionary, (LOCATION, &shared), &PARAMS);
     bencher.bench_local(|| {
         batched::solve(&dictionary, &location, &patches, &PARAMS, &mut scratch, &mut codes);
         codes[0]

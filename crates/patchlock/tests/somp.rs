@@ -231,8 +231,7 @@ fn fast_equals_definition_where_candidates_share_nodes() {
             patches
         };
         let (shared, signals) = (patches(buffer), patches(&candidates));
-        let mut location = batched::Location::default();
-        location.fill(dictionary, (number, &shared), &PARAMS);
+        let location = batched::Location::new(dictionary, (number, &shared), &PARAMS);
         let mut found: Vec<Vec<Code>> = Vec::new();
         for scratch in &mut scratches {
             let mut codes = vec![Code::default(); candidates.len()];

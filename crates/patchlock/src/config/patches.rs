@@ -101,6 +101,7 @@ impl PatchModelConfig {
                 codes: CodeParams { atoms: self.atoms, min_residual: self.min_residual },
                 beta,
                 position_weights,
+                keeps_products: true,
             },
             likelihood,
             templates: self.templates,

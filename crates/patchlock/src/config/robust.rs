@@ -216,7 +216,11 @@ group! {
 impl RobustConfig {
     /// The parameters of the patch model. Its weighing of candidates is not used.
     pub(crate) fn patch_params(&self) -> PatchParams {
-        PaperConfig { patches: self.patches.clone(), ..PaperConfig::default() }.patch_params()
+        let paper = PaperConfig { patches: self.patches.clone(), ..PaperConfig::default() };
+        let mut params = paper.patch_params();
+        // One candidate is looked at in each frame.
+        params.scale.keeps_products = false;
+        params
     }
 
     /// Whether the tracker reads this setting: those of rotation count only if it is followed.

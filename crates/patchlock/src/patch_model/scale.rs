@@ -25,7 +25,8 @@ pub struct Scale {
     dictionary: Dictionary,
     /// The buffer's patches, location by location: `locations * buffer length` patches.
     shared: Vec<f32>,
-    /// For each location, what follows from the dictionary and the buffer.
+    /// For each location, what follows from the dictionary and the buffer; none if that is not
+    /// kept.
     locations: Vec<batched::Location>,
 }
 
@@ -38,6 +39,10 @@ pub struct ScaleParams {
     pub beta: f64,
     /// Whether position weights are used.
     pub position_weights: bool,
+    /// Whether what follows from dictionary and buffer is kept. That is seven times as much memory,
+    /// and worth it where many candidates are coded between two learning steps. The codes are the
+    /// same.
+    pub keeps_products: bool,
 }
 
 /// The codes and features of all candidates, location by location: the index is
@@ -69,7 +74,7 @@ impl Scale {
             grid,
             params,
             positions: position_weights(grid.per_side(), params.beta, params.position_weights),
-            dictionary: Dictionary::default(),
+            dictionary: Dictionary::empty(params.keeps_products),
             shared: Vec::new(),
             locations: Vec::new(),
         };
@@ -90,15 +95,17 @@ impl Scale {
         if let Some(buffer) = buffer {
             self.set_buffer(buffer);
         }
+        let Self { dictionary, params, shared, grid, locations, .. } = self;
+        let Some(products) = dictionary.products() else { return };
         if templates.is_none() && buffer.is_none() {
             return;
         }
-        let Self { dictionary, params, shared, grid, locations, .. } = self;
+        let panels = scratch.wide_panels(products);
         let length = shared.len() / grid.locations();
         locations.resize_with(grid.locations(), Default::default);
         locations.par_iter_mut().enumerate().for_each(|(location, out)| {
             let shared = &shared[location * length..][..length];
-            out.fill(dictionary, (location, shared), &params.codes);
+            out.fill((dictionary, panels), (location, shared), &params.codes);
         });
     }
 
@@ -156,8 +163,16 @@ impl Scale {
         patches.resize(templates.len() * dim, 0.0);
         codes.resize(templates.len(), Code::default());
         self.grid.cut_each(templates, location, patches);
-        let at = &self.locations[location];
-        batched::solve(&self.dictionary, at, patches, &self.params.codes, solver, codes);
+        let (dictionary, params) = (&self.dictionary, &self.params.codes);
+        match self.locations.get(location) {
+            Some(at) => batched::solve(dictionary, at, patches, params, solver, codes),
+            None => {
+                let length = self.shared.len() / self.grid.locations();
+                let shared = &self.shared[location * length..][..length];
+                let at = batched::Location::new(dictionary, (location, shared), params);
+                batched::solve(dictionary, &at, patches, params, solver, codes);
+            }
+        }
         Instructions::default().dispatch(Score { scale: self, location, patches, codes, out });
     }
 }
@@ -179,7 +194,7 @@ impl Scale {
             self.grid.cut(template, location, patch);
         }
         let (dictionary, params) = (&self.dictionary, &self.params.codes);
-        batched::solve_each(dictionary, &self.locations, patches, params, solver, codes);
+        batched::solve_each(dictionary, &self.shared, patches, params, solver, codes);
         for (location, (patch, code)) in patches.chunks_exact(dim).zip(&*codes).enumerate() {
             let (codes, mut scores) = (std::slice::from_ref(code), [Default::default()]);
             let score = Score { scale: self, location, patches: patch, codes, out: &mut scores };
@@ -243,5 +258,45 @@ impl PatchScores {
     /// The codes of one candidate, in the order of locations.
     pub fn codes(&self, candidate: usize) -> impl Iterator<Item = &Code> {
         self.codes.iter().skip(candidate).step_by(self.candidates.max(1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vision::patches::normalise;
+
+    /// Whether products are kept or made anew decides about time and memory only.
+    #[test]
+    fn codes_are_the_same_whether_products_are_kept_or_not() {
+        let template = |seed: usize| {
+            let sample = |k: usize| (k * (7919 + 13 * seed) % 251) as f32 / 500.0 + 1.0;
+            let mut template: Vec<f32> = (0..32 * 32).map(sample).collect();
+            normalise(&mut template);
+            template
+        };
+        let [templates, buffer] = [0..6, 2..6].map(|seeds| seeds.map(template).collect::<Vec<_>>());
+        let (grid, candidate) = (PatchGrid::new(32, 16, 8, false), template(9));
+        let [kept, not] = [true, false].map(|keeps_products| {
+            let codes = CodeParams { atoms: 4, min_residual: 1e-6 };
+            let (beta, position_weights) = (0.8, true);
+            let params = ScaleParams { codes, beta, position_weights, keeps_products };
+            Scale::new(grid, params, &templates, &buffer)
+        });
+        let mut scratch = CodingScratch::default();
+        for scale in [&kept, &not] {
+            let mut everywhere = Vec::new();
+            let each = |code, feature| everywhere.push((code, feature));
+            scale.code_everywhere(&candidate, &mut scratch, each);
+            assert_eq!(everywhere.len(), 9);
+            for (location, one) in everywhere.iter().enumerate() {
+                for scale in [&kept, &not] {
+                    let mut out = [Default::default()];
+                    let candidates = std::iter::once(&*candidate);
+                    scale.code_block(location, candidates, &mut scratch, &mut out);
+                    assert_eq!(out[0], *one, "location {location}");
+                }
+            }
+        }
     }
 }

@@ -4,10 +4,10 @@
 //! `i` of template `j`. An atom has norm 1, or 0 if its patch was all zero.
 
 use super::gram;
+use super::somp::vectors::widen;
 use crate::numeric::aligned::Aligned;
 
-/// Atoms and what is derived from them: squared norms, the samples in the layout of the matrix
-/// product, and inner products.
+/// Atoms and what is derived from them: squared norms, and for many candidates the products.
 #[derive(Debug, Clone, Default)]
 pub struct Dictionary {
     dim: usize,
@@ -20,18 +20,35 @@ pub struct Dictionary {
     /// earlier one.
     sorted: Vec<u32>,
     repeats: Vec<bool>,
-    panels: Aligned,
-    gram: Aligned,
-    /// 1 for a nonzero atom, else 0.
-    nonzero: Vec<f32>,
     spread: f64,
+    products: Option<Products>,
+}
+
+/// The atoms in the layout of the matrix product, and their inner products: five times the memory
+/// of the atoms, and worth it for many candidates. For one, a solver makes what it needs.
+#[derive(Debug, Clone, Default)]
+pub struct Products {
+    /// See [`Dictionary::fill_panels`].
+    pub panels: Aligned,
+    /// See [`gram::fill`].
+    pub gram: Aligned,
 }
 
 /// Buffers of [`Dictionary::fill`].
 #[derive(Debug, Default)]
 pub struct DictionaryScratch {
-    /// The panels in `f64`, for the inner products.
+    /// The panels in `f64`.
     wide: Vec<f64>,
+    /// The mean of all atoms.
+    mean: Vec<f64>,
+}
+
+impl DictionaryScratch {
+    /// The panels in `f64`.
+    pub fn wide_panels(&mut self, products: &Products) -> &[f64] {
+        widen(&mut self.wide, &products.panels);
+        &self.wide
+    }
 }
 
 /// The largest dictionary, in atoms; its Gram matrix then takes 512 MiB.
@@ -41,9 +58,15 @@ pub const MAX_DICTIONARY: usize = 8192;
 pub const LANES: usize = 64;
 
 impl Dictionary {
-    /// A dictionary of the atoms in `atoms`, stored one after the other, `dim` samples each.
+    /// A dictionary without atoms, which keeps its products from when it is filled, or does not.
+    pub fn empty(keeps_products: bool) -> Self {
+        Self { products: keeps_products.then(Products::default), ..Self::default() }
+    }
+
+    /// A dictionary of the atoms in `atoms`, stored one after the other, `dim` samples each. It
+    /// keeps its products.
     pub fn new(dim: usize, locations: usize, atoms: Vec<f32>) -> Self {
-        let mut dictionary = Self::default();
+        let mut dictionary = Self::empty(true);
         dictionary.fill(dim, locations, |out| *out = atoms, &mut DictionaryScratch::default());
         dictionary
     }
@@ -65,8 +88,18 @@ impl Dictionary {
         self.squared_norms.clear();
         self.squared_norms.extend(self.atoms.chunks_exact(dim).map(square));
         self.find_repeats();
-        self.fill_panels();
-        self.fill_gram(scratch);
+        self.find_spread(&mut scratch.mean);
+        if let Some(mut products) = self.products.take() {
+            self.fill_panels(&mut products.panels);
+            products.gram.reset(self.count * self.stride);
+            gram::fill(scratch.wide_panels(&products), self.dim, &mut products.gram);
+            self.products = Some(products);
+        }
+    }
+
+    /// The same dictionary without its products.
+    pub fn without_products(&self) -> Self {
+        Self { products: None, ..self.clone() }
     }
 
     fn find_repeats(&mut self) {
@@ -87,14 +120,21 @@ impl Dictionary {
         self.repeats[k]
     }
 
-    fn fill_panels(&mut self) {
-        self.panels.reset(self.dim * self.stride);
-        for (k, atom) in self.atoms.chunks_exact(self.dim).enumerate() {
-            let panel = &mut self.panels[k / LANES * LANES * self.dim..][..LANES * self.dim];
+    /// Fills in the samples in panels of [`LANES`] atoms. A panel has `dim` rows; row `s` holds
+    /// sample `s` of each of its atoms. The last panel is padded with zero atoms.
+    pub fn fill_panels(&self, panels: &mut Aligned) {
+        panels.reset(self.dim * self.stride);
+        for (k, atom) in self.atoms.chunks_exact(self.dim.max(1)).enumerate() {
+            let panel = &mut panels[k / LANES * LANES * self.dim..][..LANES * self.dim];
             for (row, &sample) in panel.chunks_exact_mut(LANES).zip(atom) {
                 row[k % LANES] = sample;
             }
         }
+    }
+
+    /// The products, if they are kept.
+    pub fn products(&self) -> Option<&Products> {
+        self.products.as_ref()
     }
 
     /// Number of samples of an atom.
@@ -132,21 +172,14 @@ impl Dictionary {
         self.squared_norms[k]
     }
 
+    /// The squared norms of all atoms.
+    pub fn squared_norms(&self) -> &[f64] {
+        &self.squared_norms
+    }
+
     /// The location of an atom.
     pub fn location(&self, k: usize) -> usize {
         k % self.locations
-    }
-
-    /// The samples in panels of [`LANES`] atoms. A panel has `dim` rows; row `s` holds sample `s`
-    /// of each of its atoms. The last panel is padded with zero atoms.
-    pub fn panels(&self) -> &[f32] {
-        &self.panels
-    }
-
-    /// The inner products of atom `k` with all atoms, minus 1, computed in `f64` and rounded once.
-    /// The padding holds -1, as for zero atoms.
-    pub fn gram_row(&self, k: usize) -> &[f32] {
-        &self.gram[k * self.stride..][..self.stride]
     }
 
     /// Upper bound of the difference from 1 of any inner product of two nonzero atoms, and of any
@@ -155,35 +188,24 @@ impl Dictionary {
         self.spread
     }
 
-    /// Fills the Gram matrix: `count` rows of `stride` entries.
-    fn fill_gram(&mut self, DictionaryScratch { wide }: &mut DictionaryScratch) {
-        let Self { dim, count, stride, panels, gram, .. } = self;
-        wide.clear();
-        wide.extend(panels.iter().map(|&v| f64::from(v)));
-        gram.reset(*count * *stride);
-        gram::fill(wide, *dim, gram);
-        self.find_spread();
-    }
-
-    /// Finds the spread from half of the Gram matrix; the other half is the same.
-    fn find_spread(&mut self) {
-        let Self { stride, squared_norms, gram, nonzero, .. } = self;
-        nonzero.clear();
-        nonzero.extend(squared_norms.iter().map(|&norm| if norm > 0.0 { 1.0 } else { 0.0 }));
-        nonzero.resize(*stride, 0.0);
-        let mut farthest = [0.0f32; LANES];
-        for (k, row) in gram.chunks_exact((*stride).max(1)).enumerate() {
-            let parts = row[..(k / LANES + 1) * LANES].chunks_exact(LANES);
-            for (row, own) in parts.zip(nonzero.chunks_exact(LANES)) {
-                // This form compiles to vector instructions.
-                for ((farthest, product), own) in farthest.iter_mut().zip(row).zip(own) {
-                    let far = product.abs() * own * nonzero[k];
-                    *farthest = if far > *farthest { far } else { *farthest };
-                }
-            }
+    /// Finds the spread. The inner product of two atoms is half the sum of their squared norms minus
+    /// half their squared distance, which is at most the sum of their distances from the mean.
+    fn find_spread(&mut self, mean: &mut Vec<f64>) {
+        let Self { dim, count, atoms, squared_norms, .. } = self;
+        let nonzero = |&(_, norm): &(&[f32], &f64)| *norm > 0.0;
+        let each = || atoms.chunks_exact((*dim).max(1)).zip(&*squared_norms).filter(nonzero);
+        mean.clear();
+        mean.resize(*dim, 0.0);
+        for (atom, _) in each() {
+            mean.iter_mut().zip(atom).for_each(|(mean, &v)| *mean += f64::from(v) / *count as f64);
         }
-        let most = farthest.into_iter().fold(0.0, f32::max);
-        self.spread = f64::from(most) * (1.0 + f64::from(f32::EPSILON));
+        let distance = |atom: &[f32]| {
+            let squares = atom.iter().zip(&*mean).map(|(&v, mean)| (f64::from(v) - mean).powi(2));
+            squares.sum::<f64>()
+        };
+        let farthest = each().map(|(atom, _)| distance(atom)).fold(0.0, f64::max);
+        let norms = each().map(|(_, norm)| (norm - 1.0).abs()).fold(0.0, f64::max);
+        self.spread = (2.0 * farthest + norms) * (1.0 + f64::from(f32::EPSILON));
     }
 }
 
@@ -197,8 +219,10 @@ mod tests {
         let atoms: Vec<f32> = (0..dim * count).map(|k| ((k * 31 % 17) as f32) / 10.0).collect();
         let d = Dictionary::new(dim, 7, atoms);
         assert_eq!((d.len(), d.stride(), d.location(15)), (70, 128, 1));
+        let Products { panels, gram } = d.products().unwrap();
         for i in 0..count {
-            for j in 0..count {
+            let row = &gram[i * d.stride()..][..d.stride()];
+            for (j, &entry) in row[..count].iter().enumerate() {
                 let dot: f64 = d
                     .atom(i)
                     .iter()
@@ -206,11 +230,11 @@ mod tests {
                     .map(|(&a, &b)| f64::from(a) * f64::from(b))
                     .sum();
                 let less = dot - 1.0;
-                assert!((f64::from(d.gram_row(i)[j]) - less).abs() <= 6e-8 * less.abs());
+                assert!((f64::from(entry) - less).abs() <= 6e-8 * less.abs());
                 assert!(less.abs() <= d.spread());
             }
-            assert!(d.gram_row(i)[count..].iter().all(|&g| g == -1.0));
-            assert_eq!(d.panels()[i / LANES * LANES * dim + 3 * LANES + i % LANES], d.atom(i)[3]);
+            assert!(row[count..].iter().all(|&g| g == -1.0));
+            assert_eq!(panels[i / LANES * LANES * dim + 3 * LANES + i % LANES], d.atom(i)[3]);
         }
     }
 
@@ -220,7 +244,7 @@ mod tests {
         let d = Dictionary::new(2, 3, atoms.concat());
         let repeats: Vec<bool> = (0..6).map(|k| d.repeats(k)).collect();
         assert_eq!(repeats, [false, false, true, false, true, true]);
-        // Between the first two atoms; the zero atom does not count.
-        assert!((d.spread() - 0.4).abs() < 1e-6);
+        // That of the first two atoms is 0.4; the zero atom does not count.
+        assert!((0.4..0.8).contains(&d.spread()));
     }
 }

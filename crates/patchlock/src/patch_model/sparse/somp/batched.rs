@@ -78,7 +78,7 @@
 use super::exact::{AtomCache, Choice, Exact, eligible};
 use super::node::{Node, Path};
 use super::product::correlate;
-use super::rows::{ADD_ONE_ERROR, Margins, Rows};
+use super::rows::{ADD_ONE_ERROR, Atoms, Gram, Margins, Rows};
 use super::screen::{Residuals, Screen, StepCandidate};
 use super::vectors::{TILE, project_out, tile_index, tiles, tiles_mut, widen};
 use crate::numeric::aligned::Aligned;
@@ -87,6 +87,7 @@ use crate::numeric::instructions::Instructions;
 use crate::patch_model::sparse::codes::{Code, CodeParams, MAX_ATOMS, final_energy};
 use crate::patch_model::sparse::dictionary::Dictionary;
 use pulp::{Simd, WithSimd};
+use std::mem;
 use std::ops::Range;
 
 /// Candidates that are solved together, so that their rows stay in the second-level cache. A
@@ -110,24 +111,44 @@ pub struct Location {
     reference: Vec<f32>,
     /// The location's index.
     number: usize,
-    /// Scratch space for one atom.
-    wide: Vec<f64>,
 }
 
 impl Location {
-    /// Fills in the location of this index with these shared columns (rows of `dim` samples).
+    /// The location of this index with these shared columns (rows of `dim` samples).
+    pub fn new(dictionary: &Dictionary, shared: (usize, &[f32]), params: &CodeParams) -> Self {
+        let (mut location, mut made) = (Self::default(), Made::default());
+        made.fill(dictionary);
+        location.fill((dictionary, &made.wide), shared, params);
+        location
+    }
+
+    /// Fills in the location of this index with these shared columns (rows of `dim` samples). The
+    /// dictionary's panels are given in `f64`.
     pub fn fill(
         &mut self,
-        dictionary: &Dictionary,
+        dictionary: (&Dictionary, &[f64]),
+        shared: (usize, &[f32]),
+        params: &CodeParams,
+    ) {
+        Instructions::default().dispatch(FillRoot { location: self, dictionary, shared, params });
+    }
+
+    /// The same with these instructions.
+    #[inline(always)]
+    fn fill_with<S: Simd>(
+        &mut self,
+        simd: S,
+        (dictionary, panels): (&Dictionary, &[f64]),
         (number, shared): (usize, &[f32]),
         params: &CodeParams,
     ) {
-        let dim = dictionary.dim();
+        let Self { root, rows, reference, .. } = self;
         self.number = number;
-        self.reference.clear();
-        self.reference.extend_from_slice(&shared[shared.len().saturating_sub(dim)..]);
-        self.reference.resize(dim, 0.0);
-        Instructions::default().dispatch(FillRoot { location: self, dictionary, shared, params });
+        reference.clear();
+        reference.extend_from_slice(&shared[shared.len().saturating_sub(dictionary.dim())..]);
+        reference.resize(dictionary.dim(), 0.0);
+        root.fill_root(simd, shared);
+        rows.fill_root(simd, (dictionary, panels), root, params);
     }
 }
 
@@ -135,8 +156,8 @@ impl Location {
 /// that is always inlined is compiled for them.
 struct FillRoot<'a> {
     location: &'a mut Location,
-    dictionary: &'a Dictionary,
-    shared: &'a [f32],
+    dictionary: (&'a Dictionary, &'a [f64]),
+    shared: (usize, &'a [f32]),
     params: &'a CodeParams,
 }
 
@@ -145,9 +166,8 @@ impl WithSimd for FillRoot<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Location { root, rows, wide, .. } = self.location;
-        root.fill_root(simd, self.shared);
-        rows.fill_root(simd, wide, self.dictionary, root, self.params);
+        let Self { location, dictionary, shared, params } = self;
+        location.fill_with(simd, dictionary, shared, params);
     }
 }
 
@@ -155,6 +175,8 @@ impl WithSimd for FillRoot<'_> {
 #[derive(Debug, Default)]
 pub struct SolverScratch {
     instructions: Instructions,
+    made: Made,
+    location: Location,
     /// For the candidates of a block: their differences from the reference, and their own
     /// correlations with all atoms.
     differences: Vec<f32>,
@@ -177,6 +199,30 @@ pub struct SolverScratch {
     guesses: [usize; MAX_ATOMS],
     wide: Vec<f64>,
     cache: AtomCache,
+}
+
+/// The panels of a dictionary that does not keep its products.
+#[derive(Debug, Default)]
+struct Made {
+    panels: Aligned,
+    /// The same in `f64`.
+    wide: Vec<f64>,
+}
+
+impl Made {
+    fn fill(&mut self, dictionary: &Dictionary) {
+        dictionary.fill_panels(&mut self.panels);
+        widen(&mut self.wide, &self.panels);
+    }
+
+    /// The dictionary with its products: those that it keeps, or those that are made here.
+    fn atoms<'a>(&'a mut self, dictionary: &'a Dictionary) -> Atoms<'a> {
+        if let Some(kept) = dictionary.products() {
+            return Atoms { dictionary, panels: &kept.panels, gram: Gram::Kept(&kept.gram) };
+        }
+        self.fill(dictionary);
+        Atoms { dictionary, panels: &self.panels, gram: Gram::Made(&self.wide) }
+    }
 }
 
 /// A candidate while its atoms are being chosen.
@@ -245,34 +291,44 @@ pub fn solve(
         codes.fill(Code::default());
         return;
     }
+    let mut made = mem::take(&mut scratch.made);
+    let problem = Problem { atoms: made.atoms(dictionary), location, params };
     let blocks = candidates.chunks(BLOCK * dictionary.dim()).zip(codes.chunks_mut(BLOCK));
     for (block, codes) in blocks {
-        let problem = Problem { dictionary, location, params };
         scratch.instructions.dispatch(SolveBlock { problem, scratch, block, codes });
     }
+    scratch.made = made;
 }
 
-/// Codes one candidate at each of these locations (rows of `dim` samples, one for each location).
-/// The codes are those of [`solve`] for each location, but the locations of a group share one
-/// matrix product, which reads the dictionary once for all of them.
+/// Codes one candidate at each location (rows of `dim` samples, one for each location), jointly
+/// with the location's shared columns: `shared` has as many rows for each location, one location
+/// after the other. The codes are those of [`solve`] for each location, but some locations share
+/// one matrix product, which reads the dictionary once for all of them.
 pub fn solve_each(
     dictionary: &Dictionary,
-    locations: &[Location],
+    shared: &[f32],
     candidates: &[f32],
     params: &CodeParams,
     scratch: &mut SolverScratch,
     codes: &mut [Code],
 ) {
-    if dictionary.is_empty() {
+    if dictionary.is_empty() || codes.is_empty() {
         codes.fill(Code::default());
         return;
     }
-    let candidates = candidates.chunks(GROUP * dictionary.dim());
-    let groups = locations.chunks(GROUP).zip(candidates).zip(codes.chunks_mut(GROUP));
-    for ((locations, candidates), codes) in groups {
-        let group = SolveGroup { dictionary, locations, params, candidates, codes, scratch };
+    let mut made = mem::take(&mut scratch.made);
+    made.fill(dictionary);
+    let atoms = Atoms { dictionary, panels: &made.panels, gram: Gram::Made(&made.wide) };
+    let columns = shared.len() / codes.len();
+    let groups = candidates.chunks(GROUP * dictionary.dim()).zip(codes.chunks_mut(GROUP));
+    for (number, (candidates, codes)) in groups.enumerate() {
+        let first = number * GROUP;
+        let shared = &shared[first * columns..][..codes.len() * columns];
+        let wide = &made.wide;
+        let group = SolveGroup { atoms, wide, first, shared, params, candidates, codes, scratch };
         group.scratch.instructions.dispatch(group);
     }
+    scratch.made = made;
 }
 
 impl SolverScratch {
@@ -286,7 +342,7 @@ impl SolverScratch {
 /// The input shared by all candidates of a block.
 #[derive(Debug, Clone, Copy)]
 struct Problem<'a> {
-    dictionary: &'a Dictionary,
+    atoms: Atoms<'a>,
     location: &'a Location,
     params: &'a CodeParams,
 }
@@ -312,8 +368,12 @@ impl WithSimd for SolveBlock<'_> {
 
 /// Codes one candidate at some locations, compiled for the instructions in use.
 struct SolveGroup<'a> {
-    dictionary: &'a Dictionary,
-    locations: &'a [Location],
+    atoms: Atoms<'a>,
+    /// The dictionary's panels in `f64`.
+    wide: &'a [f64],
+    /// The index of the first location.
+    first: usize,
+    shared: &'a [f32],
     params: &'a CodeParams,
     candidates: &'a [f32],
     codes: &'a mut [Code],
@@ -325,17 +385,22 @@ impl WithSimd for SolveGroup<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { dictionary, locations, params, candidates, codes, scratch } = self;
-        scratch.correlate_group(simd, dictionary, locations, candidates);
-        let patches = candidates.chunks_exact(dictionary.dim());
-        let each = locations.iter().zip(patches).zip(codes).enumerate();
-        for (row, ((location, patch), code)) in each {
-            let problem = Problem { dictionary, location, params };
+        let Self { atoms, wide, first, shared, params, candidates, codes, scratch } = self;
+        let (dim, count) = (atoms.dictionary.dim(), codes.len());
+        let columns = shared.len() / count;
+        scratch.correlate_group(simd, atoms, shared, candidates);
+        let mut location = mem::take(&mut scratch.location);
+        let each = candidates.chunks_exact(dim).zip(codes).enumerate();
+        for (row, (patch, code)) in each {
+            let shared = &shared[row * columns..][..columns];
+            location.fill_with(simd, (atoms.dictionary, wide), (first + row, shared), params);
+            let problem = Problem { atoms, location: &location, params };
             let code = std::slice::from_mut(code);
             scratch.begin(simd, problem, patch, code);
-            scratch.take_correlations(simd, problem, (row, locations.len()));
+            scratch.take_correlations(simd, problem, (row, count));
             scratch.descend(simd, problem, code);
         }
+        scratch.location = location;
     }
 }
 
@@ -343,7 +408,7 @@ impl SolverScratch {
     /// Puts all candidates of the block at the root, except those without energy to explain.
     #[inline(always)]
     fn begin<S: Simd>(&mut self, simd: S, problem: Problem<'_>, block: &[f32], codes: &mut [Code]) {
-        let Problem { dictionary, location, .. } = problem;
+        let Problem { atoms: Atoms { dictionary, .. }, location, .. } = problem;
         let (dim, count) = (dictionary.dim(), block.len() / dictionary.dim());
         self.clear(dictionary);
         widen(&mut self.residuals, block);
@@ -396,23 +461,30 @@ impl SolverScratch {
         self.screen.reserve(BLOCK, dictionary.len());
     }
 
-    /// Correlates the difference of each location's candidate to its reference with all atoms.
+    /// Correlates the difference of each location's candidate to its newest shared column, or to
+    /// zeros if there is none, with all atoms.
     #[inline(always)]
     fn correlate_group<S: Simd>(
         &mut self,
         simd: S,
-        dictionary: &Dictionary,
-        locations: &[Location],
+        Atoms { dictionary, panels, .. }: Atoms<'_>,
+        shared: &[f32],
         candidates: &[f32],
     ) {
         let Self { differences, products, .. } = self;
-        let references = locations.iter().flat_map(|location| &location.reference);
+        let dim = dictionary.dim();
+        let count = candidates.len() / dim;
         differences.clear();
-        differences.extend(candidates.iter().zip(references).map(|(r, b)| r - b));
-        products.resize(locations.len() * dictionary.stride());
+        differences.extend_from_slice(candidates);
+        let columns = shared.chunks_exact((shared.len() / count).max(1));
+        for (differences, columns) in differences.chunks_exact_mut(dim).zip(columns) {
+            let newest = &columns[columns.len() - dim..];
+            differences.iter_mut().zip(newest).for_each(|(r, b)| *r -= b);
+        }
+        products.resize(count * dictionary.stride());
         let (zero, products) = ([simd.splat_f32s(0.0); TILE], tiles_mut::<S>(products));
         for t in 0..dictionary.stride() / (TILE * S::F32_LANES) {
-            correlate(simd, differences, dictionary, (t, &zero), products);
+            correlate(simd, differences, (panels, dim), (t, &zero), products);
         }
     }
 
@@ -459,7 +531,7 @@ impl SolverScratch {
         branch: Branch,
         codes: &mut [Code],
     ) -> Branch {
-        let Problem { dictionary, location, .. } = problem;
+        let Problem { atoms: Atoms { dictionary, .. }, location, .. } = problem;
         let (dim, depth) = (dictionary.dim(), branch.depth);
         let (above, node) = self.nodes.split_at_mut(depth - 1);
         let path = Path { root: &location.root, nodes: above };
@@ -486,7 +558,8 @@ impl SolverScratch {
     /// Chooses each member's next atom and sorts the members by it.
     #[inline(always)]
     fn choose<S: Simd>(&mut self, simd: S, problem: Problem<'_>, branch: &Branch) {
-        let Problem { dictionary, location, params } = problem;
+        let Problem { atoms, location, params } = problem;
+        let dictionary = atoms.dictionary;
         let Self { candidates, order, rows, screen, guesses, differences, .. } = self;
         let path = Path { root: &location.root, nodes: &self.nodes[..branch.depth] };
         let eligible = eligible(params);
@@ -504,19 +577,19 @@ impl SolverScratch {
         if branch.depth == 0 {
             let margins = location.rows.root_margins();
             screen.begin(step_candidates(candidates, members, at, &margins));
-            let mut tiles = location.rows.root_tiles::<S>(dictionary, differences);
+            let mut tiles = location.rows.root_tiles::<S>(atoms, differences);
             screen.run(simd, &mut tiles, (guess, margins.gap), inputs, &mut exact);
         } else {
             let (above, newest) = rows.split_at_mut(branch.depth - 1);
             let (newest, above) = (&mut newest[0], (&location.rows, &*above));
             if branch.depth == 1 {
                 let (mut tiles, margins) =
-                    newest.child_tiles::<S, true>(dictionary, path, above, params);
+                    newest.child_tiles::<S, true>(simd, atoms, path, above, params);
                 screen.begin(step_candidates(candidates, members, at, &margins));
                 screen.run(simd, &mut tiles, (guess, margins.gap), inputs, &mut exact);
             } else {
                 let (mut tiles, margins) =
-                    newest.child_tiles::<S, false>(dictionary, path, above, params);
+                    newest.child_tiles::<S, false>(simd, atoms, path, above, params);
                 screen.begin(step_candidates(candidates, members, at, &margins));
                 screen.run(simd, &mut tiles, (guess, margins.gap), inputs, &mut exact);
             }

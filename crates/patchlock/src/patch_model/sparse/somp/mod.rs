@@ -26,4 +26,4 @@ mod node;
 mod product;
 mod rows;
 mod screen;
-mod vectors;
+pub(super) mod vectors;

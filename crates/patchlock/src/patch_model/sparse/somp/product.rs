@@ -2,22 +2,22 @@
 //! that fits in the cache.
 
 use super::vectors::{TILE, Tile, mul_add, tile_index, tiles};
-use crate::patch_model::sparse::dictionary::{Dictionary, LANES};
+use crate::patch_model::sparse::dictionary::LANES;
 use pulp::Simd;
 
-/// Writes the inner products of each signal (rows of `dim` samples) with the atoms of tile `t`,
-/// plus that atom's entry of `base`, to this tile's entries of `out`.
+/// Writes the inner products of each signal (rows of `dim` samples) with the atoms of tile `t` of a
+/// dictionary's panels, plus that atom's entry of `base`, to this tile's entries of `out`.
 #[inline(always)]
 pub fn correlate<S: Simd>(
     simd: S,
     signals: &[f32],
-    dictionary: &Dictionary,
+    (panels, dim): (&[f32], usize),
     (t, base): (usize, &Tile<S>),
     out: &mut [Tile<S>],
 ) {
-    let (dim, width) = (dictionary.dim(), TILE * S::F32_LANES);
+    let width = TILE * S::F32_LANES;
     let rows = signals.len() / dim;
-    let panel = &dictionary.panels()[t * width / LANES * LANES * dim..][..LANES * dim];
+    let panel = &panels[t * width / LANES * LANES * dim..][..LANES * dim];
     let panel = &panel[t * width % LANES..];
     let mut row = 0;
     while row < rows {
@@ -75,6 +75,7 @@ mod tests {
     use super::*;
     use crate::numeric::aligned::Aligned;
     use crate::numeric::instructions::Instructions;
+    use crate::patch_model::sparse::dictionary::Dictionary;
     use crate::patch_model::sparse::somp::vectors::{panel_index, tiles_mut};
     use pulp::WithSimd;
 
@@ -86,8 +87,9 @@ mod tests {
         #[inline(always)]
         fn with_simd<S: Simd>(self, simd: S) {
             let (base, out) = ([simd.splat_f32s(0.5); TILE], tiles_mut::<S>(self.2));
+            let panels = (&*self.1.products().unwrap().panels, self.1.dim());
             for t in 0..self.1.stride() / (TILE * S::F32_LANES) {
-                correlate(simd, self.0, self.1, (t, &base), out);
+                correlate(simd, self.0, panels, (t, &base), out);
             }
         }
     }

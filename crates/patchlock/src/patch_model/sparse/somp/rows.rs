@@ -4,12 +4,13 @@
 use super::node::{Node, Path};
 use super::product::correlate;
 use super::vectors::{
-    TILE, Tile, U, add, add_squares, dots_each, mul_add, panel, panel_index, subtract_scaled,
-    tile_index, tiles, tiles_mut, widen,
+    TILE, Tile, U, add, add_squares, mul_add, panel, panel_index, subtract_scaled, tile_index,
+    tiles, tiles_mut, widen,
 };
 use crate::numeric::aligned::Aligned;
 use crate::patch_model::sparse::codes::{CodeParams, MAX_ATOMS};
 use crate::patch_model::sparse::dictionary::{Dictionary, LANES};
+use crate::patch_model::sparse::gram;
 use pulp::Simd;
 
 /// Stored instead of `||d_res||^2` for an atom that cannot be chosen: every score divided by it is
@@ -25,6 +26,12 @@ const NEARLY_ONE: f32 = 1.0 - 4.0 * U as f32;
 /// The rows of a node, padded to the dictionary's stride.
 #[derive(Debug, Clone, Default)]
 pub struct Rows {
+    /// The inner products of the node's atom with all atoms, where they are not kept, and its
+    /// samples in `f64`.
+    gram: Aligned,
+    atom: Vec<f64>,
+    /// At the root, samples of the shared columns.
+    samples: Vec<[f64; gram::SIGNALS]>,
     /// `w_t = D^T q_t`, minus 1 at a first node; empty at the root.
     weights: Aligned,
     /// The correlations of the shared columns' residuals with all atoms, one row per column, in
@@ -39,6 +46,26 @@ pub struct Rows {
     offsets: Vec<f32>,
     /// Error bounds of the rows.
     pub errors: Errors,
+}
+
+/// A dictionary with the products of its atoms.
+#[derive(Debug, Clone, Copy)]
+pub struct Atoms<'a> {
+    /// The atoms.
+    pub dictionary: &'a Dictionary,
+    /// Their panels.
+    pub panels: &'a [f32],
+    /// Their inner products.
+    pub gram: Gram<'a>,
+}
+
+/// The inner products of all atoms.
+#[derive(Debug, Clone, Copy)]
+pub enum Gram<'a> {
+    /// All rows, one after the other.
+    Kept(&'a [f32]),
+    /// The panels in `f64`, from which a row is made when a node needs it.
+    Made(&'a [f64]),
 }
 
 /// Error bounds of the rows of a node.
@@ -189,7 +216,7 @@ pub struct SharedTile<S: Simd> {
 /// Makes the tiles of the root one by one, and correlates the candidates.
 #[derive(Debug, Clone, Copy)]
 pub struct RootTiles<'a, S: Simd> {
-    dictionary: &'a Dictionary,
+    panels: (&'a [f32], usize),
     /// The candidates minus the newest column.
     differences: &'a [f32],
     rows: &'a Rows,
@@ -262,33 +289,26 @@ pub trait Tiles<S: Simd> {
 }
 
 impl Rows {
-    /// Fills in the rows of the root.
+    /// Fills in the rows of the root. `panels`: those of the dictionary, in `f64`.
     #[inline(always)]
     pub fn fill_root<S: Simd>(
         &mut self,
         simd: S,
-        wide: &mut Vec<f64>,
-        dictionary: &Dictionary,
+        (dictionary, panels): (&Dictionary, &[f64]),
         root: &Node,
         params: &CodeParams,
     ) {
         let (dim, stride, count) = (dictionary.dim(), dictionary.stride(), dictionary.len());
         let columns = (root.residuals.len() / dim).max(1);
         self.columns.resize(columns * stride);
-        self.columns.fill(-1.0);
-        let signals = root.residuals.chunks_exact(dim);
-        let mut spread = if root.residuals.is_empty() { 1.0f32 } else { 0.0 };
-        for k in 0..count {
-            widen(wide, dictionary.atom(k));
-            let column = &mut self.columns;
-            let nonzero = dictionary.squared_norm(k) > 0.0;
-            dots_each(simd, wide, signals.clone(), |c, dot| {
-                let less = (dot - 1.0) as f32;
-                column[panel_index(k, c, columns)] = less;
-                spread = if nonzero { spread.max(less.abs()) } else { spread };
-            });
-        }
-        let spread = f64::from(spread) * SECOND_ORDER;
+        let spread = if root.residuals.is_empty() {
+            self.columns.fill(-1.0);
+            SECOND_ORDER
+        } else {
+            let Self { samples, columns, .. } = self;
+            gram::fill_columns(simd, &root.residuals, (panels, dim), samples, columns);
+            SECOND_ORDER * f64::from(largest(dictionary, &self.columns))
+        };
         self.errors.columns.clear();
         self.errors.columns.resize(columns, U * spread);
         (self.errors.spread, self.errors.divisors) = (spread, 8.0 * U);
@@ -356,11 +376,12 @@ impl Rows {
     #[inline(always)]
     pub fn root_tiles<'a, S: Simd>(
         &'a self,
-        dictionary: &'a Dictionary,
+        atoms: Atoms<'a>,
         differences: &'a [f32],
     ) -> RootTiles<'a, S> {
         let (columns, divisors) = (tiles::<S>(&self.columns), tiles::<S>(&self.divisors));
-        RootTiles { dictionary, differences, rows: self, columns, divisors }
+        let panels = (atoms.panels, atoms.dictionary.dim());
+        RootTiles { panels, differences, rows: self, columns, divisors }
     }
 
     /// The tiles and margins of the node at the end of the path; `FIRST` if its parent is the root.
@@ -369,22 +390,34 @@ impl Rows {
     #[inline(always)]
     pub fn child_tiles<'a, S: Simd, const FIRST: bool>(
         &'a mut self,
-        dictionary: &'a Dictionary,
+        simd: S,
+        atoms: Atoms<'a>,
         path: Path<'a>,
         (root, above): (&'a Self, &'a [Self]),
         params: &CodeParams,
     ) -> (ChildTiles<'a, S, FIRST>, Margins) {
         let (node, parent) = (path.end(), above.last().unwrap_or(root));
+        let dictionary = atoms.dictionary;
         let margins =
             self.errors.set_child::<FIRST>(path, above, &parent.errors, dictionary.spread());
-        let gram = dictionary.gram_row(node.atom);
         self.projections.clear();
         self.projections.extend(node.projections.iter().map(|&p| p as f32));
         self.projections.resize(parent.count(), 0.0);
         self.offsets.clear();
         self.offsets.extend(node.projections.iter().map(|&p| (1.0 - p) as f32));
         self.offsets.resize(parent.count(), 1.0);
-        let Self { weights, columns, divisors, projections, offsets, errors } = self;
+        let Self { gram, atom, weights, columns, divisors, projections, offsets, errors, .. } =
+            self;
+        let stride = dictionary.stride();
+        let gram: &[f32] = match atoms.gram {
+            Gram::Kept(rows) => &rows[node.atom * stride..][..stride],
+            Gram::Made(panels) => {
+                gram.resize(stride);
+                widen(atom, dictionary.atom(node.atom));
+                gram::fill_row(simd, atom, panels, gram);
+                gram
+            }
+        };
         let own = [weights, columns, divisors];
         let inverse = 1.0 / node.triangle[above.len()];
         let weight_offset = if FIRST { inverse - 1.0 } else { 1.0 - node.triangle[0] };
@@ -451,7 +484,7 @@ impl<S: Simd> Tiles<S> for RootTiles<'_, S> {
     #[inline(always)]
     fn correlate(&self, simd: S, t: usize, correlations: &mut [Tile<S>]) {
         let newest = self.column(t, self.rows.count() - 1);
-        correlate(simd, self.differences, self.dictionary, (t, newest), correlations);
+        correlate(simd, self.differences, self.panels, (t, newest), correlations);
     }
 
     #[inline(always)]
@@ -607,6 +640,27 @@ impl Recurrence<'_> {
     }
 }
 
+/// The largest magnitude in the columns (in panels) of any atom that is not zero.
+#[inline(always)]
+fn largest(dictionary: &Dictionary, columns: &[f32]) -> f32 {
+    let panels = columns.chunks_exact(columns.len() / dictionary.stride() * LANES);
+    let mut largest = [0.0f32; LANES];
+    for (panel, norms) in panels.zip(dictionary.squared_norms().chunks(LANES)) {
+        let mut nonzero = [0.0; LANES];
+        nonzero.iter_mut().zip(norms).for_each(|(nonzero, &norm)| {
+            *nonzero = if norm > 0.0 { 1.0 } else { 0.0 };
+        });
+        for row in panel.chunks_exact(LANES) {
+            // This form compiles to vector instructions.
+            for ((largest, entry), nonzero) in largest.iter_mut().zip(row).zip(&nonzero) {
+                let far = entry.abs() * nonzero;
+                *largest = if far > *largest { far } else { *largest };
+            }
+        }
+    }
+    largest.into_iter().fold(0.0, f32::max)
+}
+
 /// Marks the atom as excluded. It compares lanes, because writing one lane would move the whole
 /// tile through memory.
 #[inline(always)]
@@ -690,21 +744,26 @@ mod tests {
     struct Descend<'a> {
         dictionary: &'a Dictionary,
         shared: &'a [f32],
-        atoms: &'a [usize],
+        path: &'a [usize],
     }
 
     impl WithSimd for Descend<'_> {
         type Output = Vec<Errors>;
 
         fn with_simd<S: Simd>(self, simd: S) -> Vec<Errors> {
-            let Self { dictionary, shared, atoms } = self;
+            let Self { dictionary, shared, path } = self;
+            let products = dictionary.products().unwrap();
+            let gram = Gram::Kept(&products.gram);
+            let atoms = Atoms { dictionary, panels: &products.panels, gram };
             let (mut root, mut nodes) = (Node::default(), Vec::new());
             root.fill_root(simd, shared);
             let mut rows = vec![Rows::default()];
-            rows[0].fill_root(simd, &mut Vec::new(), dictionary, &root, &PARAMS);
+            let mut wide = Vec::new();
+            widen(&mut wide, &products.panels);
+            rows[0].fill_root(simd, (dictionary, &wide), &root, &PARAMS);
             let mut truth = Truth::default();
             self.check(&rows[0], &truth);
-            for &atom in atoms {
+            for &atom in path {
                 let left = truth.residual(dictionary.atom(atom));
                 if dot(&left, &left) < PARAMS.min_residual {
                     continue;
@@ -716,12 +775,12 @@ mod tests {
                 let (path, mut new) = (Path { root: &root, nodes: &nodes }, Rows::default());
                 let above = (&rows[0], &rows[1..]);
                 let single = if nodes.len() == 1 {
-                    let tiles = new.child_tiles::<S, true>(dictionary, path, above, &PARAMS).0;
+                    let tiles = new.child_tiles::<S, true>(simd, atoms, path, above, &PARAMS).0;
                     let single = make_tiles(simd, dictionary, tiles);
                     new.tighten_max_residual(simd);
                     single
                 } else {
-                    let tiles = new.child_tiles::<S, false>(dictionary, path, above, &PARAMS).0;
+                    let tiles = new.child_tiles::<S, false>(simd, atoms, path, above, &PARAMS).0;
                     make_tiles(simd, dictionary, tiles)
                 };
                 self.check(&new, &truth);
@@ -796,7 +855,7 @@ mod tests {
         let dictionary = Dictionary::new(DIM, 9, signals(90, &mut runner));
         let shared = signals(4, &mut runner);
         for (_, instructions) in Instructions::available() {
-            let descend = Descend { dictionary: &dictionary, shared: &shared, atoms: &[3, 16, 31] };
+            let descend = Descend { dictionary: &dictionary, shared: &shared, path: &[3, 16, 31] };
             for (depth, errors) in instructions.dispatch(descend).iter().enumerate().skip(1) {
                 println!(
                     "{depth} {} {} {:?}",
@@ -819,7 +878,7 @@ mod tests {
         ) {
             let dictionary = Dictionary::new(DIM, 9, atoms);
             for (_, instructions) in Instructions::available() {
-                instructions.dispatch(Descend { dictionary: &dictionary, shared: &shared, atoms: &path });
+                instructions.dispatch(Descend { dictionary: &dictionary, shared: &shared, path: &path });
             }
         }
     }
