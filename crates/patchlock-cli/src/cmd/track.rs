@@ -207,7 +207,7 @@ pub struct TrackArgs {
     #[command(flatten)]
     limits: LimitArgs,
 
-    /// Maximum number of targets that are tracked at once. A target takes about 3 MB
+    /// Maximum number of targets that are tracked at once. A target takes about 1 MB
     /// of memory; with the preset paper, 20 MB
     #[arg(
         long,
