@@ -17,6 +17,7 @@ mod many;
 mod network;
 mod project;
 mod real;
+mod release;
 mod report;
 mod score;
 mod strangers;
