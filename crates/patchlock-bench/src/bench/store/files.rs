@@ -1,6 +1,5 @@
 //! Writes files atomically: they are complete or do not exist.
 
-use std::fs;
 use std::io::Write;
 use std::path::Path;
 
@@ -33,7 +32,7 @@ pub(super) fn write_atomically(path: &Path, bytes: &[u8], replace: bool) -> Resu
         // Temporary files are private; a result should have the permissions of an ordinary new
         // file.
         use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o666));
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     let mut file = builder.tempfile_in(folder).map_err(cannot)?;
     file.write_all(bytes).and_then(|()| file.as_file().sync_all()).map_err(cannot)?;
