@@ -30,7 +30,8 @@ pub struct Dictionary {
 pub struct Products {
     /// See [`Dictionary::fill_panels`].
     pub panels: Aligned,
-    /// See [`gram::fill`].
+    /// The inner products of each atom with all atoms, minus 1, computed in `f64` and rounded once:
+    /// one row per atom, as long as the padded rows over all atoms. The padding holds -1.
     pub gram: Aligned,
 }
 
