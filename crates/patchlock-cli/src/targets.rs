@@ -198,7 +198,8 @@ impl Targets {
 /// Megabytes that a target takes with the default settings of a method.
 fn megabytes(method: &Method) -> usize {
     match method {
-        Method::Robust(_) | Method::Network(_) => 5,
+        Method::Robust(_) => 1,
+        Method::Network(_) => 5,
         Method::Paper(_) => 20,
     }
 }
