@@ -154,7 +154,7 @@ fn model_hint(error: &ModelError) -> Option<String> {
             "give its files with --model; patchlock model --help says where to get them".to_string()
         }
         ModelError::Unused { .. } | ModelError::UnusedRuntime { .. } => {
-            "the presets robust, fast and network use one".to_string()
+            "the presets robust and network use one".to_string()
         }
         ModelError::Unusable { error: NetworkError::Family { .. }, .. } => {
             "patchlock model --help lists the networks that can be used".to_string()

@@ -433,7 +433,7 @@ pub fn check_use(method: &Method, network: Option<&patchlock::Network>) -> PyRes
     match (method, network) {
         (Method::Network(_) | Method::Robust(_), _) | (_, None) => Ok(()),
         (method, Some(network)) => Err(PyValueError::new_err(format!(
-            "the network {} has no effect with the method {} (the presets robust, fast and network use one)",
+            "the network {} has no effect with the method {} (the presets robust and network use one)",
             network.name(),
             method.name()
         ))),

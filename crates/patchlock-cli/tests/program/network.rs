@@ -114,7 +114,7 @@ fn wrong_options_have_advice() {
     };
     let network = ["--preset", "network"];
     refused(&network, ["the method network needs a network", "--model; patchlock model --help"]);
-    let unused = "hint: the presets robust, fast and network use one";
+    let unused = "hint: the presets robust and network use one";
     let paper = ["--preset", "paper", "--model", "nano"];
     refused(&paper, ["network nano has no effect with the method paper", unused]);
     refused(&["--runtime", "x.so"], ["runtime x.so has no effect without a network", unused]);
