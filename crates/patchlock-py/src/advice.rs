@@ -119,7 +119,7 @@ fn track_advice(error: &patchlock_track::Error) -> Option<String> {
         Error::Settings(SettingsError::Model(ModelError::Missing { .. })) => MODEL,
         Error::Settings(SettingsError::Model(
             ModelError::Unused { .. } | ModelError::UnusedRuntime { .. },
-        )) => "the presets robust, fast and network use one",
+        )) => "the presets robust and network use one",
         Error::Settings(SettingsError::Model(ModelError::Runtime(_))) => {
             "runtime= takes the library of onnxruntime 1.17 or later; without it, the built-in runtime \
              is used"

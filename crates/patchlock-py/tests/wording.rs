@@ -302,7 +302,7 @@ fn ranges_and_names_are_named_by_keywords() {
         "sequences: ",
         "attributes: ",
         "the method network needs a network (give its files with model=)",
-        "has no effect without a network (the presets robust, fast and network use one)",
+        "has no effect without a network (the presets robust and network use one)",
         "runtime= takes the library",
         "given: b (give its files with model=)",
         "the backbone is missing (give both files, or their folder)",
