@@ -188,31 +188,32 @@ def path(draws: random.Random) -> str:
     return address.encode("ascii", "replace").decode()
 
 
-def body(draws: random.Random) -> bytes:
-    """Edits, orders to track, annotations, or nonsense."""
+def edits(draws: random.Random) -> list[dict]:
+    """Changes to a project, whole and broken."""
     number = lambda: draws.choice([0, 1, 2, 3, -1, 1 << 40, 1e300, 5.5])
     box = {"x": number(), "y": number(), "w": number(), "h": number()}
-    edits = [
+    good = {"edit": "add_target", "label": "target", "frame": 0, "box": {"x": 9.0, "y": 8.0, "w": 12.0, "h": 9.0}}
+    any_of = [
         {"edit": "add_target", "label": "target", "frame": number(), "box": box},
         {"edit": "set_key", "target": number(), "frame": number(), "box": box, "occluded": False},
+        {"edit": "set_key", "target": draws.randrange(1, 4), "frame": draws.randrange(8), "box": good["box"]},
         {"edit": "delete_target", "target": number()},
         {"edit": "add_label", "name": draws.choice(WORDS), "colour": "#ff0000"},
         {"edit": "set_label", "name": "target", "new_name": draws.choice(WORDS)},
         {"edit": "declare", "label": "target", "attributes": [{"name": "a", "kind": "checkbox"}]},
         {"edit": "set_value", "target": 1, "name": "a", "frame": number(), "value": "true"},
-        {"edit": "split", "target": 1, "frame": number()},
-        {"edit": "hide", "target": 1, "from": number(), "to": number()},
+        {"edit": "split", "target": draws.randrange(1, 4), "frame": draws.randrange(8)},
+        {"edit": "hide", "target": draws.randrange(1, 4), "from": number(), "to": number()},
+        {"edit": "add_remark", "frame": number(), "target": 1, "verdict": "rejected", "text": draws.choice(WORDS)},
+        {"edit": "set_done", "done": draws.random() < 0.5},
     ]
-    good = {"edit": "add_target", "label": "target", "frame": 0, "box": {"x": 9.0, "y": 8.0, "w": 12.0, "h": 9.0}}
-    content = json.dumps(
-        draws.choice(
-            [
-                [good], [draws.choice(edits)], draws.sample(edits, 3), {"target": 1, "frame": number()},
-                {"target": 1, "from": number(), "to": number()}, "frame,id,x,y,w,h\n0,1,1,2,3,4\n",
-            ]
-        )
-    ).encode()  # fmt: skip
-    kind = draws.randrange(6)
+    return draws.choice([[good], [draws.choice(any_of)], [draws.choice(any_of)], draws.sample(any_of, 3)])
+
+
+def body(draws: random.Random) -> bytes:
+    """Annotations, or nonsense."""
+    content = json.dumps(draws.choice([edits(draws), {"target": 1, "frame": 0}, "frame,id,x,y,w,h\n0,1,1,2,3,4\n"])).encode()
+    kind = draws.randrange(3)
     if kind == 0:
         return damaged(content, draws)
     if kind == 1:
@@ -220,11 +221,34 @@ def body(draws: random.Random) -> bytes:
     return content
 
 
+def work(draws: random.Random, revision: int) -> tuple[str, str, bytes]:
+    """What the page would send, of this revision of the project or of another."""
+    revision = revision if draws.random() < 0.9 else draws.randrange(20)
+    clip = "/api/clips/1"
+    wish = draws.choice(
+        [
+            {"target": draws.randrange(1, 4), "from": draws.randrange(8), "direction": draws.choice(["forward", "both"])},
+            {"target": draws.randrange(1, 4), "around": draws.randrange(8)},
+        ]
+    )
+    where, content = draws.choice(
+        [
+            ("edits", {"revision": revision, "edits": edits(draws)}),
+            ("edits", {"revision": revision, "edits": edits(draws)}),
+            ("track", wish),
+            (draws.choice(["stop", "undo", "undo", "redo"]), {}),
+        ]
+    )
+    return "POST", f"{clip}/{where}", json.dumps(content).encode()
+
+
 class Studio:
     """The program on a folder."""
 
     # The longest that an answer of any has taken, by the clock and as it counts.
     clock = own = 0.0
+    # How many edits and orders to track were taken.
+    edited = tracked = 0
 
     def __init__(self, program: str, folder: Path, clips: list[Path], log: Path):
         self.log = log
@@ -235,6 +259,8 @@ class Studio:
         )
         os.set_blocking(self.process.stdout.fileno(), False)
         self.address = None
+        # Of the first clip, as the last answer said.
+        self.revision = 0
 
     def start(self) -> None:
         """Waits for the address of the page; the program may end instead."""
@@ -257,7 +283,10 @@ class Studio:
     def send(self, draws: random.Random) -> int:
         """Sends one request; the status of the answer, 0 for a broken one."""
         port, token = self.address
-        method, where, content = draws.choice(METHODS[: draws.choice([2, 2, 2, 8])]), path(draws), body(draws)
+        if draws.random() < 0.5:
+            method, where, content = work(draws, self.revision)
+        else:
+            method, where, content = draws.choice(METHODS[: draws.choice([2, 2, 2, 8])]), path(draws), body(draws)
         kind = draws.randrange(12)
         if kind == 0:  # A client that breaks off, or speaks something else.
             nonsense = damaged(f"{method} {where} HTTP/1.1\r\nHost: x\r\n\r\n".encode(), draws) * 20
@@ -271,13 +300,16 @@ class Studio:
             with Wait(self.process.pid, f"the answer to {method} {where}", ANSWER) as wait:
                 client.request(method, where, content if method != "GET" else None, headers)
                 answer = client.getresponse()
-                if "/events" not in where:
-                    answer.read(8 << 20)
+                text = answer.read(8 << 20) if "/events" not in where else b""
         except (http.client.HTTPException, OSError):
             return 0
         finally:
             client.close()
         Studio.clock, Studio.own = max(Studio.clock, wait.clock), max(Studio.own, wait.own)
+        if answer.status == 200 and (found := re.search(rb'"revision": ?(\d+)', text[:200])):
+            self.revision = int(found[1])
+            Studio.edited += where.endswith("/edits")
+        Studio.tracked += answer.status == 200 and where.endswith("/track")
         if not known and where.startswith("/api") and answer.status < 400:
             raise Broken(f"{method} {where} is answered with {answer.status} without the token")
         return answer.status
@@ -346,6 +378,7 @@ def main() -> None:
         shutil.rmtree(root)
         rounds += 1
     print(f"{rounds} rounds, answers by status (0: cut off, -1: folder refused): {dict(sorted(answers.items()))}")
+    print(f"of these, {Studio.edited} changed a project and {Studio.tracked} began to track")
     print(f"the longest answer: {Studio.clock:.1f} s by the clock, {Studio.own:.1f} s as it counts")
 
 
