@@ -39,7 +39,7 @@ pub struct ScaleParams {
     pub beta: f64,
     /// Whether position weights are used.
     pub position_weights: bool,
-    /// Whether what follows from dictionary and buffer is kept. That is seven times as much memory,
+    /// Whether what follows from dictionary and buffer is kept. That is several times as much memory,
     /// and worth it where many candidates are coded between two learning steps. The codes are the
     /// same.
     pub keeps_products: bool,

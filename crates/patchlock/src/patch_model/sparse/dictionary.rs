@@ -24,7 +24,7 @@ pub struct Dictionary {
     products: Option<Products>,
 }
 
-/// The atoms in the layout of the matrix product, and their inner products: five times the memory
+/// The atoms in the layout of the matrix product, and their inner products: six times the memory
 /// of the atoms, and worth it for many candidates. For one, a solver makes what it needs.
 #[derive(Debug, Clone, Default)]
 pub struct Products {
