@@ -136,9 +136,6 @@ group! {
         /// An unseen target is no longer followed after `lost_after` consecutive frames with a
         /// response of the memory below this share of its mean.
         gone_below: f64 = 0.3, number(0.0, 10.0);
-        /// While an unseen target is followed, a place elsewhere counts as found only if the memory
-        /// responds this many times stronger there.
-        found_margin: f64 = 1.3, number(0.0, 100.0);
         /// Number of windows that are searched on each frame while the target is lost.
         search_windows: usize = 5, number(1.0, 1000.0);
         /// Share of their side by which the windows of the search overlap.

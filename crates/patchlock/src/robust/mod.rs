@@ -45,6 +45,9 @@ use visible::{Seen, SeenBuffers, Visible};
 use window::{SampleBuffers, Window};
 use witness::Witness;
 
+/// Elsewhere than where an unseen target is followed, the memory has to be this many times surer.
+const SURER: f64 = 1.3;
+
 /// A target of the method `robust`.
 #[derive(Debug)]
 pub(crate) struct RobustTarget {
@@ -258,7 +261,7 @@ impl RobustTarget {
         let here = Searcher { setting, order, sample, response }.certainty(*place);
         let is_near = found.place.is_within(*place, window.base());
         let region = found.place.region(window.base());
-        (is_near || found.certainty >= search.margin * here)
+        (is_near || found.certainty >= SURER * here)
             && visible.look(frame, region, seen, &mut Visibility::default()).shares().shown
                 >= search.shown
     }

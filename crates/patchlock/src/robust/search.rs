@@ -23,9 +23,7 @@ pub(crate) struct SearchParams {
     sizes: [f64; 4],
     /// Sizes, relative to the last one, that are tried at a place that was found.
     tried: [f64; 3],
-    /// What is found away from where an unseen target is followed is this many times more certain,
-    pub margin: f64,
-    /// and at least this share of it is visible.
+    /// Of what is found while an unseen target is followed, at least this share is visible.
     pub shown: f64,
 }
 
@@ -63,7 +61,6 @@ impl SearchParams {
             overlap: config.search_overlap,
             sizes: [1.0, config.search_larger, config.search_smaller, 1.0],
             tried: [1.0, config.found_smaller, config.found_larger],
-            margin: config.found_margin,
             shown: config.seen_again,
         }
     }

@@ -60,7 +60,7 @@ pub(crate) enum Phase {
     /// It follows the target; on this many consecutive frames the memory has not known the place.
     Following { doubtful: u32 },
     /// It goes on following, but hardly sees the target there, and searches for it around the last
-    /// place at which it did. The target counts as lost. `next` is the number of the next window of
+    /// place at which it did. The target is never tracked. `next` is the number of the next window of
     /// the search; on this many consecutive frames the memory has not known the place at all.
     Unseen { next: u64, unknown: u32, last: Place },
     /// It has lost the target and searches; `next` is the number of the next window of the search.
@@ -439,7 +439,7 @@ impl Belief {
     pub fn verdict(&self, evidence: &Evidence, params: &StatusParams) -> Verdict {
         let score = params.score.score(evidence, self);
         let status = match self.phase {
-            _ if self.is_searched() => Status::Lost,
+            Phase::Lost { .. } => Status::Lost,
             // The score calls a target lost before it is given up.
             _ if score < params.lost => Status::Lost,
             Phase::Following { .. }
@@ -449,7 +449,7 @@ impl Belief {
             }
             _ => Status::Uncertain,
         };
-        let score = if self.is_searched() { score.min(params.lost) } else { score };
+        let score = if self.is_lost() { score.min(params.lost) } else { score };
         Verdict { status, score }
     }
 
@@ -771,7 +771,7 @@ mod tests {
             let sure = decision.lessons.is_some_and(|lessons| lessons.sure);
             assert_eq!(decision.lessons.is_none(), after == lost, "{name}");
             assert!(!(is_unseen && sure), "{name}");
-            assert!(!is_unseen || decision.verdict.status == Status::Lost, "{name}");
+            assert!(!is_unseen || decision.verdict.status != Status::Tracked, "{name}");
         }
     }
 
@@ -954,7 +954,8 @@ mod tests {
             (trial, low, Status::Lost, least),
             (lost, high, Status::Lost, 0.25),
             (lost, low, Status::Lost, least),
-            (unseen, high, Status::Lost, 0.25),
+            (unseen, high, Status::Uncertain, most),
+            (unseen, low, Status::Lost, least),
         ] {
             let belief = Belief { shown, ..belief };
             let verdict = belief.verdict(&evidence, &PARAMS);
@@ -1048,7 +1049,8 @@ mod tests {
 
     #[test]
     fn the_verdict_is_that_of_the_new_phase() {
-        let decision = following(2).advance(&STRANGE, (LATER, LAST), &PARAMS);
+        let unseen = in_phase(Phase::Unseen { next: 0, unknown: 2, last: LAST });
+        let decision = unseen.advance(&STRANGE, (LATER, LAST), &PARAMS);
         assert_eq!(decision.verdict, Verdict { status: Status::Lost, score: 0.25 });
         let trial = in_phase(Phase::Trial { left: 1, back: BACK });
         assert_eq!(trial.advance(&KNOWN, (LATER, LAST), &PARAMS).verdict.status, Status::Tracked);

@@ -117,17 +117,8 @@ fn base_of(method: &Method, row: &Parameter) -> TrackerConfig {
         // However sure the memory is.
         "unseen_below" => &[("found_above", 9.0)],
         "unseen_rate" => &[("found_above", 9.0), ("unseen_below", 0.8)],
-        // The target counts as unseen, and what is found elsewhere counts, however little is visible.
-        "found_margin" => &[
-            ("unseen_below", 1.0),
-            ("found_above", 0.1),
-            ("found_promising", 0.0),
-            ("seen_again", 0.0),
-            ("seen_certainty", 9.0),
-            ("gone_below", 0.0),
-            ("lost_below", 0.0),
-            ("search_windows", 60.0),
-        ],
+        // The target is given up.
+        "score_lost" => &[("seen_certainty", 9.0), ("gone_below", 9.0)],
         // Around the last place alone.
         "search_windows" => &[("search_windows", 1.0)],
         // Filters and network nearly always disagree.
@@ -234,7 +225,6 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("seen_again", Value::from(0.0)),
         ("seen_certainty", Value::from(0.0)),
         ("gone_below", Value::from(9.0)),
-        ("found_margin", Value::from(100.0)),
         ("score_early", Value::from(1.0)),
         ("lost_below", Value::from(0.5)),
         ("lost_drop", Value::from(9.0)),
