@@ -1104,6 +1104,13 @@ class RobustObservation:
         """
 
     @property
+    def early(self) -> float:
+        """How sure the memory was when it had seen no more than the first sure frames.
+
+        It is the response of what the memory was then, relative to its mean then.
+        """
+
+    @property
     def contrast(self) -> float:
         """How well colour tells the target from what is around it: from -1 through 0, not at all, to 1.
         """
