@@ -248,6 +248,9 @@ const MOST_CONTRAST: f64 = 1.2;
 /// The range in which the certainty of the early memory counts for the score.
 const EARLY: [f64; 2] = [0.0, 1.5];
 
+/// An unseen target is lost below this score, uncertain above.
+const EVEN: f64 = 0.5;
+
 /// The range in which the network's odds count for the score.
 const ODDS: [f64; 2] = [-4.0, 4.2];
 
@@ -440,6 +443,8 @@ impl Belief {
         let score = params.score.score(evidence, self);
         let status = match self.phase {
             Phase::Lost { .. } => Status::Lost,
+            // Unseen, and rather off the target than on it.
+            Phase::Unseen { .. } if score < EVEN => Status::Lost,
             // The score calls a target lost before it is given up.
             _ if score < params.lost => Status::Lost,
             Phase::Following { .. }
@@ -955,6 +960,7 @@ mod tests {
             (lost, high, Status::Lost, 0.25),
             (lost, low, Status::Lost, least),
             (unseen, high, Status::Uncertain, most),
+            (unseen, middle, Status::Lost, little),
             (unseen, low, Status::Lost, least),
         ] {
             let belief = Belief { shown, ..belief };
