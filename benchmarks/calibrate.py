@@ -6,9 +6,9 @@
     target/python-venv/bin/python benchmarks/calibrate.py starts/OTB starts/MINE [--model FOLDER]
 
 Each argument is a dataset in the OTB layout. The preset `robust` tracks all its sequences and says of each
-frame what the score counts: the mean visible share, the memory's response elsewhere, and the contrast of
-colours relative to the first frame; with a network, its odds and whether it agrees, in place of the response
-elsewhere. The score is the logistic function of a weighted sum of these. The fit is the logistic regression
+frame what the score counts: the mean visible share, the memory's response elsewhere, the contrast of colours
+relative to the first frame, and how sure the memory of the first sure frames is; with a network, its odds and
+whether it agrees, in place of the response elsewhere and the early memory. The score is the logistic function of a weighted sum of these. The fit is the logistic regression
 of whether the box overlaps the truth by at least half; a frame without truth is a miss. Frames of a target
 that is given up take part: nothing is visible of it. Each target counts by the square root of its frames.
 
@@ -33,11 +33,12 @@ import patchlock
 
 STEPS = 50
 # The settings of the score, in the order of the columns.
-ALONE = ("score_bias", "score_visible", "score_elsewhere", "score_contrast")
+ALONE = ("score_bias", "score_visible", "score_elsewhere", "score_contrast", "score_early")
 WITH_NETWORK = tuple(f"network_score_{name}" for name in ("bias", "visible", "contrast", "odds", "agrees"))
 # As in the tracker: the least contrast of the first frame, the most that a later one is relative to it, and
-# the range of the odds.
+# the ranges of what the early memory says and of the odds.
 LEAST_CONTRAST, MOST_CONTRAST = 0.05, 1.2
+MOST_EARLY = 1.5
 LEAST_ODDS, MOST_ODDS = -4.0, 4.2
 
 Array = npt.NDArray[np.float64]
@@ -76,7 +77,7 @@ def track(sequence: Path, model: Path | None, settings: dict[str, float]) -> lis
             contrast = min(seen.contrast / first, MOST_CONTRAST)
             own = [1.0, seen.mean_visible, contrast if model else seen.elsewhere]
             if not model:
-                own.append(contrast)
+                own += [contrast, min(max(seen.early, 0.0), MOST_EARLY)]
             elif seen.odds is None:
                 own += [LEAST_ODDS, 0.0]
             else:

@@ -27,6 +27,7 @@ pub struct RobustObservation {
     frame: u64,
     certainty: f64,
     elsewhere: f64,
+    early: f64,
     contrast: f64,
     visible: f64,
     mean_visible: f64,
@@ -97,6 +98,7 @@ impl RobustObservation {
             frame: view.frame,
             certainty: view.certainty,
             elsewhere: view.elsewhere,
+            early: view.early,
             contrast: view.contrast,
             visible: view.visible,
             mean_visible: view.mean_visible,
@@ -200,6 +202,14 @@ impl RobustObservation {
     #[getter]
     fn elsewhere(&self) -> f64 {
         self.elsewhere
+    }
+
+    /// How sure the memory was when it had seen no more than the first sure frames.
+    ///
+    /// It is the response of what the memory was then, relative to its mean then.
+    #[getter]
+    fn early(&self) -> f64 {
+        self.early
     }
 
     /// How well colour tells the target from what is around it: from -1 through 0, not at all, to 1.

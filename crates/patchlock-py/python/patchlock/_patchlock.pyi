@@ -200,6 +200,10 @@ class RobustConfig:
     """
     sure_visible: float
     """No frame is sure below this part of the visible share on sure frames. Allowed: 0 to 10."""
+    sure_shown: float
+    """Without a network, no frame is sure if less than this share of the target is reported as
+    visible. Allowed: 0 to 1.
+    """
     first_frames: int
     """Number of first frames that count as sure whatever the memory responds. Allowed: 0 to 10000.
     """
@@ -247,6 +251,29 @@ class RobustConfig:
     """A place that was found is accepted after this many frames that do not count as lost. Allowed:
     1 to 10000.
     """
+    trial_shown: float
+    """A place that was found is not accepted if the mean share of the target that was reported as
+    visible on the last frames is below this. Allowed: 0 to 1.
+    """
+    unseen_below: float
+    """The target counts as unseen where it is followed, and is searched for elsewhere, if the mean
+    share that was reported as visible on the last frames is below this and the memory's response
+    is below `found_above`. Allowed: 0 to 1.
+    """
+    unseen_rate: float
+    """Rate of the mean share that was reported as visible on the last frames. Allowed: 0 to 1."""
+    seen_again: float
+    """An unseen target is seen again if the mean share is above this and `seen_certainty` holds; a
+    place that is found elsewhere has to show at least this share of it. Allowed: 0 to 1.
+    """
+    seen_certainty: float
+    """An unseen target is seen again only if the memory's response is above this share of its mean.
+    Allowed: 0 to 10.
+    """
+    gone_below: float
+    """An unseen target is no longer followed after `lost_after` consecutive frames with a response
+    of the memory below this share of its mean. Allowed: 0 to 10.
+    """
     search_windows: int
     """Number of windows that are searched on each frame while the target is lost. Allowed: 1 to
     1000.
@@ -292,6 +319,10 @@ class RobustConfig:
     score_contrast: float
     """Weight in the score of how well colours tell the target from what is around it, relative to
     the first frame. Allowed: -100 to 100.
+    """
+    score_early: float
+    """Weight in the score of how sure the memory was of the place when it had seen no more than the
+    first sure frames. Allowed: -100 to 100.
     """
     shown_epsilon: float
     """A patch is reported as visible, and counts for score and status, when the squared error of
@@ -1070,6 +1101,13 @@ class RobustObservation:
         """The memory's strongest response more than half the target's width or height away from the estimate.
 
         It is relative to the response at the estimate, from 0 to 2.
+        """
+
+    @property
+    def early(self) -> float:
+        """How sure the memory was when it had seen no more than the first sure frames.
+
+        It is the response of what the memory was then, relative to its mean then.
         """
 
     @property

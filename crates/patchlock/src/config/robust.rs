@@ -83,6 +83,9 @@ group! {
         sure: f64 = 0.7, number(0.0, 10.0);
         /// No frame is sure below this part of the visible share on sure frames.
         sure_visible: f64 = 0.1, number(0.0, 10.0);
+        /// Without a network, no frame is sure if less than this share of the target is reported as
+        /// visible.
+        sure_shown: f64 = 0.5, number(0.0, 1.0);
         /// Number of first frames that count as sure whatever the memory responds.
         first_frames: usize = 10, number(0.0, 10_000.0);
         /// Rate of the running means of the memory's response, the visible share and the contrast.
@@ -115,6 +118,24 @@ group! {
         found_above: f64 = 0.65, number(0.0, 10.0);
         /// A place that was found is accepted after this many frames that do not count as lost.
         trial: usize = 5, number(1.0, 10_000.0);
+        /// A place that was found is not accepted if the mean share of the target that was reported
+        /// as visible on the last frames is below this.
+        trial_shown: f64 = 0.4, number(0.0, 1.0);
+        /// The target counts as unseen where it is followed, and is searched for elsewhere, if the
+        /// mean share that was reported as visible on the last frames is below this and the
+        /// memory's response is below `found_above`.
+        unseen_below: f64 = 0.15, number(0.0, 1.0);
+        /// Rate of the mean share that was reported as visible on the last frames.
+        unseen_rate: f64 = 0.15, number(0.0, 1.0);
+        /// An unseen target is seen again if the mean share is above this and `seen_certainty`
+        /// holds; a place that is found elsewhere has to show at least this share of it.
+        seen_again: f64 = 0.25, number(0.0, 1.0);
+        /// An unseen target is seen again only if the memory's response is above this share of its
+        /// mean.
+        seen_certainty: f64 = 0.5, number(0.0, 10.0);
+        /// An unseen target is no longer followed after `lost_after` consecutive frames with a
+        /// response of the memory below this share of its mean.
+        gone_below: f64 = 0.3, number(0.0, 10.0);
         /// Number of windows that are searched on each frame while the target is lost.
         search_windows: usize = 5, number(1.0, 1000.0);
         /// Share of their side by which the windows of the search overlap.
@@ -139,13 +160,16 @@ group! {
         /// Rate of the mean visible share in the score; the share is 0 while the target is lost.
         score_rate: f64 = 0.02, number(0.0, 1.0);
         /// Weight of the mean visible share in the score.
-        score_visible: f64 = 4.4, number(-100.0, 100.0);
+        score_visible: f64 = 3.0, number(-100.0, 100.0);
         /// Weight in the score of the memory's strongest response away from the box, relative to
         /// its response at the box.
-        score_elsewhere: f64 = -3.9, number(-100.0, 100.0);
+        score_elsewhere: f64 = -3.3, number(-100.0, 100.0);
         /// Weight in the score of how well colours tell the target from what is around it, relative
         /// to the first frame.
-        score_contrast: f64 = 3.1, number(-100.0, 100.0);
+        score_contrast: f64 = 2.2, number(-100.0, 100.0);
+        /// Weight in the score of how sure the memory was of the place when it had seen no more than
+        /// the first sure frames.
+        score_early: f64 = 2.6, number(-100.0, 100.0);
         /// A patch is reported as visible, and counts for score and status, when the squared error
         /// of its own-location code is below this. What is learned, and whether the target is
         /// covered, is decided with the stricter `epsilon`.

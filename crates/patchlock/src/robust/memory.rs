@@ -23,8 +23,27 @@ pub(crate) struct Memory {
     mean: f64,
     /// Sure frames since the first.
     sure: u64,
+    /// What it was after the first sure frames.
+    early: Option<Early>,
+    settings: Settings,
+}
+
+/// The memory as it was after the first sure frames. It never learns, so it notices when the memory
+/// has learnt something else.
+#[derive(Debug)]
+struct Early {
+    /// Its cells inside the window's mask.
+    filter: Vec<f32>,
+    /// The mean of the memory's response at the target over the frames that it was learnt from.
+    mean: f64,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Settings {
     /// Learning rate; the first frames count alike.
     rate: f64,
+    /// Sure frames after which the early memory is kept.
+    early_after: u64,
     /// Largest response elsewhere, relative to that at the place.
     elsewhere_most: f64,
 }
@@ -35,6 +54,14 @@ pub(crate) struct SavedMemory {
     filter: SavedNumbers,
     mean: f64,
     sure: u64,
+    early: Option<SavedEarly>,
+}
+
+/// An early memory as a snapshot holds it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct SavedEarly {
+    filter: SavedNumbers,
+    mean: f64,
 }
 
 /// What the memory says of a place.
@@ -45,6 +72,19 @@ pub(crate) struct Recognition {
     /// Its strongest response outside half the target's size around the place, relative to that at
     /// the place, at most `elsewhere_most`.
     pub elsewhere: f64,
+    /// How sure it was when it had seen no more than the first sure frames: the response of what it
+    /// was then, relative to its mean then. Before, `certainty`.
+    pub early: f64,
+}
+
+impl Settings {
+    fn new(config: &RobustConfig) -> Self {
+        Self {
+            rate: config.memory_rate,
+            early_after: config.first_frames as u64,
+            elsewhere_most: config.elsewhere_most,
+        }
+    }
 }
 
 impl Memory {
@@ -56,14 +96,18 @@ impl Memory {
         buffers: &mut ResponseBuffers,
     ) -> Self {
         let mean = sample.respond(filter, buffers).at([0.0; 2]).max(LEAST_MEAN);
-        let (rate, elsewhere_most) = (config.memory_rate, config.elsewhere_most);
-        Self { filter: filter.to_vec(), mean, sure: 0, rate, elsewhere_most }
+        let settings = Settings::new(config);
+        Self { filter: filter.to_vec(), mean, sure: 0, early: None, settings }
     }
 
     /// As a snapshot holds it.
     pub fn saved(&self) -> SavedMemory {
-        let Self { filter, mean, sure, .. } = self;
-        SavedMemory { filter: SavedNumbers::of(filter), mean: *mean, sure: *sure }
+        let Self { filter, mean, sure, early, .. } = self;
+        let early = early.as_ref().map(|Early { filter, mean }| SavedEarly {
+            filter: SavedNumbers::of(filter),
+            mean: *mean,
+        });
+        SavedMemory { filter: SavedNumbers::of(filter), mean: *mean, sure: *sure, early }
     }
 
     /// From a snapshot.
@@ -75,16 +119,22 @@ impl Memory {
         window: &Window,
         config: &RobustConfig,
     ) -> Result<Self, &'static str> {
-        let SavedMemory { filter, mean, sure } = saved;
-        if !(mean.is_finite() && mean > 0.0) {
+        let SavedMemory { filter, mean, sure, early } = saved;
+        let means = [Some(mean), early.as_ref().map(|early| early.mean)];
+        if !means.into_iter().flatten().all(|mean| mean.is_finite() && mean > 0.0) {
             return Err("the memory's mean response is not positive");
         }
         if sure > MAX_FRAMES {
             return Err("the memory has counted more frames than a video has");
         }
-        let filter = filter.restore(window.filter()).ok_or("the memory is damaged")?;
-        let (rate, elsewhere_most) = (config.memory_rate, config.elsewhere_most);
-        Ok(Self { filter, mean, sure, rate, elsewhere_most })
+        let restore =
+            |filter: SavedNumbers| filter.restore(window.filter()).ok_or("the memory is damaged");
+        let early = early.map(|SavedEarly { filter, mean }| {
+            restore(filter).map(|filter| Early { filter, mean })
+        });
+        let (filter, early, settings) =
+            (restore(filter)?, early.transpose()?, Settings::new(config));
+        Ok(Self { filter, mean, sure, early, settings })
     }
 
     /// The filter that remembers.
@@ -130,19 +180,25 @@ impl Memory {
         let here = certainty * self.mean;
         let away = response.beyond(sample.window.cells().map(|side| side / 2.0));
         let elsewhere =
-            if away <= 0.0 { 0.0 } else { self.elsewhere_most.min(away / here.max(0.0)) };
-        Recognition { certainty, elsewhere }
+            if away <= 0.0 { 0.0 } else { self.settings.elsewhere_most.min(away / here.max(0.0)) };
+        let early = self.early.as_ref().map_or(certainty, |early| {
+            sample.respond(&early.filter, buffers).at([0.0; 2]) / early.mean
+        });
+        Recognition { certainty, elsewhere, early }
     }
 
     /// Learns the follower's filter on a sure frame, on which it was this sure of the place.
     pub fn learn(&mut self, filter: &[f32], certainty: f64) {
         self.sure += 1;
-        let rate = self.rate.max(1.0 / (self.sure + 1) as f64) as f32;
+        let rate = self.settings.rate.max(1.0 / (self.sure + 1) as f64) as f32;
         let pairs = self.filter.iter_mut().zip(filter);
         pairs.for_each(|(memory, filter)| *memory = *memory * (1.0 - rate) + filter * rate);
         // The response to the frame that the filter was learnt from is no measure of later ones.
-        let rate = self.rate.max(1.0 / self.sure as f64);
+        let rate = self.settings.rate.max(1.0 / self.sure as f64);
         self.mean = (self.mean * (1.0 + rate * (certainty - 1.0))).max(LEAST_MEAN);
+        if self.early.is_none() && self.sure >= self.settings.early_after {
+            self.early = Some(Early { filter: self.filter.clone(), mean: self.mean });
+        }
     }
 }
 
@@ -157,7 +213,8 @@ mod tests {
     /// a sample with the sample's own plane.
     fn memory(window: &Window, mean: f64) -> Memory {
         let filter = impulse(window);
-        Memory { filter, mean, sure: 0, rate: 0.25, elsewhere_most: 2.0 }
+        let settings = Settings { rate: 0.25, early_after: 2, elsewhere_most: 2.0 };
+        Memory { filter, mean, sure: 0, early: None, settings }
     }
 
     fn on_sample<T>(cells: &[(usize, f32)], ask: impl FnOnce(&Sample<'_>) -> T) -> T {
@@ -236,15 +293,49 @@ mod tests {
     }
 
     #[test]
+    fn the_early_memory_is_kept_after_the_first_sure_frames() {
+        on_sample(&[(0, 0.5)], |sample| {
+            let (mut memory, mut buffers) =
+                (memory(sample.window, 1.0), ResponseBuffers::default());
+            let blank = vec![0.0; memory.filter.len()];
+            // Two frames with nothing: a third of the first filter is left, and the mean is 0.5.
+            for _ in 0..2 {
+                assert_eq!(memory.early.is_none(), memory.sure() < 2);
+                let known = memory.recognise(sample, &mut buffers);
+                assert_eq!(known.early, known.certainty);
+                memory.learn(&blank, 0.5f64.sqrt());
+            }
+            let early = memory.recognise(sample, &mut buffers).early;
+            for _ in 0..9 {
+                memory.learn(&blank, 1.0);
+            }
+            let known = memory.recognise(sample, &mut buffers);
+            assert_eq!(known.early, early);
+            assert!(known.certainty < 0.2 * early, "{known:?}");
+        });
+    }
+
+    #[test]
     fn a_saved_memory_is_restored_or_refused() {
         let (window, config) = (window(), RobustConfig::default());
-        let good = memory(&window, 1.0).saved();
-        assert_eq!(Memory::restore(good.clone(), &window, &config).unwrap().saved(), good);
+        let mut late = memory(&window, 1.0);
+        let blank = vec![0.0; late.filter.len()];
+        (0..3).for_each(|_| late.learn(&blank, 1.0));
+        let (good, late) = (memory(&window, 1.0).saved(), late.saved());
+        for saved in [&good, &late] {
+            assert_eq!(Memory::restore(saved.clone(), &window, &config).unwrap().saved(), *saved);
+        }
+        let early = late.early.unwrap();
         for damaged in [
             SavedMemory { mean: 0.0, ..good.clone() },
             SavedMemory { mean: f64::NAN, ..good.clone() },
             SavedMemory { sure: u64::MAX, ..good.clone() },
             SavedMemory { filter: SavedNumbers::of(&[]), ..good.clone() },
+            SavedMemory { early: Some(SavedEarly { mean: 0.0, ..early.clone() }), ..good.clone() },
+            SavedMemory {
+                early: Some(SavedEarly { filter: SavedNumbers::of(&[]), ..early }),
+                ..good.clone()
+            },
         ] {
             assert!(Memory::restore(damaged, &window, &config).is_err());
         }

@@ -29,6 +29,7 @@ use crate::network::Network;
 use crate::network::look::Buffers;
 use crate::network_error::NetworkError;
 use crate::patch_model::memory::LearningScratch;
+use crate::patch_model::visibility::Visibility;
 use crate::vision::frame::Frame;
 use crate::vision::geometry::BoundingBox;
 use locate::{Locator, LocatorScratch, Setting};
@@ -37,12 +38,15 @@ use place::Place;
 use regain::{RegainParams, regain};
 use rivals::{Followed, Rival};
 pub(crate) use saved::SavedRobust;
-use search::{Order, SearchParams, Searcher};
+use search::{Found, Order, SearchParams, Searcher};
 use status::{Belief, Evidence, Phase, StatusParams};
 use view::RobustView;
 use visible::{Seen, SeenBuffers, Visible};
 use window::{SampleBuffers, Window};
 use witness::Witness;
+
+/// Elsewhere than where an unseen target is followed, the memory has to be this many times surer.
+const SURER: f64 = 1.3;
 
 /// A target of the method `robust`.
 #[derive(Debug)]
@@ -132,7 +136,9 @@ impl RobustTarget {
     ) -> Result<(), NetworkError> {
         self.frames += 1;
         // The place: followed from the last one or, after a loss, from where the target is found.
-        let is_followed = !self.belief.is_lost() || self.find_again(frame, scratch)?;
+        let last = self.place;
+        let is_found = self.find_again(frame, scratch)?;
+        let is_followed = is_found || !self.belief.is_lost();
         let followed = match is_followed {
             true => self.follow(frame, scratch)?,
             false => Followed::by_filters(self.place),
@@ -152,7 +158,7 @@ impl RobustTarget {
             rival.note(evidence.certainty);
         }
         // The decision: phase, status, score, and what learns.
-        let decision = self.belief.advance(&evidence, self.frames, &self.status);
+        let decision = self.belief.advance(&evidence, (self.frames, last), &self.status);
         self.belief = decision.belief;
         if let Some(lessons) = decision.lessons {
             // The filters learn where they follow, also while another place is believed.
@@ -203,24 +209,33 @@ impl RobustTarget {
         Ok(followed)
     }
 
-    /// Searches while the target is lost; what is found is on trial. Says whether it is found.
+    /// Searches while the target is lost or unseen; what is found is on trial. Says whether it is
+    /// found.
     fn find_again(
         &mut self,
         frame: &Frame<'_>,
         scratch: &mut RobustScratch,
     ) -> Result<bool, NetworkError> {
-        let Phase::Lost { next } = self.belief.phase else { return Ok(false) };
-        let Self { place, window, memory, rival, search, regain: params, .. } = self;
+        let (last, next) = match self.belief.phase {
+            Phase::Lost { next } => (self.place, next),
+            Phase::Unseen { next, last, .. } => (last, next),
+            Phase::Following { .. } | Phase::Trial { .. } => return Ok(false),
+        };
+        let Self { window, memory, rival, search, regain: params, .. } = &*self;
         let RobustScratch { sample, locator: buffers, network, .. } = scratch;
         let setting = Setting { frame, window, memory };
         let order = if rival.is_some() { Order::Outwards } else { Order::Rows };
-        let response = &mut buffers.memory;
-        let mut searcher = Searcher { setting, order, sample, response };
+        let mut searcher = Searcher { setting, order, sample, response: &mut buffers.memory };
         let (found, windows) = match rival {
-            None => (searcher.search(*place, next, search), search.windows),
+            None => {
+                let found = searcher.search(last, next, search);
+                let is_better =
+                    |found: &Found| self.belief.is_lost() || self.is_better(frame, *found, scratch);
+                (found.filter(is_better).map(|found| found.place), search.windows)
+            }
             Some(rival) => {
                 let witness = (&rival.witness, network);
-                let found = regain(searcher, (*place, next), (search, params), witness)?;
+                let found = regain(searcher, (last, next), (search, params), witness)?;
                 (found, params.windows)
             }
         };
@@ -228,12 +243,26 @@ impl RobustTarget {
             self.belief.search_on(windows - 1);
             return Ok(false);
         };
-        self.locator.restart(memory);
-        self.belief.begin_trial(*place, &self.status);
+        self.locator.restart(&self.memory);
+        self.belief.begin_trial(self.place, &self.status);
         self.place = found;
-        if let Some(rival) = rival {
+        if let Some(rival) = &mut self.rival {
             rival.restart(found);
         }
         Ok(true)
+    }
+
+    /// Whether the target is rather at a place that was found than where it is followed, unseen.
+    fn is_better(&self, frame: &Frame<'_>, found: Found, scratch: &mut RobustScratch) -> bool {
+        let Self { place, window, memory, visible, search, .. } = self;
+        let RobustScratch { sample, locator: buffers, seen, .. } = scratch;
+        let setting = Setting { frame, window, memory };
+        let (order, response) = (Order::Rows, &mut buffers.memory);
+        let here = Searcher { setting, order, sample, response }.certainty(*place);
+        let is_near = found.place.is_within(*place, window.base());
+        let region = found.place.region(window.base());
+        (is_near || found.certainty >= SURER * here)
+            && visible.look(frame, region, seen, &mut Visibility::default()).shares().shown
+                >= search.shown
     }
 }

@@ -61,6 +61,12 @@ impl Place {
         self
     }
 
+    /// Whether its centre is within half of another place's width and height from that.
+    pub fn is_within(self, other: Self, base: [f64; 2]) -> bool {
+        let size = other.size(base);
+        (0..2).all(|axis| (self.centre[axis] - other.centre[axis]).abs() < size[axis] / 2.0)
+    }
+
     /// The place with its centre moved into the frame, and its size limited: no side of the target
     /// becomes shorter than `least_side` pixels, nor longer than that of the frame.
     pub fn kept_within(mut self, frame: FrameSize, base: [f64; 2], least_side: f64) -> Self {
@@ -101,6 +107,20 @@ mod tests {
         let [x, y] = [turned.centre[0] - 32.0, turned.centre[1] - 23.0];
         assert!(x.abs() < 1e-12 && y.abs() < 1e-12, "{turned:?}");
         assert_eq!((turned.scale, turned.rotation), (1.0, FRAC_PI_2));
+    }
+
+    #[test]
+    fn a_place_is_within_half_of_anothers_size_or_not() {
+        let base = [20.0, 10.0];
+        for (dx, dy, scale, within) in [
+            (9.9, 4.9, 1.0, true),
+            (10.1, 0.0, 1.0, false),
+            (0.0, -5.1, 1.0, false),
+            (-10.1, 5.1, 1.1, true),
+        ] {
+            let other = Place { scale, ..PLACE };
+            assert_eq!(PLACE.shifted([dx, dy]).is_within(other, base), within, "{dx} {dy}");
+        }
     }
 
     #[test]

@@ -40,10 +40,10 @@ pub(crate) fn regain(
     (witness, buffers): (&Witness, &mut Buffers),
 ) -> Result<Option<Place>, NetworkError> {
     let frame = searcher.setting.frame;
-    if let Some(place) = searcher.search(last, next, search)
-        && witness.examine(frame, place, buffers)? >= params.confirmed
+    if let Some(found) = searcher.search(last, next, search)
+        && witness.examine(frame, found.place, buffers)? >= params.confirmed
     {
-        return Ok(Some(place));
+        return Ok(Some(found.place));
     }
     let mut best: Option<(f64, Place)> = None;
     for around in searcher.windows(last, next, search).take(params.windows as usize) {

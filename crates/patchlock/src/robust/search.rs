@@ -23,13 +23,15 @@ pub(crate) struct SearchParams {
     sizes: [f64; 4],
     /// Sizes, relative to the last one, that are tried at a place that was found.
     tried: [f64; 3],
+    /// Of what is found while an unseen target is followed, at least this share is visible.
+    pub shown: f64,
 }
 
 /// A place that the memory found.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Found {
-    place: Place,
-    certainty: f64,
+pub(crate) struct Found {
+    pub place: Place,
+    pub certainty: f64,
 }
 
 /// The order of the windows of a pass.
@@ -59,6 +61,7 @@ impl SearchParams {
             overlap: config.search_overlap,
             sizes: [1.0, config.search_larger, config.search_smaller, 1.0],
             tried: [1.0, config.found_smaller, config.found_larger],
+            shown: config.seen_again,
         }
     }
 }
@@ -66,13 +69,13 @@ impl SearchParams {
 impl Searcher<'_> {
     /// Looks at the last place and at some more windows, from number `next` of the search on.
     /// Returns the place that the memory knows best, if that counts as found.
-    pub fn search(&mut self, last: Place, next: u64, params: &SearchParams) -> Option<Place> {
+    pub fn search(&mut self, last: Place, next: u64, params: &SearchParams) -> Option<Found> {
         let places = self.windows(last, next, params).take(params.windows as usize);
         let found = self.best(None, places, params)?;
         // The window in which a target is found may have any size of the search, and the target
         // would keep it: the scale filter learns from there on.
         let sizes = params.tried.map(|size| Place { scale: last.scale * size, ..found.place });
-        self.best(Some(found), sizes, params).map(|found| found.place)
+        self.best(Some(found), sizes, params)
     }
 
     /// The places whose windows are looked at: the last one, then those of the search from number
@@ -89,7 +92,7 @@ impl Searcher<'_> {
     }
 
     /// How certain the memory is of a place.
-    fn certainty(&mut self, place: Place) -> f64 {
+    pub fn certainty(&mut self, place: Place) -> f64 {
         let Setting { frame, window, memory } = self.setting;
         let sample = window.sample(frame, place, self.sample);
         memory.certainty(memory.respond(&sample, self.response))
@@ -356,7 +359,7 @@ mod tests {
                 let [x, y] = [0, 1].map(|axis| best.centre[axis] - target.centre[axis]);
                 assert!(x.hypot(y) < 1.0, "found at {size}: {x}, {y} from the target");
             }
-            let found = searcher.search(target, 0, &once).unwrap();
+            let found = searcher.search(target, 0, &once).unwrap().place;
             assert_eq!(found.scale, 1.0);
         });
     }
@@ -366,7 +369,7 @@ mod tests {
         with_searcher(|searcher, target, params| {
             let far = Place { centre: [0.0, 0.0], ..target };
             let all = SearchParams { windows: 1000, ..*params };
-            let found = searcher.search(far, 0, &all).unwrap();
+            let found = searcher.search(far, 0, &all).unwrap().place;
             let [x, y] = [0, 1].map(|axis| found.centre[axis] - target.centre[axis]);
             assert!(x.hypot(y) < 1.0, "{x}, {y} from the target");
             let strict = SearchParams { windows: 1000, above: 1e6, ..*params };

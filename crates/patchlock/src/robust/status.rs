@@ -19,6 +19,8 @@ pub(crate) struct Evidence {
     /// The memory's strongest response outside half the target's size around the place, relative to
     /// that at the place, at least 0 and at most `elsewhere_most`.
     pub elsewhere: f64,
+    /// How sure the memory was when it had seen no more than the first sure frames.
+    pub early: f64,
     /// The visible share of the target by the strict limit, from 0 to 1; 0 where that is unknown.
     pub visible: f64,
     /// The visible share as it is reported, by the milder limit.
@@ -32,12 +34,12 @@ pub(crate) struct Evidence {
 
 impl Evidence {
     pub fn new(
-        Recognition { certainty, elsewhere }: Recognition,
+        Recognition { certainty, elsewhere, early }: Recognition,
         Shares { visible, shown }: Shares,
         contrast: f64,
         opinion: Option<Opinion>,
     ) -> Self {
-        Self { certainty, elsewhere, visible, shown, contrast, opinion }
+        Self { certainty, elsewhere, early, visible, shown, contrast, opinion }
     }
 
     /// How much the memory's response elsewhere exceeds what the patch model sees here.
@@ -57,10 +59,14 @@ impl Evidence {
 pub(crate) enum Phase {
     /// It follows the target; on this many consecutive frames the memory has not known the place.
     Following { doubtful: u32 },
+    /// It goes on following, but hardly sees the target there, and searches for it around the last
+    /// place at which it did. The target is never tracked. `next` is the number of the next window of
+    /// the search; on this many consecutive frames the memory has not known the place at all.
+    Unseen { next: u64, unknown: u32, last: Place },
     /// It has lost the target and searches; `next` is the number of the next window of the search.
     Lost { next: u64 },
-    /// It follows what it found while lost. After this many more frames that is trusted; if the
-    /// memory does not know the place before, the tracker goes back.
+    /// It follows what it found while lost. After this many more frames that is trusted if enough of
+    /// it is visible; if the memory does not know the place before, the tracker goes back.
     Trial { left: u32, back: Place },
 }
 
@@ -79,6 +85,8 @@ pub(crate) struct Belief {
     /// The running mean of the reported share over all frames, 0 while the target is lost: what is
     /// off the target for long, or was until now, is less certain.
     shown: f64,
+    /// The mean reported share of the last frames.
+    shown_lately: f64,
 }
 
 /// What follows from the evidence of a frame.
@@ -118,16 +126,21 @@ pub(crate) struct StatusParams {
     first_frames: u64,
     /// A frame is sure above this share of the recent certainty, or of 1 if that is less,
     sure: f64,
-    /// and if at least this share is visible of what was visible on sure frames.
+    /// if at least this share is visible of what was visible on sure frames,
     sure_visible: f64,
+    /// and, without a network, if at least this share of the target is reported as visible.
+    sure_shown: f64,
     /// The size learns if the response elsewhere exceeds the visible share by less than this.
     size_below: f64,
     /// Rate of the running means of certainty, and of visible share and contrast on sure frames.
     recent_rate: f64,
     strange: StrangeParams,
     covered: CoveredParams,
-    /// Frames of a trial.
+    unseen: UnseenParams,
+    /// Frames of a trial,
     trial: u32,
+    /// at whose end the mean reported share is above this.
+    trial_shown: f64,
     score: ScoreParams,
     denied: DeniedParams,
     /// From this score on the target is tracked,
@@ -176,6 +189,25 @@ struct CoveredParams {
     after: u32,
 }
 
+/// When the target is hardly seen at the place that is followed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct UnseenParams {
+    /// Rate of the mean reported share of the last frames.
+    rate: f64,
+    /// The mean is below this,
+    below: f64,
+    /// and the certainty is below this: the search would not find the target there.
+    certainty: f64,
+    /// The target is seen again if the mean is above this,
+    again: f64,
+    /// and the certainty above this.
+    again_certainty: f64,
+    /// The place is given up while the certainty is below this,
+    gone_below: f64,
+    /// after this many consecutive frames.
+    gone_after: u32,
+}
+
 /// The score is the logistic function of a sum, fitted to the development targets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct ScoreParams {
@@ -186,6 +218,8 @@ struct ScoreParams {
     elsewhere: f64,
     /// Times the contrast of colours, relative to the first frame.
     contrast: f64,
+    /// Times how sure the early memory is.
+    early: f64,
     /// Rate of the mean visible share.
     rate: f64,
     with_network: NetworkScoreParams,
@@ -211,6 +245,12 @@ const LEAST_CONTRAST: f64 = 0.05;
 /// and later contrast, relative to it, as at most this.
 const MOST_CONTRAST: f64 = 1.2;
 
+/// The range in which the certainty of the early memory counts for the score.
+const EARLY: [f64; 2] = [0.0, 1.5];
+
+/// An unseen target is lost below this score, uncertain above.
+const EVEN: f64 = 0.5;
+
 /// The range in which the network's odds count for the score.
 const ODDS: [f64; 2] = [-4.0, 4.2];
 
@@ -220,6 +260,7 @@ impl StatusParams {
             first_frames: config.first_frames as u64,
             sure: config.sure,
             sure_visible: config.sure_visible,
+            sure_shown: config.sure_shown,
             size_below: config.scale_below,
             recent_rate: config.recent_rate,
             strange: StrangeParams {
@@ -234,7 +275,17 @@ impl StatusParams {
                 below: config.covered_below,
                 after: config.covered_after as u32,
             },
+            unseen: UnseenParams {
+                rate: config.unseen_rate,
+                below: config.unseen_below,
+                certainty: config.found_above,
+                again: config.seen_again,
+                again_certainty: config.seen_certainty,
+                gone_below: config.gone_below,
+                gone_after: config.lost_after as u32,
+            },
             trial: config.trial as u32,
+            trial_shown: config.trial_shown,
             denied: DeniedParams {
                 odds: config.denied_odds,
                 below: config.denied_below,
@@ -248,6 +299,7 @@ impl StatusParams {
                 visible: config.score_visible,
                 elsewhere: config.score_elsewhere,
                 contrast: config.score_contrast,
+                early: config.score_early,
                 rate: config.score_rate,
                 with_network: NetworkScoreParams {
                     bias: config.network_score_bias,
@@ -273,6 +325,7 @@ impl ScoreParams {
                     + self.visible * visible
                     + self.elsewhere * evidence.elsewhere
                     + self.contrast * contrast
+                    + self.early * evidence.early.clamp(EARLY[0], EARLY[1])
             }
             Some(Opinion { odds, agrees }) => {
                 let params = &self.with_network;
@@ -303,19 +356,29 @@ impl Belief {
     pub fn first(evidence: &Evidence) -> Self {
         let Evidence { visible: seen, shown, contrast, .. } = *evidence;
         let phase = Phase::Following { doubtful: 0 };
-        Self { phase, recent: 1.0, seen, contrast, first_contrast: contrast, shown }
+        Self {
+            phase,
+            recent: 1.0,
+            seen,
+            contrast,
+            first_contrast: contrast,
+            shown,
+            shown_lately: 1.0,
+        }
     }
 
     /// Whether all numbers are ones that evidence can lead to.
     pub fn is_sound(&self) -> bool {
         let phase = match self.phase {
             Phase::Following { .. } => true,
+            Phase::Unseen { next, last, .. } => next <= MAX_WINDOWS && last.is_sound(),
             Phase::Lost { next } => next <= MAX_WINDOWS,
             Phase::Trial { back, .. } => back.is_sound(),
         };
         phase
             && [self.recent, self.seen, self.contrast, self.first_contrast, self.shown]
                 .iter()
+                .chain([&self.shown_lately])
                 .all(|mean| mean.is_finite())
     }
 
@@ -324,36 +387,50 @@ impl Belief {
         self.shown
     }
 
-    /// Whether the target is lost.
+    /// Whether the target is lost, and nothing is followed.
     pub fn is_lost(&self) -> bool {
         matches!(self.phase, Phase::Lost { .. })
+    }
+
+    /// Whether the target is searched for.
+    fn is_searched(&self) -> bool {
+        matches!(self.phase, Phase::Lost { .. } | Phase::Unseen { .. })
     }
 
     /// Puts a place on trial that was found while lost; `back` is the last place before.
     pub fn begin_trial(&mut self, back: Place, params: &StatusParams) {
         self.phase = Phase::Trial { left: params.trial, back };
+        self.shown_lately = params.sure_shown;
     }
 
     /// Goes on with the search, after this many windows in which nothing was found.
     pub fn search_on(&mut self, windows: u64) {
-        if let Phase::Lost { next } = &mut self.phase {
+        if let Phase::Lost { next } | Phase::Unseen { next, .. } = &mut self.phase {
             *next += windows;
         }
     }
 
-    /// What follows from the evidence of the frame with this number; the first has number 0. While
-    /// the target is lost, nothing but the mean visible share changes.
-    pub fn advance(mut self, evidence: &Evidence, frame: u64, params: &StatusParams) -> Decision {
+    /// What follows from the evidence of the frame with this number, at the place that was followed
+    /// from `last`; the first frame has number 0. While the target is lost, nothing but the mean
+    /// visible share changes.
+    pub fn advance(
+        mut self,
+        evidence: &Evidence,
+        (frame, last): (u64, Place),
+        params: &StatusParams,
+    ) -> Decision {
         self.shown += params.score.rate * (evidence.shown - self.shown);
         if self.is_lost() {
             let verdict = self.verdict(evidence, params);
             return Decision { belief: self, verdict, lessons: None, back: None };
         }
+        self.shown_lately += params.unseen.rate * (evidence.shown - self.shown_lately);
         let doubt = self.doubt(evidence, params);
         let mut belief = self.learned(evidence, doubt, params);
-        belief.phase = self.next_phase(doubt, params);
-        let back = match self.phase {
-            Phase::Trial { back, .. } if belief.is_lost() => Some(back),
+        belief.phase = self.next_phase(evidence, doubt, last, params);
+        let back = match (self.phase, belief.phase) {
+            (Phase::Trial { back, .. }, Phase::Lost { .. } | Phase::Unseen { .. }) => Some(back),
+            (Phase::Unseen { last, .. }, Phase::Lost { .. }) => Some(last),
             _ => None,
         };
         let verdict = belief.verdict(evidence, params);
@@ -366,6 +443,8 @@ impl Belief {
         let score = params.score.score(evidence, self);
         let status = match self.phase {
             Phase::Lost { .. } => Status::Lost,
+            // Unseen, and rather off the target than on it.
+            Phase::Unseen { .. } if score < EVEN => Status::Lost,
             // The score calls a target lost before it is given up.
             _ if score < params.lost => Status::Lost,
             Phase::Following { .. }
@@ -400,9 +479,11 @@ impl Belief {
     }
 
     /// Whether the memory is so sure of a place that it can learn from it. Appearance that changes
-    /// slowly makes it less sure; it then learns the change, but not what hides the target slowly.
+    /// slowly makes it less sure; it then learns the change, but neither what hides the target slowly
+    /// nor what the patch model does not know.
     fn is_sure(&self, evidence: &Evidence, params: &StatusParams) -> bool {
         evidence.certainty > params.sure * self.recent.min(1.0)
+            && (evidence.opinion.is_some() || evidence.shown >= params.sure_shown)
             && !self.is_hidden(evidence, params)
             && evidence.is_undisputed()
     }
@@ -426,6 +507,9 @@ impl Belief {
 
     /// The running means after a frame.
     fn learned(mut self, evidence: &Evidence, doubt: Doubt, params: &StatusParams) -> Self {
+        if self.is_searched() {
+            return self;
+        }
         if self.is_sure(evidence, params) {
             self.seen += params.recent_rate * (evidence.visible - self.seen);
             self.contrast += params.recent_rate * (evidence.contrast - self.contrast);
@@ -436,26 +520,71 @@ impl Belief {
         self
     }
 
-    /// The phase after a frame.
-    fn next_phase(&self, doubt: Doubt, params: &StatusParams) -> Phase {
+    /// The phase after a frame, whose place was followed from `last`.
+    fn next_phase(
+        &self,
+        evidence: &Evidence,
+        doubt: Doubt,
+        last: Place,
+        params: &StatusParams,
+    ) -> Phase {
+        // With a network, that looks for the target, and it is lost at once.
+        let is_alone = evidence.opinion.is_none();
+        let is_unseen = is_alone && self.is_unseen(evidence, params);
         let most = match doubt {
             Doubt::None => None,
             Doubt::Strange => Some(params.strange.after),
             Doubt::Covered => Some(params.covered.after),
             Doubt::Denied => Some(params.denied.after),
         };
-        match (self.phase, most) {
-            (Phase::Following { doubtful }, Some(most)) if doubtful.saturating_add(1) < most => {
-                Phase::Following { doubtful: doubtful + 1 }
+        let lost = |last| match is_alone {
+            true => Phase::Unseen { next: 0, unknown: 0, last },
+            false => Phase::Lost { next: 0 },
+        };
+        match self.phase {
+            Phase::Following { doubtful } => match most {
+                _ if is_unseen => lost(last),
+                None => Phase::Following { doubtful: 0 },
+                Some(most) if doubtful.saturating_add(1) < most => {
+                    Phase::Following { doubtful: doubtful + 1 }
+                }
+                Some(_) => lost(last),
+            },
+            Phase::Trial { left, back } if most.is_none() && !is_unseen => match left {
+                2.. => Phase::Trial { left: left - 1, back },
+                _ if is_alone && self.shown_lately < params.trial_shown => lost(back),
+                _ => Phase::Following { doubtful: 0 },
+            },
+            Phase::Trial { back, .. } => lost(back),
+            Phase::Unseen { next, unknown, last } => {
+                self.seen_again(evidence, (next, unknown, last), &params.unseen)
             }
-            (Phase::Following { .. } | Phase::Trial { .. }, Some(_)) => Phase::Lost { next: 0 },
-            (Phase::Trial { left, back }, None) if left > 1 => {
-                Phase::Trial { left: left - 1, back }
-            }
-            (Phase::Following { .. } | Phase::Trial { .. }, None) => {
-                Phase::Following { doubtful: 0 }
-            }
-            (lost @ Phase::Lost { .. }, _) => lost,
+            lost @ Phase::Lost { .. } => lost,
+        }
+    }
+
+    /// Whether the target is hardly seen where it is followed.
+    fn is_unseen(&self, evidence: &Evidence, params: &StatusParams) -> bool {
+        let UnseenParams { below, certainty, .. } = params.unseen;
+        self.shown_lately < below && evidence.certainty < certainty
+    }
+
+    /// The phase after a frame on which the target was searched for: it is seen again where it is
+    /// followed, or the memory has not known that place for long.
+    fn seen_again(
+        &self,
+        evidence: &Evidence,
+        (next, unknown, last): (u64, u32, Place),
+        params: &UnseenParams,
+    ) -> Phase {
+        if self.shown_lately > params.again && evidence.certainty > params.again_certainty {
+            return Phase::Following { doubtful: 0 };
+        }
+        let unknown =
+            if evidence.certainty < params.gone_below { unknown.saturating_add(1) } else { 0 };
+        match unknown < params.gone_after {
+            true => Phase::Unseen { next, unknown, last },
+            false => Phase::Lost { next },
         }
     }
 
@@ -480,6 +609,7 @@ mod tests {
         first_frames: 10,
         sure: 0.7,
         sure_visible: 0.1,
+        sure_shown: 0.3,
         size_below: 0.2,
         recent_rate: 0.05,
         strange: StrangeParams { below: 0.4, drop: 0.6, after: 3 },
@@ -490,12 +620,23 @@ mod tests {
             below: 0.55,
             after: 5,
         },
+        unseen: UnseenParams {
+            rate: 0.5,
+            below: 0.15,
+            certainty: 0.65,
+            again: 0.25,
+            again_certainty: 0.5,
+            gone_below: 0.3,
+            gone_after: 3,
+        },
         trial: 4,
+        trial_shown: 0.4,
         score: ScoreParams {
             bias: 0.0,
             visible: 4.0,
             elsewhere: -4.0,
             contrast: 0.0,
+            early: 0.0,
             rate: 0.1,
             with_network: NetworkScoreParams {
                 bias: -2.0,
@@ -515,6 +656,7 @@ mod tests {
     const KNOWN: Evidence = Evidence {
         certainty: 0.9,
         elsewhere: 0.2,
+        early: 0.7,
         visible: 0.8,
         shown: 0.8,
         contrast: 0.5,
@@ -532,7 +674,7 @@ mod tests {
         shown: 0.27,
         elsewhere: 0.61,
         contrast: 0.37,
-        opinion: None,
+        ..KNOWN
     };
 
     const BELIEF: Belief = Belief {
@@ -542,9 +684,13 @@ mod tests {
         contrast: 0.5,
         first_contrast: 0.5,
         shown: 0.8,
+        shown_lately: 0.8,
     };
 
     const BACK: Place = Place { centre: [3.0, 4.0], scale: 1.2, stretch: 1.0, rotation: 0.1 };
+
+    /// The place on the frame before.
+    const LAST: Place = Place { centre: [5.0, 6.0], ..BACK };
 
     /// The number of a frame after the first ones.
     const LATER: u64 = 50;
@@ -561,35 +707,85 @@ mod tests {
     fn the_phase_follows_from_the_evidence() {
         let trial = |left| Phase::Trial { left, back: BACK };
         let following = |doubtful| Phase::Following { doubtful };
-        let lost = Phase::Lost { next: 0 };
+        let unseen = |last| Phase::Unseen { next: 0, unknown: 0, last };
         // The phase before, the evidence, the phase after, and whether the tracker goes back.
         for (before, evidence, after, goes_back) in [
             (following(0), KNOWN, following(0), false),
             (following(2), KNOWN, following(0), false),
             (following(0), STRANGE, following(1), false),
             (following(1), STRANGE, following(2), false),
-            (following(2), STRANGE, lost, false),
+            (following(2), STRANGE, unseen(LAST), false),
             // Doubt of either kind counts on; its kind on the last frame decides how much is too
             // much.
             (following(0), COVERED, following(1), false),
             (following(2), COVERED, following(3), false),
-            (following(4), COVERED, lost, false),
-            (following(3), STRANGE, lost, false),
+            (following(4), COVERED, unseen(LAST), false),
+            (following(3), STRANGE, unseen(LAST), false),
             (trial(4), KNOWN, trial(3), false),
             (trial(2), KNOWN, trial(1), false),
             (trial(1), KNOWN, following(0), false),
             // On trial, one frame is enough.
-            (trial(4), STRANGE, lost, true),
-            (trial(1), COVERED, lost, true),
+            (trial(4), STRANGE, unseen(BACK), true),
+            (trial(1), COVERED, unseen(BACK), true),
             (Phase::Lost { next: 7 }, KNOWN, Phase::Lost { next: 7 }, false),
             (Phase::Lost { next: 7 }, STRANGE, Phase::Lost { next: 7 }, false),
         ] {
-            let decision = in_phase(before).advance(&evidence, LATER, &PARAMS);
+            let decision = in_phase(before).advance(&evidence, (LATER, LAST), &PARAMS);
             assert_eq!(decision.belief.phase, after, "{before:?} {evidence:?}");
             assert_eq!(decision.back, goes_back.then_some(BACK), "{before:?} {evidence:?}");
             let is_lost = matches!(after, Phase::Lost { .. });
             assert_eq!(decision.lessons.is_none(), is_lost, "{before:?} {evidence:?}");
         }
+    }
+
+    #[test]
+    fn what_is_hardly_visible_and_hardly_known_is_searched_for_while_it_is_followed() {
+        let unseen = |unknown, last| Phase::Unseen { next: 7, unknown, last };
+        let new = |last| Phase::Unseen { next: 0, unknown: 0, last };
+        let trial = |left| Phase::Trial { left, back: BACK };
+        let again = Phase::Following { doubtful: 0 };
+        let lost = Phase::Lost { next: 7 };
+        // The phase before, the mean share before, the share and the certainty of this frame, the
+        // phase after, and the place to go back to. The mean moves half of the way.
+        for (before, lately, shown, certainty, after, back) in [
+            (again, 0.2, 0.08, 0.64, new(LAST), None),
+            // Not while the memory would find it there,
+            (again, 0.2, 0.08, 0.66, again, None),
+            // nor if enough was visible lately.
+            (again, 0.2, 0.12, 0.64, again, None),
+            (trial(3), 0.2, 0.08, 0.64, new(BACK), Some(BACK)),
+            // At the end of a trial more has to be visible.
+            (trial(1), 0.4, 0.38, 0.9, new(BACK), Some(BACK)),
+            (trial(1), 0.4, 0.42, 0.9, again, None),
+            (trial(2), 0.4, 0.38, 0.9, trial(1), None),
+            (unseen(0, LAST), 0.2, 0.28, 0.9, unseen(0, LAST), None),
+            (unseen(0, LAST), 0.2, 0.32, 0.49, unseen(0, LAST), None),
+            (unseen(2, LAST), 0.2, 0.32, 0.51, again, None),
+            // The memory does not know it at all.
+            (unseen(1, LAST), 0.2, 0.0, 0.29, unseen(2, LAST), None),
+            (unseen(1, LAST), 0.2, 0.0, 0.31, unseen(0, LAST), None),
+            (unseen(2, LAST), 0.2, 0.0, 0.29, lost, Some(LAST)),
+        ] {
+            let evidence = Evidence { certainty, shown, visible: shown, ..KNOWN };
+            let belief = Belief { recent: 0.4, shown_lately: lately, ..in_phase(before) };
+            let decision = belief.advance(&evidence, (LATER, LAST), &PARAMS);
+            let name = format!("{before:?} {lately} {shown} {certainty}");
+            assert_eq!((decision.belief.phase, decision.back), (after, back), "{name}");
+            // Filters go on learning, memory and patch model do not.
+            let is_unseen = matches!(after, Phase::Unseen { .. });
+            let sure = decision.lessons.is_some_and(|lessons| lessons.sure);
+            assert_eq!(decision.lessons.is_none(), after == lost, "{name}");
+            assert!(!(is_unseen && sure), "{name}");
+            assert!(!is_unseen || decision.verdict.status != Status::Tracked, "{name}");
+        }
+    }
+
+    #[test]
+    fn with_a_network_nothing_is_unseen() {
+        let belief = Belief { shown_lately: 0.0, ..BELIEF };
+        let hidden = Evidence { shown: 0.0, ..told(0.5, 2.0, true) };
+        let after = belief.advance(&hidden, (LATER, LAST), &PARAMS).belief;
+        assert_eq!(after.phase, Phase::Following { doubtful: 0 });
     }
 
     #[test]
@@ -641,6 +837,13 @@ mod tests {
             let belief = Belief { recent, ..BELIEF };
             assert_eq!(belief.is_sure(&evidence, &PARAMS), sure, "{recent} {certainty} {visible}");
         }
+        // Nor if the patch model knows too little of it.
+        for (shown, sure) in [(0.31, true), (0.29, false)] {
+            let evidence = Evidence { shown, ..KNOWN };
+            assert_eq!(BELIEF.is_sure(&evidence, &PARAMS), sure, "{shown}");
+            let told = Evidence { shown, ..told(0.9, 2.0, true) };
+            assert!(BELIEF.is_sure(&told, &PARAMS), "{shown}");
+        }
     }
 
     #[test]
@@ -658,7 +861,7 @@ mod tests {
             (trial, KNOWN, LATER, false),
             (last_of_trial, KNOWN, LATER, true),
         ] {
-            let lessons = belief.advance(&evidence, frame, &PARAMS).lessons.unwrap();
+            let lessons = belief.advance(&evidence, (frame, LAST), &PARAMS).lessons.unwrap();
             assert_eq!(lessons.sure, sure, "{:?} {evidence:?} {frame}", belief.phase);
         }
     }
@@ -673,7 +876,7 @@ mod tests {
             (0.8, 1.01, false),
         ] {
             let evidence = Evidence { visible, elsewhere, ..KNOWN };
-            let lessons = BELIEF.advance(&evidence, LATER, &PARAMS).lessons.unwrap();
+            let lessons = BELIEF.advance(&evidence, (LATER, LAST), &PARAMS).lessons.unwrap();
             assert_eq!(lessons.size, size, "{visible} {elsewhere}");
         }
     }
@@ -681,7 +884,7 @@ mod tests {
     #[test]
     fn the_means_follow_known_and_sure_frames() {
         let near = |a: f64, b: f64| (a - b).abs() < 1e-12;
-        let after = |evidence| BELIEF.advance(&evidence, LATER, &PARAMS).belief;
+        let after = |evidence| BELIEF.advance(&evidence, (LATER, LAST), &PARAMS).belief;
         let evidence =
             Evidence { certainty: 1.1, visible: 0.4, elsewhere: 0.0, contrast: 0.9, ..KNOWN };
         // Sure: all three move by a twentieth of the way.
@@ -693,11 +896,11 @@ mod tests {
         assert_eq!((known.seen, known.contrast), (BELIEF.seen, BELIEF.contrast));
         // Neither in doubt nor while lost.
         for unchanged in [after(STRANGE), after(COVERED)] {
-            let unchanged = Belief { phase: BELIEF.phase, shown: BELIEF.shown, ..unchanged };
-            assert_eq!(unchanged, BELIEF);
+            let Belief { phase, shown, shown_lately, .. } = BELIEF;
+            assert_eq!(Belief { phase, shown, shown_lately, ..unchanged }, BELIEF);
         }
         let lost = in_phase(Phase::Lost { next: 3 });
-        let after = lost.advance(&evidence, LATER, &PARAMS).belief;
+        let after = lost.advance(&evidence, (LATER, LAST), &PARAMS).belief;
         assert_eq!(Belief { shown: BELIEF.shown, ..after }, lost);
     }
 
@@ -706,9 +909,18 @@ mod tests {
         let lost = in_phase(Phase::Lost { next: 3 });
         for (belief, evidence) in [(BELIEF, KNOWN), (BELIEF, STRANGE), (lost, KNOWN)] {
             let evidence = Evidence { shown: 0.3, ..evidence };
-            let shown = belief.advance(&evidence, LATER, &PARAMS).belief.shown;
+            let shown = belief.advance(&evidence, (LATER, LAST), &PARAMS).belief.shown;
             assert!((shown - 0.75).abs() < 1e-12, "{shown}");
         }
+    }
+
+    #[test]
+    fn the_mean_share_of_the_last_frames_begins_again_with_a_trial() {
+        let mut belief = in_phase(Phase::Lost { next: 7 });
+        let lost = belief.advance(&KNOWN, (LATER, LAST), &PARAMS).belief;
+        assert_eq!(lost.shown_lately, BELIEF.shown_lately);
+        belief.begin_trial(BACK, &PARAMS);
+        assert_eq!(belief.shown_lately, PARAMS.sure_shown);
     }
 
     #[test]
@@ -718,7 +930,7 @@ mod tests {
         let belief = Belief { recent: 0.8, ..BELIEF };
         let evidence = Evidence { certainty: 0.555, ..KNOWN };
         assert!(!belief.is_sure(&evidence, &PARAMS));
-        let decision = belief.advance(&evidence, LATER, &PARAMS);
+        let decision = belief.advance(&evidence, (LATER, LAST), &PARAMS);
         assert!(decision.lessons.unwrap().sure);
         // The means of sure frames do not take it in.
         assert_eq!(
@@ -731,6 +943,7 @@ mod tests {
     fn status_and_score() {
         let trial = in_phase(Phase::Trial { left: 2, back: BACK });
         let lost = in_phase(Phase::Lost { next: 0 });
+        let unseen = in_phase(Phase::Unseen { next: 0, unknown: 0, last: LAST });
         let with = |shown, elsewhere| (shown, Evidence { elsewhere, ..KNOWN });
         // A sum of 0, of 2, of -2 and of -1.
         let (even, high, low) = (with(0.5, 0.5), with(0.5, 0.0), with(0.0, 0.5));
@@ -746,6 +959,9 @@ mod tests {
             (trial, low, Status::Lost, least),
             (lost, high, Status::Lost, 0.25),
             (lost, low, Status::Lost, least),
+            (unseen, high, Status::Uncertain, most),
+            (unseen, middle, Status::Lost, little),
+            (unseen, low, Status::Lost, least),
         ] {
             let belief = Belief { shown, ..belief };
             let verdict = belief.verdict(&evidence, &PARAMS);
@@ -771,6 +987,16 @@ mod tests {
         }
     }
 
+    #[test]
+    fn the_score_counts_how_sure_the_early_memory_is() {
+        let params = ScoreParams { bias: -1.0, visible: 0.0, elsewhere: 0.0, ..PARAMS.score };
+        let params = ScoreParams { early: 2.0, ..params };
+        for (early, sum) in [(0.5, 0.0), (1.0, 1.0), (9.0, 2.0), (-3.0, -1.0)] {
+            let score = params.score(&Evidence { early, ..KNOWN }, &BELIEF);
+            assert!((score - 1.0 / (1.0 + f64::exp(-sum))).abs() < 1e-12, "{early}");
+        }
+    }
+
     /// What a network says of a place that the memory half knows.
     fn told(certainty: f64, odds: f64, agrees: bool) -> Evidence {
         Evidence { certainty, opinion: Some(Opinion { odds, agrees }), ..KNOWN }
@@ -791,16 +1017,16 @@ mod tests {
         assert_eq!(BELIEF.doubt(&covered, &PARAMS), Doubt::Covered);
         // The target is lost on the second frame.
         let denied = told(0.1, -0.1, true);
-        let first = BELIEF.advance(&denied, LATER, &PARAMS).belief;
+        let first = BELIEF.advance(&denied, (LATER, LAST), &PARAMS).belief;
         assert_eq!(first.phase, Phase::Following { doubtful: 1 });
-        assert!(first.advance(&denied, LATER, &PARAMS).belief.is_lost());
+        assert!(first.advance(&denied, (LATER, LAST), &PARAMS).belief.is_lost());
     }
 
     #[test]
     fn nothing_is_remembered_that_filters_and_network_dispute() {
         for (agrees, frame, sure) in [(true, LATER, true), (false, LATER, false), (false, 1, false)]
         {
-            let lessons = BELIEF.advance(&told(0.9, 2.0, agrees), frame, &PARAMS).lessons;
+            let lessons = BELIEF.advance(&told(0.9, 2.0, agrees), (frame, LAST), &PARAMS).lessons;
             assert_eq!(lessons.unwrap().sure, sure, "{agrees} {frame}");
         }
     }
@@ -829,10 +1055,11 @@ mod tests {
 
     #[test]
     fn the_verdict_is_that_of_the_new_phase() {
-        let decision = following(2).advance(&STRANGE, LATER, &PARAMS);
+        let unseen = in_phase(Phase::Unseen { next: 0, unknown: 2, last: LAST });
+        let decision = unseen.advance(&STRANGE, (LATER, LAST), &PARAMS);
         assert_eq!(decision.verdict, Verdict { status: Status::Lost, score: 0.25 });
         let trial = in_phase(Phase::Trial { left: 1, back: BACK });
-        assert_eq!(trial.advance(&KNOWN, LATER, &PARAMS).verdict.status, Status::Tracked);
+        assert_eq!(trial.advance(&KNOWN, (LATER, LAST), &PARAMS).verdict.status, Status::Tracked);
     }
 
     #[test]
@@ -841,17 +1068,22 @@ mod tests {
         belief.search_on(4);
         assert_eq!(belief, in_phase(Phase::Lost { next: 11 }));
         belief.begin_trial(BACK, &PARAMS);
-        assert_eq!(belief, in_phase(Phase::Trial { left: 4, back: BACK }));
+        assert_eq!(belief.phase, Phase::Trial { left: 4, back: BACK });
+        let mut belief = in_phase(Phase::Unseen { next: 7, unknown: 2, last: BACK });
+        belief.search_on(4);
+        assert_eq!(belief, in_phase(Phase::Unseen { next: 11, unknown: 2, last: BACK }));
     }
 
     #[test]
     fn the_first_belief_is_the_first_frame() {
         let first = Belief::first(&KNOWN);
-        assert_eq!(first, Belief { recent: 1.0, ..BELIEF });
+        assert_eq!(first, Belief { recent: 1.0, shown_lately: 1.0, ..BELIEF });
         assert!(first.is_sound());
         assert!(!Belief { seen: f64::NAN, ..first }.is_sound());
         assert!(!in_phase(Phase::Lost { next: u64::MAX }).is_sound());
         let nowhere = Place { scale: 0.0, ..BACK };
         assert!(!in_phase(Phase::Trial { left: 1, back: nowhere }).is_sound());
+        assert!(!in_phase(Phase::Unseen { next: 0, unknown: 0, last: nowhere }).is_sound());
+        assert!(!Belief { shown_lately: f64::NAN, ..first }.is_sound());
     }
 }

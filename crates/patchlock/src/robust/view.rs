@@ -17,6 +17,9 @@ pub struct RobustView<'a> {
     /// The memory's strongest response more than half the target's width or height away from the
     /// estimate, relative to that at the estimate, at least 0 and at most `elsewhere_most`.
     pub elsewhere: f64,
+    /// How sure the memory was when it had seen no more than the first sure frames: the response of
+    /// what it was then, relative to its mean then.
+    pub early: f64,
     /// How well colour tells the target from what is around it, from -1 through 0, not at all, to
     /// 1.
     pub contrast: f64,
@@ -59,6 +62,7 @@ impl RobustTarget {
             frame: self.frames,
             certainty: evidence.certainty,
             elsewhere: evidence.elsewhere,
+            early: evidence.early,
             contrast: locator.contrast(),
             visible: evidence.shown,
             mean_visible: self.belief.shown(),

@@ -114,6 +114,11 @@ fn base_of(method: &Method, row: &Parameter) -> TrackerConfig {
             ("search_larger", 3.0),
             ("search_smaller", 0.5),
         ],
+        // However sure the memory is.
+        "unseen_below" => &[("found_above", 9.0)],
+        "unseen_rate" => &[("found_above", 9.0), ("unseen_below", 0.8)],
+        // The target is given up.
+        "score_lost" => &[("seen_certainty", 9.0), ("gone_below", 9.0)],
         // Around the last place alone.
         "search_windows" => &[("search_windows", 1.0)],
         // Filters and network nearly always disagree.
@@ -213,6 +218,14 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("memory_rate", Value::from(0.1)),
         ("sure", Value::from(2.0)),
         ("sure_visible", Value::from(9.0)),
+        ("sure_shown", Value::from(1.0)),
+        ("trial_shown", Value::from(1.0)),
+        ("unseen_below", Value::from(1.0)),
+        ("unseen_rate", Value::from(1.0)),
+        ("seen_again", Value::from(0.0)),
+        ("seen_certainty", Value::from(0.0)),
+        ("gone_below", Value::from(9.0)),
+        ("score_early", Value::from(1.0)),
         ("lost_below", Value::from(0.5)),
         ("lost_drop", Value::from(9.0)),
         ("first_frames", Value::from(0)),
