@@ -31,6 +31,8 @@ pub struct RobustObservation {
     contrast: f64,
     visible: f64,
     mean_visible: f64,
+    mean_elsewhere: f64,
+    mean_early: f64,
     odds: Option<f64>,
     agrees: Option<bool>,
     side: usize,
@@ -102,6 +104,8 @@ impl RobustObservation {
             contrast: view.contrast,
             visible: view.visible,
             mean_visible: view.mean_visible,
+            mean_elsewhere: view.mean_elsewhere,
+            mean_early: view.mean_early,
             odds: view.odds,
             agrees: view.agrees,
             side: view.side,
@@ -228,6 +232,18 @@ impl RobustObservation {
     #[getter]
     fn mean_visible(&self) -> f64 {
         self.mean_visible
+    }
+
+    /// The running mean of `elsewhere` over all frames, which the score counts.
+    #[getter]
+    fn mean_elsewhere(&self) -> f64 {
+        self.mean_elsewhere
+    }
+
+    /// The running mean of `early` over all frames, each from 0 to 1.5, which the score counts.
+    #[getter]
+    fn mean_early(&self) -> f64 {
+        self.mean_early
     }
 
     /// The logarithm of the odds that the target is at the estimate, as the network says.

@@ -14,6 +14,7 @@ mod place;
 mod regain;
 mod rivals;
 mod saved;
+mod score;
 mod search;
 mod size;
 mod status;
@@ -105,7 +106,8 @@ impl RobustTarget {
         let known = memory.recognise(&sample, &mut buffers.memory);
         let evidence = Evidence::new(known, seen.shares(), locator.contrast(), None);
         let (search, regain) = (SearchParams::new(config), RegainParams::new(config));
-        let (belief, frames, status) = (Belief::first(&evidence), 0, StatusParams::new(config));
+        let (belief, frames, status) =
+            (Belief::first(&evidence), 0, StatusParams::new(config, rival.is_some()));
         estimate::fill(place, window.base(), belief.verdict(&evidence, &status), &mut estimate);
         let target = Self {
             place,

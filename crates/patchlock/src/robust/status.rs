@@ -1,8 +1,9 @@
-//! The state machine: turns evidence into phase, status, score and lessons. It sees no frame.
+//! The state machine: turns evidence into phase, status and lessons. It sees no frame.
 
 use super::memory::Recognition;
 use super::place::Place;
 use super::rivals::Opinion;
+use super::score::{Means, ScoreParams};
 use super::visible::Shares;
 use crate::config::RobustConfig;
 use crate::estimate::Status;
@@ -80,11 +81,8 @@ pub(crate) struct Belief {
     seen: f64,
     /// The mean contrast of colours on sure frames.
     contrast: f64,
-    /// The contrast of colours in the first frame.
-    first_contrast: f64,
-    /// The running mean of the reported share over all frames, 0 while the target is lost: what is
-    /// off the target for long, or was until now, is less certain.
-    shown: f64,
+    /// The running means that the score counts.
+    means: Means,
     /// The mean reported share of the last frames.
     shown_lately: f64,
 }
@@ -208,54 +206,12 @@ struct UnseenParams {
     gone_after: u32,
 }
 
-/// The score is the logistic function of a sum, fitted to the development targets.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct ScoreParams {
-    bias: f64,
-    /// Times the mean visible share.
-    visible: f64,
-    /// Times the response elsewhere.
-    elsewhere: f64,
-    /// Times the contrast of colours, relative to the first frame.
-    contrast: f64,
-    /// Times how sure the early memory is.
-    early: f64,
-    /// Rate of the mean visible share.
-    rate: f64,
-    with_network: NetworkScoreParams,
-}
-
-/// The score if there is a network.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct NetworkScoreParams {
-    bias: f64,
-    /// Times the mean visible share.
-    visible: f64,
-    /// Times the contrast of colours, relative to the first frame.
-    contrast: f64,
-    /// Times the network's odds.
-    odds: f64,
-    /// Added if filters and network agree.
-    agrees: f64,
-}
-
-/// The contrast of colours in the first frame counts as at least this for the score,
-const LEAST_CONTRAST: f64 = 0.05;
-
-/// and later contrast, relative to it, as at most this.
-const MOST_CONTRAST: f64 = 1.2;
-
-/// The range in which the certainty of the early memory counts for the score.
-const EARLY: [f64; 2] = [0.0, 1.5];
-
 /// An unseen target is lost below this score, uncertain above.
 const EVEN: f64 = 0.5;
 
-/// The range in which the network's odds count for the score.
-const ODDS: [f64; 2] = [-4.0, 4.2];
-
 impl StatusParams {
-    pub fn new(config: &RobustConfig) -> Self {
+    /// `has_network`: whether a network follows the target, too.
+    pub fn new(config: &RobustConfig, has_network: bool) -> Self {
         Self {
             first_frames: config.first_frames as u64,
             sure: config.sure,
@@ -294,47 +250,8 @@ impl StatusParams {
             tracked: config.score_tracked,
             visible: config.visible_tracked,
             lost: config.score_lost,
-            score: ScoreParams {
-                bias: config.score_bias,
-                visible: config.score_visible,
-                elsewhere: config.score_elsewhere,
-                contrast: config.score_contrast,
-                early: config.score_early,
-                rate: config.score_rate,
-                with_network: NetworkScoreParams {
-                    bias: config.network_score_bias,
-                    visible: config.network_score_visible,
-                    contrast: config.network_score_contrast,
-                    odds: config.network_score_odds,
-                    agrees: config.network_score_agrees,
-                },
-            },
+            score: ScoreParams::new(config, has_network),
         }
-    }
-}
-
-impl ScoreParams {
-    /// The probability that the box overlaps the target by at least half.
-    fn score(&self, evidence: &Evidence, belief: &Belief) -> f64 {
-        let visible = belief.shown;
-        let first = belief.first_contrast.max(LEAST_CONTRAST);
-        let contrast = (evidence.contrast / first).min(MOST_CONTRAST);
-        let sum = match evidence.opinion {
-            None => {
-                self.bias
-                    + self.visible * visible
-                    + self.elsewhere * evidence.elsewhere
-                    + self.contrast * contrast
-                    + self.early * evidence.early.clamp(EARLY[0], EARLY[1])
-            }
-            Some(Opinion { odds, agrees }) => {
-                let params = &self.with_network;
-                let agrees = if agrees { params.agrees } else { 0.0 };
-                let odds = params.odds * odds.clamp(ODDS[0], ODDS[1]);
-                params.bias + params.visible * visible + params.contrast * contrast + odds + agrees
-            }
-        };
-        1.0 / (1.0 + (-sum).exp())
     }
 }
 
@@ -354,17 +271,9 @@ enum Doubt {
 impl Belief {
     /// What is believed of the target in the first frame.
     pub fn first(evidence: &Evidence) -> Self {
-        let Evidence { visible: seen, shown, contrast, .. } = *evidence;
-        let phase = Phase::Following { doubtful: 0 };
-        Self {
-            phase,
-            recent: 1.0,
-            seen,
-            contrast,
-            first_contrast: contrast,
-            shown,
-            shown_lately: 1.0,
-        }
+        let Evidence { visible: seen, contrast, .. } = *evidence;
+        let (phase, means) = (Phase::Following { doubtful: 0 }, Means::first(evidence));
+        Self { phase, recent: 1.0, seen, contrast, means, shown_lately: 1.0 }
     }
 
     /// Whether all numbers are ones that evidence can lead to.
@@ -376,15 +285,15 @@ impl Belief {
             Phase::Trial { back, .. } => back.is_sound(),
         };
         phase
-            && [self.recent, self.seen, self.contrast, self.first_contrast, self.shown]
+            && self.means.is_sound()
+            && [self.recent, self.seen, self.contrast, self.shown_lately]
                 .iter()
-                .chain([&self.shown_lately])
                 .all(|mean| mean.is_finite())
     }
 
-    /// The running mean of the reported share.
-    pub fn shown(&self) -> f64 {
-        self.shown
+    /// The running means that the score counts.
+    pub fn means(&self) -> &Means {
+        &self.means
     }
 
     /// Whether the target is lost, and nothing is followed.
@@ -411,15 +320,15 @@ impl Belief {
     }
 
     /// What follows from the evidence of the frame with this number, at the place that was followed
-    /// from `last`; the first frame has number 0. While the target is lost, nothing but the mean
-    /// visible share changes.
+    /// from `last`; the first frame has number 0. While the target is lost, nothing but the means of
+    /// the score changes.
     pub fn advance(
         mut self,
         evidence: &Evidence,
         (frame, last): (u64, Place),
         params: &StatusParams,
     ) -> Decision {
-        self.shown += params.score.rate * (evidence.shown - self.shown);
+        self.means = self.means.after(evidence, &params.score);
         if self.is_lost() {
             let verdict = self.verdict(evidence, params);
             return Decision { belief: self, verdict, lessons: None, back: None };
@@ -440,7 +349,7 @@ impl Belief {
 
     /// Status and score.
     pub fn verdict(&self, evidence: &Evidence, params: &StatusParams) -> Verdict {
-        let score = params.score.score(evidence, self);
+        let score = self.means.score(evidence, &params.score);
         let status = match self.phase {
             Phase::Lost { .. } => Status::Lost,
             // Unseen, and rather off the target than on it.
@@ -602,6 +511,7 @@ impl Belief {
 
 #[cfg(test)]
 mod tests {
+    use super::super::score;
     use super::*;
 
     /// Thresholds with room between them.
@@ -631,21 +541,7 @@ mod tests {
         },
         trial: 4,
         trial_shown: 0.4,
-        score: ScoreParams {
-            bias: 0.0,
-            visible: 4.0,
-            elsewhere: -4.0,
-            contrast: 0.0,
-            early: 0.0,
-            rate: 0.1,
-            with_network: NetworkScoreParams {
-                bias: -2.0,
-                visible: 2.0,
-                contrast: 0.0,
-                odds: 1.0,
-                agrees: 1.0,
-            },
-        },
+        score: score::tests::PARAMS,
         denied: DeniedParams { odds: 0.0, below: 0.45, after: 2 },
         tracked: 0.5,
         visible: 0.15,
@@ -682,8 +578,7 @@ mod tests {
         recent: 0.9,
         seen: 0.8,
         contrast: 0.5,
-        first_contrast: 0.5,
-        shown: 0.8,
+        means: Means { shown: 0.8, elsewhere: 0.2, early: 0.7, first_contrast: 0.5 },
         shown_lately: 0.8,
     };
 
@@ -896,12 +791,12 @@ mod tests {
         assert_eq!((known.seen, known.contrast), (BELIEF.seen, BELIEF.contrast));
         // Neither in doubt nor while lost.
         for unchanged in [after(STRANGE), after(COVERED)] {
-            let Belief { phase, shown, shown_lately, .. } = BELIEF;
-            assert_eq!(Belief { phase, shown, shown_lately, ..unchanged }, BELIEF);
+            let Belief { phase, means, shown_lately, .. } = BELIEF;
+            assert_eq!(Belief { phase, means, shown_lately, ..unchanged }, BELIEF);
         }
         let lost = in_phase(Phase::Lost { next: 3 });
         let after = lost.advance(&evidence, (LATER, LAST), &PARAMS).belief;
-        assert_eq!(Belief { shown: BELIEF.shown, ..after }, lost);
+        assert_eq!(Belief { means: BELIEF.means, ..after }, lost);
     }
 
     #[test]
@@ -909,8 +804,8 @@ mod tests {
         let lost = in_phase(Phase::Lost { next: 3 });
         for (belief, evidence) in [(BELIEF, KNOWN), (BELIEF, STRANGE), (lost, KNOWN)] {
             let evidence = Evidence { shown: 0.3, ..evidence };
-            let shown = belief.advance(&evidence, (LATER, LAST), &PARAMS).belief.shown;
-            assert!((shown - 0.75).abs() < 1e-12, "{shown}");
+            let after = belief.advance(&evidence, (LATER, LAST), &PARAMS).belief.means;
+            assert_eq!(after, belief.means.after(&evidence, &PARAMS.score));
         }
     }
 
@@ -944,12 +839,12 @@ mod tests {
         let trial = in_phase(Phase::Trial { left: 2, back: BACK });
         let lost = in_phase(Phase::Lost { next: 0 });
         let unseen = in_phase(Phase::Unseen { next: 0, unknown: 0, last: LAST });
-        let with = |shown, elsewhere| (shown, Evidence { elsewhere, ..KNOWN });
+        let with = |shown, elsewhere| Means { shown, elsewhere, ..BELIEF.means };
         // A sum of 0, of 2, of -2 and of -1.
         let (even, high, low) = (with(0.5, 0.5), with(0.5, 0.0), with(0.0, 0.5));
         let (middle, little) = (with(0.25, 0.5), 1.0 / (1.0 + 1.0f64.exp()));
         let (most, least) = (1.0 / (1.0 + (-2.0f64).exp()), 1.0 / (1.0 + 2.0f64.exp()));
-        for (belief, (shown, evidence), status, score) in [
+        for (belief, means, status, score) in [
             (BELIEF, even, Status::Tracked, 0.5),
             (BELIEF, high, Status::Tracked, most),
             (BELIEF, middle, Status::Uncertain, little),
@@ -963,37 +858,8 @@ mod tests {
             (unseen, middle, Status::Lost, little),
             (unseen, low, Status::Lost, least),
         ] {
-            let belief = Belief { shown, ..belief };
-            let verdict = belief.verdict(&evidence, &PARAMS);
-            assert_eq!(verdict, Verdict { status, score }, "{belief:?} {evidence:?}");
-        }
-    }
-
-    #[test]
-    fn the_score_counts_contrast_relative_to_the_first_frame() {
-        let params = ScoreParams { bias: -1.0, visible: 0.0, elsewhere: 0.0, ..PARAMS.score };
-        let params = ScoreParams { contrast: 2.0, ..params };
-        // The sum is -1 and twice the relative contrast.
-        for (first, contrast, sum) in [
-            (0.5, 0.25, 0.0),
-            (0.5, 0.5, 1.0),
-            (0.25, 1.0, 1.4),
-            (0.0, 0.025, 0.0),
-            (0.5, -0.5, -3.0),
-        ] {
-            let belief = Belief { first_contrast: first, ..BELIEF };
-            let score = params.score(&Evidence { contrast, ..KNOWN }, &belief);
-            assert!((score - 1.0 / (1.0 + f64::exp(-sum))).abs() < 1e-12, "{first} {contrast}");
-        }
-    }
-
-    #[test]
-    fn the_score_counts_how_sure_the_early_memory_is() {
-        let params = ScoreParams { bias: -1.0, visible: 0.0, elsewhere: 0.0, ..PARAMS.score };
-        let params = ScoreParams { early: 2.0, ..params };
-        for (early, sum) in [(0.5, 0.0), (1.0, 1.0), (9.0, 2.0), (-3.0, -1.0)] {
-            let score = params.score(&Evidence { early, ..KNOWN }, &BELIEF);
-            assert!((score - 1.0 / (1.0 + f64::exp(-sum))).abs() < 1e-12, "{early}");
+            let verdict = Belief { means, ..belief }.verdict(&KNOWN, &PARAMS);
+            assert_eq!(verdict, Verdict { status, score }, "{belief:?} {means:?}");
         }
     }
 
@@ -1047,7 +913,8 @@ mod tests {
             (1.0, -99.0, true, Status::Lost, -3.0),
         ] {
             let evidence = Evidence { shown: visible, ..told(0.9, odds, agrees) };
-            let verdict = Belief { shown: visible, ..BELIEF }.verdict(&evidence, &PARAMS);
+            let means = Means { shown: visible, ..BELIEF.means };
+            let verdict = Belief { means, ..BELIEF }.verdict(&evidence, &PARAMS);
             assert_eq!(verdict.status, status, "{evidence:?}");
             assert!((verdict.score - logistic(sum)).abs() < 1e-12, "{evidence:?} {verdict:?}");
         }
@@ -1077,7 +944,8 @@ mod tests {
     #[test]
     fn the_first_belief_is_the_first_frame() {
         let first = Belief::first(&KNOWN);
-        assert_eq!(first, Belief { recent: 1.0, shown_lately: 1.0, ..BELIEF });
+        let means = Means { early: 1.0, ..BELIEF.means };
+        assert_eq!(first, Belief { recent: 1.0, means, shown_lately: 1.0, ..BELIEF });
         assert!(first.is_sound());
         assert!(!Belief { seen: f64::NAN, ..first }.is_sound());
         assert!(!in_phase(Phase::Lost { next: u64::MAX }).is_sound());

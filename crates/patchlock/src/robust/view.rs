@@ -28,6 +28,10 @@ pub struct RobustView<'a> {
     pub visible: f64,
     /// Its running mean over all frames, which the score counts.
     pub mean_visible: f64,
+    /// The running mean of `elsewhere` over all frames, which the score counts.
+    pub mean_elsewhere: f64,
+    /// The running mean of `early` over all frames, each from 0 to 1.5, which the score counts.
+    pub mean_early: f64,
     /// Cells on a side of the window around the estimate.
     pub side: usize,
     /// Frame pixels on a side of a cell.
@@ -58,6 +62,7 @@ impl RobustTarget {
         let Self { window, locator, memory, .. } = self;
         let RobustScratch { sample, locator: buffers, .. } = scratch;
         let sample = window.sample(frame, place, sample);
+        let means = self.belief.means();
         RobustView {
             frame: self.frames,
             certainty: evidence.certainty,
@@ -65,7 +70,9 @@ impl RobustTarget {
             early: evidence.early,
             contrast: locator.contrast(),
             visible: evidence.shown,
-            mean_visible: self.belief.shown(),
+            mean_visible: means.shown,
+            mean_elsewhere: means.elsewhere,
+            mean_early: means.early,
             side: window.fourier().side(),
             cell: window.cell(place.scale),
             follower: sample.respond(locator.filter(), &mut buffers.follower).cells(),

@@ -284,6 +284,7 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("network_windows", Value::from(20)),
         ("found_confirmed", Value::from(50.0)),
         ("found_alone", Value::from(-50.0)),
+        ("network_score_rate", Value::from(0.5)),
         ("network_score_bias", Value::from(1.0)),
         ("network_score_visible", Value::from(1.0)),
         ("network_score_contrast", Value::from(1.0)),

@@ -1,0 +1,232 @@
+//! The score: how probably the box is right.
+
+use super::rivals::Opinion;
+use super::status::Evidence;
+use crate::config::RobustConfig;
+use serde::{Deserialize, Serialize};
+
+/// The contrast of colours in the first frame counts as at least this,
+const LEAST_CONTRAST: f64 = 0.05;
+
+/// and later contrast, relative to it, as at most this.
+const MOST_CONTRAST: f64 = 1.2;
+
+/// The range in which the certainty of the early memory counts.
+const EARLY: [f64; 2] = [0.0, 1.5];
+
+/// The range in which the network's odds count.
+const ODDS: [f64; 2] = [-4.0, 4.2];
+
+/// What the score counts besides the frame itself. The means run over all frames: what is off the
+/// target for long, or was until now, is less certain, and one bad frame is no loss.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Means {
+    /// The mean reported share, 0 while the target is lost.
+    pub shown: f64,
+    /// The mean response elsewhere.
+    pub elsewhere: f64,
+    /// The mean certainty of the early memory.
+    pub early: f64,
+    /// The contrast of colours in the first frame.
+    pub first_contrast: f64,
+}
+
+/// The score is the logistic function of a sum, fitted to the development targets.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ScoreParams {
+    /// Rate of the means.
+    rate: f64,
+    bias: f64,
+    /// Times the mean visible share.
+    visible: f64,
+    /// Times the mean response elsewhere.
+    elsewhere: f64,
+    /// Times the contrast of colours, relative to the first frame.
+    contrast: f64,
+    /// Times the mean certainty of the early memory.
+    early: f64,
+    with_network: NetworkScoreParams,
+}
+
+/// The score if a network says something of the place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct NetworkScoreParams {
+    bias: f64,
+    /// Times the mean visible share.
+    visible: f64,
+    /// Times the contrast of colours, relative to the first frame.
+    contrast: f64,
+    /// Times the network's odds.
+    odds: f64,
+    /// Added if filters and network agree.
+    agrees: f64,
+}
+
+impl ScoreParams {
+    /// `has_network`: whether a network follows the target, too.
+    pub fn new(config: &RobustConfig, has_network: bool) -> Self {
+        Self {
+            rate: if has_network { config.network_score_rate } else { config.score_rate },
+            bias: config.score_bias,
+            visible: config.score_visible,
+            elsewhere: config.score_elsewhere,
+            contrast: config.score_contrast,
+            early: config.score_early,
+            with_network: NetworkScoreParams {
+                bias: config.network_score_bias,
+                visible: config.network_score_visible,
+                contrast: config.network_score_contrast,
+                odds: config.network_score_odds,
+                agrees: config.network_score_agrees,
+            },
+        }
+    }
+}
+
+impl Means {
+    /// In the first frame. The memory is sure of that.
+    pub fn first(evidence: &Evidence) -> Self {
+        let Evidence { shown, elsewhere, contrast: first_contrast, .. } = *evidence;
+        Self { shown, elsewhere, early: 1.0, first_contrast }
+    }
+
+    /// Whether all numbers are ones that evidence can lead to.
+    pub fn is_sound(&self) -> bool {
+        let Self { shown, elsewhere, early, first_contrast } = *self;
+        [shown, elsewhere, early, first_contrast].iter().all(|mean| mean.is_finite())
+    }
+
+    /// With one frame more.
+    pub fn after(mut self, evidence: &Evidence, params: &ScoreParams) -> Self {
+        let early = evidence.early.clamp(EARLY[0], EARLY[1]);
+        self.shown += params.rate * (evidence.shown - self.shown);
+        self.elsewhere += params.rate * (evidence.elsewhere - self.elsewhere);
+        self.early += params.rate * (early - self.early);
+        self
+    }
+
+    /// The probability that the box overlaps the target by at least half, from the means with this
+    /// frame and the frame itself.
+    pub fn score(&self, evidence: &Evidence, params: &ScoreParams) -> f64 {
+        let first = self.first_contrast.max(LEAST_CONTRAST);
+        let contrast = (evidence.contrast / first).min(MOST_CONTRAST);
+        let sum = match evidence.opinion {
+            None => {
+                params.bias
+                    + params.visible * self.shown
+                    + params.elsewhere * self.elsewhere
+                    + params.contrast * contrast
+                    + params.early * self.early
+            }
+            Some(Opinion { odds, agrees }) => {
+                let params = &params.with_network;
+                let agrees = if agrees { params.agrees } else { 0.0 };
+                let odds = params.odds * odds.clamp(ODDS[0], ODDS[1]);
+                params.bias
+                    + params.visible * self.shown
+                    + params.contrast * contrast
+                    + odds
+                    + agrees
+            }
+        };
+        1.0 / (1.0 + (-sum).exp())
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// Visible share and response elsewhere count alike; with a network, its odds and agreement.
+    pub const PARAMS: ScoreParams = ScoreParams {
+        rate: 0.1,
+        bias: 0.0,
+        visible: 4.0,
+        elsewhere: -4.0,
+        contrast: 0.0,
+        early: 0.0,
+        with_network: NetworkScoreParams {
+            bias: -2.0,
+            visible: 2.0,
+            contrast: 0.0,
+            odds: 1.0,
+            agrees: 1.0,
+        },
+    };
+
+    const EVIDENCE: Evidence = Evidence {
+        certainty: 0.9,
+        elsewhere: 0.2,
+        early: 0.7,
+        visible: 0.7,
+        shown: 0.8,
+        contrast: 0.5,
+        opinion: None,
+    };
+
+    const MEANS: Means = Means { shown: 0.0, elsewhere: 0.0, early: 0.0, first_contrast: 0.5 };
+
+    fn logistic(sum: f64) -> f64 {
+        1.0 / (1.0 + (-sum).exp())
+    }
+
+    #[test]
+    fn the_sum_has_a_term_for_each_number() {
+        let params = ScoreParams { bias: 0.5, contrast: 3.0, early: 2.0, ..PARAMS };
+        let means = Means { shown: 0.6, elsewhere: 0.2, early: 0.7, ..MEANS };
+        let evidence = Evidence { contrast: 0.25, ..EVIDENCE };
+        let sum = 0.5 + 4.0 * 0.6 - 4.0 * 0.2 + 3.0 * 0.5 + 2.0 * 0.7;
+        assert!((means.score(&evidence, &params) - logistic(sum)).abs() < 1e-12);
+        let with_network = NetworkScoreParams { contrast: 3.0, ..PARAMS.with_network };
+        let params = ScoreParams { with_network, ..params };
+        let opinion = Some(Opinion { odds: 0.3, agrees: true });
+        let sum = -2.0 + 2.0 * 0.6 + 3.0 * 0.5 + 0.3 + 1.0;
+        let score = means.score(&Evidence { opinion, ..evidence }, &params);
+        assert!((score - logistic(sum)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn contrast_counts_relative_to_the_first_frame() {
+        let params = ScoreParams { bias: -1.0, contrast: 2.0, ..PARAMS };
+        // The sum is -1 and twice the relative contrast.
+        for (first_contrast, contrast, sum) in [
+            (0.5, 0.25, 0.0),
+            (0.5, 0.5, 1.0),
+            (0.25, 1.0, 1.4),
+            (0.0, 0.025, 0.0),
+            (0.5, -0.5, -3.0),
+        ] {
+            let evidence = Evidence { contrast, ..EVIDENCE };
+            let score = Means { first_contrast, ..MEANS }.score(&evidence, &params);
+            assert!((score - logistic(sum)).abs() < 1e-12, "{first_contrast} {contrast}");
+        }
+    }
+
+    #[test]
+    fn the_means_move_towards_the_frame_by_the_rate() {
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-12;
+        let means = Means { shown: 0.3, elsewhere: 0.6, early: 1.0, first_contrast: 0.4 };
+        for (early, after) in [(0.7, 0.97), (9.0, 1.05), (-3.0, 0.9)] {
+            let means = means.after(&Evidence { early, ..EVIDENCE }, &PARAMS);
+            assert!(near(means.shown, 0.35) && near(means.elsewhere, 0.56), "{means:?}");
+            assert!(near(means.early, after), "{early} {means:?}");
+            assert!(near(means.first_contrast, 0.4));
+        }
+    }
+
+    #[test]
+    fn the_first_means_are_the_first_frame() {
+        let first = Means::first(&EVIDENCE);
+        assert_eq!(first, Means { shown: 0.8, elsewhere: 0.2, early: 1.0, first_contrast: 0.5 });
+        assert!(first.is_sound());
+        assert!(!Means { elsewhere: f64::INFINITY, ..first }.is_sound());
+    }
+
+    #[test]
+    fn a_network_has_its_own_rate() {
+        let config =
+            RobustConfig { score_rate: 0.5, network_score_rate: 0.25, ..RobustConfig::default() };
+        assert_eq!(ScoreParams::new(&config, false).rate, 0.5);
+        assert_eq!(ScoreParams::new(&config, true).rate, 0.25);
+    }
+}
