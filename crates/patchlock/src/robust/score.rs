@@ -84,10 +84,10 @@ impl ScoreParams {
 }
 
 impl Means {
-    /// In the first frame. The memory is sure of that.
+    /// In the first frame.
     pub fn first(evidence: &Evidence) -> Self {
-        let Evidence { shown, elsewhere, contrast: first_contrast, .. } = *evidence;
-        Self { shown, elsewhere, early: 1.0, first_contrast }
+        let first_contrast = evidence.contrast;
+        Self { shown: 0.0, elsewhere: 0.0, early: 0.0, first_contrast }.begun(evidence)
     }
 
     /// Whether all numbers are ones that evidence can lead to.
@@ -96,12 +96,17 @@ impl Means {
         [shown, elsewhere, early, first_contrast].iter().all(|mean| mean.is_finite())
     }
 
+    /// Begun anew on a frame, at a place that was found.
+    pub fn begun(self, evidence: &Evidence) -> Self {
+        let Evidence { shown, elsewhere, .. } = *evidence;
+        Self { shown, elsewhere, early: early(evidence), ..self }
+    }
+
     /// With one frame more.
     pub fn after(mut self, evidence: &Evidence, params: &ScoreParams) -> Self {
-        let early = evidence.early.clamp(EARLY[0], EARLY[1]);
         self.shown += params.rate * (evidence.shown - self.shown);
         self.elsewhere += params.rate * (evidence.elsewhere - self.elsewhere);
-        self.early += params.rate * (early - self.early);
+        self.early += params.rate * (early(evidence) - self.early);
         self
     }
 
@@ -131,6 +136,11 @@ impl Means {
         };
         1.0 / (1.0 + (-sum).exp())
     }
+}
+
+/// How sure the early memory is, as it counts.
+fn early(evidence: &Evidence) -> f64 {
+    evidence.early.clamp(EARLY[0], EARLY[1])
 }
 
 #[cfg(test)]

@@ -328,7 +328,13 @@ impl Belief {
         (frame, last): (u64, Place),
         params: &StatusParams,
     ) -> Decision {
-        self.means = self.means.after(evidence, &params.score);
+        self.means = match self.phase {
+            // A network's odds say at once what a place is worth.
+            Phase::Trial { left, .. } if left == params.trial && evidence.opinion.is_none() => {
+                self.means.begun(evidence)
+            }
+            _ => self.means.after(evidence, &params.score),
+        };
         if self.is_lost() {
             let verdict = self.verdict(evidence, params);
             return Decision { belief: self, verdict, lessons: None, back: None };
