@@ -125,8 +125,6 @@ group! {
         /// mean share that was reported as visible on the last frames is below this and the
         /// memory's response is below `found_above`.
         unseen_below: f64 = 0.15, number(0.0, 1.0);
-        /// Rate of the mean share that was reported as visible on the last frames.
-        unseen_rate: f64 = 0.15, number(0.0, 1.0);
         /// An unseen target is seen again if the mean share is above this and `seen_certainty`
         /// holds; a place that is found elsewhere has to show at least this share of it.
         seen_again: f64 = 0.25, number(0.0, 1.0);
@@ -159,7 +157,7 @@ group! {
         score_bias: f64 = -2.1, number(-100.0, 100.0);
         /// Rate of the running means in the score, without a network. The visible share is 0 while
         /// the target is lost.
-        score_rate: f64 = 0.1, number(0.0, 1.0);
+        score_rate: f64 = 0.15, number(0.0, 1.0);
         /// Weight of the mean visible share in the score.
         score_visible: f64 = 2.9, number(-100.0, 100.0);
         /// Weight in the score of the mean of the memory's strongest response away from the box,

@@ -149,7 +149,7 @@ pub(crate) mod tests {
 
     /// Visible share and response elsewhere count alike; with a network, its odds and agreement.
     pub const PARAMS: ScoreParams = ScoreParams {
-        rate: 0.1,
+        rate: 0.5,
         bias: 0.0,
         visible: 4.0,
         elsewhere: -4.0,
@@ -216,9 +216,9 @@ pub(crate) mod tests {
     fn the_means_move_towards_the_frame_by_the_rate() {
         let near = |a: f64, b: f64| (a - b).abs() < 1e-12;
         let means = Means { shown: 0.3, elsewhere: 0.6, early: 1.0, first_contrast: 0.4 };
-        for (early, after) in [(0.7, 0.97), (9.0, 1.05), (-3.0, 0.9)] {
+        for (early, after) in [(0.7, 0.85), (9.0, 1.25), (-3.0, 0.5)] {
             let means = means.after(&Evidence { early, ..EVIDENCE }, &PARAMS);
-            assert!(near(means.shown, 0.35) && near(means.elsewhere, 0.56), "{means:?}");
+            assert!(near(means.shown, 0.55) && near(means.elsewhere, 0.4), "{means:?}");
             assert!(near(means.early, after), "{early} {means:?}");
             assert!(near(means.first_contrast, 0.4));
         }
@@ -227,7 +227,7 @@ pub(crate) mod tests {
     #[test]
     fn the_first_means_are_the_first_frame() {
         let first = Means::first(&EVIDENCE);
-        assert_eq!(first, Means { shown: 0.8, elsewhere: 0.2, early: 1.0, first_contrast: 0.5 });
+        assert_eq!(first, Means { shown: 0.8, elsewhere: 0.2, early: 0.7, first_contrast: 0.5 });
         assert!(first.is_sound());
         assert!(!Means { elsewhere: f64::INFINITY, ..first }.is_sound());
     }

@@ -83,8 +83,6 @@ pub(crate) struct Belief {
     contrast: f64,
     /// The running means that the score counts.
     means: Means,
-    /// The mean reported share of the last frames.
-    shown_lately: f64,
 }
 
 /// What follows from the evidence of a frame.
@@ -190,9 +188,7 @@ struct CoveredParams {
 /// When the target is hardly seen at the place that is followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct UnseenParams {
-    /// Rate of the mean reported share of the last frames.
-    rate: f64,
-    /// The mean is below this,
+    /// The mean reported share, as the score counts it, is below this,
     below: f64,
     /// and the certainty is below this: the search would not find the target there.
     certainty: f64,
@@ -232,7 +228,6 @@ impl StatusParams {
                 after: config.covered_after as u32,
             },
             unseen: UnseenParams {
-                rate: config.unseen_rate,
                 below: config.unseen_below,
                 certainty: config.found_above,
                 again: config.seen_again,
@@ -273,7 +268,7 @@ impl Belief {
     pub fn first(evidence: &Evidence) -> Self {
         let Evidence { visible: seen, contrast, .. } = *evidence;
         let (phase, means) = (Phase::Following { doubtful: 0 }, Means::first(evidence));
-        Self { phase, recent: 1.0, seen, contrast, means, shown_lately: 1.0 }
+        Self { phase, recent: 1.0, seen, contrast, means }
     }
 
     /// Whether all numbers are ones that evidence can lead to.
@@ -286,9 +281,7 @@ impl Belief {
         };
         phase
             && self.means.is_sound()
-            && [self.recent, self.seen, self.contrast, self.shown_lately]
-                .iter()
-                .all(|mean| mean.is_finite())
+            && [self.recent, self.seen, self.contrast].iter().all(|mean| mean.is_finite())
     }
 
     /// The running means that the score counts.
@@ -309,7 +302,6 @@ impl Belief {
     /// Puts a place on trial that was found while lost; `back` is the last place before.
     pub fn begin_trial(&mut self, back: Place, params: &StatusParams) {
         self.phase = Phase::Trial { left: params.trial, back };
-        self.shown_lately = params.sure_shown;
     }
 
     /// Goes on with the search, after this many windows in which nothing was found.
@@ -339,7 +331,6 @@ impl Belief {
             let verdict = self.verdict(evidence, params);
             return Decision { belief: self, verdict, lessons: None, back: None };
         }
-        self.shown_lately += params.unseen.rate * (evidence.shown - self.shown_lately);
         let doubt = self.doubt(evidence, params);
         let mut belief = self.learned(evidence, doubt, params);
         belief.phase = self.next_phase(evidence, doubt, last, params);
@@ -467,7 +458,7 @@ impl Belief {
             },
             Phase::Trial { left, back } if most.is_none() && !is_unseen => match left {
                 2.. => Phase::Trial { left: left - 1, back },
-                _ if is_alone && self.shown_lately < params.trial_shown => lost(back),
+                _ if is_alone && self.means.shown < params.trial_shown => lost(back),
                 _ => Phase::Following { doubtful: 0 },
             },
             Phase::Trial { back, .. } => lost(back),
@@ -481,7 +472,7 @@ impl Belief {
     /// Whether the target is hardly seen where it is followed.
     fn is_unseen(&self, evidence: &Evidence, params: &StatusParams) -> bool {
         let UnseenParams { below, certainty, .. } = params.unseen;
-        self.shown_lately < below && evidence.certainty < certainty
+        self.means.shown < below && evidence.certainty < certainty
     }
 
     /// The phase after a frame on which the target was searched for: it is seen again where it is
@@ -492,7 +483,7 @@ impl Belief {
         (next, unknown, last): (u64, u32, Place),
         params: &UnseenParams,
     ) -> Phase {
-        if self.shown_lately > params.again && evidence.certainty > params.again_certainty {
+        if self.means.shown > params.again && evidence.certainty > params.again_certainty {
             return Phase::Following { doubtful: 0 };
         }
         let unknown =
@@ -537,7 +528,6 @@ mod tests {
             after: 5,
         },
         unseen: UnseenParams {
-            rate: 0.5,
             below: 0.15,
             certainty: 0.65,
             again: 0.25,
@@ -585,7 +575,6 @@ mod tests {
         seen: 0.8,
         contrast: 0.5,
         means: Means { shown: 0.8, elsewhere: 0.2, early: 0.7, first_contrast: 0.5 },
-        shown_lately: 0.8,
     };
 
     const BACK: Place = Place { centre: [3.0, 4.0], scale: 1.2, stretch: 1.0, rotation: 0.1 };
@@ -668,7 +657,8 @@ mod tests {
             (unseen(2, LAST), 0.2, 0.0, 0.29, lost, Some(LAST)),
         ] {
             let evidence = Evidence { certainty, shown, visible: shown, ..KNOWN };
-            let belief = Belief { recent: 0.4, shown_lately: lately, ..in_phase(before) };
+            let means = Means { shown: lately, ..BELIEF.means };
+            let belief = Belief { recent: 0.4, means, ..in_phase(before) };
             let decision = belief.advance(&evidence, (LATER, LAST), &PARAMS);
             let name = format!("{before:?} {lately} {shown} {certainty}");
             assert_eq!((decision.belief.phase, decision.back), (after, back), "{name}");
@@ -683,7 +673,7 @@ mod tests {
 
     #[test]
     fn with_a_network_nothing_is_unseen() {
-        let belief = Belief { shown_lately: 0.0, ..BELIEF };
+        let belief = Belief { means: Means { shown: 0.0, ..BELIEF.means }, ..BELIEF };
         let hidden = Evidence { shown: 0.0, ..told(0.5, 2.0, true) };
         let after = belief.advance(&hidden, (LATER, LAST), &PARAMS).belief;
         assert_eq!(after.phase, Phase::Following { doubtful: 0 });
@@ -797,8 +787,8 @@ mod tests {
         assert_eq!((known.seen, known.contrast), (BELIEF.seen, BELIEF.contrast));
         // Neither in doubt nor while lost.
         for unchanged in [after(STRANGE), after(COVERED)] {
-            let Belief { phase, means, shown_lately, .. } = BELIEF;
-            assert_eq!(Belief { phase, means, shown_lately, ..unchanged }, BELIEF);
+            let Belief { phase, means, .. } = BELIEF;
+            assert_eq!(Belief { phase, means, ..unchanged }, BELIEF);
         }
         let lost = in_phase(Phase::Lost { next: 3 });
         let after = lost.advance(&evidence, (LATER, LAST), &PARAMS).belief;
@@ -806,22 +796,24 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_reported_share_follows_every_frame() {
+    fn the_means_of_the_score_count_every_frame_and_begin_anew_with_a_trial() {
+        let trial = |left| in_phase(Phase::Trial { left, back: BACK });
         let lost = in_phase(Phase::Lost { next: 3 });
-        for (belief, evidence) in [(BELIEF, KNOWN), (BELIEF, STRANGE), (lost, KNOWN)] {
-            let evidence = Evidence { shown: 0.3, ..evidence };
-            let after = belief.advance(&evidence, (LATER, LAST), &PARAMS).belief.means;
-            assert_eq!(after, belief.means.after(&evidence, &PARAMS.score));
+        let hidden = Evidence { shown: 0.3, elsewhere: 0.4, early: 0.5, ..KNOWN };
+        let after = |belief: Belief, evidence| {
+            belief.advance(&evidence, (LATER, LAST), &PARAMS).belief.means
+        };
+        for belief in [BELIEF, lost, trial(PARAMS.trial - 1)] {
+            assert_eq!(after(belief, hidden), belief.means.after(&hidden, &PARAMS.score));
         }
-    }
-
-    #[test]
-    fn the_mean_share_of_the_last_frames_begins_again_with_a_trial() {
-        let mut belief = in_phase(Phase::Lost { next: 7 });
-        let lost = belief.advance(&KNOWN, (LATER, LAST), &PARAMS).belief;
-        assert_eq!(lost.shown_lately, BELIEF.shown_lately);
-        belief.begin_trial(BACK, &PARAMS);
-        assert_eq!(belief.shown_lately, PARAMS.sure_shown);
+        let mut found = lost;
+        found.begin_trial(BACK, &PARAMS);
+        assert_eq!(found, trial(PARAMS.trial));
+        let anew = Means { shown: 0.3, elsewhere: 0.4, early: 0.5, ..BELIEF.means };
+        assert_eq!(after(found, hidden), anew);
+        // The odds of a network say at once what a place is worth.
+        let told = Evidence { opinion: told(0.9, 2.0, true).opinion, ..hidden };
+        assert_eq!(after(found, told), found.means.after(&told, &PARAMS.score));
     }
 
     #[test]
@@ -950,14 +942,14 @@ mod tests {
     #[test]
     fn the_first_belief_is_the_first_frame() {
         let first = Belief::first(&KNOWN);
-        let means = Means { early: 1.0, ..BELIEF.means };
-        assert_eq!(first, Belief { recent: 1.0, means, shown_lately: 1.0, ..BELIEF });
+        assert_eq!(first, Belief { recent: 1.0, ..BELIEF });
         assert!(first.is_sound());
         assert!(!Belief { seen: f64::NAN, ..first }.is_sound());
         assert!(!in_phase(Phase::Lost { next: u64::MAX }).is_sound());
         let nowhere = Place { scale: 0.0, ..BACK };
         assert!(!in_phase(Phase::Trial { left: 1, back: nowhere }).is_sound());
         assert!(!in_phase(Phase::Unseen { next: 0, unknown: 0, last: nowhere }).is_sound());
-        assert!(!Belief { shown_lately: f64::NAN, ..first }.is_sound());
+        let means = Means { shown: f64::NAN, ..first.means };
+        assert!(!Belief { means, ..first }.is_sound());
     }
 }
