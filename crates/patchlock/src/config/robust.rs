@@ -154,7 +154,7 @@ group! {
         /// relative to its response at the box, exceeds the visible share by less than this.
         scale_below: f64 = 0.89, number(-1.0, 10.0);
         /// Constant term of the score, a logistic function of a weighted sum.
-        score_bias: f64 = -2.1, number(-100.0, 100.0);
+        score_bias: f64 = -2.3, number(-100.0, 100.0);
         /// Rate of the running means in the score, without a network. The visible share is 0 while
         /// the target is lost.
         score_rate: f64 = 0.15, number(0.0, 1.0);
@@ -168,7 +168,7 @@ group! {
         score_contrast: f64 = 2.2, number(-100.0, 100.0);
         /// Weight in the score of how sure the memory was on the mean when it had seen no more than
         /// the first sure frames.
-        score_early: f64 = 2.8, number(-100.0, 100.0);
+        score_early: f64 = 3.0, number(-100.0, 100.0);
         /// A patch is reported as visible, and counts for score and status, when the squared error
         /// of its own-location code is below this. What is learned, and whether the target is
         /// covered, is decided with the stricter `epsilon`.

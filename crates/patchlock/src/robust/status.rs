@@ -202,9 +202,6 @@ struct UnseenParams {
     gone_after: u32,
 }
 
-/// An unseen target is lost below this score, uncertain above.
-const EVEN: f64 = 0.5;
-
 impl StatusParams {
     /// `has_network`: whether a network follows the target, too.
     pub fn new(config: &RobustConfig, has_network: bool) -> Self {
@@ -349,8 +346,6 @@ impl Belief {
         let score = self.means.score(evidence, &params.score);
         let status = match self.phase {
             Phase::Lost { .. } => Status::Lost,
-            // Unseen, and rather off the target than on it.
-            Phase::Unseen { .. } if score < EVEN => Status::Lost,
             // The score calls a target lost before it is given up.
             _ if score < params.lost => Status::Lost,
             Phase::Following { .. }
@@ -853,7 +848,7 @@ mod tests {
             (lost, high, Status::Lost, 0.25),
             (lost, low, Status::Lost, least),
             (unseen, high, Status::Uncertain, most),
-            (unseen, middle, Status::Lost, little),
+            (unseen, middle, Status::Uncertain, little),
             (unseen, low, Status::Lost, least),
         ] {
             let verdict = Belief { means, ..belief }.verdict(&KNOWN, &PARAMS);
