@@ -3,9 +3,14 @@
 import { readFileSync } from 'node:fs';
 import path from 'node:path';
 import { FRAMES, expect, test } from './page.mjs';
-import { guide, readTruth } from './program.mjs';
+import { guide, overlap, readTruth } from './program.mjs';
 
 const truth = readTruth();
+
+/** The centre of a box. */
+function centre({ x, y, w, h }) {
+    return [x + w / 2, y + h / 2];
+}
 
 test('the way of the guide', async ({ work, page, folder }) => {
     // Every correction is tracked.
@@ -36,7 +41,10 @@ test('the way of the guide', async ({ work, page, folder }) => {
         await expect(hint).toContainText('Correct the box');
         unchecked += (await hint.textContent())?.startsWith('Unchecked') ? 1 : 0;
         const keys = Object.keys(target().keys).length;
-        await work.press('Enter');
+        const frame = Number(await page.locator('#frame').inputValue());
+        const { box } = target().tracked[frame];
+        if (overlap(box, truth[frame]) < 0.5) await work.drag(centre(box), centre(truth[frame]));
+        else await work.press('Enter');
         await expect.poll(() => Object.keys(target().keys).length).toBe(keys + 1);
         await work.tracked();
     }
