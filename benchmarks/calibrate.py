@@ -6,11 +6,12 @@
     target/python-venv/bin/python benchmarks/calibrate.py starts/OTB starts/MINE [--model FOLDER]
 
 Each argument is a dataset in the OTB layout. The preset `robust` tracks all its sequences and says of each
-frame what the score counts: the mean visible share, the memory's response elsewhere, the contrast of colours
-relative to the first frame, and how sure the memory of the first sure frames is; with a network, its odds and
-whether it agrees, in place of the response elsewhere and the early memory. The score is the logistic function of a weighted sum of these. The fit is the logistic regression
-of whether the box overlaps the truth by at least half; a frame without truth is a miss. Frames of a target
-that is given up take part: nothing is visible of it. Each target counts by the square root of its frames.
+frame what the score counts: the means of the visible share, of the memory's response elsewhere and of how
+sure the memory of the first sure frames is, and the contrast of colours relative to the first frame; with a
+network, its odds and whether it agrees, in place of the memory's means. The score is the logistic function of
+a weighted sum of these. The fit is the logistic regression of whether the box overlaps the truth by at least
+half; a frame without truth is a miss. Frames of a target that is given up take part: nothing is visible of
+it. Each target counts by the square root of its frames.
 
 The table has the score as it is set, the fit on all targets, and two rows in which each target is scored by a
 fit that has not seen it: on the other half of the targets, and on the other datasets.
@@ -36,9 +37,8 @@ STEPS = 50
 ALONE = ("score_bias", "score_visible", "score_elsewhere", "score_contrast", "score_early")
 WITH_NETWORK = tuple(f"network_score_{name}" for name in ("bias", "visible", "contrast", "odds", "agrees"))
 # As in the tracker: the least contrast of the first frame, the most that a later one is relative to it, and
-# the ranges of what the early memory says and of the odds.
+# the range of the odds.
 LEAST_CONTRAST, MOST_CONTRAST = 0.05, 1.2
-MOST_EARLY = 1.5
 LEAST_ODDS, MOST_ODDS = -4.0, 4.2
 
 Array = npt.NDArray[np.float64]
@@ -75,9 +75,9 @@ def track(sequence: Path, model: Path | None, settings: dict[str, float]) -> lis
             estimate, seen = tracker.update_observed(image)
             first = first or max(seen.contrast, LEAST_CONTRAST)
             contrast = min(seen.contrast / first, MOST_CONTRAST)
-            own = [1.0, seen.mean_visible, contrast if model else seen.elsewhere]
+            own = [1.0, seen.mean_visible, contrast if model else seen.mean_elsewhere]
             if not model:
-                own += [contrast, min(max(seen.early, 0.0), MOST_EARLY)]
+                own += [contrast, seen.mean_early]
             elif seen.odds is None:
                 own += [LEAST_ODDS, 0.0]
             else:
