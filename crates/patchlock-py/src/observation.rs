@@ -234,13 +234,13 @@ impl RobustObservation {
         self.mean_visible
     }
 
-    /// The running mean of `elsewhere` over all frames, which the score counts.
+    /// The running mean of `elsewhere` over the last frames, which the score counts.
     #[getter]
     fn mean_elsewhere(&self) -> f64 {
         self.mean_elsewhere
     }
 
-    /// The running mean of `early` over all frames, each from 0 to 1.5, which the score counts.
+    /// The running mean of `early` over the last frames, each from 0 to 1.5, which the score counts.
     #[getter]
     fn mean_early(&self) -> f64 {
         self.mean_early

@@ -106,8 +106,7 @@ impl RobustTarget {
         let known = memory.recognise(&sample, &mut buffers.memory);
         let evidence = Evidence::new(known, seen.shares(), locator.contrast(), None);
         let (search, regain) = (SearchParams::new(config), RegainParams::new(config));
-        let (belief, frames, status) =
-            (Belief::first(&evidence), 0, StatusParams::new(config, rival.is_some()));
+        let (belief, frames, status) = (Belief::first(&evidence), 0, StatusParams::new(config));
         estimate::fill(place, window.base(), belief.verdict(&evidence, &status), &mut estimate);
         let target = Self {
             place,

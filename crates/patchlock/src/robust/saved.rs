@@ -71,9 +71,8 @@ impl RobustTarget {
             return Err(error::snapshot("its target was tracked without a network"));
         }
         let rival = rival.clone().map(|saved| saved.restore(config, network)).transpose()?;
-        let status = StatusParams::new(config, rival.is_some());
         let target = Self::restore_without(saved, config).map_err(error::snapshot)?;
-        Ok(Self { rival, status, ..target })
+        Ok(Self { rival, ..target })
     }
 
     /// All but the network's part.
@@ -99,7 +98,7 @@ impl RobustTarget {
             belief,
             frames,
             search: SearchParams::new(config),
-            status: StatusParams::new(config, false),
+            status: StatusParams::new(config),
             regain: RegainParams::new(config),
         })
     }

@@ -17,15 +17,17 @@ const EARLY: [f64; 2] = [0.0, 1.5];
 /// The range in which the network's odds count.
 const ODDS: [f64; 2] = [-4.0, 4.2];
 
-/// What the score counts besides the frame itself. The means run over all frames: what is off the
-/// target for long, or was until now, is less certain, and one bad frame is no loss.
+/// Running means of the evidence: what is off the target for long, or was until now, is less certain,
+/// and one bad frame is no loss.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Means {
-    /// The mean reported share, 0 while the target is lost.
+    /// The reported share over many frames, 0 while the target is lost.
     pub shown: f64,
-    /// The mean response elsewhere.
+    /// The reported share of the last frames.
+    pub shown_lately: f64,
+    /// The response elsewhere on the last frames.
     pub elsewhere: f64,
-    /// The mean certainty of the early memory.
+    /// The certainty of the early memory on the last frames.
     pub early: f64,
     /// The contrast of colours in the first frame.
     pub first_contrast: f64,
@@ -34,8 +36,10 @@ pub(crate) struct Means {
 /// The score is the logistic function of a sum, fitted to the development targets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ScoreParams {
-    /// Rate of the means.
+    /// Rate of the mean over many frames,
     rate: f64,
+    /// and of those over the last ones.
+    lately_rate: f64,
     bias: f64,
     /// Times the mean visible share.
     visible: f64,
@@ -63,10 +67,10 @@ struct NetworkScoreParams {
 }
 
 impl ScoreParams {
-    /// `has_network`: whether a network follows the target, too.
-    pub fn new(config: &RobustConfig, has_network: bool) -> Self {
+    pub fn new(config: &RobustConfig) -> Self {
         Self {
-            rate: if has_network { config.network_score_rate } else { config.score_rate },
+            rate: config.score_rate,
+            lately_rate: config.lately_rate,
             bias: config.score_bias,
             visible: config.score_visible,
             elsewhere: config.score_elsewhere,
@@ -86,27 +90,29 @@ impl ScoreParams {
 impl Means {
     /// In the first frame.
     pub fn first(evidence: &Evidence) -> Self {
-        let first_contrast = evidence.contrast;
-        Self { shown: 0.0, elsewhere: 0.0, early: 0.0, first_contrast }.begun(evidence)
+        let Evidence { shown, elsewhere, contrast: first_contrast, .. } = *evidence;
+        let early = early(evidence);
+        Self { shown, shown_lately: shown, elsewhere, early, first_contrast }
     }
 
     /// Whether all numbers are ones that evidence can lead to.
     pub fn is_sound(&self) -> bool {
-        let Self { shown, elsewhere, early, first_contrast } = *self;
-        [shown, elsewhere, early, first_contrast].iter().all(|mean| mean.is_finite())
+        let Self { shown, shown_lately, elsewhere, early, first_contrast } = *self;
+        [shown, shown_lately, elsewhere, early, first_contrast].iter().all(|mean| mean.is_finite())
     }
 
-    /// Begun anew on a frame, at a place that was found.
-    pub fn begun(self, evidence: &Evidence) -> Self {
-        let Evidence { shown, elsewhere, .. } = *evidence;
-        Self { shown, elsewhere, early: early(evidence), ..self }
+    /// With one frame more, at a place that was found: those of the last frames begin anew.
+    pub fn begun(self, evidence: &Evidence, params: &ScoreParams) -> Self {
+        let Self { shown, .. } = self.after(evidence, params);
+        Self { shown, first_contrast: self.first_contrast, ..Self::first(evidence) }
     }
 
     /// With one frame more.
     pub fn after(mut self, evidence: &Evidence, params: &ScoreParams) -> Self {
         self.shown += params.rate * (evidence.shown - self.shown);
-        self.elsewhere += params.rate * (evidence.elsewhere - self.elsewhere);
-        self.early += params.rate * (early(evidence) - self.early);
+        self.shown_lately += params.lately_rate * (evidence.shown - self.shown_lately);
+        self.elsewhere += params.lately_rate * (evidence.elsewhere - self.elsewhere);
+        self.early += params.lately_rate * (early(evidence) - self.early);
         self
     }
 
@@ -149,7 +155,8 @@ pub(crate) mod tests {
 
     /// Visible share and response elsewhere count alike; with a network, its odds and agreement.
     pub const PARAMS: ScoreParams = ScoreParams {
-        rate: 0.5,
+        rate: 0.1,
+        lately_rate: 0.5,
         bias: 0.0,
         visible: 4.0,
         elsewhere: -4.0,
@@ -174,7 +181,8 @@ pub(crate) mod tests {
         opinion: None,
     };
 
-    const MEANS: Means = Means { shown: 0.0, elsewhere: 0.0, early: 0.0, first_contrast: 0.5 };
+    const MEANS: Means =
+        Means { shown: 0.3, shown_lately: 0.3, elsewhere: 0.6, early: 1.0, first_contrast: 0.4 };
 
     fn logistic(sum: f64) -> f64 {
         1.0 / (1.0 + (-sum).exp())
@@ -183,21 +191,22 @@ pub(crate) mod tests {
     #[test]
     fn the_sum_has_a_term_for_each_number() {
         let params = ScoreParams { bias: 0.5, contrast: 3.0, early: 2.0, ..PARAMS };
-        let means = Means { shown: 0.6, elsewhere: 0.2, early: 0.7, ..MEANS };
+        let means = Means { first_contrast: 0.5, ..MEANS };
         let evidence = Evidence { contrast: 0.25, ..EVIDENCE };
-        let sum = 0.5 + 4.0 * 0.6 - 4.0 * 0.2 + 3.0 * 0.5 + 2.0 * 0.7;
+        let sum = 0.5 + 4.0 * 0.3 - 4.0 * 0.6 + 3.0 * 0.5 + 2.0 * 1.0;
         assert!((means.score(&evidence, &params) - logistic(sum)).abs() < 1e-12);
         let with_network = NetworkScoreParams { contrast: 3.0, ..PARAMS.with_network };
         let params = ScoreParams { with_network, ..params };
         let opinion = Some(Opinion { odds: 0.3, agrees: true });
-        let sum = -2.0 + 2.0 * 0.6 + 3.0 * 0.5 + 0.3 + 1.0;
+        let sum = -2.0 + 2.0 * 0.3 + 3.0 * 0.5 + 0.3 + 1.0;
         let score = means.score(&Evidence { opinion, ..evidence }, &params);
         assert!((score - logistic(sum)).abs() < 1e-12);
     }
 
     #[test]
     fn contrast_counts_relative_to_the_first_frame() {
-        let params = ScoreParams { bias: -1.0, contrast: 2.0, ..PARAMS };
+        let params =
+            ScoreParams { bias: -1.0, visible: 0.0, elsewhere: 0.0, contrast: 2.0, ..PARAMS };
         // The sum is -1 and twice the relative contrast.
         for (first_contrast, contrast, sum) in [
             (0.5, 0.25, 0.0),
@@ -215,28 +224,29 @@ pub(crate) mod tests {
     #[test]
     fn the_means_move_towards_the_frame_by_the_rate() {
         let near = |a: f64, b: f64| (a - b).abs() < 1e-12;
-        let means = Means { shown: 0.3, elsewhere: 0.6, early: 1.0, first_contrast: 0.4 };
         for (early, after) in [(0.7, 0.85), (9.0, 1.25), (-3.0, 0.5)] {
-            let means = means.after(&Evidence { early, ..EVIDENCE }, &PARAMS);
-            assert!(near(means.shown, 0.55) && near(means.elsewhere, 0.4), "{means:?}");
+            let means = MEANS.after(&Evidence { early, ..EVIDENCE }, &PARAMS);
+            assert!(near(means.shown, 0.35) && near(means.shown_lately, 0.55), "{means:?}");
+            assert!(near(means.elsewhere, 0.4), "{means:?}");
             assert!(near(means.early, after), "{early} {means:?}");
             assert!(near(means.first_contrast, 0.4));
         }
     }
 
     #[test]
-    fn the_first_means_are_the_first_frame() {
-        let first = Means::first(&EVIDENCE);
-        assert_eq!(first, Means { shown: 0.8, elsewhere: 0.2, early: 0.7, first_contrast: 0.5 });
-        assert!(first.is_sound());
-        assert!(!Means { elsewhere: f64::INFINITY, ..first }.is_sound());
+    fn at_a_place_that_was_found_the_means_of_the_last_frames_begin_anew() {
+        let begun = MEANS.begun(&EVIDENCE, &PARAMS);
+        let Means { shown, .. } = MEANS.after(&EVIDENCE, &PARAMS);
+        let first_contrast = MEANS.first_contrast;
+        assert_eq!(begun, Means { shown, first_contrast, ..Means::first(&EVIDENCE) });
     }
 
     #[test]
-    fn a_network_has_its_own_rate() {
-        let config =
-            RobustConfig { score_rate: 0.5, network_score_rate: 0.25, ..RobustConfig::default() };
-        assert_eq!(ScoreParams::new(&config, false).rate, 0.5);
-        assert_eq!(ScoreParams::new(&config, true).rate, 0.25);
+    fn the_first_means_are_the_first_frame() {
+        let first = Means::first(&EVIDENCE);
+        let Evidence { shown, elsewhere, early, contrast: first_contrast, .. } = EVIDENCE;
+        assert_eq!(first, Means { shown, shown_lately: shown, elsewhere, early, first_contrast });
+        assert!(first.is_sound());
+        assert!(!Means { elsewhere: f64::INFINITY, ..first }.is_sound());
     }
 }

@@ -188,7 +188,7 @@ struct CoveredParams {
 /// When the target is hardly seen at the place that is followed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct UnseenParams {
-    /// The mean reported share, as the score counts it, is below this,
+    /// The mean reported share of the last frames is below this,
     below: f64,
     /// and the certainty is below this: the search would not find the target there.
     certainty: f64,
@@ -203,8 +203,7 @@ struct UnseenParams {
 }
 
 impl StatusParams {
-    /// `has_network`: whether a network follows the target, too.
-    pub fn new(config: &RobustConfig, has_network: bool) -> Self {
+    pub fn new(config: &RobustConfig) -> Self {
         Self {
             first_frames: config.first_frames as u64,
             sure: config.sure,
@@ -242,7 +241,7 @@ impl StatusParams {
             tracked: config.score_tracked,
             visible: config.visible_tracked,
             lost: config.score_lost,
-            score: ScoreParams::new(config, has_network),
+            score: ScoreParams::new(config),
         }
     }
 }
@@ -317,12 +316,10 @@ impl Belief {
         (frame, last): (u64, Place),
         params: &StatusParams,
     ) -> Decision {
+        let score = &params.score;
         self.means = match self.phase {
-            // A network's odds say at once what a place is worth.
-            Phase::Trial { left, .. } if left == params.trial && evidence.opinion.is_none() => {
-                self.means.begun(evidence)
-            }
-            _ => self.means.after(evidence, &params.score),
+            Phase::Trial { left, .. } if left == params.trial => self.means.begun(evidence, score),
+            _ => self.means.after(evidence, score),
         };
         if self.is_lost() {
             let verdict = self.verdict(evidence, params);
@@ -453,7 +450,7 @@ impl Belief {
             },
             Phase::Trial { left, back } if most.is_none() && !is_unseen => match left {
                 2.. => Phase::Trial { left: left - 1, back },
-                _ if is_alone && self.means.shown < params.trial_shown => lost(back),
+                _ if is_alone && self.means.shown_lately < params.trial_shown => lost(back),
                 _ => Phase::Following { doubtful: 0 },
             },
             Phase::Trial { back, .. } => lost(back),
@@ -467,7 +464,7 @@ impl Belief {
     /// Whether the target is hardly seen where it is followed.
     fn is_unseen(&self, evidence: &Evidence, params: &StatusParams) -> bool {
         let UnseenParams { below, certainty, .. } = params.unseen;
-        self.means.shown < below && evidence.certainty < certainty
+        self.means.shown_lately < below && evidence.certainty < certainty
     }
 
     /// The phase after a frame on which the target was searched for: it is seen again where it is
@@ -478,7 +475,7 @@ impl Belief {
         (next, unknown, last): (u64, u32, Place),
         params: &UnseenParams,
     ) -> Phase {
-        if self.means.shown > params.again && evidence.certainty > params.again_certainty {
+        if self.means.shown_lately > params.again && evidence.certainty > params.again_certainty {
             return Phase::Following { doubtful: 0 };
         }
         let unknown =
@@ -569,7 +566,13 @@ mod tests {
         recent: 0.9,
         seen: 0.8,
         contrast: 0.5,
-        means: Means { shown: 0.8, elsewhere: 0.2, early: 0.7, first_contrast: 0.5 },
+        means: Means {
+            shown: 0.8,
+            shown_lately: 0.8,
+            elsewhere: 0.2,
+            early: 0.7,
+            first_contrast: 0.5,
+        },
     };
 
     const BACK: Place = Place { centre: [3.0, 4.0], scale: 1.2, stretch: 1.0, rotation: 0.1 };
@@ -652,7 +655,7 @@ mod tests {
             (unseen(2, LAST), 0.2, 0.0, 0.29, lost, Some(LAST)),
         ] {
             let evidence = Evidence { certainty, shown, visible: shown, ..KNOWN };
-            let means = Means { shown: lately, ..BELIEF.means };
+            let means = Means { shown_lately: lately, ..BELIEF.means };
             let belief = Belief { recent: 0.4, means, ..in_phase(before) };
             let decision = belief.advance(&evidence, (LATER, LAST), &PARAMS);
             let name = format!("{before:?} {lately} {shown} {certainty}");
@@ -668,7 +671,7 @@ mod tests {
 
     #[test]
     fn with_a_network_nothing_is_unseen() {
-        let belief = Belief { means: Means { shown: 0.0, ..BELIEF.means }, ..BELIEF };
+        let belief = Belief { means: Means { shown_lately: 0.0, ..BELIEF.means }, ..BELIEF };
         let hidden = Evidence { shown: 0.0, ..told(0.5, 2.0, true) };
         let after = belief.advance(&hidden, (LATER, LAST), &PARAMS).belief;
         assert_eq!(after.phase, Phase::Following { doubtful: 0 });
@@ -804,11 +807,7 @@ mod tests {
         let mut found = lost;
         found.begin_trial(BACK, &PARAMS);
         assert_eq!(found, trial(PARAMS.trial));
-        let anew = Means { shown: 0.3, elsewhere: 0.4, early: 0.5, ..BELIEF.means };
-        assert_eq!(after(found, hidden), anew);
-        // The odds of a network say at once what a place is worth.
-        let told = Evidence { opinion: told(0.9, 2.0, true).opinion, ..hidden };
-        assert_eq!(after(found, told), found.means.after(&told, &PARAMS.score));
+        assert_eq!(after(found, hidden), found.means.begun(&hidden, &PARAMS.score));
     }
 
     #[test]

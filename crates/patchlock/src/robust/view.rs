@@ -28,9 +28,9 @@ pub struct RobustView<'a> {
     pub visible: f64,
     /// Its running mean over all frames, which the score counts.
     pub mean_visible: f64,
-    /// The running mean of `elsewhere` over all frames, which the score counts.
+    /// The running mean of `elsewhere` over the last frames, which the score counts.
     pub mean_elsewhere: f64,
-    /// The running mean of `early` over all frames, each from 0 to 1.5, which the score counts.
+    /// The running mean of `early` over the last frames, each from 0 to 1.5, which the score counts.
     pub mean_early: f64,
     /// Cells on a side of the window around the estimate.
     pub side: usize,
