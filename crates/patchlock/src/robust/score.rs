@@ -36,10 +36,12 @@ pub(crate) struct Means {
 /// The score is the logistic function of a sum, fitted to the development targets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ScoreParams {
-    /// Rate of the mean over many frames,
+    /// Rate of the mean reported share over many frames,
     rate: f64,
-    /// and of those over the last ones.
+    /// over the last ones,
     lately_rate: f64,
+    /// and of the means of what the memory says.
+    memory_rate: f64,
     bias: f64,
     /// Times the mean visible share.
     visible: f64,
@@ -70,7 +72,8 @@ impl ScoreParams {
     pub fn new(config: &RobustConfig) -> Self {
         Self {
             rate: config.score_rate,
-            lately_rate: config.lately_rate,
+            lately_rate: config.unseen_rate,
+            memory_rate: config.score_memory_rate,
             bias: config.score_bias,
             visible: config.score_visible,
             elsewhere: config.score_elsewhere,
@@ -111,8 +114,8 @@ impl Means {
     pub fn after(mut self, evidence: &Evidence, params: &ScoreParams) -> Self {
         self.shown += params.rate * (evidence.shown - self.shown);
         self.shown_lately += params.lately_rate * (evidence.shown - self.shown_lately);
-        self.elsewhere += params.lately_rate * (evidence.elsewhere - self.elsewhere);
-        self.early += params.lately_rate * (early(evidence) - self.early);
+        self.elsewhere += params.memory_rate * (evidence.elsewhere - self.elsewhere);
+        self.early += params.memory_rate * (early(evidence) - self.early);
         self
     }
 
@@ -157,6 +160,7 @@ pub(crate) mod tests {
     pub const PARAMS: ScoreParams = ScoreParams {
         rate: 0.1,
         lately_rate: 0.5,
+        memory_rate: 0.25,
         bias: 0.0,
         visible: 4.0,
         elsewhere: -4.0,
@@ -224,10 +228,10 @@ pub(crate) mod tests {
     #[test]
     fn the_means_move_towards_the_frame_by_the_rate() {
         let near = |a: f64, b: f64| (a - b).abs() < 1e-12;
-        for (early, after) in [(0.7, 0.85), (9.0, 1.25), (-3.0, 0.5)] {
+        for (early, after) in [(0.6, 0.9), (9.0, 1.125), (-3.0, 0.75)] {
             let means = MEANS.after(&Evidence { early, ..EVIDENCE }, &PARAMS);
             assert!(near(means.shown, 0.35) && near(means.shown_lately, 0.55), "{means:?}");
-            assert!(near(means.elsewhere, 0.4), "{means:?}");
+            assert!(near(means.elsewhere, 0.5), "{means:?}");
             assert!(near(means.early, after), "{early} {means:?}");
             assert!(near(means.first_contrast, 0.4));
         }

@@ -116,6 +116,7 @@ fn base_of(method: &Method, row: &Parameter) -> TrackerConfig {
         ],
         // However sure the memory is.
         "unseen_below" => &[("found_above", 9.0)],
+        "unseen_rate" => &[("found_above", 9.0), ("unseen_below", 0.8)],
         // The target is given up.
         "score_lost" => &[("seen_certainty", 9.0), ("gone_below", 9.0)],
         // Around the last place alone.
@@ -220,7 +221,8 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("sure_shown", Value::from(1.0)),
         ("trial_shown", Value::from(1.0)),
         ("unseen_below", Value::from(1.0)),
-        ("lately_rate", Value::from(1.0)),
+        ("unseen_rate", Value::from(1.0)),
+        ("score_memory_rate", Value::from(1.0)),
         ("seen_again", Value::from(0.0)),
         ("seen_certainty", Value::from(0.0)),
         ("gone_below", Value::from(9.0)),
