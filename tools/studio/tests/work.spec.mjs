@@ -129,7 +129,7 @@ test.describe('a target that is tracked', () => {
         const [{ hidden, tracked }] = folder.project().targets;
         const [from, to] = hidden[0];
         // The tree hides the picture completely in these frames.
-        expect(from).toBeLessThan(95);
+        expect(from).toBeLessThan(100);
         expect(to).toBeGreaterThan(130);
         expect([tracked[from - 1].status, tracked[to + 1].status]).not.toContain('l');
         await expect(work.page.locator('#doubts')).not.toContainText('lost');
