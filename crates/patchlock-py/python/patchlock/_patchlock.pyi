@@ -310,19 +310,21 @@ class RobustConfig:
     """Rate of the mean visible share in the score; the share is 0 while the target is lost.
     Allowed: 0 to 1.
     """
+    score_memory_rate: float
+    """Rate of the means of what the memory says in the score. Allowed: 0 to 1."""
     score_visible: float
     """Weight of the mean visible share in the score. Allowed: -100 to 100."""
     score_elsewhere: float
     """Weight in the score of the memory's strongest response away from the box, relative to its
-    response at the box. Allowed: -100 to 100.
+    response at the box, as a mean over the last frames. Allowed: -100 to 100.
     """
     score_contrast: float
     """Weight in the score of how well colours tell the target from what is around it, relative to
     the first frame. Allowed: -100 to 100.
     """
     score_early: float
-    """Weight in the score of how sure the memory was of the place when it had seen no more than the
-    first sure frames. Allowed: -100 to 100.
+    """Weight in the score of how sure the memory was when it had seen no more than the first sure
+    frames, as a mean over the last frames. Allowed: -100 to 100.
     """
     shown_epsilon: float
     """A patch is reported as visible, and counts for score and status, when the squared error of
@@ -1108,6 +1110,15 @@ class RobustObservation:
         """How sure the memory was when it had seen no more than the first sure frames.
 
         It is the response of what the memory was then, relative to its mean then.
+        """
+
+    @property
+    def mean_elsewhere(self) -> float:
+        """The running mean of `elsewhere` over the last frames, which the score counts."""
+
+    @property
+    def mean_early(self) -> float:
+        """The running mean of `early` over the last frames, each from 0 to 1.5, which the score counts.
         """
 
     @property
