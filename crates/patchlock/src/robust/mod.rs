@@ -6,6 +6,7 @@
 
 mod colours;
 mod estimate;
+mod evidence;
 mod follower;
 mod hypothesis;
 mod locate;
@@ -33,6 +34,7 @@ use crate::patch_model::memory::LearningScratch;
 use crate::patch_model::visibility::Visibility;
 use crate::vision::frame::Frame;
 use crate::vision::geometry::BoundingBox;
+use evidence::Evidence;
 use locate::{Locator, LocatorScratch, Setting};
 use memory::Memory;
 use place::Place;
@@ -40,7 +42,7 @@ use regain::{RegainParams, regain};
 use rivals::{Followed, Rival};
 pub(crate) use saved::SavedRobust;
 use search::{Found, Order, SearchParams, Searcher};
-use status::{Belief, Evidence, Phase, StatusParams};
+use status::{Belief, Phase, StatusParams};
 use view::RobustView;
 use visible::{Seen, SeenBuffers, Visible};
 use window::{SampleBuffers, Window};

@@ -1,7 +1,7 @@
 //! The score: how probably the box is right.
 
+use super::evidence::Evidence;
 use super::rivals::Opinion;
-use super::status::Evidence;
 use crate::config::RobustConfig;
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,7 @@
 //! What an observer is shown of a frame of the method `robust`.
 
+use super::evidence::Evidence;
 use super::place::Place;
-use super::status::Evidence;
 use super::{RobustScratch, RobustTarget};
 use crate::vision::frame::Frame;
 

@@ -1,0 +1,47 @@
+//! What memory, patch model, colours and network say of a place.
+
+use super::memory::Recognition;
+use super::rivals::Opinion;
+use super::visible::Shares;
+
+/// Everything that the models say of a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Evidence {
+    /// How sure the memory is: its response, relative to its mean over sure frames.
+    pub certainty: f64,
+    /// The memory's strongest response outside half the target's size around the place, relative to
+    /// that at the place, at least 0 and at most `elsewhere_most`.
+    pub elsewhere: f64,
+    /// How sure the memory was when it had seen no more than the first sure frames.
+    pub early: f64,
+    /// The visible share of the target by the strict limit, from 0 to 1; 0 where that is unknown.
+    pub visible: f64,
+    /// The visible share as it is reported, by the milder limit.
+    pub shown: f64,
+    /// How well colour tells the target from what is around it: from -1, through 0, not at all, to
+    /// 1.
+    pub contrast: f64,
+    /// What the network says of the place, if there is one.
+    pub opinion: Option<Opinion>,
+}
+
+impl Evidence {
+    pub fn new(
+        Recognition { certainty, elsewhere, early }: Recognition,
+        Shares { visible, shown }: Shares,
+        contrast: f64,
+        opinion: Option<Opinion>,
+    ) -> Self {
+        Self { certainty, elsewhere, early, visible, shown, contrast, opinion }
+    }
+
+    /// How much the memory's response elsewhere exceeds what the patch model sees here.
+    pub fn distraction(&self) -> f64 {
+        self.elsewhere - self.visible
+    }
+
+    /// Whether no network contradicts.
+    pub fn is_undisputed(&self) -> bool {
+        self.opinion.is_none_or(|opinion| opinion.agrees)
+    }
+}
