@@ -9,7 +9,7 @@ Each argument is a dataset in the OTB layout. The preset `robust` tracks all its
 frame what the score counts: the means of the visible share, of the memory's response elsewhere and of how
 sure the memory of the first sure frames is, and the contrast of colours relative to the first frame; with a
 network, its odds and whether it agrees, in place of the memory's means. The score is the logistic function of
-a weighted sum of these. The fit is the logistic regression of whether the box overlaps the truth by at least
+a weighted sum of these. The fit is a logistic regression, with a penalty on the weights, of whether the box overlaps the truth by at least
 half; a frame without truth is a miss. Frames of a target that is given up take part: nothing is visible of
 it. Each target counts by the square root of its frames.
 
@@ -33,6 +33,8 @@ import paired
 import patchlock
 
 STEPS = 50
+# Of a squared weight of a column with variance 1, as a share of the weight of all frames.
+PENALTY = 0.03
 # The settings of the score, in the order of the columns.
 ALONE = ("score_bias", "score_visible", "score_elsewhere", "score_contrast", "score_early")
 WITH_NETWORK = tuple(f"network_score_{name}" for name in ("bias", "visible", "contrast", "odds", "agrees"))
@@ -91,23 +93,38 @@ def logistic(sums: Array) -> Array:
     return 1 / (1 + np.exp(-np.clip(sums, -500, 500)))
 
 
-def fit(frames: Frames) -> Array:
-    """Maximum likelihood by Newton's method, with a step halved until it improves."""
-    columns, on, weight = frames.columns, frames.on, frames.weight
+def regression(columns: Array, frames: Frames, penalties: Array) -> Array:
+    """The likeliest weights, less penalty * weight ** 2 / 2, by Newton's method, with a step halved until it improves."""
+    on, weight = frames.on, frames.weight
     weights = np.zeros(columns.shape[1])
 
-    def likelihood(weights: Array) -> float:
-        return -float((weight * np.logaddexp(0, (1 - 2 * on) * (columns @ weights))).sum())
+    def worse(weights: Array) -> float:
+        losses = np.logaddexp(0, (1 - 2 * on) * (columns @ weights))
+        return float((weight * losses).sum() + (penalties * weights**2).sum() / 2)
 
     for _ in range(STEPS):
         score = logistic(columns @ weights)
-        hessian = (columns.T * (weight * score * (1 - score))) @ columns
-        step = np.linalg.lstsq(hessian, columns.T @ (weight * (on - score)), rcond=None)[0]
-        while likelihood(weights + step) < likelihood(weights) and np.abs(step).max() > 1e-9:
+        hessian = (columns.T * (weight * score * (1 - score))) @ columns + np.diag(penalties)
+        slope = columns.T @ (weight * (on - score)) - penalties * weights
+        step = np.linalg.lstsq(hessian, slope, rcond=None)[0]
+        while worse(weights + step) > worse(weights) and np.abs(step).max() > 1e-9:
             step = step / 2
         weights = weights + step
         if np.abs(step).max() < 1e-9:
             break
+    return weights
+
+
+def fit(frames: Frames) -> Array:
+    """The weights of the score. A penalty shares what two columns say alike between them, and makes the weights too
+    small; a second regression, of intercept and slope without a penalty, makes the score a probability again."""
+    columns = frames.columns
+    penalties = PENALTY * frames.weight.sum() * columns.var(axis=0)
+    weights = regression(columns, frames, penalties)
+    sums = np.stack([np.ones(len(columns)), columns @ weights], axis=1)
+    intercept, slope = regression(sums, frames, np.zeros(2))
+    weights = weights * slope
+    weights[0] += intercept
     return weights
 
 

@@ -156,22 +156,22 @@ group! {
         /// relative to its response at the box, exceeds the visible share by less than this.
         scale_below: f64 = 0.89, number(-1.0, 10.0);
         /// Constant term of the score, a logistic function of a weighted sum.
-        score_bias: f64 = -2.0, number(-100.0, 100.0);
+        score_bias: f64 = -2.8, number(-100.0, 100.0);
         /// Rate of the mean visible share in the score; the share is 0 while the target is lost.
         score_rate: f64 = 0.02, number(0.0, 1.0);
         /// Rate of the means of what the memory says in the score.
         score_memory_rate: f64 = 0.3, number(0.0, 1.0);
         /// Weight of the mean visible share in the score.
-        score_visible: f64 = 2.8, number(-100.0, 100.0);
+        score_visible: f64 = 2.9, number(-100.0, 100.0);
         /// Weight in the score of the memory's strongest response away from the box, relative to
         /// its response at the box, as a mean over the last frames.
-        score_elsewhere: f64 = -3.7, number(-100.0, 100.0);
+        score_elsewhere: f64 = -3.1, number(-100.0, 100.0);
         /// Weight in the score of how well colours tell the target from what is around it, relative
         /// to the first frame.
-        score_contrast: f64 = 1.8, number(-100.0, 100.0);
+        score_contrast: f64 = 2.2, number(-100.0, 100.0);
         /// Weight in the score of how sure the memory was when it had seen no more than the first
         /// sure frames, as a mean over the last frames.
-        score_early: f64 = 3.3, number(-100.0, 100.0);
+        score_early: f64 = 3.4, number(-100.0, 100.0);
         /// A patch is reported as visible, and counts for score and status, when the squared error
         /// of its own-location code is below this. What is learned, and whether the target is
         /// covered, is decided with the stricter `epsilon`.
