@@ -9,9 +9,9 @@ Each argument is a dataset in the OTB layout. The preset `robust` tracks all its
 frame what the score counts: the means of the visible share, of the memory's response elsewhere and of how
 sure the memory of the first sure frames is, and the contrast of colours relative to the first frame; with a
 network, its odds and whether it agrees, in place of the memory's means. The score is the logistic function of
-a weighted sum of these. The fit is a logistic regression, with a penalty on the weights, of whether the box overlaps the truth by at least
-half; a frame without truth is a miss. Frames of a target that is given up take part: nothing is visible of
-it. Each target counts by the square root of its frames.
+a weighted sum of these. The fit is a logistic regression, with a penalty on the weights, of whether the box
+overlaps the truth by at least half; a frame without truth is a miss. Frames of a target that is given up take
+part: nothing is visible of it. Each target counts by the square root of its frames.
 
 The table has the score as it is set, the fit on all targets, and two rows in which each target is scored by a
 fit that has not seen it: on the other half of the targets, and on the other datasets.
@@ -94,7 +94,8 @@ def logistic(sums: Array) -> Array:
 
 
 def regression(columns: Array, frames: Frames, penalties: Array) -> Array:
-    """The likeliest weights, less penalty * weight ** 2 / 2, by Newton's method, with a step halved until it improves."""
+    """Maximum likelihood, less penalty * weight ** 2 / 2, by Newton's method, with a step halved until it
+    improves."""
     on, weight = frames.on, frames.weight
     weights = np.zeros(columns.shape[1])
 
@@ -116,8 +117,9 @@ def regression(columns: Array, frames: Frames, penalties: Array) -> Array:
 
 
 def fit(frames: Frames) -> Array:
-    """The weights of the score. A penalty shares what two columns say alike between them, and makes the weights too
-    small; a second regression, of intercept and slope without a penalty, makes the score a probability again."""
+    """The weights of the score. A penalty shares what two columns say alike between them, and makes the weights
+    too small; a second regression, of intercept and slope without a penalty, makes the score a probability
+    again."""
     columns = frames.columns
     penalties = PENALTY * frames.weight.sum() * columns.var(axis=0)
     weights = regression(columns, frames, penalties)
