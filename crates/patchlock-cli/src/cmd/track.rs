@@ -371,6 +371,10 @@ pub fn run(args: &TrackArgs) -> Result<()> {
     let plan = args.plan(&start)?;
 
     let page = args.select || args.preview;
+    if page {
+        // Who has read the address of the page may press Ctrl-C before the source is open.
+        interrupt::listen()?;
+    }
     let page = page.then(|| preview::open(args.port, !args.no_open)).transpose()?;
     let opened = Opened::of(args, address, limits)?;
     let Opened { mut feed, length, mut rate, sound, first, is_live } = opened;
