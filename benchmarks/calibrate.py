@@ -13,8 +13,9 @@ a weighted sum of these. The fit is a logistic regression, with a penalty on the
 overlaps the truth by at least half; a frame without truth is a miss. Frames of a target that is given up take
 part: nothing is visible of it. Each target counts by the square root of its frames.
 
-The table has the score as it is set, the fit on all targets, and two rows in which each target is scored by a
-fit that has not seen it: on the other half of the targets, and on the other datasets.
+The table has the score as it is set, the fit on all targets, and rows in which each target is scored by a fit
+that has not seen it: on the other half of the targets, and on the other datasets. Each half stands also by
+itself: where one fit is too sure and the other too unsure, both together look better calibrated than either.
 """
 
 import argparse
@@ -207,6 +208,8 @@ def main() -> None:
     frames, groups = read(args.datasets, One(args.model, settings))
     limits = {row.name: row.default for row in patchlock.parameters()} | settings
     names = WITH_NETWORK if args.model else ALONE
+    if args.model:
+        limits["score_lost"] = limits["network_score_lost"]
     fitted = fit(frames)
     rows = {
         "as it is set": logistic(frames.columns @ np.array([float(limits[name]) for name in names])),
@@ -221,6 +224,10 @@ def main() -> None:
     print("|---" * 9 + "|")
     for name, score in rows.items():
         print(f"| {name} | {' | '.join(worth(frames, score, limits))} |")
+    for half in np.unique(groups[0]):
+        own = groups[0] == half
+        values = worth(frames.only(own), rows["fitted on the other half"][own], limits)
+        print(f"| half {half}, fitted on the other | {' | '.join(values)} |")
 
 
 if __name__ == "__main__":

@@ -411,6 +411,8 @@ class RobustConfig:
     """Weight of the logarithm of the network's odds in the score. Allowed: -100 to 100."""
     network_score_agrees: float
     """Added to the score's sum if filters and network agree. Allowed: -100 to 100."""
+    network_score_lost: float
+    """The target counts as lost below this score if there is a network. Allowed: 0 to 1."""
     patches: PatchModelConfig
     """The settings of the patch model."""
 

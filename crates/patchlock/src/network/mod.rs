@@ -6,7 +6,7 @@
 mod built_in;
 mod cost;
 mod depthwise;
-mod family;
+pub(crate) mod family;
 #[cfg(test)]
 #[path = "../../tests/golden/network/programs.rs"]
 mod golden;

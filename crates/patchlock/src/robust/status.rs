@@ -100,8 +100,10 @@ pub(crate) struct StatusParams {
     tracked: f64,
     /// if at least this share of it is visible.
     visible: f64,
-    /// The target counts as lost below this score.
+    /// The target counts as lost below this score,
     lost: f64,
+    /// or, where a network says something of the place, below this one.
+    lost_with_network: f64,
 }
 
 /// When neither memory nor network know a place.
@@ -198,6 +200,7 @@ impl StatusParams {
             tracked: config.score_tracked,
             visible: config.visible_tracked,
             lost: config.score_lost,
+            lost_with_network: config.network_score_lost,
             score: ScoreParams::new(config),
         }
     }
@@ -298,10 +301,14 @@ impl Belief {
     /// Status and score.
     pub fn verdict(&self, evidence: &Evidence, params: &StatusParams) -> Verdict {
         let score = self.means.score(evidence, &params.score);
+        let lost = match evidence.opinion {
+            None => params.lost,
+            Some(_) => params.lost_with_network,
+        };
         let status = match self.phase {
             Phase::Lost { .. } => Status::Lost,
             // The score calls a target lost before it is given up.
-            _ if score < params.lost => Status::Lost,
+            _ if score < lost => Status::Lost,
             Phase::Following { .. }
                 if score >= params.tracked && evidence.shown >= params.visible =>
             {
@@ -491,6 +498,7 @@ mod tests {
         tracked: 0.5,
         visible: 0.15,
         lost: 0.25,
+        lost_with_network: 0.2,
     };
 
     /// A place that the memory knows, with all of the target visible.
@@ -853,6 +861,7 @@ mod tests {
         for (visible, odds, agrees, status, sum) in [
             (0.5, 0.0, true, Status::Tracked, 0.0),
             (0.5, 0.0, false, Status::Uncertain, -1.0),
+            (0.5, -0.2, false, Status::Uncertain, -1.2),
             (0.5, -0.5, false, Status::Lost, -1.5),
             (0.2, 2.0, true, Status::Tracked, 1.4),
             // Too little is visible.

@@ -290,6 +290,7 @@ fn other_numbers() -> Vec<(&'static str, Value)> {
         ("network_score_contrast", Value::from(1.0)),
         ("network_score_odds", Value::from(0.1)),
         ("network_score_agrees", Value::from(0.1)),
+        ("network_score_lost", Value::from(1.0)),
     ]
 }
 
