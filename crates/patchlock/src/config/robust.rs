@@ -187,7 +187,7 @@ group! {
     "own measurement; only with a network" {
         /// Share of the difference between the box of the first frame and what the network sees
         /// there, on a logarithmic scale, that is taken out of all its later boxes.
-        network_fit: f64 = 0.8, number(0.0, 1.0);
+        network_fit: f64 = 0.6, number(0.0, 1.0);
         /// Filters and network agree while their boxes overlap by more than this.
         agree_overlap: f64 = 0.4, number(0.0, 1.0);
         /// While they agree, share of the way from the filters' centre to that of the network, if

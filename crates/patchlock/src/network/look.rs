@@ -32,11 +32,6 @@ impl Place {
         BoundingBox { x: x - w / 2.0, y: y - h / 2.0, w, h }
     }
 
-    /// The place with width and height that are larger by factors.
-    pub fn scaled(self, factors: [f64; 2]) -> Self {
-        Self { size: [0, 1].map(|k| self.size[k] * factors[k]), ..self }
-    }
-
     /// Whether all numbers are finite and the size positive.
     pub fn is_sound(&self) -> bool {
         let [w, h] = self.size;
@@ -173,7 +168,6 @@ mod tests {
         assert_eq!(place, Place { centre: [5.0, 2.0], size: [3.0, 8.0] });
         assert_eq!(place.bbox(), bbox);
         assert!(place.is_sound());
-        assert_eq!(place.scaled([0.5, 2.0]), Place { size: [1.5, 16.0], ..place });
         for size in [[0.0, 1.0], [1.0, -1.0], [f64::NAN, 1.0], [1.0, f64::INFINITY]] {
             assert!(!Place { size, ..place }.is_sound(), "{size:?}");
         }

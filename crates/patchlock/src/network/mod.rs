@@ -6,7 +6,7 @@
 mod built_in;
 mod cost;
 mod depthwise;
-pub(crate) mod family;
+mod family;
 #[cfg(test)]
 #[path = "../../tests/golden/network/programs.rs"]
 mod golden;
