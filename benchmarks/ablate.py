@@ -10,7 +10,7 @@
         --variant code program=OTHER/target/release/patchlock
     python3 benchmarks/ablate.py segments/*/ --out results/parts --variants benchmarks/parts.toml
 
-Each DATASET is a folder that segments.py made. The first variant is the baseline. A variant is a name and the
+Each DATASET is a folder that segments.py made, of segments or of starts (--whole). The first variant is the baseline. A variant is a name and the
 settings in which it differs from a preset (`patchlock config` lists all settings). Three words are not
 settings: `preset`, the preset to start from (default: that of --preset); `program`, another build of
 patchlock; `results`, a folder with results that `bench` or peers.py wrote, where {set} stands for the name of
@@ -51,10 +51,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import paired
-from segments import SEGMENTS
+from segments import SEGMENTS, STARTS
 
 ROOT = Path(__file__).resolve().parent.parent
 Value = str | int | float | bool
+# The names of all that segments.py makes of a target.
+NAMES = {name for name, *_ in [*SEGMENTS, *STARTS]}
 # Settings that name files. A settings file may be elsewhere.
 FILES = ("model", "runtime")
 
@@ -152,16 +154,22 @@ def attributes_of(dataset: Path, names: list[str], program: Path) -> dict[str, l
     return {target["name"]: target["attributes"] for target in json.loads(listed)["targets"]}
 
 
-def targets_of(dataset: Path, only: str | None, program: Path) -> list[paired.Target]:
-    """The targets of a folder that segments.py made, or those of --only that it has."""
+def segments_of(dataset: Path) -> dict[str, list[str]]:
+    """The names of the segments of each target, in a folder that segments.py made."""
     segments: dict[str, list[str]] = {}
     for folder in sorted(dataset.glob("*/groundtruth_rect.txt")):
         target, dash, segment = folder.parent.name.rpartition("-")
-        if segment not in [name for name, *_ in SEGMENTS] or not dash:
+        if segment not in NAMES or not dash:
             sys.exit(f"error: {folder.parent}: is not a segment; segments.py makes them")
         segments.setdefault(target, []).append(folder.parent.name)
     if not segments:
         sys.exit(f"error: {dataset}: has no segments; segments.py makes them")
+    return segments
+
+
+def targets_of(dataset: Path, only: str | None, program: Path) -> list[paired.Target]:
+    """The targets of a folder that segments.py made, or those of --only that it has."""
+    segments = segments_of(dataset)
     wanted = only.lower().split(",") if only else [name.lower() for name in segments]
     names = [name for name in segments if name.lower() in wanted]
     attributes = attributes_of(dataset, names, program) if names else {}
@@ -339,7 +347,7 @@ PROMISES = {
 def table_of_promises(variants: dict[str, dict]) -> str:
     rows = [
         [frames, name, *(values(one[which], key) for key in PROMISES)]
-        for which, frames in (("promises", "all segments"), ("promises_whole", "whole sequences"))
+        for which, frames in (("promises", "all segments"), ("promises_first", "those from the first frame"))
         for name, one in variants.items()
     ]
     head = ["all frames of", "variant", *PROMISES.values()]

@@ -31,8 +31,8 @@ ON = 0.5
 BINS = 10
 # A segment is lost if the target is lost in more than this share of its frames.
 LOST_SEGMENT = 0.2
-# The segment with all frames, forwards.
-WHOLE = "f0"
+# The segments and starts that a user's first frame begins.
+FIRST = ["f0", "s0", "s1", "s2"]
 # A score that a user takes for certain.
 SURE = 0.9
 
@@ -318,7 +318,7 @@ def compare(targets: list[Target], base: Runs, own: Runs) -> dict:
         ),
         "segments": segments(targets, base, own),
         "promises": promises(targets, own, sorted({run.segment for runs in own for run in runs})),
-        "promises_whole": promises(targets, own, [WHOLE]),
+        "promises_first": promises(targets, own, FIRST),
         "fps": 1 / statistics.median(seconds) if seconds else None,
         "verdict": verdict(together["auc"]["all"], [one["auc"]["all"] for one in by_set.values()]),
         "targets": [

@@ -5,9 +5,11 @@ import math
 import tempfile
 import unittest
 from pathlib import Path
+from unittest.mock import patch
 
 import ablate
 import paired
+import segments
 from paired import Run, Target
 
 # By the hash of their names, the first two are in the half for tuning, the others in the other half.
@@ -124,6 +126,46 @@ class Verdicts(unittest.TestCase):
         base = made(0.5, 0.5, 0.5, 0.5)
         self.assertEqual(self.verdict(base, made(0.7, 0.7, 0.49, 0.492)), "gain")
         self.assertEqual(self.verdict(base, made(0.7, 0.7, 0.48, 0.49)), "no")
+
+
+class Segments(unittest.TestCase):
+    def made(self, *flags: str) -> dict[str, tuple[str, list[str]]]:
+        """The first box and the images of each sequence that is made of a target of eight frames."""
+        with tempfile.TemporaryDirectory() as temporary:
+            dataset, out = Path(temporary) / "set", Path(temporary) / "out"
+            images = dataset / "Girl" / "img"
+            images.mkdir(parents=True)
+            for k in range(1, 9):
+                (images / f"{k}.jpg").touch()
+            boxes = "".join(f"{k},2,10,10\n" for k in range(1, 9))
+            (dataset / "Girl" / "groundtruth_rect.txt").write_text(boxes, encoding="utf-8")
+            with patch("sys.argv", ["segments.py", str(dataset), "--out", str(out), *flags]):
+                segments.main()
+            made = ablate.segments_of(out)
+            self.assertEqual(list(made), ["Girl"])
+            return {name.removeprefix("Girl-"): self.read(out / name) for name in made["Girl"]}
+
+    def read(self, folder: Path) -> tuple[str, list[str]]:
+        boxes = (folder / "groundtruth_rect.txt").read_text(encoding="utf-8").splitlines()
+        images = [image.resolve().stem for image in sorted((folder / "img").iterdir())]
+        self.assertEqual(len(boxes), len(images))
+        return boxes[0], images
+
+    def test_segments_begin_at_different_frames_both_ways(self) -> None:
+        made = self.made()
+        self.assertEqual(list(made), ["f0", "f1", "f2", "r0", "r1", "r2"])
+        self.assertEqual(made["f1"], ("3,2,10,10", list("345678")))
+        self.assertEqual(made["r2"], ("4,2,10,10", list("4321")))
+
+    def test_they_end_after_so_many_frames(self) -> None:
+        made = self.made("--frames", "3")
+        self.assertEqual(made["f0"], ("1,2,10,10", list("123")))
+        self.assertEqual(made["r1"], ("6,2,10,10", list("654")))
+
+    def test_starts_differ_in_the_first_box(self) -> None:
+        made = self.made("--whole")
+        self.assertEqual([box for box, _ in made.values()], ["1,2,10,10", "1.001,2,10,10", "0.999,2,10,10"])
+        self.assertTrue(all(images == list("12345678") for _, images in made.values()))
 
 
 class Promises(unittest.TestCase):
