@@ -10,11 +10,12 @@
         --variant code program=OTHER/target/release/patchlock
     python3 benchmarks/ablate.py segments/*/ --out results/parts --variants benchmarks/parts.toml
 
-Each DATASET is a folder that segments.py made, of segments or of starts (--whole). The first variant is the baseline. A variant is a name and the
-settings in which it differs from a preset (`patchlock config` lists all settings). Three words are not
-settings: `preset`, the preset to start from (default: that of --preset); `program`, another build of
-patchlock; `results`, a folder with results that `bench` or peers.py wrote, where {set} stands for the name of
-a DATASET: `results=out/{set}/csrt`. In a file of variants, each variant is a table:
+Each DATASET is a folder that segments.py made, with or without --whole and --frames. The first variant is the
+baseline. A variant is a name and the settings in which it differs from a preset (`patchlock config` lists all
+settings). Three words are not settings: `preset`, the preset to start from (default: that of --preset);
+`program`, another build of patchlock; `results`, a folder with results that `bench` or peers.py wrote, where
+{set} stands for the name of a DATASET: `results=out/{set}/csrt`. In a file of variants, each variant is a
+table:
 
     [robust]
     [wide]
@@ -55,7 +56,7 @@ from segments import SEGMENTS, STARTS
 
 ROOT = Path(__file__).resolve().parent.parent
 Value = str | int | float | bool
-# The names of all that segments.py makes of a target.
+# The names of the sequences that segments.py makes of a target.
 NAMES = {name for name, *_ in [*SEGMENTS, *STARTS]}
 # Settings that name files. A settings file may be elsewhere.
 FILES = ("model", "runtime")
@@ -347,7 +348,7 @@ PROMISES = {
 def table_of_promises(variants: dict[str, dict]) -> str:
     rows = [
         [frames, name, *(values(one[which], key) for key in PROMISES)]
-        for which, frames in (("promises", "all segments"), ("promises_first", "those from the first frame"))
+        for which, frames in (("promises", "all segments"), ("promises_first", "from the first frame"))
         for name, one in variants.items()
     ]
     head = ["all frames of", "variant", *PROMISES.values()]

@@ -31,7 +31,7 @@ ON = 0.5
 BINS = 10
 # A segment is lost if the target is lost in more than this share of its frames.
 LOST_SEGMENT = 0.2
-# The segments and starts that a user's first frame begins.
+# The segments and starts that begin with the first frame of a target.
 FIRST = ["f0", "s0", "s1", "s2"]
 # A score that a user takes for certain.
 SURE = 0.9

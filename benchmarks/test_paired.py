@@ -1,4 +1,4 @@
-"""Tests of the statistics of ablate.py: python3 -m unittest discover benchmarks"""
+"""Tests of segments.py and of the statistics of ablate.py: python3 -m unittest discover benchmarks"""
 
 import json
 import math
