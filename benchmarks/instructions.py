@@ -43,9 +43,9 @@ def build() -> Path:
         "cargo",
         "bench",
         "--locked",
-        # With the profile and the features of the tests, which share this build.
+        # With the features of the tests, which share this build.
         "--profile",
-        "checks",
+        "release",
         "--workspace",
         "--bench",
         "instructions",

@@ -33,4 +33,4 @@ rm -rf "$out"
 "${PYTHON:-$root/target/python-venv/bin/python}" "$root/tools/oracles/network_check.py" "$models" "$data" "$out"
 cd "$root"
 # What `./test` has built.
-cargo test --quiet --profile checks --locked --workspace --lib real_networks -- --ignored --nocapture
+cargo test --quiet --release --locked --workspace --lib real_networks -- --ignored --nocapture

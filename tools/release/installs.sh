@@ -4,7 +4,6 @@
 # wheel, the source distribution (compiles for minutes), the npm package, the container image (needs root and
 # buildah). What they depend on is downloaded before.
 # Prints a row for each file: its size and how well the target was tracked, which must be well.
-# MATURIN_PEP517_ARGS="--profile checks" compiles the source distribution in half of the time.
 #   tools/release/installs.sh target/release-files/* target/wheels/* target/web/*.tgz
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -120,8 +119,7 @@ environment() {
     "$work/venv/bin/pip" download --quiet --disable-pip-version-check --only-binary :all: --dest "$work/house" "$@"
 }
 pip_alone() {
-    alone PATH="$work/venv/bin:$(rustc --print sysroot)/bin:/usr/bin:/bin" \
-        MATURIN_PEP517_ARGS="${MATURIN_PEP517_ARGS:-}" pip "$@" --quiet \
+    alone PATH="$work/venv/bin:$(rustc --print sysroot)/bin:/usr/bin:/bin" pip "$@" --quiet \
         --disable-pip-version-check --no-index --find-links "$work/house"
 }
 

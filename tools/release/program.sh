@@ -2,13 +2,12 @@
 # Builds the program of a release from a commit, in target/release-files: the archive that `cargo binstall` takes,
 # with man pages and completions, and with cargo-deb the package for Debian. Neither depends on where or when it
 # is built. The argument is the target, that of this machine if there is none; cross.sh builds those whose standard
-# library rustup has not installed. PATCHLOCK_PROFILE=checks compiles faster, for a trial. Prints SHA-256 sums.
+# library rustup has not installed. Prints SHA-256 sums.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 host=$(rustc -vV | sed -n 's/^host: //p')
 target=${1:-$host}
-profile=${PATCHLOCK_PROFILE:-release}
 version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -n 1)
 out=$PWD/target/release-files
 name=patchlock-$version-$target
@@ -35,16 +34,16 @@ done
 CARGO_ENCODED_RUSTFLAGS=$(IFS=$'\x1f' && echo "${flags[*]}")
 export CARGO_ENCODED_RUSTFLAGS SOURCE_DATE_EPOCH
 
-"${build[@]}" --quiet --profile "$profile" --locked --target "$zig_target" -p patchlock-cli --bin patchlock \
+"${build[@]}" --quiet --release --locked --target "$zig_target" -p patchlock-cli --bin patchlock \
     ${last[@]+"${last[@]}"}
-built=${CARGO_TARGET_DIR:-target}/$target/$profile
+built=${CARGO_TARGET_DIR:-target}/$target/release
 program=$built/patchlock
 [ -e "$program" ] || program=$program.exe
 # A program that cannot run here cannot write its own pages; those of this machine are the same.
 if ! ${runner[@]+"${runner[@]}"} "$program" --version >/dev/null 2>&1; then
-    cargo build --quiet --profile "$profile" --locked -p patchlock-cli
+    cargo build --quiet --release --locked -p patchlock-cli
     runner=()
-    pages=${CARGO_TARGET_DIR:-target}/$profile/patchlock
+    pages=${CARGO_TARGET_DIR:-target}/release/patchlock
 fi
 runs=(${runner[@]+"${runner[@]}"} "${pages:-$program}")
 
@@ -74,9 +73,8 @@ case $target in
         ;;
 esac
 rm -r "${out:?}/$name"
-if [[ $target == *-linux-gnu && $profile == release ]] && cargo deb --version >/dev/null 2>&1; then
+if [[ $target == *-linux-gnu ]] && cargo deb --version >/dev/null 2>&1; then
     deb=$(cargo deb --quiet --no-build --no-strip --locked --target "$target" -p patchlock-cli --output "$out/")
     files+=("$(basename "$deb")")
 fi
-[ "$profile" = release ] || echo "compiled with the profile $profile, not for a release" >&2
 cd "$out" && sha256sum "${files[@]}"

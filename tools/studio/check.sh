@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
 # Tests the page of `patchlock studio`: format, types, and what a person does with it, in Chromium and with
-# the program built for release, or with the profile in PATCHLOCK_PROFILE. Arguments are handed to
-# Playwright: `tools/studio/check.sh camera` runs one file, and
+# the program built for release. Arguments are handed to Playwright: `tools/studio/check.sh camera` runs one file, and
 # `PATCHLOCK_SCREENSHOTS=1 tools/studio/check.sh screenshots` writes the pictures of docs/.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -11,9 +10,8 @@ root=$(cd "$here/../.." && pwd)
 [ -x "$here/node_modules/.bin/playwright" ] || exit 0 # prepare.sh has printed the reason
 
 cd "$root"
-profile=${PATCHLOCK_PROFILE:-release}
-program=${PATCHLOCK:-${CARGO_TARGET_DIR:-target}/$profile/patchlock}
-[ -x "$program" ] || cargo build --quiet --profile "$profile" --locked -p patchlock-cli
+program=${PATCHLOCK:-${CARGO_TARGET_DIR:-target}/release/patchlock}
+[ -x "$program" ] || cargo build --quiet --release --locked -p patchlock-cli
 cd "$here"
 page=../../crates/patchlock-studio/src/page
 window=../../crates/patchlock-studio/src/window

@@ -12,8 +12,6 @@ cd "$root"
 PATCHLOCK_STUDIO=${PATCHLOCK_WEB:-} tools/studio/prepare.sh
 [ -x tools/studio/node_modules/.bin/playwright ] || exit 0 # prepare.sh has printed the reason
 ln -sfn ../studio/node_modules tools/web/node_modules
-# With `./test`, a module that is built in less time.
-[ "${PATCHLOCK_PROFILE:-}" != checks ] || export PATCHLOCK_WEB_PROFILE=${PATCHLOCK_WEB_PROFILE:-web-checks}
 "$here/build.sh"
 [ -d target/web/site ] || exit 0 # build.sh has printed the reason
 
@@ -32,14 +30,13 @@ else
     echo "SKIPPED, no network is tried in a browser: there is no $models/nanotrack-v3"
 fi
 rm -rf "$clip"
-profile=${PATCHLOCK_PROFILE:-release}
-built=${CARGO_TARGET_DIR:-target}/$profile
+built=${CARGO_TARGET_DIR:-target}/release
 # Of the whole workspace, with whose features `./test` has built the tracker: without, it would be built again.
-cargo build --quiet --locked --profile "$profile" --workspace --example clip
+cargo build --quiet --locked --release --workspace --example clip
 "$built/examples/clip" "$clip" "${networks[@]}"
 # A video as browsers play it.
 program=${PATCHLOCK:-$built/patchlock}
-[ -x "$program" ] || cargo build --quiet --profile "$profile" --locked -p patchlock-cli
+[ -x "$program" ] || cargo build --quiet --release --locked -p patchlock-cli
 "$program" demo --out target/web/demo >/dev/null
 
 cd "$here"

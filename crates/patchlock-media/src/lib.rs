@@ -37,6 +37,7 @@ mod helper;
 pub mod image_file;
 mod image_parts;
 mod image_sequence;
+pub mod jpeg;
 mod limits;
 pub mod live;
 mod mp4_edits;

@@ -56,6 +56,7 @@ mod estimate;
 mod method;
 mod multi;
 #[doc(hidden)]
+#[cfg_attr(not(feature = "network"), expect(dead_code, reason = "nothing makes a network"))]
 pub mod network;
 mod network_error;
 mod network_loop;
@@ -82,7 +83,9 @@ pub use config::{
 pub use error::Error;
 pub use estimate::{Estimate, Status};
 pub use multi::{MultiTracker, Tracked};
-pub use network::{KNOWN_MODELS, KnownModel, ModelFile, Network, Runtime};
+pub use network::Network;
+#[cfg(feature = "network")]
+pub use network::{KNOWN_MODELS, KnownModel, ModelFile, Runtime};
 pub use network_error::NetworkError;
 pub use observe::{FrameView, NetworkView, Observer, PaperView, PatchView, RobustView, UpdateView};
 pub use paper::state::State;
@@ -121,6 +124,6 @@ struct Embedding;
 struct SideBySide;
 
 /// Compiles the examples of the page on networks.
-#[cfg(doctest)]
+#[cfg(all(doctest, feature = "network"))]
 #[doc = include_str!("../../../docs/networks.md")]
 struct Networks;

@@ -47,7 +47,16 @@ pub enum NetworkError {
         missing: &'static str,
     },
     /// The configuration needs a network but has none.
-    #[error("the method `network` needs a network, and the configuration has none")]
+    #[cfg_attr(
+        feature = "network",
+        error("the method `network` needs a network, and the configuration has none")
+    )]
+    #[cfg_attr(
+        not(feature = "network"),
+        error(
+            "the method `network` needs a network, which only a build with the feature `network` has"
+        )
+    )]
     None,
     /// A saved state belongs to another network.
     #[error("the saved state needs the network with SHA-256 {needed}; given: {}", given.as_deref().unwrap_or("none"))]

@@ -8,8 +8,7 @@ import { expect } from '@playwright/test';
 const root = path.resolve(import.meta.dirname, '../../..');
 const target = process.env.CARGO_TARGET_DIR ?? path.join(root, 'target');
 
-const profile = process.env.PATCHLOCK_PROFILE ?? 'release';
-export const program = process.env.PATCHLOCK ?? path.join(target, profile, 'patchlock');
+export const program = process.env.PATCHLOCK ?? path.join(target, 'release', 'patchlock');
 export const scratch = path.join(root, 'target', 'studio');
 export const demo = path.join(scratch, 'demo');
 /** The sources of the page. */

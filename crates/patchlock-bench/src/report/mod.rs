@@ -5,6 +5,7 @@
 
 mod comparison;
 mod failures;
+mod outlines;
 mod page;
 mod palette;
 mod plots;
@@ -15,7 +16,7 @@ mod tables;
 use std::collections::BTreeSet;
 
 pub use plots::{Plot, csv};
-pub use svg::{FAMILY, FONT, Rasteriser};
+pub use svg::{FAMILY, FONT, png};
 
 use crate::Error;
 use crate::bench::store::sha256;

@@ -4,12 +4,11 @@
 //! in the page, its own style applies, so that the same plot suits a dark screen and paper.
 
 use std::fmt::{Arguments, Write};
-use std::sync::Arc;
 
 use resvg::tiny_skia::{Pixmap, Transform};
-use resvg::usvg::{self, fontdb};
+use resvg::usvg::{Options, Tree};
 
-use super::palette;
+use super::{outlines, palette};
 use crate::Error;
 
 /// Family name of the font that PNGs are drawn with.
@@ -169,39 +168,19 @@ pub fn escape(text: &str) -> String {
     escaped
 }
 
-/// Renders SVG to PNG with the embedded font.
-pub struct Rasteriser {
-    options: usvg::Options<'static>,
-}
-
-impl Rasteriser {
-    /// Loads the font. One rasteriser serves many images.
-    pub fn new() -> Self {
-        let mut fonts = fontdb::Database::new();
-        fonts.load_font_data(FONT.to_vec());
-        fonts.set_monospace_family(FAMILY);
-        Self { options: usvg::Options { fontdb: Arc::new(fonts), ..usvg::Options::default() } }
-    }
-
-    /// Renders an SVG file and returns the bytes of a PNG file.
-    ///
-    /// # Errors
-    /// [`Error::Picture`] if the SVG is invalid or has no size.
-    pub fn png(&self, svg: &str) -> Result<Vec<u8>, Error> {
-        let broken = |reason: String| Error::Picture { reason };
-        let tree = usvg::Tree::from_str(svg, &self.options).map_err(|e| broken(e.to_string()))?;
-        let pixels = |length: f32| (length * PNG_SCALE).ceil() as u32;
-        let mut pixmap = Pixmap::new(pixels(tree.size().width()), pixels(tree.size().height()))
-            .ok_or_else(|| broken("the image has no size".to_string()))?;
-        resvg::render(&tree, Transform::from_scale(PNG_SCALE, PNG_SCALE), &mut pixmap.as_mut());
-        pixmap.encode_png().map_err(|e| broken(e.to_string()))
-    }
-}
-
-impl Default for Rasteriser {
-    fn default() -> Self {
-        Self::new()
-    }
+/// Renders an SVG file with the embedded font and returns the bytes of a PNG file.
+///
+/// # Errors
+/// [`Error::Picture`] if the SVG is invalid or has no size.
+pub fn png(svg: &str) -> Result<Vec<u8>, Error> {
+    let broken = |reason: String| Error::Picture { reason };
+    let outlined = outlines::outline_texts(svg).map_err(broken)?;
+    let tree = Tree::from_str(&outlined, &Options::default()).map_err(|e| broken(e.to_string()))?;
+    let pixels = |length: f32| (length * PNG_SCALE).ceil() as u32;
+    let mut pixmap = Pixmap::new(pixels(tree.size().width()), pixels(tree.size().height()))
+        .ok_or_else(|| broken("the image has no size".to_string()))?;
+    resvg::render(&tree, Transform::from_scale(PNG_SCALE, PNG_SCALE), &mut pixmap.as_mut());
+    pixmap.encode_png().map_err(|e| broken(e.to_string()))
 }
 
 #[cfg(test)]
@@ -214,8 +193,8 @@ mod tests {
         svg.text([5.0, 20.0], 16.0, "ink", Anchor::Start, "a<b & \"c\"\u{1}");
         let file = svg.file([120.0, 30.0]);
         assert!(file.contains("a&lt;b &amp; &quot;c&quot; </text>"));
-        let png = Rasteriser::new().png(&file).unwrap();
-        let drawn = image::load_from_memory(&png).unwrap().to_rgb8();
+        let picture = png(&file).unwrap();
+        let drawn = image::load_from_memory(&picture).unwrap().to_rgb8();
         assert_eq!(drawn.dimensions(), (240, 60));
         let dark = drawn.pixels().filter(|p| p.0[0] < 100).count();
         assert!(dark > 100, "only {dark} dark pixels: the font is missing");
@@ -223,7 +202,7 @@ mod tests {
 
     #[test]
     fn invalid_svg_is_an_error() {
-        assert!(matches!(Rasteriser::new().png("<svg"), Err(Error::Picture { .. })));
+        assert!(matches!(png("<svg"), Err(Error::Picture { .. })));
     }
 
     #[test]

@@ -7,7 +7,7 @@ use image::{Rgb, RgbImage};
 use patchlock::Status;
 use patchlock_bench::dataset::Dataset;
 use patchlock_bench::protocol::Protocol;
-use patchlock_bench::report::{self, Options, Plot, Rasteriser, Report};
+use patchlock_bench::report::{self, Options, Plot, Report};
 use patchlock_bench::score::{self, Pass, Scoreboard};
 use patchlock_bench::{Error, results};
 
@@ -98,14 +98,13 @@ fn every_plot_has_svg_png_and_csv_with_the_scores() {
     let truth = dataset(&folder.path().join("data"));
     let board = scored(&folder.path().join("results"), &truth);
     let report = report(&board, &truth, &[]).unwrap();
-    let rasteriser = Rasteriser::new();
     let names: Vec<&str> = report.plots.iter().map(|plot| plot.name.as_str()).collect();
     for name in ["precision", "success", "normalised_precision", "precision_BC", "overlap_Mine"] {
         assert!(names.contains(&name), "{name} is not in {names:?}");
     }
     for plot in &report.plots {
         assert!(plot.svg().starts_with("<svg xmlns"), "{}", plot.name);
-        let picture = image::load_from_memory(&plot.png(&rasteriser).unwrap()).unwrap().to_rgb8();
+        let picture = image::load_from_memory(&plot.png().unwrap()).unwrap().to_rgb8();
         let drawn = picture.pixels().filter(|pixel| pixel.0 != [255; 3]).count();
         assert!(drawn > 1000, "{} is empty", plot.name);
         assert!(plot.csv().lines().count() > 1, "{}", plot.name);
@@ -159,12 +158,11 @@ fn names_inject_nothing_into_page_pictures_tables_and_paths() {
         assert!(!report.html.contains(markup), "{markup}");
     }
     assert!(report.html.contains("&lt;img src=1 onerror"));
-    let rasteriser = Rasteriser::new();
     for plot in &report.plots {
         let usual = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_');
         assert!(plot.name.chars().all(usual) && plot.name.len() <= 100, "{}", plot.name);
         assert!(!plot.name.starts_with('.'), "{}", plot.name);
-        plot.png(&rasteriser).unwrap_or_else(|error| panic!("{}: {error}", plot.name));
+        plot.png().unwrap_or_else(|error| panic!("{}: {error}", plot.name));
     }
     let names: std::collections::BTreeSet<&str> =
         report.plots.iter().map(|plot| plot.name.as_str()).collect();

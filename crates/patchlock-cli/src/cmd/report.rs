@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use clap::Args;
 use patchlock_bench::dataset::Dataset;
 use patchlock_bench::protocol::Protocol;
-use patchlock_bench::report::{self, Options, Plot, Rasteriser, Report};
+use patchlock_bench::report::{self, Options, Plot, Report};
 use patchlock_bench::results;
 use patchlock_bench::score::{self, Scoreboard};
 use patchlock_track::files;
@@ -188,7 +188,6 @@ fn write_plots(folder: &Path, report: &Report, args: &ReportArgs) -> Result<()> 
     for (name, table) in &report.tables {
         put(format!("{name}.csv"), report::csv(table).as_bytes())?;
     }
-    let rasteriser = Rasteriser::new();
     let progress = Progress::new(Some(report.plots.len()), args.quiet);
     let plot = |plot: &Plot| -> Result<()> {
         if interrupt::requested() {
@@ -196,7 +195,7 @@ fn write_plots(folder: &Path, report: &Report, args: &ReportArgs) -> Result<()> 
         }
         put(format!("{}.svg", plot.name), plot.svg().as_bytes())?;
         put(format!("{}.csv", plot.name), plot.csv().as_bytes())?;
-        let png = plot.png(&rasteriser).map_err(Failure::from)?;
+        let png = plot.png().map_err(Failure::from)?;
         put(format!("{}.png", plot.name), &png)?;
         progress.advance(plot.name.clone());
         Ok(())

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::ops::Range;
 
 use anyhow::Result;
-use patchlock_bench::report::{FAMILY, Rasteriser};
+use patchlock_bench::report::{FAMILY, png};
 
 use crate::failure::Failure;
 
@@ -49,7 +49,7 @@ impl Chart<'_> {
 
     /// The chart as PNG bytes, drawn with the embedded font.
     pub fn png(&self) -> Result<Vec<u8>> {
-        Ok(Rasteriser::new().png(&self.svg()).map_err(Failure::from)?)
+        Ok(png(&self.svg()).map_err(Failure::from)?)
     }
 
     fn x(&self, frame: f64) -> f64 {

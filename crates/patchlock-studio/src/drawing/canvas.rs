@@ -3,7 +3,7 @@
 
 use std::io::{self, Write};
 
-use resvg::tiny_skia::{
+use tiny_skia::{
     Color, FillRule, FilterQuality, LineJoin, Paint, Path, PathBuilder, Pixmap, PixmapPaint, Rect,
     Stroke, StrokeDash, Transform,
 };

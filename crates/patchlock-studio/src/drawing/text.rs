@@ -2,7 +2,7 @@
 
 use ab_glyph::{Font, FontRef, Glyph, ScaleFont, point};
 use epaint_default_fonts::HACK_REGULAR as FONT;
-use resvg::tiny_skia::{ColorU8, Pixmap};
+use tiny_skia::{ColorU8, Pixmap};
 
 /// The font; `None` if its data is invalid, which a test rules out.
 fn font() -> Option<FontRef<'static>> {

@@ -28,7 +28,7 @@ use tokio::sync::watch;
 
 use super::access::{self, Access};
 use super::answer::{Arriving, At, Refusal};
-use super::frames::jpeg::jpeg;
+use super::frames::jpeg;
 use super::once::{self, Exchange, Once, Worth};
 use super::{Error, Patience, SENDING, STRANGERS, connections, token};
 

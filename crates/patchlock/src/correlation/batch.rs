@@ -92,7 +92,13 @@ impl Batch {
         scratch: &mut BatchScratch,
     ) {
         scratch.fit(self.n);
-        Instructions::of_eight().dispatch(Forward { batch: self, planes, window, out, scratch });
+        Instructions::default().dispatch_eight(Forward {
+            batch: self,
+            planes,
+            window,
+            out,
+            scratch,
+        });
     }
 
     /// The cells inside the mask of the planes with these spectra.
@@ -104,7 +110,7 @@ impl Batch {
         scratch: &mut BatchScratch,
     ) {
         scratch.fit(self.n);
-        Instructions::of_eight().dispatch(Cells { batch: self, spectra, mask, out, scratch });
+        Instructions::default().dispatch_eight(Cells { batch: self, spectra, mask, out, scratch });
     }
 
     /// The spectra of planes that have these cells inside the mask, and zeros elsewhere.
@@ -116,7 +122,7 @@ impl Batch {
         scratch: &mut BatchScratch,
     ) {
         scratch.fit(self.n);
-        Instructions::of_eight().dispatch(Spectra { batch: self, cells, mask, out, scratch });
+        Instructions::default().dispatch_eight(Spectra { batch: self, cells, mask, out, scratch });
     }
 }
 

@@ -47,13 +47,13 @@ pub struct ColourScratch {
 /// of grey: cell by cell, `CHANNELS` values every `stride`.
 pub fn colour(patch: &Planes, scratch: &mut ColourScratch, out: &mut [f32], stride: usize) {
     let places = &mut scratch.places;
-    Instructions::default().dispatch(Colour { patch, places, out, stride });
+    Instructions::default().dispatch_eight(Colour { patch, places, out, stride });
 }
 
 /// Writes the mean luma of each cell, from -0.5 to 0.5, one value every `stride`.
 pub fn luma(patch: &Planes, scratch: &mut ColourScratch, out: &mut [f32], stride: usize) {
     let luma = &mut scratch.luma;
-    Instructions::default().dispatch(Luma { patch, luma, out, stride });
+    Instructions::default().dispatch_eight(Luma { patch, luma, out, stride });
 }
 
 struct Colour<'a> {

@@ -67,7 +67,7 @@ pub struct FhogScratch {
 /// Writes the channels of a patch whose sides are multiples of [`CELL`], at least two cells each:
 /// cell by cell, row by row, `CHANNELS` values every `stride`.
 pub fn fhog(patch: &Planes, scratch: &mut FhogScratch, out: &mut [f32], stride: usize) {
-    Instructions::default().dispatch(Compute { patch, scratch, out, stride });
+    Instructions::default().dispatch_eight(Compute { patch, scratch, out, stride });
 }
 
 /// The computation, compiled for the instructions in use.

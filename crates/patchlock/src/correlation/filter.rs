@@ -97,7 +97,7 @@ impl FilterLearner {
         filter: &mut [f32],
         scratch: &mut FilterScratch,
     ) {
-        Instructions::default().dispatch(LearnFilter {
+        Instructions::default().dispatch_eight(LearnFilter {
             learner: self,
             fourier,
             sample,

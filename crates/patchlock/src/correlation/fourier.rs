@@ -4,13 +4,11 @@
 
 use super::batch::Batch;
 use crate::numeric::saved_numbers::SavedNumbers;
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
-use rustfft::{Fft, FftPlanner};
+use patchlock_fft::Plans;
 use serde::{Deserialize, Serialize};
 use std::fmt;
-use std::sync::Arc;
 
-pub use rustfft::num_complex::Complex32;
+pub use patchlock_fft::Complex32;
 
 /// A spectrum as a snapshot holds it: real and imaginary parts in turn.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -35,10 +33,7 @@ impl SavedSpectrum {
 #[derive(Clone)]
 pub struct Fourier {
     n: usize,
-    rows: Arc<dyn RealToComplex<f32>>,
-    rows_back: Arc<dyn ComplexToReal<f32>>,
-    columns: Arc<dyn Fft<f32>>,
-    columns_back: Arc<dyn Fft<f32>>,
+    lines: Plans,
     batch: Batch,
 }
 
@@ -60,15 +55,7 @@ pub struct FourierScratch {
 impl Fourier {
     /// Plans the transforms.
     pub fn new(n: usize) -> Self {
-        let (mut real, mut complex) = (RealFftPlanner::new(), FftPlanner::new());
-        Self {
-            n,
-            rows: real.plan_fft_forward(n),
-            rows_back: real.plan_fft_inverse(n),
-            columns: complex.plan_fft_forward(n),
-            columns_back: complex.plan_fft_inverse(n),
-            batch: Batch::new(n),
-        }
+        Self { n, lines: Plans::new(n), batch: Batch::new(n) }
     }
 
     /// Side of the planes.
@@ -93,10 +80,10 @@ impl Fourier {
         let FourierScratch { row, half_row, work, .. } = scratch;
         for (y, source) in plane.chunks_exact(n).enumerate() {
             row.copy_from_slice(source);
-            self.rows.process_with_scratch(row, half_row, work).expect("lengths are planned");
+            self.lines.real.process_with_scratch(row, half_row, work).expect("lengths are planned");
             half_row.iter().enumerate().for_each(|(kx, &value)| out[kx * n + y] = value);
         }
-        self.columns.process_with_scratch(out, work);
+        self.lines.complex.process_with_scratch(out, work);
     }
 
     /// The plane of a spectrum.
@@ -105,14 +92,15 @@ impl Fourier {
         scratch.fit(self);
         let FourierScratch { half_row, spectrum: columns, work, .. } = scratch;
         columns.copy_from_slice(spectrum);
-        self.columns_back.process_with_scratch(columns, work);
+        self.lines.complex_back.process_with_scratch(columns, work);
         let scale = 1.0 / (n * n) as f32;
         for (y, out) in out.chunks_exact_mut(n).enumerate() {
             half_row.iter_mut().enumerate().for_each(|(kx, v)| *v = columns[kx * n + y] * scale);
             // Rounding leaves imaginary parts where the transform of a real row has none.
             half_row[0].im = 0.0;
             half_row[n / 2].im = 0.0;
-            self.rows_back.process_with_scratch(half_row, out, work).expect("lengths are planned");
+            let back = &self.lines.real_back;
+            back.process_with_scratch(half_row, out, work).expect("lengths are planned");
         }
     }
 }
@@ -120,10 +108,10 @@ impl Fourier {
 impl FourierScratch {
     fn fit(&mut self, fourier: &Fourier) {
         let work = [
-            fourier.rows.get_scratch_len(),
-            fourier.rows_back.get_scratch_len(),
-            fourier.columns.get_inplace_scratch_len(),
-            fourier.columns_back.get_inplace_scratch_len(),
+            fourier.lines.real.get_scratch_len(),
+            fourier.lines.real_back.get_scratch_len(),
+            fourier.lines.complex.get_inplace_scratch_len(),
+            fourier.lines.complex_back.get_inplace_scratch_len(),
         ];
         self.row.resize(fourier.n, 0.0);
         self.half_row.resize(fourier.n / 2 + 1, Complex32::ZERO);

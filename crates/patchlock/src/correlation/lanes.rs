@@ -211,7 +211,7 @@ pub fn learn(
     rate: f32,
     (numerator, denominator): (&mut [Complex32], &mut [f32]),
 ) {
-    Instructions::default().dispatch(Learn { label, spectra, rate, numerator, denominator });
+    Instructions::default().dispatch_eight(Learn { label, spectra, rate, numerator, denominator });
 }
 
 struct Learn<'a> {
@@ -278,7 +278,7 @@ mod tests {
             let found = Scalar256b.vectorize(Both(&a, &b));
             assert_eq!(found, (expected, out.clone()), "{count}");
             for (name, instructions) in Instructions::available() {
-                let found = instructions.dispatch(Both(&a, &b));
+                let found = instructions.dispatch_eight(Both(&a, &b));
                 assert_eq!(found, (expected, out.clone()), "{name}: {count}");
             }
         }

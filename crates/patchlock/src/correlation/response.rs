@@ -98,7 +98,7 @@ impl<'a> Response<'a> {
     ) -> Self {
         let (spectrum, cells, scratch) = buffers;
         let channels = filter.len() / fourier.bins();
-        Instructions::default().dispatch(Sum { filter, sample, channels, spectrum });
+        Instructions::default().dispatch_eight(Sum { filter, sample, channels, spectrum });
         cells.resize(fourier.side() * fourier.side(), 0.0);
         fourier.inverse(spectrum, cells, scratch);
         Self { fourier, spectrum, cells }
@@ -172,7 +172,7 @@ impl<'a> Response<'a> {
     /// The series at a displacement, with its derivatives per cell.
     fn expand(&self, shift: [f64; 2]) -> Series {
         let (n, spectrum) = (self.fourier.side(), self.spectrum);
-        Instructions::default().dispatch(Expand { n, spectrum, shift })
+        Instructions::default().dispatch_eight(Expand { n, spectrum, shift })
     }
 }
 

@@ -15,8 +15,8 @@ use super::lanes::{LANES, Octet, Vector, inner, learn};
 use crate::numeric::instructions::Instructions;
 use crate::vision::crop::{CropScratch, Planes, Region};
 use crate::vision::frame::Frame;
+use patchlock_fft::Fft;
 use pulp::{Simd, WithSimd};
-use rustfft::{Fft, FftPlanner};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::fmt;
@@ -109,7 +109,7 @@ impl ScaleFilter {
         let cells =
             |side: f64| ((side * shrink / CELL as f64).round() as usize).clamp(2, 64) * CELL;
         let model = [cells(base[0]), cells(base[1])];
-        let fft = FftPlanner::new().plan_fft_forward(params.scales);
+        let fft = patchlock_fft::complex(params.scales);
         let mut label: Vec<Complex32> = (0..params.scales)
             .map(|k| exponent(k, params.scales) / params.sigma)
             .map(|t| Complex32::new((-0.5 * t * t).exp() as f32, 0.0))
@@ -169,7 +169,7 @@ impl ScaleFilter {
     ) -> f64 {
         self.signals(frame, channels, region, scratch);
         let scales = self.params.scales;
-        Instructions::default().dispatch(Respond { filter: self, scratch });
+        Instructions::default().dispatch_eight(Respond { filter: self, scratch });
         let ScaleScratch { work, response, .. } = scratch;
         // The inverse transform of v is the conjugate of the transform of its conjugate.
         self.fft.process_with_scratch(response, work);
@@ -231,7 +231,7 @@ impl ScaleFilter {
             features[length - length % fhog::CHANNELS..].fill(0.0);
             fhog(patch, fhog_scratch, features, fhog::CHANNELS);
         }
-        Instructions::default().dispatch(Transform { filter: self, scratch });
+        Instructions::default().dispatch_eight(Transform { filter: self, scratch });
     }
 }
 

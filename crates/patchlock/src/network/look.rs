@@ -1,6 +1,7 @@
 //! What a network says of a window of the frame: for each cell of a grid, whether the target is
 //! there, and its box.
 
+#[cfg(feature = "network")]
 use super::program::ProgramScratch;
 use crate::vision::bilinear::{Bilinear, BilinearScratch};
 use crate::vision::crop::Planes;
@@ -122,6 +123,7 @@ pub struct Buffers {
     pub(super) window: BilinearScratch,
     /// The window that was cut.
     pub(super) planes: Planes,
+    #[cfg(feature = "network")]
     pub(super) program: ProgramScratch,
     pub(super) features: [Vec<f32>; 1],
     pub(super) outputs: Vec<Vec<f32>>,

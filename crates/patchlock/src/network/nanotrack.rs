@@ -4,10 +4,11 @@
 //! The rules of [`Family::settle`] are those of SiamRPN (Li et al. 2018, Sec. 4.3) with the numbers
 //! that were published with each version.
 
-use super::family::{Family, Part, Recogniser};
+use super::family::Family;
 use super::graph::CheckedGraph;
 use super::look::{Buffers, Look, Place, Settled, Window, change, hann, hann_over, largest};
 use super::program::Program;
+use super::recognise::{Part, Recogniser};
 use super::runtime::Runtime;
 use crate::network_error::NetworkError;
 use crate::vision::frame::Frame;

@@ -1,10 +1,11 @@
 //! VitTrack (OpenCV Zoo, `object_tracking_vittrack`): one small vision transformer that reads the
 //! template's and the window's pixels together.
 
-use super::family::{Family, Part, Recogniser};
+use super::family::Family;
 use super::graph::CheckedGraph;
 use super::look::{Buffers, Look, Place, Settled, Window, hann, hann_over, largest};
 use super::program::Program;
+use super::recognise::{Part, Recogniser};
 use super::runtime::Runtime;
 use crate::network_error::NetworkError;
 use crate::vision::frame::Frame;

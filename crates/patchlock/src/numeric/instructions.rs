@@ -102,13 +102,20 @@ impl Instructions {
         })
     }
 
-    /// The chosen instructions, or AVX2 instead of AVX-512: for computations on eight values at a
-    /// time, which take longer when compiled for wider vectors.
-    pub fn of_eight() -> Self {
-        match Self::default() {
+    /// Runs `op` compiled for these instructions, but for AVX2 instead of AVX-512: for what gains
+    /// nothing by wider vectors, so that it is not compiled for them.
+    #[inline]
+    pub fn dispatch_eight<Op: WithSimd>(self, op: Op) -> Op::Output {
+        match self {
+            Self::Plain => Simd::vectorize(Scalar256b, op),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512(_) => V3::try_new().map_or(Self::Plain, Self::Avx2),
-            chosen => chosen,
+            Self::Avx2(simd) => Simd::vectorize(simd, op),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(simd) => Simd::vectorize(*simd, op),
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon(simd) => Simd::vectorize(simd, op),
+            #[cfg(target_arch = "wasm32")]
+            Self::Simd128(simd) => Simd::vectorize(simd, op),
         }
     }
 

@@ -17,7 +17,7 @@ const MAX_SWEEPS: usize = 60;
 /// Rotates the columns, stored one after the other with `dim` samples each, until all pairs are
 /// orthogonal.
 pub fn orthogonalise(columns: &mut [f64], dim: usize) {
-    Instructions::default().dispatch(Orthogonalise { columns, dim });
+    Instructions::default().dispatch_eight(Orthogonalise { columns, dim });
 }
 
 struct Orthogonalise<'a> {
@@ -127,7 +127,7 @@ mod tests {
         let samples: Vec<f64> = (0..70 * 9).map(|k| f64::from(k * 7919 % 251) / 251.0).collect();
         let rotated = |instructions: Instructions| {
             let mut columns = samples.clone();
-            instructions.dispatch(Orthogonalise { columns: &mut columns, dim: 70 });
+            instructions.dispatch_eight(Orthogonalise { columns: &mut columns, dim: 70 });
             columns
         };
         let plain = rotated(Instructions::Plain);

@@ -222,7 +222,7 @@ impl Crop {
         out: &mut Planes,
     ) {
         out.reshape(self.size, channels);
-        Instructions::default().dispatch(Resample { crop: self, frame, scratch, out });
+        Instructions::default().dispatch_eight(Resample { crop: self, frame, scratch, out });
     }
 }
 

@@ -21,7 +21,7 @@ const LANES: usize = 16;
 /// Warps the grid of side `side` into `out`: row-major, `side * side` samples. The bits are the
 /// same with all instructions.
 pub fn warp(image: &GreyImage, map: &Affine, side: usize, out: &mut [f32]) {
-    Instructions::default().dispatch(Warp { image, map, side, out });
+    Instructions::default().dispatch_eight(Warp { image, map, side, out });
 }
 
 /// A warp, compiled for the instructions in use.
@@ -174,7 +174,7 @@ mod tests {
             let half = (side as f64 - 1.0) / 2.0;
             for (name, instructions) in Instructions::available() {
                 let mut out = vec![0.0; side * side];
-                instructions.dispatch(Warp { image: &image, map: &map, side, out: &mut out });
+                instructions.dispatch_eight(Warp { image: &image, map: &map, side, out: &mut out });
                 for (k, &got) in out.iter().enumerate() {
                     let (a, b) = ((k % side) as f64 - half, (k / side) as f64 - half);
                     let px = map[0][0] * a + (map[0][1] * b + map[0][2]);

@@ -118,7 +118,6 @@ impl Curves<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::svg::Rasteriser;
 
     fn curves<'a>(names: &'a [String], values: &'a [f64]) -> Curves<'a> {
         let look =
@@ -149,7 +148,7 @@ mod tests {
         assert!(!svg.contains(">c</text>") && svg.contains(">2 more</text>"));
         assert_eq!(svg.matches("[0.500]</text>").count(), 2);
         assert_eq!(plot.csv().lines().nth(2), Some("0.5,0.500000,0.500000,0.500000,0.500000"));
-        assert!(plot.png(&Rasteriser::new()).unwrap().starts_with(b"\x89PNG"));
+        assert!(plot.png().unwrap().starts_with(b"\x89PNG"));
     }
 
     #[test]

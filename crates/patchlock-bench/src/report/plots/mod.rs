@@ -8,7 +8,7 @@ pub mod reliability;
 pub mod speed;
 pub mod timeline;
 
-use super::svg::{Rasteriser, Svg};
+use super::svg::{self, Svg};
 use crate::Error;
 use patchlock_track::text::as_cell;
 
@@ -42,8 +42,8 @@ impl Plot {
     ///
     /// # Errors
     /// [`Error::Picture`] if the plot cannot be rendered.
-    pub fn png(&self, rasteriser: &Rasteriser) -> Result<Vec<u8>, Error> {
-        rasteriser.png(&self.svg())
+    pub fn png(&self) -> Result<Vec<u8>, Error> {
+        svg::png(&self.svg())
     }
 
     /// The numbers as a CSV file.

@@ -10,7 +10,7 @@ use patchlock_media::Limits;
 use tokio::sync::oneshot;
 
 use super::cache::{Cache, Key};
-use super::jpeg::jpeg;
+use super::jpeg;
 use super::source::{AHEAD, BACK, Source};
 use super::{lock, no_frame};
 use crate::server::answer::Refusal;

@@ -6,7 +6,6 @@
 
 mod cache;
 mod decoder;
-pub mod jpeg;
 mod source;
 
 use std::path::Path;
@@ -17,7 +16,7 @@ use axum::extract::State;
 use axum::http::header::{CACHE_CONTROL, CONTENT_TYPE, ETAG, IF_NONE_MATCH};
 use axum::http::{HeaderMap, StatusCode};
 use axum::response::{IntoResponse, Response};
-use patchlock_media::Limits;
+use patchlock_media::{Limits, Picture};
 use serde::Deserialize;
 use tokio::sync::oneshot;
 
@@ -30,6 +29,15 @@ pub use cache::Cache;
 
 /// A frame of at most this width is a thumbnail.
 const THUMBNAIL: u32 = 320;
+/// Quality of the JPEG: artefacts must not hide where a target ends.
+const QUALITY: u8 = 88;
+
+/// Encodes a picture for the page. A width narrower than the picture's scales it down; 0 stands for
+/// its own.
+pub fn jpeg(picture: &Picture, width: u32) -> Result<Vec<u8>, Refusal> {
+    let encoded = patchlock_media::jpeg::encode(picture, width, QUALITY);
+    encoded.map_err(|error| Refusal::failed(format!("cannot encode: {error}")))
+}
 
 /// Reads frames of one clip.
 pub struct Reader {
