@@ -1,10 +1,18 @@
 #!/usr/bin/env bash
 # Builds the Python package, installs it into a virtual environment and tests it there: types, stubs,
-# behaviour, and other toolkits.
+# behaviour, and other toolkits. `check.sh short` tests only the behaviour, without slow tests, and installs no
+# toolkits.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 root=$(cd "$here/../.." && pwd)
 venv=$root/target/python-venv
+
+if [ "${1-}" = short ]; then
+    "$here/setup.sh"
+    [ -x "$venv/bin/pytest" ] || exit 0 # prepare.sh has printed the reason
+    cd "$root/crates/patchlock-py"
+    exec "$venv/bin/python" -m pytest --quiet tests
+fi
 
 # Other toolkits, Ray, onnxruntime and onnx, readers of the export formats and the rerun SDK, and what builds the
 # documentation.

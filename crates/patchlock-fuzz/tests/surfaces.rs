@@ -10,6 +10,7 @@ use fastrand::Rng;
 use patchlock_fuzz::mutate::mutated;
 use patchlock_fuzz::seeds::seeds;
 use patchlock_fuzz::{SURFACES, Surface, UPDATES};
+use patchlock_testdata::slow;
 use peak_alloc::PeakAlloc;
 
 #[global_allocator]
@@ -26,8 +27,9 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// Changed inputs of each surface, and the time after which no more are tried.
 const INPUTS: usize = 3000;
 const TIME: Duration = Duration::from_secs(5);
+const SHORT: Duration = Duration::from_millis(300);
 /// Inputs that are tried of every surface, however slow the machine is.
-const LEAST: usize = 50;
+const LEAST: usize = 20;
 
 fn alone() -> MutexGuard<'static, ()> {
     patchlock_media::silence_decoders();
@@ -80,7 +82,8 @@ fn try_changes(name: &str) {
     let scale: u32 = scale.unwrap_or(1);
     let (mut draws, begun) = (Rng::with_seed(u64::from(scale)), Instant::now());
     let mut tried = 0;
-    while tried < INPUTS * scale as usize && (tried < LEAST || begun.elapsed() < TIME * scale) {
+    let time = if slow(name, 5 * scale) { TIME * scale } else { SHORT };
+    while tried < INPUTS * scale as usize && (tried < LEAST || begun.elapsed() < time) {
         let seed = &seeds[draws.usize(..seeds.len())];
         let other = &seeds[draws.usize(..seeds.len())];
         run(surface, &mutated(seed, other, &mut draws), &format!("{name} input {tried}"));

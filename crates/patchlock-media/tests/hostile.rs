@@ -1,5 +1,6 @@
 //! Files that claim more than they hold, or are damaged: reading them ends with an error, soon and
-//! with little memory, and never with a panic.
+//! with little memory, and never with a panic. Random damage is what the surfaces `mp4` and `h264` of patchlock-fuzz
+//! try.
 
 mod support;
 
@@ -8,7 +9,6 @@ use std::path::Path;
 use std::sync::{Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
-use fastrand::Rng;
 use patchlock_media::{Error, FrameSource, Limits, image_file, open, open_within};
 use peak_alloc::PeakAlloc;
 use support::bits::ue;
@@ -347,66 +347,4 @@ fn a_pipe_or_a_device_is_refused_without_reading_it() {
     let mut frames = open(folder.path().to_str().unwrap(), false).unwrap();
     let error = frames.frame(0).unwrap_err();
     assert!(error.to_string().contains("it is a pipe or a device"), "{error}");
-}
-
-/// A few changes of bytes, mostly in the index, and sometimes a cut or a repeated part.
-fn mutated(file: &[u8], draws: &mut Rng) -> Vec<u8> {
-    const VALUES: [u8; 6] = [0, 1, 0x7f, 0x80, 0xff, 3];
-    let index = file.windows(4).position(|four| four == b"moov").unwrap();
-    let mut file = file.to_vec();
-    for _ in 0..1 + draws.usize(..4) {
-        let from = if draws.usize(..3) > 0 { index } else { 0 };
-        let at = from + draws.usize(..file.len() - from);
-        match draws.usize(..12) {
-            0 => file.truncate(at.max(index)),
-            1 => {
-                let part = file[at..(at + draws.usize(..64)).min(file.len())].to_vec();
-                let to = draws.usize(..file.len());
-                file.splice(to..to, part);
-            }
-            2..5 => file[at] ^= 1 << draws.usize(..8),
-            5..9 => file[at] = VALUES[draws.usize(..VALUES.len())],
-            _ => file[at] = draws.u8(..),
-        }
-        if file.len() <= index {
-            break;
-        }
-    }
-    file
-}
-
-/// Our own code must not panic: a panic of the decoder library is caught where it is called, so a
-/// message from further out is one of ours.
-#[test]
-fn mutated_files_give_errors_and_no_panic() {
-    let _alone = alone();
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("v.mp4");
-    let bframes = fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/bframes.mp4"));
-    let originals = [small_mp4(64, 48, 6), bframes.unwrap()];
-    let mut draws = Rng::with_seed(7);
-    ALLOCATOR.reset_peak_usage();
-    let (start, before) = (Instant::now(), ALLOCATOR.current_usage());
-    let (mut tried, mut whole) = (0, 0);
-    while tried < 4000 && start.elapsed() < Duration::from_secs(30) {
-        fs::write(&file, mutated(&originals[tried % 2], &mut draws)).unwrap();
-        tried += 1;
-        let reverse = tried % 3 == 0;
-        let read = open(file.to_str().unwrap(), reverse)
-            .map_err(|error| error.to_string())
-            .and_then(|mut source| ten_frames(&mut *source, reverse));
-        match read {
-            Ok(()) => whole += 1,
-            Err(error) => {
-                let panicked = error.contains("the decoder failed");
-                let where_called = error.starts_with("cannot decode frame");
-                assert!(!panicked || where_called, "{tried}: {error}");
-            }
-        }
-    }
-    let memory = ALLOCATOR.peak_usage() - before;
-    println!("{tried} files, {whole} without an error, {:?}, {memory} bytes", start.elapsed());
-    assert!(tried >= 1000, "only {tried} files in {:?}", start.elapsed());
-    assert!(whole > tried / 10 && whole < tried, "the mutations do too much or too little");
-    assert!(memory < 1 << 30, "{memory} bytes");
 }

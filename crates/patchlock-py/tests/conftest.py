@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,15 @@ SETTINGS = {"particles": 30, "small_step": 8}
 """Settings of the paper's tracker with which a frame takes a few milliseconds."""
 QUICK = configured("paper", **SETTINGS)
 """The preset `paper` with these settings."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Slow tests run only if they are asked for."""
+    if os.environ.get("PATCHLOCK_SLOW") == "1":
+        return
+    for item in items:
+        if marker := item.get_closest_marker("slow"):
+            item.add_marker(pytest.mark.skip(reason=f"takes {marker.args[0]} s; PATCHLOCK_SLOW=1 runs it"))
 
 
 @pytest.fixture(scope="session")

@@ -102,6 +102,7 @@ def test_the_toolkit_tests_it(workspace: Path) -> None:
     assert len(states) == FRAMES and all("confidence=" in state for state in states)
 
 
+@pytest.mark.slow(40)
 def test_experiments_analysis_and_report(workspace: Path) -> None:
     made_up.toolkit("vot")
     assert "Evaluation concluded successfuly" in vot(workspace, "evaluate", "patchlock")

@@ -7,6 +7,8 @@
 //!
 //! `PATCHLOCK_MODELS` does the same for the folders of the networks: `nanotrack-v3`,
 //! `nanotrack-v2` and `vittrack`. Without it the folder is `../shared/models` beside the checkout.
+//!
+//! [`slow`] tells a test that takes long whether to run whole.
 
 use std::env;
 use std::ffi::OsStr;
@@ -29,6 +31,19 @@ pub fn real(test: &str, name: &str) -> Option<PathBuf> {
 /// If the folder is missing and `PATCHLOCK_MODELS` is `required`.
 pub fn model(test: &str, name: &str) -> Option<PathBuf> {
     find(test, name, "PATCHLOCK_MODELS", "models")
+}
+
+/// Whether a test that takes about so many seconds runs whole, as with `PATCHLOCK_SLOW=1`. Otherwise prints that the
+/// short form runs, and returns `false`.
+pub fn slow(test: &str, seconds: u32) -> bool {
+    let whole = env::var_os("PATCHLOCK_SLOW").is_some_and(|value| value == "1");
+    if !whole {
+        let _ = writeln!(
+            std::io::stderr(),
+            "{test}: in short form (PATCHLOCK_SLOW=1 runs the whole test, which takes {seconds} s)"
+        );
+    }
+    whole
 }
 
 /// The folder `name` in the folder that a variable names, or in `../shared/BESIDE`.

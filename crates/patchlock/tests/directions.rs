@@ -94,7 +94,9 @@ const CRATES: &[(&str, &[&str], &[&str])] = &[
     ("patchlock-scene", &[], &[]),
     // Finds the real sequences for tests.
     ("patchlock-testdata", &[], &[]),
-    ("patchlock", &[], &["patchlock-scene"]),
+    // The transforms of its filters.
+    ("patchlock-fft", &[], &[]),
+    ("patchlock", &["patchlock-fft"], &["patchlock", "patchlock-scene", "patchlock-testdata"]),
     // Without threads, files and the clock.
     ("patchlock-web", &["patchlock"], &["patchlock-scene"]),
     ("patchlock-media", &["patchlock"], &["patchlock-scene"]),
@@ -144,7 +146,7 @@ const CRATES: &[(&str, &[&str], &[&str])] = &[
             "patchlock-studio",
             "patchlock-cli",
         ],
-        &[],
+        &["patchlock-testdata"],
     ),
 ];
 

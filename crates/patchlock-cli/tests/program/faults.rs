@@ -409,7 +409,7 @@ fn frames_that_change_while_they_are_read_are_named() {
     for (change, expected) in changes {
         let bench = Bench::new();
         bench.images("f", 41);
-        fs::write(bench.path("slow.toml"), "[paper]\nparticles = 300\n").unwrap();
+        fs::write(bench.path("slow.toml"), "[paper]\nparticles = 100\n").unwrap();
         let child = Command::new(program())
             .current_dir(bench.folder.path())
             .args(["track", "f", "--box", BOX, "--config", "slow.toml", "--save", "a.csv"])

@@ -5,7 +5,7 @@ use std::io::{BufRead as _, BufReader, Read, Write};
 use std::net::{TcpListener, UdpSocket};
 use std::process::{Child, Command, Stdio};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::support::{BOX, Bench, column, y4m};
 use predicates::str::contains;
@@ -47,6 +47,28 @@ fn free_port(udp: bool) -> u16 {
     }
 }
 
+/// Waits until something is so.
+fn until(what: &str, so: impl Fn() -> bool) {
+    let begun = Instant::now();
+    while !so() {
+        assert!(begun.elapsed() < Duration::from_secs(60), "it takes too long until {what}");
+        thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// Whether a process listens on this port; a connection to see that would be the only one that it takes. Where
+/// the system does not tell, this waits.
+fn listens(port: &str) -> bool {
+    let Ok(table) = std::fs::read_to_string("/proc/net/tcp") else {
+        thread::sleep(Duration::from_secs(1));
+        return true;
+    };
+    let local = format!(":{:04X}", port.parse::<u16>().unwrap());
+    // Columns: number, local address, remote address, state; 0A is a socket that listens.
+    let mut rows = table.lines().map(|row| row.split_whitespace().collect::<Vec<_>>());
+    rows.any(|row| row.len() > 3 && row[1].ends_with(&local) && row[3] == "0A")
+}
+
 /// Tracks twenty frames of a live source.
 fn tracks(bench: &Bench, address: &str, options: &[&str]) -> Vec<String> {
     bench
@@ -81,8 +103,9 @@ fn streams_of_the_network_are_tracked() {
         let port = free_port(address.starts_with("udp")).to_string();
         let output = output.map(|word| word.replace("PORT", &port));
         let _server = playing(&bench, &output.each_ref().map(String::as_str));
-        // A server that listens must be there before its client.
-        thread::sleep(Duration::from_secs(1));
+        if address.starts_with("tcp") {
+            until("the server listens", || listens(&port));
+        }
         tracks(&bench, &address.replace("PORT", &port), &[]);
     }
 }
@@ -154,18 +177,24 @@ fn a_camera_with_rtsp_is_tracked_and_opened_again() {
     track.current_dir(bench.folder.path()).args(["track", &address, "--box", "140,100,40,40"]);
     track.args(["--save", "b.csv", "--video", "b.mp4", "--summary", "b.json"]);
     let mut track = Server(track.stderr(Stdio::piped()).spawn().unwrap());
-    thread::sleep(Duration::from_secs(4));
+    // Of the table, before it has its name.
+    let rows = || -> usize {
+        let texts =
+            bench.leftovers().into_iter().filter_map(|path| std::fs::read_to_string(path).ok());
+        texts.filter(|text| text.starts_with("frame,")).map(|text| text.lines().count()).sum()
+    };
+    until("frames are tracked", || rows() > 40);
     drop(server);
-    thread::sleep(Duration::from_secs(2));
-    let again = rtsp(port).expect("it was installed just now");
     let mut said = BufReader::new(track.0.stderr.take().unwrap()).lines();
     let mut next = |words: &str| {
         let line = said.by_ref().map_while(Result::ok).find(|line| line.contains(words));
         assert!(line.is_some(), "nothing was said of: {words}");
     };
     next("note: the stream was lost");
+    let again = rtsp(port).expect("it was installed just now");
     next("note: the stream is back");
-    thread::sleep(Duration::from_secs(2));
+    let before = rows();
+    until("more frames are tracked", || rows() > before);
     interrupt(&track.0);
     assert_eq!(track.0.wait().unwrap().code(), Some(130));
     drop(again);

@@ -1,8 +1,8 @@
 //! Tests on real sequences and networks, which `patchlock_testdata` finds. Without them each test prints SKIPPED
 //! and passes, or fails if they are required.
 //!
-//! Long sequences are cut so that the tests take minutes; with `PATCHLOCK_FULL=1` they are used
-//! whole.
+//! Sequences are cut, so that the tests take seconds, or a minute with `PATCHLOCK_SLOW=1`; with `PATCHLOCK_FULL=1`
+//! they are used whole.
 
 use std::env;
 use std::fs;
@@ -12,7 +12,7 @@ use std::process::Command;
 
 use patchlock::BoundingBox;
 use patchlock_media::{FrameRate, Mp4Writer};
-use patchlock_testdata::{model, real};
+use patchlock_testdata::{model, real, slow};
 
 /// Prints past the test harness, which captures normal output.
 fn say(text: &str) {
@@ -110,6 +110,7 @@ fn dp(tracked: &[BoundingBox], truth: &[BoundingBox]) -> f64 {
 fn four_sequences_are_followed() {
     let Some(data) = real("four_sequences_are_followed", "otb-dev") else { return };
     let full = env::var_os("PATCHLOCK_FULL").is_some_and(|value| value == "1");
+    let slow = full || slow("four_sequences_are_followed", 50);
     let mut scores = Vec::new();
     // In CarScale the car then passes behind trees while it grows, and the paper's tracker loses
     // it.
@@ -122,7 +123,11 @@ fn four_sequences_are_followed() {
     ] {
         let sequence = Sequence::of(&data, name);
         let mut truth = boxes(&fs::read_to_string(&sequence.truth).unwrap());
-        truth.truncate(if full { long } else { short });
+        truth.truncate(match (full, slow) {
+            (true, _) => long,
+            (_, true) => short,
+            _ => 15,
+        });
         for preset in ["paper", "robust"] {
             let (tracked, _) = sequence.track(preset, &sequence.images, Some(truth.len()), &[]);
             assert_eq!(tracked.len(), truth.len(), "{name}: a line for each frame");
@@ -157,6 +162,7 @@ fn each_real_network_follows() {
     let Some(data) = real(test, "otb-dev") else { return };
     let sequence = Sequence::of(&data, "CarScale");
     let truth = boxes(&fs::read_to_string(&sequence.truth).unwrap());
+    let frames = if slow(test, 15) { 60 } else { 10 };
     let mut found = Vec::new();
     for name in ["nanotrack-v3", "nanotrack-v2", "vittrack"] {
         let Some(folder) = model(test, name) else { continue };
@@ -164,7 +170,7 @@ fn each_real_network_follows() {
         for preset in ["network", "robust"] {
             let track = |threads| {
                 let more = ["--model", &folder, "--threads", threads];
-                sequence.track(preset, &sequence.images, Some(60), &more)
+                sequence.track(preset, &sequence.images, Some(frames), &more)
             };
             let (tracked, text) = track("1");
             assert_eq!(text, track("2").1, "{name}, {preset}: threads change nothing");
@@ -182,6 +188,9 @@ fn a_second_follower_keeps_the_size() {
     let test = "a_second_follower_keeps_the_size";
     let Some(data) = real(test, "otb-dev") else { return };
     let Some(folder) = model(test, "nanotrack-v3") else { return };
+    if !slow(test, 8) {
+        return; // each_real_network_follows tracks with both.
+    }
     let sequence = Sequence::of(&data, "CarScale");
     let truth = boxes(&fs::read_to_string(&sequence.truth).unwrap());
     let folder = folder.to_string_lossy();

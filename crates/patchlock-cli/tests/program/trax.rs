@@ -72,10 +72,21 @@ fn benchmark(test: &str) -> Option<Benchmark> {
     Some(benchmark)
 }
 
+/// Programs mostly wait for what a server does not send, so all run at the same time.
+fn side_by_side<T: Sync>(cases: &[T], run: impl Fn(&T) + Sync) {
+    std::thread::scope(|scope| {
+        for case in cases {
+            scope.spawn(|| run(case));
+        }
+    });
+}
+
+/// The results are in the folder `out-MODE`.
 fn bench(benchmark: &Benchmark, mode: &str, more: &[&str]) -> assert_cmd::Command {
     let program = format!("python3 'my server.py' {mode}");
+    let out = format!("out-{mode}");
     let mut command =
-        benchmark.patchlock(&["bench", "data", "--out", "out", "--cmd", &program, "--name", mode]);
+        benchmark.patchlock(&["bench", "data", "--out", &out, "--cmd", &program, "--name", mode]);
     command.args(["--timeout", "2"]).args(more);
     command
 }
@@ -85,7 +96,7 @@ fn boxes_of_the_tracker_are_stored() {
     let Some(benchmark) = benchmark("boxes_of_the_tracker_are_stored") else { return };
     for mode in ["good", "polygon", "chatter", "four"] {
         bench(&benchmark, mode, &["--seeds", "2"]).assert().success().stderr("");
-        let boxes = benchmark.trajectories("out");
+        let boxes = benchmark.trajectories(&format!("out-{mode}"));
         let expected = "21,19,32,28\n23,19,32,28\n25,19,32,28\n27,19,32,28\n";
         assert_eq!(boxes[&format!("{mode}/ope/A/0.txt")], expected, "{mode}");
         assert!(
@@ -94,13 +105,13 @@ fn boxes_of_the_tracker_are_stored() {
         );
     }
     benchmark
-        .patchlock(&["score", "out/good", "--truth", "data"])
+        .patchlock(&["score", "out-good/good", "--truth", "data"])
         .assert()
         .success()
         .stdout(contains("good").and(contains("1.000")));
     // Our own tracker must not use the same name.
     benchmark
-        .bench("out", &["--name", "good"])
+        .bench("out-good", &["--name", "good"])
         .assert()
         .code(2)
         .stderr(contains("already holds different runs"));
@@ -110,13 +121,20 @@ fn boxes_of_the_tracker_are_stored() {
 fn a_lost_target_is_stored_as_nan() {
     let Some(benchmark) = benchmark("a_lost_target_is_stored_as_nan") else { return };
     bench(&benchmark, "lost", &[]).assert().success();
-    let boxes = &benchmark.trajectories("out")["lost/ope/A/0.txt"];
+    let boxes = &benchmark.trajectories("out-lost")["lost/ope/A/0.txt"];
     assert_eq!(boxes.lines().nth(2), Some("NaN,NaN,NaN,NaN"));
 }
 
 #[test]
 fn errors_are_reported_for_each_run() {
     let Some(benchmark) = benchmark("errors_are_reported_for_each_run") else { return };
+    let reported = |mode: &str, said: &str| {
+        let both =
+            contains("error: A (seed 0").and(contains("error: B (seed 0")).and(contains(said));
+        bench(&benchmark, mode, &[]).assert().code(1).stdout(contains("0 runs done")).stderr(both);
+        let out = format!("out-{mode}");
+        assert!(benchmark.trajectories(&out).is_empty(), "no partial runs are kept");
+    };
     for (mode, said) in [
         (
             "crash",
@@ -124,33 +142,26 @@ fn errors_are_reported_for_each_run() {
         ),
         ("nonsense", "invalid region \"here\": \"here\" is not a number"),
         ("babble", "sent the message banana instead of state"),
-        ("endless", "the tracker did not send hello within 2 s"),
-        ("flood", "the tracker did not send hello within 2 s"),
         ("long", "the tracker sent a message of more than 65536 bytes"),
         ("colour", "invalid region \"\\u{1b}[31m\\u{7}red\""),
         ("bell", "its output: a \\u{1b}[31m\\u{7} bell"),
         ("quit", "the tracker quit: no more ideas"),
         ("new", "speaks version 5 of TraX"),
     ] {
-        let both =
-            contains("error: A (seed 0").and(contains("error: B (seed 0")).and(contains(said));
-        bench(&benchmark, mode, &[]).assert().code(1).stdout(contains("0 runs done")).stderr(both);
+        reported(mode, said);
     }
-    assert!(benchmark.trajectories("out").is_empty(), "no partial runs are kept");
+    side_by_side(&["endless", "flood"], |mode| {
+        reported(mode, "the tracker did not send hello within 2 s");
+    });
 }
 
 #[test]
 fn answers_have_a_time_limit() {
     let Some(benchmark) = benchmark("answers_have_a_time_limit") else { return };
-    let one = ["--sequences", "A"];
-    bench(&benchmark, "hang", &one)
-        .assert()
-        .code(1)
-        .stderr(contains("did not send state within 2 s"));
-    bench(&benchmark, "mute", &one)
-        .assert()
-        .code(1)
-        .stderr(contains("did not send hello within 2 s"));
+    side_by_side(&[("hang", "state"), ("mute", "hello")], |(mode, message)| {
+        let said = format!("did not send {message} within 2 s");
+        bench(&benchmark, mode, &["--sequences", "A"]).assert().code(1).stderr(contains(said));
+    });
 }
 
 #[test]

@@ -22,6 +22,8 @@ from patchlock.batch.ray import Ray  # noqa: E402
 
 from .conftest import QUICK, boxes_below, leftovers, manifests_below, quick
 
+pytestmark = pytest.mark.slow(25)
+
 MEMORY = 80 * 2**20
 SLOW = quick(400)
 """A clip takes long enough that a node is always killed during one."""

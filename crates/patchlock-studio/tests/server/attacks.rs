@@ -239,7 +239,10 @@ fn those_without_the_token_keep_nobody_out() {
             stream
         })
         .collect();
-    let flooding: Vec<_> = (0..strangers).map(|_| flood(&server, "")).collect();
+    let flooding: Vec<_> = std::thread::scope(|scope| {
+        let floods: Vec<_> = (0..strangers).map(|_| scope.spawn(|| flood(&server, ""))).collect();
+        floods.into_iter().map(|flood| flood.join().expect("ends")).collect()
+    });
     assert_eq!(server.get("/api/clips").status, 200);
     assert_eq!(server.get("/style.css").status, 200);
     ask(&mut known);

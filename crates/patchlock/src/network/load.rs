@@ -118,8 +118,8 @@ fn hexadecimal(hasher: Sha256) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::onnx::{self, Model, Shape, ValueInfo};
     use super::*;
+    use crate::network::onnx::{self, Model, Shape, ValueInfo};
     use prost::Message;
 
     const BACKBONE: &[u8] = include_bytes!("../../tests/golden/network/nanotrack_backbone.onnx");

@@ -11,6 +11,7 @@ use crate::sequence::SIMPLE;
 use patchlock::patch_model::model::{LookScratch, PatchModel, cut_candidate};
 use patchlock::vision::frame::GreyImage;
 use patchlock::{PaperConfig, State, Tracker, TrackerConfig, Visibility};
+use patchlock_testdata::slow;
 
 /// What one frame did: the number of allocations, and the change of the number of bytes held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,8 +96,9 @@ fn held(config: &TrackerConfig, count: usize, every: usize) -> Vec<i64> {
 
 #[test]
 fn memory_does_not_grow_with_the_video() {
+    let frames = if slow("memory_does_not_grow_with_the_video", 20) { 3000 } else { 600 };
     for config in all_that_compute_here() {
-        let held = held(&config, 3000, 100);
+        let held = held(&config, frames, 100);
         println!("bytes held: {held:?}");
         // How much some buffers grow depends on which candidates are similar; their capacity
         // doubles a few times at most.

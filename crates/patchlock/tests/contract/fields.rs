@@ -6,6 +6,7 @@ use patchlock::{
     Error, Estimate, FrameView, Kind, Method, MultiTracker, NetworkConfig, NetworkError,
     PARAMETERS, PaperConfig, Parameter, Preset, Range, RobustConfig, Tracker, TrackerConfig, Value,
 };
+use patchlock_testdata::slow;
 use serde::Deserialize;
 use serde::de::value::{Error as ValueError, MapDeserializer};
 use serde_json::{Value as Json, json};
@@ -314,10 +315,11 @@ fn others(parameter: &Parameter) -> Vec<Value> {
 /// Under every method that reads it.
 #[test]
 fn every_field_matters() {
+    let step = if slow("every_field_matters", 20) { 1 } else { 10 };
     let mut without_effect = Vec::new();
     for method in all().iter().map(|config| &config.method) {
         let mut tracked: HashMap<String, Vec<Seen>> = HashMap::new();
-        for parameter in rows(method).filter(|row| base_of(method, row).reads(row)) {
+        for parameter in rows(method).filter(|row| base_of(method, row).reads(row)).step_by(step) {
             for value in others(parameter) {
                 let mut config = base_of(method, parameter);
                 let key = format!("{config:?}");
@@ -337,6 +339,7 @@ fn every_field_matters() {
 /// drawn.
 #[test]
 fn what_is_not_read_has_no_effect() {
+    let step = if slow("what_is_not_read_has_no_effect", 10) { 1 } else { 5 };
     let mut upright = TrackerConfig::default();
     upright.set("rotate", false).unwrap();
     let names = ["rotation_least", "turning_rate"];
@@ -347,7 +350,7 @@ fn what_is_not_read_has_no_effect() {
         for name in names {
             assert!(unread.iter().any(|row| row.name == *name), "{name}");
         }
-        for row in unread {
+        for row in unread.into_iter().step_by(step) {
             let mut config = config.clone();
             config.set(row.name, others(row).remove(0)).unwrap();
             assert!(track(&config).eq(before.iter().cloned()), "{} has an effect", row.name);
