@@ -77,11 +77,13 @@ pub enum NetworkError {
 }
 
 /// The error for a damaged graph.
+#[cfg(feature = "network")]
 pub(crate) fn graph(reason: impl Into<String>) -> NetworkError {
     NetworkError::Graph(reason.into())
 }
 
 /// Checks a number against its limit.
+#[cfg(feature = "network")]
 pub(crate) fn at_most(what: &'static str, value: u64, max: u64) -> Result<(), NetworkError> {
     if value <= max { Ok(()) } else { Err(NetworkError::TooLarge { what, value, max }) }
 }
